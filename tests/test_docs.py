@@ -19,7 +19,7 @@ from clearsweep import grid
 from clearsweep.cli import verbs
 from clearsweep.contracts import layout
 from clearsweep.contracts.outline import ANY
-from clearsweep.grid.key_trees import key_trees
+from clearsweep.grid.keys.outline import key_trees
 from clearsweep.simulation.scene import catalogue
 from clearsweep.sweeping.sweep import sweep
 

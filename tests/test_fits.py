@@ -13,7 +13,8 @@ import pytest
 from fake_runs import JOINT, TEXT, Run, ids, load
 
 from clearsweep import report
-from clearsweep.grid import iso286, noted_fits
+from clearsweep.grid import recorded_fits
+from clearsweep.grid.library import iso286
 from clearsweep.language.errors import InputError
 from clearsweep.sweeping import settings
 
@@ -92,7 +93,7 @@ def test_an_axis_of_fits_mixes_with_plain_clearances_and_outlives_its_record():
     record = json.loads(
         json.dumps({"fits": {path: [fit._asdict() for fit in cases.fits[path]] for path in cases.fits}})
     )
-    assert dataclasses.replace(again, fits=noted_fits(record)).fits == cases.fits
+    assert dataclasses.replace(again, fits=recorded_fits(record)).fits == cases.fits
 
 
 @pytest.mark.parametrize("axis", [{"fits": ["H7/f7", "H8/e8"]}, ["0.1 mm", "0.2 mm"]])

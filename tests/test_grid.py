@@ -161,7 +161,7 @@ def test_the_id_depends_on_everything_that_is_computed_with(at, old, new):
 
 def test_the_id_depends_on_the_models_version(at, monkeypatch):
     before = at(TEXT).case_id(0)
-    monkeypatch.setattr("clearsweep.grid.pattern.MODEL_VERSION", "another")
+    monkeypatch.setattr("clearsweep.grid.cases.MODEL_VERSION", "another")
     assert at(TEXT).case_id(0) != before
 
 

@@ -12,8 +12,8 @@ from click.testing import CliRunner
 
 from clearsweep import grid
 from clearsweep.cli import verbs
-from clearsweep.grid import choosing
-from clearsweep.grid.reference import parts
+from clearsweep.grid.pages.key_help import SECTION_EXAMPLES, section_texts
+from clearsweep.grid.pages.reference import parts
 from clearsweep.language import quantity
 from clearsweep.simulation.scene import catalogue
 
@@ -71,18 +71,18 @@ def bounds(allowed):
     )
 
 
-@pytest.mark.parametrize("name", [*choosing.EXAMPLES, "seek.between", "identify.features", "geomspace", "sobol"])
+@pytest.mark.parametrize("name", [*SECTION_EXAMPLES, "seek.between", "identify.features", "geomspace", "sobol"])
 def test_sections_that_choose_cases_are_explained(name):
     text = listed(name)
     assert "meaning" in text
     section = name.partition(".")[0]
-    if section in choosing.EXAMPLES:
-        assert choosing.EXAMPLES[section].split()[0] in text
-        assert yaml.safe_load(choosing.EXAMPLES[section]).keys() == {section}
+    if section in SECTION_EXAMPLES:
+        assert SECTION_EXAMPLES[section].split()[0] in text
+        assert yaml.safe_load(SECTION_EXAMPLES[section]).keys() == {section}
 
 
 def test_sections_that_choose_cases_all_have_an_example():
-    assert {*choosing.sections(catalogue())} == {*choosing.EXAMPLES}
+    assert {*section_texts(catalogue())} == {*SECTION_EXAMPLES}
 
 
 def test_a_law_and_a_key_of_one_name_are_both_explained():

@@ -13,7 +13,7 @@ from fake_runs import load as grid_load
 import clearsweep
 from clearsweep import grid as grids
 from clearsweep.contracts.catalogue import Figure
-from clearsweep.grid.optimised import Choice
+from clearsweep.grid.sections.optimise import Choice
 from clearsweep.language.errors import InputError
 from clearsweep.report.data import study
 from clearsweep.report.sections.optimised import more, sections
@@ -71,7 +71,7 @@ def test_limits_are_constraints(tmp_path):
     (row,) = best(tmp_path / "run")
     assert row["margin"] < 0.0
     assert row["limiting"] == "rod_slider_force_peak"
-    assert "none keeps to the limits" in run_text(of_run(none))
+    assert "no case meets the limits" in run_text(of_run(none))
 
 
 def test_of_two_objectives_the_front_is_given(tmp_path):

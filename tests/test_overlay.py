@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from clearsweep.grid import measured
+from clearsweep.grid.written.tables import read_signals
 from clearsweep.judging import features
 from clearsweep.language.errors import InputError
 from clearsweep.report.sections import overlay as page
@@ -96,7 +96,7 @@ def test_what_cannot_be_used_is_refused_by_line(tmp_path, rows, message):
     file = tmp_path / "rig.csv"
     file.write_text("\n".join(rows) + "\n", encoding="utf-8")
     with pytest.raises(InputError, match=message):
-        measured.read(file, UNITS)
+        read_signals(file, UNITS)
 
 
 def test_fewer_than_three_revolutions_are_refused(tmp_path, study):

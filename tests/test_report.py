@@ -16,9 +16,9 @@ from mechanism_cases import PAIR, changed
 import clearsweep
 from clearsweep import grid, report, simulation, store
 from clearsweep.contracts import results
-from clearsweep.grid.key_table import shape
-from clearsweep.grid.keys import Number
-from clearsweep.grid.pattern import nested
+from clearsweep.grid.cases import nested
+from clearsweep.grid.keys.key_table import shape
+from clearsweep.grid.keys.kinds import Number
 from clearsweep.language import quantity, wording
 from clearsweep.language.errors import InputError
 from clearsweep.report.blocks import interactive
@@ -181,7 +181,7 @@ def test_elastic_range_is_told_with_figures():
     run.summary["rod_slider_yield_speed"] = 0.05
     (message,) = headline.limits(study.prepare(run))
     assert "in 108 of 108 cases" in message
-    assert "the worst closes at 4.4 m/s, 88 times the 0.05 m/s" in message
+    assert "the fastest approaches at 4.4 m/s, 88 times the 0.05 m/s" in message
     assert any(f"case {case_id[:8]}, rod-slider" in message for case_id in run.summary["case_id"])
     run.summary["rod_slider_yield_speed"] = 4.5
     assert headline.limits(study.prepare(run)) == []

@@ -14,7 +14,7 @@ from clearsweep import grid, simulation
 from clearsweep.cli import verbs
 from clearsweep.contracts import results
 from clearsweep.contracts.layout import Layout
-from clearsweep.grid import iso286
+from clearsweep.grid.library import iso286
 from clearsweep.report.data import study
 from clearsweep.report.sections import peak_revolution
 from clearsweep.sweeping import run_summary

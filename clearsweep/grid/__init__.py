@@ -1,26 +1,32 @@
 """Reads grid files: checks them, converts to SI and enumerates cases.  Imports neither llvmlite nor numpy."""
 
 from ..contracts.catalogue import Catalogue, Field, Law
-from .assumed_units import as_written
-from .changes import SET, SWEEP, Changed, read_options
-from .defined import NOTHING, Definitions
-from .defined import of_resolved as defined_by
-from .enumeration import Words
-from .fits import fits_of_record as noted_fits
-from .grid import SCHEMA_VERSION, Grid, identity, load, starter
-from .identified import Identify, Turned, turns_of
-from .iso286 import Fit
-from .json_schema import schema
-from .key_help import key_names, key_text
-from .key_units import key_units
-from .labels import noted as noted_labels
-from .law_check import base_laws
-from .memory import check_disk, check_memory, first_case_history, history_bytes, largest_history, recorded_history
-from .optimised import Optimise
-from .reference import markdown
-from .refine import Refine
+from .cases import Words
+from .grid import SCHEMA_VERSION, Grid, identity
+from .keys.outline import key_units
+from .library.iso286 import Fit
+from .loading import (
+    check_disk,
+    check_memory,
+    first_case_history,
+    history_bytes,
+    largest_history,
+    load,
+    recorded_history,
+    starter,
+)
+from .pages.key_help import key_names, key_text, markdown
+from .pages.schema import schema
+from .reading.units import as_written
 from .resolve import leaves
-from .seek import Seek
+from .sections.added_cases import base_laws
+from .sections.fits import recorded_fits
+from .sections.identify import Identify, Turned, turns_of
+from .sections.optimise import Optimise
+from .sections.seek import Refine, Seek
+from .sections.variations import recorded_labels
+from .written.definitions import NOTHING, Definitions, definitions_of_resolved
+from .written.document import SET, SWEEP, Changed, read_options
 
 __all__ = [
     "NOTHING",
@@ -44,7 +50,7 @@ __all__ = [
     "base_laws",
     "check_disk",
     "check_memory",
-    "defined_by",
+    "definitions_of_resolved",
     "first_case_history",
     "history_bytes",
     "identity",
@@ -55,10 +61,10 @@ __all__ = [
     "leaves",
     "load",
     "markdown",
-    "noted_fits",
-    "noted_labels",
     "read_options",
+    "recorded_fits",
     "recorded_history",
+    "recorded_labels",
     "schema",
     "starter",
     "turns_of",

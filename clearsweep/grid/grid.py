@@ -4,138 +4,48 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from os import PathLike, fspath
-from pathlib import Path
 from typing import Any
 
 from .. import MODEL_VERSION
 from ..contracts.case import Case
-from ..contracts.catalogue import Catalogue
 from ..contracts.layout import Layout
 from ..contracts.outline import Outline
 from ..judging.verdict import Verdict, figures_of, limits_of
-from ..language.errors import InputError, shown
-from . import checks, identified, labels, law_check, save_keys, variations, varied_materials
-from .added_cases import ADDED
-from .added_cases import rows as added_rows
-from .assumed_units import WrittenUnit, assumed_units, written_units
-from .changes import Changed, apply_overrides
-from .defined import NOTHING, START, Definitions
-from .document import Problems, name_of_run, override, read
-from .enumeration import Factor, Step, Words, combined, factor_of, step_of, words_at
-from .identified import IDENTIFY, Identify
-from .iso286 import Fit
-from .key_units import unit
-from .keys import Flag, Name, NameList, Number, Section, Shape, Table, Word, value_key
-from .naming import Taken
-from .optimised import OPTIMISE, Optimise
-from .pattern import PATIENCE, Pattern, Texts, Value, derived, identity_text, name_of, nested, number_of
-from .reader import Reader
-from .refine import REFINE, Refine
+from .cases import (
+    PATIENCE,
+    Factor,
+    Pattern,
+    Step,
+    Texts,
+    Value,
+    Words,
+    combined,
+    derived,
+    factor_of,
+    identity_text,
+    name_of,
+    nested,
+    number_of,
+    step_of,
+    words_at,
+)
+from .keys.kinds import Flag, Name, NameList, Number, Section, Shape, Table, Word, value_key
+from .keys.outline import unit_of_number
+from .library.iso286 import Fit
+from .library.naming import Taken, VariedMaterial, put_material_numbers, with_material_names
+from .reading.units import WrittenUnit
 from .resolve import case_of
-from .seek import SEEK, Seek
-from .uncertain import UNCERTAIN, leaves
-from .values import read_keys
+from .sections.added_cases import ADDED, CHECK_LAWS
+from .sections.identify import IDENTIFY, Identify
+from .sections.optimise import OPTIMISE, Optimise
+from .sections.seek import REFINE, SEEK, Refine, Seek
+from .sections.uncertain import UNCERTAIN, uncertain_leaves
+from .written.definitions import NOTHING, START, Definitions
 
 #: Changes whenever the format of grid files or of results changes.
 SCHEMA_VERSION = 4
-MOST_CASES = 200_000_000  # their summaries take about 100 GB
-MOST_IDENTITIES = 20_000_000  # identities in memory where cases may repeat or are added: 160 MB and 100 s
 
 _WORST = "save.worst"  # results of a finished run
-
-
-def load(
-    source: str | PathLike | Mapping | Changed, catalogue: Catalogue, overrides: Mapping[str, Any] | None = None
-) -> "Grid":
-    """Return the checked grid in `source`: a path, a dict of the same form, or one with overrides.
-
-    `overrides` maps dotted paths to values that replace those in the file; None removes a key.  A swept path that
-    is overridden is no longer swept.  An InputError reports every mistake.
-    """
-    problems = Problems()
-    changed = source if isinstance(source, Changed) else Changed(source)
-    source = changed.source
-    root = read(source, problems)
-    if not isinstance(root.value, dict):
-        raise InputError(
-            f"{root.place}found {shown(root.value)}; expected a grid with the keys mechanism, drive, joints"
-        )
-    root = apply_overrides(root, changed, problems)
-    for path, value in (overrides or {}).items():
-        root = override(root, path, value, problems)
-    file = fspath(source) if isinstance(source, (str, PathLike)) else None
-    name = name_of_run(root, file, problems)
-    reader = read_keys(root, catalogue, problems, frozenset({*(overrides or ()), *changed.fixed}))
-    checks.check(reader, catalogue)
-    problems.check()
-    grid = Grid(
-        name,
-        file,
-        reader.axes | variations.first_values(reader),
-        reader.limits,
-        reader.own_figures,
-        reader.shape,
-        reader.values,
-        frozenset(reader.written),
-        reader.names,
-        {reader.way[paths[0]]: paths for paths in variations.steps(reader)} | variations.searched(reader),
-        _sample(reader),
-        reader.outline,
-        {path: tuple(entries) for path, entries in reader.fits.items()},
-        assumed_units(reader),
-        reader.seek,
-        reader.refine,
-        reader.uncertain,
-        added_rows(reader),
-        tuple(reader.taken.values()),
-        reader.defined,
-        reader.optimise,
-        reader.identify,
-        written_units(reader),
-        labels.of_axes(reader),
-        law_check.paths(reader),
-        reader.materials,
-    )
-    searched = grid.seek or grid.refine or grid.optimise or grid.identify or grid.checked_laws
-    most = MOST_IDENTITIES if searched or grid.may_repeat else MOST_CASES
-    if grid.size > most:
-        raise InputError(
-            f"{file or 'the grid'}: has {grid.size:,} cases; at most {most:,} can be run: take fewer values on "
-            "the axes, or draw cases with `sample`"
-        )
-    for index in {0, grid.size - 1} if reader.mechanism.refusal else ():
-        _refuse(reader, grid.case(index))
-    problems.check()
-    layout = Layout.of(grid.case(0), catalogue)
-    save_keys.check_channels(reader, layout)
-    identify = identified.check(reader, root, layout)
-    problems.check()
-    return replace(grid, _layout=layout, identify=identify)
-
-
-def starter(kind: str = "slider-crank") -> str:
-    """Return the text of a commented example grid: 'slider-crank', 'four-bar', 'planar' or 'press'."""
-    return (Path(__file__).with_name("starters") / f"{kind}.yaml").read_text(encoding="utf-8")
-
-
-def _refuse(reader: Reader, case: Case) -> None:
-    """Report why the mechanism of a case cannot be assembled."""
-    assert reader.mechanism.refusal is not None  # only some mechanisms have this check
-    refusal = reader.mechanism.refusal(reader.mechanism, case)
-    if refusal:
-        path = f"mechanism.{refusal[0]}".rstrip(".")
-        reader.problems.add(reader.place(path), path, refusal[1])
-
-
-def _sample(reader: Reader) -> dict[str, Any]:
-    """Return the section `sample` in SI, or {} if there is none."""
-    if reader.sample is None:
-        return {}
-    heading: dict[str, Any] = {"method": reader.sample.method}
-    if reader.sample.method != "one-at-a-time":
-        heading |= {"n": reader.sample.n, "seed": reader.sample.seed}
-    return heading | {"over": {path: reader.distributions[path].written() for path in reader.drawn}}
 
 
 @dataclass(frozen=True)
@@ -167,7 +77,7 @@ class Grid:
     written_units: Mapping[str, WrittenUnit] = field(default_factory=dict)  # path -> the unit in which it is written
     labels: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path -> label of a value -> value, SI
     checked_laws: tuple[str, ...] = ()  # paths of the laws that are checked in the deciding case
-    materials: Mapping[str, varied_materials.VariedMaterial] = field(default_factory=dict)  # path of a name -> material
+    materials: Mapping[str, VariedMaterial] = field(default_factory=dict)  # path of a name -> material
     _layout: Layout | None = None
 
     @cached_property
@@ -296,7 +206,7 @@ class Grid:
             ways["sweep"] = {path: values for path, values in swept.items() if path not in self.seek.paths}
         ways = {variation: part for variation, part in ways.items() if part}
         extra_sections: dict[str, Any] = {"figures": self.figures, "limits": self.limits}
-        extra_sections |= {UNCERTAIN: dict(self.uncertain), law_check.CHECK: self.checked_laws and (extra or True)}
+        extra_sections |= {UNCERTAIN: dict(self.uncertain), CHECK_LAWS: self.checked_laws and (extra or True)}
         extra_sections |= {SEEK: self.seek.written() | extra} if self.seek else {}
         extra_sections |= {OPTIMISE: self.optimise.written() | extra} if self.optimise else {}
         extra_sections |= {IDENTIFY: self.identify.written() | extra} if self.identify else {}
@@ -310,7 +220,7 @@ class Grid:
         fillers |= {path: value for path, value in start_values if not path.startswith(START)}
         fillers |= {START + name: self.defined.said(name) for name in self.defined.texts if name in self.defined.varied}
         base = {path: value for path, value in self._base.items() if not path.startswith(f"{UNCERTAIN}.")}
-        base = varied_materials.with_names(base, self.materials)
+        base = with_material_names(base, self.materials)
         return {"name": self.name} | nested(sections | base | fillers, self._pairs) | ways | extra_sections
 
     def unit(self, path: str) -> str:
@@ -318,7 +228,7 @@ class Grid:
         node = value_key(self._shape, path)
         if isinstance(node, Word):
             return ""
-        return unit(node, self._names, self._base.get(f"{path.rpartition('.')[0]}.exponent"))
+        return unit_of_number(node, self._names, self._base.get(f"{path.rpartition('.')[0]}.exponent"))
 
     @cached_property
     def _patterns(self) -> dict[Words, Pattern]:
@@ -346,7 +256,7 @@ class Grid:
                 values_in_use[path] = self._values.get(path, fields[0].default)
             elif isinstance(node, (Flag, NameList)) or (isinstance(node, Table) and node.used(names)):
                 values_in_use[path] = self._values.get(path)
-        return varied_materials.put_numbers(values_in_use, self.materials) | dict(leaves(self.uncertain))
+        return put_material_numbers(values_in_use, self.materials) | dict(uncertain_leaves(self.uncertain))
 
     @cached_property
     def _base(self) -> dict[str, Value]:
@@ -365,7 +275,7 @@ class Grid:
                 fields = node.fields(self._names)
                 value = self._values.get(path, fields[0].default) if fields else None
             values_in_use[path] = value
-        values_in_use |= dict(leaves(self.uncertain))
+        values_in_use |= dict(uncertain_leaves(self.uncertain))
         base = {path: value for path, value in derived(values_in_use).items() if path not in self.axes}
         return base | {path: f"= {text}" for path, text in self.defined.follow.items()} | self.defined.needed()
 

@@ -26,9 +26,9 @@ from ..contracts.case import (
     Wear,
 )
 from ..contracts.outline import LoadOutline, Outline
-from .joint_keys import PRELOAD
-from .key_table import DIMENSIONLESS
-from .uncertain import UNCERTAIN, uncertain_of
+from .keys.joint_keys import PRELOAD
+from .keys.key_table import DIMENSIONLESS
+from .sections.uncertain import UNCERTAIN, uncertain_of
 
 Tree = Mapping[str, Any]  # section of a grid file in SI: key -> number, word, list or section
 

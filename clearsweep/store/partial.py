@@ -10,19 +10,18 @@ import numpy as np
 import clearsweep
 
 from ..grid import Grid
-from ..grid.identified import IDENTIFY
-from ..grid.law_check import CHECK
-from ..grid.optimised import OPTIMISE
-from ..grid.refine import REFINE
-from ..grid.seek import SEEK
-from ..grid.variations import WAYS
+from ..grid.sections.added_cases import CHECK_LAWS
+from ..grid.sections.identify import IDENTIFY
+from ..grid.sections.optimise import OPTIMISE
+from ..grid.sections.seek import REFINE, SEEK
+from ..grid.sections.variations import WAYS
 from ..language.errors import DirectoryError
 from .assemble import merge
 from .batch import ResultSchema, open_table
 from .directory import RunDirectory
 from .record import now, read_record
 
-SEARCHES = {SEEK, REFINE, OPTIMISE, IDENTIFY, CHECK}  # sections that add cases during a run
+SEARCHES = {SEEK, REFINE, OPTIMISE, IDENTIFY, CHECK_LAWS}  # sections that add cases during a run
 
 
 def is_unfinished(directory: Path) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 
 from .. import store
 from ..grid import Grid
-from ..grid.optimised import ROUND
+from ..grid.sections.optimise import ROUND
 from ..language.errors import InputError
 from . import emulator, observed
 from .adaptive import Point

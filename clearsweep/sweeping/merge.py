@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import grid as grids
 from .. import store
-from ..grid.variations import WAYS
+from ..grid.sections.variations import WAYS
 from ..language.errors import DirectoryError
 from . import blockwise, progress, signals
 from .case_runner import CaseRunner, Options, case_ids

@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import store
 from ..grid import Grid
-from ..grid.optimised import AMONG, ROUND, WHOLE, Choice, ends
+from ..grid.sections.optimise import AMONG, ROUND, WHOLE, Choice, interval_columns
 from ..language.errors import InputError
 from . import surrogate
 from .adaptive import Point
@@ -247,7 +247,7 @@ class _Trial(NamedTuple):
 
 def _interval(columns: dict[str, np.ndarray], name: str, place: int) -> tuple[float, float]:
     """Return the 95 % interval of a column in the case at an index, NaN without one."""
-    low, high = (float(columns[end][place]) if end in columns else math.nan for end in ends(name))
+    low, high = (float(columns[end][place]) if end in columns else math.nan for end in interval_columns(name))
     return low, high
 
 

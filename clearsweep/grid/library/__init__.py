@@ -1,13 +1,11 @@
 """Materials, oils and wear pairs by name: typical values, each with its range and its source."""
 
+import textwrap
 from collections.abc import Mapping
 
 from ...language.errors import InputError, nearest, shown
-from .entry import Entry, Value
-from .listing import listed
-from .materials import MATERIALS
+from .materials import MATERIALS, PAIRS, Entry, Value
 from .oils import OILS
-from .pairs import PAIRS
 
 #: Names of whole libraries for `clearsweep list NAME`.
 LIBRARIES: Mapping[str, Mapping[str, Entry]] = {"materials": MATERIALS, "oils": OILS, "pairs": PAIRS}
@@ -28,7 +26,7 @@ def names() -> tuple[str, ...]:
     return (*LIBRARIES, *(name for library in LIBRARIES.values() for name in library))
 
 
-def entry(library: Mapping[str, Entry], name: str) -> Entry:
+def find_entry(library: Mapping[str, Entry], name: str) -> Entry:
     """Return an entry by its name in any letter case.  Raises InputError with the nearest name."""
     folded = {" ".join(name.split()).casefold(): name for name in library}
     known = folded.get(" ".join(name.split()).casefold())
@@ -37,3 +35,29 @@ def entry(library: Mapping[str, Entry], name: str) -> Entry:
         hint = nearest(name, library)
         raise InputError(f"unknown name {shown(name)}{hint} (`clearsweep list {kind}` prints all {len(library)})")
     return library[known]
+
+
+_WIDTH = 100  # characters in a line
+_SCALES = {"Pa": (1e9, "GPa"), "1/K": (1e-6, "1e-6/K"), "m^2/s": (1e-6, "mm^2/s")}  # SI -> unit for display
+
+
+def listed(entry: Entry) -> str:
+    """Return an entry as text: values with ranges, source, and which values were checked."""
+    lines = [_wrapped("", f"{entry.name}: {entry.summary}")]
+    width = max(map(len, entry.values))
+    lines += [f"  {key:{width}}  {shown_value(value)}" for key, value in entry.values.items()]
+    lines += [_wrapped("  ", f"source: {entry.source}"), _wrapped("  ", f"checked: {entry.checked}")]
+    return "\n".join(lines)
+
+
+def shown_value(value: Value) -> str:
+    """Return a value with its range: '210 GPa (205 to 213)'."""
+    scale, unit = _SCALES.get(value.unit, (1.0, value.unit))
+    if value.unit == "Pa" and value.high < 1e9:
+        scale, unit = 1e6, "MPa"
+    typical, low, high = (f"{number / scale:.4g}" for number in value[1:])
+    return f"{typical}{'' if unit == '1' else f' {unit}'} ({low} to {high})"
+
+
+def _wrapped(indent: str, content: str) -> str:
+    return textwrap.fill(content, _WIDTH, initial_indent=indent, subsequent_indent="  ", break_on_hyphens=False)

@@ -5,7 +5,7 @@ A standard fixes one viscosity and its tolerance; the other follows from a visco
 
 import math
 
-from .entry import Entry, Value
+from .materials import Entry, Value
 
 VG_INDEX = 95.0  # viscosity index of a solvent-refined mineral oil (API group I)
 _SPREAD = (90.0, 105.0)  # range for such oils

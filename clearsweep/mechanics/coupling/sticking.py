@@ -2,21 +2,25 @@
 
 Accelerations are affine in the tangential forces.  One evaluation of the motion, and one more for each grip of the
 joints (`joint.gripping`), give the change of all sliding speeds with all tangential forces.  Each force is then solved
-for in turn and clipped at its limit until nothing changes: projected Gauss-Seidel.  The matrix is symmetric and
-positive definite because these forces do work on exactly these sliding speeds.
+for in turn until nothing changes: Gauss-Seidel.  The matrix is symmetric and positive definite because these forces do
+work on exactly these sliding speeds.
+
+Where a force reaches its static limit, an event (`joint.friction.stick`) changes the mode of its contact.  From then on
+the limit acts, until the force that would stop the sliding is smaller again.  So within a step nothing is clipped.
 """
 
 from typing import NamedTuple
 
-from ..compiled.dual import as_type_of
+from ..compiled.choosing import where
+from ..compiled.dual import as_type_of, plain
 from ..compiled.family import kernel, map_joints
-from ..joint.contract import STUCK
 from ..joint.friction.contract import static_limit
-from ..joint.gripping import grips_of, slip_rate, sticks, with_tangential
+from ..joint.gripping import grips_of, is_sticking, limited_side, slip_rate, sticks, with_tangential
 from ..joint.places import after_joint, after_number, extent, first_place
 from ..mechanism.contract import accelerate, gap_accelerations
 
 SWEEPS = 100  # over the grips that stick; coupling between joints is weak, so a dozen suffice
+LEAST_EXTRA = 1.0  # N, least additional force with which rates per force are computed
 SETTLED = 1e-15  # of the largest force of the surfaces
 
 
@@ -46,9 +50,10 @@ def _after_grips(index, grips):
 
 
 @kernel
-def _loaded(grips, load, index, forces):
+def _loaded(grips, load, index, shared):
+    forces, needed = shared
     for i in range(len(grips)):
-        load = with_tangential(grips[i], load, forces[index + i])
+        load = with_tangential(grips[i], load, forces[index + i], needed[index + i])
     return load
 
 
@@ -80,8 +85,13 @@ def slip_rates(scene, y, pose, grips, loads):
 
 
 @kernel
-def _force(grip, _, index, shared):
-    return grip.force
+def _side(grip, _, index, mode):
+    return limited_side(grip, mode)
+
+
+@kernel
+def _force(grip, side, index, shared):
+    return where(side != 0.0, side * grip.limit, grip.force)
 
 
 @kernel
@@ -115,7 +125,8 @@ def _replaced(_, force, index, shared):
     return value if index == j else force
 
 
-_forces = map_joints(_force, after_number)
+_sides = map_joints(_side, after_number)
+_forces = map_joints(_force, after_number)  # of grips, and their sides
 _limits, _slips = map_joints(_limit, after_number), map_joints(_slip, after_number)
 _rates_per_force = map_joints(_per_force, after_number)  # of rates with and without an additional force, and that force
 _no_rates = map_joints(_nothing, after_number)
@@ -139,10 +150,11 @@ class Question(NamedTuple):
 def _gain(limit, force, index, question):
     if limit == 0.0:
         return _no_rates(question.rates, question.rates, 0, 0)
-    change = _replaced_in_one(question.forces, question.forces, 0, (index, force + limit))
-    loads = _loads(question.grips, question.loads, 0, change)
+    extra = abs(plain(limit)) + LEAST_EXTRA
+    change = _replaced_in_one(question.forces, question.forces, 0, (index, force + extra))
+    loads = _loads(question.grips, question.loads, 0, (change, change))
     rates = slip_rates(question.scene, question.y, question.pose, question.grips, loads)
-    return _rates_per_force(rates, question.rates, 0, limit)
+    return _rates_per_force(rates, question.rates, 0, extra)
 
 
 _gains = map_joints(_gain, after_number)
@@ -152,32 +164,36 @@ _gains = map_joints(_gain, after_number)
 def with_sticking_forces(scene, y, pose, relative, loads, mode):
     """Return the loads with tangential forces that let the sliding speed of sticking joints decay.
 
-    The decay rate is `scene.reference_rate`, because the remaining speed is within the band and negligible.  Where the
-    decay needs more force than the limit of a grip, the limit acts.
+    The decay rate is `scene.reference_rate`, because the remaining speed is within the band and negligible.  Grips in
+    a mode at their limit have that force; their contacts also say which force they would need.
     """
     if not any(type(joint.friction) in static_limit.members for joint in scene.joints if hasattr(joint, "friction")):
         return loads
     nested, stuck = every_grip(scene.joints, relative, loads, mode), 0
     for j in range(extent(scene.joints).contact):
-        stuck += mode[j] == STUCK
+        stuck += is_sticking(mode[j])
     if stuck == 0:
         return loads
     grips = joined(nested)
-    forces, limits, slips = _forces(grips, grips, 0, 0), _limits(grips, grips, 0, mode), _slips(grips, grips, 0, 0)
-    loads = _loads(nested, loads, 0, forces)
+    sides, limits, slips = _sides(grips, grips, 0, mode), _limits(grips, grips, 0, mode), _slips(grips, grips, 0, 0)
+    forces = _forces(grips, sides, 0, 0)
+    loads = _loads(nested, loads, 0, (forces, forces))
     rates = slip_rates(scene, y, pose, nested, loads)
     gains = _gains(limits, forces, 0, Question(scene, y, pose, nested, loads, forces, rates))
     for _ in range(SWEEPS if stuck > 1 else 1):
         change = 0.0
         for j in range(len(limits)):
-            if limits[j] == 0.0:
+            if (limits[j] == 0.0) | (sides[j] != 0.0):
                 continue
-            limit, missing = limits[j], -scene.reference_rate * slips[j] - rates[j]
-            force = min(max(forces[j] + missing / gains[j][j], -limit), limit)
-            extra = force - forces[j]
-            change = max(change, abs(extra) / limit)
+            extra = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
+            change = max(change, abs(extra / limits[j]))
             rates = _moved_rates(rates, gains[j], 0, extra)
-            forces = _replaced_in_one(forces, forces, 0, (j, force))
+            forces = _replaced_in_one(forces, forces, 0, (j, forces[j] + extra))
         if change < SETTLED:
             break
-    return _loads(nested, loads, 0, forces)
+    needed = forces
+    for j in range(len(limits)):
+        if limits[j] != 0.0:
+            missing = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
+            needed = _replaced_in_one(needed, needed, 0, (j, forces[j] + missing))
+    return _loads(nested, loads, 0, (forces, needed))

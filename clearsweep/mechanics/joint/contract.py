@@ -51,6 +51,9 @@ PRESSED = ACTS | TOUCHES
 # Modes of laws, listed here so that numbers stay unique.
 CLIPPED = PRESSED + LAWS_OWN  # penetrating, but the normal force is clipped because it would pull
 STUCK = PRESSED + 2 * LAWS_OWN  # pressed, and the surfaces stick
+AT_LIMIT_UP = PRESSED + 3 * LAWS_OWN  # as STUCK, but the tangential force has reached its limit, upwards
+AT_LIMIT_DOWN = PRESSED + 4 * LAWS_OWN  # the same downwards
+STICKING = (STUCK, AT_LIMIT_UP, AT_LIMIT_DOWN)
 TOUCHING = tuple(mode for mode in range(63) if mode & TOUCHES)  # all modes of touching surfaces
 ENTERED, LEFT = -1, -2  # events of a contact for `latched`; numbers from 0 on are the law's own guards
 SAME = -1  # of Guard.leads_to: the mode stays
@@ -88,6 +91,7 @@ class Contact(NamedTuple):
     depth: float  # m, eccentricity minus clearance; negative for a gap
     elastic: float  # N, the elastic part of the normal force
     raw: float  # N, normal force before clipping, minus the least force of its law
+    needed: float = 0.0  # N, tangential force that would stop the sliding of surfaces that stick
 
 
 class Load(NamedTuple):
@@ -182,6 +186,21 @@ def power_stored(contact):
 @power_stored.member(None)
 def _default_power_stored(contact):
     return contact.elastic * contact.rate
+
+
+@family
+def force_needed(contact):
+    """Return the tangential force (N) that would stop the sliding of surfaces that stick, 0 if they do not stick."""
+
+
+@force_needed.member(None)
+def _no_force_needed(contact):
+    return 0.0
+
+
+@force_needed.member(Contact)
+def _force_needed_contact(contact):
+    return contact.needed
 
 
 @family

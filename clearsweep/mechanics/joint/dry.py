@@ -19,7 +19,7 @@ from .contract import (
     CLIPPED,
     FREE,
     PRESSED,
-    STUCK,
+    STICKING,
     Contact,
     ContactModes,
     Guard,
@@ -65,7 +65,7 @@ class Clip(NamedTuple):
 
 @guards.member(Clip)
 def _guards_clip(clip):
-    pulls = Guard((PRESSED, STUCK), CLIPPED, counted=True, observable=RAW, sign=-1.0)
+    pulls = Guard((PRESSED, *STICKING), CLIPPED, counted=True, observable=RAW, sign=-1.0)
     return pulls, Guard((CLIPPED,), PRESSED, observable=RAW)
 
 

@@ -9,8 +9,9 @@ corner has more than its limit.  The two walls have a force each, for a block th
 from typing import NamedTuple
 
 from ..compiled.choosing import where
+from ..compiled.dual import plain
 from ..compiled.family import family, inlined, kernel
-from .contract import STUCK, Contact, Load
+from .contract import AT_LIMIT_DOWN, AT_LIMIT_UP, STICKING, Contact, Load
 from .dry import Joint
 from .friction.contract import static_limit
 from .guide import CORNERS, Guide, corner_place
@@ -22,7 +23,8 @@ def grips_of(joint, gap, load, mode, first_contact):
     """Return the grips of a joint under its Load; () if it cannot stick.  first_contact : index of its first contact.
 
     mode : (contacts,) what each contact does.  A grip has the fields `contacts`, the numbers of its contacts, and
-    `force` (N), that of those that stick, `limit` (N), their largest, and `slip` (m/s).
+    `force` (N), that of those that stick, `limit` (N), their largest, and `slip` (m/s).  Past a separation the limit
+    of a single contact is negative, so that trial steps go on smoothly.
     """
 
 
@@ -32,8 +34,11 @@ def slip_rate(grip, gap):
 
 
 @family
-def with_tangential(grip, load, force):
-    """Return the Load of a joint with `force` (N) in place of the tangential force of one of its grips."""
+def with_tangential(grip, load, force, needed):
+    """Return the Load of a joint with `force` (N) in place of the tangential force of one of its grips.
+
+    needed : N, force that would stop the sliding.
+    """
 
 
 @grips_of.member(None)
@@ -42,8 +47,8 @@ def _default_grips_of(joint, gap, load, mode, first_contact):
 
 
 @inlined
-def with_friction(contact, force):
-    """Return a Contact with another tangential force (N)."""
+def _with_friction(contact, force, needed):
+    """Return a Contact with another tangential force (N), and the one that would stop the sliding."""
     return Contact(
         normal=contact.normal,
         tangential=force,
@@ -52,6 +57,7 @@ def with_friction(contact, force):
         depth=contact.depth,
         elastic=contact.elastic,
         raw=contact.raw,
+        needed=plain(needed),
     )
 
 
@@ -83,7 +89,7 @@ def _grips_of_joint(joint, gap, load, mode, first_contact):
         Surface(
             contacts=(first_contact,),
             force=contact.tangential,
-            limit=static_limit(joint.friction) * max(contact.normal, 0.0),
+            limit=static_limit(joint.friction) * contact.normal,
             slip=contact.slip,
             bearing_radius=joint.bearing_radius,
             journal_radius=joint.journal_radius,
@@ -108,7 +114,7 @@ def _slip_rate_surface(surface, gap):
 
 
 @with_tangential.member(Surface)
-def _with_tangential_surface(surface, load, force):
+def _with_tangential_surface(surface, load, force, needed):
     contact = load.contacts[0]
     added_force = force - contact.tangential
     share = added_force / (surface.x * surface.x + surface.y * surface.y) ** 0.5
@@ -120,7 +126,7 @@ def _with_tangential_surface(surface, load, force):
         fy=load.fy + share * surface.x,
         moment_proximal=load.moment_proximal + bearing,
         moment_distal=load.moment_distal + journal,
-        contacts=(with_friction(contact, force),),
+        contacts=(_with_friction(contact, force, needed),),
     )
 
 
@@ -155,7 +161,7 @@ def _grips_of_slot_joint(joint, gap, load, mode, first_contact):
         SlotSurface(
             contacts=(first_contact,),
             force=contact.tangential,
-            limit=static_limit(joint.friction) * max(contact.normal, 0.0),
+            limit=static_limit(joint.friction) * contact.normal,
             slip=contact.slip,
             journal_radius=joint.journal_radius,
             nx=normal.x,
@@ -173,7 +179,7 @@ def _slip_rate_slot_surface(surface, gap):
 
 
 @with_tangential.member(SlotSurface)
-def _with_tangential_slot_surface(surface, load, force):
+def _with_tangential_slot_surface(surface, load, force, needed):
     contact, gap = load.contacts[0], surface.gap
     added_force = force - contact.tangential
     axial, transverse, on_pin = (
@@ -186,7 +192,7 @@ def _with_tangential_slot_surface(surface, load, force):
         fy=load.fy + (gap.axis_y * axial + gap.axis_x * transverse),
         moment_proximal=load.moment_proximal + (gap.y * axial - gap.x * transverse - on_pin),
         moment_distal=load.moment_distal + on_pin,
-        contacts=(with_friction(contact, force),),
+        contacts=(_with_friction(contact, force, needed),),
     )
 
 
@@ -220,7 +226,7 @@ def _grips_of_guide(joint, gap, load, mode, first_contact):
 def _wall(joint, gap, load, mode, first_contact, corners):
     sign, (a, b) = CORNERS[corners[0]][1], (load.contacts[corner] for corner in corners)
     contacts = first_contact + corners[0], first_contact + corners[1]
-    stuck = mode[contacts[0]] == STUCK, mode[contacts[1]] == STUCK
+    stuck = is_sticking(mode[contacts[0]]), is_sticking(mode[contacts[1]])
     loads = where(stuck[0], max(a.normal, 0.0), 0.0), where(stuck[1], max(b.normal, 0.0), 0.0)
     total_load = loads[0] + loads[1]
     per_load = 1.0 / where(total_load > 0.0, total_load, 1.0)
@@ -249,14 +255,15 @@ def _slip_rate_wall(wall, gap):
 
 
 @with_tangential.member(Wall)
-def _with_tangential_wall(wall, load, force):
+def _with_tangential_wall(wall, load, force, needed):
     contacts, added_force, swing = load.contacts, 0.0, 0.0
     for i in range(2):
         corner, previous = wall.corners[i], contacts[wall.corners[i]]
         tangential = where(wall.stuck[i], wall.shares[i] * force, previous.tangential)
         added_force += tangential - previous.tangential
         swing += wall.heights[i] * (tangential - previous.tangential)
-        contacts = (*contacts[:corner], with_friction(previous, tangential), *contacts[corner + 1 :])
+        needed_there = where(wall.stuck[i], wall.shares[i] * needed, 0.0)
+        contacts = (*contacts[:corner], _with_friction(previous, tangential, needed_there), *contacts[corner + 1 :])
     gap, axial, on_block = wall.gap, -wall.sign * added_force, wall.sign * swing
     return Load(
         fx=load.fx + gap.axis_x * axial,
@@ -267,10 +274,34 @@ def _with_tangential_wall(wall, load, force):
     )
 
 
+# ---------------------------------------------------------------------------------------------- modes
+
+
+@kernel
+def is_sticking(mode):
+    """Return whether the surfaces of a contact in this mode stick."""
+    sticking = False
+    for each in STICKING:
+        sticking = sticking | (mode == each)
+    return sticking
+
+
 @kernel
 def sticks(grip, mode):
     """Return whether a contact of a grip sticks."""
-    stuck = 0
+    sticking = False
     for contact in grip.contacts:
-        stuck += mode[contact] == STUCK
-    return stuck > 0
+        sticking = sticking | is_sticking(mode[contact])
+    return sticking
+
+
+@kernel
+def limited_side(grip, mode):
+    """Return 1 or -1 if the force of a grip is at its limit, upwards or downwards, and 0 if it follows from the motion.
+
+    Corners on one wall share their force, so they reach its limit together.
+    """
+    side = 0.0
+    for contact in grip.contacts:
+        side += where(mode[contact] == AT_LIMIT_UP, 1.0, 0.0) - where(mode[contact] == AT_LIMIT_DOWN, 1.0, 0.0)
+    return min(max(side, -1.0), 1.0)

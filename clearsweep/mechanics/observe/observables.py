@@ -13,7 +13,7 @@ from typing import NamedTuple
 from ..compiled.family import inlined
 
 KAPPA, DRIVE, GRAVITY, ACCELERATION, TORQUE, KINETIC, ERROR, ERROR_RATE, CONTACTS = range(9)
-NORMAL, STORED, LOST, TANGENTIAL, SLIP, RAW, DEPTH, RATE, LOAD, RUBBED, CONTACT_WIDTH = range(11)
+NORMAL, STORED, LOST, TANGENTIAL, SLIP, RAW, DEPTH, RATE, NEEDED, LOAD, RUBBED, CONTACT_WIDTH = range(12)
 DRY, DRAINED, DRY_RUBBED, PRESSURE, SPEED, PUMPED, FILM_WIDTH = range(7)
 
 
@@ -28,6 +28,7 @@ class Observed(NamedTuple):
     raw: float  # N, normal force before clipping, minus the least force of its law
     depth: float  # m, eccentricity minus clearance
     rate: float  # m/s, of the eccentricity
+    needed: float  # N, tangential force that would stop the sliding of surfaces that stick
 
 
 @inlined
@@ -38,7 +39,7 @@ def columns(contacts):
 
 @inlined
 def column_of(contact, quantity):
-    """Return the column of an observable of a contact: NORMAL to RATE."""
+    """Return the column of an observable of a contact: NORMAL to NEEDED."""
     return CONTACTS + CONTACT_WIDTH * contact + quantity
 
 
@@ -61,6 +62,7 @@ def observed_in(o, row, contact):
         raw=o[block + RAW, row],
         depth=o[block + DEPTH, row],
         rate=o[block + RATE, row],
+        needed=o[block + NEEDED, row],
     )
 
 
@@ -82,6 +84,7 @@ def observe(o, row, contact, seen):
     o[block + RAW, row] = seen.raw
     o[block + DEPTH, row] = seen.depth
     o[block + RATE, row] = seen.rate
+    o[block + NEEDED, row] = seen.needed
 
 
 @inlined

@@ -103,11 +103,11 @@ def axes_of(record: Mapping, tried: dict, units: Mapping[str, str], joints: int)
             axes.append(ends._replace(values=ordered, digits=DIGITS, scattered=True))
         else:
             axes.append(_axis(path, different, units.get(path, "1"), joints))
-    axes, fits = _alike(axes, units), grid.noted_fits(record)
+    axes, fits = _alike(axes, units), grid.recorded_fits(record)
     noted = record.get("written_units", {})
     own = {axis.path: wording.written_scale(noted.get(axis.path), units.get(axis.path, "1")) for axis in axes}
     axes = [axis._replace(scale=scale, written=True) if (scale := own[axis.path]) else axis for axis in axes]
-    labels = grid.noted_labels(record)
+    labels = grid.recorded_labels(record)
     axes = [axis._replace(labels={value: label for label, value in labels.get(axis.path, {}).items()}) for axis in axes]
     return tuple(_with_fits(axis, fits.get(axis.path, ()), drawn=axis.path in drawn) for axis in axes)
 

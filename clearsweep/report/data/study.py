@@ -188,7 +188,7 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
         if figure != PER_STROKES or "drive" in base
     }
     units |= {column: unit for column, (unit, _) in derived.items()}
-    defined = grid.defined_by(record)
+    defined = grid.definitions_of_resolved(record)
     derived |= {path: (units.get(path, "1"), functools.partial(followed, defined, path)) for path in defined.follow}
     making = {column: functools.partial(make, base=base) for column, (_, make) in derived.items()}
     cases = Rows(run, run.column("case_id"), finished & own, texts, making)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...grid.optimised import SENSES
+from ...grid.sections.optimise import SENSES
 from ...judging.verdict import MARGIN
 from ..blocks.interactive import packed
 from ..blocks.section import Block, Interactive, Note, Section

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ...grid.optimised import SENSES
+from ...grid.sections.optimise import SENSES
 from ...language import quantity, wording
 from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture

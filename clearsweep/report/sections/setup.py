@@ -55,7 +55,7 @@ def _listed(axis: Axis) -> str:
 def _fixed(study: Study) -> list[tuple[str, str]]:
     """Return the values that every case shares: dotted path, value with unit."""
     swept = {axis.path for axis in study.axes}
-    fits = {path: f" ({known[0].name})" for path, known in grid.noted_fits(study.run.grid).items()}
+    fits = {path: f" ({known[0].name})" for path, known in grid.recorded_fits(study.run.grid).items()}
     return [
         (path, _text(study, path, value) + fits.get(path, ""))
         for path, value in leaves(study.base)

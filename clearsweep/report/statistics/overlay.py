@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...grid import measured
+from ...grid.written.tables import Measured, read_signals
 from ...judging import features
 from ...language.errors import InputError
 from ..data.study import Study
@@ -35,7 +35,7 @@ def lay(study: Study, file: str | PathLike) -> list[Laid]:
     units = {channel.name: channel.unit for channel in study.run.layout.stored if channel.unit}
     units.pop("t", None)
     names = {name: name for name in units} | _short(units)
-    signals = measured.read(file, {name: units[channel] for name, channel in names.items()})
+    signals = read_signals(file, {name: units[channel] for name, channel in names.items()})
     ids = [str(name) for name in study.cases.index]
     chosen = [ids[place] for place in np.unique(np.linspace(0, len(ids) - 1, min(len(ids), MOST_CASES)).astype(int))]
     orbits = {case_id: orbit for case_id in chosen if len(orbit := study.run.orbit(case_id)) > 1}
@@ -58,7 +58,7 @@ def _short(units: Mapping[str, str]) -> dict[str, str]:
     return {ACCELERATION: channels[0]} if channels else {}
 
 
-def _angle(signals: measured.Measured, crank_angle: np.ndarray, times: np.ndarray) -> np.ndarray:
+def _angle(signals: Measured, crank_angle: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Return the crank angles (rad) of measured samples; of samples over time, from the mean speed of a case."""
     if signals.over == "crank_angle":
         return signals.places
@@ -66,7 +66,7 @@ def _angle(signals: measured.Measured, crank_angle: np.ndarray, times: np.ndarra
 
 
 def _beside(
-    angle: np.ndarray, values: np.ndarray, crank_angle: np.ndarray, computed: np.ndarray, signals: measured.Measured
+    angle: np.ndarray, values: np.ndarray, crank_angle: np.ndarray, computed: np.ndarray, signals: Measured
 ) -> tuple[np.ndarray, np.ndarray, float, float]:
     """Return the measured and computed revolutions, the angle (rad) between them, and the misfit."""
     orders = features.common_band(features.density(angle), features.density(crank_angle))

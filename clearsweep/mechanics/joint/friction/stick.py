@@ -5,13 +5,25 @@ from typing import NamedTuple
 from ....contracts.catalogue import Field, Law, Order
 from ...compiled import calculus as math
 from ...compiled.choosing import where
-from ..contract import CLIPPED, PRESSED, STUCK, Guard, guard_values, guards, latched
+from ..contract import (
+    AT_LIMIT_DOWN,
+    AT_LIMIT_UP,
+    CLIPPED,
+    PRESSED,
+    STICKING,
+    STUCK,
+    Guard,
+    guard_values,
+    guards,
+    latched,
+)
 from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values, static_limit
 from .sliding import stribeck_coefficient
 
-#: Guards: into the band; out of it; the side to which it slides is not known yet; it turns where the force is clipped.
-STICKS, SLIPS, SLIDES, TURNS = range(4)
+#: Guards: into the band; out of it; the side to which it slides is not known yet; it turns where the force is clipped;
+#: the force needed to stop the sliding reaches its limit, upwards or downwards, or falls below it again.
+STICKS, SLIPS, SLIDES, TURNS, REACHES_UP, REACHES_DOWN, HOLDS_UP, HOLDS_DOWN = range(8)
 LOOSE = 1.001  # times the sticking speed: sliding speed at which surfaces are released
 
 
@@ -43,20 +55,29 @@ def _static_limit_karnopp(friction):
 def _guards_karnopp(friction):
     return (
         Guard((PRESSED,), STUCK, at_start=True),
-        Guard((STUCK,), PRESSED),
+        Guard(STICKING, PRESSED),
         Guard((PRESSED,), at_start=True),
         Guard((CLIPPED,)),
+        Guard((STUCK,), AT_LIMIT_UP),
+        Guard((STUCK,), AT_LIMIT_DOWN),
+        Guard((AT_LIMIT_UP,), STUCK),
+        Guard((AT_LIMIT_DOWN,), STUCK),
     )
 
 
 @guard_values.member(Karnopp)
 def _guard_values_karnopp(friction, start, contact, root):
     side = where(friction.piece != 0.0, friction.piece, math.copysign(1.0, start.slip))
+    limit = static_limit(friction) * contact.normal
     return (
         friction.band - side * contact.slip,
         abs(contact.slip) - LOOSE * friction.band,
         abs(side) - abs(friction.piece),
         -side * contact.slip,
+        contact.needed - limit,
+        -contact.needed - limit,
+        limit - contact.needed,
+        limit + contact.needed,
     )
 
 
@@ -64,7 +85,7 @@ def _guard_values_karnopp(friction, start, contact, root):
 def _latched_karnopp(friction, event, contact, root):
     if event == TURNS:
         return (-friction.piece,)
-    return (math.copysign(1.0, contact.slip) if event > STICKS else 0.0,)
+    return (math.copysign(1.0, contact.slip) if event in (SLIPS, SLIDES) else 0.0,)
 
 
 register(

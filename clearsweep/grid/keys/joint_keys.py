@@ -1,0 +1,303 @@
+"""Keys of joints: contact, friction, heat, roughness, oil films, and joints in space."""
+
+import math
+
+from ...contracts.case import Materials
+from ...contracts.catalogue import Catalogue, Field, JointSite, Law
+from ...contracts.layout import PRELOAD
+from ..library import MATERIALS, OILS
+from ..library.naming import MATERIAL, OIL
+from .kinds import (
+    Condition,
+    ConditionalDefault,
+    Flag,
+    Name,
+    Number,
+    Section,
+    Shape,
+    Table,
+    Use,
+    Word,
+    section_key,
+    word_key,
+)
+
+JOURNAL = "compatible"  # the elastic law of a journal in a bearing
+
+_MATERIAL = (
+    Field("young", "Pa", "Young's modulus"),
+    Field("poisson", "1", "Poisson's ratio", -1.0, 0.5, high_open=False),
+    Field(
+        "yield_strength",
+        "Pa",
+        "yield strength, only for `J_yield_speed`; default: a hardness / 2.8",
+        optional=True,
+    ),
+)
+
+_ONSET = Word(
+    ("first", "renewed"),
+    "how long damping depends on the onset rate of a contact: to its end, or until the contact lasts",
+    "renewed",
+    sweep=True,
+    idle=True,
+)
+
+
+def add_numbers(tree: Shape, path: str, fields: tuple[Field, ...], *, sweep: bool = True) -> None:
+    """Add keys that are in use with any choice of laws."""
+    for field in fields:
+        tree[f"{path}.{field.name}"] = Number((Use(field),), sweep)
+
+
+def add_friction(tree: Shape, path: str, catalogue: Catalogue) -> None:
+    """Add the keys of friction in a joint."""
+    tree[f"{path}.friction"] = Section("friction; left out: none", "optional")
+    tree[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", sweep=True, noun="law")
+    add_laws(tree, f"{path}.friction", "law", catalogue.of("friction"))
+
+
+_COUPLE = "constant force on the joint, such as a seal's; its friction acts as a couple, friction x bearing_radius"
+ALONG = "constant force on the block, such as a seal's; its friction acts along the guide"
+
+
+def add_preload(tree: Shape, path: str, catalogue: Catalogue, text: str = _COUPLE) -> None:
+    """Add the keys of the preload of a pin, or of a guide, which also acts without contact."""
+    laws = frozenset(law.name for law in catalogue.of("friction") if not law.sticks)
+    key_use = Use(Field(PRELOAD, "N", text, optional=True), ((f"{path}.friction.law", laws),))
+    tree[f"{path}.friction.{PRELOAD}"] = Number((key_use,))
+
+
+def add_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "") -> None:
+    """Add the keys of a joint's normal force, or of that at `contact`: law, elastic part, and parameters."""
+    contact = contact or f"{path}.contact"
+    elastic = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_elastic)),)
+    tree[contact] = Section("the normal force")
+    tree[f"{contact}.law"] = Word(catalogue.names("law"), "the law of the normal force", sweep=True, noun="law")
+    tree[f"{contact}.elastic"] = _elastic(path, catalogue, contact)._replace(when=elastic)
+    onset = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_onset)),)
+    tree[f"{contact}.onset"] = _ONSET._replace(when=onset)
+    add_laws(tree, contact, "elastic", catalogue.of("elastic"), elastic)
+    add_laws(tree, contact, "law", catalogue.of("law"))
+    material = f"{contact}.material"
+    tree[material] = Section(
+        "the material of both bodies, or its name; gives the stiffness unless that is written", "optional"
+    )
+    add_material_name(tree, material, "of both bodies")
+    for field in _MATERIAL:
+        default_field = field._replace(
+            text=f"{field.text} of both bodies; required unless each has its own", optional=True
+        )
+        tree[f"{material}.{field.name}"] = Number((Use(default_field, elastic),))
+    for body in Materials._fields:
+        tree[f"{material}.{body}"] = Section(
+            f"the material of the {body}, or its name; write both bodies' materials or neither", "optional"
+        )
+        add_material_name(tree, f"{material}.{body}", f"of the {body}")
+        for field in _MATERIAL:
+            body_field = field._replace(text=f"{field.text} of the {body}")
+            tree[f"{material}.{body}.{field.name}"] = Number((Use(body_field, elastic),))
+
+
+def add_material_name(tree: Shape, path: str, whose: str) -> None:
+    """Add the key that names a material; the name may also replace the section."""
+    text = f"the name {whose}' material" if whose.endswith("s") else f"the name of the material {whose}"
+    tree[f"{path}.{MATERIAL}"] = Name(
+        tuple(MATERIALS), f"{text}, of `clearsweep list materials`; numbers next to it override its values"
+    )
+
+
+def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:
+    """Return the key of the elastic law; it defaults to JOURNAL if no stiffness is given but all that it needs is."""
+    names = catalogue.names("elastic")
+    word_key = Word(names, "the stiffness law", "power", sweep=True, noun="law")
+    if JOURNAL not in names:
+        return word_key
+    hertzian = frozenset(law.name for law in catalogue.of("law") if "hertz" in law.needs)
+    conditional = ConditionalDefault(
+        JOURNAL,
+        all_of=(f"{contact}.material", f"{path}.length", f"{path}.bearing_radius"),
+        none_of=(f"{contact}.stiffness", f"{contact}.exponent"),
+        unless=(f"{contact}.law", hertzian),
+    )
+    default_text = f"default {JOURNAL} with `material` and `length` but without `stiffness` and `exponent`"
+    return word_key._replace(text=f"{word_key.text}; {default_text}", rather=conditional)
+
+
+def add_thermal(tree: Shape, path: str) -> None:
+    """Add the keys of a dry joint's heat balance."""
+    thermal = f"{path}.thermal"
+    text = "heat balance of dry friction: temperature = ambient + mean friction power / conductance"
+    tree[thermal] = Section(f"{text}; left out: the joint stays cold", "optional")
+    add_numbers(tree, thermal, HEAT_BALANCE)
+    text = "thermal expansion, which changes the clearance; left out: none"
+    tree[f"{thermal}.expansion"] = Section(text, "optional")
+    for body in Materials._fields:
+        field = Field(body, "1/K", f"expansion of the {body}; default: that of its named material", low_open=False)
+        add_numbers(tree, f"{thermal}.expansion", (field,))
+
+
+def add_laws(tree: Shape, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = ()) -> None:
+    """Add the keys of the laws that `key` chooses from; the chosen law decides the meaning of a shared key."""
+    for law in laws:
+        for field in law.fields:
+            key_use = Use(field, (*when, (f"{path}.{key}", frozenset((law.name,)))))
+            existing = tree.get(f"{path}.{field.name}")
+            uses = existing.uses if isinstance(existing, Number) else ()
+            if not uses or any(existing_use.when for existing_use in uses):
+                tree[f"{path}.{field.name}"] = Number((*uses, key_use))
+    tables = {
+        columns: frozenset(law.name for law in laws if columns in law.tables) for law in laws for columns in law.tables
+    }
+    for columns, names in tables.items():
+        tree[f"{path}.{columns.name}"] = Table(columns, (*when, (f"{path}.{key}", names)), optional=True)
+
+
+def moduli(joint: str) -> tuple[str, ...]:
+    """Return the paths in a joint that determine the modulus for wear pressure."""
+    return f"{joint}.contact.material", f"{joint}.wear.pressure_modulus"
+
+
+def point_laws(catalogue: Catalogue) -> tuple[Law, ...]:
+    """Return the contact laws that suit a point without a radius."""
+    return tuple(law for law in catalogue.laws if law.family != "elastic" or not law.needs)
+
+
+def first_onset(tree: Shape, contact: str) -> Word:
+    """Return the key `onset` for contacts whose effective impact mass is unknown."""
+    text = "how long damping depends on the onset rate of a contact: to its end"
+    return word_key(tree, f"{contact}.onset")._replace(options=("first",), default="first", text=text)
+
+
+DEFAULT_FILM_LAW = "reynolds"
+FILM_LIMIT = (
+    Field(
+        "limit",
+        "1",
+        "largest eccentricity ratio of the film's formula; beyond, it is evaluated there",
+        0.0,
+        0.999,
+        high_open=False,
+        default=0.99,
+    ),
+)
+VISCOSITY = Field("viscosity", "Pa*s", "dynamic viscosity of the oil; or kinematic ones at two temperatures")
+OIL_VISCOSITIES = (
+    Field("at_40C", "m^2/s", "kinematic viscosity of the oil at 40 degC", 2e-6),
+    Field("at_100C", "m^2/s", "kinematic viscosity at 100 degC, lower", 2e-6),
+    Field("density", "kg/m^3", "density of the oil"),
+)
+TEMPERATURE = Field("temperature", "K", "temperature of the oil; needed for two viscosities", optional=True)
+HEAT_BALANCE = (
+    Field("conductance", "W/K", "heat flow per temperature difference"),
+    Field("ambient", "K", "temperature of the surroundings"),
+)
+TRANSITION = (
+    Field(
+        "from",
+        "m",
+        "eccentricity minus clearance at which the dry contact begins to carry load",
+        low_open=False,
+        default=0.0,
+    ),
+    Field("width", "m", "range over which the load passes from the film to the dry contact", default=2e-6),
+)
+
+
+def add_roughness(tree: Shape, path: str, catalogue: Catalogue) -> None:
+    """Add the keys of a joint's surface roughness."""
+    rough = f"{path}.roughness"
+    tree[rough] = Section("rough surfaces, in series with the elastic law; left out: smooth ones", "optional")
+    tree[f"{rough}.law"] = Word(catalogue.names("roughness"), "the roughness law", sweep=True, noun="law")
+    add_laws(tree, rough, "law", catalogue.of("roughness"))
+
+
+def add_film(tree: Shape, path: str, catalogue: Catalogue) -> None:
+    """Add the keys of a joint's oil film, with or without dry contact."""
+    tree[f"{path}.contact"] = section_key(tree, f"{path}.contact")._replace(unless="film")
+    film = f"{path}.film"
+    tree[film] = Section("a film of oil; left out: none", "optional")
+    tree[f"{film}.law"] = Word(
+        catalogue.names("film"), "the law of the film's force", DEFAULT_FILM_LAW, sweep=True, noun="law"
+    )
+    tree[f"{film}.{OIL}"] = Name(tuple(OILS), "an oil of `clearsweep list oils`: gives viscosities and density")
+    add_numbers(tree, film, (VISCOSITY,))
+    add_numbers(tree, f"{film}.viscosity", OIL_VISCOSITIES)
+    add_numbers(tree, film, (TEMPERATURE, *FILM_LIMIT))
+    tree[f"{film}.thermal"] = Section("heat balance: temperature = ambient + mean loss / conductance", "optional")
+    add_numbers(tree, f"{film}.thermal", HEAT_BALANCE)
+    tree[f"{film}.friction"] = Word(
+        ("by-law", *catalogue.names("film-friction")),
+        "the couple of the film's shear; by-law: butenschoen",
+        "by-law",
+        sweep=True,
+        noun="law",
+    )
+    tree[f"{film}.transition"] = Section("how the dry contact takes over", "implied", needs="contact")
+    transition = f"{film}.transition"
+    tree[f"{transition}.law"] = Word(
+        catalogue.names("transition"), "how the dry contact takes over", "ramp", sweep=True, noun="law"
+    )
+    add_numbers(tree, transition, TRANSITION)
+    add_laws(tree, transition, "law", catalogue.of("transition"))
+
+
+_SLEEVE = (
+    Field("clearance", "m", "radial clearance"),
+    Field("bearing_radius", "m", "radius of the bearing; the journal's is smaller by the clearance"),
+    Field("length", "m", "length of the bearing along its axis"),
+    Field("journal_length", "m", "length of the journal; default: that of the bearing", optional=True),
+)
+_AXIAL = Field(
+    "axial_clearance", "m", "between the ends of bearing and journal on each side, with the journal in the middle"
+)
+_MISALIGNED = (
+    ("tilt", "rotation vector of the bearing about x and y of its body", "rad", 2),
+    ("offset", "offset of the bearing's middle along the axes of its body", "m", 3),
+)
+
+
+def flanged(tree: Shape, path: str, catalogue: Catalogue) -> None:
+    """Add the further keys of a spatial revolute joint with flanges."""
+    add_numbers(tree, path, (_AXIAL,))
+    axial = f"{path}.axial"
+    _pointed_contact(tree, axial, catalogue._replace(laws=point_laws(catalogue)))
+    for nested in [nested for nested in tree if nested.startswith(f"{axial}.material")]:
+        del tree[nested]
+    tree[axial] = Section("the normal force at a flange; left out: as `contact`", "optional")
+
+
+def through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Add the keys of a spatial revolute joint without flanges."""
+    tree[path] = Section("a revolute joint with radial and axial clearance, in which the journal may tilt", "optional")
+    tree[f"{path}.type"] = Word(("spatial",), "the kind of the joint")
+    add_numbers(tree, path, _SLEEVE)
+    tree[f"{path}.flange"] = Flag(
+        "the bearing has flanges, `axial_clearance` away from the journal on each side", default=True
+    )
+    elastic = frozenset(law.name for law in catalogue.of("law") if not law.yields)
+    tree[f"{path}.walls"] = Word(
+        ("spread", "ends"),
+        "where the walls carry load; spread: evenly over the overlap of journal and bore; ends: at "
+        "the two ends, half the stiffness each; laws with permanent indentation: at the ends",
+        "spread",
+        sweep=True,
+        when=((f"{path}.contact.law", elastic),),
+        idle=True,
+    )
+    for name, text, unit, count in _MISALIGNED:
+        tree[f"{path}.{name}"] = Section(text, "implied", count)
+        axes = (
+            Field(str(k), unit, f"about {axis}" if unit == "rad" else f"along {axis}", -math.inf, default=0.0)
+            for k, axis in enumerate("xyz"[:count])
+        )
+        add_numbers(tree, f"{path}.{name}", tuple(axes))
+    _pointed_contact(tree, f"{path}.contact", catalogue)
+    laws = tuple(law for law in catalogue.laws if not (law.remembers or law.sticks))
+    add_friction(tree, path, catalogue._replace(laws=laws))
+
+
+def _pointed_contact(tree: Shape, contact: str, catalogue: Catalogue) -> None:
+    """Add the keys of the normal force at contact points, whose effective impact mass is unknown."""
+    add_contact(tree, contact.rpartition(".")[0], catalogue, contact)
+    tree[f"{contact}.onset"] = first_onset(tree, contact)

@@ -1,0 +1,365 @@
+"""The key table of grid files: every key with its unit, range, default and meaning."""
+
+from ...contracts.catalogue import Catalogue, Field, JointSite, Keys, Mechanism, sized
+from ...contracts.layout import settling
+from ...contracts.outline import ANY
+from ..library import PAIRS
+from ..library.naming import LAW, PAIR
+from .joint_keys import (
+    ALONG,
+    add_contact,
+    add_film,
+    add_friction,
+    add_laws,
+    add_numbers,
+    add_preload,
+    add_roughness,
+    add_thermal,
+    first_onset,
+    flanged,
+    moduli,
+    point_laws,
+    through,
+)
+from .kinds import ConditionalDefault, Flag, Name, Number, Section, Shape, Table, Use, Word, word_key
+from .run_keys import TIME_BUDGET, add_life_keys, add_save_keys
+
+DIMENSIONLESS = "dimensionless"
+_COEFFICIENT = Field(
+    "coefficient",
+    "m^2/N",
+    "wear coefficient of both bodies, depth per pressure and sliding distance; of `energy` volume per work, m^3/J",
+    low_open=False,
+    optional=True,
+)
+_WEAR = (
+    _COEFFICIENT,
+    _COEFFICIENT._replace(name="bearing_coefficient", text="wear coefficient of the bearing; overrides `coefficient`"),
+    _COEFFICIENT._replace(name="journal_coefficient", text="wear coefficient of the journal; overrides `coefficient`"),
+)
+_RUNNING_IN = (
+    _COEFFICIENT._replace(name="initial", text="initial wear coefficient of both bodies"),
+    _COEFFICIENT._replace(name="steady", text="steady wear coefficient of both bodies; another name of `coefficient`"),
+    _COEFFICIENT._replace(name="bearing_initial", text="initial value of the bearing; overrides `initial`"),
+    _COEFFICIENT._replace(name="journal_initial", text="initial value of the journal; overrides `initial`"),
+)
+_DISTANCE = Field("distance", "m", "sliding distance over which the remaining difference falls by a factor e")
+_HARDNESS = Field(
+    "hardness",
+    "Pa",
+    "hardness of the softer body; checks a coefficient, or makes one of a bare number",
+    optional=True,
+)
+_PV_LIMIT = Field(
+    "pv_limit",
+    "W/m^2",
+    "allowed pressure times sliding speed of the bearing; the time above it is counted",
+    optional=True,
+)
+_BINS = Field(
+    "bins", "1", "angular bins around each body", 8, 1e6, low_open=False, high_open=False, default=360, whole=True
+)
+_LENGTH_BINS = Field(
+    "length_bins", "1", "bins along each body", 1, 1000, low_open=False, high_open=False, default=20, whole=True
+)
+_LENGTH_OF_PIN = Field("length", "m", "length along the pin; wear and the laws of cylinders need it", optional=True)
+_GAP_SIZES = (
+    Field("bearing_radius", "m", "radius of the bearing; the laws of cylinders need it", optional=True),
+    _LENGTH_OF_PIN,
+)
+_GUIDE = (
+    Field("clearance", "m", "between the block and each wall, with the block in the middle"),
+    Field("length", "m", "length of the block along the guide"),
+    Field("height", "m", "height of the block across the guide"),
+)
+_SLOT = (
+    Field("clearance", "m", "between the pin and each wall, with the pin in the middle"),
+    Field("bearing_radius", "m", "half the width of the slot; the pin's radius is smaller by the clearance"),
+    Field("slot_length", "m", "length of the slot between the centres of its rounded ends", low_open=False),
+    Field("length", "m", "length along the pin; wear needs it", optional=True),
+)
+_ON_FLAT = "hertz-line"  # the pressure law of wear in a slot; others assume a journal in a bearing
+_TIME_LIMIT = Field(
+    "time_limit",
+    "s",
+    "simulated time after which a free crank ends the case",
+    0.0,
+    1e9,
+    high_open=False,
+    default=60.0,
+)
+_TOLERANCE = Field(
+    "tolerance", "1", "relative local tolerance", 1e-13, 1e-2, low_open=False, high_open=False, default=1e-8
+)
+_BUDGET = Field(
+    "step_budget",
+    "1",
+    "most steps per revolution of the case, rejected ones included",
+    1,
+    1e12,
+    low_open=False,
+    high_open=False,
+    whole=True,
+)
+_BUDGETS = (
+    _BUDGET._replace(default=1_000_000),
+    _BUDGET._replace(
+        name="event_budget",
+        text="most contact events per revolution of the case",
+        default=100_000,
+    ),
+)
+_SIMULATE = (
+    Field(
+        "revolutions",
+        "1",
+        "crank revolutions, `discard` included; with `until` the least number",
+        0.0,
+        1e9,
+        high_open=False,
+        default=10.0,
+    ),
+    Field(
+        "discard",
+        "1",
+        "revolutions before statistics and wear begin; default 2, or 0 with at most 2 `revolutions`",
+        low_open=False,
+        optional=True,
+    ),
+    _TOLERANCE,
+)
+_UNTIL = (
+    Field("relative_ci", "1", "half-width of the figure's 95 % interval divided by the figure", 0.0, 1.0, default=0.05),
+    Field(
+        "max_revolutions",
+        "1",
+        "most revolutions",
+        0.0,
+        1e6,
+        high_open=False,
+        default=500.0,
+    ),
+)
+_NO_INTERVAL = "maxima, minima and totals have no interval that narrows as a run continues"
+_HORIZON = Flag("find the Lyapunov exponent and the horizon of prediction, by a second run")
+_ERROR_CHECK = Flag("run each case again at a tenth of the tolerance and store the difference of every figure")
+_IMPACTS = Field(
+    "impacts", "1", "impacts after which the run ends", 1, 1e9, low_open=False, high_open=False, default=10, whole=True
+)
+_METHOD = Word(
+    ("auto", "explicit", "implicit"),
+    "explicit Runge-Kutta, implicit Radau IIA, or automatic choice",
+    "auto",
+)
+
+
+def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
+    """Return every dotted path that a grid of this mechanism may contain, sections before their keys."""
+    kinds = tuple(mechanism.name for mechanism in catalogue.mechanisms)
+    tree: Shape = {"mechanism": Section("the bodies"), "mechanism.type": Word(kinds, "which mechanism")}
+    for keys in mechanism.keys:
+        _keys(tree, keys, catalogue)
+    always = [site for site in mechanism.joints if site.kind == "line"]
+    if always:
+        tree["joints"] = Section("the joint")
+    else:
+        tree["joints"] = Section("the joints with clearance; all others are ideal", "implied")
+    for site in mechanism.joints:
+        _SITES[site.kind](tree, f"joints.{site.name}", site, catalogue)
+    if mechanism.turns:
+        _revolutions(tree, settling(catalogue, mechanism), settling(catalogue, mechanism, settles=False))
+    else:
+        _impacts(tree)
+    if mechanism.spatial:
+        start = word_key(tree, "simulate.start")
+        tree["simulate.start"] = start._replace(options=("centred",), text="the journals are in the middle at t = 0")
+    else:
+        add_life_keys(tree)
+    if mechanism.free:
+        add_numbers(tree, "simulate", (_TIME_LIMIT,), sweep=False)
+        del tree["simulate.horizon"]  # a disturbed free crank turns at another speed, so two motions cannot be compared
+    return tree
+
+
+def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
+    """Add the keys of a section of a mechanism."""
+    if keys.path not in tree:
+        tree[keys.path] = Section(keys.text, keys.need, keys.items, keys.alone)
+    for name, text in keys.flags:
+        tree[f"{keys.path}.{name}"] = Flag(text)
+    for choice in keys.words:
+        tree[f"{keys.path}.{choice.name}"] = Word(choice.options, choice.text, choice.default)
+    if keys.family:
+        laws = catalogue.of(keys.family)
+        laws = tuple(sized(law, keys.given) for law in laws) if keys.given else laws
+        names = tuple(law.name for law in laws)
+        tree[f"{keys.path}.law"] = Word(names, f"the {keys.family} law", sweep=True, noun="law")
+        add_laws(tree, keys.path, "law", laws)
+    add_numbers(tree, keys.path, keys.fields)
+    for columns in keys.tables:
+        tree[f"{keys.path}.{columns.name}"] = Table(columns)
+
+
+def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...]) -> None:
+    """Add the keys of `simulate` and `save` for mechanisms that turn; `until` accepts `figures`, but no `others`."""
+    tree["simulate"] = Section("duration, tolerance and start of the motion", "implied")
+    add_numbers(tree, "simulate", _SIMULATE)
+    tree["simulate.start"] = Word(("centred", "seated"), "positions of the journals at t = 0", "centred")
+    tree["simulate.method"] = _METHOD
+    add_numbers(tree, "simulate", _BUDGETS)
+    add_numbers(tree, "simulate", (TIME_BUDGET,), sweep=False)
+    tree["simulate.error_check"], tree["simulate.horizon"] = _ERROR_CHECK, _HORIZON
+    tree["simulate.until"] = Section("end a case when a figure has settled or the motion is periodic", "optional")
+    text = "the column of the summary with the 95 % interval in question"
+    tree["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(others, _NO_INTERVAL))
+    add_numbers(tree, "simulate.until", _UNTIL, sweep=False)
+    add_save_keys(tree, has_turns=True)
+
+
+def _impacts(tree: Shape) -> None:
+    """Add the keys of `simulate` and `save` for mechanisms that do not turn."""
+    tree["simulate"] = Section("how long and how exactly", "implied")
+    add_numbers(tree, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGETS))
+    add_numbers(tree, "simulate", (TIME_BUDGET,), sweep=False)
+    tree["simulate.method"] = _METHOD
+    tree["simulate.error_check"] = _ERROR_CHECK
+    add_save_keys(tree, has_turns=False)
+
+
+def _gap(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Add the keys of a gap on a line, which always has clearance."""
+    tree[path] = Section("the gap between the bodies")
+    add_numbers(tree, path, (Field("clearance", "m", "half the gap in all"),))
+    add_contact(tree, path, catalogue)
+    add_roughness(tree, path, catalogue)
+    add_film(tree, path, catalogue)
+    elastic, film = (word_key(tree, f"{path}.{key}") for key in ("contact.elastic", "film.law"))
+    for field in _GAP_SIZES:
+        tree[f"{path}.{field.name}"] = Number(
+            (Use(field, elastic.when), Use(field, ((f"{path}.film.law", frozenset(film.options)),)))
+        )
+
+
+def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Add the keys of a revolute joint with clearance."""
+    tree[path] = Section("a revolute joint with clearance", "optional")
+    add_numbers(
+        tree,
+        path,
+        (
+            Field("clearance", "m", "radial clearance, or a fit of ISO 286 as {fit: H7/f7}", fit=True),
+            Field("bearing_radius", "m", "radius of the bearing; the journal's is smaller by the clearance"),
+            _LENGTH_OF_PIN,
+        ),
+    )
+    tree[f"{path}.journal"] = Word(site.journals, "the body of the journal", site.journals[0])
+    add_contact(tree, path, catalogue)
+    add_roughness(tree, path, catalogue)
+    add_film(tree, path, catalogue)
+    add_friction(tree, path, catalogue)
+    add_preload(tree, path, catalogue)
+    add_thermal(tree, path)
+    _wear(tree, path, catalogue)
+
+
+def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
+    """Add the keys of a joint's wear."""
+    wear = f"{path}.wear"
+    tree[wear] = Section("wear; left out: none is computed", "optional")
+    tree[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law")
+    tree[f"{wear}.{PAIR}"] = Name(
+        tuple(PAIRS),
+        f"a pair of `clearsweep list pairs`: gives `coefficient`, unless it is written, and the law `{LAW}`",
+    )
+    tree[f"{wear}.coefficient_unit"] = Word(
+        ("m^2/N", DIMENSIONLESS),
+        "unit of the coefficients; default dimensionless (k times the hardness) for bare numbers next to `hardness`",
+        "m^2/N",
+    )
+    tree[f"{wear}.evolve"] = Flag("the worn shape acts on the contact")
+    tree[f"{wear}.running_in"] = Section("a coefficient that falls as the surfaces run in", "optional")
+    _coefficients(tree, wear, _WEAR)
+    _coefficients(tree, f"{wear}.running_in", _RUNNING_IN)
+    add_numbers(tree, f"{wear}.running_in", (_DISTANCE,))
+    add_numbers(tree, wear, (_HARDNESS, _PV_LIMIT))
+    add_numbers(tree, wear, (_BINS,), sweep=False)
+    tree[f"{wear}.pressure"] = Word(
+        catalogue.names("pressure"),
+        "the pressure over the contact arc; default hertz-line with a material or a pressure_modulus",
+        "mean",
+        sweep=True,
+        noun="law",
+        rather=ConditionalDefault("hertz-line", one_of=moduli(path)),
+    )
+    add_laws(tree, wear, "law", catalogue.of("wear"))
+    add_laws(tree, wear, "pressure", catalogue.of("pressure"))
+
+
+def _coefficients(tree: Shape, path: str, fields: tuple[Field, ...]) -> None:
+    """Add wear coefficients, which have a unit unless a hardness makes them dimensionless."""
+    unit = f"{path.removesuffix('.running_in')}.coefficient_unit"
+    for field in fields:
+        number = field._replace(unit="1", low_open=False)
+        uses = (Use(field, ((unit, frozenset(("m^2/N",))),)), Use(number, ((unit, frozenset((DIMENSIONLESS,))),)))
+        tree[f"{path}.{field.name}"] = Number(uses)
+
+
+def _guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Add the keys of a prismatic joint with clearance: a block between two walls."""
+    tree[path] = Section("a prismatic joint with clearance, a block between two walls", "optional")
+    add_numbers(tree, path, _GUIDE)
+    add_contact(tree, path, catalogue._replace(laws=point_laws(catalogue)))
+    for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
+        del tree[inner]
+    tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
+    add_friction(tree, path, catalogue)
+    add_preload(tree, path, catalogue, ALONG)
+
+
+def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Add the keys of a pin in a straight slot, which always has clearance."""
+    tree[path] = Section("a pin in a straight slot with rounded ends")
+    add_numbers(tree, path, _SLOT)
+    add_contact(tree, path, catalogue._replace(laws=point_laws(catalogue)))
+    for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
+        del tree[inner]
+    tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
+    add_friction(tree, path, catalogue)
+    laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _ON_FLAT)
+    _wear(tree, path, catalogue._replace(laws=laws))
+    tree[f"{path}.wear.pressure"] = Word((_ON_FLAT,), "the pressure of the pin on a flat wall or a round end", _ON_FLAT)
+
+
+def _pin_or_guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Add the keys of a joint that the grid declares as a pin or a guide: all keys of both."""
+    _revolute(tree, path, site, catalogue)
+    tree[path] = Section("a joint with clearance", "optional")
+    add_numbers(
+        tree, path, tuple(field._replace(text=f"of a guide: {field.text}", optional=True) for field in _GUIDE[2:])
+    )
+    add_numbers(tree, path, (_SLOT[2]._replace(text=f"of a slot: {_SLOT[2].text}", optional=True),))
+
+
+def _spatial_revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Add the keys of a spatial revolute joint without flanges, and of its wear."""
+    through(tree, path, site, catalogue)
+    _wear(tree, path, catalogue)
+    del tree[f"{path}.wear.evolve"]  # worn shapes affect contact only in the plane
+    add_numbers(tree, f"{path}.wear", (_LENGTH_BINS,), sweep=False)
+
+
+def _flanged_revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Add the keys of a spatial revolute joint with flanges."""
+    _spatial_revolute(tree, path, site, catalogue)
+    flanged(tree, path, catalogue)
+
+
+_SITES = {
+    "line": _gap,
+    "revolute": _revolute,
+    "guide": _guide,
+    "slot": _slot,
+    "spatial": _flanged_revolute,
+    "through": _spatial_revolute,
+    ANY: _pin_or_guide,
+}

@@ -1,0 +1,180 @@
+"""The kinds of keys in a grid file."""
+
+from collections.abc import Callable, Mapping, Set
+from typing import NamedTuple
+
+from ...contracts.catalogue import Columns, Field
+
+Condition = tuple[str, frozenset[str]]  # (path of a law's name, the names with which a key is in use)
+Names = Mapping[str, Set[str]]  # path of a law's name -> the names that the grid uses
+
+
+class Use(NamedTuple):
+    """One meaning of a key, and the law names that select it."""
+
+    field: Field
+    when: tuple[Condition, ...] = ()
+
+
+class Number(NamedTuple):
+    """A key that contains a quantity."""
+
+    uses: tuple[Use, ...]
+    sweep: bool = True
+
+    def fields(self, names: Names) -> tuple[Field, ...]:
+        """Return the meanings of the key with these law names, or () if it is unused."""
+        return tuple(dict.fromkeys(key_use.field for key_use in self.uses if _conditions_met(key_use.when, names)))
+
+    def used(self, names: Names) -> bool:
+        """Return whether the key is in use with these law names."""
+        return bool(self.fields(names))
+
+    def choosers(self) -> tuple[str, ...]:
+        """Return the paths of the law names that decide whether the key is in use, and its meaning."""
+        return tuple(dict.fromkeys(path for key_use in self.uses for path, _ in key_use.when))
+
+
+class ConditionalDefault(NamedTuple):
+    """A conditional default of a Word; a path counts if it is written or swept."""
+
+    word: str
+    one_of: tuple[str, ...] = ()  # at least one of these paths exists, if any are listed
+    all_of: tuple[str, ...] = ()  # all of these paths exist
+    none_of: tuple[str, ...] = ()  # none of these paths exists
+    unless: Condition = ("", frozenset())  # none of these law names is in use
+
+    def contains(self, is_there: Callable[[str], bool], names: Names) -> bool:
+        """Return whether the default applies; `is_there` returns whether a path is written or swept."""
+        is_present = all(map(is_there, self.all_of)) and (not self.one_of or any(map(is_there, self.one_of)))
+        path, refused_words = self.unless
+        return is_present and not any(map(is_there, self.none_of)) and refused_words.isdisjoint(names.get(path, ()))
+
+
+class Word(NamedTuple):
+    """A key whose value is one of a few words."""
+
+    options: tuple[str, ...]
+    text: str
+    default: str | None = None
+    sweep: bool = False
+    noun: str = "word"  # its name in messages
+    when: tuple[Condition, ...] = ()
+    idle: bool = False  # may be written even if it is not in use
+    rather: ConditionalDefault | None = None
+    refused: Mapping[str, str] = {}  # a plausible word -> why it is not allowed
+
+    def used(self, names: Names) -> bool:
+        """Return whether the key is in use with these law names."""
+        return _conditions_met(self.when, names)
+
+    def choosers(self) -> tuple[str, ...]:
+        """Return the paths of the law names that decide whether the key is in use."""
+        return tuple(path for path, _ in self.when)
+
+
+class Name(NamedTuple):
+    """A key that names a library entry; its numbers replace the name before anything else is read."""
+
+    options: tuple[str, ...]
+    text: str
+
+    @property
+    def sweep(self) -> bool:
+        """Return False: names cannot be swept, but the numbers that replace them can."""
+        return False
+
+
+class Flag(NamedTuple):
+    """A key whose value is true or false; false means absent, unless the key has a default."""
+
+    text: str
+    default: bool | None = None  # with a default, the value is always stored
+
+    @property
+    def sweep(self) -> bool:
+        """Return False: such a key cannot be swept."""
+        return False
+
+    def choosers(self) -> tuple[str, ...]:
+        """Return (): its use depends on no law name."""
+        return ()
+
+
+class NameList(NamedTuple):
+    """A key that contains a list of names, which are known once the cases are."""
+
+    text: str
+    noun: str  # what is expected, in messages
+    example: str
+
+    @property
+    def sweep(self) -> bool:
+        """Return False: it cannot be swept."""
+        return False
+
+    def choosers(self) -> tuple[str, ...]:
+        """Return (): no law name decides whether it is in use."""
+        return ()
+
+
+class Table(NamedTuple):
+    """A key that contains a table, or the name of its file."""
+
+    columns: Columns
+    when: tuple[Condition, ...] = ()
+    optional: bool = False
+
+    def used(self, names: Names) -> bool:
+        """Return whether the key is in use with these law names."""
+        return _conditions_met(self.when, names)
+
+    @property
+    def sweep(self) -> bool:
+        """Return False: such a key cannot be swept."""
+        return False
+
+    def choosers(self) -> tuple[str, ...]:
+        """Return the paths of the law names that decide whether the key is in use."""
+        return tuple(path for path, _ in self.when)
+
+
+def _conditions_met(when: tuple[Condition, ...], names: Names) -> bool:
+    """Return whether every condition allows one of the names in use; a missing section has none."""
+    return all(not words.isdisjoint(names.get(path, ())) for path, words in when)
+
+
+class Section(NamedTuple):
+    """A key that contains further keys."""
+
+    text: str
+    need: str = "required"  # 'required', 'optional', or 'implied': exists even if it is not written
+    items: int = 0  # number of items of a list; 0: it is not a list
+    alone: tuple[int, ...] = ()  # of a list: factors that turn a single quantity into the items
+    unless: str = ""  # a sibling section that may replace it
+    needs: str = ""  # a sibling of its parent section without which it does not exist
+
+
+ITEMS = {2: "two", 3: "three"}  # of a list, in words
+Shape = dict[str, Section | Word | Number | Flag | Table | Name | NameList]
+
+
+def value_key(shape: Shape, path: str) -> Word | Number:
+    """Return the key at `path`, a word or a quantity; raise TypeError for any other kind."""
+    node = shape[path]
+    assert isinstance(node, (Word, Number)), path
+    return node
+
+
+def word_key(shape: Shape, path: str) -> Word:
+    """Return the key at `path`, a word; raise TypeError for any other kind."""
+    node = shape[path]
+    assert isinstance(node, Word), path
+    return node
+
+
+def section_key(shape: Shape, path: str) -> Section:
+    """Return the key at `path`, a section; raise TypeError for any other kind."""
+    node = shape[path]
+    assert isinstance(node, Section), path
+    return node

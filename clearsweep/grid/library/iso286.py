@@ -1,0 +1,129 @@
+"""Clearance fits of holes and shafts: ISO 286-1:2010, standard tolerances and fundamental deviations of 10 to 500 mm.
+
+The tables are copied from the standard.  Its formulas (annex B of the 1988 edition) give them before rounding, which
+follows no single rule; the tables are checked against them.
+"""
+
+import re
+from bisect import bisect_left
+from fractions import Fraction
+from typing import NamedTuple
+
+from ...language.errors import InputError, shown
+
+SMALLEST, LARGEST = 10, 500  # mm, both included
+_RANGES = (10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)  # mm, upper end of each range
+_FINE = (10, 14, 18, 24, 30, 40, 50, 65, 80, 100, 120, 140, 160, 180, 200, 225, 250, 280, 315, 355, 400, 450, 500)
+#: Standard tolerances in um: the grade, then one for each of _RANGES (table 1).
+_TOLERANCES = """
+1  1   1.2  1.5  1.5  2    2.5  3.5  4.5  6    7    8
+2  1.5 2    2.5  2.5  3    4    5    7    8    9    10
+3  2.5 3    4    4    5    6    8    10   12   13   15
+4  4   5    6    7    8    10   12   14   16   18   20
+5  6   8    9    11   13   15   18   20   23   25   27
+6  9   11   13   16   19   22   25   29   32   36   40
+7  15  18   21   25   30   35   40   46   52   57   63
+8  22  27   33   39   46   54   63   72   81   89   97
+9  36  43   52   62   74   87   100  115  130  140  155
+10 58  70   84   100  120  140  160  185  210  230  250
+11 90  110  130  160  190  220  250  290  320  360  400
+12 150 180  210  250  300  350  400  460  520  570  630
+13 220 270  330  390  460  540  630  720  810  890  970
+"""
+#: How far in um a shaft's upper limit of size lies below the nominal size, and a hole's lower one of the same letter
+#: above it (tables 2 and 4); of a, b and c in each of _FINE, of the others in each of _RANGES.
+_BELOW = """
+a 280 290 290 300 300 310 320 340 360 380 410 460 520 580 660 740 820 920 1050 1200 1350 1500 1650
+b 150 150 150 160 160 170 180 190 200 220 240 260 280 310 340 380 420 480 540 600 680 760 840
+c 80 95 95 110 110 120 130 140 150 170 180 200 210 230 240 260 280 300 330 360 400 440 480
+d 40 50 65 80 100 120 145 170 190 210 230
+e 25 32 40 50 60 72 85 100 110 125 135
+f 13 16 20 25 30 36 43 50 56 62 68
+g 5 6 7 9 10 12 14 15 17 18 20
+h 0 0 0 0 0 0 0 0 0 0 0
+"""
+#: How far in um a shaft's lower limit of size lies above the nominal size (table 5); k of the grades 4 to 7, else 0.
+_ABOVE = """
+k 1 1 2 2 2 3 3 4 4 4 5
+m 6 7 8 9 11 13 15 17 20 21 23
+n 10 12 15 17 20 23 27 31 34 37 40
+p 15 18 22 26 32 37 43 50 56 62 68
+"""
+_CLASS = re.compile(r"([A-Za-z]{1,2})(\d{1,2})")
+
+
+def _rows(table: str) -> dict[str, tuple[Fraction, ...]]:
+    """Return the rows of a table, in um, by their first word."""
+    rows = (line.split() for line in table.strip().splitlines())
+    return {heading: tuple(map(Fraction, numbers)) for heading, *numbers in rows}
+
+
+_IT, _ES, _EI = map(_rows, (_TOLERANCES, _BELOW, _ABOVE))
+KNOWN = f"holes {', '.join(letter.upper() for letter in _ES)} and JS, shafts {', '.join((*_ES, 'js', *_EI))}"
+
+
+class Fit(NamedTuple):
+    """A fit at a nominal diameter: radial clearances, half the diametral ones."""
+
+    name: str  # 'H7/f7'
+    diameter: float  # m, nominal
+    low: float  # m, least radial clearance
+    mean: float  # m
+    high: float  # m
+
+
+def fit(name: str, diameter: Fraction) -> Fit:
+    """Return the fit called `name`, 'H7/f7', at a nominal `diameter` (mm).
+
+    Raises InputError if there is no such fit, or if it has interference.
+    """
+    hole_class, slash, shaft_class = re.sub(r"\s", "", name).partition("/")
+    if not slash or not hole_class[:1].isupper() or not shaft_class[:1].islower():
+        raise InputError(f"found {shown(name)}; expected a fit of ISO 286, hole before shaft, such as H7/f7")
+    if not SMALLEST <= diameter <= LARGEST:
+        raise InputError(
+            f"found {name} at a nominal diameter of {float(diameter):g} mm, twice the bearing_radius; fits are known "
+            f"from {SMALLEST} to {LARGEST} mm: write the radial clearance"
+        )
+    hole, shaft = limits(hole_class, diameter), limits(shaft_class, diameter)
+    low, high = hole[0] - shaft[1], hole[1] - shaft[0]  # diametral, um
+    if low <= 0:
+        kind = "an interference fit" if high <= 0 else "a transition fit" if low < 0 else "a fit without play at worst"
+        raise InputError(
+            f"found {name}, {kind} at a nominal diameter of {float(diameter):g} mm: its diametral clearance is "
+            f"{float(low):g} to {float(high):g} um, radial {float(low / 2):g} to {float(high / 2):g} um; a joint needs "
+            "one above 0, such as that of H7/g6 or H7/f7"
+        )
+    radial = [float(clearance / 2 / 10**6) for clearance in (low, (low + high) / 2, high)]
+    return Fit(f"{hole_class}/{shaft_class}", float(diameter / 1000), *radial)
+
+
+def limits(tolerance_class: str, diameter: Fraction) -> tuple[Fraction, Fraction]:
+    """Return the lower and the upper limit deviation (um) of a tolerance class, 'H7' of a hole or 'f7' of a shaft.
+
+    `diameter` in mm, from SMALLEST to LARGEST.  Raises InputError for a class that is missing from the tables.
+    """
+    match = _CLASS.fullmatch(tolerance_class)
+    letter, grade = match.groups() if match else ("", "")
+    lower, hole = letter.lower(), letter.isupper()
+    is_known = lower in _ES or lower == "js" or (lower in _EI and not hole)
+    if not is_known or letter not in (lower, lower.upper()) or grade not in _IT:
+        forced = hole and not is_known and lower >= "j"
+        why = "holes from J to ZC are made for transition and interference; " if forced else ""
+        raise InputError(
+            f"{shown(tolerance_class)} is no tolerance class that is known; {why}known are {KNOWN}, in the grades "
+            f"1 to {len(_IT)}"
+        )
+    tolerance = _at(_IT[grade], diameter)
+    if lower == "js":
+        return -tolerance / 2, tolerance / 2
+    if lower in _ES:
+        offset = _at(_ES[lower], diameter)
+        return (offset, offset + tolerance) if hole else (-offset - tolerance, -offset)
+    offset = _at(_EI[lower], diameter) if lower != "k" or 4 <= int(grade) <= 7 else Fraction(0)
+    return offset, offset + tolerance
+
+
+def _at(row: tuple[Fraction, ...], diameter: Fraction) -> Fraction:
+    """Return the entry of a row for a nominal diameter (mm)."""
+    return row[bisect_left(_FINE if len(row) == len(_FINE) else _RANGES, diameter)]

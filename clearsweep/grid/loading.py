@@ -1,0 +1,181 @@
+"""Loads grids, and refuses those that cannot be run or whose results do not fit memory or disk."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+
+from ..contracts.case import Case, Save
+from ..contracts.catalogue import Catalogue
+from ..contracts.layout import MOST_REVOLUTIONS, Column, Layout
+from ..language.errors import InputError, shown
+from .grid import Grid
+from .keys.run_keys import check_channels
+from .reading.joint_checks import check_values
+from .reading.read_keys import read_keys
+from .reading.reader import Reader
+from .reading.units import assumed_units, written_units
+from .sections.added_cases import added_rows, checked_law_paths
+from .sections.identify import check_identify
+from .sections.variations import axes_in_step, first_values, labels_of_axes, paths_of_search
+from .written.document import Changed, Problems, apply_overrides, name_of_run, override, read
+
+MOST_CASES = 200_000_000  # their summaries take about 100 GB
+
+
+MOST_IDENTITIES = 20_000_000  # identities in memory where cases may repeat or are added: 160 MB and 100 s
+
+
+def load(
+    source: str | PathLike | Mapping | Changed, catalogue: Catalogue, overrides: Mapping[str, Any] | None = None
+) -> "Grid":
+    """Return the checked grid in `source`: a path, a dict of the same form, or one with overrides.
+
+    `overrides` maps dotted paths to values that replace those in the file; None removes a key.  A swept path that
+    is overridden is no longer swept.  An InputError reports every mistake.
+    """
+    problems = Problems()
+    changed = source if isinstance(source, Changed) else Changed(source)
+    source = changed.source
+    root = read(source, problems)
+    if not isinstance(root.value, dict):
+        raise InputError(
+            f"{root.place}found {shown(root.value)}; expected a grid with the keys mechanism, drive, joints"
+        )
+    root = apply_overrides(root, changed, problems)
+    for path, value in (overrides or {}).items():
+        root = override(root, path, value, problems)
+    file = fspath(source) if isinstance(source, (str, PathLike)) else None
+    name = name_of_run(root, file, problems)
+    reader = read_keys(root, catalogue, problems, frozenset({*(overrides or ()), *changed.fixed}))
+    check_values(reader, catalogue)
+    problems.check()
+    grid = Grid(
+        name,
+        file,
+        reader.axes | first_values(reader),
+        reader.limits,
+        reader.own_figures,
+        reader.shape,
+        reader.values,
+        frozenset(reader.written),
+        reader.names,
+        {reader.way[paths[0]]: paths for paths in axes_in_step(reader)} | paths_of_search(reader),
+        _sample(reader),
+        reader.outline,
+        {path: tuple(entries) for path, entries in reader.fits.items()},
+        assumed_units(reader),
+        reader.seek,
+        reader.refine,
+        reader.uncertain,
+        added_rows(reader),
+        tuple(reader.taken.values()),
+        reader.defined,
+        reader.optimise,
+        reader.identify,
+        written_units(reader),
+        labels_of_axes(reader),
+        checked_law_paths(reader),
+        reader.materials,
+    )
+    searched = grid.seek or grid.refine or grid.optimise or grid.identify or grid.checked_laws
+    most = MOST_IDENTITIES if searched or grid.may_repeat else MOST_CASES
+    if grid.size > most:
+        raise InputError(
+            f"{file or 'the grid'}: has {grid.size:,} cases; at most {most:,} can be run: take fewer values on "
+            "the axes, or draw cases with `sample`"
+        )
+    for index in {0, grid.size - 1} if reader.mechanism.refusal else ():
+        _refuse(reader, grid.case(index))
+    problems.check()
+    layout = Layout.of(grid.case(0), catalogue)
+    check_channels(reader, layout)
+    identify = check_identify(reader, root, layout)
+    problems.check()
+    return replace(grid, _layout=layout, identify=identify)
+
+
+def starter(kind: str = "slider-crank") -> str:
+    """Return the text of a commented example grid: 'slider-crank', 'four-bar', 'planar' or 'press'."""
+    return (Path(__file__).with_name("starters") / f"{kind}.yaml").read_text(encoding="utf-8")
+
+
+def _refuse(reader: Reader, case: Case) -> None:
+    """Report why the mechanism of a case cannot be assembled."""
+    assert reader.mechanism.refusal is not None  # only some mechanisms have this check
+    refusal = reader.mechanism.refusal(reader.mechanism, case)
+    if refusal:
+        path = f"mechanism.{refusal[0]}".rstrip(".")
+        reader.problems.add(reader.place(path), path, refusal[1])
+
+
+def _sample(reader: Reader) -> dict[str, Any]:
+    """Return the section `sample` in SI, or {} if there is none."""
+    if reader.sample is None:
+        return {}
+    heading: dict[str, Any] = {"method": reader.sample.method}
+    if reader.sample.method != "one-at-a-time":
+        heading |= {"n": reader.sample.n, "seed": reader.sample.seed}
+    return heading | {"over": {path: reader.distributions[path].written() for path in reader.drawn}}
+
+
+COPIES = 2.0  # copies of a case's histories in memory: as recorded, and by channel
+
+
+def history_bytes(layout: Layout, save: Save, revolutions: float) -> float:
+    """Return the bytes of history that a case of so many revolutions records, without events."""
+    return _bytes(layout, layout.channels, save, revolutions)
+
+
+def _bytes(layout: Layout, channels: tuple[Column, ...], save: Save, revolutions: float) -> float:
+    saved_turns = {"none": 0.0, "last": save.revolutions, "all": revolutions}[save.orbits]
+    if not layout.turns and save.orbits != "none":
+        saved_turns = 1.0  # samples are per run, not per revolution
+    sections = min(revolutions, MOST_REVOLUTIONS) * len(layout.sections) if save.orbits != "none" else 0.0
+    return float(8.0 * (saved_turns * save.samples * len(channels) + sections))
+
+
+def first_case_history(grid: Grid) -> float:
+    """Return the most bytes of history that the first case of a grid stores, without events."""
+    case = grid.case(0)
+    lasting = case.simulate.until or case.life
+    revolutions = lasting.max_revolutions if lasting else case.simulate.revolutions
+    return _bytes(grid.layout, grid.layout.stored, case.save, revolutions)
+
+
+def largest_history(grid: Grid) -> float:
+    """Return the least bytes of history that the longest case of a grid stores, without events."""
+    return _bytes(grid.layout, grid.layout.stored, grid.case(0).save, _longest(grid))
+
+
+def recorded_history(grid: Grid) -> float:
+    """Return the bytes of history that the longest case of a grid has in memory, without events."""
+    return history_bytes(grid.layout, grid.case(0).save, _longest(grid))
+
+
+def _longest(grid: Grid) -> float:
+    """Return the most revolutions that a case of a grid runs."""
+    lengths = grid.axes.get("simulate.revolutions", (grid.case(0).simulate.revolutions,))
+    return float(max(lengths))
+
+
+def check_memory(size: float) -> None:
+    """Raise InputError if the histories of a case, `size` bytes, do not fit into memory."""
+    memory = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+    if COPIES * size > memory:
+        raise InputError(
+            f"save.orbits: the time histories of one case take {size / 1e9:,.4g} GB and twice that while it runs; this "
+            f"machine has {memory / 1e9:,.4g} GB: save the last revolutions only (orbits: last), or fewer samples"
+        )
+
+
+def check_disk(size: float, free_bytes: float) -> None:
+    """Raise InputError if all histories, `size` bytes in batches and again when merged, exceed `free_bytes` bytes."""
+    if COPIES * size > free_bytes:
+        raise InputError(
+            f"save.orbits: the time histories of all cases take {size / 1e9:,.4g} GB and as much again while they are "
+            f"merged; there the disk has {free_bytes / 1e9:,.4g} GB left: save fewer revolutions, samples or "
+            "channels (save.channels), or none (orbits: none)"
+        )

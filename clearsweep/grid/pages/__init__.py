@@ -1,0 +1,1 @@
+"""What is generated from the keys: the JSON Schema, the page of keys, the texts of `clearsweep list`."""

@@ -1,0 +1,316 @@
+"""Describes keys for `clearsweep list KEY`, the sections that choose cases, and the page of all keys."""
+
+import re
+import textwrap
+from collections.abc import Iterable, Iterator
+
+from ...contracts.catalogue import Catalogue
+from ...contracts.outline import ANY
+from ..keys.kinds import Word
+from ..keys.outline import KeyTree, key_trees
+from ..sections.added_cases import CHECK_LAWS
+from ..sections.axes import FORMS
+from ..sections.distributions import forms
+from ..sections.fits import FORM
+from ..sections.limits import SECTIONS
+from ..sections.sample import METHODS
+from ..sections.uncertain import UNCERTAIN
+from .reference import SPACE, Part, Row, parts, quoted
+from .schema import schema
+
+_FIRST = ("name", "define", "sweep", "zip", "cases", "sample")
+_SEARCHES = ("seek", "refine", "optimise", "identify")
+_ADDED = {"added": "do not write it: run.json lists the added cases here"}
+_CASES = "a table next to the grid, .csv or .parquet: a column per path, a row per case"
+AXIS_FORMS = {**FORMS, "fits": "[H7/g6, H7/f7], of a radial clearance: the means of fits of ISO 286"}
+LABELS_TEXT = """\
+An axis of `sweep`, `zip` or `cases` may give its values labels: `{bronze: 3e-15 m^2/N, PTFE: 1e-15 m^2/N}`. Tables,
+figures and sentences show them. The column of summary.parquet keeps the numbers, and its metadata the labels. A label
+contains a letter. The words above and the names of distributions are reserved."""
+SAMPLE_FORMS = {**forms(), "fit": f"{FORM}, of a radial clearance: between the limits of a fit"}
+
+#: Key -> meaning, of each section with keys of its own.
+SECTION_KEYS = {
+    "sample": {
+        "method": "one of the designs below",
+        "n": "number of points, at least 2",
+        "seed": "a whole number, default 0; the same seed gives the same cases",
+        "over": "dotted path -> distribution",
+    },
+    "seek": {
+        "largest": "the path whose largest value is wanted, or several paths with a common value",
+        "smallest": "the same for the smallest value",
+        "between": "[low, high]: the range of the search",
+        "within": "accuracy of the answer, at most a quarter of the range",
+        "among": "{fits: [H7/g6, H7/f7]} instead of both: each fit counts with its largest clearance",
+        "meeting": "`limits`, the default",
+        "for": "`each` case of the other axes (default), or `all`: the worst case decides",
+        **_ADDED,
+    },
+    "refine": {
+        "along": "`limits`, the default: the border to follow",
+        "cases": "most cases to add, a whole number",
+        **_ADDED,
+    },
+    "optimise": {
+        "over": "path -> [low, high], {among: [a, ...]} (laws, materials, fits, numbers) or {whole: [low, high]}",
+        "minimise": "column or columns to minimise",
+        "maximise": "column or columns to maximise",
+        "cases": "most cases to add, a whole number",
+        "seed": "a whole number, default 0",
+        **_ADDED,
+    },
+    "identify": {
+        "over": "dotted path -> [low, high], the range of its prior",
+        "from": "CSV file next to the grid -> {channel: column} of the measured signals",
+        "cases": "most cases to add, a whole number of at least 16",
+        "features": "a list of rms, peaks, spectrum, impacts; default all",
+        "seed": "a whole number, default 0",
+        **_ADDED,
+    },
+}
+
+#: Section -> its syntax.
+SECTION_EXAMPLES = {
+    "name": "name: press-joint",
+    "define": "define: {play: 50 um}   # used as `clearance: = play`",
+    "sweep": "sweep: {drive.speed: [1000 rpm, 3000 rpm], joints.rod-slider.clearance: {linspace: [20 um, 80 um, 4]}}",
+    "zip": "zip: {mechanism.rod.length: [120 mm, 140 mm], mechanism.rod.mass: [0.21 kg, 0.24 kg]}",
+    "cases": "cases: cases.csv",
+    "sample": "sample: {method: sobol, n: 64, over: {joints.rod-slider.clearance: {uniform: [20 um, 80 um]}}}",
+    "figures": "figures: {amplification: rod_slider_load_peak / rod_slider_force_peak_ideal}",
+    "limits": "limits: {rod_slider_force_peak: 5 kN, rod_slider_force_peak_ratio: {at_most: 3}}",
+    "uncertain": "uncertain: {joints.rod-slider.wear.coefficient: {factor: 3}}",
+    "seek": "seek: {largest: joints.rod-slider.clearance, between: [5 um, 200 um], within: 2 um, for: all}",
+    "refine": "refine: {along: limits, cases: 100}",
+    CHECK_LAWS: "check_laws: true",
+    "optimise": "optimise: {over: {drive.speed: [500 rpm, 3000 rpm]}, minimise: rod_slider_load_peak, cases: 60}",
+    "identify": "identify: {over: {joints.rod-slider.clearance: [20 um, 300 um]}, from: {rig.csv: {slider/a: "
+    "acceleration}}, cases: 400}",
+}
+
+
+def section_texts(catalogue: Catalogue) -> dict[str, str]:
+    """Return section -> description, in the order of the page."""
+    top = schema(catalogue)
+    while "else" in top:  # those of any mechanism
+        top = top["else"]
+    keys = (*_FIRST, *SECTIONS, UNCERTAIN, *_SEARCHES, CHECK_LAWS)
+    texts = {key: top["properties"][key].get("description", "") for key in keys}
+    return texts | {"cases": _CASES, "name": texts["name"].replace("<name>", "NAME")}
+
+
+def sections_markdown(catalogue: Catalogue) -> str:
+    """Return the last part of the page of keys: these sections."""
+    return "\n".join(
+        [
+            "## Choosing cases\n",
+            *_two_columns("key", "meaning", section_texts(catalogue)),
+            "\nAn axis is a list of values, or one of\n",
+            *_two_columns("form", "contains", AXIS_FORMS),
+            f"\n{LABELS_TEXT}",
+            *(
+                line
+                for name in _SEARCHES
+                for line in (f"\n### `{name}`\n", *_two_columns("key", "meaning", SECTION_KEYS[name]))
+            ),
+            "\n### `sample`\n",
+            *_two_columns("key", "meaning", SECTION_KEYS["sample"]),
+            "",
+            *_two_columns("design", "what it draws", METHODS),
+            "",
+            *_two_columns("distribution", "contains", SAMPLE_FORMS),
+            "",
+        ]
+    )
+
+
+def _two_columns(heading: str, second: str, rows: dict[str, str]) -> list[str]:
+    return [f"| {heading} | {second} |", "| --- | --- |", *(f"| `{key}` | {text} |" for key, text in rows.items())]
+
+
+WIDTH = 96  # characters in a line
+_INDENT = 12  # characters before the second column
+_JOINT, _LOAD = "rod-slider", "press"  # replaces NAME in an example
+
+
+def key_text(name: str, catalogue: Catalogue) -> str | None:
+    """Return the description of the key `name`, a path or the end of one, or None if there is no such key.
+
+    Paths of a grid (`joints.rod-slider.clearance`) and of the page (`joints.NAME.clearance`) both match.
+    """
+    sections = parts(catalogue)
+    keys = [(path, row) for section in sections for path in section.paths for row in section.rows]
+    requested = name.split(".")
+    places = {path: _length(path.split("."), requested) for section in sections for path in section.paths}
+    rows = [(_length([*path.split("."), *row.key.split(".")], requested), path, row) for path, row in keys]
+    exact = any(length == "all" for length in (*places.values(), *(length for length, *_ in rows)))
+    fitting = ("all",) if exact else ("all", "end")
+    blocks: dict[str, list[str]] = {}  # text -> its paths
+    for section in sections:
+        if matches := [path for path in section.paths if places[path] in fitting]:
+            blocks.setdefault(_section_text(section), []).extend(_named(path, requested) for path in matches)
+    examples: dict[str, str] = {}  # of the first path
+    for length, path, row in rows:
+        if length in fitting:
+            facts = _key(row)
+            examples.setdefault(facts, _example(path, row, requested))
+            blocks.setdefault(facts, []).append(_named(f"{path}.{row.key}", requested))
+    texts: dict[str, list[str]] = {}
+    for text, paths in blocks.items():
+        example = examples.get(text)
+        complete = f"{text}\n{_line('example', example)}" if example else text
+        texts.setdefault(", ".join(dict.fromkeys(paths)), []).append(complete)
+    lines = [heading + "\n" + "\n\n".join(matches) for heading, matches in texts.items()]
+    return "\n\n".join([*lines, *_choosing(name, catalogue)]) or None
+
+
+def key_names(catalogue: Catalogue) -> tuple[str, ...]:
+    """Return the last parts of all paths that `key_text` accepts, and the sections."""
+    sections = parts(catalogue)
+    paths = [path for section in sections for path in section.paths]
+    names_shown = [path.rpartition(".")[2] for path in paths] + [
+        row.key for section in sections for row in section.rows
+    ]
+    other_keys = (*section_texts(catalogue), *(key for keys in SECTION_KEYS.values() for key in keys))
+    return tuple(dict.fromkeys((*names_shown, *other_keys)))
+
+
+def _length(path: list[str], requested: list[str]) -> str:
+    """Return 'all' if a name matches a whole path, with any word for NAME, 'end' if it matches its end, else ''."""
+    if requested == path[-len(requested) :]:
+        return "all" if len(requested) == len(path) else "end"
+    complete = len(requested) == len(path) and all(
+        part_name in (name, ANY) for name, part_name in zip(requested, path, strict=True)
+    )
+    return "all" if complete else ""
+
+
+def _named(path: str, requested: list[str]) -> str:
+    """Return a path of the page with the requested names in place of NAME."""
+    names_shown = path.split(".")
+    if len(names_shown) == len(requested):
+        names_shown = [
+            requested_name if part_name == ANY else part_name
+            for part_name, requested_name in zip(names_shown, requested, strict=True)
+        ]
+    return ".".join(names_shown)
+
+
+def _section_text(section: Part) -> str:
+    """Return the description of a section, and a line for each of its keys."""
+    width = max(len(row.key) for row in section.rows) + 2
+    lines = [
+        textwrap.fill(
+            _plain(row.text), WIDTH, initial_indent=f"  {row.key:{width}}", subsequent_indent=" " * (width + 2)
+        )
+        for row in section.rows
+    ]
+    return "\n".join([*(textwrap.wrap(section.text, WIDTH, initial_indent="  ", subsequent_indent="  ")), "", *lines])
+
+
+def _key(row: Row) -> str:
+    """Return the facts about a key, one a line, without an example."""
+    rows = {
+        "meaning": _plain(row.text),
+        "unit": " or ".join(unit or "1" for unit in row.units) if any(row.units) else "",
+        "allowed": _plain(row.allowed or ", ".join(row.options)),
+        "default": _plain("optional" if row.default == "-" else row.default),
+    }
+    return "\n".join(_line(heading, text) for heading, text in rows.items() if text)
+
+
+def _example(path: str, row: Row, requested: list[str]) -> str:
+    """Return an example of the key in a grid, or '' if its value depends on the grid."""
+    value = row.example or (row.options[0] if row.options else "true" if row.allowed.startswith("`true`") else "")
+    if not value:
+        return ""
+    names_shown = _named(f"{path}.{row.key}", requested).split(".")
+    names = {"joints": _JOINT, "loads": _LOAD}
+    names_shown = [names.get(names_shown[0], "link") if name == ANY else name for name in names_shown]
+    return (
+        "".join(f"{name}: {{" for name in names_shown[:-1])
+        + f"{names_shown[-1]}: {value}"
+        + "}" * (len(names_shown) - 1)
+    )
+
+
+def _choosing(name: str, catalogue: Catalogue) -> Iterator[str]:
+    """Yield the description of a section that chooses cases, or of its keys."""
+    texts = section_texts(catalogue)
+    parent, _, key = name.rpartition(".")
+    if name in texts:
+        lines = [_line("meaning", _plain(texts[name])), _line("example", SECTION_EXAMPLES[name])]
+        choices = SECTION_KEYS.get(name, {}) | (METHODS | SAMPLE_FORMS if name == "sample" else {})
+        choices |= AXIS_FORMS if name in ("sweep", "zip") else {}
+        width = max(map(len, choices), default=0) + 2
+        rows = [
+            textwrap.fill(_plain(text), WIDTH, initial_indent=f"  {name:{width}}", subsequent_indent=" " * (width + 2))
+            for name, text in choices.items()
+        ]
+        yield "\n".join([name, *lines, *([""] if rows else []), *rows])
+    for section, keys in SECTION_KEYS.items():
+        if parent in ("", section) and key in keys and name not in texts:
+            lines = [_line("meaning", _plain(keys[key])), _line("example", SECTION_EXAMPLES[section])]
+            yield "\n".join([f"{section}.{key}", *lines])
+    for kinds, owner in ((AXIS_FORMS, "an axis"), (METHODS, "sample.method"), (SAMPLE_FORMS, "sample.over")):
+        if name in kinds:
+            yield f"{name}, of {owner}\n{_line('meaning', _plain(kinds[name]))}"
+
+
+def _line(heading: str, text: str) -> str:
+    """Return a fact as a line that begins with its name."""
+    return textwrap.fill(
+        text,
+        WIDTH,
+        initial_indent=f"  {heading:{_INDENT - 2}}",
+        subsequent_indent=" " * _INDENT,
+        break_on_hyphens=False,
+        break_long_words=False,
+    )
+
+
+def _plain(text: str) -> str:
+    """Return a text of the page without Markdown."""
+    return re.sub(r"\[(.*?)\]\(.*?\)", r"\1", text).translate(str.maketrans("", "", "`*"))
+
+
+_HEAD = """\
+# Keys of a grid file
+
+<!-- written by `clearsweep schema --markdown`; a test compares -->
+
+A grid file is YAML 1.2. `NAME` is a name that the grid chooses. A quantity is text with a unit (`0.5 mm`, `5000 rpm`)
+or a bare number in the SI unit of the table; any unit of the same dimension is allowed. In the column *default*,
+*required* marks a key without a default and a dash an optional one. Words in italics say which mechanisms or joints
+have a key; without them all have it. Laws before a colon say which laws use it.
+
+Sweeps may vary numbers, except those marked *fixed*, and names of laws. Items of a list have the paths `.0`, `.1`,
+`.2`. `clearsweep list NAME` explains a law and its keys. `clearsweep schema` writes the same keys as a JSON Schema for
+editors.
+"""
+
+
+_TABLE = "| key | unit | allowed | default | meaning |\n| --- | --- | --- | --- | --- |"
+
+
+def markdown(catalogue: Catalogue) -> str:
+    """Return the page in Markdown: every key with unit, range, default and meaning."""
+    lines = [_HEAD, *_overview(key_trees(catalogue, slots=True))]
+    for part in parts(catalogue):
+        lines += [f"## {quoted(part.paths)}\n", f"{part.text}\n", _TABLE, *map(str, part.rows), ""]
+    return "\n".join([*lines, sections_markdown(catalogue)])
+
+
+def _overview(trees: Iterable[KeyTree]) -> Iterator[str]:
+    """Yield a table of the mechanisms and their joints that may have clearance."""
+    yield "| mechanism | joints that may have clearance (body of the journal) |\n| --- | --- |"
+    for tree in trees:
+        names = []
+        for joint, kind in tree.joints.items():
+            journal = tree.keys.get(f"joints.{joint}.journal")
+            body = journal.default if isinstance(journal, Word) and journal.default else ""
+            names.append(f"`{joint}` ({body})" if body else f"`{joint}`" + (", a guide" if kind == "guide" else ""))
+        if set(tree.joints.values()) != {"slot"}:
+            yield f"| {tree.mechanism}{f' {SPACE}' if tree.spatial else ''} | {', '.join(names)} |"
+    yield ""

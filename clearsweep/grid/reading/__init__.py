@@ -1,0 +1,1 @@
+"""Reads a document into SI values and checks them."""

@@ -1,0 +1,305 @@
+"""Checks that need several values of a grid at once, over all values of its axes."""
+
+import math
+
+from ...contracts.case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
+from ...contracts.catalogue import Catalogue, Law, sized
+from ...language.errors import nearest
+from ..keys.joint_keys import moduli
+from ..keys.key_table import DIMENSIONLESS
+from ..keys.kinds import Number, Section, value_key, word_key
+from ..keys.run_keys import check_life
+from .machine_checks import check_films, check_machine
+from .reader import Reader
+from .units import COEFFICIENTS
+from .values import exponent_values
+
+
+def check_values(reader: Reader, catalogue: Catalogue) -> None:
+    """Report values that conflict with each other."""
+    for order in reader.mechanism.orders:
+        _below(reader, order.low, order.high, order.reason, equal=order.equal)
+    _below(reader, "simulate.discard", "simulate.revolutions", "nothing would be left")
+    _below(reader, "save.revolutions", "simulate.revolutions", "more cannot be saved than is run", equal=True)
+    _until(reader)
+    check_life(reader)
+    check_machine(reader, catalogue)
+    check_films(reader, catalogue)
+    _friction(reader, catalogue)
+    joints = [path for path, node in reader.shape.items() if isinstance(node, Section) and _is_joint(path)]
+    complete = reader.shape.get("joints")
+    if not joints and isinstance(complete, Section) and complete.need == "implied":
+        text = (
+            f"no joint has clearance; name at least one of {', '.join(site.name for site in reader.mechanism.joints)}"
+        )
+        reader.problems.add(reader.place("joints"), "joints", text)
+    for path in joints:
+        _below(reader, f"{path}.clearance", f"{path}.bearing_radius", "the journal would have no radius")
+        _material(reader, path)
+        _elastic(reader, path, catalogue)
+        if f"{path}.roughness" in reader.shape:
+            _roughness(reader, path, catalogue)
+        if f"{path}.wear" in reader.shape:
+            _wear(reader, path, catalogue)
+            _pressure(reader, path, catalogue)
+        if f"{path}.thermal" in reader.shape:
+            _thermal(reader, path)
+        if f"{path}.wear.evolve" in reader.values:
+            _evolving(reader, path, catalogue)
+
+
+def _thermal(reader: Reader, joint: str) -> None:
+    """Check that a heat balance exists in a dry joint with friction."""
+    thermal = f"{joint}.thermal"
+    if f"{joint}.film" in reader.shape:
+        sentence = "is for dry joints, but this joint has a film; use film.thermal"
+        reader.problems.add(reader.place(thermal), thermal, sentence)
+    elif f"{joint}.friction" not in reader.shape:
+        sentence = "needs a heat source; add a friction law, or remove thermal"
+        reader.problems.add(reader.place(thermal), thermal, sentence)
+
+
+def _friction(reader: Reader, catalogue: Catalogue) -> None:
+    """Check that the keys of friction laws are in order, in joints and in loads."""
+    frictions = {f"loads.{load.name}.friction": load.given for load in reader.outline.loads if load.given}
+    for path in [path for path in reader.shape if path.endswith(".friction")]:
+        for law in catalogue.of("friction"):
+            if law.name in reader.names.get(f"{path}.law", ()):
+                _in_order(reader, path, sized(law, frictions[path]) if path in frictions else law)
+
+
+def _until(reader: Reader) -> None:
+    """Check that the grid has the figure in `until` and that the longest run is not shorter than the shortest."""
+    smallest, largest = reader.reached("simulate.revolutions"), reader.reached("simulate.until.max_revolutions")
+    if smallest and largest and min(largest) < max(smallest):
+        path = "simulate.until.max_revolutions"
+        sentence = (
+            f"found {reader.said(path, min(largest))}; allowed: at least "
+            f"{reader.said('simulate.revolutions', max(smallest))}, the value of simulate.revolutions, the shortest run"
+        )
+        reader.problems.add(reader.place(path), path, sentence)
+    path = "simulate.until.figure"
+    figure = str(reader.values.get(path, ""))
+    if figure and figure not in reader.figures:
+        names = [name for name in word_key(reader.shape, path).options if name in reader.figures]
+        sentence = f"{figure} is not a column of this grid{nearest(figure, names)} (known: {', '.join(names)})"
+        reader.problems.add(reader.place(path), path, sentence)
+
+
+def _is_joint(path: str) -> bool:
+    return path.startswith("joints.") and path.count(".") == 1
+
+
+def _below(reader: Reader, low: str, high: str, reason: str, *, equal: bool = False) -> None:
+    """Report a problem unless every value of `low` is below every value of `high`; missing values are fine."""
+    lows, highs = reader.reached(low), reader.reached(high)
+    if not lows or not highs or max(lows) < min(highs) or (equal and max(lows) == min(highs)):
+        return
+    if reader.in_step(low, high):
+        invalid = [(a, b) for a, b in zip(lows, highs, strict=False) if not (a < b or (equal and a == b))]
+        if not invalid:
+            return
+        lows, highs = zip(*invalid[:1], strict=True)
+    where = low if low in reader.swept or low in reader.written else high
+    term = "at most" if equal else "below"
+    reader.problems.add(
+        reader.place(where),
+        where,
+        f"found {reader.said(low, max(lows))}; allowed: {term} {reader.said(high, min(highs))}, the value of {high}; "
+        f"{reason}",
+    )
+
+
+def _in_order(reader: Reader, section: str, law: Law) -> None:
+    """Check the order of two keys of a law where its description requires one."""
+    for order in law.orders:
+        _below(reader, f"{section}.{order.low}", f"{section}.{order.high}", order.reason, equal=order.equal)
+
+
+_EXAMPLES = {
+    "length": "the joint's length along the pin, such as 20 mm",
+    "bearing_radius": "the radius of the bearing, such as 10 mm",
+    "contact.material": "both bodies' material, such as {young: 207 GPa, poisson: 0.3}",
+}
+
+
+def _material(reader: Reader, joint: str) -> None:
+    """Check that materials are complete: one for both bodies, or one for each."""
+    material = f"{joint}.contact.material"
+    if material not in reader.shape or not value_key(reader.shape, f"{material}.young").used(reader.names):
+        return
+    shared = [key for key in ("young", "poisson") if reader.there(f"{material}.{key}")]
+    given_bodies = [body for body in Materials._fields if f"{material}.{body}" in reader.shape]
+    if given_bodies and shared:
+        sentence = f"conflicts with {' and '.join(given_bodies)}; write it within bearing and journal, or remove these"
+        reader.problems.add(reader.place(f"{material}.{shared[0]}"), f"{material}.{shared[0]}", sentence)
+    elif len(given_bodies) == 1:
+        (other_body,) = set(Materials._fields) - set(given_bodies)
+        sentence = f"is missing; for example: {other_body}: {{young: 110 GPa, poisson: 0.34}}, or one material for both"
+        reader.problems.add(reader.place(material), f"{material}.{other_body}", sentence)
+    elif not given_bodies:
+        for key in ("young", "poisson"):
+            if key not in shared:
+                sentence = (
+                    "is missing; for example: {young: 207 GPa, poisson: 0.3} for both bodies, or a section like it "
+                    "for each, bearing and journal"
+                )
+                reader.problems.add(reader.place(material), f"{material}.{key}", sentence)
+
+
+def _elastic(reader: Reader, joint: str, catalogue: Catalogue) -> None:
+    """Check that the joint has the values that its stiffness laws need, within their valid range."""
+    law, elastic = f"{joint}.contact.law", f"{joint}.contact.elastic"
+    is_known = elastic in reader.shape and reader.unsure.isdisjoint((law, elastic))
+    if not is_known or not value_key(reader.shape, elastic).used(reader.names):
+        return
+    families = {law: catalogue.of("law"), elastic: catalogue.of("elastic")}
+    candidates = [law for path, laws in families.items() for law in laws if law.name in reader.names[path]]
+    for chosen in sorted(candidates, key=lambda law: law.name):
+        for path in _needed(reader, joint, chosen):
+            if not reader.there(f"{joint}.{path}"):
+                sentence = f"is missing; {chosen.family} '{chosen.name}' needs {_EXAMPLES[path]}"
+                reader.problems.add(reader.place(elastic), f"{joint}.{path}", sentence)
+        _in_order(reader, f"{joint}.contact", chosen)
+        if "hertz" in chosen.needs:
+            _hertzian(reader, elastic, chosen)
+        for given_bodies, low, high, unit, reason in chosen.ranges:
+            path = (
+                given_bodies if f"{joint}.{given_bodies}" in reader.shape else given_bodies.replace(".bearing.", ".")
+            )  # of both bodies
+            outside = [value for value in reader.reached(f"{joint}.{path}") if not low <= value <= high]
+            if outside:
+                sentence = (
+                    f"found {reader.said(f'{joint}.{path}', outside[0])}; elastic '{chosen.name}' allows {low:.15g} to "
+                    f"{high:.15g}{'' if unit == '1' else f' ({unit})'}: {reason}"
+                )
+                reader.problems.add(reader.place(f"{joint}.{path}"), f"{joint}.{path}", sentence)
+
+
+def _hertzian(reader: Reader, elastic: str, law: Law) -> None:
+    """Check that the elastic force is Hertz's, where a law of the normal force requires that."""
+    other_laws = sorted(reader.names[elastic] - {"power"})
+    exponents = [x for x in exponent_values(reader, elastic) if not math.isclose(x, 1.5)]
+    culprit = other_laws[0] if other_laws else f"an exponent of {exponents[0]:.15g}" if exponents else ""
+    if culprit:
+        sentence = f"found {culprit}; law '{law.name}' allows power with the exponent 1.5, a ball in a socket"
+        reader.problems.add(reader.place(elastic), elastic, sentence)
+
+
+def _needed(reader: Reader, joint: str, law: Law) -> tuple[str, ...]:
+    """Return the further keys, as paths within the joint, that a contact law needs."""
+    if any(reader.there(f"{joint}.contact.{columns.name}") for columns in law.tables):
+        return ()  # the key table covers it
+    parameter = tuple("contact.material" if name == "material" else name for name in law.needs if name != "hertz")
+    from_material = law.name == "power" and not reader.there(f"{joint}.contact.stiffness")
+    sized = parameter or (from_material and reader.there(f"{joint}.contact.material"))
+    radius = reader.shape.get(f"{joint}.bearing_radius")
+    optional = isinstance(radius, Number) and radius.uses[0].field.optional
+    return ("bearing_radius", *parameter) if sized and optional else parameter
+
+
+def _roughness(reader: Reader, joint: str, catalogue: Catalogue) -> None:
+    """Check that rough surfaces have the joint's dimensions and a texture or a profile."""
+    rough = f"{joint}.roughness"
+    for law in [law for law in catalogue.of("roughness") if law.name in reader.names[f"{rough}.law"]]:
+        for parameter in law.needs:
+            path = "contact.material" if parameter == "material" else parameter
+            if not reader.there(f"{joint}.{path}"):
+                sentence = f"is missing; roughness '{law.name}' needs {_EXAMPLES[path]}"
+                reader.problems.add(reader.place(rough), f"{joint}.{path}", sentence)
+        for columns in law.tables:
+            table = f"{rough}.{columns.name}"
+            for field in [field for field in law.fields if field.optional]:
+                path = f"{rough}.{field.name}"
+                if reader.there(path) and reader.there(table):
+                    sentence = f"conflicts with {columns.name}, which determines it; remove one of the two"
+                    reader.problems.add(reader.place(path), path, sentence)
+                elif not reader.there(path) and not reader.there(table):
+                    sentence = f"is missing for {law.name} ({field.text}); write it, or {columns.name}: profile.csv"
+                    reader.problems.add(reader.place(path), path, sentence)
+
+
+def _wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
+    """Check that the joint has the keys that wear needs, with plausible coefficients."""
+    wear = f"{joint}.wear"
+    if not reader.there(f"{joint}.length"):
+        sentence = "is missing; wear needs the joint's length along the pin, such as 20 mm"
+        reader.problems.add(reader.place(wear), f"{joint}.length", sentence)
+    is_dimensionless = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
+    by_work = [
+        law for law in catalogue.of("wear") if "friction" in law.needs and law.name in reader.names[f"{wear}.law"]
+    ]
+    if by_work and f"{joint}.friction" not in reader.shape:
+        sentence = f"is missing; the wear law '{by_work[0].name}' needs the work of friction; write a friction law"
+        reader.problems.add(reader.place(wear), f"{joint}.friction", sentence)
+    if by_work and is_dimensionless:
+        sentence = f"the wear law '{by_work[0].name}' takes m^3/J, whatever the hardness: write the unit"
+        reader.problems.add(reader.place(f"{wear}.coefficient_unit"), f"{wear}.coefficient_unit", sentence)
+        return
+    if is_dimensionless and not reader.there(f"{wear}.hardness"):
+        sentence = "is missing; a dimensionless wear coefficient is k times the hardness; for example: 2 GPa"
+        reader.problems.add(reader.place(wear), f"{wear}.hardness", sentence)
+    steady_key = "running_in.steady" if reader.there(f"{wear}.running_in.steady") else "coefficient"
+    _of_both(reader, wear, steady_key, ("bearing_coefficient", "journal_coefficient"), "2e-14 m^2/N")
+    if steady_key != "coefficient" and reader.there(f"{wear}.coefficient"):
+        sentence = "conflicts with running_in.steady, which means the same; remove one of the two"
+        reader.problems.add(reader.place(f"{wear}.coefficient"), f"{wear}.coefficient", sentence)
+    if f"{wear}.running_in" in reader.shape:
+        overriding = ("running_in.bearing_initial", "running_in.journal_initial")
+        _of_both(reader, wear, "running_in.initial", overriding, "1e-13 m^2/N")
+    _wear_numbers(reader, wear)
+
+
+def _of_both(reader: Reader, wear: str, key: str, overriding: tuple[str, str], example: str) -> None:
+    """Check that there is a common coefficient or one for each body, and that a varied one is used."""
+    overridden = all(reader.there(f"{wear}.{given_bodies}") for given_bodies in overriding)
+    if not reader.there(f"{wear}.{key}") and not overridden:
+        sentence = f"is missing; for example: {example} for both bodies, or {' and '.join(overriding)}"
+        reader.problems.add(reader.place(wear), f"{wear}.{key}", sentence)
+    if f"{wear}.{key}" in reader.swept and overridden:
+        sentence = f"is swept but not in use: {' and '.join(overriding)} override it"
+        reader.problems.add(reader.swept[f"{wear}.{key}"], f"{wear}.{key}", sentence)
+
+
+def _wear_numbers(reader: Reader, wear: str) -> None:
+    """Check that wear coefficients times hardness have a realistic magnitude."""
+    is_dimensionless = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
+    hardness = 1.0 if is_dimensionless else max(reader.reached(f"{wear}.hardness"), default=0.0)
+    for path in (f"{wear}.{key}" for key in COEFFICIENTS):
+        numbers = [value * hardness for value in reader.reached(path)]
+        largest, smallest = max(numbers, default=0.0), min((value for value in numbers if value), default=1.0)
+        if largest > LARGEST_WEAR_NUMBER or (is_dimensionless and smallest < LEAST_WEAR_NUMBER):
+            description = (
+                f"found {(largest if largest > LARGEST_WEAR_NUMBER else smallest):.15g}, dimensionless; allowed: "
+                f"{LEAST_WEAR_NUMBER:g} to {LARGEST_WEAR_NUMBER:g}; write the unit, m^2/N, of one that has it"
+                if is_dimensionless
+                else f"found {reader.said(path, largest / hardness)}, times the hardness "
+                f"{reader.said(f'{wear}.hardness', hardness)} {largest:.3g}; "
+                f"allowed: at most {LARGEST_WEAR_NUMBER}; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
+            )
+            reader.problems.add(reader.place(path), path, description)
+
+
+def _evolving(reader: Reader, joint: str, catalogue: Catalogue) -> None:
+    """Check that a joint whose worn shape affects contact has no conflicting key."""
+    evolve = f"{joint}.wear.evolve"
+    if f"{joint}.film" in reader.shape:
+        sentence = "is not available with a film, whose formula assumes circles; remove one of the two"
+        reader.problems.add(reader.place(evolve), evolve, sentence)
+    sticking = {law.name for law in catalogue.of("friction") if law.sticks}
+    for path in (path for path in reader.names if path.endswith(".friction.law")):
+        for law in sorted(reader.names[path] & sticking):
+            sentence = f"{law} sticks, which is not available with the worn shape of {joint}; choose another"
+            reader.problems.add(reader.place(path), path, sentence)
+
+
+def _pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
+    """Check that a pressure law that needs a modulus has one."""
+    path, contact = f"{joint}.wear.pressure", f"{joint}.contact"
+    needing = [law for law in catalogue.of("pressure") if "modulus" in law.needs and law.name in reader.names[path]]
+    if needing and not any(map(reader.there, moduli(joint))):
+        sentence = (
+            f"is missing; the pressure '{needing[0].name}' of wear needs material: {{young: 207 GPa, poisson: 0.3}} or "
+            "pressure_modulus next to it: it does not follow from a stiffness; without either write pressure: mean"
+        )
+        reader.problems.add(reader.place(path), f"{contact}.material", sentence)

@@ -1,0 +1,323 @@
+"""Checks of user-defined machines, of their drives and loads, and of joints with an oil film."""
+
+from collections.abc import Sequence
+
+from ...contracts.catalogue import Catalogue, Law
+from ...contracts.outline import GROUND, JointOutline
+from ..keys.kinds import Section
+from .reader import Reader
+
+_REACHES = "no chain of joints connects it with the ground; connect it with a joint, or remove it"
+
+
+def check_machine(reader: Reader, catalogue: Catalogue) -> None:
+    """Report values that conflict with each other."""
+    if reader.outline.bodies and "mechanism.bodies" in reader.shape:
+        _bodies(reader)
+        _driven(reader)
+        _initial(reader)
+    for load in reader.outline.loads:
+        path = f"loads.{load.name}"
+        if path not in reader.shape:
+            continue
+        if load.form == "force" and not (reader.there(f"{path}.force") or reader.there(f"{path}.torque")):
+            sentence = "has no force and no torque; for example: force: [-2 kN, 0 N] or torque: -3 N*m, or a table"
+            reader.problems.add(reader.place(path), path, sentence)
+        if load.form == "friction":
+            _rubbing(reader, path, load.on, load.given)
+        if load.form == "friction":
+            _sticking(reader, f"{path}.friction.law", {law.name for law in catalogue.of("friction") if law.sticks})
+    for site in reader.mechanism.joints:
+        if site.kind == "spatial" and f"joints.{site.name}" in reader.shape:
+            _flanges(reader, f"joints.{site.name}")
+    for body in sorted(reader.outline.elastic):
+        _elastic(reader, body)
+    _guides(reader)
+
+
+def _bodies_of_joint(reader: Reader, joint: JointOutline) -> tuple[str, str] | None:
+    """Return the bodies that a joint connects, or None if they were unreadable and are already reported."""
+    known = {body.name for body in reader.outline.bodies}
+    return joint.bodies if known.issuperset(joint.bodies) else None
+
+
+def _bodies(reader: Reader) -> None:
+    """Check that there is a ground, that no joint connects a body with itself, and that every body is connected."""
+    outline, section = reader.outline, "mechanism.bodies"
+    if GROUND not in {body.name for body in outline.bodies}:
+        sentence = "is missing; add the body that does not move, such as ground: {points: {main: [0 mm, 0 mm]}}"
+        reader.problems.add(reader.place(section), f"{section}.{GROUND}", sentence)
+        return
+    links = []
+    for joint in outline.joints if outline.spatial else ():
+        if joint.type == "slot":
+            path = f"mechanism.joints.{joint.name}"
+            reader.problems.add(
+                reader.place(path), f"{path}.type", "a slot is not known in space; write a planar mechanism"
+            )
+    for joint in outline.joints:
+        ends = _bodies_of_joint(reader, joint)
+        path = f"mechanism.joints.{joint.name}"
+        if ends is None:
+            return
+        if ends[0] == ends[1]:
+            reader.problems.add(reader.place(path), f"{path}.between", f"joins {ends[0]} with itself; name two bodies")
+        links.append(set(ends))
+    reached, before = {GROUND}, 0
+    while len(reached) > before:
+        before = len(reached)
+        reached |= {body for link in links if link & reached for body in link}
+    for body in outline.bodies:
+        if body.name not in reached:
+            path = f"{section}.{body.name}"
+            reader.problems.add(reader.place(path), path, f"hangs nowhere: {_REACHES}")
+
+
+def _driven(reader: Reader) -> None:
+    """Check that the driven body is on the ground, in a joint without clearance."""
+    path = "mechanism.driven"
+    joint = next((joint for joint in reader.outline.joints if joint.name == reader.values.get(path)), None)
+    ends = _bodies_of_joint(reader, joint) if joint else None
+    if joint is None or ends is None:
+        return
+    if ends[0] != GROUND:
+        sentence = f"{joint.name} joins {ends[0]} and {ends[1]}; a drive turns a joint whose first body is the ground"
+        reader.problems.add(reader.place(path), path, sentence)
+    if joint.name in reader.outline.clearances:
+        sentence = f"{joint.name} is the driven joint, which has no clearance; leave joints.{joint.name} out"
+        reader.problems.add(reader.place(f"joints.{joint.name}"), f"joints.{joint.name}", sentence)
+
+
+def _initial(reader: Reader) -> None:
+    """Check that a body with a given initial state is determined by no ideal joint and nothing else."""
+    for body in reader.outline.bodies:
+        path = f"mechanism.bodies.{body.name}.initial"
+        if not reader.there(path):
+            continue
+        for joint in reader.outline.joints:
+            if body.name in joint.bodies and joint.name not in reader.outline.clearances:
+                sentence = (
+                    f"{joint.name} is ideal and holds {body.name}, which determines how {body.name} starts; leave "
+                    f"initial out, or give {joint.name} clearance"
+                )
+                reader.problems.add(reader.place(path), path, sentence)
+        if "seated" in reader.reached("simulate.start"):
+            sentence = f"seated conflicts with {path}, which says where {body.name} starts; remove one of the two"
+            reader.problems.add(reader.place("simulate.start"), "simulate.start", sentence)
+
+
+def _rubbing(reader: Reader, path: str, joint: str, given: str) -> None:
+    """Check that friction acts in a joint without clearance and, in a pin, has a radius or a couple."""
+    site = next((site for site in reader.mechanism.joints if site.name == joint), None)
+    if site is None:
+        return
+    if joint in reader.outline.clearances:
+        rest = f"write the friction as joints.{joint}.friction"
+        if given and site.kind in ("revolute", "guide"):
+            rest += ": {law, coefficient, ...}, and give it `preload`"
+        sentence = f"{joint} has clearance; {rest}"
+        reader.problems.add(reader.place(f"{path}.on"), f"{path}.on", sentence)
+    radius = f"{path}.friction.radius"
+    wanted = "force" if site.kind == "guide" else "torque"
+    if given and given != wanted:
+        kind = "guide, in which friction is a force" if site.kind == "guide" else "pin, in which friction is a couple"
+        sentence = f"{joint} is a {kind}; write {wanted}"
+        reader.problems.add(reader.place(f"{path}.friction"), f"{path}.friction.{given}", sentence)
+    if given:
+        return
+    if site.kind == "revolute" and not reader.there(radius):
+        sentence = "is missing; friction in a pin is a torque, coefficient x reaction x radius; for example: 10 mm"
+        reader.problems.add(reader.place(f"{path}.friction"), radius, sentence)
+    if site.kind == "guide" and reader.there(radius):
+        reader.problems.add(
+            reader.place(radius), radius, f"{joint} is a guide, in which friction is a force; leave it out"
+        )
+
+
+def _elastic(reader: Reader, body: str) -> None:
+    """Check that an elastic link has a mass, a pin at each of two different points, and nothing else attached."""
+    section = f"mechanism.{'bodies.' if reader.outline.bodies else ''}{body}"
+    path = f"{section}.elastic"
+    if path not in reader.shape:
+        return
+    if 0.0 in reader.reached(f"{section}.mass"):
+        sentence = "found 0; an elastic link is a bar of this mass: write one above 0, or leave `elastic` out"
+        reader.problems.add(reader.place(f"{section}.mass"), f"{section}.mass", sentence)
+    ends = [f"{body}.{reader.values.get(f'{path}.between.{k}')}" for k in range(2)]
+    if ends[0] == ends[1] and reader.outline.bodies:
+        sentence = f"lies between {ends[0]} and itself; name the points of its two pins"
+        reader.problems.add(reader.place(path), f"{path}.between", sentence)
+    for joint in reader.outline.joints:
+        at = next((end for end in (joint.proximal, joint.distal) if end.partition(".")[0] == body), None)
+        if at is not None and (joint.type != "revolute" or at not in ends):
+            what = {"prismatic": "a guide", "slot": "a slot"}.get(joint.type, f"at {at}")
+            sentence = f"{joint.name}, {what}, is on it, which is not available: elastic links deform between two pins"
+            reader.problems.add(reader.place(path), path, sentence)
+    for load in reader.outline.loads:
+        values = (reader.values.get(f"loads.{load.name}.{key}") for key in ("point", "between.0"))
+        point, anchored = (f"{body}.{value}" for value in values)
+        at_pin = point in ends and reader.outline.bodies
+        if anchored == f"{body}.{body}" or (load.form != "friction" and load.on == body and not at_pin):
+            sentence = (
+                f"acts on {body}, an elastic link, away from its pins, which is not available; use the point of a pin"
+            )
+            reader.problems.add(reader.place(f"loads.{load.name}"), f"loads.{load.name}", sentence)
+
+
+def _sticking(reader: Reader, path: str, sticking: set[str]) -> None:
+    """Check that no clearance joint uses sticking friction together with sticking friction of a load."""
+    others = (other for other in reader.names if other.startswith("joints.") and other.endswith(".friction.law"))
+    if reader.names.get(path, frozenset()) & sticking and any(reader.names[other] & sticking for other in others):
+        sentence = "sticks, which is not available with a joint with clearance that also sticks; choose another law"
+        reader.problems.add(reader.place(path), path, sentence)
+
+
+def _flanges(reader: Reader, joint: str) -> None:
+    """Check that a journal fits between its flanges."""
+    longest, lengths = reader.reached(f"{joint}.journal_length"), reader.reached(f"{joint}.length")
+    play = reader.reached(f"{joint}.axial_clearance")
+    if not (longest and lengths and play) or max(longest) < min(lengths) + 2.0 * min(play):
+        return
+    sentence = (
+        f"found {max(longest):.15g}; allowed: below {min(lengths) + 2.0 * min(play):.15g}, the length of the bearing "
+        "and its axial clearance on both sides, between its flanges; shorten the journal, or write flange: false"
+    )
+    reader.problems.add(reader.place(f"{joint}.journal_length"), f"{joint}.journal_length", sentence)
+
+
+def _guides(reader: Reader) -> None:
+    """Check that a body in an open guide can turn, and that the guide has no unsupported key."""
+    for site in reader.mechanism.joints:
+        path = f"joints.{site.name}"
+        if site.kind not in ("guide", "slot") or not isinstance(reader.shape.get(path), Section):
+            continue
+        inertia = "mechanism.slider.inertia"
+        if site.kind == "guide" and inertia in reader.shape and not reader.there(inertia):
+            sentence = f"is missing; with clearance in {site.name} the slider turns; for example: 1e-4 kg*m^2"
+            reader.problems.add(reader.place("mechanism.slider"), inertia, sentence)
+        worn = (other for other in reader.shape if other.endswith(".wear") and other.startswith("joints."))
+        for other in worn if site.kind == "guide" else ():
+            sentence = f"is not computed with clearance in {site.name}, a {site.kind}; leave it out"
+            reader.problems.add(reader.place(other), other, sentence)
+        if "seated" in reader.reached("simulate.start"):
+            sentence = f"cannot be seated with clearance in {site.name}; leave it out, or write centred"
+            reader.problems.add(reader.place("simulate.start"), "simulate.start", sentence)
+
+
+def check_films(reader: Reader, catalogue: Catalogue) -> None:
+    """Report values that conflict with each other."""
+    films = [path for path, node in reader.shape.items() if isinstance(node, Section) and _is_film(path)]
+    for film in films:
+        joint = film.removesuffix(".film")
+        _sizes(reader, joint, catalogue)
+        _heat(reader, film)
+        _modulus(reader, joint)
+        if f"{joint}.contact" not in reader.shape and f"{joint}.contact" not in reader.broken:
+            _nothing_behind(reader, joint)
+    if films:
+        _beside_films(reader, films[0].removesuffix(".film"), catalogue)
+
+
+def _is_film(path: str) -> bool:
+    return path.startswith("joints.") and path.endswith(".film") and path.count(".") == 2
+
+
+def _sizes(reader: Reader, joint: str, catalogue: Catalogue) -> None:
+    """Check that length and radius are given and that the film's laws are valid for them."""
+    length, radius, law = f"{joint}.length", f"{joint}.bearing_radius", f"{joint}.film.law"
+    for path, example in ((length, "length along the pin, such as 40 mm"), (radius, "bearing's radius, such as 20 mm")):
+        if not reader.there(path):
+            reader.problems.add(reader.place(f"{joint}.film"), path, f"is missing; a film needs the {example}")
+    lengths, radii = reader.reached(length), reader.reached(radius)
+    if law in reader.unsure or not lengths or not radii:
+        return
+    pairs = list(zip(lengths, radii, strict=False)) if reader.in_step(length, radius) else _extremes(lengths, radii)
+    for chosen in (chosen for chosen in catalogue.of("film") if chosen.name in reader.names[law]):
+        _slenderness(reader, joint, chosen, [axial_length / (2.0 * radius) for axial_length, radius in pairs])
+
+
+def _extremes(lengths: Sequence[float], radii: Sequence[float]) -> list[tuple[float, float]]:
+    """Return length and radius of the most and the least slender bearing of all combinations."""
+    return [(max(lengths), min(radii)), (min(lengths), max(radii))]
+
+
+def _slenderness(reader: Reader, joint: str, law: Law, values: list[float]) -> None:
+    """Check that a law is valid for the ratios of length to diameter."""
+    limits = ((limit, value) for limit in law.ranges for value in values if not limit.contains(value))
+    limit, value = next(limits, (None, 0.0))
+    if limit:
+        left_out = not reader.there(f"{joint}.film.law")
+        law_text = f"film '{law.name}'{', the law where none is written,' if left_out else ''}"
+        range_text = f"{limit.low:g} to {limit.high:g}" if limit.low else f"at most {limit.high:g}"
+        reader.problems.add(
+            reader.place(f"{joint}.length"),
+            f"{joint}.length",
+            f"found {value:.4g} bearing diameters; {law_text} allows {range_text}: {limit.reason}",
+        )
+
+
+def _heat(reader: Reader, film: str) -> None:
+    """Check that viscosity falls with temperature, and that a temperature is given only with an oil."""
+    if f"{film}.thermal" in reader.sections and not reader.mechanism.turns:
+        sentence = "needs a mechanism with revolutions; give a temperature instead"
+        reader.problems.add(reader.place(f"{film}.thermal"), f"{film}.thermal", sentence)
+    oil, balance, temperature = f"{film}.viscosity", f"{film}.thermal", f"{film}.temperature"
+    if oil not in reader.sections:
+        for path in (balance, temperature):
+            if reader.there(path):
+                sentence = (
+                    "has no effect, because the viscosity is constant; use viscosity: {at_40C: 46 mm^2/s, "
+                    "at_100C: 6.8 mm^2/s, density: 870 kg/m^3}"
+                )
+                reader.problems.add(reader.place(path), path, sentence)
+        return
+    cold, warm = reader.reached(f"{oil}.at_40C"), reader.reached(f"{oil}.at_100C")
+    if cold and warm and max(warm) >= min(cold):
+        sentence = f"found {max(warm):.4g} m^2/s; allowed: below {min(cold):.4g}, at_40C: oil thins as it warms up"
+        reader.problems.add(reader.place(f"{oil}.at_100C"), f"{oil}.at_100C", sentence)
+    if reader.there(balance) == reader.there(temperature):
+        sentence = "is missing; for example: temperature: 60 degC, or thermal: {conductance: 20 W/K, ambient: 40 degC}"
+        if reader.there(balance):
+            sentence = "conflicts with `thermal`, which determines it; remove one of the two"
+        reader.problems.add(reader.place(film), temperature, sentence)
+
+
+def _modulus(reader: Reader, joint: str) -> None:
+    """Check that asperity contact has a modulus."""
+    law, modulus = f"{joint}.film.transition.law", f"{joint}.film.transition.modulus"
+    is_known = reader.there(modulus) or reader.there(f"{joint}.contact.material")
+    if law in reader.shape and "greenwood-tripp" in reader.names[law] and not is_known:
+        sentence = "is missing; write E* of both bodies, such as 114 GPa for steel, or contact.material"
+        reader.problems.add(reader.place(f"{joint}.film"), modulus, sentence)
+
+
+def _nothing_behind(reader: Reader, joint: str) -> None:
+    """Check that a joint without dry contact has no keys of a dry contact."""
+    for part in ("friction", "wear", "film.transition"):
+        if f"{joint}.{part}" in reader.sections and reader.there(f"{joint}.{part}"):
+            path = f"{joint}.{part}"
+            if part == "film.transition" and not _written(reader, joint):
+                continue
+            sentence = (
+                "applies to the dry contact under a film, but the joint has no contact; add contact, or remove the key"
+            )
+            reader.problems.add(reader.place(path), path, sentence)
+
+
+def _written(reader: Reader, joint: str) -> bool:
+    film = reader.sections[f"{joint}.film"].value
+    return isinstance(film, dict) and "transition" in film
+
+
+def _beside_films(reader: Reader, joint: str, catalogue: Catalogue) -> None:
+    """Check that a joint with a film has no key that conflicts with it."""
+    sticking = {law.name for law in catalogue.of("friction") if law.sticks}
+    for path in (path for path in reader.names if path.endswith(".friction.law")):
+        for law in sorted(reader.names[path] & sticking):
+            sentence = f"{law} sticks, which is not available with the film of {joint}; choose another"
+            reader.problems.add(reader.place(path), path, sentence)
+    if "seated" in reader.reached("simulate.start"):
+        sentence = (
+            f"cannot be seated in the film of {joint}, which carries no load at rest; remove the key, or use centred"
+        )
+        reader.problems.add(reader.place("simulate.start"), "simulate.start", sentence)

@@ -1,0 +1,203 @@
+"""Reads a document in the order in which its parts depend on each other."""
+
+from ...contracts.catalogue import Catalogue, Mechanism
+from ...language.errors import nearest, shown
+from ..keys.key_table import shape
+from ..keys.kinds import Flag, Name, NameList, Number, Section, Shape, Table, Word
+from ..keys.outline import DRIVES, is_open, outline_of_document, wrong_names
+from ..keys.run_keys import put_time_budget, read_channels
+from ..library.naming import find_varied_materials, keys_of_materials, put_library_numbers, written_material_names
+from ..sections.added_cases import CHECK_LAWS, find_added_cases, read_check_laws
+from ..sections.fits import put_fit_clearances
+from ..sections.identify import IDENTIFY, put_saved_signals, read_identify
+from ..sections.limits import SECTIONS, expected_columns, read_limits
+from ..sections.optimise import OPTIMISE, read_optimise
+from ..sections.seek import REFINE, SEEK, read_refine, read_seek
+from ..sections.uncertain import UNCERTAIN, read_uncertain
+from ..sections.variations import (
+    WAYS,
+    check_followers,
+    check_variations,
+    find_optimised,
+    find_seek,
+    find_variations,
+    keys_of_definitions,
+    put_label_lists,
+    refuse_column_names,
+)
+from ..written.definitions import DEFINE, resolve_definitions, varied_paths
+from ..written.document import Problems, WrittenValue
+from .reader import Reader
+from .units import put_wear_units
+from .values import list_items, read_flag, read_number, read_table_key, read_word_key, values_before_reading
+
+_SEARCHES = (SEEK, REFINE, OPTIMISE, IDENTIFY)
+
+
+_OF_NO_CASE = [  # sections that belong to no law or mechanism
+    *("name", DEFINE, *SECTIONS, UNCERTAIN),
+    *(*_SEARCHES, CHECK_LAWS, *WAYS),
+]
+
+
+def read_keys(
+    root: WrittenValue, catalogue: Catalogue, problems: Problems, fixed: frozenset[str] = frozenset()
+) -> Reader:
+    """Return the values in the document `root` without sweeping the paths in `fixed`; mistakes go to `problems`."""
+    written_names = root.value.get(DEFINE)
+    root, definitions = resolve_definitions(root, problems, fixed)
+    outline = outline_of_document(root)
+    mechanism = _mechanism(root, catalogue.mechanisms)
+    mechanism = mechanism.outlined(outline) if mechanism.outlined else mechanism
+    root, library_values = put_library_numbers(root, problems)
+    tree = keys_of_definitions(definitions) | shape(mechanism, catalogue)
+    materials = find_varied_materials([path for path, _ in varied_paths(root.value)], library_values, tree)
+    reader = Reader(problems, mechanism, outline, defined=definitions, materials=materials)
+    tree |= keys_of_materials(materials)
+    _walk(reader, root, "", tree)
+    reader.written |= written_material_names(materials, root)
+    _activate(reader, tree)
+    find_variations(reader, root, tree, fixed)
+    find_optimised(reader, root, tree)
+    put_label_lists(reader)
+    read_check_laws(reader, root)
+    put_fit_clearances(reader, lambda path: values_before_reading(reader, path))
+    reader.taken = {item.path: item for item in library_values if item.path not in reader.varied_numbers}
+    put_wear_units(reader)
+    find_seek(reader, root, tree, lambda path: values_before_reading(reader, path))
+    find_added_cases(reader, root, (*_SEARCHES, CHECK_LAWS))
+    for path, node in reader.shape.items():
+        if isinstance(node, Word):
+            read_word_key(reader, path, node)
+        elif isinstance(node, Number):
+            read_number(reader, path, node)
+        elif isinstance(node, Flag):
+            read_flag(reader, path)
+        elif isinstance(node, Table):
+            read_table_key(reader, path, node)
+        elif isinstance(node, NameList):
+            read_channels(reader, path)
+    reader.axes = {path: reader.axes[path] for path in reader.swept if path in reader.axes}
+    check_variations(reader)
+    check_followers(reader)
+    read_uncertain(reader, root)
+    reader.figures = expected_columns(reader, mechanism, catalogue)
+    refuse_column_names(reader, written_names)
+    read_limits(reader, root)
+    reader.seek = read_seek(reader, root, reader.limits)
+    reader.optimise = read_optimise(reader, root)
+    reader.identify = read_identify(reader, root)
+    put_saved_signals(reader)
+    reader.refine = read_refine(reader, root, reader.limits)
+    return reader
+
+
+def _mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechanism:
+    """Return the mechanism whose keys apply: the named one, or the likeliest if the name is wrong."""
+    section = root.value.get("mechanism") if isinstance(root.value, dict) else None
+    kind = section.value.get("type") if section and isinstance(section.value, dict) else None
+    by_name = {mechanism.name: mechanism for mechanism in mechanisms}
+    kind_name = str(kind.value) if kind else ""
+    likely = [name for name in by_name if name == kind_name or f"'{name}'" in nearest(kind_name, by_name)]
+    return by_name[likely[0]] if likely else mechanisms[0]
+
+
+def _walk(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> None:
+    """Record the sections and values under `path`; report keys that do not belong there."""
+    allowed = [nested.rpartition(".")[2] for nested in tree if nested.rpartition(".")[0] == path]
+    allowed += [] if path else _OF_NO_CASE
+    reader.sections[path] = written
+    content = written.value
+    section = tree.get(path)
+    if isinstance(section, Section) and section.items:
+        content = list_items(reader, written, path, tree)
+        if content is None:
+            return
+    if content is None and isinstance(section, Section) and section.need == "implied":
+        content = {}
+    if not isinstance(content, dict):
+        reader.problems.add(
+            written, path, f"found {shown(content)}; expected a section with the keys {', '.join(allowed)}"
+        )
+        reader.broken.add(path)
+        return
+    invalid = dict(wrong_names(path, content)) if is_open(path) else {}
+    for key, child in content.items():
+        nested = f"{path}.{key}" if path else key
+        if key in invalid:
+            reader.problems.add(written.key_place(key), nested, f"'{key}' {invalid[key]}")
+            continue
+        node = None if "." in key else tree.get(nested)
+        instead = isinstance(node, Number) and isinstance(child.value, dict) and _has_keys_below(tree, nested)
+        if isinstance(node, Section) or instead:  # a section, or a section that replaces a quantity
+            _walk(reader, child, nested, tree)
+        elif node is not None:
+            reader.written[nested] = child
+        elif key not in allowed and not _misnamed(reader, nested, child):
+            reader.problems.add(written.key_place(key), nested, _unknown(path, key, allowed))
+    for nested, node in tree.items():
+        if isinstance(node, Section) and nested.rpartition(".")[0] == path and _missing_section(nested, node, content):
+            key = nested.rpartition(".")[2]
+            reader.problems.add(written, nested, f"is missing; write the section '{key}' ({node.text})")
+
+
+def _misnamed(reader: Reader, path: str, written: WrittenValue) -> bool:
+    """Report invalid names in an open section, and return whether there are any."""
+    names = list(written.value) if is_open(path) and isinstance(written.value, dict) else []
+    invalid = dict(wrong_names(path, names))
+    for name, sentence in invalid.items():
+        reader.problems.add(written.key_place(name), f"{path}.{name}", f"'{name}' {sentence}")
+    return bool(invalid)
+
+
+def _missing_section(path: str, node: Section, content: dict[str, WrittenValue]) -> bool:
+    """Return whether the section at `path` is missing from its parent `content`."""
+    return node.need == "required" and path.rpartition(".")[2] not in content and node.unless not in content
+
+
+def _unknown(path: str, key: str, known: list[str]) -> str:
+    """Return the message for a key that does not belong in the section at `path`."""
+    if path == "drive" and key in DRIVES:
+        other_drive = next((drive for drive in DRIVES if drive in known), DRIVES[0])
+        return f"conflicts with {other_drive}; a drive has one of {', '.join(DRIVES)}: leave the others out"
+    if key == "elastic" and path.startswith("mechanism."):
+        stretches = "an elastic link stretches along the line between two pins of a plane"
+        return f"{stretches}; this one is rigid: leave `elastic` out"
+    allowed_text = f"(allowed: {', '.join(known)})" if known else "(nothing is named here that could have any)"
+    return f"unknown key '{key}'{nearest(key, known)} {allowed_text}"
+
+
+def _activate(reader: Reader, tree: Shape) -> None:
+    """Reduce the whole shape to the keys in use; wear and roughness also get keys that otherwise only laws have."""
+    for path, node in tree.items():
+        parent = path.rpartition(".")[0]
+        is_there = not isinstance(node, Section) or _exists(reader, path, node)
+        if isinstance(tree.get(parent), Number):
+            is_there = parent in reader.sections
+        elif isinstance(node, Number) and path in reader.sections:  # a section replaces it
+            is_there = False
+        known_parent = not parent or parent in reader.shape or isinstance(tree.get(parent), Number)
+        if is_there and known_parent and not isinstance(node, Name) and reader.broken.isdisjoint((path, parent)):
+            reader.shape[path] = node
+            if isinstance(node, Section):
+                reader.sections.setdefault(path, reader.sections[parent])
+    put_time_budget(reader)
+    for path, node in reader.shape.items():
+        joint = ".".join(path.split(".")[:2])
+        of_material = path.startswith(f"{joint}.contact.material.")
+        sized = f"{joint}.roughness" in reader.shape and (
+            of_material or path in (f"{joint}.length", f"{joint}.bearing_radius")
+        )
+        if isinstance(node, Number) and (sized or (of_material and f"{joint}.wear" in reader.shape)):
+            reader.shape[path] = Number(tuple(key_use._replace(when=()) for key_use in node.uses))
+
+
+def _has_keys_below(tree: Shape, path: str) -> bool:
+    """Return whether there are keys below `path`."""
+    return any(nested.rpartition(".")[0] == path for nested in tree)
+
+
+def _exists(reader: Reader, path: str, node: Section) -> bool:
+    """Return whether the section at `path` exists: written or implied, together with the sections it needs."""
+    required = f"{path.rpartition('.')[0].rpartition('.')[0]}.{node.needs}"
+    return (path in reader.sections or node.need == "implied") and (not node.needs or required in reader.shape)

@@ -1,0 +1,248 @@
+"""Reads the value of one key: a word, a quantity, a list, a table or a flag, or the values of its axis."""
+
+import math
+
+from ...contracts.catalogue import Field
+from ...language import quantity
+from ...language.errors import InputError, nearest, shown
+from ..keys.kinds import ITEMS, Flag, Number, Section, Shape, Table, Word
+from ..sections.added_cases import put_law_axis
+from ..sections.axes import Reading, half_bare
+from ..sections.variations import values_of_axis
+from ..written.document import Problems, WrittenValue
+from ..written.tables import read_table
+from .reader import Reader
+
+Meaning = tuple[Field, list[str]]  # meaning of a quantity, and its possible units
+
+
+def read_word_key(reader: Reader, path: str, node: Word) -> None:
+    """Read a word, or the law names on its axis."""
+
+    def read_word(written: WrittenValue) -> str | None:
+        if isinstance(written.value, str) and written.value in node.options:
+            return written.value
+        noun = f"unknown {node.noun}"
+        hint = nearest(written.value, node.options) if isinstance(written.value, str) else ""
+        allowed, reason = ", ".join(node.options) or "none", node.refused.get(str(written.value))
+        description = f"found {shown(written.value)}; {reason}" if reason else f"{noun} {shown(written.value)}"
+        reader.problems.add(written, path, f"{description}{hint} (known: {allowed})")
+        reader.unsure.add(path)
+        return None
+
+    values: tuple[str, ...] = ()
+    if path in reader.written:
+        value = read_word(reader.written[path])
+        values = () if value is None else (value,)
+    elif node.default is not None:
+        conditional = node.rather and node.rather.contains(reader.there, reader.names)
+        values = (node.rather.word if node.rather and conditional else node.default,)
+    if path in reader.swept:
+        _enter_axis(reader, path, Reading(read_word, ""))
+        values = reader.axes.get(path, ())
+    elif values:
+        reader.values[path] = values[0]
+    if not values:
+        reader.unsure.add(path)
+        if path not in reader.written and path not in reader.swept:
+            reader.problems.add(
+                reader.place(path), path, f"is missing; write one of {', '.join(node.options)} ({node.text})"
+            )
+    elif not node.idle and not node.used(reader.names) and _seems_used(reader, path, node):
+        reader.problems.add(reader.place(path), path, f"is not used by {_chosen(reader, node)}; leave it out")
+    reader.names[path] = frozenset(values or node.options)
+    put_law_axis(reader, path)
+
+
+def read_table_key(reader: Reader, path: str, node: Table) -> None:
+    """Read one table."""
+    if node.when and not node.used(reader.names):
+        if _seems_used(reader, path, node):
+            reader.problems.add(reader.place(path), path, f"is not used by {_chosen(reader, node)}; leave it out")
+        return
+    if path not in reader.written and node.optional:
+        return
+    if path not in reader.written:
+        sentence = f"is missing; write the name of a .csv file next to the grid ({node.columns.text})"
+        reader.problems.add(reader.place(path), path, sentence)
+        return
+    if (values := read_table(reader.problems, path, reader.written[path], node.columns)) is not None:
+        reader.values[path] = values
+
+
+def read_flag(reader: Reader, path: str) -> None:
+    """Read a flag; false is treated as left out."""
+    node, written = reader.shape[path], reader.written.get(path)
+    assert isinstance(node, Flag), path
+    if written is not None and not isinstance(written.value, bool):
+        reader.problems.add(written, path, f"found {shown(written.value)}; expected true or false")
+    value = node.default if written is None else bool(written.value)
+    if value or node.default is not None:
+        reader.values[path] = value
+
+
+def read_number(reader: Reader, path: str, node: Number) -> None:
+    """Read a quantity, or its axis, with the meaning that each law in use gives it."""
+    fields = node.fields(reader.names)
+    if not fields and _seems_used(reader, path, node):
+        owners = sorted({name for key_use in node.uses for name in key_use.when[-1][1]})
+        sentence = (
+            f"is not used by {_chosen(reader, node)}, only by {', '.join(owners)}; leave it out or choose another law"
+        )
+        reader.problems.add(reader.place(path), path, sentence)
+        return
+    meanings = [(field, _units(reader, path, field)) for field in fields or (node.uses[0].field,)]
+    if _depends_on_unreadable(reader, node):  # which meaning applies is unknown; any that fits will do
+        quiet = Reader(Problems(), reader.mechanism, reader.outline)
+        written = reader.written.get(path)
+        if path in reader.swept or (
+            written and any(_quantity(quiet, path, written, [item]) is not None for item in meanings)
+        ):
+            return
+        meanings = meanings[:1]
+    if path in reader.swept:
+        fits = tuple(field for field, _ in meanings)
+        unit = meanings[0][1][0]
+        _enter_axis(reader, path, Reading(lambda written: _quantity(reader, path, written, meanings), unit, fits))
+    if path in reader.written:
+        value = _quantity(reader, path, reader.written[path], meanings)
+        if value is not None and path not in reader.swept:
+            reader.values[path] = value
+    elif path not in reader.swept and not _depends_on_unreadable(reader, node):
+        for field in fields:
+            if field.default is None and not field.optional and not _from_material(reader, path, field):
+                _missing(reader, path, node, field)
+
+
+def _missing(reader: Reader, path: str, node: Number, field: Field) -> None:
+    """Report a missing quantity, and which of the laws in use need it."""
+    laws = {name for key_use in node.uses if key_use.field == field and key_use.when for name in key_use.when[-1][1]}
+    laws_needing = [name for name in sorted(laws) if any(name in reader.names[chooser] for chooser in node.choosers())]
+    whose = f" for {' and '.join(laws_needing)}" if laws_needing else ""
+    unit_text = quantity.expected(quantity.exponent_of(field.unit, 1.5))
+    reader.problems.add(reader.place(path), path, f"is missing{whose} ({field.text or field.name}); {unit_text}")
+
+
+def _enter_axis(reader: Reader, path: str, reading: Reading) -> None:
+    """Record the values of an axis."""
+    if values := values_of_axis(reader, path, reading):
+        reader.axes[path] = tuple(values)
+
+
+def _quantity(reader: Reader, path: str, written: WrittenValue, meanings: list[Meaning]) -> float | int | None:
+    """Return a quantity in SI that fits every field in all its units; None, with a problem, if there is none."""
+    value = math.nan
+    for field, units in meanings:
+        for unit in units:
+            try:
+                value = quantity.read(written.value, unit)
+            except InputError as error:
+                reader.problems.add(written, path, str(error))
+                return None
+        if not field.contains(value):
+            reader.problems.add(written, path, f"found {written.value}, out of range; allowed: {field.allowed(value)}")
+            return None
+    return int(value) if meanings[0][0].whole else value
+
+
+def _units(reader: Reader, path: str, field: Field) -> list[str]:
+    """Return the possible units of a value: several if the exponent in the unit is swept."""
+    if "^exponent" not in field.unit:
+        return [field.unit]
+    exponents = exponent_values(reader, path)
+    return [quantity.exponent_of(field.unit, exponent) for exponent in sorted({min(exponents), max(exponents)})]
+
+
+def exponent_values(reader: Reader, path: str) -> tuple[float, ...]:
+    """Return the values of the key `exponent` next to `path`, or (1.5,) if unreadable."""
+    return values_before_reading(reader, f"{path.rpartition('.')[0]}.exponent") or (1.5,)
+
+
+def values_before_reading(reader: Reader, path: str) -> tuple[float, ...]:
+    """Return every value of the number at `path` before it is read in turn, or () if unreadable or drawn."""
+    node = reader.shape.get(path)
+    if path in reader.defined.follow:
+        return ()
+    quiet = Reader(
+        Problems(),
+        reader.mechanism,
+        reader.outline,
+        reader.shape,
+        reader.sections,
+        reader.written,
+        reader.swept,
+        reader.names,
+        way=reader.way,
+    )
+    if isinstance(node, Number) and (path in reader.written or path in reader.swept):
+        read_number(quiet, path, node)
+    return quiet.reached(path)
+
+
+def _from_material(reader: Reader, path: str, missing: Field) -> bool:
+    """Return whether the stiffness at `path` follows from the material, which requires Hertz's exponent."""
+    section = path.rpartition(".")[0]
+    if missing.unit != "N/m^exponent" or missing.name != "stiffness" or f"{section}.material" not in reader.shape:
+        return False
+    if any(not math.isclose(exponent, 1.5) for exponent in exponent_values(reader, path)):
+        sentence = "is missing; the material gives the stiffness only where exponent is 1.5: write it"
+        reader.problems.add(reader.place(path), path, sentence)
+    return True
+
+
+def _depends_on_unreadable(reader: Reader, node: Word | Number | Table) -> bool:
+    """Return whether this key depends on a law name that could not be read and is reported already."""
+    return any(path in reader.unsure for path in node.choosers())
+
+
+def _seems_used(reader: Reader, path: str, node: Word | Number | Table) -> bool:
+    """Return whether an unused key was written as if it were used; it may belong to another law that is swept."""
+    switched = any(chooser in reader.swept for chooser in node.choosers())
+    is_there = path in reader.swept or (path in reader.written and not switched)
+    return is_there and not _depends_on_unreadable(reader, node)
+
+
+def _chosen(reader: Reader, node: Word | Number | Table) -> str:
+    """Return in words the law names on which this key depends: `law 'hertz'`."""
+    names = {path: sorted(reader.names[path]) for path in node.choosers()}
+    return ", ".join(f"{path.rpartition('.')[2]} {' or '.join(map(repr, choice))}" for path, choice in names.items())
+
+
+def list_items(reader: Reader, written: WrittenValue, path: str, complete: Shape) -> dict[str, WrittenValue] | None:
+    """Return the items of the list at `path` by index; None, with a problem, if they cannot be read."""
+    section, content = complete[path], written.value
+    assert isinstance(section, Section), path
+    if isinstance(content, dict):  # an override of a single item
+        content = list(content.values())
+    if section.alone and isinstance(content, (str, int, float)):
+        return {str(k): _scaled(written, factor) for k, factor in enumerate(section.alone)}
+    if isinstance(content, list) and len(content) == section.items:
+        first_key = complete.get(f"{path}.0")
+        half_bare(reader.problems, path, content, first_key.uses[0].field.unit if isinstance(first_key, Number) else "")
+        return {str(k): item for k, item in enumerate(content)}
+    reader.problems.add(written, path, f"found {shown(content)}; expected {_expected_list(complete, path, section)}")
+    reader.broken.add(path)
+    return None
+
+
+def _expected_list(complete: Shape, path: str, section: Section) -> str:
+    """Return a description of the list expected at `path`."""
+    first_key, count = complete.get(f"{path}.0"), ITEMS[section.items]
+    if isinstance(first_key, Word):
+        return f"a list of {count} names, such as [ground, crank]"
+    if section.items == 2:
+        return "a list of two quantities, such as [0.2 kg, 0.2 kg]"
+    assert isinstance(first_key, Number)
+    unit = first_key.uses[0].field.unit
+    prefix = "one quantity, or " if section.alone else ""
+    return f"{prefix}a list of {count} quantities ({unit}), along x, y and z"
+
+
+def _scaled(written: WrittenValue, factor: int) -> WrittenValue:
+    """Return a written quantity times 1, 0 or -1."""
+    value = written.value
+    if factor == 0:
+        value = 0
+    elif factor < 0:
+        value = -value if not isinstance(value, str) else value[1:] if value.startswith("-") else f"-{value}"
+    return WrittenValue(value, written.origin, written.line, written.column)

@@ -1,0 +1,1 @@
+"""Sections of a grid that choose, add or judge cases."""

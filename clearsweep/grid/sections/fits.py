@@ -1,0 +1,185 @@
+"""Reads clearances written as ISO 286 fits and replaces them by numbers.
+
+A fit is `{fit: H7/f7}` as a value or in a list, `{fits: [H7/g6, H7/f7]}` as an axis, and as a distribution
+`{fit: H7/f7}` or `{fit: H7/f7, distribution: normal}`.  All later readers see radial clearances in m.
+"""
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import Any
+
+from ...language.errors import InputError, nearest, shown
+from ..keys.kinds import Number
+from ..library.iso286 import Fit, fit
+from ..reading.reader import Reader
+from ..written.document import WrittenValue
+
+#: Name of a distribution -> its section in a grid, from a fit.
+SPREADS = {
+    "uniform": lambda limits: {"uniform": [limits.low, limits.high]},
+    "normal": lambda limits: {  # the limits are at 3 standard deviations; parts beyond them are rejected
+        "truncated-normal": {
+            "mean": limits.mean,
+            "std": (limits.high - limits.low) / 6.0,
+            "low": limits.low,
+            "high": limits.high,
+        }
+    },
+}
+FORM = "{fit: H7/f7}, or {fit: H7/f7, distribution: normal}"
+
+
+def put_fit_clearances(grid_reader: Reader, values_of: Callable[[str], tuple[float, ...]]) -> None:
+    """Replace the fits of a reader by radial clearances; `values_of` returns the known values of a path."""
+    for path, node in list(grid_reader.shape.items()):
+        if not isinstance(node, Number) or not node.uses[0].field.fit:
+            continue
+        for entries in (grid_reader.written, grid_reader.swept):
+            if path not in entries or not _has_fit(entries[path]):
+                continue
+            reader = _Reader(grid_reader, path, values_of)
+            try:
+                entries[path] = (reader.single if entries is grid_reader.written else reader.numbers)(entries[path])
+            except _WrongFitError as error:
+                if str(error):
+                    grid_reader.problems.add(error.written, path, str(error))
+                for limits in (
+                    grid_reader.shape,
+                    grid_reader.swept,
+                    grid_reader.written,
+                ):  # its problem is reported already
+                    limits.pop(path, None)
+            if entries is grid_reader.written and path in grid_reader.swept:
+                grid_reader.fits.pop(path, None)  # a value next to an axis belongs to no case
+
+
+def fits_among(
+    grid_reader: Reader, paths: list[str], names: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
+) -> list[Fit] | None:
+    """Return the named fits, for clearances with one common bearing radius, or None if they are invalid."""
+    for path in paths:
+        node = grid_reader.shape.get(path)
+        if not isinstance(node, Number) or not node.uses[0].field.fit:
+            grid_reader.problems.add(
+                names[0] if names else grid_reader.sections[""], path, "is no clearance that a fit could have"
+            )
+            return None
+    readers = [_Reader(grid_reader, path, values_of) for path in paths]
+    if not names or len({reader.radii for reader in readers}) > 1:
+        sentence = "names no fit" if not names else "the clearances have different bearing radii; seek each by itself"
+        grid_reader.problems.add(names[0] if names else grid_reader.sections["seek"], "seek.among", sentence)
+        return None
+    fits = []
+    for name in names:
+        try:
+            fits += [reader.fit(name, reader.radii) for reader in readers[:1]]
+        except _WrongFitError as error:
+            grid_reader.problems.add(error.written, "seek.among", str(error) or "its bearing radius is not known")
+            return None
+    grid_reader.fits.pop(paths[0], None)  # a clearance on the axis is not the mean of its fit
+    return fits
+
+
+class _WrongFitError(Exception):
+    """A mistake in a fit, with its place; without a sentence if it is reported for another value."""
+
+    def __init__(self, written: WrittenValue, sentence: str):
+        super().__init__(sentence)
+        self.written = written
+
+
+def _has_fit(written: WrittenValue) -> bool:
+    """Return whether a value, an axis or a distribution contains a fit."""
+    if isinstance(written.value, list):
+        return any(isinstance(item.value, dict) for item in written.value)
+    return isinstance(written.value, dict) and not {"fit", "fits"}.isdisjoint(written.value)
+
+
+class _Reader:
+    """Reads the fits of one clearance."""
+
+    def __init__(self, grid_reader: Reader, path: str, values_of: Callable[[str], tuple[float, ...]]):
+        self.grid_reader, self.path = grid_reader, path
+        self.radius = f"{path.rpartition('.')[0]}.bearing_radius"
+        self.radii = values_of(self.radius)
+
+    def single(self, written: WrittenValue) -> WrittenValue:
+        """Return a value outside all axes with its fit replaced by a radial clearance (m)."""
+        return self._mean(written, self.radii[:1] if self.path in self.grid_reader.swept else self.radii)
+
+    def numbers(self, written: WrittenValue) -> WrittenValue:
+        """Return a written axis with its fits replaced by radial clearances (m)."""
+        if self.grid_reader.way.get(self.path) == "sample":
+            return _replaced(written, self._spread(written))
+        items = written.value
+        if isinstance(items, dict):
+            if set(items) != {"fits"} or not isinstance(items["fits"].value, list):
+                raise _WrongFitError(written, f"found {shown(items)}; expected {{fits: [H7/g6, H7/f7]}}")
+            items = [_replaced(item, {"fit": item}) for item in items["fits"].value]
+        in_step = self.radius in self.grid_reader.swept and self.grid_reader.in_step(self.path, self.radius)
+        radii = [self.radii[row : row + 1] if in_step else self.radii for row in range(len(items))]
+        return _replaced(written, list(map(self._mean, items, radii)))
+
+    def _mean(self, written: WrittenValue, radii: tuple[float, ...]) -> WrittenValue:
+        """Return the mean clearance of `{fit: NAME}` at a bearing radius (m); other values are returned unchanged."""
+        if not isinstance(written.value, dict):
+            return written
+        if set(written.value) != {"fit"}:
+            raise _WrongFitError(written, f"found {shown(written.value)}; expected {{fit: H7/f7}}")
+        return _replaced(written, _metres(self.fit(written.value["fit"], radii).mean))
+
+    def _spread(self, written: WrittenValue) -> Any:
+        """Return the distribution of a fit, as a grid section."""
+        kind = written.value.get("distribution")
+        if not {"fit"} <= set(written.value) <= {"fit", "distribution"}:
+            raise _WrongFitError(written, f"found {shown(written.value)}; expected {FORM}")
+        name = "uniform" if kind is None else kind.value
+        if not isinstance(name, str) or name not in SPREADS:
+            suggestion = nearest(name, SPREADS) if isinstance(name, str) else ""
+            limits = ", ".join(SPREADS)
+            raise _WrongFitError(written, f"unknown distribution {shown(name)} of a fit{suggestion} (known: {limits})")
+        return _lengths_like(SPREADS[name](self.fit(written.value["fit"], self.radii)), written)
+
+    def fit(self, name: WrittenValue, radii: tuple[float, ...]) -> Fit:
+        """Return the fit called `name` at a bearing radius (m), and record it."""
+        if len(radii) != 1:
+            sentence = (
+                f"found the fit {shown(name.value)}, whose radial clearance follows from one nominal diameter; "
+                f"{self.radius} is varied: vary both together under `zip`, the fit once for each radius"
+            )
+            varies = self.radius in self.grid_reader.swept or self.radius in self.grid_reader.defined.follow
+            raise _WrongFitError(name, sentence if varies else "")
+        if not isinstance(name.value, str):
+            raise _WrongFitError(name, f"found {shown(name.value)}; expected a fit of ISO 286, such as H7/f7")
+        try:
+            limits = fit(name.value, Fraction(repr(radii[0])) * 2000)
+        except InputError as error:
+            raise _WrongFitError(name, str(error)) from None
+        fits = self.grid_reader.fits.setdefault(self.path, [])
+        if limits not in fits:
+            fits.append(limits)
+        return limits
+
+
+def recorded_fits(record: Mapping[str, Any]) -> dict[str, tuple[Fit, ...]]:
+    """Return path of a clearance -> its fits as the user wrote them, from run.json."""
+    return {path: tuple(Fit(**limits) for limits in fits) for path, fits in record.get("fits", {}).items()}
+
+
+def _replaced(written: WrittenValue, value: Any) -> WrittenValue:
+    """Return a new value at the position of another."""
+    return WrittenValue(value, written.origin, written.line, written.column)
+
+
+def _lengths_like(value: Any, written: WrittenValue) -> Any:
+    """Return dicts and lists of numbers as lengths, each at the position of `written`."""
+    if isinstance(value, dict):
+        return {key: _replaced(written, _lengths_like(item, written)) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_replaced(written, _lengths_like(item, written)) for item in value]
+    return _metres(value)
+
+
+def _metres(length: float) -> str:
+    """Return a length with a unit, as a user would write it."""
+    return f"{length!r} m"

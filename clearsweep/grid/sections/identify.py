@@ -1,0 +1,272 @@
+"""Reads `identify`: the keys whose values are not known, the measured signals, how many cases that may take."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ...contracts.layout import Layout
+from ...judging import features
+from ...language.errors import InputError, nearest, shown
+from ..keys.kinds import Number
+from ..keys.run_keys import CHANNELS
+from ..reading.reader import Reader
+from ..written.document import WrittenValue
+from ..written.tables import read_signals
+from .added_cases import check_always_used, count, over_of, section_in, section_of
+from .optimise import OPTIMISE, ROUND, Choice, check_range, start_of
+
+if TYPE_CHECKING:
+    import numpy as np  # loaded only where a file is read
+
+
+IDENTIFY = "identify"
+_RANGE = "prior"  # the kind of a `Choice`
+KEYS = ("over", "from", "cases", "features", "seed")
+FEATURES = ("rms", "peaks", "spectrum", "impacts")
+LEAST_TURNS = 3  # revolutions that have to be measured, and computed of every case
+LEAST_SAMPLES = 20  # an impact
+MOST_CASES = 20_000  # the time of an emulator grows with their third power
+SAVED = 12_000  # samples of a signal that every case keeps where the grid does not say how many
+FINEST = 2880  # samples of a revolution that are kept then
+_EXAMPLE = (
+    "{over: {joints.rod-slider.clearance: [20 um, 300 um]}, from: {rig.csv: {slider/a: acceleration}}, cases: 400}"
+)
+
+
+class Signal(NamedTuple):
+    """One measured signal."""
+
+    file: str  # its path, whole
+    channel: str  # of time histories, which it is compared with
+    column: str  # of the file
+    unit: str  # of the channel, SI
+
+
+class Identify(NamedTuple):
+    """What is to be identified, in SI."""
+
+    over: dict[str, Choice]
+    signals: tuple[Signal, ...]
+    features: tuple[str, ...]  # some of FEATURES
+    cases: int
+    seed: int
+    start: dict[str, Any]  # the values that the grid has written, or {} if some are missing or outside
+
+    def spread(self, skipped: int, count: int) -> "np.ndarray":
+        """Return points (count, paths) of a Sobol sequence in the unit cube, from the number `skipped` on."""
+        from scipy.stats import qmc
+
+        sequence = qmc.Sobol(len(self.over), seed=self.seed)
+        points: np.ndarray = (sequence.fast_forward(skipped) if skipped else sequence).random(count)
+        return points
+
+    def point(self, parts: "np.ndarray") -> dict[str, float]:
+        """Return the values at a place (paths,) of the unit cube."""
+        return {path: choice.at(share) for (path, choice), share in zip(self.over.items(), parts.tolist(), strict=True)}
+
+    def first(self) -> list[tuple[Any, ...]]:
+        """Return the values of the first round, spread evenly."""
+        count = min(ROUND, self.cases)
+        return [tuple(self.point(parts).values()) for parts in self.spread(0, ROUND)[:count]]
+
+    def written(self) -> dict[str, Any]:
+        """Return the section as a grid may have it, in SI."""
+        files: dict[str, dict[str, str]] = {}
+        for signal in self.signals:
+            files.setdefault(signal.file, {})[signal.channel] = signal.column
+        heading = {"over": {path: choice.written() for path, choice in self.over.items()}, "from": files}
+        return heading | {"features": list(self.features), "cases": self.cases, "seed": self.seed}
+
+
+def find_identify_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
+    """Return path -> its place and its ends, as an axis has them, for every key to identify."""
+    section = section_of(reader, root, IDENTIFY, KEYS, _EXAMPLE)
+    conflicts = ("sweep", "zip", "cases", "sample", "seek", "refine", OPTIMISE, "life")
+    over_section = over_of(reader, root, section, IDENTIFY, conflicts, _EXAMPLE) if section else None
+    if over_section is None:
+        return {}
+    parameters = {}
+    for path, written in over_section.value.items():
+        node = reader.shape.get(path)
+        complete = isinstance(node, Number) and any(key_use.field.whole for key_use in node.uses)
+        if not isinstance(written.value, list) or len(written.value) != 2 or complete:
+            allowed = "a quantity that is no whole number" if complete else "[low, high], the range of its prior"
+            sentence = f"found {shown(written.value)}; expected {allowed}"
+            reader.problems.add(written, f"{IDENTIFY}.over.{path}", sentence)
+        else:
+            reader.choices[path] = "range"
+            parameters[path] = (over_section.key_place(path), written)
+    return parameters
+
+
+def read_identify(reader: Reader, root: WrittenValue) -> Identify | None:
+    """Return the section `identify`, the axes being read already, or None if it is missing or wrong.
+
+    The signals have no units yet; `check` gives them, when the channels are known.
+    """
+    section = section_in(root, IDENTIFY)
+    paths = [path for path, variation in reader.way.items() if variation == IDENTIFY]
+    if section is None or not isinstance(section.value, dict):
+        return None
+    noted = len(reader.problems)
+    for path in reader.axes.keys() & {*paths}:
+        check_range(reader, path, IDENTIFY)
+        check_always_used(reader, reader.swept[path], IDENTIFY, path)
+    signals, features = _signals(reader, section), _features(reader, section)
+    cases = count(reader, section, (IDENTIFY, "cases"), (ROUND, MOST_CASES), None)
+    seed = count(reader, section, (IDENTIFY, "seed"), (0, 2**31), 0)
+    if reader.values.get("save.orbits") != "last":
+        location = reader.place("save.orbits")
+        sentence = f"found {reader.values.get('save.orbits')}; `identify` needs last: it compares time histories"
+        reader.problems.add(location, "save.orbits", sentence)
+    if cases is None or seed is None or not signals or len(reader.problems) > noted:
+        return None
+    if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
+        return None
+    over_section = {path: Choice(_RANGE, reader.axes[path]) for path in paths}
+    return Identify(over_section, signals, features, cases, seed, start_of(reader, over_section))
+
+
+def _signals(reader: Reader, section: WrittenValue) -> tuple[Signal, ...]:
+    """Return the signals as they are written."""
+    written, example = section.value.get("from"), "{rig.csv: {slider/a: acceleration}}"
+    if written is None or not isinstance(written.value, dict) or not written.value:
+        sentence = f"is empty; give a file, a channel and the column of the file: {example}"
+        reader.problems.add(written or section, f"{IDENTIFY}.from", sentence)
+        return ()
+    signals = []
+    for name, columns in written.value.items():
+        if not isinstance(columns.value, dict) or not columns.value:
+            sentence = f"found {shown(columns.value)}; expected channel: column, such as {example}"
+            reader.problems.add(columns, f"{IDENTIFY}.from.{name}", sentence)
+            continue
+        folder = Path(columns.origin).parent if columns.line else Path()
+        file = str((folder / name).absolute())
+        for channel, column in columns.value.items():
+            if isinstance(column.value, str):
+                signals.append(Signal(file, channel, column.value, ""))
+            else:
+                sentence = f"found {shown(column.value)}; expected the name of a column"
+                reader.problems.add(column, f"{IDENTIFY}.from.{name}.{channel}", sentence)
+    return tuple(signals)
+
+
+def _features(reader: Reader, section: WrittenValue) -> tuple[str, ...]:
+    """Return which features count."""
+    written = section.value.get("features")
+    if written is None:
+        return FEATURES
+    items = written.value if isinstance(written.value, list) else [written]
+    invalid = [item for item in items if item.value not in FEATURES]
+    for item in invalid:
+        suggestion = nearest(str(item.value), FEATURES) or f" (known: {', '.join(FEATURES)})"
+        reader.problems.add(item, f"{IDENTIFY}.features", f"{shown(item.value)} is no feature of a signal{suggestion}")
+    if not items:
+        reader.problems.add(written, f"{IDENTIFY}.features", f"is empty; allowed: {', '.join(FEATURES)}")
+    return tuple(name for name in FEATURES if name in [item.value for item in items])
+
+
+def put_saved_signals(reader: Reader) -> None:
+    """Give `save` what `identify` needs, where the grid does not say it: revolutions, samples, channels."""
+    if reader.identify is None:
+        return
+    rate = crank_rate(reader)
+    densest = 0.0
+    for file in {signal.file for signal in reader.identify.signals}:
+        columns = {signal.column: None for signal in reader.identify.signals if signal.file == file}
+        try:
+            signals = read_signals(file, columns, others=True)
+        except InputError:
+            continue  # `check` says what is wrong
+        angle = signals.places if signals.over == "crank_angle" else signals.places * (rate or 1.0)
+        densest = max(densest, features.density(angle))
+    if "save.samples" not in reader.written:
+        reader.values["save.samples"] = int(min(max(features.SAMPLES, 2.0 * densest), FINEST))
+    if "save.revolutions" not in reader.written:
+        samples = reader.values["save.samples"]
+        total = min(reader.reached("simulate.revolutions") or (10.0,))
+        kept_turns = total - max(reader.reached("simulate.discard") or (2.0,))
+        reader.values["save.revolutions"] = float(max(min(kept_turns, max(SAVED // samples, LEAST_TURNS)), 1))
+    if CHANNELS not in reader.written:
+        reader.values[CHANNELS] = list(dict.fromkeys(signal.channel for signal in reader.identify.signals))
+
+
+def crank_rate(reader: Reader) -> float | None:
+    """Return the speed of the crank (rad/s), or None if it is not one number."""
+    speeds = reader.reached("drive.speed")
+    return float(speeds[0]) if len(speeds) == 1 and speeds[0] else None
+
+
+def check_identify(reader: Reader, root: WrittenValue, layout: Layout) -> Identify | None:
+    """Return `identify` with the units of its signals; report what is wrong with the files, and with what is saved."""
+    identify: Identify | None = reader.identify
+    if identify is None:
+        return None
+    written = root.value[IDENTIFY].value["from"]
+    units = {channel.name: channel.unit for channel in layout.channels if channel.unit and channel.name != "t"}
+    complete = [signal._replace(unit=units.get(signal.channel, "")) for signal in identify.signals]
+    for signal in complete:
+        if not signal.unit:
+            suggestion = nearest(signal.channel, units) or f" (known: {', '.join(units)})"
+            reader.problems.add(written, f"{IDENTIFY}.from", f"there is no channel '{signal.channel}'{suggestion}")
+    lacking = sorted({signal.channel for signal in complete if signal.unit} - {*reader.values.get(CHANNELS, units)})
+    if lacking:
+        sentence = f"lacks {', '.join(lacking)}, which `identify` compares; add it"
+        reader.problems.add(reader.place(CHANNELS), CHANNELS, sentence)
+    saved = reader.values.get("save.revolutions") or 2.0
+    if saved < LEAST_TURNS:
+        sentence = f"found {saved:g}; `identify` needs at least {LEAST_TURNS} revolutions that a case saves"
+        reader.problems.add(reader.place("save.revolutions"), "save.revolutions", sentence)
+    for file in dict.fromkeys(signal.file for signal in complete):
+        signals_of_file = [signal for signal in complete if signal.file == file and signal.unit]
+        try:
+            for _ in turns_of(file, signals_of_file, crank_rate(reader)):
+                pass
+        except InputError as error:
+            reader.problems.add(written, f"{IDENTIFY}.from", str(error))
+    return identify._replace(signals=tuple(complete))
+
+
+class Turned(NamedTuple):
+    """A measured signal over the crank angle."""
+
+    signal: Signal
+    angle: "np.ndarray"  # (n,) rad, ascending
+    values: "np.ndarray"  # (n,) SI
+    speed: float | None  # rad/s, mean, where the file has time
+
+
+def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turned]:
+    """Return signals of a file over the crank angle; InputError where they are not enough.
+
+    rate : rad/s of the crank, or None if it is not one number
+    """
+    known_units: Mapping[str, str | None] = {signal.column: signal.unit for signal in signals}
+    content = read_signals(file, known_units, others=True)
+    revolutions = []
+    for signal in signals:
+        values, angle, speed = content.signals[signal.column], content.places, None
+        if content.over == "time":
+            if rate is None:
+                raise InputError(
+                    f"{file}:1: has time, but drive.speed is not one number here; write a column crank_angle [deg]"
+                )
+            angle = features.angle_of_time(content.places, values, rate)
+            speed = float((angle[-1] - angle[0]) / (content.places[-1] - content.places[0]))
+        _enough(file, signal.column, angle, values)
+        revolutions.append(Turned(signal, angle, values, speed))
+    return revolutions
+
+
+def _enough(file: str, column: str, angle: "np.ndarray", values: "np.ndarray") -> None:
+    """Raise InputError where a signal has too few revolutions, or too few samples an impact."""
+    count, density = (angle[-1] - angle[0]) / features.TURN, features.density(angle)
+    if count < LEAST_TURNS - 1e-6:
+        raise InputError(f"{file}: {column} has {count:.3g} revolutions; at least {LEAST_TURNS} are needed")
+    impacts = max(features.of(features.revolutions(angle, values)).impacts, 1.0)
+    if density < LEAST_SAMPLES * impacts:
+        raise InputError(
+            f"{file}: {column} has {density:.3g} samples a revolution and {impacts:.3g} impacts a revolution, "
+            f"{density / impacts:.2g} samples an impact; at least {LEAST_SAMPLES} are needed: "
+            f"{LEAST_SAMPLES * impacts:.3g} samples a revolution"
+        )

@@ -1,0 +1,159 @@
+"""Reads `figures` (user-defined columns) and `limits`, and predicts which columns cases will have."""
+
+from typing import Any
+
+from ...contracts.case import column_name
+from ...contracts.catalogue import Catalogue, Mechanism
+from ...contracts.layout import columns_of, rubbing_joints
+from ...judging.verdict import EXCEEDED, KINDS, MARGIN
+from ...language import expression, quantity
+from ...language.errors import InputError, nearest, shown
+from ..keys.kinds import Section
+from ..keys.run_keys import LIFE
+from ..reading.reader import Reader
+from ..written.document import WrittenValue
+
+SECTIONS = ("figures", "limits")  # sections of a grid file
+_TIMES = "times"
+_LIMIT = "rod_slider_force_peak: 5 kN"
+_FIGURE = 'headroom: "1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)"'
+
+
+def read_limits(reader: Reader, root: WrittenValue) -> None:
+    """Read both sections into the reader; its columns must be known."""
+    units = dict(reader.figures)
+    for name, written in _entries(reader, root, "figures", _FIGURE).items():
+        taken = _taken(reader, name)
+        if problem := taken or _unreadable(written.value, units):
+            place = root.value["figures"].key_place(name) if taken else written
+            reader.problems.add(place, f"figures.{name}", problem)
+            continue
+        units[name] = expression.unit_of(written.value, units)
+        reader.own_figures[name] = written.value
+    for column, written in _entries(reader, root, "limits", _LIMIT).items():
+        if column not in units:
+            place = root.value["limits"].key_place(column)
+            reader.problems.add(place, f"limits.{column}", _unknown(column, units))
+        elif isinstance(written.value, dict):
+            _bounds(reader, column, written, units)
+        else:
+            limit = _quantity(reader, written, f"limits.{column}", units[column])
+            reader.limits |= {} if limit is None else {column: limit}
+
+
+def _entries(reader: Reader, root: WrittenValue, name: str, example: str) -> dict[str, WrittenValue]:
+    """Return the entries of a section, or {} if it is missing."""
+    section = root.value.get(name) if isinstance(root.value, dict) else None
+    if section is None:
+        return {}
+    if not isinstance(section.value, dict) or not section.value:
+        noun = name.removesuffix("s")
+        sentence = f"contains no {noun}; for example: `{example}`, or leave the key '{name}' out"
+        reader.problems.add(section, name, sentence)
+        return {}
+    entries: dict[str, WrittenValue] = section.value
+    return entries
+
+
+def _unknown(name: str, units: dict[str, str]) -> str:
+    known = f" (known: {', '.join(units)})"  # a long list, shown only if no name is near
+    return f"is not a column of this grid{nearest(name, units) or known}"
+
+
+def _taken(reader: Reader, name: str) -> str:
+    """Return why a user-defined figure cannot have this name, or '' if it can."""
+    if name in reader.figures:
+        return "is a column already; give the figure another name"
+    if name in (EXCEEDED, MARGIN, "case_id", "status", "message", *expression.FUNCTIONS):
+        return "is a reserved name; rename the figure"
+    return "" if name.isidentifier() else "found a name that is none; expected letters, digits and _, no digit first"
+
+
+def _unreadable(text: Any, units: dict[str, str]) -> str:
+    """Return what is wrong with an expression, or '' if nothing is."""
+    if not isinstance(text, str):
+        return f"found {shown(text)}; expected an expression of columns, in quotes, such as `{_FIGURE}`"
+    try:
+        expression.unit_of(text, units)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def _bounds(reader: Reader, column: str, written: WrittenValue, units: dict[str, str]) -> None:
+    """Read a limit written as a section: at_most, at_least, times."""
+    path, entries = f"limits.{column}", written.value
+    known = (*KINDS, _TIMES)
+    for key in entries:
+        if key not in known:
+            sentence = f"unknown key{nearest(key, known)} (known: {', '.join(known)})"
+            reader.problems.add(written.key_place(key), f"{path}.{key}", sentence)
+    if not any(kind in entries for kind in KINDS) and all(key in known for key in entries):
+        reader.problems.add(written, path, f"contains no limit; add {' or '.join(KINDS)}, such as {{at_most: 5 kN}}")
+        return
+    unit, bounds = units[column], dict[str, Any]()
+    if _TIMES in entries:
+        times = entries[_TIMES].value
+        if not isinstance(times, str) or times not in units:
+            reader.problems.add(entries[_TIMES], f"{path}.{_TIMES}", f"{shown(times)} {_unknown(str(times), units)}")
+            return
+        unit = quotient(unit, units[times])
+        bounds[_TIMES] = times
+    for kind in KINDS:
+        if kind in entries:
+            limit = _quantity(reader, entries[kind], f"{path}.{kind}", unit)
+            bounds |= {} if limit is None else {kind: limit}
+    if any(kind in bounds for kind in KINDS):
+        reader.limits[column] = bounds
+
+
+def quotient(unit: str, by: str) -> str:
+    """Return the SI unit of a quotient of two quantities, '1' for equal units."""
+    if by in ("1", unit):
+        return unit if by == "1" else "1"
+    return expression.unit_of("a / b", {"a": unit, "b": by})
+
+
+def _quantity(reader: Reader, written: WrittenValue, path: str, unit: str) -> float | None:
+    try:
+        return quantity.read(written.value, unit)
+    except InputError as error:
+        reader.problems.add(written, path, str(error))
+        return None
+
+
+def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue) -> dict[str, str]:
+    """Return the figures of merit that the cases will have, each with its unit."""
+    sections = [path.split(".") for path, node in reader.shape.items() if isinstance(node, Section)]
+    inside = [path[1:] for path in sections if path[0] == "joints" and len(path) > 1]
+    parts = {
+        column_name(joint): {part for joint_name, *parts_of in inside if joint_name == joint for part in parts_of[:1]}
+        for joint, *_ in inside
+    }
+    for joint in mechanism.joints:
+        if column_name(joint.name) in parts and mechanism.spatial:
+            parts[column_name(joint.name)] |= {"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}
+    until, life = str(reader.values.get("simulate.until.figure", "")), reader.values.get(f"{LIFE}.joint")
+    requested = {name for name in ("horizon", "error_check") if f"simulate.{name}" in reader.values}
+    requested |= {
+        name
+        for name, is_requested in (("until", until), ("life", life), ("uncertain", reader.uncertain))
+        if is_requested
+    }
+    for joint in mechanism.joints:
+        if column_name(joint.name) in parts and joint.kind in ("revolute", "line") and _strength(reader, joint.name):
+            parts[column_name(joint.name)].add("strength")
+    if life and column_name(life) in parts:
+        parts[column_name(life)].add("limited")
+    columns = columns_of(catalogue, mechanism, parts, requested, until, rubbing_joints(reader.outline))
+    return {column.name: column.unit for column in columns}
+
+
+def _strength(reader: Reader, joint: str) -> bool:
+    """Return whether a joint with contact has a yield strength or a hardness."""
+    prefix = f"joints.{joint}."
+    known_paths = [path for path in (*reader.written, *reader.swept) if path.startswith(prefix)]
+    return f"{prefix}contact" in reader.shape and any(
+        path.endswith(".yield_strength") or path in (f"{prefix}wear.hardness", f"{prefix}roughness.hardness")
+        for path in known_paths
+    )

@@ -1,0 +1,210 @@
+"""Reads `optimise`: the values to vary, the columns to make small or large, how many cases that may take."""
+
+import math
+from collections.abc import Collection, Mapping
+from typing import Any, NamedTuple
+
+from ...language import quantity
+from ...language.errors import nearest, shown
+from ..keys.kinds import Number, Word
+from ..library.naming import name_path
+from ..reading.reader import Reader
+from ..written.document import WrittenValue
+from .added_cases import check_always_used, count, over_of, section_in, section_of
+
+OPTIMISE = "optimise"
+SENSES = ("minimise", "maximise")
+KEYS = ("over", *SENSES, "cases", "seed")
+AMONG, WHOLE = "among", "whole"
+ROUND = 16  # cases that are asked for at a time, whatever the number of workers
+MOST_CASES = 100_000
+#: Ratio of the ends of a range from which on equal ratios count, not equal differences.
+RATIOS = {"range": 20.0, "prior": 4.0}
+_EXAMPLE = "{over: {define.play: [5 um, 100 um]}, minimise: rod_slider_load_peak, cases: 300}"
+
+
+class Choice(NamedTuple):
+    """The values that one path may take, SI."""
+
+    kind: str  # 'range', 'prior', AMONG or WHOLE
+    values: tuple[Any, ...]  # both ends of a range, or all that there are to choose from
+
+    @property
+    def logarithmic(self) -> bool:
+        """Return whether equal ratios count."""
+        low, high = self.values[0], self.values[-1]
+        return self.kind in RATIOS and low > 0.0 and high >= RATIOS[self.kind] * low
+
+    def at(self, part: float) -> Any:
+        """Return the value at a part, from 0 to 1, of the way through the choice."""
+        if self.kind == AMONG:
+            return self.values[min(int(part * len(self.values)), len(self.values) - 1)]
+        low, high = self.values
+        if self.kind == WHOLE:
+            return min(low + int(part * (high - low + 1)), high)
+        return low * (high / low) ** part if self.logarithmic else low + (high - low) * part
+
+    def part(self, value: Any) -> float:
+        """Return which part of the way through the choice a value is, of one of several the middle of its share."""
+        if self.kind == AMONG:
+            return (self.values.index(value) + 0.5) / len(self.values)
+        low, high = self.values
+        if self.kind == WHOLE:
+            return float((value - low + 0.5) / (high - low + 1))
+        return math.log(value / low) / math.log(high / low) if self.logarithmic else (value - low) / (high - low)
+
+    def written(self) -> Any:
+        """Return it as a grid may have it."""
+        return list(self.values) if self.kind in RATIOS else {self.kind: list(self.values)}
+
+
+class Optimise(NamedTuple):
+    """Objectives, and the values to choose from, in SI."""
+
+    over: dict[str, Choice]
+    objectives: tuple[tuple[str, bool], ...]  # column, and whether it is to be large
+    cases: int
+    seed: int
+    start: dict[str, Any]  # the values that the grid has written, or {} if some are missing or outside
+
+    def first(self) -> list[tuple[Any, ...]]:
+        """Return the values of the first round: what the grid has written, and points spread evenly."""
+        from scipy.stats import qmc
+
+        count = min(ROUND, self.cases)
+        parts = qmc.Sobol(len(self.over), seed=self.seed).random(ROUND).tolist()
+        points = [tuple(choice.at(part) for choice, part in zip(self.over.values(), row, strict=True)) for row in parts]
+        own = [tuple(self.start.values())] if self.start else []
+        return list(dict.fromkeys([*own, *points]))[:count]
+
+    def columns(self, there: Collection[str]) -> list[str]:
+        """Return the columns that cases are compared by: objectives, and the ends of their intervals, if `there`."""
+        names = [name for name, _ in self.objectives]
+        return [*names, *(end for name in names for end in interval_columns(name) if end in there)]
+
+    def written(self) -> dict[str, Any]:
+        """Return the section as a grid may have it, in SI."""
+        senses = {
+            sense: [column for column, large in self.objectives if large is (sense == SENSES[1])] for sense in SENSES
+        }
+        head = {"over": {path: choice.written() for path, choice in self.over.items()}}
+        return head | {key: names for key, names in senses.items() if names} | {"cases": self.cases, "seed": self.seed}
+
+
+def interval_columns(column: str) -> tuple[str, str]:
+    """Return the names of the columns with the ends of the 95 % interval of a column, which few columns have."""
+    return f"{column}_low", f"{column}_high"
+
+
+def find_optimise_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
+    """Return path -> its place and its values, as an axis has them, for all keys to vary; note the kinds of choices."""
+    section = section_of(reader, root, OPTIMISE, KEYS, _EXAMPLE)
+    others = ("sweep", "zip", "cases", "sample", "seek", "refine")
+    over = over_of(reader, root, section, OPTIMISE, others, _EXAMPLE) if section else None
+    if over is None:
+        return {}
+    variables = {}
+    for key, written in over.value.items():
+        path = name_path(key, reader.shape)
+        values = _values(reader, path, written)
+        if values is not None:
+            variables[path] = (over.key_place(key), values)
+    return variables
+
+
+def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | None:
+    """Return the values of one path as an axis has them."""
+    where, node = f"{OPTIMISE}.over.{path}", reader.shape.get(path)
+    whole = isinstance(node, Number) and any(use.field.whole for use in node.uses)
+    content, kind = written.value, "range"
+    if isinstance(content, dict) and len(content) == 1 and {*content} <= {AMONG, WHOLE}:
+        ((kind, written),) = content.items()
+        content = written.value
+        if kind == AMONG and isinstance(content, dict) and [*content] == ["fits"]:
+            reader.choices[path] = AMONG
+            return written
+    pair = isinstance(content, list) and len(content) == 2
+    if not isinstance(content, list) or not content or (kind != AMONG and not pair):
+        sentence = f"found {shown(content)}; expected [low, high], {{among: [...]}} or {{whole: [low, high]}}"
+        reader.problems.add(written, where, sentence)
+        return None
+    if kind != AMONG and (isinstance(node, Word) or whole != (kind == WHOLE)):
+        expected = "{among: [...]}" if isinstance(node, Word) else "{whole: [low, high]}" if whole else "[low, high]"
+        reader.problems.add(written, where, f"found {shown(content)}; this key takes {expected}")
+        return None
+    reader.choices[path] = kind
+    return written
+
+
+def read_optimise(reader: Reader, root: WrittenValue) -> Optimise | None:
+    """Return the section `optimise`, the axes being read already, or None if it is missing or wrong."""
+    section = section_in(root, OPTIMISE)
+    paths = [path for path, way in reader.way.items() if way == OPTIMISE]
+    if section is None or not isinstance(section.value, dict):
+        return None
+    noted = len(reader.problems)
+    for path in reader.axes.keys() & {*paths}:
+        check_range(reader, path, OPTIMISE)
+        check_always_used(reader, reader.swept[path], OPTIMISE, path)
+    objectives = _objectives(reader, section)
+    cases = count(reader, section, (OPTIMISE, "cases"), (1, MOST_CASES), None)
+    seed = count(reader, section, (OPTIMISE, "seed"), (0, 2**31), 0)
+    if cases is None or seed is None or not objectives or len(reader.problems) > noted:
+        return None
+    if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
+        return None
+    over = {path: Choice(reader.choices[path], reader.axes[path]) for path in paths}
+    return Optimise(over, objectives, cases, seed, start_of(reader, over))
+
+
+def check_range(reader: Reader, path: str, section: str) -> None:
+    """Report a range that is upside down, and a path that cannot vary from case to case."""
+    values = reader.axes[path]
+    if reader.choices[path] != AMONG and values[0] >= values[-1]:
+        sentence = "the first value is not below the second; swap them"
+        reader.problems.add(reader.swept[path], f"{section}.over.{path}", sentence)
+    if path.endswith(".exponent"):
+        sentence = f"cannot vary under `{section}`, because units depend on it"
+        reader.problems.add(reader.swept[path], f"{section}.over.{path}", sentence)
+
+
+def _objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, bool], ...]:
+    """Return the columns that are to be small or large."""
+    objectives: list[tuple[str, bool]] = []
+    known = {**reader.figures, **dict.fromkeys(reader.own_figures, "")}
+    for sense in SENSES:
+        written = section.value.get(sense)
+        items = [] if written is None else written.value if isinstance(written.value, list) else [written]
+        for item in items:
+            if not isinstance(item.value, str) or item.value not in known:
+                near = nearest(str(item.value), known) or f" (known: {', '.join(known)})"
+                reader.problems.add(
+                    item, f"{OPTIMISE}.{sense}", f"{shown(item.value)} is not a column of this grid{near}"
+                )
+            elif item.value in dict(objectives):
+                reader.problems.add(item, f"{OPTIMISE}.{sense}", f"{item.value} occurs twice; remove one of them")
+            else:
+                objectives.append((item.value, sense == SENSES[1]))
+    if not any(sense in section.value for sense in SENSES):
+        sentence = "is missing; give the column to minimise, or maximise: the column to maximise"
+        reader.problems.add(section, f"{OPTIMISE}.{SENSES[0]}", sentence)
+    return tuple(objectives)
+
+
+def start_of(reader: Reader, over: Mapping[str, Choice]) -> dict[str, Any]:
+    """Return the values that the grid has written, {} unless all are there and can be chosen."""
+    start: dict[str, Any] = {}
+    for path, choice in over.items():
+        written, node = reader.written.get(path), reader.shape[path]
+        if written is None:
+            return {}
+        value: Any = written.value
+        if isinstance(node, Number):
+            exponents = reader.reached(f"{path.rpartition('.')[0]}.exponent")
+            unit = quantity.exponent_of(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
+            value = quantity.read(value, unit)
+        inside = value in choice.values if choice.kind == AMONG else choice.values[0] <= value <= choice.values[-1]
+        if not inside or (isinstance(value, float) and math.isnan(value)):
+            return {}
+        start[path] = int(value) if choice.kind == WHOLE else value
+    return start

@@ -1,0 +1,256 @@
+"""Reads `seek` and `refine`: a search for the largest or smallest value within limits, and cases along their border."""
+
+import math
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from ...language import quantity
+from ...language.errors import InputError, shown
+from ..keys.kinds import Number, value_key
+from ..library.iso286 import Fit
+from ..reading.reader import Reader
+from ..written.document import WrittenValue
+from .added_cases import check_always_used, count, section_in, section_of
+from .fits import fits_among
+
+SEEK = "seek"
+SEEK_ENDS, SEEK_FOR = ("largest", "smallest"), ("each", "all")
+SEEK_KEYS = (*SEEK_ENDS, "between", "within", "among", "meeting", "for")
+FINEST = 40  # times a range can be halved: what is left is near the rounding of floats
+FIRST_STRETCHES = 4  # of the range, whose ends are tried first
+_SEEK_EXAMPLE = "{largest: joints.rod-slider.clearance, between: [5 um, 200 um], within: 1 um}"
+_AMONG = "{fits: [H7/g6, H7/f7]}"
+
+
+class Seek(NamedTuple):
+    """The value that is searched for, and how, in SI."""
+
+    end: str  # one of ENDS
+    paths: tuple[str, ...]  # in step: all have the same value
+    between: tuple[float, float]
+    within: float  # 0 among fits
+    each: bool  # for each case of the other axes; False: for all of them together
+    fits: tuple[Fit, ...] = ()  # in order of their largest clearances, which are judged; () of a range
+
+    @property
+    def path(self) -> str:
+        """Return the first path, whose value all others have."""
+        return self.paths[0]
+
+    @property
+    def last(self) -> int:
+        """Return the last place: fits less one, or equal steps of the range, a power of 2, none above `within`."""
+        if self.fits:
+            return len(self.fits) - 1
+        low, high = self.between
+        halvings = max(math.ceil(math.log2((high - low) / self.within)), FIRST_STRETCHES.bit_length() - 1)
+        return 1 << halvings
+
+    def value(self, index: int) -> float:
+        """Return the value at a place from 0 to `last`, counted from the end that is the safer one."""
+        if self.fits:
+            return self.fit(index).high
+        low, high = (Fraction(sense) for sense in self.between)
+        k = index if self.end == SEEK_ENDS[0] else self.last - index
+        return float(low + (high - low) * k / self.last)
+
+    def fit(self, index: int) -> Fit:
+        """Return the fit at a place."""
+        return self.fits[index if self.end == SEEK_ENDS[0] else self.last - index]
+
+    def first(self) -> tuple[float, ...]:
+        """Return the values that are tried first, ascending."""
+        if self.fits:
+            return tuple(fit.high for fit in self.fits)
+        return tuple(sorted(self.value(index) for index in range(0, self.last + 1, self.last // FIRST_STRETCHES)))
+
+    def written(self) -> dict[str, Any]:
+        """Return the section as a grid may have it, in SI."""
+        heading: dict[str, Any] = {self.end: self.path if len(self.paths) == 1 else list(self.paths)}
+        if self.fits:
+            heading["among"] = {"fits": [fit.name for fit in self.fits]}
+        else:
+            heading |= {"between": list(self.between), "within": self.within}
+        return heading | {"meeting": "limits", "for": SEEK_FOR[not self.each]}
+
+
+def range_of_seek(
+    reader: Reader, root: WrittenValue, values_of: Callable[[str], tuple[float, ...]]
+) -> tuple[list[WrittenValue], WrittenValue] | None:
+    """Return the paths that are searched for and their values as written, or None if there is none to vary.
+
+    `values_of` a path gives its values that are known, from which fits have their sizes.
+    """
+    section = section_of(reader, root, SEEK, SEEK_KEYS, _SEEK_EXAMPLE)
+    if section is None:
+        return None
+    senses = [sense for sense in SEEK_ENDS if sense in section.value]
+    between = section.value.get("between")
+    if len(senses) != 1:
+        problem = "has both largest and smallest; write one of them" if senses else "is missing; write the path to vary"
+        reader.problems.add(section, f"{SEEK}.{SEEK_ENDS[0]}", f"{problem}, such as {_SEEK_EXAMPLE}")
+        return None
+    paths = _paths(reader, section.value[senses[0]], f"{SEEK}.{senses[0]}")
+    if paths is None:
+        return None
+    among = section.value.get("among")
+    if among is not None:
+        return _among(reader, section, paths, values_of)
+    if between is None or not isinstance(between.value, list) or len(between.value) != 2:
+        results = "is missing" if between is None else f"found {shown(between.value)}"
+        reader.problems.add(
+            between or section, f"{SEEK}.between", f"{results}; write the range, such as [5 um, 200 um]"
+        )
+        return None
+    return paths, between
+
+
+def _paths(reader: Reader, written: WrittenValue, where: str) -> list[WrittenValue] | None:
+    """Return the dotted paths that take the same value, each once, or None if they cannot be read."""
+    paths = written.value if isinstance(written.value, list) else [written]
+    invalid = [path for path in paths if not isinstance(path.value, str)]
+    if invalid or not paths:
+        index = invalid[0] if invalid else written
+        reader.problems.add(index, where, f"found {shown(index.value)}; expected a dotted path, or a list of such")
+        return None
+    names = [path.value for path in paths]
+    twice = [path for k, path in enumerate(paths) if path.value in names[:k]]
+    for path in twice:
+        reader.problems.add(path, where, f"{path.value} occurs twice; remove one of them")
+    return None if twice else list(paths)
+
+
+def _among(
+    reader: Reader, section: WrittenValue, paths: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
+) -> tuple[list[WrittenValue], WrittenValue] | None:
+    """Return the paths, and the largest clearances of the fits among which is searched for, ascending."""
+    among = section.value["among"]
+    for key in ("between", "within"):
+        if key in section.value:
+            sentence = "conflicts with `among`, which lists the values to try; remove one of the two"
+            reader.problems.add(section.value[key], f"{SEEK}.{key}", sentence)
+            return None
+    content = among.value
+    if not isinstance(content, dict) or [*content] != ["fits"] or not isinstance(content["fits"].value, list):
+        reader.problems.add(among, f"{SEEK}.among", f"found {shown(content)}; expected {_AMONG}")
+        return None
+    results = fits_among(reader, [path.value for path in paths], content["fits"].value, values_of)
+    if results is None:
+        return None
+    reader.among = tuple(sorted(results, key=lambda fit: fit.high))
+    index = among.origin, among.line, among.column
+    values = [WrittenValue(f"{fit.high!r} m", *index, by_name=True) for fit in reader.among]
+    return paths, WrittenValue(values, among.origin, among.line, among.column)
+
+
+def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Seek | None:
+    """Return the section `seek`, its axis being read already, or None if it is missing or wrong."""
+    section = section_in(root, SEEK)
+    paths = tuple(path for path, variation in reader.way.items() if variation == SEEK)
+    if section is None or not paths or not set(paths) <= reader.axes.keys():
+        return None
+    path = paths[0]
+    content, noted = section.value, len(reader.problems)
+    (sense,) = [sense for sense in SEEK_ENDS if sense in content]
+    low, high = reader.axes[path][0], reader.axes[path][-1]
+    for other_path in paths[1:]:
+        if _unit(reader, other_path) != _unit(reader, path):
+            units = f"in {_unit(reader, other_path)}, {path} in {_unit(reader, path)}"
+            reader.problems.add(
+                content[sense], f"{SEEK}.{sense}", f"{other_path} is {units}; paths in step have one unit"
+            )
+    if low >= high and not reader.among:
+        reader.problems.add(content["between"], f"{SEEK}.between", "the first value is not below the second; swap them")
+    if not limits:
+        reader.problems.add(section, SEEK, "there are no limits to meet; write the section 'limits'")
+    for key, allowed_words in (("meeting", ("limits",)), ("for", SEEK_FOR)):
+        if key in content and content[key].value not in allowed_words:
+            sentence = f"found {shown(content[key].value)}; expected {' or '.join(allowed_words)}"
+            reader.problems.add(content[key], f"{SEEK}.{key}", sentence)
+    for other_path in reader.axes:
+        check_always_used(reader, content[sense], SEEK, other_path)
+    item = "for" not in content or content["for"].value == SEEK_FOR[0]
+    if reader.among:
+        fits = Seek(sense, paths, (low, high), 0.0, item, reader.among)
+        return fits if len(reader.problems) == noted else None
+    tolerance = _within(reader, section, path)
+    if tolerance is None or len(reader.problems) > noted:
+        return None
+    if not (high - low) / 2.0**FINEST < tolerance <= (high - low) / FIRST_STRETCHES:
+        smallest, largest = (
+            quantity.said(size, _unit(reader, path)) for size in ((high - low) / 1e12, (high - low) / 4.0)
+        )
+        sentence = f"found {content['within'].value}; allowed: {smallest} to {largest}, a quarter of the range"
+        reader.problems.add(content["within"], f"{SEEK}.within", sentence)
+        return None
+    return Seek(sense, paths, (low, high), tolerance, item)
+
+
+def _within(reader: Reader, section: WrittenValue, path: str) -> float | None:
+    """Return the width of the answer that is good enough (SI), or None if it is missing or invalid."""
+    written = section.value.get("within")
+    if written is None:
+        reader.problems.add(section, f"{SEEK}.within", "is missing; write how close the answer has to be, such as 1 um")
+        return None
+    try:
+        return quantity.read(written.value, _unit(reader, path))
+    except InputError as error:
+        reader.problems.add(written, f"{SEEK}.within", str(error))
+        return None
+
+
+def _unit(reader: Reader, path: str) -> str:
+    node = reader.shape[path]
+    assert isinstance(node, Number)  # others cannot be searched for
+    exponents = reader.reached(f"{path.rpartition('.')[0]}.exponent")
+    return quantity.exponent_of(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
+
+
+REFINE = "refine"
+REFINE_ALONG = "limits"
+REFINE_KEYS = ("along", "cases")
+MOST_CASES = 1_000_000
+_REFINE_EXAMPLE = "{along: limits, cases: 200}"
+
+
+class Refine(NamedTuple):
+    """How many cases to add along the border, and which values to subdivide."""
+
+    cases: int  # at most
+    paths: tuple[str, ...]  # swept numbers
+
+    def written(self) -> dict[str, Any]:
+        """Return the section in the form of a grid file."""
+        return {"along": REFINE_ALONG, "cases": self.cases}
+
+
+def read_refine(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Refine | None:
+    """Return the section `refine`, the axes being read already, or None if it is missing or wrong."""
+    noted = len(reader.problems)
+    section = section_of(reader, root, REFINE, REFINE_KEYS, _REFINE_EXAMPLE)
+    if section is None:
+        return None
+    border = section.value.get("along")
+    if border is not None and border.value != REFINE_ALONG:
+        reader.problems.add(border, f"{REFINE}.along", f"found {shown(border.value)}; expected {REFINE_ALONG}")
+    if SEEK in root.value:
+        sentence = "conflicts with `seek`, which finds a border by itself; remove one of the two"
+        reader.problems.add(section, REFINE, sentence)
+    if not limits:
+        reader.problems.add(section, REFINE, "needs limits, whose border it refines; add `limits`")
+    paths = tuple(path for path in reader.axes if reader.way[path] == "sweep" and _divisible(reader, path))
+    if not paths:
+        sentence = "no cases can be added between the cases: `sweep` at least one quantity with two or more values"
+        reader.problems.add(section, REFINE, sentence)
+    for path in reader.axes:
+        check_always_used(reader, section, REFINE, path)
+    cases = count(reader, section, (REFINE, "cases"), (1, MOST_CASES), None)
+    return None if cases is None or len(reader.problems) > noted else Refine(cases, paths)
+
+
+def _divisible(reader: Reader, path: str) -> bool:
+    """Return whether an axis can be subdivided."""
+    node = value_key(reader.shape, path)
+    complete = not isinstance(node, Number) or any(key_use.field.whole for key_use in node.uses)
+    return not complete and not path.endswith(".exponent") and len(reader.axes[path]) > 1

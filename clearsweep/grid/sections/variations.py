@@ -1,0 +1,362 @@
+"""Finds what a grid varies: combined (`sweep`), in step (`zip`, `cases`) or drawn (`sample`); labels of values."""
+
+import math
+from collections.abc import Callable, Mapping
+from itertools import product
+from typing import Any
+
+from ...contracts.catalogue import Field
+from ...language.errors import nearest, shown
+from ..keys.kinds import Name, Number, Section, Shape, Use, Word, value_key
+from ..library.naming import BODIES, name_path
+from ..reading.reader import Reader
+from ..written.definitions import DEFINE, DEFINE_TEXT, START, Definitions
+from ..written.document import WrittenValue
+from ..written.tables import read_cases
+from .axes import FORMS, Reading, axis
+from .distributions import LAWS, draw_values, read_distribution
+from .identify import IDENTIFY, find_identify_axes
+from .optimise import OPTIMISE, find_optimise_axes
+from .sample import read_sample
+from .seek import SEEK, range_of_seek
+
+#: The sections that vary values, in the order in which their axes appear; those after `sweep` go in step.
+WAYS = ("sweep", "zip", "cases", "sample")
+#: The sections with values that may be unused by some of the varied laws.
+EACH = ("sweep", SEEK, OPTIMISE, IDENTIFY)
+
+
+def find_variations(reader: Reader, root: WrittenValue, complete: Shape, fixed: frozenset[str]) -> None:
+    """Record the varied values; report paths that cannot vary.  Paths in `fixed` no longer vary."""
+    for variation in WAYS:
+        section = root.value.get(variation) if isinstance(root.value, dict) else None
+        if section is None:
+            continue
+        written, where, example = section, variation, "[value, ...]"
+        if variation == "cases" and isinstance(section.value, str):
+            written = read_cases(reader.problems, section)
+            if written is None:
+                continue
+        if variation == "sample":
+            if not isinstance(section.value, dict):
+                sentence = f"found {shown(section.value)}; expected a section with the keys method, n, seed, over"
+                reader.problems.add(section, variation, sentence)
+                continue
+            written, where = section.value.get("over", section), "sample.over"
+            example = "{normal: {mean: 1 mm, cv: 0.1}}"
+            if "over" not in section.value:
+                reader.problems.add(section, where, f"is missing; write `dotted.path: {example}`")
+                continue
+        if not isinstance(written.value, dict) or not written.value:
+            reason = {"sweep": "nothing is swept", "sample": "nothing is drawn"}.get(variation, "nothing goes in step")
+            remedy = f"write `dotted.path: {example}`, or leave the key '{variation}' out"
+            reader.problems.add(written, where, f"{reason}; {remedy}")
+            continue
+        for path, values in written.value.items():
+            if path not in fixed:
+                _enter(reader, variation, path, written.key_place(path), values, complete)
+        if variation == "sample":
+            drawn_paths = [path for path in reader.swept if reader.way[path] == "sample"]
+            reader.drawn = tuple(drawn_paths)
+            reader.sample = read_sample(reader.problems, section, len(drawn_paths)) if drawn_paths else None
+
+
+def find_optimised(reader: Reader, root: WrittenValue, complete: Shape) -> None:
+    """Record the values that `optimise` and `identify` may choose."""
+    for path, (location, values) in find_optimise_axes(reader, root).items():
+        _enter(reader, OPTIMISE, path, location, values, complete)
+    for path, (location, values) in find_identify_axes(reader, root).items():
+        _enter(reader, IDENTIFY, path, location, values, complete)
+
+
+def find_seek(
+    reader: Reader, root: WrittenValue, complete: Shape, values_of: Callable[[str], tuple[float, ...]]
+) -> None:
+    """Record the range of a search, as an axis of its two ends or of all values to try."""
+    between = range_of_seek(reader, root, values_of)
+    for location in between[0] if between else ():
+        assert between is not None  # there is at least one path
+        _enter_seek(reader, location.value, location, between[1], complete)
+
+
+def _enter_seek(reader: Reader, path: str, location: WrittenValue, between: WrittenValue, complete: Shape) -> None:
+    """Record the values of one path of a search."""
+    node = complete.get(path)
+    if isinstance(node, Word) or (isinstance(node, Number) and any(key_use.field.whole for key_use in node.uses)):
+        noun = "a name" if isinstance(node, Word) else "a whole number"
+        sentence = f"{path} is {noun}, which has nothing in between; write it under `sweep`"
+        reader.problems.add(location, SEEK, sentence)
+    elif path.endswith(".exponent"):
+        reader.problems.add(location, SEEK, f"{path} cannot be searched for, because units depend on it")
+    else:
+        _enter(reader, SEEK, path, location, between, complete)
+
+
+def _enter(reader: Reader, variation: str, path: str, key: WrittenValue, values: WrittenValue, complete: Shape) -> None:
+    """Record the values of one path, or report a mistake; `key` is the position of the path itself."""
+    path = name_path(path, reader.shape)
+    where = _where(variation, path)
+    free_paths = [path for path, node in reader.shape.items() if not isinstance(node, Section) and node.sweep]
+    parent, node = path.rpartition(".")[0], reader.shape.get(path)
+    if path in reader.swept:
+        sentence = f"is under '{reader.way[path]}' already; a value varies in one way only; remove one of the two"
+        reader.problems.add(key, where, sentence)
+    elif path in free_paths and variation == "sample" and isinstance(node, Word):
+        reader.problems.add(key, where, "is a law's name, which cannot be drawn; write it under `sweep`")
+    elif (
+        path in free_paths
+        and variation == "sample"
+        and isinstance(node, Number)
+        and any(key_use.field.whole for key_use in node.uses)
+    ):
+        reader.problems.add(key, where, "is a whole number, which cannot be drawn; write it under `sweep`")
+    elif path in free_paths and variation == "sample" and path.endswith(".exponent"):
+        reader.problems.add(key, where, "cannot be drawn, because units depend on it; write it under `sweep`")
+    elif path in free_paths:
+        reader.swept[path], reader.way[path] = values, variation
+    elif isinstance(node, Section):
+        inside = [other_path for other_path in free_paths if other_path.startswith(f"{path}.")]
+        is_named = isinstance(complete.get(f"{path}.name"), Name) and path.rpartition(".")[2] in (*BODIES, "material")
+        remedy = "; a material varies by name where the grid names one: `bearing: CuSn8`" if is_named else ""
+        reader.problems.add(key, where, f"names a section, not a value; such as {', '.join(inside[:3])}{remedy}")
+    elif node is not None:
+        remedy_text = f"cannot be swept; write it outside `{variation}`, and a grid for each of its values"
+        reader.problems.add(key, where, remedy_text)
+    elif path in complete:
+        missing = next(section for section in _sections(path) if section not in reader.shape)
+        sentence = f"there is no section '{missing}'; write it before a value in it is swept"
+        reader.problems.add(key, where, sentence)
+    elif path.startswith(START):
+        name, allowed = path.removeprefix(START), [*reader.defined.texts]
+        if name not in reader.defined.wrong:  # what is wrong there is said there
+            hint = f"{nearest(name, allowed)} (known: {', '.join(allowed) or 'none'})"
+            reader.problems.add(key, where, f"'{name}' is not defined under `define`{hint}")
+    else:
+        siblings = [other_path for other_path in free_paths if other_path.rpartition(".")[0] == parent]
+        hint = f" (allowed next to it: {', '.join(siblings)})" if siblings else ""
+        reader.problems.add(key, where, f"names nothing{nearest(path, free_paths)}{hint}")
+
+
+def _where(variation: str, path: str) -> str:
+    """Return the full key of a varied path: 'sweep.drive.speed', 'sample.over.drive.speed'."""
+    if variation == SEEK:
+        return f"{variation}.between"
+    if variation in (OPTIMISE, IDENTIFY):
+        return f"{variation}.over.{path}"
+    return f"sample.over.{path}" if variation == "sample" else f"{variation}.{path}"
+
+
+def _sections(path: str) -> list[str]:
+    """Return the paths that lead to `path`, outermost first, itself last."""
+    parts = path.split(".")
+    return [".".join(parts[: k + 1]) for k in range(len(parts))]
+
+
+def values_of_axis(reader: Reader, path: str, reading: Reading) -> list[Any] | None:
+    """Return the values of a varied path, or None if they are invalid."""
+    variation, written = reader.way[path], reader.swept[path]
+    where = _where(variation, path)
+    if path in reader.added_written:
+        added_values = axis(
+            reader.problems, f"{reader.added_in}.{path}", reader.added_written[path], reading, distinct=False
+        )
+        reader.added_cases[path] = added_values or []
+    if variation != "sample":
+        return axis(reader.problems, where, written, reading, distinct=variation in EACH)
+    distribution = read_distribution(reader.problems, where, written, reading)
+    if distribution is None or reader.sample is None:
+        return None
+    reader.distributions[path] = distribution
+    if path not in reader.sample.drawn:
+        points = reader.sample.points[:, reader.drawn.index(path)]
+        return draw_values(reader.problems, where, written, distribution, points, reading.fields)
+    drawn_before = reader.sample.drawn[path]
+    drawn_paths = axis(reader.problems, f"sample.drawn.{path}", drawn_before, reading, distinct=False)
+    if drawn_paths is not None and len(drawn_paths) != len(reader.sample.points):
+        sentence = f"found {len(drawn_paths)} values; this sample has {len(reader.sample.points)}: leave 'drawn' out"
+        reader.problems.add(drawn_before, f"sample.drawn.{path}", sentence)
+        return None
+    return drawn_paths
+
+
+def axes_in_step(reader: Reader) -> tuple[tuple[str, ...], ...]:
+    """Return the paths that vary in step, by section."""
+    joint_groups = [
+        tuple(path for path in reader.axes if reader.way[path] == variation) for variation in (*WAYS[1:], SEEK)
+    ]
+    joint_groups[-1] = joint_groups[-1] if len(joint_groups[-1]) > 1 else ()
+    return tuple(paths for paths in joint_groups if paths)
+
+
+def check_variations(reader: Reader) -> None:
+    """Report axes in step of different length, and values that varied law names do not use."""
+    for paths in axes_in_step(reader):
+        variation, first_path = reader.way[paths[0]], paths[0]
+        uneven = [path for path in paths if len(reader.axes[path]) != len(reader.axes[first_path])]
+        for path in uneven:
+            hint = f" (line {reader.swept[first_path].line})" if reader.swept[first_path].line else ""
+            sentence = (
+                f"found {len(reader.axes[path])} values, but {first_path} has {len(reader.axes[first_path])}{hint}; "
+                "axes in step have equally many"
+            )
+            reader.problems.add(reader.swept[path], _where(variation, path), sentence)
+        if not uneven and variation != "sample":
+            _distinct(reader, variation, paths)
+    for path in reader.axes:
+        _always_used(reader, path)
+
+
+def _distinct(reader: Reader, variation: str, paths: tuple[str, ...]) -> None:
+    """Report repeated rows of values in step."""
+    lines_seen: dict[tuple[Any, ...], int] = {}
+    for row, values in enumerate(zip(*(reader.axes[path] for path in paths), strict=True)):
+        if values in lines_seen:
+            written = reader.swept[paths[0]]
+            item = written.value[row] if isinstance(written.value, list) else written
+            sentence = f"row {row + 1} has the values of row {lines_seen[values] + 1}; every case may be there once"
+            reader.problems.add(item, variation, sentence)
+        lines_seen.setdefault(values, row)
+
+
+def _always_used(reader: Reader, path: str) -> None:
+    """Report a value in step that some varied law names do not use: it is unclear which rows would count."""
+    node = value_key(reader.shape, path)
+    varied_choosers = [other_path for other_path in node.choosers() if other_path in reader.axes]
+    if all(reader.way[other_path] in EACH for other_path in (path, *varied_choosers)):
+        return
+    for choice in product(*(sorted(reader.names[other_path]) for other_path in varied_choosers)):
+        names = reader.names | {other_path: {name} for other_path, name in zip(varied_choosers, choice, strict=True)}
+        if not node.used(names):
+            sentence = f"is not used by {' and '.join(choice)}; in step or drawn, every law that is tried has to use it"
+            reader.problems.add(reader.swept[path], _where(reader.way[path], path), sentence)
+            return
+
+
+def paths_of_search(reader: Reader) -> dict[str, tuple[str, ...]]:
+    """Return the paths that `optimise` or `identify` vary in step, by section."""
+    searches = {OPTIMISE: reader.optimise, IDENTIFY: reader.identify}
+    return {section: tuple(search.over) for section, search in searches.items() if search}
+
+
+def first_values(reader: Reader) -> dict[str, tuple[Any, ...]]:
+    """Return the values that a search tries first, path by path."""
+    firsts = {path: reader.seek.first() for path in reader.seek.paths} if reader.seek else {}
+    for item in filter(None, (reader.optimise, reader.identify)):
+        firsts |= dict(zip(item.over, zip(*item.first(), strict=True), strict=True))
+    return firsts
+
+
+LONGEST = 40  # characters of a label: it is the head of rows and the end of sentences
+#: Words that say how values are made; no label may be one of them.
+RESERVED = (*FORMS, "fits", "fit", *LAWS, "among", "whole", "factor")
+_WAYS = ("sweep", "zip", "cases")  # sections whose axes may have labels
+
+
+def put_label_lists(reader: Reader) -> None:
+    """Put the list of its values in place of each axis with labels, and note the labels."""
+    for path, written in list(reader.swept.items()):
+        if reader.way[path] in _WAYS and _labelled(written):
+            _put_list(reader, path, written)
+
+
+def _labelled(written: WrittenValue) -> bool:
+    """Return whether an axis is a mapping of labels to values, not one of the other ways to write one."""
+    content = written.value
+    if not isinstance(content, dict) or not content or set(content) <= set(RESERVED):
+        return False
+    return all(_is_single(item) for name, item in content.items() if name not in RESERVED)
+
+
+def _is_single(item: WrittenValue) -> bool:
+    """Return whether something written is a single value, or a fit."""
+    return [*item.value] == ["fit"] if isinstance(item.value, dict) else not isinstance(item.value, list)
+
+
+def _put_list(reader: Reader, path: str, written: WrittenValue) -> None:
+    """Put a list in place of one axis with labels; a mistake is noted, and the axis has no labels then."""
+    where = f"{reader.way[path]}.{path}"
+    invalid = {name: sentence for name in written.value if (sentence := _label_mistake(name))}
+    if not isinstance(reader.shape[path], Number):
+        sentence = "is a word, which is its own label: write a list such as [a, b] (labels are for numbers)"
+        reader.problems.add(written, where, sentence)
+    for name, sentence in invalid.items():
+        reader.problems.add(written.key_place(name), where, sentence)
+    items = [item for name, item in written.value.items() if name not in invalid]
+    reader.swept[path] = WrittenValue(items, written.origin, written.line, written.column)
+    if not invalid:
+        reader.labels[path] = tuple(written.value)
+
+
+def _label_mistake(name: str) -> str:
+    """Return what is wrong with a label, '' for nothing."""
+    if name in RESERVED:
+        return (
+            f"{shown(name)} is reserved and cannot label a value (reserved: {', '.join(RESERVED)}); choose another "
+            "label"
+        )
+    if len(name) > LONGEST or not name.isprintable() or not any(map(str.isalpha, name)):
+        return (
+            f"found the label {shown(name)}; expected at most {LONGEST} printable characters, a letter among them; "
+            "values without labels are written as a list"
+        )
+    return ""
+
+
+def labels_of_axes(reader: Reader) -> dict[str, dict[str, Any]]:
+    """Return path of an axis with labels -> label -> value, SI; a value with two labels is noted.
+
+    Fits that are searched are the labels of their largest clearances.
+    """
+    paths = reader.seek.paths if reader.among and reader.seek else ()
+    labels = {path: {fit.name: fit.high for fit in reader.among} for path in paths}
+    for path, names in reader.labels.items():
+        values = reader.axes.get(path, ())
+        if len(values) < len(names):
+            continue  # a mistake that is noted already
+        labels[path] = dict(zip(names, values, strict=False))
+        if len(set(labels[path].values())) < len(names):  # of axes in step, whose values may repeat
+            sentence = "has one value under two labels; write values that repeat as a list"
+            reader.problems.add(reader.swept[path], f"{reader.way[path]}.{path}", sentence)
+    return labels
+
+
+def recorded_labels(record: Mapping[str, Any]) -> dict[str, dict[str, float]]:
+    """Return path -> label -> value (SI) of the axes with labels, by the run.json of a run."""
+    return {path: dict(labels) for path, labels in record.get("labels", {}).items()}
+
+
+def keys_of_definitions(definitions: Definitions) -> Shape:
+    """Return the keys of the user-defined quantities that an axis varies."""
+    if not definitions.varied:
+        return {}
+    names = [name for name in definitions.texts if name in definitions.varied]
+    fields = {name: Field(name, definitions.units[name], "defined by the grid", low=-math.inf) for name in names}
+    numbers = {f"{START}{name}": Number((Use(field),)) for name, field in fields.items()}
+    return {DEFINE: Section(DEFINE_TEXT, need="optional"), **numbers}
+
+
+def check_followers(reader: Reader) -> None:
+    """Report numbers that cannot depend on a varied name, and dependent values out of range."""
+    for path, text in reader.defined.follow.items():
+        node, name = reader.shape.get(path), min(reader.defined.varied_in(text))
+        whose = f"depends on {START}{name}, which varies"
+        fields = node.fields(reader.names) if isinstance(node, Number) else ()
+        if not isinstance(node, Number) or not node.sweep or path.endswith(".exponent"):
+            reader.problems.add(reader.place(path), path, f"{whose}; this value cannot: write it without that name")
+            continue
+        if any(field.whole for field in fields):
+            sentence = f"{whose}; a whole number cannot: use names that are not varied"
+            reader.problems.add(reader.place(path), path, sentence)
+            continue
+        invalid = [(field, value) for value in reader.reached(path) for field in fields if not field.contains(value)]
+        for field, value in invalid[:1]:
+            sentence = f"= {text} comes to {value:.6g}, out of range; allowed: {field.allowed(value)}"
+            reader.problems.add(reader.swept[f"{START}{name}"], path, sentence)
+
+
+def refuse_column_names(reader: Reader, section: WrittenValue | None) -> None:
+    """Report names in `define` that are also columns of the summary."""
+    for name in reader.defined.texts:
+        if section is not None and name in reader.figures:
+            sentence = "is the name of a column of the summary; give the quantity another name"
+            reader.problems.add(section.key_place(name), f"{START}{name}", sentence)

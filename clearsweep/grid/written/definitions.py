@@ -1,0 +1,335 @@
+"""Reads `define`: user-defined quantities, and expressions of them in place of numbers.
+
+An expression is text that begins with `=`.  It is evaluated first, so that all other readers
+see quantities.  If a name varies, the numbers that depend on it are evaluated for every case.
+"""
+
+import keyword
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from itertools import product
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from ...language import expression, quantity
+from ...language.errors import InputError, shown
+from .document import Problems, WrittenValue, written_of
+from .tables import read_cases
+
+DEFINE = "define"
+START = f"{DEFINE}."
+DEFINE_TEXT = (
+    "name -> quantity, or `= expression` of other names; numbers of the grid may be expressions of them: `= d / 2`"
+)
+MOST_VALUES = 20_000  # of a number that varies with names; beyond, only the ends of the axes are checked
+_OF_CASES = ("mechanism", "drive", "loads", "joints", "simulate", "save", "life", DEFINE)  # numbers here may vary
+_NO_NUMBERS = ("name", "figures")  # texts in these sections are not expressions of defined quantities
+_WAYS = ("sweep", "zip", "cases")
+_OVER = ("optimise", "identify", "sample")  # sections with paths under `over`
+
+
+class Definitions(NamedTuple):
+    """Defined quantities and the numbers that follow from them, in SI."""
+
+    texts: Mapping[str, str]  # name -> its expression, '' for a quantity; in order of evaluation
+    values: Mapping[str, Fraction]  # as written in the grid
+    units: Mapping[str, str]
+    varied: frozenset[str] = frozenset()  # names that an axis varies
+    wrong: frozenset[str] = frozenset()  # names with an invalid definition
+    #: dotted path of a number -> its expression, which contains a varied name
+    follow: Mapping[str, str] = MappingProxyType({})
+
+    def at(self, point: Mapping[str, Any]) -> dict[str, float]:
+        """Return path -> value of the dependent numbers at a point, `define.NAME` -> value."""
+        if not self.follow:
+            return {}
+        known = self._known(point)
+        return {path: float(expression.exact_value(text, known)) + 0.0 for path, text in self.follow.items()}
+
+    def _known(self, point: Mapping[str, Any]) -> dict[str, Fraction]:
+        known = dict(self.values)
+        known |= {name: Fraction(repr(float(point[START + name]))) for name in self.varied if START + name in point}
+        for name, text in self.texts.items():
+            if text and self.varied_in(text):
+                known[name] = expression.exact_value(text, known)
+        return known
+
+    def varied_in(self, text: str) -> frozenset[str]:
+        """Return the varied names in an expression."""
+        varied: set[str] = set()
+        for name in expression.names_in(text, expression.DEFINED):
+            varied |= {name} if name in self.varied else set()
+            varied |= self.varied_in(self.texts[name]) if self.texts.get(name) else set()
+        return frozenset(varied)
+
+    def needed(self) -> dict[str, str]:
+        """Return `define.NAME` -> text of the names that `follow` needs and that do not vary themselves."""
+        used: set[str] = set()
+        for text in self.follow.values():
+            used |= used_by(text, self.texts)
+        names = [name for name in self.texts if name in used - self.varied]
+        return {START + name: self._text(name) for name in names}
+
+    def _text(self, name: str) -> str:
+        own = self.texts[name]
+        return f"= {own}" if own and self.varied_in(own) else self.said(name)
+
+    def said(self, name: str) -> str:
+        """Return the value of a name as grid text: in SI, with its unit."""
+        return _quantity_text(self.values[name], self.units[name])
+
+    def reached(self, path: str, axes: Mapping[str, tuple[Any, ...]], way: Mapping[str, str]) -> tuple[float, ...]:
+        """Return every value of a number whose names vary on these axes."""
+        names = sorted(self.varied_in(self.follow[path]))
+        groups: dict[str, list[str]] = {}
+        for name in names:
+            if START + name not in axes:
+                return ()
+            section = way.get(START + name, "")
+            groups.setdefault(section if section not in ("sweep", "") else name, []).append(START + name)
+        rows = [list(zip(*(axes[path] for path in paths), strict=False)) for paths in groups.values()]
+        count = 1
+        for part in rows:
+            count *= len(part)
+        if count > MOST_VALUES:
+            rows = [[min(part), max(part)] for part in rows]
+        flat = [path for paths in groups.values() for path in paths]
+        own = self._replace(follow={path: self.follow[path]})
+        points = (dict(zip(flat, sum(chosen, ()), strict=True)) for chosen in product(*rows))
+        return tuple(own.at(point)[path] for point in points)
+
+
+NOTHING = Definitions({}, {}, {})
+
+
+def used_by(text: str, texts: Mapping[str, str]) -> set[str]:
+    """Return all names in an expression, directly or through other names."""
+    used: set[str] = set()
+    for name in expression.names_in(text, expression.DEFINED):
+        used |= {name} | (used_by(texts[name], texts) if texts.get(name) else set())
+    return used
+
+
+def resolve_definitions(
+    root: WrittenValue, problems: Problems, fixed: frozenset[str] = frozenset()
+) -> tuple[WrittenValue, Definitions]:
+    """Return the document with expressions evaluated, and the definitions; mistakes go to `problems`.
+
+    The section `define` keeps only the names that an axis varies.  Paths in `fixed` no longer vary.
+    """
+    top = root.value
+    section = top.get(DEFINE)
+    if section is not None and (not isinstance(section.value, dict) or not section.value):
+        problems.add(section, DEFINE, "is empty; for example: `play: 50 um`, or remove the key")
+        section = None
+    varied = {path: place for path, place in varied_paths(top) if path not in fixed}
+    written: dict[str, WrittenValue] = section.value if section is not None else {}
+    good = {name: each for name, each in written.items() if _named(section, name, problems)}
+    known = _values(good, problems)
+    known = known._replace(wrong=frozenset(written) - known.values.keys())
+    names = frozenset(path.removeprefix(START) for path in varied if path.removeprefix(START) in known.values)
+    known = known._replace(varied=names & known.texts.keys())
+    reader = _Reader(problems, known, varied)
+    reader.used |= {other for name in known.wrong & good.keys() for other in (name, *_read_of(good[name]))}
+    content = {key: reader.read(each, key) for key, each in top.items() if key not in (DEFINE, *_NO_NUMBERS)}
+    content |= {key: top[key] for key in _NO_NUMBERS if key in top}
+    for name, each in good.items():
+        if known.texts.get(name) and START + name in varied:
+            reader.refuse_axis(START + name, each)
+        elif name not in reader.used:
+            sentence = "is not used; use it, for example: `clearance: = " + name + "`, or leave it out"
+            problems.add(section.key_place(name) if section else each, START + name, sentence)
+    if known.varied and section is not None:
+        inside = {name: reader.worked(good[name], known.said(name)) for name in good if name in known.varied}
+        content[DEFINE] = WrittenValue(inside, section.origin, section.line, section.column, section.keys)
+    ordered = {key: content[key] for key in top if key in content}
+    return WrittenValue(ordered, root.origin, root.line, root.column, root.keys), known._replace(follow=reader.follow)
+
+
+def definitions_of_resolved(resolved: Mapping[str, Any]) -> Definitions:
+    """Return the definitions of a grid from `Grid.resolved`, or from a run.json that contains it."""
+    known = {key: resolved[key] for key in (*_OF_CASES, *_WAYS, *_OVER, "seek") if resolved.get(key)}
+    return resolve_definitions(written_of(known, ""), Problems())[1] if DEFINE in known else NOTHING
+
+
+class _Reader:
+    """Replaces expressions by quantities."""
+
+    def __init__(self, problems: Problems, known: Definitions, varied: Mapping[str, WrittenValue]):
+        self.problems, self.known, self.varied = problems, known, varied
+        self.follow: dict[str, str] = {}
+        self.used: set[str] = set()
+        self.has: dict[int, bool] = {}  # id of a value -> whether it contains an expression; aliases are visited once
+
+    def read(self, written: WrittenValue, path: str) -> WrittenValue:
+        """Return the value at a path with its expressions evaluated."""
+        value: Any = written.value
+        if not self._has_expression(written):
+            return written
+        if isinstance(value, dict):
+            value = {key: self.read(each, f"{path}.{key}") for key, each in value.items()}
+        elif isinstance(value, list):
+            value = [self.read(each, f"{path}.{place}") for place, each in enumerate(value)]
+        else:
+            return self._worked_out(written, path)
+        return WrittenValue(value, written.origin, written.line, written.column, written.keys)
+
+    def _has_expression(self, written: WrittenValue) -> bool:
+        value = written.value
+        if not isinstance(value, dict | list):
+            return is_expression(value)
+        if id(written) not in self.has:
+            self.has[id(written)] = False
+            self.has[id(written)] = any(map(self._has_expression, value.values() if isinstance(value, dict) else value))
+        return self.has[id(written)]
+
+    def _worked_out(self, written: WrittenValue, path: str) -> WrittenValue:
+        text = text_of(written.value)
+        try:
+            self.used |= used_by(text, self.known.texts)
+            unit = expression.unit_of_defined(text, self.known.units)
+            value = expression.exact_value(text, self.known.values)
+        except InputError as error:
+            if not self.known.wrong & _names(text):  # what is wrong there is said there
+                self.problems.add(written, path, str(error))
+            self.problems.unread.add(path)
+            return self.worked(written, "0")
+        if path in self.varied:
+            self.refuse_axis(path, written)
+        if names := self.known.varied_in(text):
+            if path.split(".", 1)[0] in _OF_CASES:
+                self.follow[path] = text
+            else:
+                sentence = f"depends on {START}{min(names)}, which varies; only the numbers of a case may be"
+                self.problems.add(written, path, sentence)
+        return self.worked(written, _quantity_text(value, unit))
+
+    def refuse_axis(self, path: str, written: WrittenValue) -> None:
+        """Report a varied path whose value is an expression."""
+        sentence = (
+            f"varies, but its value is the expression {shown(written.value)}; vary a name in it, or write a number"
+        )
+        self.problems.add(self.varied[path], path, sentence)
+
+    def worked(self, written: WrittenValue, value: str) -> WrittenValue:
+        """Return the quantity that replaces a written expression."""
+        text = written.value if is_expression(written.value) else ""
+        return WrittenValue(value, written.origin, written.line, written.column, expression=text)
+
+
+def is_expression(value: Any) -> bool:
+    """Return whether a value is written as an expression."""
+    return isinstance(value, str) and value.lstrip().startswith("=")
+
+
+def text_of(written: str) -> str:
+    """Return an expression without its equals sign."""
+    return written.strip().removeprefix("=").strip()
+
+
+def _named(section: WrittenValue | None, name: str, problems: Problems) -> bool:
+    """Return whether a name can be defined; if not, report why."""
+    assert section is not None  # it has the name
+    if not name.isidentifier() or keyword.iskeyword(name):
+        sentence = "is no name; expected letters, digits and _, no digit first"
+    elif name in expression.FUNCTIONS:
+        sentence = "is a function of expressions; give the quantity another name"
+    elif quantity.is_unit(name):
+        sentence = "is a unit; give the quantity another name"
+    else:
+        return True
+    problems.add(section.key_place(name), START + name, sentence)
+    return False
+
+
+def _values(written: Mapping[str, WrittenValue], problems: Problems) -> Definitions:
+    """Return the defined quantities in order of evaluation."""
+    texts: dict[str, str] = {}
+    values: dict[str, Fraction] = {}
+    units: dict[str, str] = {}
+    definitions = Definitions(texts, values, units)
+    open_names: list[str] = []
+    wrong: set[str] = set()
+
+    def visit(name: str) -> None:
+        if name in definitions.values or name in wrong:
+            return
+        each = written[name]
+        if name in open_names:
+            circle = " -> ".join([*open_names[open_names.index(name) :], name])
+            problems.add(each, START + name, f"depends on itself: {circle}; break the circle")
+            wrong.update(open_names[open_names.index(name) :])
+            return
+        open_names.append(name)
+        try:
+            text = text_of(each.value) if is_expression(each.value) else ""
+            for other in sorted(expression.names_in(text, expression.DEFINED) & written.keys()) if text else ():
+                visit(other)
+            values[name], units[name] = _value(text, definitions) if text else _quantity(each.value)
+            texts[name] = text
+        except InputError as error:
+            if name not in wrong and not _already_reported(each, written, wrong):
+                problems.add(each, START + name, str(error))
+            wrong.add(name)
+        open_names.pop()
+
+    for name in written:
+        visit(name)
+    return definitions
+
+
+def _already_reported(each: WrittenValue, written: Mapping[str, WrittenValue], wrong: set[str]) -> bool:
+    """Return whether an expression contains a name that was already reported."""
+    return bool(_read_of(each) & wrong & written.keys())
+
+
+def _read_of(each: WrittenValue) -> set[str]:
+    """Return the names in a written value, empty if it is no valid expression."""
+    return _names(text_of(each.value)) if is_expression(each.value) else set()
+
+
+def _names(text: str) -> set[str]:
+    """Return the names in an expression, empty if it is invalid."""
+    try:
+        return expression.names_in(text, expression.DEFINED)
+    except InputError:
+        return set()
+
+
+def _value(text: str, known: Definitions) -> tuple[Fraction, str]:
+    """Return value (SI) and unit of an expression of known names."""
+    unit = expression.unit_of_defined(text, known.units)
+    return expression.exact_value(text, known.values), unit
+
+
+def _quantity(value: Any) -> tuple[Fraction, str]:
+    """Return value (SI) and unit of a written quantity."""
+    if isinstance(value, str):
+        number, dimension = quantity.with_unit(value)
+        return Fraction(repr(number)), quantity.unit_of(dimension)
+    if isinstance(value, bool | dict | list) or value is None:
+        raise InputError(f"found {shown(value)}; expected a quantity, such as 50 um, or an expression, such as = d / 2")
+    return Fraction(repr(quantity.read(value, "1"))), "1"
+
+
+def _quantity_text(value: Fraction, unit: str) -> str:
+    return f"{float(value) + 0.0!r} {unit}".removesuffix(" 1")
+
+
+def varied_paths(top: Mapping[str, WrittenValue]) -> Iterator[tuple[str, WrittenValue]]:
+    """Yield the dotted paths that a document varies, each with its place in the document."""
+    for way in _WAYS:
+        section = top.get(way)
+        if section is not None and way == "cases" and isinstance(section.value, str):
+            section = read_cases(Problems(), section)
+        if section is not None and isinstance(section.value, dict):
+            yield from ((path, section.key_place(path)) for path in section.value)
+    for way in _OVER:
+        over = top[way].value.get("over") if way in top and isinstance(top[way].value, dict) else None
+        if over is not None and isinstance(over.value, dict):
+            yield from ((path, over.key_place(path)) for path in over.value)
+    seek = top["seek"].value if "seek" in top else None
+    for end in ("largest", "smallest"):
+        if isinstance(seek, dict) and end in seek:
+            paths = seek[end].value if isinstance(seek[end].value, list) else [seek[end]]
+            yield from ((path.value, path) for path in paths if isinstance(path.value, str))

@@ -1,0 +1,304 @@
+"""Reads a YAML 1.2 file or a dict into values with their positions, applies overrides, and collects mistakes."""
+
+import os
+import re
+import stat
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.nodes import MappingNode, Node, SequenceNode
+
+from ...language.errors import InputError, shown
+
+_LARGEST = 64 * 2**20  # bytes of a grid file
+_NAME = re.compile(r"\w[\w .+-]{0,99}")
+_TAG = "tag:yaml.org,2002:"
+_PLAIN = {
+    "map",
+    "seq",
+    "str",
+    "int",
+    "float",
+    "bool",
+    "null",
+    "timestamp",
+    "merge",
+    "value",
+}  # types of values without a tag
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenValue:
+    """A value as written, with its position."""
+
+    value: Any  # dict of str to WrittenValue, list of WrittenValue, text or number as written, bool or None
+    origin: str = ""  # file, 'overrides', or '' for a dict
+    line: int = 0  # 1 for the first line; 0: not from a file
+    column: int = 0
+    keys: dict[str, "WrittenValue"] = field(default_factory=dict)  # key -> the place of the key itself, without a value
+    expression: str = ""  # from which the value was evaluated
+    by_name: bool = False  # the user wrote the name of a fit or of a library entry here
+
+    @property
+    def place(self) -> str:
+        """Return `grid.yaml:14:12: `, or as much of it as is known."""
+        return f"{self.origin}:{self.line}:{self.column}: " if self.line else f"{self.origin}: " if self.origin else ""
+
+    def key_place(self, key: str) -> "WrittenValue":
+        """Return the position of a key of this section, or that of its value if it is unknown."""
+        location = self.keys.get(key)
+        return self.value[key] if location is None else location
+
+
+class Problems:
+    """The mistakes in a document, each reported once, in the order of the file."""
+
+    def __init__(self) -> None:
+        self._places: dict[str, tuple[int, int]] = {}
+        self.unread: set[str] = set()  # paths whose expression has no value; the placeholder there must not be reported
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def add(self, written: WrittenValue, path: str, sentence: str) -> None:
+        """Report that the value at dotted `path` is wrong."""
+        if written.expression and path in self.unread:
+            return
+        sentence += f" (found is the value of {shown(written.expression)})" if written.expression else ""
+        self._places.setdefault(
+            f"{written.place}{path + ': ' if path else ''}{sentence}", (written.line, written.column)
+        )
+
+    def check(self) -> None:
+        """Raise an InputError with all mistakes, if there are any."""
+        if self._places:
+            raise InputError(*sorted(self._places, key=self._places.__getitem__))
+
+
+def read(source: str | PathLike | Mapping, problems: Problems) -> WrittenValue:
+    """Return the document in a file or a dict; raise InputError if it cannot be read at all."""
+    if not isinstance(source, (str, PathLike)):
+        return written_of(source, "")
+    name = fspath(source)
+    try:
+        refuse_endless(name, _LARGEST)
+        with open(name, encoding="utf-8-sig") as file:
+            text = file.read()
+    except UnicodeDecodeError as error:
+        raise InputError(f"{name}: not UTF-8 text (byte {error.start}); save the file as UTF-8") from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{name}: cannot be read: {reason}; give the path of a grid file") from error
+    try:
+        node = YAML(typ="safe", pure=True).compose(text)
+    except MarkedYAMLError as error:
+        error_mark = error.problem_mark or error.context_mark
+        where = f"{name}:{error_mark.line + 1}:{error_mark.column + 1}" if error_mark else name
+        raise InputError(f"{where}: not valid YAML: {error.problem or error.context}") from error
+    except (YAMLError, RecursionError, ValueError) as error:
+        first_line = str(error).strip().splitlines()[0] if str(error).strip() else "nested too deeply"
+        raise InputError(f"{name}: not valid YAML: {first_line}") from error
+    if node is None:
+        raise InputError(f"{name}:1:1: the file is empty; `clearsweep init` writes a grid to start from")
+    return from_node(node, name, "", problems, {})
+
+
+def refuse_endless(name: str | PathLike, max_bytes: int) -> None:
+    """Raise OSError unless `name` is a regular file, no device or pipe, of at most `max_bytes` bytes."""
+    file_status = os.stat(name)
+    if not stat.S_ISREG(file_status.st_mode):
+        raise OSError(0, "it is a directory" if stat.S_ISDIR(file_status.st_mode) else "it is no regular file")
+    if file_status.st_size > max_bytes:
+        raise OSError(0, f"it has {file_status.st_size:,} bytes, more than the {max_bytes:,} that are read")
+
+
+def written_of(value: Any, origin: str) -> WrittenValue:
+    """Return a Python value (mapping, sequence, array, number or text) as a written value."""
+    if hasattr(value, "items"):
+        return WrittenValue({str(key): written_of(item, origin) for key, item in value.items()}, origin)
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, (list, tuple, range)):
+        return WrittenValue([written_of(item, origin) for item in value], origin)
+    return WrittenValue(value, origin)
+
+
+def override(root: WrittenValue, path: str, value: Any, problems: Problems) -> WrittenValue:
+    """Return `root` with `value` at dotted `path`; None removes the value there."""
+    written = value if isinstance(value, WrittenValue) else written_of(value, "overrides")
+    return _put(
+        root,
+        path.split("."),
+        written,
+        lambda passed: problems.add(
+            WrittenValue(None, written.origin), path, f"leads into the value {shown(passed)}, not into a section"
+        ),
+    )
+
+
+def _put(written: WrittenValue, keys: list[str], value: WrittenValue, refuse: Callable[[Any], None]) -> WrittenValue:
+    """Return `written` with `value` at the position `keys`; `refuse` is called for a value that is in the way."""
+    inside = dict(enumerate(written.value)) if isinstance(written.value, list) else written.value
+    if not isinstance(inside, dict):
+        refuse(written.value)
+        return written
+    inside = {str(key): item for key, item in inside.items()}
+    key, *remaining = keys
+    if remaining:
+        inside[key] = _put(inside.get(key, WrittenValue({}, value.origin)), remaining, value, refuse)
+    elif value.value is None:
+        inside.pop(key, None)
+    else:
+        inside[key] = value
+    return WrittenValue(inside, written.origin, written.line, written.column, written.keys)
+
+
+def from_node(
+    node: Node, origin: str, path: str, problems: Problems, nodes_read: dict[int, WrittenValue | None]
+) -> WrittenValue:
+    """Return the value of a YAML node; a node with aliases is converted once."""
+    location = (origin, node.start_mark.line + 1, node.start_mark.column + 1)
+    if id(node) in nodes_read:
+        earlier = nodes_read[id(node)]
+        if earlier is None:
+            problems.add(WrittenValue(None, *location), path, "an alias that contains itself; write the value out")
+        return earlier or WrittenValue(None, *location)
+    nodes_read[id(node)] = None
+    if str(node.tag).removeprefix(_TAG) not in _PLAIN:
+        problems.add(
+            WrittenValue(None, *location), path, f"the YAML tag {node.tag} is not understood; write it without"
+        )
+    if isinstance(node, MappingNode):
+        written = _mapping(node, location, path, problems, nodes_read)
+    elif isinstance(node, SequenceNode):
+        written = WrittenValue([from_node(item, origin, path, problems, nodes_read) for item in node.value], *location)
+    else:
+        written = WrittenValue(
+            _scalar(str(node.tag), node.value, WrittenValue(None, *location), path, problems), *location
+        )
+    nodes_read[id(node)] = written
+    return written
+
+
+def _mapping(
+    node: MappingNode,
+    location: tuple[str, int, int],
+    path: str,
+    problems: Problems,
+    nodes_read: dict[int, WrittenValue | None],
+) -> WrittenValue:
+    """Return the value of a YAML mapping; a repeated key is a problem."""
+    values: dict[str, WrittenValue] = {}
+    keys: dict[str, WrittenValue] = {}
+    for key_node, value_node in node.value:
+        key_location = WrittenValue(None, location[0], key_node.start_mark.line + 1, key_node.start_mark.column + 1)
+        key = str(key_node.value) if not isinstance(key_node.value, list) else "?"
+        nested = f"{path}.{key}" if path else key
+        if key in values:
+            problems.add(key_location, nested, f"duplicate key; it is also on line {keys[key].line}: keep one of them")
+            continue
+        value = from_node(value_node, location[0], nested, problems, nodes_read)
+        blank = value.value is None and not value_node.value  # an empty value has no position
+        values[key], keys[key] = key_location if blank else value, key_location
+    return WrittenValue(values, *location, keys)
+
+
+def _scalar(tag: str, text: str, key_location: WrittenValue, path: str, problems: Problems) -> bool | int | str | None:
+    """Return a YAML scalar: bool, None, or text, from which quantities are read exactly."""
+    kind = tag.removeprefix(_TAG)
+    if kind == "bool":
+        return text.lower() == "true"
+    if kind == "null":
+        return None
+    if kind == "int" and text.lower().lstrip("+-").startswith(("0x", "0o")):
+        return int(text, 0)
+    return text
+
+
+def name_of_run(root: WrittenValue, file: str | None, problems: Problems) -> str:
+    """Return the grid's name, by default that of its file; the result directory has this name."""
+    written = root.value.get("name")
+    if written is None:
+        return Path(file).stem if file else "case"
+    if isinstance(written.value, str) and _NAME.fullmatch(written.value):
+        return written.value
+    problems.add(
+        written,
+        "name",
+        f"found {shown(written.value)}; expected letters, digits, and . + - _ after the first, at most 100, "
+        "because results go to results/<name>",
+    )
+    return "case"
+
+
+SET, SWEEP = "--set", "--sweep"
+
+
+class Changed(NamedTuple):
+    """Overrides of a grid from the command line, each as YAML text."""
+
+    source: str | PathLike | Mapping
+    fixed: Mapping[str, str] = {}  # dotted path -> the value of every case
+    swept: Mapping[str, str] = {}  # dotted path -> its values, as in a list, or evenly spaced ones in braces
+
+
+def read_options(option: str, given: tuple[str, ...]) -> dict[str, str]:
+    """Return path -> text of the `PATH=VALUE` arguments of an option; InputError for any other form."""
+    example = "drive.speed=3000rpm" if option == SET else "drive.speed=1000rpm,3000rpm"
+    options: dict[str, str] = {}
+    invalid = []
+    for text in given:
+        path, equals, value = (piece.strip() for piece in text.partition("="))
+        if not equals or not path or not (value or option == SET):
+            invalid.append(f"{option} {text}: expected PATH=VALUE, such as {option} {example}")
+        elif path in options:
+            invalid.append(f"{option} {path}: is given twice; give it once")
+        options[path] = value
+    if invalid:
+        raise InputError(*invalid)
+    return options
+
+
+def apply_overrides(root: WrittenValue, overrides: Changed, problems: Problems) -> WrittenValue:
+    """Return the document with the overrides applied; an empty value removes the key."""
+    for path in sorted(overrides.fixed.keys() & overrides.swept.keys()):
+        problems.add(WrittenValue(None, SET), path, f"is given with {SWEEP}, too; give it with one of them")
+    for path, text in overrides.fixed.items():
+        root = override(root, path, _read(f"{SET} {path}", path, text, problems), problems)
+    for path, text in overrides.swept.items():
+        root = _sweep(root, path, _read(f"{SWEEP} {path}", path, text if text[:1] in "[{" else f"[{text}]", problems))
+    return root
+
+
+def _read(origin: str, path: str, text: str, problems: Problems) -> WrittenValue:
+    """Return the value of a YAML text that comes from `origin`."""
+    try:
+        node = YAML(typ="safe", pure=True).compose(text)
+    except YAMLError:
+        raise InputError(f"{origin}: found {shown(text)}, which is not valid YAML") from None
+    return WrittenValue(None, origin) if node is None else _placed(from_node(node, origin, path, problems, {}), origin)
+
+
+def _placed(written: WrittenValue, origin: str) -> WrittenValue:
+    """Return a value without line and column, which have no meaning on a command line."""
+    value = written.value
+    if isinstance(value, dict):
+        value = {key: _placed(item, origin) for key, item in value.items()}
+    elif isinstance(value, list):
+        value = [_placed(item, origin) for item in value]
+    return WrittenValue(value, origin)
+
+
+def _sweep(root: WrittenValue, path: str, values: WrittenValue) -> WrittenValue:
+    """Return the document with these values for a path in `sweep`."""
+    section = root.value.get("sweep", WrittenValue({}, values.origin))
+    if not isinstance(section.value, dict):
+        return root  # its problem is reported elsewhere
+    keys = {key: location for key, location in section.keys.items() if key != path}
+    inside = WrittenValue(section.value | {path: values}, section.origin, section.line, section.column, keys)
+    return WrittenValue(root.value | {"sweep": inside}, root.origin, root.line, root.column, root.keys)

@@ -1,0 +1,361 @@
+"""Reads tables: cases, columns of a key, and measured signals, from CSV or Parquet files."""
+
+import csv
+import math
+import re
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ...contracts.catalogue import Columns, Field
+from ...language import quantity
+from ...language.errors import InputError, nearest, shown
+from .document import Problems, WrittenValue, refuse_endless
+
+if TYPE_CHECKING:
+    import numpy as np  # imported only when a file is read
+
+
+_HEAD = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\]\s*)?")
+_MOST_CASES = 1_000_000
+_LARGEST_CASES = 512 * 2**20  # bytes of a table: 500 for each row
+
+TableRow = tuple[int, list[Any]]  # number and cells
+
+
+def read_cases(problems: Problems, written: WrittenValue) -> WrittenValue | None:
+    """Return the columns of the table that `written` names, path -> list of values, or None if it is invalid.
+
+    The file is next to the grid.  Every value knows its file, row (1 is the header; a Parquet file has none, so its
+    first case is row 1) and column.
+    """
+    file = Path(written.origin).parent / written.value if written.line else Path(written.value)
+    readers = {".csv": rows_of_csv, ".parquet": _parquet}
+    if file.suffix.lower() not in readers:
+        problems.add(written, "cases", f"found '{written.value}'; expected the name of a .csv or .parquet file")
+        return None
+    try:
+        refuse_endless(file, _LARGEST_CASES)
+        heads, rows = readers[file.suffix.lower()](file)
+    except FileNotFoundError:
+        problems.add(written, "cases", f"there is no file {file}; the name is relative to the grid's directory")
+        return None
+    except (OSError, ValueError, csv.Error) as error:  # pyarrow's errors are ValueErrors
+        reason = getattr(error, "strerror", None) or error
+        problems.add(written, "cases", f"{file} cannot be read: {reason}")
+        return None
+    if not rows or len(rows) > _MOST_CASES:
+        problems.add(written, "cases", f"{file} contains {len(rows)} cases; expected 1 to {_MOST_CASES}")
+        return None
+    return _case_columns(problems, str(file), heads, rows)
+
+
+def head_of(heading: str) -> tuple[str, str]:
+    """Return name and unit of a column header such as `drive.speed [rpm]`; '' for a missing part."""
+    match = _HEAD.fullmatch(heading)
+    return (match[1], (match[2] or "").strip()) if match else ("", "")
+
+
+def rows_of_csv(file: Path) -> tuple[list[str], list[TableRow]]:
+    """Return the headers, and line number and cells of every row that is not blank."""
+    with open(file, newline="", encoding="utf-8-sig") as stream:
+        lines = csv.reader(stream)
+        heads = next(lines, [])
+        return heads, [(lines.line_num, cells) for cells in lines if any(cell.strip() for cell in cells)]
+
+
+def _parquet(file: Path) -> tuple[list[str], list[TableRow]]:
+    """Return the headers, and number and cells of every row."""
+    import pyarrow.parquet as pq
+
+    with pq.ParquetFile(file, pre_buffer=False) as content:
+        table = content.read(use_threads=False)
+    columns = [table.column(k).to_pylist() for k in range(table.num_columns)]
+    rows = zip(*columns, strict=True)
+    return table.column_names, [(number, list(cells)) for number, cells in enumerate(rows, start=1)]
+
+
+def _case_columns(problems: Problems, origin: str, heads: list[str], rows: list[TableRow]) -> WrittenValue | None:
+    """Return the columns of a table, or None if its rows do not match its header."""
+    columns: dict[str, WrittenValue] = {}
+    places: dict[str, WrittenValue] = {}
+    units, is_valid = [], True
+    for column, heading in enumerate(heads, start=1):
+        cell_place = WrittenValue(None, origin, 1, column)
+        path, unit = head_of(heading)
+        if not path or path in columns:
+            invalid = "occurs twice; keep one of them" if path else "is no head; expected a dotted path and its unit"
+            problems.add(cell_place, "cases", f"column {column}: '{heading}' {invalid}, such as drive.speed [rpm]")
+            is_valid = False
+        columns[path], places[path] = WrittenValue([], origin, 1, column), cell_place
+        units.append(unit)
+    for line, cells in rows:
+        if len(cells) != len(heads):
+            sentence = f"row {line} has {len(cells)} cells but the header has {len(heads)}; write every value"
+            problems.add(WrittenValue(None, origin, line, 1), "cases", sentence)
+            is_valid = False
+    if not is_valid:
+        return None
+    for line, cells in rows:
+        for column, (values, cell, unit) in enumerate(zip(columns.values(), cells, units, strict=True), start=1):
+            text = cell.strip() if isinstance(cell, str) else cell
+            value = f"{text} {unit}" if unit and text not in ("", None) else None if text == "" else text
+            values.value.append(WrittenValue(value, origin, line, column))
+    return WrittenValue(columns, origin, 1, 1, places)
+
+
+_LARGEST_TABLE = 16 * 2**20  # bytes of a file
+_MOST_ROWS = 20_000
+_FINEST = 1e-9  # smallest step between rows over the table's span; finer steps vanish in rounding when it repeats
+_SPANS = (2.0 * math.pi, 4.0 * math.pi)  # rad, over which a table repeats
+
+Values = dict[str, list[float]]  # column -> values in SI
+
+
+def read_table(problems: Problems, path: str, written: WrittenValue, columns: Columns) -> Values | None:
+    """Return the table at the key `path`; None, with problems, if it is invalid."""
+    if isinstance(written.value, dict):
+        table = dict(written.value.items())
+        places = written.keys
+    elif isinstance(written.value, str):
+        content = _from_file(problems, path, written)
+        if content is None:
+            return None
+        table, places = content
+    else:
+        example = ", ".join(field.name for field in (*columns.over[:1], *columns.values[:1]))
+        sentence = f"found {shown(written.value)}; expected the name of a .csv file, or columns: {example}"
+        problems.add(written, path, sentence)
+        return None
+    problems_before = len(problems)
+    values = _columns(
+        problems, path, WrittenValue(table, written.origin, written.line, written.column, places), columns
+    )
+    return (
+        values
+        if len(problems) == problems_before and _is_increasing(problems, path, written, table, values, columns)
+        else None
+    )
+
+
+def _from_file(
+    problems: Problems, path: str, written: WrittenValue
+) -> tuple[dict[str, WrittenValue], dict[str, WrittenValue]] | None:
+    """Return the columns of a CSV file by header, and the positions of the headers."""
+    file = Path(written.origin).parent / written.value if written.line else Path(written.value)
+    if file.suffix.lower() != ".csv":
+        problems.add(written, path, f"found '{written.value}'; expected the name of a .csv file")
+        return None
+    try:
+        refuse_endless(file, _LARGEST_TABLE)
+        heads, rows = rows_of_csv(file)
+    except FileNotFoundError:
+        problems.add(written, path, f"there is no file {file}; the name is relative to the grid's directory")
+        return None
+    except (OSError, ValueError, csv.Error) as error:
+        problems.add(written, path, f"{file} cannot be read: {getattr(error, 'strerror', None) or error}")
+        return None
+    for line, cells in rows:
+        if len(cells) != len(heads):
+            sentence = f"row {line} has {len(cells)} cells but the header has {len(heads)}; write every value"
+            problems.add(WrittenValue(None, str(file), line, 1), path, sentence)
+            return None
+    table, places = {}, {}
+    for column, heading in enumerate(heads, start=1):
+        head_location = WrittenValue(None, str(file), 1, column)
+        if heading.strip() in table:
+            problems.add(head_location, path, f"the column '{heading.strip()}' occurs twice; keep one of them")
+            return None
+        cells = [WrittenValue(row[column - 1].strip(), str(file), line, column) for line, row in rows]
+        table[heading.strip()], places[heading.strip()] = WrittenValue(cells, str(file), 1, column), head_location
+    return table, places
+
+
+def _columns(problems: Problems, path: str, table: WrittenValue, columns: Columns) -> dict[str, list[float]]:
+    """Return the values of the columns by name; report mistakes in them."""
+    fields = {field.name: field for field in (*columns.over, *columns.values)}
+    allowed = ", ".join(f"{field.name} [{_shown_unit(field)}]" for field in fields.values())
+    values: dict[str, list[float]] = {}
+    for heading, cells in table.value.items():
+        name, unit = head_of(heading)
+        field = fields.get(name)
+        if field is None or name in values:
+            invalid = "occurs twice" if field else f"is no column of this table{nearest(name, fields)}"
+            problems.add(table.key_place(heading), path, f"'{heading}' {invalid} (known: {allowed})")
+        elif not isinstance(cells.value, list):
+            problems.add(cells, f"{path}.{heading}", f"found {shown(cells.value)}; expected a list of values")
+        elif len(cells.value) > _MOST_ROWS:
+            problems.add(cells, path, f"has {len(cells.value):,} rows; at most {_MOST_ROWS:,} are read")
+        else:
+            values[name] = [_value(problems, path, cell, unit, field) for cell in cells.value]
+    return values
+
+
+def _shown_unit(field: Field) -> str:
+    return {"rad": "deg", "rad/s": "rpm"}.get(field.unit, field.unit)
+
+
+def _value(problems: Problems, path: str, cell: WrittenValue, unit: str, field: Field) -> float:
+    """Return one cell in SI; nan, with a problem, if it is invalid."""
+    try:
+        is_plain = isinstance(cell.value, str | int | float) and not isinstance(cell.value, bool)
+        value = quantity.read(f"{cell.value} {unit}" if unit and is_plain else cell.value, field.unit)
+    except InputError as error:
+        problems.add(cell, path, f"{field.name}: {error}")
+        return math.nan
+    if not field.contains(value):
+        problems.add(cell, path, f"{field.name}: found {cell.value}, out of range; allowed: {field.allowed(value)}")
+    return value
+
+
+def _is_increasing(
+    problems: Problems, path: str, written: WrittenValue, table: dict, values: Values, columns: Columns
+) -> bool:
+    """Return whether a table is complete and increasing; report mistakes."""
+    abscissae = [field.name for field in columns.over if field.name in values]
+    sentence = ""
+    if len(abscissae) != 1:
+        names = " or ".join(field.name for field in columns.over)
+        sentence = f"has {len(abscissae)} of the columns {names}; expected exactly one independent column"
+    elif len(values) < 2:
+        names = ", ".join(field.name for field in columns.values)
+        sentence = f"has no column of {names}; write at least one"
+    elif len({len(column) for column in values.values()}) > 1 or len(values[abscissae[0]]) < 2:
+        lengths = ", ".join(f"{name} {len(column)}" for name, column in values.items())
+        sentence = f"has columns of {lengths} values; expected equally many, at least 2"
+    if sentence:
+        problems.add(written, path, sentence)
+        return False
+    knots = values[abscissae[0]]
+    cells = next(cells for heading, cells in table.items() if head_of(heading)[0] == abscissae[0]).value
+    for index in range(1, len(knots)):
+        if not knots[index] > knots[index - 1]:
+            actual = f"found {cells[index].value} after {cells[index - 1].value}"
+            problems.add(cells[index], path, f"{abscissae[0]}: {actual}; it has to increase from row to row")
+            return False
+        if knots[index] - knots[index - 1] < _FINEST * (knots[-1] - knots[0]):
+            actual = f"found {cells[index].value} after {cells[index - 1].value}"
+            too_fine = f"{abscissae[0]}: {actual}, a step of less than {_FINEST:g} of the table's span"
+            problems.add(cells[index], path, f"{too_fine}; remove one of the rows")
+            return False
+    for name in columns.above_zero:
+        if not any(values[name]):
+            problems.add(written, path, f"{name}: is 0 in every row; write at least one row in which it is above 0")
+            return False
+    return abscissae[0] != "crank_angle" or _periodic(problems, path, cells[-1], values)
+
+
+def _periodic(problems: Problems, path: str, last: WrittenValue, values: Values) -> bool:
+    """Return whether a table over the crank angle is periodic; report it if not."""
+    knots = values["crank_angle"]
+    span = knots[-1] - knots[0]
+    if not any(math.isclose(span, complete, rel_tol=1e-9) for complete in _SPANS):
+        sentence = (
+            f"crank_angle: the table spans {math.degrees(span):.6g} deg, over which it repeats; expected 360 or 720 "
+            "deg, its last row being its first again"
+        )
+        problems.add(last, path, sentence)
+        return False
+    for name, column in values.items():
+        largest = max(map(abs, column))
+        if name != "crank_angle" and abs(column[-1] - column[0]) > 1e-9 * largest:
+            sentence = f"{name}: the last row differs from the first, which is the same crank angle; make them equal"
+            problems.add(last, path, sentence)
+            return False
+        column[-1] = column[0] if name != "crank_angle" else column[-1]
+    return True
+
+
+LARGEST_SIGNALS = 512 * 2**20  # bytes of a file
+OVER = {"crank_angle": "rad", "time": "s"}  # a file has exactly one of these columns; SI units
+GAP = 3.0  # times the median step; a longer step means missing samples
+LEAST_ROWS = 16
+
+
+class Measured(NamedTuple):
+    """The content of a file of measured signals, in SI."""
+
+    file: str
+    over: str  # a key of OVER
+    places: "np.ndarray"  # (n,) rad or s, ascending
+    signals: "dict[str, np.ndarray]"  # name in the header -> (n,) values
+
+
+def read_signals(file: str | PathLike, units: Mapping[str, str | None], *, others: bool = False) -> Measured:
+    """Return the signals in a file whose SI units are `units`, by name.  Raises InputError with row and column.
+
+    units : None for an arbitrary unit; others : whether other columns are allowed, which are not read
+    """
+    import numpy as np
+
+    path = Path(file)
+    try:
+        refuse_endless(path, LARGEST_SIGNALS)
+        heads, rows = rows_of_csv(path)
+    except (OSError, ValueError, csv.Error) as error:
+        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    for line, cells in rows:
+        if len(cells) != len(heads):
+            raise InputError(
+                f"{path}:{line}: the row has {len(cells)} cells but the header has {len(heads)}; write every value"
+            )
+    if len(rows) < LEAST_ROWS:
+        raise InputError(f"{path}: has {len(rows)} rows; at least {LEAST_ROWS} are needed")
+    columns: dict[str, np.ndarray] = {}
+    for place, head in enumerate(heads):
+        name, unit = head_of(head)
+        if others and name not in (*OVER, *units):
+            continue
+        if name not in (*OVER, *units):
+            known = [*OVER, *units]
+            raise InputError(
+                f"{path}:1:{place + 1}: '{head.strip()}' is no signal of this run{nearest(name, known)} "
+                f"(known: {', '.join(known)}); write its unit behind it, such as acceleration [m/s^2]"
+            )
+        if name in columns:
+            raise InputError(f"{path}:1:{place + 1}: '{name}' occurs twice; keep one of them")
+        wanted = OVER.get(name) or units[name]
+        columns[name] = np.array(_signal_values(str(path), rows, place, unit if wanted else "", wanted or "1"))
+    if others and (missing := [name for name in units if name not in columns]):
+        there = ", ".join(head.strip() for head in heads)
+        raise InputError(f"{path}:1: has no column '{missing[0]}'{nearest(missing[0], heads)} (found: {there})")
+    over = [name for name in OVER if name in columns]
+    if len(over) != 1 or len(columns) < 2:
+        raise InputError(f"{path}:1: found {', '.join(columns)}; expected crank_angle [deg] or time [s], and a signal")
+    places = columns.pop(over[0])
+    _check_steps(str(path), over[0], places, [line for line, _ in rows])
+    return Measured(str(path), over[0], places, columns)
+
+
+def _signal_values(file: str, rows: list[TableRow], place: int, unit: str, wanted: str) -> list[float]:
+    """Return the numbers of a column in the unit `wanted`.  Raises InputError for anything but a number."""
+    try:
+        scale = quantity.read(f"1 {unit}", wanted) if unit else 1.0
+    except InputError as error:
+        raise InputError(f"{file}:1:{place + 1}: {error}") from None
+    numbers = []
+    for line, cells in rows:
+        try:
+            value = float(cells[place])
+        except ValueError:
+            value = float("nan")
+        if value - value != 0.0:
+            sentence = f"found {shown(cells[place])}; expected a finite number: leave out what was not measured"
+            raise InputError(f"{file}:{line}:{place + 1}: {sentence}")
+        numbers.append(scale * value)
+    return numbers
+
+
+def _check_steps(file: str, over: str, places: "np.ndarray", lines: list[int]) -> None:
+    """Raise InputError if the angle or the time does not increase, or if samples are missing."""
+    import numpy as np
+
+    steps = np.diff(places)
+    if (steps <= 0.0).any():
+        line = lines[int(np.argmax(steps <= 0.0)) + 1]
+        raise InputError(f"{file}:{line}: {over} does not ascend; sort the rows, and write an unwrapped angle")
+    if steps.max() > GAP * np.median(steps):
+        line = lines[int(np.argmax(steps)) + 1]
+        sentence = f"a step of {over} is {steps.max() / np.median(steps):.3g} times the usual one"
+        raise InputError(f"{file}:{line}: {sentence}; samples are missing; cut the file there")
