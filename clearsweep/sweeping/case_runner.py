@@ -246,8 +246,10 @@ def solve_in_bulk(simulator: Simulator, pending: int, kinds: int) -> bool:
     return simulator.solve_each is not None and pending >= BULK_CASES * kinds
 
 
-def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simulator, directory: Path) -> None:
+def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simulator, directory: Path) -> float:
     """Compile the code of these cases, each part in one worker, so that all workers find it in the cache.
+
+    Return the time (s) of compiling in all workers, without that of loading.
 
     directory : of the run; its folder for temporary files contains the progress.
 
@@ -265,18 +267,20 @@ def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simul
             tasks = [
                 workers.submit(prepare, working, *part) for working, part in zip(progress_files, parts, strict=True)
             ]
-            failures = []
+            failures, seconds = [], 0.0
             for task in tasks:
                 failures.append(_failure(task))
+                seconds += 0.0 if failures[-1] else task.result()
                 compiling.done += 1
     except BrokenExecutor as error:
-        failures = [error]
+        failures, seconds = [error], 0.0
     if any(isinstance(failure, BrokenExecutor) for failure in failures):
         workers.restart()
     elif compile_failure := next(filter(None, failures), None):
         progress.say(
             f"compiling in advance failed ({brief(compile_failure)}); cases that need this code will report it"
         )
+    return seconds
 
 
 def _failure(future: Future) -> Exception | None:

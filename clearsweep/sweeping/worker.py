@@ -193,10 +193,12 @@ def time_case(simulator: Simulator, case: Case, patience: float, working: store.
     )
 
 
-def prepare(working: store.Working, compile_part: Callable[[Case], None], case: Case) -> None:
-    """Compile a part of a case's code, or load it, and record the progress in a file."""
+def prepare(working: store.Working, compile_part: Callable[[Case], None], case: Case) -> float:
+    """Compile a part of a case's code, or load it, with the progress in a file; return the time (s) of compiling."""
+    begin = phases.compile_seconds()
     with phases.written(working.put):
         compile_part(case)
+    return phases.compile_seconds() - begin
 
 
 def find_peak(simulator: Simulator, case: Case, joint: int, revolutions: float) -> Peak:
