@@ -190,7 +190,7 @@ def test_a_scheduler_that_is_lost_ends_the_run_with_one_sentence(tmp_path, monke
 
     loser = threading.Thread(target=lose, daemon=True)
     loser.start()
-    with pytest.raises(SchedulerLostError, match=r"was lost \(.*run the same command again to go on") as lost:
+    with pytest.raises(SchedulerLostError, match=r"was lost \(.*run the same command again to continue") as lost:
         quiet(grid(200, (GOOD + 0.05,)), tmp_path / "run", executor="dask", scheduler=address)
     loser.join()
     assert lost.value.exit_code == 4

@@ -367,7 +367,7 @@ def test_status_says_how_far_a_run_is_and_who_works_there(tmp_path, command, mon
         assert f"process {os.getpid()} on" in working["holder"]
     code, out, _ = command("status", place)
     assert code == 0
-    assert "interrupted; run the same command again to go on" in out
+    assert "interrupted; run the same command again to continue" in out
     assert "1 of 6 cases are there: 1 ok, 0 failed, 5 left" in out
     again(place)
     code, out, err = command("status", place, "--verify")

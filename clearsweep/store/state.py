@@ -123,7 +123,7 @@ def status_text(facts: dict[str, Any]) -> str:
     said = {
         FINISHED: f"finished {facts['end']}",
         UNDER_WAY: f"a run works here ({facts['holder']})",
-        INTERRUPTED: "interrupted; run the same command again to go on",
+        INTERRUPTED: "interrupted; run the same command again to continue",
         DAMAGED: "damaged",
     }
     of = "" if facts["cases"] is None else f" of {facts['cases']:,}"

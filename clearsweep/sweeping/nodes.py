@@ -122,7 +122,7 @@ class NodesDriver:
             else:
                 if self.complete and unfinished(self.job)[0]:
                     raise SchedulerLostError(
-                        "scheduler: its nodes die before they finish a block; run the same command again to go on"
+                        "scheduler: its nodes die before they finish a block; run the same command again to continue"
                     )
         except BaseException:
             stop.touch()

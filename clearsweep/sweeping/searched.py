@@ -40,7 +40,7 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
     names = wording.sentence_list([wording.axis_name(path, number_of_joints(paths)) for path in sought_paths])
     lines = ["", f"The {end} {names} within the limits (all in seek.parquet)"]
     if not answers:
-        return [*lines, "  the search was stopped before its end; run the same command again to go on"]
+        return [*lines, "  the search was stopped before its end; run the same command again to continue"]
     for answer in answers[:LISTED_ANSWERS]:
         value, low, high = (value_text(path, answer[name], facts) for name in ("value", "low", "high"))
         answered = (

@@ -24,7 +24,7 @@ class _Request:
 class Stopped(KeyboardInterrupt):
     """A run that was stopped by a signal; finished cases are committed."""
 
-    def __init__(self, signum: int, message: str = "stopped; run the same command again to go on"):
+    def __init__(self, signum: int, message: str = "stopped; run the same command again to continue"):
         _Request.leaving = True
         super().__init__(message)
         self.exit_code = 128 + signum

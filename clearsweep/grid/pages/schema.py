@@ -10,10 +10,11 @@ from ..keys.kinds import ITEMS, Flag, Name, NameList, Number, Section, Shape, Ta
 from ..keys.outline import key_trees
 from ..library.naming import MATERIAL
 from ..sections.added_cases import ADDED, CHECK_LAWS, CHECK_LAWS_TEXT
+from ..sections.distributions import forms
 from ..sections.fits import SPREADS
 from ..sections.identify import FEATURES, IDENTIFY
 from ..sections.optimise import AMONG, SENSES, WHOLE
-from ..sections.sample import DISTRIBUTIONS, METHODS
+from ..sections.sample import METHODS
 from ..sections.seek import REFINE_ALONG, SEEK_ENDS, SEEK_FOR
 from ..sections.uncertain import FACTOR, LARGEST_FACTOR, PUBLISHED, UNCERTAIN, UNCERTAIN_TEXT
 from ..sections.variations import LONGEST, RESERVED
@@ -145,7 +146,7 @@ def _uncertain() -> dict[str, Any]:
     factor = {"type": "number", "exclusiveMinimum": 1, "maximum": LARGEST_FACTOR}
     kinds = [
         {"type": "object", "required": [kind], "additionalProperties": False, "properties": {kind: form}}
-        for kind, form in ((FACTOR, factor), *((kind, {"description": form}) for kind, form in DISTRIBUTIONS.items()))
+        for kind, form in ((FACTOR, factor), *((kind, {"description": form}) for kind, form in forms().items()))
     ]
     return {
         "description": UNCERTAIN_TEXT,
@@ -247,7 +248,7 @@ def _sample() -> dict[str, Any]:
     whole_number = {"type": "integer", "minimum": 0}
     kinds = [
         {"type": "object", "required": [kind], "properties": {kind: {"description": form}}}
-        for kind, form in DISTRIBUTIONS.items()
+        for kind, form in forms().items()
     ]
     spread = {"distribution": {"enum": list(SPREADS), "default": "uniform"}}
     kinds.append(_FIT | {"properties": _NAME | spread})

@@ -11,7 +11,8 @@ from ...language.errors import InputError
 from ..keys.kinds import Number, Shape
 from ..library.iso286 import Fit
 from ..library.naming import Taken, VariedMaterial, material_values
-from ..sections.sample import Distribution, Sample
+from ..sections.distributions import Distribution
+from ..sections.sample import Sample
 from ..written.definitions import NOTHING, Definitions
 from ..written.document import Problems, WrittenValue
 

@@ -12,7 +12,7 @@ from ..keys.run_keys import LIFE
 from ..reading.reader import Reader
 from ..written.document import WrittenValue
 from .axes import Reading
-from .sample import DISTRIBUTIONS, Distribution, read_distribution
+from .distributions import LAWS, Distribution, distribution_of, forms_text, read_distribution
 
 UNCERTAIN, FACTOR, PUBLISHED = "uncertain", "factor", "published"
 LARGEST_FACTOR = 1e3  # factor
@@ -89,10 +89,11 @@ def _spread(reader: Reader, path: str, written: WrittenValue) -> dict[str, Any] 
             WrittenValue(f"{end!r} {library_value.value.unit}", written.origin) for end in library_value.value[2:]
         ]
         written = WrittenValue({"loguniform": WrittenValue(bounds, written.origin)}, written.origin)
-    if not isinstance(written.value, dict) or not set(written.value) <= set(DISTRIBUTIONS):
-        kinds = ", ".join(f"{{{kind}: {form}}}" for kind, form in DISTRIBUTIONS.items())
+    if not isinstance(written.value, dict) or not set(written.value) <= set(LAWS):
         reader.problems.add(
-            written, where, f"found {shown(written.value)}; expected {{factor: 3}}, {PUBLISHED} or one of {kinds}"
+            written,
+            where,
+            f"found {shown(written.value)}; expected {{factor: 3}}, {PUBLISHED} or one of {forms_text()}",
         )
         return None
     wear = path.rpartition(".")[0]
@@ -111,7 +112,7 @@ def _spread(reader: Reader, path: str, written: WrittenValue) -> dict[str, Any] 
     if spread is None:
         return None
     if _ends(spread)[0] <= 0.0:
-        sentence = f"{spread.kind}: its 2.5 % quantile is not above 0; write a lognormal or loguniform distribution"
+        sentence = f"{spread.name}: its 2.5 % quantile is not above 0; write a lognormal or loguniform distribution"
         reader.problems.add(written, where, sentence)
         return None
     return spread.written()
@@ -146,8 +147,5 @@ def uncertain_of(section: Mapping[str, Any]) -> tuple[Uncertain, ...]:
             if kind == FACTOR:
                 uncertain.append(Uncertain(joint, keys, 1.0 / content, content, relative=True))
             else:
-                numbers = (
-                    dict(content) if isinstance(content, Mapping) else dict(zip(("low", "high"), content, strict=True))
-                )
-                uncertain.append(Uncertain(joint, keys, *_ends(Distribution(kind, numbers)), relative=False))
+                uncertain.append(Uncertain(joint, keys, *_ends(distribution_of(spread)), relative=False))
     return tuple(uncertain)

@@ -14,9 +14,10 @@ from ..written.definitions import DEFINE, DEFINE_TEXT, START, Definitions
 from ..written.document import WrittenValue
 from ..written.tables import read_cases
 from .axes import FORMS, Reading, axis
+from .distributions import LAWS, draw_values, read_distribution
 from .identify import IDENTIFY, find_identify_axes
 from .optimise import OPTIMISE, find_optimise_axes
-from .sample import DISTRIBUTIONS, draw_values, read_distribution, read_sample
+from .sample import read_sample
 from .seek import SEEK, range_of_seek
 
 #: The sections that vary values, in the order in which their axes appear; those after `sweep` go in step.
@@ -247,7 +248,7 @@ def first_values(reader: Reader) -> dict[str, tuple[Any, ...]]:
 
 LONGEST = 40  # characters of a label: it is the head of rows and the end of sentences
 #: Words that say how values are made; no label may be one of them.
-RESERVED = (*FORMS, "fits", "fit", *DISTRIBUTIONS, "among", "whole", "factor")
+RESERVED = (*FORMS, "fits", "fit", *LAWS, "among", "whole", "factor")
 _WAYS = ("sweep", "zip", "cases")  # sections whose axes may have labels
 
 

@@ -1,0 +1,319 @@
+"""Distributions of values: a law is one class, which is all that grid files, schema, pages and messages need.
+
+A law has a name, the form of its parameters in a grid, its own conditions, and its quantile.  `@law` registers it.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from ...contracts.catalogue import Field
+from ...language import quantity
+from ...language.errors import InputError, nearest, shown
+from ..written.document import Problems, WrittenValue
+from .axes import Reading, half_bare
+
+if TYPE_CHECKING:
+    import numpy as np  # imported only when values are drawn
+
+_RARE = 1e-6  # tail of a distribution that may lie out of range: too rare to be drawn
+_WIDEST = 1e3  # std over mean of a lognormal; beyond, half of its values are below a millionth of the mean
+
+Numbers = dict[str, float]  # parameter -> value, SI; without `cv`, which becomes `std`
+Texts = Mapping[str, str]  # parameter -> its value as the user wrote it
+
+
+class Distribution:
+    """The distribution of one value, with its parameters in SI."""
+
+    name: ClassVar[str]
+    form: ClassVar[str]  # of its parameters in a grid
+    keys: ClassVar[tuple[str, ...]]  # parameters, in the order in which they are read
+
+    def __init__(self, numbers: Numbers):
+        self.numbers = numbers
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Return the bounds of the values, infinite without one."""
+        return self.numbers.get("low", -math.inf), self.numbers.get("high", math.inf)
+
+    def values(self, points: "np.ndarray") -> "np.ndarray":
+        """Return the quantiles at `points`, (rows,) in (0, 1)."""
+        raise NotImplementedError
+
+    def written(self) -> dict[str, Any]:
+        """Return the distribution in the form of a grid file, in SI."""
+        raise NotImplementedError
+
+    @classmethod
+    def conditions(cls, numbers: Numbers, texts: Texts) -> Iterator[str]:
+        """Yield what is wrong with the parameters."""
+        raise NotImplementedError
+
+    @classmethod
+    def read(cls, problems: Problems, where: str, written: WrittenValue, reading: Reading) -> Numbers | None:
+        """Return the parameters from a grid, or None if they are invalid."""
+        raise NotImplementedError
+
+
+LAWS: dict[str, type[Distribution]] = {}
+
+
+def law(kind: type[Distribution]) -> type[Distribution]:
+    """Register a law under its name, and return it."""
+    LAWS[kind.name] = kind
+    return kind
+
+
+class _Between(Distribution):
+    """A law with two ends."""
+
+    form = "[low, high]"
+    keys = ("low", "high")
+
+    def written(self) -> dict[str, Any]:
+        """Return the distribution in the form of a grid file, in SI."""
+        return {self.name: [self.numbers[key] for key in self.keys]}
+
+    @classmethod
+    def conditions(cls, numbers: Numbers, texts: Texts) -> Iterator[str]:
+        """Yield what is wrong with the parameters."""
+        if numbers["low"] > numbers["high"]:
+            yield f"the low end {texts['low']} is above the high end {texts['high']}; swap them"
+
+    @classmethod
+    def read(cls, problems: Problems, where: str, written: WrittenValue, reading: Reading) -> Numbers | None:
+        """Return the parameters from a grid, or None if they are invalid."""
+        ends = written.value
+        if not isinstance(ends, list) or len(ends) != len(cls.keys):
+            problems.add(written, where, f"{cls.name}: found {shown(ends)}; expected {cls.form}")
+            return None
+        low, high = (reading.value(item) for item in ends)
+        if half_bare(problems, where, ends, reading.unit) or low is None or high is None:
+            return None
+        numbers = {"low": low, "high": high}
+        texts = {key: quantity.said(item.value, reading.unit) for key, item in zip(cls.keys, ends, strict=True)}
+        for sentence in cls.conditions(numbers, texts):
+            problems.add(written, where, f"{cls.name}: {sentence}")
+        return numbers
+
+
+@law
+class Uniform(_Between):
+    """Equally likely between two ends."""
+
+    name = "uniform"
+
+    def values(self, points: "np.ndarray") -> "np.ndarray":
+        """Return the quantiles at `points`, (rows,) in (0, 1)."""
+        low, high = self.ends
+        return (low + (high - low) * points).clip(low, high)
+
+
+@law
+class LogUniform(_Between):
+    """Equally likely in the logarithm, between two ends above 0."""
+
+    name = "loguniform"
+
+    def values(self, points: "np.ndarray") -> "np.ndarray":
+        """Return the quantiles at `points`, (rows,) in (0, 1)."""
+        low, high = self.ends
+        return (low * (high / low) ** points).clip(low, high)
+
+    @classmethod
+    def conditions(cls, numbers: Numbers, texts: Texts) -> Iterator[str]:
+        """Yield what is wrong with the parameters."""
+        yield from super().conditions(numbers, texts)
+        if numbers["low"] <= 0.0:
+            yield f"found {texts['low']}; both ends have to be above 0; use uniform"
+
+
+class _AroundMean(Distribution):
+    """A law with a mean, a standard deviation, and perhaps bounds."""
+
+    keys: ClassVar[tuple[str, ...]] = ("mean", "std", "cv", "low", "high")
+
+    def values(self, points: "np.ndarray") -> "np.ndarray":
+        """Return the quantiles; without spread, exactly the mean."""
+        import numpy as np
+
+        return np.full(len(points), self.numbers["mean"]) if self.numbers["std"] == 0.0 else self.spread(points)
+
+    def spread(self, points: "np.ndarray") -> "np.ndarray":
+        """Return the quantiles of a standard deviation above 0."""
+        raise NotImplementedError
+
+    def written(self) -> dict[str, Any]:
+        """Return the distribution in the form of a grid file, in SI."""
+        return {self.name: dict(self.numbers)}
+
+    @classmethod
+    def conditions(cls, numbers: Numbers, texts: Texts) -> Iterator[str]:
+        """Yield what is wrong with the parameters."""
+        low, high = numbers.get("low", -math.inf), numbers.get("high", math.inf)
+        if numbers["std"] < 0.0:
+            yield "the spread is negative; write a std or cv of at least 0"
+        if not low <= numbers["mean"] <= high or low == high:
+            limits = " and ".join(f"{key} {texts[key]}" for key in ("low", "high") if key in texts)
+            yield f"the mean {texts['mean']} is not between its bounds ({limits}); change one"
+
+    @classmethod
+    def read(cls, problems: Problems, where: str, written: WrittenValue, reading: Reading) -> Numbers | None:
+        """Return the parameters from a grid, or None if they are invalid."""
+        moments = written.value
+        if not isinstance(moments, dict):
+            problems.add(written, where, f"{cls.name}: found {shown(moments)}; expected {cls.form}")
+            return None
+        for key in moments:
+            if key not in cls.keys:
+                sentence = f"unknown key '{key}'{nearest(key, cls.keys)} (allowed: {', '.join(cls.keys)})"
+                problems.add(written.key_place(key), f"{where}.{cls.name}", sentence)
+        if ("std" in moments) == ("cv" in moments) or "mean" not in moments:
+            problems.add(written, where, f"{cls.name}: expected mean and either std or cv: {cls.form}")
+            return None
+        lengths = [item for key, item in moments.items() if key != "cv"]
+        if half_bare(problems, f"{where}.{cls.name}", lengths, reading.unit):
+            return None
+        units = {key: "1" if key == "cv" else reading.unit for key in cls.keys[1:] if key in moments}
+        values = {"mean": reading.value(moments["mean"])}
+        values |= {key: _quantity(problems, where, moments[key], unit) for key, unit in units.items()}
+        if None in values.values():
+            return None
+        relative = values.pop("cv", None)
+        std = values.pop("std") if relative is None else relative * abs(values["mean"])
+        numbers = {"mean": values.pop("mean"), "std": std, **values}
+        texts = {key: quantity.said(moments[key].value, reading.unit) for key in numbers if key in moments}
+        for sentence in cls.conditions(numbers, texts):
+            problems.add(written, where, f"{cls.name}: {sentence}")
+        return numbers
+
+
+@law
+class Normal(_AroundMean):
+    """Normal, cut off at bounds where there are any."""
+
+    name = "normal"
+    form = "{mean, std or cv, low?, high?}"
+
+    def spread(self, points: "np.ndarray") -> "np.ndarray":
+        """Return the quantiles of a standard deviation above 0."""
+        from scipy.special import ndtr, ndtri
+
+        mean, std = self.numbers["mean"], self.numbers["std"]
+        low, high = self.ends
+        below, above = ndtr((low - mean) / std), ndtr((high - mean) / std)
+        quantiles: np.ndarray = mean + std * ndtri(below + (above - below) * points)
+        return quantiles.clip(low, high)
+
+
+@law
+class TruncatedNormal(Normal):
+    """Normal, cut off at a bound or at two."""
+
+    name = "truncated-normal"
+    form = "{mean, std or cv, low and/or high}"
+
+    @classmethod
+    def conditions(cls, numbers: Numbers, texts: Texts) -> Iterator[str]:
+        """Yield what is wrong with the parameters."""
+        if numbers.keys().isdisjoint(("low", "high")):
+            yield "has no bound; write low, high or both, or use normal"
+        yield from super().conditions(numbers, texts)
+
+
+@law
+class LogNormal(_AroundMean):
+    """Normal in the logarithm, of values above 0."""
+
+    name = "lognormal"
+    form = "{mean, std or cv}"
+    keys = ("mean", "std", "cv")
+
+    def spread(self, points: "np.ndarray") -> "np.ndarray":
+        """Return the quantiles of a standard deviation above 0."""
+        import numpy as np
+        from scipy.special import ndtri
+
+        mean, std = self.numbers["mean"], self.numbers["std"]
+        variance = math.log1p((std / mean) ** 2)  # of the logarithm
+        quantiles: np.ndarray = mean * np.exp(math.sqrt(variance) * ndtri(points) - variance / 2.0)
+        return quantiles
+
+    @classmethod
+    def conditions(cls, numbers: Numbers, texts: Texts) -> Iterator[str]:
+        """Yield what is wrong with the parameters."""
+        yield from super().conditions(numbers, texts)
+        mean, std = numbers["mean"], numbers["std"]
+        if std > _WIDEST * mean > 0.0:
+            yield f"found a std of {std / mean:.3g} times the mean; at most {_WIDEST:g}"
+        if mean <= 0.0:
+            yield f"found the mean {texts['mean']}; it has to be above 0; use normal"
+
+
+def forms() -> dict[str, str]:
+    """Return name -> form of the parameters, of every law."""
+    return {kind.name: kind.form for kind in LAWS.values()}
+
+
+def forms_text() -> str:
+    """Return every law as a grid has it, for messages: `{uniform: [low, high]}, ...`."""
+    return ", ".join(f"{{{name}: {form}}}" for name, form in forms().items())
+
+
+def read_distribution(problems: Problems, where: str, written: WrittenValue, reading: Reading) -> Distribution | None:
+    """Return the distribution at the key `where`, or None if it is invalid."""
+    if not isinstance(written.value, dict) or len(written.value) != 1:
+        problems.add(written, where, f"found {shown(written.value)}; expected one of {forms_text()}")
+        return None
+    ((name, parameters),) = written.value.items()
+    if name not in LAWS:
+        sentence = f"unknown distribution '{name}'{nearest(name, LAWS)} (known: {forms_text()})"
+        problems.add(written.key_place(name), where, sentence)
+        return None
+    problems_before = len(problems)
+    numbers = LAWS[name].read(problems, where, parameters, reading)
+    return None if numbers is None or len(problems) > problems_before else LAWS[name](numbers)
+
+
+def distribution_of(written: Mapping[str, Any]) -> Distribution:
+    """Return the distribution of a resolved grid, given in SI in the form of `Distribution.written`."""
+    ((name, parameters),) = written.items()
+    if not isinstance(parameters, Mapping):
+        parameters = dict(zip(LAWS[name].keys, parameters, strict=True))
+    return LAWS[name](dict(parameters))
+
+
+def draw_values(
+    problems: Problems,
+    where: str,
+    written: WrittenValue,
+    distribution: Distribution,
+    points: "np.ndarray",
+    fields: tuple[Field, ...],
+) -> list[float] | None:
+    """Return the values of a variable at `points` (rows,), or None if some are out of the range of `fields`."""
+    import numpy as np
+
+    values = distribution.values(points)
+    extremes = (*distribution.values(np.array([_RARE, 1.0 - _RARE])), values.min(), values.max())
+    for field in fields:
+        out_of_range = [value for value in extremes if not field.contains(value)]
+        if out_of_range:
+            sentence = (
+                f"{distribution.name}: {out_of_range[0]:.6g} is among its values, out of range; allowed: "
+                f"{field.allowed(out_of_range[0])}; write low and high within that, or a distribution that stays there"
+            )
+            problems.add(written, where, sentence)
+            return None
+    return [float(value) for value in values]
+
+
+def _quantity(problems: Problems, where: str, written: WrittenValue, unit: str) -> float | None:
+    """Return a parameter in SI, or None if it is invalid."""
+    try:
+        return quantity.read(written.value, unit)
+    except InputError as error:
+        problems.add(written, where, str(error))
+        return None
