@@ -81,8 +81,7 @@ def first_passage(at, g):
     if not take_guard(at, g):
         return NOWHERE
     noise = ROUNDING * at[0].totals.joint[guards.contact[g], PEAK] if guards.column[g] >= 0 else 0.0
-    begins = p[VALUES, 0] >= 0.0 and value_and_slope(p, WHOLE, NEXT_TO_START)[0] > noise
-    if begins and guard_value(at, g, NEXT_TO_START) > noise:  # where a contact parts, the polynomial may overshoot
+    if p[VALUES, 0] >= 0.0 and value_and_slope(p, WHOLE, NEXT_TO_START)[0] > noise:
         return 0.0
     x = crossing_for_certain(p, noise)
     return x if x == NOWHERE else true_passage(at, g, x)
