@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from clearsweep.mechanics.joint.wear.contract import ACCOUNT, Bins
-from clearsweep.mechanics.joint.wear.passage import ROOM, enter_wear
+from clearsweep.mechanics.joint.wear.entering import enter_wear
+from clearsweep.mechanics.joint.wear.passage import ROOM
 from clearsweep.mechanics.joint.wear.step import (
     ALONG,
     SLOPES,

@@ -13,7 +13,6 @@ from clearsweep.contracts.catalogue import Figure, Shown
 from clearsweep.contracts.layout import Layout, markdown
 from clearsweep.contracts.results import TIMINGS
 from clearsweep.language.errors import DirectoryError, InputError
-from clearsweep.mechanics.solver.accumulate import totals as total_columns
 from clearsweep.simulation import figures
 from clearsweep.simulation.sums import Mean
 
@@ -24,7 +23,7 @@ FURTHER = Figure(
     "N^2",
     TEXT,
     of="joint",
-    sums=Mean(total_columns.FORCE_SQUARE),
+    sums=Mean("force_square"),
     shown=(Shown("forces", "force mean square"), Shown("sample", "force mean square")),
 )
 COLUMN = "rod_slider_force_mean_square"

@@ -15,7 +15,6 @@ from clearsweep import grid, simulation, store
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint.wear.contract import Worn
 from clearsweep.mechanics.solver import run_control
-from clearsweep.mechanics.solver.accumulate.totals import FORCE_MAX
 from clearsweep.simulation import life as lives
 from clearsweep.simulation.life_block import BlockRecord, encoded, read
 from clearsweep.simulation.run import Run
@@ -420,7 +419,7 @@ def worn_on(case, turns):
         last = run
         if k:
             worn = worn + run.totals.wear.reshape(2, -1)
-            peaks.append(run.totals.joint[0, FORCE_MAX])
+            peaks.append(run.totals.joint[0].force_max)
         depths.append(worn.max())
     return np.array(depths), np.array(peaks), worn
 

@@ -12,7 +12,8 @@ from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import Joint
 from clearsweep.mechanics.joint.wear.archard import Archard
 from clearsweep.mechanics.joint.wear.contract import FINEST, SLID, Bins, Rubbing, Worn, half_arc, sum_over_load
-from clearsweep.mechanics.joint.wear.passage import ON_BEARING, ON_JOURNAL, POINTS, ROOM, ROWS, enter_wear
+from clearsweep.mechanics.joint.wear.entering import enter_wear
+from clearsweep.mechanics.joint.wear.passage import ON_BEARING, ON_JOURNAL, POINTS, ROOM, ROWS
 from clearsweep.mechanics.joint.wear.persson import Persson
 from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean, Winkler
 from clearsweep.mechanics.observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
@@ -378,3 +379,26 @@ def test_a_run_begins_with_the_way_that_its_joints_have_slid_before():
 def test_shapes_that_act_are_part_of_a_case_and_those_that_do_not_are_as_if_left_out():
     assert case_of(**{"joints.rod-slider.wear.evolve": False}).case_id(0) == case_of().case_id(0)
     assert case_of(**{"joints.rod-slider.wear.evolve": True}).case_id(0) != case_of().case_id(0)
+
+
+@pytest.mark.parametrize("angle", [0.3, -7.0, 3000.3])
+@pytest.mark.parametrize("way", [0.0, 0.02, 0.5])
+def test_an_even_arc_that_opens_at_an_onset_and_travels_leaves_the_exact_means(angle, way):
+    """Against ten thousand arcs that rest still; narrow arcs and far angles must not lose digits."""
+    joint, count = worn_joint(1e-14, 1e-14, Mean()), 10000
+    polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((COURSES, PARTS + 1))
+    polynomials[FORCE, 3], polynomials[DEPTH_COURSE, 2] = 3e5, 1e-5  # N/m, m: as of a ball that touches
+    polynomials[KAPPA_COURSE, 0], polynomials[SLIP_COURSE, 0] = 1.0, 1e-3
+    polynomials[ON_BEARING, :3] = angle, way, -0.2 * way
+    bearing, _ = both(joint, polynomials, step_values)
+    x = (np.arange(count) + 0.5) / count
+    half, middle = np.arccos(0.5e-3 / (0.5e-3 + 1e-5 * x**2)), angle + way * x - 0.2 * way * x**2
+    worn = 1e-14 * 3e5 * x**3 * half / np.sin(half) * 1e-3 / 0.01 / count
+    width = 2.0 * math.pi / BINS
+    first = math.floor((middle - half).min() / width)
+    edges = (first + np.arange(math.ceil((middle + half).max() / width) - first + 1)) * width
+    before = [np.sum(worn * np.clip(0.5 + 0.5 * (edge - middle) / half, 0.0, 1.0)) for edge in edges]
+    naive = np.zeros(BINS)
+    naive[(first + np.arange(len(edges) - 1)) % BINS] = np.diff(before) / width
+    assert bearing == pytest.approx(naive, rel=0.0, abs=2e-5 * naive.max())
+    assert bearing.sum() * width == pytest.approx(worn.sum(), rel=1e-7, abs=0.0)

@@ -12,8 +12,9 @@ from ..judging.validity import message_of
 from ..mechanics.observe.histogram import forces_exceeded, time_above
 from ..mechanics.solver import event as events
 from ..mechanics.solver import run_control
-from ..mechanics.solver.accumulate.record import Record, sample_states
-from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, LOAD_TIME, OPENED, Totals
+from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, ContactTotals, Totals, WholeTotals
+from ..mechanics.solver.accumulate.within_step import Record, sample_states
+from ..mechanics.solver.event import Counts
 from .figures import figures_of, shared_by
 from .ideal import ideal_peaks
 from .remarks import remarks
@@ -91,8 +92,8 @@ class Outcome(NamedTuple):
     scene: Scene
     status: str
     message: str  # why it failed, or ''
-    whole: np.ndarray  # Totals by joint, as are the next four
-    joint: np.ndarray
+    whole: WholeTotals  # Totals by joint, as are the next four
+    joint: ContactTotals
     wear: np.ndarray
     account: np.ndarray
     friction: np.ndarray
@@ -102,7 +103,7 @@ class Outcome(NamedTuple):
     marks: Marks
     ends: FinalContacts
     events: int  # events located without a search
-    counts: np.ndarray  # of the whole integration
+    counts: Counts  # of the whole integration
     seconds: float  # s, processor time
     duration: float  # s, of the window
     figures: Mapping[str, float | None]  # statistics found during the run
@@ -131,7 +132,7 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
         turns=turns._make([array.copy() for array in turns]),
         marks=run.marks,
         ends=run.ends(),
-        events=run.work.counts.item(events.EVENTS),
+        events=int(run.work.counts.events),
         counts=run.counts,
         seconds=run.duration,
         duration=duration,
@@ -149,7 +150,7 @@ def _exceeded_forces(totals: Totals, duration: float) -> list[float]:
 
 def _dry_times(totals: Totals, layout: Layout, duration: float) -> list[float]:
     """Return how long (s) each joint's dry contact carries load in a window of `duration` (s); totals : by joint."""
-    least = LEAST_DRY * totals.joint[:, LOAD_TIME] / duration
+    least = LEAST_DRY * totals.joint.column("load_time") / duration
     return [
         time_above(least[place], totals.dry[place]) if joint.film else 0.0 for place, joint in enumerate(layout.joints)
     ]
@@ -191,9 +192,9 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
         time=run.work.y[run.work.time],
         turned=(run.work.y[run.work.independent] - scene.crank_clock.at(0.0)) / (2.0 * math.pi),
         whole=whole,
-        events=int(run.work.counts[events.EVENTS]),
-        steps=int(run.work.counts[events.STEPS]),
-        rejected=int(run.work.counts[events.REJECTED]),
+        events=int(run.work.counts.events),
+        steps=int(run.work.counts.steps),
+        rejected=int(run.work.counts.rejected),
         patience=scene.case.simulate.time_budget,
         budget=control_of(scene, end, keep_events=False).step_budget,
         **(_escaped_journal(scene, run) if run.status == run_control.LEFT_BEARING else {}),
@@ -203,7 +204,7 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
 
 def _escaped_journal(scene: Scene, run: Run) -> dict[str, str | float]:
     """Return which journal left its bearing, when (s, revolutions) and its eccentricity (mm)."""
-    work, contact = run.work, int(run.work.stepper[run_control.STEPPER_CONTACT])
+    work, contact = run.work, int(run.work.stepper.contact)
     ends = np.cumsum([len(joint.contacts) for joint in scene.layout.joints])
     place = int(np.searchsorted(ends, contact, side="right"))
     joint: Any = scene.value.joints[place]  # mypy takes it for a tuple of anything
@@ -282,5 +283,5 @@ def _duration(scene: Scene, run: Run, end: float) -> float:
     if not scene.mechanism.turns:
         return float(run.work.end[run.work.time])
     if scene.crank_clock.free:
-        return float(run.work.end[run.work.time] - run.totals.whole[OPENED])
+        return float(run.work.end[run.work.time] - run.totals.whole.opened)
     return end - scene.crank_clock.at(scene.case.simulate.discard)

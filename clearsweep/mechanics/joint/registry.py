@@ -35,7 +35,7 @@ from .loss import hysteresis, plastic, dampers  # noqa: F401
 from .elastic import power, cylinders, conformal, compatible  # noqa: F401
 from .roughness import smooth, fractal, kogut_etsion  # noqa: F401
 from .friction import sliding, stick, bristles  # noqa: F401
-from .wear import archard, bed, persson, pressure, slices  # noqa: F401
+from .wear import archard, bed, even, persson, pressure, slices  # noqa: F401
 from .film import reynolds, finite, short, long, shear, transition  # noqa: F401
 # isort: on
 

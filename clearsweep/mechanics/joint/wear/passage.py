@@ -1,28 +1,22 @@
-"""A contact arc over a step: it grows, shrinks and travels, and adds wear to the bins of a body.
+"""A contact arc over a step: it grows, shrinks and travels, and its ends pass the edges of bins.
 
-The load of the arc before the edge of a bin is integrated over the step for every edge that the arc meets.  The wear of
-a bin is the difference between its edges, hence the mean over the bin whatever its width.  The integral of an edge that
-an end of the arc passes is split there, as the pressure is not smooth at the ends of the arc.
+The integral over the step of the load before an edge is split where an end of the arc passes the edge, as the pressure
+is not smooth at the ends of the arc.  `entering` adds the wear to the bins.
 
 The values at the points of a step are in one array, point by point, and are processed together, each in a lane of a
 register.
 """
 
-import math
-from typing import NamedTuple
-
 import numpy as np
 
 from ...compiled.choosing import abreast, turns, where
-from ...compiled.family import inlined, kernel
+from ...compiled.family import family, inlined, kernel
 from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
 from .contract import (
     Rubbing,
-    enter_span,
     half_arc,
     local_clearance,
     share_before,
-    smooth_within,
     sum_over_load,
     wear_rate,
 )
@@ -64,7 +58,6 @@ EVEN[:, ::2], ODD[:, 1::2] = _FROM_POINTS[::2, PAIRS:].T, _FROM_POINTS[1::2, PAI
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
 _NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 SOFT_NODES, SOFT_WEIGHTS = _NODES**2 * (3.0 - 2.0 * _NODES), 6.0 * _NODES * (1.0 - _NODES) * _WEIGHTS
-SEVERAL = 2  # edges that one end passes: from this number on they are processed together
 FAINT = 1e-300  # rad, for an arc without width
 #: Of each point: its distance from the one before; one plus the power of its coefficient; its number.
 WAYS, TIMES, NUMBERS = np.diff(PLACES, prepend=-1.0), np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 0.0]), np.arange(8.0)
@@ -169,23 +162,19 @@ def fit(workspace, row, values, weights):
         workspace[values * POINTS + i] = total
 
 
-@kernel
-def fit_points(workspace):
-    """Write the coefficients of the wear per place, of the arc's middle and of its half-angle to `workspace`."""
+@family
+def fit_points(pressure, workspace):
+    """Write to `workspace` what `crossed` and `piece` need: by default the coefficients of the wear per place, RATE.
+
+    Also those of the arc's middle and of its half-angle over the place, COURSE and HALF_COURSE.
+    """
+
+
+@fit_points.member(None)
+def _default_fit_points(pressure, workspace):
     fit(workspace, AREA, RATE, PER_WEIGHT)
     fit(workspace, MIDDLE, COURSE, EVENLY)
     fit(workspace, HALF, HALF_COURSE, EVENLY)
-
-
-@kernel
-def within(joint, workspace, edge, width):
-    """Write the wear before edges, `width` (rad) apart, that are within the arc at all points, to WORN."""
-    for k in abreast(POINTS):
-        angle, total = edge + NUMBERS[k] * width, 0.0
-        for i in range(POINTS):
-            x = (angle - workspace[MIDDLE * POINTS + i]) * workspace[PER_HALF * POINTS + i]
-            total += workspace[AREA * POINTS + i] * share_before(joint.wear.pressure, x, workspace[HALF * POINTS + i])
-        workspace[WORN * POINTS + k] = total
 
 
 @inlined
@@ -224,15 +213,25 @@ def find_passing(workspace, end, edge, width):
         workspace[PASSING * POINTS + k] = min(max(x + min(max(step, -0.1), 0.1), -1.0), 1.0)
 
 
-@kernel
-def crossed(joint, workspace, end, edge, width):
+@inlined
+def inner_side(workspace, end):
+    """Return the place, -1 or 1, at which edges that an end (-1, 1) of the arc passes are within the arc."""
+    row = START if end < 0.0 else STOP
+    rises = workspace[row * POINTS + POINTS - 1] > workspace[row * POINTS]
+    return -1.0 if rises == (end < 0.0) else 1.0
+
+
+@family
+def crossed(pressure, workspace, end, edge, width):
     """Write the wear before edges, `width` (rad) apart, that an end (-1, 1) of the arc has passed, to WORN.
 
     Their places are in PASSING.  The end moves in one direction only, and the other end does not meet these edges.
     """
-    row, pressure = START if end < 0.0 else STOP, joint.wear.pressure
-    rises = workspace[row * POINTS + POINTS - 1] > workspace[row * POINTS]
-    edge_side = -1.0 if rises == (end < 0.0) else 1.0  # where the edge is within the arc, from the passage on
+
+
+@crossed.member(None)
+def _default_crossed(pressure, workspace, end, edge, width):
+    edge_side = inner_side(workspace, end)
     whole_area = summed(workspace, AREA) if end > 0.0 else 0.0
     for k in abreast(POINTS):
         swept, angle, total = workspace[PASSING * POINTS + k], edge + NUMBERS[k] * width, 0.0
@@ -263,19 +262,23 @@ def end_passes(workspace, edge, end, i):
     return min(max(x, low), high)
 
 
-@kernel
-def piece(joint, workspace, edge, side, span):
+@family
+def piece(pressure, workspace, edge, side, span):
     """Return the wear before `edge` between two places, a `span`, in which the edge is on one side of the arc's ends.
 
     side : -1 before the arc, 1 behind it, 0 in it.
     """
+
+
+@piece.member(None)
+def _default_piece(pressure, workspace, edge, side, span):
     low, length = span[0], span[1] - span[0]
     if side < 0 or length <= 0.0:
         return 0.0
     for i in abreast(POINTS):
         position = low + length * SOFT_NODES[i]
         half_angle = max(value(workspace, HALF_COURSE, position), FAINT)
-        share = share_before(joint.wear.pressure, (edge - value(workspace, COURSE, position)) / half_angle, half_angle)
+        share = share_before(pressure, (edge - value(workspace, COURSE, position)) / half_angle, half_angle)
         workspace[TERM * POINTS + i] = SOFT_WEIGHTS[i] * value(workspace, RATE, position) * where(side == 0, share, 1.0)
     return length * summed(workspace, TERM)
 
@@ -289,7 +292,7 @@ def side_of(workspace, edge, i):
 
 
 @kernel
-def passed(joint, workspace, edge):
+def passed(pressure, workspace, edge):
     """Return the wear (m rad) before an `edge` (rad) that the arc's ends pass."""
     total, low, side = 0.0, PLACES[0], side_of(workspace, edge, 0)
     for i in range(1, POINTS):
@@ -297,103 +300,6 @@ def passed(joint, workspace, edge):
         while side != side_now:
             end = side if side != 0 else side_now  # the end of the arc that passes the edge
             x = max(low, end_passes(workspace, edge, end, i))
-            total += piece(joint, workspace, edge, side, (low, x))
+            total += piece(pressure, workspace, edge, side, (low, x))
             low, side = x, (0 if side != 0 else side_now)
-    return total + piece(joint, workspace, edge, side, (low, PLACES[POINTS - 1]))
-
-
-class Edges(NamedTuple):
-    """Numbers of the last edges of a kind: passed at the start, near it, well within the arc, near its stop."""
-
-    start: int
-    near_start: int
-    near_stop: int
-    stop: int
-
-
-@kernel
-def edges_of(pressure, workspace, width):
-    """Return the number of the last edge before the arc, Edges, and the last edge met; `width` (rad) apart."""
-    (first_edge, start), (stop_edge, last_edge) = reach_of(workspace, START), reach_of(workspace, STOP)
-    smooth_limit = 1.0 - smooth_within(pressure)
-    for i in abreast(POINTS):
-        margin = smooth_limit * workspace[HALF * POINTS + i]
-        workspace[TERM * POINTS + i] = workspace[START * POINTS + i] + margin
-        workspace[(TERM + 1) * POINTS + i] = workspace[STOP * POINTS + i] - margin
-    near_start, near_stop = reach_of(workspace, TERM)[1], reach_of(workspace, TERM + 1)[0]
-    passed_by_start, within_until = math.floor(start / width), math.floor(stop_edge / width)
-    edges = Edges(passed_by_start, math.floor(near_start / width), math.floor(near_stop / width), within_until)
-    return math.floor(first_edge / width), edges, math.floor(last_edge / width)
-
-
-@kernel
-def worn_before(joint, workspace, edge, edges, last_edge):
-    """Write the wear before an edge and those that follow, up to `last_edge`, to WORN; return their number.
-
-    edges : Edges and their distance (rad).  Where the ends reverse or meet the same edges, each edge is processed
-    alone.
-    """
-    kinds, width = edges
-    angle = edge * width
-    if kinds.near_start < edge <= kinds.near_stop:
-        within(joint, workspace, angle, width)
-        return min(POINTS, kinds.near_stop - edge + 1)
-    starting, stopping = edge <= kinds.start, edge > kinds.stop
-    count = min(POINTS, (min(kinds.start, kinds.stop) if starting else last_edge) - edge + 1)
-    is_single = starting == stopping or count < SEVERAL
-    if is_single or not steady(workspace, START if starting else STOP):
-        workspace[WORN * POINTS] = passed(joint, workspace, angle)
-        return 1
-    end = -1.0 if starting else 1.0
-    find_passing(workspace, end, angle, width)
-    crossed(joint, workspace, end, angle, width)
-    return count
-
-
-@kernel
-def enter_part(joint, workspace, bins):
-    """Add the wear of the arc to a body, from the points in its workspace."""
-    total = summed(workspace, AREA)
-    if total <= 0.0:
-        return
-    width, per_width, previous = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
-    first_edge, edges, last_edge = edges_of(joint.wear.pressure, workspace, width)
-    if last_edge - first_edge > max(edges.near_stop - edges.near_start, 0):
-        fit_points(workspace)
-    position, previous_sum, entered = first_edge % bins.count, 0, 0
-    for edge in range(first_edge + 1, last_edge + 2):
-        cumulative = total
-        if edge <= last_edge:
-            if entered == previous_sum:
-                previous_sum, entered = worn_before(joint, workspace, edge, (edges, width), last_edge), 0
-            cumulative = min(max(workspace[WORN * POINTS + entered], previous), total)
-            entered += 1
-        bins.depths[bins.first + position] += (cumulative - previous) * per_width
-        previous = cumulative
-        position = position + 1 if position + 1 < bins.count else 0
-
-
-@enter_span.member(None)
-def _default_enter_span(joint, workspace, length, span, bins):
-    see_points(joint, workspace, length, span[0], span[1])
-    for body in range(2):
-        enter_part(joint, workspace[FIRST + body * BODY : FIRST + (body + 1) * BODY], bins[body])
-
-
-@kernel
-def enter_wear(joint, workspace, values, length, bins):
-    """Add the wear of bearing and journal over a step of `length`, in the unit of kappa.
-
-    workspace : (ROOM,) with the coefficients over the share of the step; values : (COURSES, PARTS + 1), from which the
-    sliding speed is read; bins : of both bodies.
-    """
-    low = 0.0
-    for i in turns(PARTS + 1):
-        high = 1.0
-        if i < PARTS:
-            a, b = values[SLIP_COURSE, i], values[SLIP_COURSE, i + 1]
-            if a * b >= 0.0:
-                continue
-            high = (i + a / (a - b)) / PARTS  # where sliding reverses, its speed has a kink
-        enter_span(joint, workspace, length, (low, high), bins)
-        low = high
+    return total + piece(pressure, workspace, edge, side, (low, PLACES[POINTS - 1]))

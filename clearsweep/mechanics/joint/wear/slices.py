@@ -37,7 +37,8 @@ from .contract import (
     half_arc,
     peak_over_mean,
 )
-from .passage import FIT, POINTS, enter_wear, rubbing_of
+from .entering import enter_wear
+from .passage import FIT, POINTS, rubbing_of
 from .step import (
     BEARING_START,
     FACING,

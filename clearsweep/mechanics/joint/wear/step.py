@@ -40,6 +40,7 @@ from .contract import (
     wear_rate,
     width_class,
 )
+from .entering import enter_wear
 from .passage import (
     DEGREE,
     FIRST,
@@ -48,7 +49,6 @@ from .passage import (
     POINTS,
     WAY,
     clearance_at,
-    enter_wear,
     rubbing_at,
     rubbing_of,
     value,
@@ -239,15 +239,17 @@ def note_pressure(joint, step, j, account):
             workspace[means + batch_start + i], workspace[peaks + batch_start + i] = pressure_on(
                 joint, step, j, batch_start + i
             )
+    mean_time, beyond_time = account[PRESSURE_TIME], account[PV_BEYOND]
+    largest, largest_pv = account[PRESSURE_MAX], account[PV_MAX]
     for i in turns(PARTS + 1):
         mean_pressure, peak = workspace[means + i], workspace[peaks + i]
         slip, share = abs(step_values[SLIP_COURSE, i]), (0.5 if i in (0, PARTS) else 1.0) / PARTS
         time = share * step.length * step_values[KAPPA_COURSE, i]
-        account[PRESSURE_TIME] += mean_pressure * time
-        account[PRESSURE_MAX] = max(account[PRESSURE_MAX], peak)
-        account[PV_MAX] = max(account[PV_MAX], peak * slip)
-        if peak * slip > joint.wear.pv_limit:
-            account[PV_BEYOND] += time
+        mean_time += mean_pressure * time
+        largest, largest_pv = max(largest, peak), max(largest_pv, peak * slip)
+        beyond_time += time if peak * slip > joint.wear.pv_limit else 0.0
+    account[PRESSURE_TIME], account[PV_BEYOND] = mean_time, beyond_time
+    account[PRESSURE_MAX], account[PV_MAX] = largest, largest_pv
 
 
 @middle_arc.member(None)
