@@ -145,7 +145,7 @@ def test_a_layout_is_read_from_run_json_as_it_was():
 def test_a_directory_of_another_form_is_refused_in_a_sentence(tmp_path, form):
     record = {"layout": ["slider-crank", [["rod_slider", 0]]], "frame": {"schema": form}, "versions": {}}
     (tmp_path / "run.json").write_text(json.dumps(record), encoding="utf-8")
-    with pytest.raises(DirectoryError, match=f"has form {form} of run directories.*reads form {grid.SCHEMA_VERSION}"):
+    with pytest.raises(DirectoryError, match=f"has format {form} of .*reads format {grid.SCHEMA_VERSION}"):
         clearsweep.open(tmp_path)
 
 

@@ -30,34 +30,34 @@ _STATUS = {
     run_control.OK: ("ok", ""),
     run_control.STEP_BUDGET: (
         "step-budget",
-        "took {steps:,} steps and {rejected:,} that were rejected, all {budget:,} it may, having got to {time:.6g} s"
-        "{whole}; simulate.step_budget allows more",
+        "reached the budget of {budget:,} steps at {time:.6g} s{whole} ({steps:,} accepted, {rejected:,} rejected); "
+        "increase simulate.step_budget",
     ),
     run_control.EVENT_BUDGET: (
         "event-budget",
-        "met all {events:,} events it may, having got to {time:.6g} s{whole}; simulate.event_budget allows more",
+        "reached the budget of {events:,} events at {time:.6g} s{whole}; increase simulate.event_budget",
     ),
     TIME_BUDGET: (
         "time-budget",
-        "took the {patience:.6g} s of process time that it may, having got to {time:.6g} s{whole} in {steps:,} steps; "
-        "simulate.time_budget allows more",
+        "reached the budget of {patience:.6g} s of process time at {time:.6g} s{whole}, after {steps:,} steps; "
+        "increase simulate.time_budget",
     ),
     run_control.NOT_FINITE: (
         "not-finite",
-        "the motion is no longer finite at {time:.6g} s; look for masses, stiffness or clearance far from each other",
+        "the motion is no longer finite at {time:.6g} s; check masses, stiffness and clearance for wrong units",
     ),
     run_control.STEP_UNDERFLOW: (
         "step-underflow",
-        "no step is small enough at {time:.6g} s; a looser tolerance may help, or a force law without jumps",
+        "no step is small enough at {time:.6g} s; try a looser tolerance, or a force law without jumps",
     ),
     run_control.TIME_LIMIT: (
         "time-limit",
-        "took {time:.6g} s of motion{whole}, as long as it may; simulate.time_limit allows more",
+        "reached the time limit of {time:.6g} s{whole}; increase simulate.time_limit",
     ),
     run_control.STALLED: (
         "stalled",
-        "the drive stalls: at {time:.6g} s, after {turned:.4g}{whole}, the crank does not get through; more torque, a "
-        "flywheel or a larger initial speed help, or smaller loads",
+        "the drive stalls: at {time:.6g} s, after {turned:.4g}{whole}, the crank stops; increase torque, flywheel "
+        "inertia or initial speed, or reduce the loads",
     ),
     run_control.LEFT_BEARING: (
         LEFT_BEARING,
@@ -70,8 +70,7 @@ _STATUS = {
 
 _AT_REST = (
     "at-rest",
-    "the oil has stopped the bodies before the impacts that simulate.impacts asks for; ask for fewer, or take thinner "
-    "oil or a higher speed",
+    "the oil stops the bodies before simulate.impacts is reached; reduce it, or use thinner oil or a higher speed",
 )
 REST = 1e-3  # of the initial speed: slower bodies count as at rest when no step is small enough
 
