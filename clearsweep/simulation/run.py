@@ -49,6 +49,7 @@ from .watch import Observer
 TIME_BUDGET = -1  # a further status besides those of the loop
 NO_EVENTS = np.empty((0, 5))
 PIECE = 16384  # bytes: need of a short motion without histograms
+MOST_KEPT = 2**23  # bytes of time histories of a run that waits for the next case
 
 Arrays = dict[str, np.ndarray]  # name of a field of Work, Totals or Turns -> array
 
@@ -311,8 +312,8 @@ def run_at(scene: Scene, times: np.ndarray, *, turned: bool, marks: Marks) -> Ru
 
 
 def release(run: Run) -> None:
-    """Release a run for reuse, except one with time histories, which are large."""
-    if not run.record.times.size:
+    """Release a run for reuse, except one with large time histories."""
+    if run.record.samples.nbytes <= MOST_KEPT:
         _spare[:] = [run]
 
 
