@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 INTERNAL, BAD_INPUT, INTERRUPTED = 1, 2, 130
 RESULTS = Path("results")
-VERSION_HELP = "Show the versions, the level of the processor and the directory of compiled code."
+VERSION_HELP = "Show the versions, the processor level and the directory of compiled code."
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -103,13 +103,13 @@ _PATH = click.Path(path_type=Path)
 _directory = click.argument("directory", type=_PATH, metavar="DIR")
 _json = click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
 _summary_json = click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, in SI units.")
-_units = click.option("--units", type=click.Choice(SYSTEMS), default=SYSTEMS[0], help="System of the units shown.")
+_units = click.option("--units", type=click.Choice(SYSTEMS), default=SYSTEMS[0], help="Units of the output.")
 
 
 @click.group(cls=_Verbs, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.option("--version", is_flag=True, is_eager=True, expose_value=False, callback=_show_version, help=VERSION_HELP)
 def verbs() -> None:
-    """How much a mechanism shakes, wears and misplaces itself because its revolute joints have clearance."""
+    """Simulate mechanisms with joint clearance: forces, wear and position errors over a grid of parameters."""
 
 
 @verbs.command()
@@ -122,10 +122,14 @@ def verbs() -> None:
 @click.option("-j", "--jobs", type=click.IntRange(min=1), metavar="N", help="Worker processes; default: one per core.")
 @click.option("--dry-run", is_flag=True, help="Only estimate the number of cases, time and memory.")
 @click.option("--retry-failed", is_flag=True, help="Also run failed cases again.")
-@click.option("--case-timeout", type=float, metavar="SECONDS", help="Stop a case after this time.")
-@click.option("--max-failures", metavar="N|P%", help="Stop when more cases than this have failed.")
+@click.option("--case-timeout", type=float, metavar="SECONDS", help="Stop a case that takes longer than this.")
+@click.option("--max-failures", metavar="N|P%", help="Stop if more cases than this number or share fail.")
 @click.option(
-    "--executor", default="local", metavar="local|serial|dask|nodes", show_default=True, help="Where the cases run."
+    "--executor",
+    default="local",
+    metavar="local|serial|dask|nodes",
+    show_default=True,
+    help="Where cases run: worker processes, this process, a dask cluster, or its nodes.",
 )
 @click.option("--scheduler", metavar="ADDRESS", help="Address of a running dask scheduler; default: start one locally.")
 @click.option("--shard", metavar="I/N", help="Run only part I of N equal parts; `merge` joins them.")
@@ -147,7 +151,7 @@ def run(  # noqa: PLR0913 - one argument per option
     units: str,
     as_json: bool,
 ) -> int:
-    """Run the cases of a grid; a second run resumes and computes only missing cases."""
+    """Run the cases of a grid. A second run resumes and computes only missing cases."""
     from . import grid as grids
     from .sweeping import run_summary
     from .sweeping.sweep import Options, check, sweep
@@ -184,7 +188,7 @@ def run(  # noqa: PLR0913 - one argument per option
 @click.option("--partial", is_flag=True, help="Merge even if cases are missing.")
 @_summary_json
 def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool) -> int:
-    """Merge runs of one grid, for example its shards, into OUT, as if the grid had run there."""
+    """Merge runs of one grid, for example its shards. OUT is then as if the grid had run there."""
     from .sweeping import merge, run_summary
 
     result = merge.merge(directories, out, partial=partial)
@@ -218,9 +222,10 @@ def report(  # noqa: PLR0913 - one argument per option
     units: str,
     **more: Any,
 ) -> None:
-    """Write the report of a run (default: the newest in results/) as one offline HTML page.
+    """Write the report of a run as one offline HTML page.
 
-    With two runs, DIR and OTHER, compare them case by case (default: OTHER/compared.html).
+    DIR is the run; default: the newest in results/. With OTHER, compare both runs case by case, in
+    OTHER/compared.html.
     """
     from . import report as reports
     from . import store
@@ -268,7 +273,7 @@ def _write(page: "Page", out: Path, *, tables: Path | None, figures: Path | None
 @click.option("--verify", "every_file", is_flag=True, help="Read every file of the run and check its checksum.")
 @_json
 def status(directory: Path, every_file: bool, as_json: bool) -> int:
-    """Print progress, active processes and damaged files of a run (exit code 2 if any is damaged)."""
+    """Print progress, active processes and damaged files of a run. The exit code is 2 if a file is damaged."""
     from . import store
 
     facts = store.status(directory, every_file=every_file)
@@ -280,11 +285,11 @@ def status(directory: Path, every_file: bool, as_json: bool) -> int:
 
 @verbs.command()
 @_directory
-@click.option("--batches", is_flag=True, help="Also remove the batches of a finished run, checked first.")
+@click.option("--batches", is_flag=True, help="Also remove the batches of a finished run, after a check of its files.")
 @click.option("--dry-run", is_flag=True, help="Only print what would be removed.")
 @_json
 def clean(directory: Path, batches: bool, dry_run: bool, as_json: bool) -> None:
-    """Remove files that a finished or interrupted run no longer needs; print their number and size."""
+    """Remove files that a run no longer needs. Print their number and size."""
     from . import store
 
     facts = store.clean(directory, batches=batches, dry_run=dry_run)
@@ -297,7 +302,7 @@ def clean(directory: Path, batches: bool, dry_run: bool, as_json: bool) -> None:
 @click.option("--write", is_flag=True, help=f"Also write {RESULTS}/accuracy.md or measured.md, with figures.")
 @click.option("--measured", is_flag=True, help="Compare with measurements and published solutions.")
 def verify(quick: bool, as_json: bool, write: bool, measured: bool) -> None:
-    """Print error against run time on problems with known answers, and the stability of extreme cases."""
+    """Measure error and run time on problems with known answers. Also print the stability of extreme cases."""
     from . import verify as verification
     from .verify import measured as comparison
 
@@ -307,7 +312,7 @@ def verify(quick: bool, as_json: bool, write: bool, measured: bool) -> None:
 
 @verbs.command("list")
 @click.argument("name", required=False)
-@click.option("--for", "grid", type=_PATH, metavar="GRID", help="Say which laws suit its joints, and why.")
+@click.option("--for", "grid", type=_PATH, metavar="GRID", help="Assess which laws suit the joints of GRID.")
 def list_(name: str | None, grid: Path | None) -> None:
     """Print all mechanisms, drives, loads and laws, or explain NAME.
 
@@ -322,7 +327,7 @@ def list_(name: str | None, grid: Path | None) -> None:
 @click.argument("grid", type=_PATH)
 @click.option("--out", type=_PATH, metavar="FILE", help="SVG or PNG file; default: GRID.svg in the current directory.")
 def draw(grid: Path, out: Path | None) -> None:
-    """Draw the mechanism of a grid at the start, with the names of bodies, joints and loads."""
+    """Draw the mechanism of a grid. It is shown at the start, with the names of bodies, joints and loads."""
     from . import report as reports
 
     with writing():
@@ -333,9 +338,11 @@ def draw(grid: Path, out: Path | None) -> None:
 @verbs.command()
 @_directory
 @click.argument("case_id")
-@click.option("--out", type=_PATH, metavar="FILE", help="Default: DIR/CASE_ID.html; .csv: forces of the pins.")
+@click.option(
+    "--out", type=_PATH, metavar="FILE", help="Output page, or .csv for pin forces; default: DIR/CASE_ID.html."
+)
 def show(directory: Path, case_id: str, out: Path | None) -> None:
-    """Run one case again and plot orbit, force and events; a unique prefix of CASE_ID is enough."""
+    """Run one case again and plot orbit, force and events. A unique prefix of CASE_ID is enough."""
     from . import report as reports
     from . import store
 
@@ -355,7 +362,7 @@ def show(directory: Path, case_id: str, out: Path | None) -> None:
 @click.option("--area", metavar="A", help="Contact area, '100 mm^2'; omit if the series has a pressure column.")
 @click.option("--json", "as_json", is_flag=True, help="Print as JSON, in SI units.")
 def wear(series: Path, coefficient: str, hardness: str | None, area: str | None, as_json: bool) -> None:
-    """Integrate Archard wear over a measured series and compare with its own wear column."""
+    """Compute Archard wear over a measured series. Compare it with the wear column of the series, if any."""
     from . import series as prescribed
 
     value, number = prescribed.coefficient_of(coefficient, hardness)

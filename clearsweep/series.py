@@ -116,7 +116,9 @@ def read(file: str | PathLike) -> Series:
         raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     for line, row in rows:
         if len(row) != len(heads):
-            raise InputError(f"{path}:{line}: the row has {len(row)} cells, the head {len(heads)}; write every value")
+            raise InputError(
+                f"{path}:{line}: the row has {len(row)} cells but the header has {len(heads)}; write every value"
+            )
     columns: dict[str, np.ndarray] = {}
     rounding: dict[str, np.ndarray] = {}
     for place, head in enumerate(heads):
@@ -210,10 +212,7 @@ def _of_depth(worn: Worn) -> list[str]:
     else:
         sentence += "Its steps follow none of these sums, from the first on. "
     if len(known) and not _one_coefficient(worn):
-        sentence += (
-            f"No one coefficient gives its depth: what its steps ask for goes from {known[0]:.3g} to {known[-1]:.3g} "
-            "m^2/N."
-        )
+        sentence += f"No single coefficient gives this depth: its steps need {known[0]:.3g} to {known[-1]:.3g} m^2/N."
     return [sentence.strip()]
 
 

@@ -76,7 +76,7 @@ IMPACT = "tests/test_plain.py -k give"
 FLIGHT = "tests/test_plain.py -k flight"
 LIMIT = "tests/test_law_limit.py"
 BLOCKS, MEANS = "simulation/batch_means.py", "tests/test_batch_means.py"
-EVENTS, GUARDING, BERNSTEIN = (f"mechanics/solver/{name}.py" for name in ("event_search", "guarding", "bernstein"))
+EVENTS, BERNSTEIN = (f"mechanics/solver/{name}.py" for name in ("event_search", "bernstein"))
 SEEN, SEARCH = "tests/test_plain.py -k unseen", "tests/test_event_search.py"
 ENDS = "tests/test_plain.py -k at_its_bearing"
 STICKS = "tests/test_plain.py -k stick"
@@ -104,13 +104,11 @@ MUTATIONS = (
         WINDOW,
     ),
     Mutation("simulation/window.py", "RARELY", "0.01", "0.02", WINDOW),
-    Mutation(
-        FIGURES, "JOINT", "sums=RootMean(total_columns.FORCE_SQUARE)", "sums=Mean(total_columns.FORCE_SQUARE)", WINDOW
-    ),
+    Mutation(FIGURES, "JOINT", 'sums=RootMean("force_square")', 'sums=Mean("force_square")', WINDOW),
     Mutation(FIGURES, "JOINT", "clearance + depth(window, place)", "clearance", WINDOW),
     Mutation(FIGURES, "JOINT", "max(depth(window, place), 0.0)", "depth(window, place)", FLIGHT),
-    Mutation(FIGURES, "depth", "total_columns.DEPTH_MAX], -window", "total_columns.DEPTH_MAX], 0.0 * window", FLIGHT),
-    Mutation(FIGURES, "restitution", "joint[total_columns.RESTITUTION] / joint", "1.0 / joint", IMPACT),
+    Mutation(FIGURES, "depth", ".depth_max, -window", ".depth_max, 0.0 * window", FLIGHT),
+    Mutation(FIGURES, "restitution", "joint.restitution / joint", "1.0 / joint", IMPACT),
     Mutation(WORN, "volume", "joint.journal_radius * journal.sum()", "joint.bearing_radius * journal.sum()", WEAR),
     Mutation(WORN, "volume", "2.0 * math.pi / len(bearing) * law.length", "2.0 * math.pi / len(bearing)", WEAR),
     Mutation(WORN, "WEAR", "max(map(np.max, worn", "min(map(np.max, worn", WEAR),
@@ -169,8 +167,8 @@ MUTATIONS = (
     Mutation(BERNSTEIN, "first_crossing", "changes > 1 and", "changes > 3 and", SEARCH),
     Mutation(BERNSTEIN, "crossing_for_certain", "lower(p, tail_bound)", "lower(p, 0.0)", SEARCH),
     Mutation(BERNSTEIN, "_tail", "a + b * Fraction(n, 2)", "a - b * Fraction(n, 2)", SEARCH),
-    Mutation(GUARDING, "first_passage", "p[VALUES, 0] >= 0.0 and", "p[VALUES, 0] >= 1e9 and", SEARCH),
-    Mutation(GUARDING, "true_passage", "if fb <= 0.0: return NOWHERE", "if fb <= -1e9: return NOWHERE", SEARCH),
+    Mutation(EVENTS, "first_passage", "p[VALUES, 0] >= 0.0 and", "p[VALUES, 0] >= 1e9 and", SEARCH),
+    Mutation(EVENTS, "true_passage", "if fb <= 0.0: return NOWHERE", "if fb <= -1e9: return NOWHERE", SEARCH),
     Mutation(
         EVENTS,
         "first_event",
@@ -216,8 +214,8 @@ MUTATIONS = (
     Mutation(
         TOTALS,
         "enter_course",
-        "start_value, end_value = step[force + i], step[force + i + 1]",
-        "start_value, end_value = step[force + i], step[force + i]",
+        "start_value, end_value = force[i], force[i + 1]",
+        "start_value, end_value = force[i], force[i]",
         RAMPS,
     ),
     Mutation(

@@ -10,7 +10,7 @@ from scipy import stats
 from test_tally import add_ramp, filled
 
 from clearsweep.mechanics.observe.histogram import BINS, time_above
-from clearsweep.mechanics.solver.accumulate import totals as total_columns
+from clearsweep.mechanics.solver.accumulate.totals import ContactTotals, WholeTotals
 from clearsweep.simulation import batch_means, load_case, sums
 
 WORN = {
@@ -28,8 +28,8 @@ class Made:
         self.random = np.random.default_rng(seed)
         self.turns = 0
         self.totals = SimpleNamespace(
-            whole=np.zeros(total_columns.WHOLE),
-            joint=np.zeros((2, total_columns.JOINT)),
+            whole=WholeTotals.zeros(),
+            joint=ContactTotals.zeros(2),
             histogram=np.zeros((2, BINS, 2)),
             wear=np.zeros(2 * 2 * 8),
         )
@@ -49,10 +49,10 @@ class Made:
     def turn(self):
         """Let one revolution pass."""
         self.turns += 1
-        for column in (total_columns.FORCE_SQUARE, total_columns.CONTACT_TIME, total_columns.BEYOND_TIME):
-            self.totals.joint[:, column] += self.random.uniform(0.5, 1.5, 2)
-        self.totals.joint[:, total_columns.ONSETS] += self.random.integers(1, 9, 2)
-        self.totals.whole[total_columns.ACCELERATION_SQUARE] += self.random.uniform(0.5, 1.5)
+        for name in ("force_square", "contact_time", "beyond_time"):
+            self.totals.joint.column(name)[:] += self.random.uniform(0.5, 1.5, 2)
+        self.totals.joint.column("onsets")[:] += self.random.integers(1, 9, 2)
+        self.totals.whole.acceleration_square += self.random.uniform(0.5, 1.5)
         self.totals.wear += self.random.uniform(0.0, 1.0, self.totals.wear.size) * np.arange(32)
         share = self.random.uniform(0.02, 0.06)
         add_ramp(self.totals.histogram[1], FORCES, share * TURN)
@@ -80,19 +80,19 @@ def student(values):
 
 
 @pytest.mark.parametrize(
-    ("figure", "column"),
-    [("contact_fraction", total_columns.CONTACT_TIME), ("law_limit_fraction", total_columns.BEYOND_TIME)],
+    ("figure", "name"),
+    [("contact_fraction", "contact_time"), ("law_limit_fraction", "beyond_time")],
 )
-def test_a_mean_over_time_and_its_interval_are_those_of_the_blocks(figure, column):
+def test_a_mean_over_time_and_its_interval_are_those_of_the_blocks(figure, name):
     made, result = run(f"rod_slider_{figure}", 20)
-    means = np.diff([joint[column] for joint, _, _ in made.taken]) / TURN
+    means = np.diff([getattr(joint, name) for joint, _, _ in made.taken]) / TURN
     assert (result.value, result.blocks) == (pytest.approx(means.mean()), 20)
     assert result.half_width == pytest.approx(student(means))
 
 
 def test_impacts_are_counted_per_revolution():
     made, result = run("rod_slider_impacts_per_rev", 20)
-    counts = np.diff([joint[total_columns.ONSETS] for joint, _, _ in made.taken])
+    counts = np.diff([joint.onsets for joint, _, _ in made.taken])
     assert result.value == pytest.approx(counts.mean())
     assert result.half_width == pytest.approx(student(counts))
 
@@ -101,7 +101,7 @@ def test_impacts_are_counted_per_revolution():
 def test_a_root_mean_square_has_half_the_relative_interval_of_the_square(figure):
     made, result = run(figure, 20)
     taken = [
-        whole[total_columns.ACCELERATION_SQUARE] if figure.startswith("slider") else joint[total_columns.FORCE_SQUARE]
+        whole.acceleration_square if figure.startswith("slider") else joint.force_square
         for joint, whole, _ in made.taken
     ]
     squares = np.diff(taken) / TURN
@@ -139,7 +139,7 @@ def test_the_time_above_a_force_is_that_of_the_ramp(force):
 
 def test_blocks_become_longer_as_a_run_grows_and_all_of_them_count():
     made, result = run("rod_slider_contact_fraction", 71)
-    taken = np.array([joint[total_columns.CONTACT_TIME] for joint, _, _ in made.taken])
+    taken = np.array([joint.contact_time for joint, _, _ in made.taken])
     whole = np.diff(taken[: 17 * 4 + 1 : 4]) / (4 * TURN)  # 17 blocks of four revolutions; 32 would be of two
     assert result.blocks == 17
     assert result.value == pytest.approx(whole.mean())

@@ -127,7 +127,7 @@ def test_every_verb_refuses_a_directory_of_an_older_format_and_leaves_it_as_it_w
     code, _, err = run_cli(verb, *rest.get(verb, ("old",)))
     assert code == 2
     assert "another directory" in err  # what to do
-    assert f"schema: there {SCHEMA_VERSION - 1}" in err or f"has form {SCHEMA_VERSION - 1} of run directories" in err
+    assert f"schema: there {SCHEMA_VERSION - 1}" in err or f"has format {SCHEMA_VERSION - 1} of run directories" in err
     assert {p: p.read_bytes() for p in before} == before
 
 

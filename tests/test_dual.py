@@ -17,7 +17,7 @@ from clearsweep.mechanics.joint.contract import STUCK
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.loss.contract import contact_force
-from clearsweep.mechanics.solver import event, newton
+from clearsweep.mechanics.solver import event, radau
 from clearsweep.mechanics.trace.objects import machine_code
 from clearsweep.simulation.run import Run
 from clearsweep.simulation.start import start_of
@@ -98,7 +98,7 @@ def evaluate(work, y):
 
 
 def differentiate(work, y):
-    newton.differentiate(pointer_to(work), y, 0)
+    radau.differentiate(pointer_to(work), y, 0)
 
 
 # each is a compiled form of its own: two of them are enough for every day, none where surfaces stick
@@ -129,7 +129,7 @@ def jacobian_error(names, friction, state=None):
     work = run.work
     if state is not None:
         work.mode[:] = state
-    work.slopes[:] = slopes_of(made.value, run.parameters)
+    work.slopes.numbers[:] = slopes_of(made.value, run.parameters)
     half, clearance = len(made.value.coordinates), made.value.joints[0].clearance
     roots = work.y[2 * half + 1 :]
     size = np.concatenate([np.full(half, clearance), np.full(half, 1.0), [1.0 / made.value.reference_rate], roots])

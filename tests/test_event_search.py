@@ -9,10 +9,11 @@ import pytest
 
 from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of, columns
 from clearsweep.mechanics.observe.stages import NODES, PLACES, SCRATCH, SHARES
-from clearsweep.mechanics.solver import bernstein, event_search, guarding
-from clearsweep.mechanics.solver.accumulate.step_sums import step_width
-from clearsweep.mechanics.solver.accumulate.totals import JOINT
+from clearsweep.mechanics.solver import bernstein, event_search
+from clearsweep.mechanics.solver.accumulate.step_sums import ContactStep
+from clearsweep.mechanics.solver.accumulate.totals import ContactTotals
 from clearsweep.mechanics.solver.bernstein import COEFFICIENTS, NOWHERE, PART, ROWS, VALUES, WHOLE
+from clearsweep.mechanics.solver.event import Method
 
 MIDDLES = (0.01, 0.07, 0.31, 0.5, 0.53, 0.94, 0.999)
 
@@ -31,8 +32,8 @@ def onset(monkeypatch):
         for row, x in zip(NODES, SHARES, strict=True):
             look(None, x, row)
         monkeypatch.setattr(event_search, "evaluate_dense", look)
-        step, polynomials = np.zeros(step_width(1)), np.zeros((ROWS, COEFFICIENTS))
-        work = SimpleNamespace(o=o, clearance=[clearance], step=step, polynomials=polynomials)
+        contact_steps, polynomials = ContactStep.zeros(1), np.zeros((ROWS, COEFFICIENTS))
+        work = SimpleNamespace(o=o, clearance=[clearance], contact_steps=contact_steps, polynomials=polynomials)
         return event_search.first_onset((work,), 0, 1.0)
 
     return crossing_of
@@ -108,7 +109,7 @@ def test_a_path_that_is_no_longer_than_its_ends_are_below_the_bearing_does_not_c
     def arrives(speed):
         o = np.zeros((columns(1), PLACES))
         o[KAPPA], o[column_of(0, SLIP)], o[column_of(0, DEPTH)] = 1.0, speed, -2.0
-        work = SimpleNamespace(o=o, step=np.zeros(step_width(1)))
+        work = SimpleNamespace(o=o, contact_steps=ContactStep.zeros(1))
         return not event_search.cannot_arrive((work,), 0, 1.0)
 
     assert arrives(3.4)
@@ -179,12 +180,14 @@ def passage(monkeypatch, function, column=-1, peak=0.0):
         looks.append(x)
         return function(x)
 
-    monkeypatch.setattr(guarding, "guard_value", look)
+    monkeypatch.setattr(event_search, "guard_value", look)
     value = np.array([[*map(function, SHARES), 0.0]])
     guards = SimpleNamespace(value=value, contact=[0], column=[column])
-    totals = SimpleNamespace(joint=np.full((1, JOINT), peak))
-    work = SimpleNamespace(guards=guards, totals=totals, method=[0], polynomials=np.zeros((ROWS, COEFFICIENTS)))
-    return guarding.first_passage((work,), 0), len(looks)
+    totals = SimpleNamespace(joint=ContactTotals(np.full((1, ContactTotals.SIZE), peak)))
+    work = SimpleNamespace(
+        guards=guards, totals=totals, method=Method.zeros(), polynomials=np.zeros((ROWS, COEFFICIENTS))
+    )
+    return event_search.first_passage((work,), 0), len(looks)
 
 
 @pytest.mark.parametrize(

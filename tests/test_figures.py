@@ -13,7 +13,6 @@ from clearsweep.contracts.catalogue import Figure, Shown
 from clearsweep.contracts.layout import Layout, markdown
 from clearsweep.contracts.results import TIMINGS
 from clearsweep.language.errors import DirectoryError, InputError
-from clearsweep.mechanics.solver.accumulate import totals as total_columns
 from clearsweep.simulation import figures
 from clearsweep.simulation.sums import Mean
 
@@ -24,7 +23,7 @@ FURTHER = Figure(
     "N^2",
     TEXT,
     of="joint",
-    sums=Mean(total_columns.FORCE_SQUARE),
+    sums=Mean("force_square"),
     shown=(Shown("forces", "force mean square"), Shown("sample", "force mean square")),
 )
 COLUMN = "rod_slider_force_mean_square"
@@ -146,7 +145,7 @@ def test_a_layout_is_read_from_run_json_as_it_was():
 def test_a_directory_of_another_form_is_refused_in_a_sentence(tmp_path, form):
     record = {"layout": ["slider-crank", [["rod_slider", 0]]], "frame": {"schema": form}, "versions": {}}
     (tmp_path / "run.json").write_text(json.dumps(record), encoding="utf-8")
-    with pytest.raises(DirectoryError, match=f"has form {form} of run directories.*reads form {grid.SCHEMA_VERSION}"):
+    with pytest.raises(DirectoryError, match=f"has format {form} of .*reads format {grid.SCHEMA_VERSION}"):
         clearsweep.open(tmp_path)
 
 

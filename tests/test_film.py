@@ -309,11 +309,11 @@ def test_the_remarks_on_films_name_joint_and_figures():
     contents, beyond, flow, fed = validity.films(
         [validity.Lubricated("rod-slider", 0.99, 0.25, 1.05, False, 62.0, 0.02)]
     )
-    assert "rod-slider is beyond the eccentricity ratio 0.99" in contents
+    assert "rod-slider exceeds the eccentricity ratio 0.99" in contents
     assert "for 25 % of the time" in contents
     assert "reaches 1.05 clearances" in beyond
     assert "Taylor number of 62" in flow
-    assert "the film of rod-slider gives back 2 % of what it takes" in fed
+    assert "the film of rod-slider returns 2 % of the energy that it takes" in fed
     assert fed.endswith("choose film.law: reynolds")
     assert validity.films([validity.Lubricated("rod-slider", 0.99, 0.0, 0.9, False, 5.0, 1e-5)]) == ("", "", "", "")
     assert validity.films([validity.Lubricated("rod-slider", 0.99, 0.0, 1.1, True, 5.0)])[1] == ""

@@ -254,12 +254,12 @@ MISTAKES = {
     "half a point": (
         sample({SPEED: "{uniform: [1, 2]}"}, n=2.5),
         "",
-        "grid.yaml:21:28: sample.n: found 2.5; expected a whole",
+        "grid.yaml:21:28: sample.n: found 2.5; allowed: a whole number from 2 to 1,000,000",
     ),
     "negative seed": (
         sample({SPEED: "{uniform: [1, 2]}"}, seed=-1),
         "",
-        "grid.yaml:21:38: sample.seed: found -1; expected a whole number from 0",
+        "grid.yaml:21:38: sample.seed: found -1; allowed: a whole number from 0",
     ),
     "unknown key": (
         f"sample: {{method: random, n: 4, sead: 1, over: {{{SPEED}: {{uniform: [1, 2]}}}}}}\n",

@@ -28,8 +28,6 @@ from clearsweep.mechanics.joint.contract import (
 )
 from clearsweep.mechanics.joint.friction.contract import Frictionless, friction_force
 from clearsweep.mechanics.observe.stages import STAGES
-from clearsweep.mechanics.solver import event
-from clearsweep.mechanics.solver.accumulate import totals
 from clearsweep.simulation.run import integration_of
 
 
@@ -90,8 +88,8 @@ def _bends_and_warms(friction, contact):
 
 def test_what_is_kept_goes_on_over_separations_and_the_rest_begins_anew():
     run = run_to(rubbing(Warming(0.1, 1e5, 2.0, 0.0)), 0.3 * TURN)
-    assert run.work.counts[event.SEPARATIONS] >= 5
-    rubbed = run.totals.whole[totals.ENERGY_RUBBED]
+    assert run.work.counts.separations >= 5
+    rubbed = run.totals.whole.energy_rubbed
     assert rubbed > 1e-3
     assert 2.0 * (run.work.end[-1] - 5.0) == pytest.approx(rubbed, rel=1e-6)
     assert run.work.mode[0] == FREE
@@ -112,7 +110,7 @@ def test_both_internal_states_have_exact_derivatives():
     implicit = run_to(rubbing(Warming(0.1, 1e5, 2.0, 1e3), **{"simulate.method": "implicit"}), 0.1 * TURN)
     assert implicit.work.end[-1] == pytest.approx(explicit.work.end[-1], rel=1e-6, abs=0.0)
     assert (
-        implicit.work.counts[event.REJECTED] < 0.2 * implicit.work.counts[event.STEPS]
+        implicit.work.counts.rejected < 0.2 * implicit.work.counts.steps
     )  # Newton's method converges: few rejected steps
 
 
@@ -168,11 +166,11 @@ def blown_run():
 def test_a_guard_of_a_law_is_located_where_its_function_is_zero():
     run, never = blown_run(), run_to(rubbing(Fuse(0.1, 1e-2, 1e3)), 0.3 * TURN)
     assert never.work.end[-1] == 0.0
-    assert never.totals.whole[totals.ENERGY_RUBBED] > 3e-2
+    assert never.totals.whole.energy_rubbed > 3e-2
     assert run.work.end[-1] == 1.0
-    assert run.totals.whole[totals.ENERGY_RUBBED] == pytest.approx(2e-2, rel=1e-9)
+    assert run.totals.whole.energy_rubbed == pytest.approx(2e-2, rel=1e-9)
     assert run.work.end[-2] == pytest.approx(2e-2, rel=1e-9)
-    assert run.totals.whole[totals.RESIDUAL] < 1e-7 * run.totals.whole[totals.KINETIC_MAX]
+    assert run.totals.whole.residual < 1e-7 * run.totals.whole.kinetic_max
 
 
 @pytest.mark.slow
@@ -181,7 +179,7 @@ def test_a_guard_of_a_law_runs_uncompiled():
         "import sys; sys.path.insert(0, 'tests')\n"
         "from test_joint_contract import Fuse, TURN, rubbing, run_to\n"
         "r = run_to(rubbing(Fuse(0.1, 1e-2, 1e-4), **{'simulate.tolerance': 1e-6}), 0.03 * TURN)\n"
-        "print('ok', *map(float, r.work.end), *r.work.counts)"
+        "print('ok', *map(float, r.work.end), *r.work.counts.numbers)"
     )
     compiled, plain = told_both_ways(program)
     assert compiled == pytest.approx(plain, rel=1e-8, abs=1e-12)
@@ -232,13 +230,13 @@ def test_a_joint_that_acts_without_contact_is_never_searched_for_one():
     end = 3.3 / rate
     run = run_to(scene, end)
     assert run.work.end[0] == pytest.approx(math.sin(3.3) / rate, rel=1e-9, abs=0.0)
-    assert run.totals.joint[0, totals.FORCE_MAX] == pytest.approx(1e7 / rate, rel=1e-8)
+    assert run.totals.joint[0].force_max == pytest.approx(1e7 / rate, rel=1e-8)
     square = 0.5 * (1e7 / rate) ** 2 * (end - math.sin(2.0 * 3.3) / (2.0 * rate))
-    assert run.totals.joint[0, totals.FORCE_SQUARE] == pytest.approx(square, rel=1e-8)
-    assert run.totals.joint[0, totals.CONTACT_TIME] == 0.0
-    assert run.totals.whole[totals.RESIDUAL] < 1e-9 * run.totals.whole[totals.KINETIC_MAX]
+    assert run.totals.joint[0].force_square == pytest.approx(square, rel=1e-8)
+    assert run.totals.joint[0].contact_time == 0.0
+    assert run.totals.whole.residual < 1e-9 * run.totals.whole.kinetic_max
     assert len(run.events) == 0
-    assert run.work.counts[event.LOCATING] <= 4 * STAGES  # for the end alone
+    assert run.work.counts.locating <= 4 * STAGES  # for the end alone
 
 
 class Walls(NamedTuple):
@@ -294,5 +292,5 @@ def test_two_contacts_of_a_joint_have_their_own_onsets():
     assert walls.events[:, 0] == pytest.approx(circle.events[:, 0], rel=1e-9, abs=0.0)
     assert list(walls.events[:, 1]) == [0, 0, 1, 1] * 2 + [0, 0]
     assert list(circle.events[:, 1]) == [0] * 10
-    assert walls.totals.joint[:, totals.FORCE_MAX] == pytest.approx(circle.totals.joint[0, totals.FORCE_MAX], rel=1e-9)
-    assert list(walls.totals.joint[:, totals.ONSETS]) == [3, 2]
+    assert walls.totals.joint.column("force_max") == pytest.approx(circle.totals.joint[0].force_max, rel=1e-9)
+    assert list(walls.totals.joint.column("onsets")) == [3, 2]

@@ -21,7 +21,6 @@ from clearsweep.mechanics.joint.film.corners import bends
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.loss.contract import contact_force
 from clearsweep.mechanics.joint.pieces import kink_variable, kinks
-from clearsweep.mechanics.solver import event
 from clearsweep.simulation.run import integration_of
 
 MACHINES = resources.files("clearsweep.verify") / "references" / "machines.json"
@@ -152,7 +151,7 @@ def ends(tolerance, **laws):
     made = scene(tolerance, **laws)
     run = integration_of(made, np.empty(0), 0.05)
     many = len(made.value.coordinates)
-    return run.work.end[:many] / 0.1, run.work.counts[event.PASSAGES], run.work.counts[event.STEPS]
+    return run.work.end[:many] / 0.1, run.work.counts.passages, run.work.counts.steps
 
 
 MOST = 300.0  # errors over the tolerance, which impacts amplify

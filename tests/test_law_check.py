@@ -85,12 +85,13 @@ def test_checks_enter_neither_the_closing_table_nor_the_page_but_move_the_verdic
     assert facts["limits"]["exceeding"] == 0
     assert all(LAW not in entry["swept"] for entry in facts["worst"])
     text = run_summary.run_text(facts)
-    assert "under 1 other valid law: margin -12.5 % (hertz); 25 % as written" in text.replace(wording.MINUS, "-")
-    assert "The verdict moves: the case exceeds a limit with hertz." in text
+    said = "under 1 other valid law: margin -12.5 % (hertz); 25 % under the laws of the grid"
+    assert said in text.replace(wording.MINUS, "-")
+    assert "The verdict changes: the case exceeds a limit with hertz." in text
     page = study.prepare(store.open(tmp_path / "run"))
     assert len(page.cases) == 3
     (said,) = section.sentences(page)
-    assert "The verdict moves" in said
+    assert "The verdict changes" in said
     (shown,) = section.sections(page)
     assert shown.blocks
 
@@ -106,13 +107,14 @@ def plain(_, value):
 def test_a_verdict_that_all_laws_share_is_said_to_stand():
     said = law_check.sentence(row("", 0.2), [row("x", 0.1), row("y", 0.3)], plain)
     assert said.endswith(
-        "under 2 other valid laws: margin 10 % (x) to 30 % (y); 20 % as written. No law moves the verdict."
+        "under 2 other valid laws: margin 10 % (x) to 30 % (y); 20 % under the laws of the grid. "
+        "No law changes the verdict."
     )
 
 
 def test_without_limits_the_figure_is_compared():
     said = law_check.sentence(row("", 10.0, "a_life_hours"), [row("x", 5.0, "a_life_hours")], plain)
-    assert "They give 0.500 times the figure as written" in said
+    assert "They give 0.500 times the figure under the laws of the grid" in said
 
 
 def test_joints_are_named_where_there_are_several_and_nulls_are_left_out():

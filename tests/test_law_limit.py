@@ -23,7 +23,7 @@ def test_time_beyond_the_range_of_the_law_is_the_share_of_samples_beyond_it():
     depth = np.hypot(trajectory["joints/rod_slider/x"], trajectory["joints/rod_slider/y"]) - 0.5e-3
     assert 0.0 < np.mean(depth > limit) < 1.0
     assert trajectory.summary["rod_slider_law_limit_fraction"] == pytest.approx(np.mean(depth > limit), abs=2e-3)
-    assert trajectory.message.startswith("law-limit: rod-slider is deeper than 0.1991 mm, up to which johnson holds")
+    assert trajectory.message.startswith("law-limit: rod-slider exceeds 0.1991 mm, the limit of johnson,")
 
 
 def test_a_law_without_a_limit_is_never_beyond_it():
@@ -50,16 +50,16 @@ def test_a_run_tells_how_many_cases_leave_what_their_laws_are_made_for_and_the_w
     messages.add(one({"case_id": "d", "message": message, **zero, "rod_slider_law_limit_fraction": 0.125}))
     messages.add(one({"case_id": "e", "message": None, **zero, "rod_slider_law_limit_fraction": None}))
     fast, deep = messages.sentences()
-    assert "in 2 of 5 cases: the worst closes at 5 m/s, 10 times the 0.5 m/s at which its contact first yields" in fast
+    assert "in 2 of 5 cases: the fastest approaches at 5 m/s, 10 times the 0.5 m/s at which its contact first" in fast
     assert "(case c, rod-slider)" in fast
-    assert "a law that does not yield then overstates forces" in fast  # which law it is the row does not say
-    assert "in 1 of 5 cases, longest in case d: rod-slider is deeper than 0.2 mm, up to which johnson holds" in deep
+    assert "beyond yield an elastic law overstates forces" in fast  # which law it is the row does not say
+    assert "in 1 of 5 cases, longest in case d: rod-slider exceeds 0.2 mm, the limit of johnson," in deep
     assert "for 12 % of the time." in deep
     together = Remarks(messages.joints)
     rates = {column: [value] * 3 for column, value in zero.items()}
     rates["crank_rod_onset_rate_max"] = [0.11, np.nan, 0.5]
     together.add({"case_id": list("abc"), "message": ["", message, None], **rates})
-    assert "in 2 of 3 cases: the worst closes at 0.5 m/s" in together.sentences()[0]
+    assert "in 2 of 3 cases: the fastest approaches at 0.5 m/s" in together.sentences()[0]
     assert "(case c, crank-rod)" in together.sentences()[0]
 
 
@@ -71,7 +71,7 @@ def test_contacts_of_unknown_strength_are_not_blamed():
     rows |= {"crank_rod_yield_speed": [None, 0.1, 0.1]}  # of a law that yields; nothing is known of rod-slider
     message.add(rows)
     (fast,) = message.sentences()
-    assert "in 1 of 3 cases: the worst closes at 0.2 m/s, 2 times the 0.1 m/s" in fast
+    assert "in 1 of 3 cases: the fastest approaches at 0.2 m/s, 2 times the 0.1 m/s" in fast
     assert "(case b, crank-rod)" in fast
     assert columns(message.joints, rows)[-1] == f"crank_rod_{YIELD_SPEED}"
 

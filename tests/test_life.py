@@ -15,7 +15,6 @@ from clearsweep import grid, simulation, store
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint.wear.contract import Worn
 from clearsweep.mechanics.solver import run_control
-from clearsweep.mechanics.solver.accumulate.totals import FORCE_MAX
 from clearsweep.simulation import life as lives
 from clearsweep.simulation.life_block import BlockRecord, encoded, read
 from clearsweep.simulation.run import Run
@@ -284,9 +283,7 @@ def test_what_does_not_wear_has_no_life_and_says_so():
     assert result.summary["rod_slider_life_revolutions"] is None
     assert result.summary["rod_slider_life_high"] is None
     assert result.summary["rod_slider_life_low"] == 0.0
-    assert result.message.split(" | ")[-1] == (
-        "unreached: nothing wears in rod-slider, so that it never comes to life.limit"
-    )
+    assert result.message.split(" | ")[-1] == ("unreached: rod-slider has no wear, so it never reaches life.limit")
 
 
 @heavy
@@ -334,7 +331,7 @@ def test_a_life_whose_blocks_do_not_reach_its_limit_has_a_lower_bound_and_tells_
     result = clearsweep.simulate(scene, progress=True)
     summary = result.summary
     assert result.status == "ok"
-    assert "unreached: rod-slider does not come to life.limit in " in result.message
+    assert "unreached: rod-slider does not reach life.limit in " in result.message
     assert summary["rod_slider_life_revolutions"] is None
     assert summary["rod_slider_life_high"] is None
     assert summary["rod_slider_life_low"] == result.history["revolutions"][-1] > 0.0
@@ -349,7 +346,7 @@ def test_a_life_whose_blocks_do_not_reach_its_limit_has_a_lower_bound_and_tells_
 def test_a_life_that_fails_says_in_which_block():
     result = lived({"simulate.event_budget": 1})
     assert result.status == "event-budget"
-    assert result.message.startswith("block 1 of its life: met all ")
+    assert result.message.startswith("block 1 of its life: reached the budget of ")
     assert result.history == {}
     assert result.summary["rod_slider_life_revolutions"] is None
 
@@ -420,7 +417,7 @@ def worn_on(case, turns):
         last = run
         if k:
             worn = worn + run.totals.wear.reshape(2, -1)
-            peaks.append(run.totals.joint[0, FORCE_MAX])
+            peaks.append(run.totals.joint[0].force_max)
         depths.append(worn.max())
     return np.array(depths), np.array(peaks), worn
 

@@ -71,5 +71,5 @@ def test_the_closing_lines_name_the_shortest_and_the_longest_life():
     assert lines[1] == "Life of pin"
     assert lines[2] == "  shortest 20.0 h (95 %, numerics alone: 19.8 h to 20.2 h): case 33333333, speed 3"
     assert lines[3].startswith("  longest 85.5 h")
-    assert lines[4] == "  1 case did not come to the limit"
+    assert lines[4] == "  1 case did not reach the limit"
     assert life_lines(Lives(Layout("planar", True, "", (), columns, ())).facts(), str) == []

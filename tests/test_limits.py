@@ -251,8 +251,8 @@ def test_an_infinite_or_undefined_figure_is_no_good_case_wherever_a_run_is_judge
     assert (facts["limits"]["exceeding"], facts["limits"]["unknown"], facts["limits"]["worst"]) == (3, 3, None)
     assert facts["limits"]["each"]["ratio"] == {"limit": "at most 5\u00a0N", "cases": 3, "unknown": 3}
     message = run_summary.run_text(facts)
-    assert "ratio at most 5 N: 3 exceed it (3 of them cannot be judged: null)" in message
-    assert "3 cases cannot be judged" in message
+    assert "ratio at most 5 N: 3 exceed it (3 of them cannot be assessed: null)" in message
+    assert "3 cases cannot be assessed" in message
     study = prepare(clearsweep.open(result.directory))
     points = section_of_verdict.sections(study)[0].blocks[0].texts
     assert points[0].startswith("3 of 3 cases exceed at least one limit")

@@ -31,8 +31,8 @@ def made_up() -> results.Trajectory:
 
 def test_a_trajectory_prints_as_one_short_line():
     assert repr(made_up()) == "<Trajectory ok: 5,000 samples of 4 channels from 0 to 6 s, 0 events, 3 figures>"
-    failed = results.Trajectory("stalled", "the crank does not get through", {})
-    assert str(failed) == "<Trajectory stalled: the crank does not get through>"
+    failed = results.Trajectory("stalled", "the crank stops", {})
+    assert str(failed) == "<Trajectory stalled: the crank stops>"
 
 
 def test_a_notebook_shows_orbit_force_and_figures_with_their_units():

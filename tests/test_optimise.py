@@ -71,7 +71,7 @@ def test_limits_are_constraints(tmp_path):
     (row,) = best(tmp_path / "run")
     assert row["margin"] < 0.0
     assert row["limiting"] == "rod_slider_force_peak"
-    assert "none keeps to the limits" in run_text(of_run(none))
+    assert "no case meets the limits" in run_text(of_run(none))
 
 
 def test_of_two_objectives_the_front_is_given(tmp_path):

@@ -13,7 +13,6 @@ from clearsweep.mechanics.joint.contract import every_latched
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.loss.contract import contact_force
 from clearsweep.mechanics.joint.places import with_internal_state
-from clearsweep.mechanics.solver.accumulate import totals
 from clearsweep.simulation.outcome import trajectory_of
 from clearsweep.simulation.run import integration_of
 
@@ -126,7 +125,7 @@ def test_restitution_does_not_depend_on_mass_speed_or_elastic_law(changes):
 def test_the_first_half_is_that_of_hertz_and_the_loss_is_the_loop_s():
     made = bounce()
     run = integration_of(made, np.empty(0), math.inf)
-    lost, stored = run.totals.whole[totals.ENERGY_LOST], run.totals.whole[totals.ENERGY_STORED]
+    lost, stored = run.totals.whole.energy_lost, run.totals.whole.energy_stored
     assert lost == pytest.approx((1.0 - 0.49) * 0.5 * 0.1 * 1.0**2, rel=1e-9)
     assert stored == pytest.approx(0.0, abs=1e-9 * lost)
     summary = clearsweep.simulate(made).summary

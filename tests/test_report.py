@@ -181,7 +181,7 @@ def test_elastic_range_is_told_with_figures():
     run.summary["rod_slider_yield_speed"] = 0.05
     (message,) = headline.limits(study.prepare(run))
     assert "in 108 of 108 cases" in message
-    assert "the worst closes at 4.4 m/s, 88 times the 0.05 m/s" in message
+    assert "the fastest approaches at 4.4 m/s, 88 times the 0.05 m/s" in message
     assert any(f"case {case_id[:8]}, rod-slider" in message for case_id in run.summary["case_id"])
     run.summary["rod_slider_yield_speed"] = 4.5
     assert headline.limits(study.prepare(run)) == []

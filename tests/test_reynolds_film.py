@@ -298,6 +298,6 @@ def test_a_case_says_where_its_law_fed_energy_in():
         source["joints"]["rod-slider"] |= {"clearance": "0.5 mm"}
         source["joints"]["rod-slider"].pop("contact", None)
         messages[law] = clearsweep.simulate(clearsweep.load_case(source)).message
-    assert "film-fed: the film of rod-slider gives back" in messages["finite"]
+    assert "film-fed: the film of rod-slider returns" in messages["finite"]
     assert "choose film.law: reynolds" in messages["finite"]
     assert "film-fed" not in messages["reynolds"]

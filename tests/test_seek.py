@@ -110,7 +110,7 @@ def test_where_the_figure_is_infinite_or_undefined_no_value_is_safe(tmp_path, te
     result = quiet(searching() | more, tmp_path / "run")
     (row,) = answers(tmp_path / "run")
     assert (row[f"seek.{MASS}"], row["limiting"]) == (None, "ratio")
-    assert f"{result.cases} of them cannot be judged" in run_summary.run_text(run_summary.of_run(result))
+    assert f"{result.cases} of them cannot be assessed" in run_summary.run_text(run_summary.of_run(result))
 
 
 def test_what_was_sought_goes_when_the_grid_seeks_nothing_any_more(tmp_path):
@@ -260,7 +260,7 @@ def test_none_in_the_range_says_which_other_keys_move_the_margin(tmp_path):
     assert first.upper == pytest.approx(-2.08)
     assert all(effect.size == 0.0 for effect in result.effects[1:])
     text = run_summary.run_text(run_summary.of_run(result))
-    assert "furthest from the limits, -180 % at gravity 0 m/s^2, rod mass 0.1 kg:" in text
+    assert "on the worst margin, -180 % at gravity 0 m/s^2, rod mass 0.1 kg:" in text
     assert f"{MASS} (0.14 kg): -152 % with 10 % less, -208 % with 10 % more" in text
     assert not any(effect.path.endswith(".exponent") for effect in result.effects)  # of which units depend
     again = quiet(source, tmp_path / "run")

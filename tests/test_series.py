@@ -32,7 +32,7 @@ def test_the_published_table_gives_the_depths_of_its_pressures_and_speeds():
     [
         "the table grows by 0.200 um, its own pressures and speeds with 2e-14 m^2/N give 0.281 um",
         "the right one, up to 1 s.",
-        "what its steps ask for goes from 2.24e-14 to 1.13e-14 m^2/N",
+        "its steps need 2.24e-14 to 1.13e-14 m^2/N",
         "the table's radial clearance shrinks by 10 um (diametral 20 um) while 0.2 um are worn; wear enlarges",
         "force over pressure falls from 100 to 84.38 mm^2 while the force grows from 120 to 270 N",
         "2e-14 m^2/N is 2e-08 mm^2/N; 2e-08 m^2/N, as such a number is often printed, would wear 0.281 m",

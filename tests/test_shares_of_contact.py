@@ -12,7 +12,7 @@ from clearsweep import grid, simulation
 from clearsweep.judging import validity
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.observe.histogram import BINS, FORCE, KAPPA_COURSE, PARTS, add_course, time_above
-from clearsweep.mechanics.solver.accumulate.totals import ENERGY_RUBBED, JOINT, LOAD_TIME
+from clearsweep.mechanics.solver.accumulate.totals import ContactTotals
 from clearsweep.simulation import figures
 from clearsweep.simulation.outcome import trajectory_of
 from clearsweep.simulation.run import integration_of
@@ -93,16 +93,16 @@ def test_a_step_without_dry_force_enters_nothing():
 def blocks(loads, dry):
     """Return what blocks of 1 s sum up: load (N), dry force (N) for half of the time, in each."""
     taken, sums = [], []
-    joint, filled = np.zeros((1, JOINT)), np.zeros((1, BINS, 2))
+    joint, filled = ContactTotals.zeros(1), np.zeros((1, BINS, 2))
     for load, force in [(0.0, 0.0), *zip(loads, dry, strict=True)]:
         step_values = np.zeros((FORCE + KAPPA_COURSE + 1, PARTS + 1))
         step_values[FORCE], step_values[KAPPA_COURSE] = force, 1.0
         add_course(filled, 0, step_values, 0.5)
-        joint[0, LOAD_TIME] += load
-        joint[0, 0] += 0.5 * force
+        joint[0].load_time += load
+        joint[0].dry_force_time += 0.5 * force
         totals = SimpleNamespace(joint=joint, dry=filled)
         taken.append(DryTime(bears=True).take(totals, 0))
-        sums.append(Share(0, LOAD_TIME).take(totals, 0))
+        sums.append(Share("dry_force_time", "load_time").take(totals, 0))
     return np.arange(len(loads) + 1.0), taken, sums
 
 
@@ -113,11 +113,12 @@ def test_shares_of_blocks_are_those_of_their_mean_load():
     assert share == pytest.approx(0.375, rel=1e-12)
     assert DryTime(bears=False).over_blocks(times, taken, 1) == (pytest.approx(0.625, rel=1e-12), width)
     assert width > 0.1
-    ratio, around = Share(0, LOAD_TIME).over_blocks(times, sums, 1)
+    ratio, around = Share("dry_force_time", "load_time").over_blocks(times, sums, 1)
     assert ratio == pytest.approx(3.45 / 4000.0, rel=1e-12)
     assert 0.0 < around < ratio
     _, _, even = blocks([500.0, 1500.0, 1000.0], [1.0, 3.0, 2.0])  # the same share in every block
-    assert Share(0, LOAD_TIME).over_blocks(np.arange(4.0), even, 1) == pytest.approx((1e-3, 0.0), abs=1e-15)
+    share = Share("dry_force_time", "load_time").over_blocks(np.arange(4.0), even, 1)
+    assert share == pytest.approx((1e-3, 0.0), abs=1e-15)
 
 
 # ---------------------------------------------------------------------------------------------- friction
@@ -153,7 +154,7 @@ def test_friction_at_walls_and_flanges_of_a_joint_in_space_is_all_that_is_rubbed
     end = scene.crank_clock.at(0.1)
     with np.errstate(all="ignore"):  # as compiled code does
         run = integration_of(scene, np.empty(0), end)
-    rubbed = run.work.totals.whole[ENERGY_RUBBED]
+    rubbed = run.work.totals.whole.energy_rubbed
     summary = trajectory_of(scene, run, end).summary
     assert summary["crank_rod_axial_force_peak"] > 0.0
     assert rubbed > 0.0

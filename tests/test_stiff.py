@@ -6,7 +6,7 @@ from mechanism_cases import PAIR, changed, slider_crank
 
 import clearsweep
 from clearsweep.mechanics.observe.stages import SHARES
-from clearsweep.mechanics.solver import newton, radau
+from clearsweep.mechanics.solver import radau
 from clearsweep.mechanics.solver.collocation import shapes
 from clearsweep.verify import extremes, stability, stiff
 
@@ -35,10 +35,10 @@ def test_factors_solve_a_system(fixed):
     if not fixed:
         matrix[0, 0] = 0.0  # needs pivoting
     factors, pivots, result = matrix.copy(), np.zeros(9, dtype=np.int64), right.copy()
-    assert newton.factorise(factors, pivots, fixed)
-    newton.substitute(factors, pivots, result)
+    assert radau.factorise(factors, pivots, fixed)
+    radau.substitute(factors, pivots, result)
     assert matrix @ result == pytest.approx(right, abs=1e-12)
-    assert not newton.factorise(np.zeros((3, 3)), np.zeros(3, dtype=np.int64), 0)
+    assert not radau.factorise(np.zeros((3, 3)), np.zeros(3, dtype=np.int64), 0)
 
 
 def test_the_tableau_is_collocation_of_order_nine():

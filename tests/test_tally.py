@@ -16,7 +16,6 @@ from clearsweep.mechanics.observe.histogram import (
     forces_exceeded,
     ramp_of,
 )
-from clearsweep.mechanics.solver.accumulate.step_sums import course_of
 from clearsweep.mechanics.solver.accumulate.totals import (
     BEGUN,
     DENSITY,
@@ -95,10 +94,8 @@ def test_forces_exceeded_follow_from_sums_of_time_above_each_bin():
 @pytest.mark.parametrize(("first", "film", "pulling"), [(0.0, np.inf, 0.0), (-50.0, 1e-6, 1.0 / 3.0)])
 def test_the_time_of_a_step_is_that_of_its_force_at_an_even_rate(first, film, pulling):
     """From `first` to 100 N; a film pulls where its force is negative, and that time is one without force."""
-    step = np.zeros(course_of(1, 0) + PARTS + 1)
-    step[course_of(1, -1) :][: PARTS + 1] = 3.0
-    step[course_of(1, 0) :] = np.linspace(first, 100.0, PARTS + 1)
-    rows = {"step": step, "mode": np.zeros(1), "film": np.array([[0.0, film]])}
+    profiles = np.array([np.full(PARTS + 1, 3.0), np.linspace(first, 100.0, PARTS + 1)])
+    rows = {"profiles": profiles, "mode": np.zeros(1), "film": np.array([[0.0, film]])}
     ledger = SimpleNamespace(**rows, bins=np.zeros((1, HIGHEST_BIN + 1), int), spent=np.zeros((1, SPENT, PARTS)))
     enter_course(ledger, 0, 2.0)
     histogram = np.zeros((BINS, 2))

@@ -103,4 +103,4 @@ def test_a_motion_that_is_another_one_here_is_left_out_with_a_sentence(tmp_path,
     run = clearsweep.open(tmp_path / "run")
     assert run.worst == []
     assert len(run.summary) == 5
-    assert capsys.readouterr().err.count("its motion is another one here") == 2
+    assert capsys.readouterr().err.count("its motion differs on this machine") == 2

@@ -1,4 +1,4 @@
-"""The pressures and wear laws of docs/model.md in numpy, without code of the package.
+"""The pressures and wear laws of docs/model-wear.md in numpy, without code of the package.
 
 A pressure is a function of line load (N/m), radius of the body (m), penetration (m), E* (Pa) and Sizes.  It returns the
 half-angle of its arc (rad) and a function of the angle (rad) from the middle of the arc, in Pa.

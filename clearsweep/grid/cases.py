@@ -200,8 +200,8 @@ def _tree(values_by_path: Mapping[str, Any]) -> dict[str, Any]:
     for path, value in values_by_path.items():
         *parents, key = path.split(".")
         inside = tree
-        for key_ in parents:
-            inside = inside.setdefault(key_, {})
+        for parent in parents:
+            inside = inside.setdefault(parent, {})
         inside[key] = value
     return tree
 
@@ -211,8 +211,8 @@ def _listed(tree: dict[str, Any], pairs: Collection[str]) -> dict[str, Any]:
     for path in pairs:
         *parents, key = path.split(".")
         inside = tree
-        for key_ in parents:
-            inside = inside.get(key_, {})
+        for parent in parents:
+            inside = inside.get(parent, {})
         if inside.get(key):
             inside[key] = [inside[key][index] for index in sorted(inside[key])]
     return tree
@@ -285,13 +285,13 @@ class Pattern:
         tree = dict(self._tree)
         for *parents, key in self._changing:
             inside = tree
-            for key_ in parents:
-                inside = inside[key_]
+            for parent in parents:
+                inside = inside[parent]
             inside[key] = dict(inside[key])
         for (*parents, key), source, follow in self._places:
             inside = tree
-            for key_ in parents:
-                inside = inside[key_]
+            for parent in parents:
+                inside = inside[parent]
             inside[key] = follow(point[source])
         return _listed(tree, self._pairs)
 
@@ -313,5 +313,5 @@ def _shared(tree: dict[str, Any]) -> Shared:
 def _sections_above(paths: Iterable[str]) -> list[list[str]]:
     """Return the sections that contain one of the paths, outer ones first."""
     parts = [path.split(".") for path in paths]
-    parents = dict.fromkeys(tuple(key_[:depth]) for key_ in parts for depth in range(1, len(key_)))
+    parents = dict.fromkeys(tuple(names[:depth]) for names in parts for depth in range(1, len(names)))
     return sorted(map(list, parents), key=len)

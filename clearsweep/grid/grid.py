@@ -35,9 +35,10 @@ from .library.iso286 import Fit
 from .library.naming import Taken, VariedMaterial, put_material_numbers, with_material_names
 from .reading.units import WrittenUnit
 from .resolve import case_of
-from .sections.added_cases import ADDED, CHECK_LAWS
+from .sections.added_cases import CHECK_LAWS
 from .sections.identify import IDENTIFY, Identify
 from .sections.optimise import OPTIMISE, Optimise
+from .sections.section import ADDED
 from .sections.seek import REFINE, SEEK, Refine, Seek
 from .sections.uncertain import UNCERTAIN, uncertain_leaves
 from .written.definitions import NOTHING, START, Definitions

@@ -46,7 +46,7 @@ def sentence(own: Row, rows: list[Row], text: Callable[[str, float], str]) -> st
     first, last, written = (_figure(row, text) for row in (known[0], known[-1], own))
     span = f"{first} ({names[0]})" + (f" to {last} ({names[-1]})" if len(known) > 1 else "")
     figure = "margin " if own.column == MARGIN else ""
-    return f"{head}: {figure}{span}; {written} as written. {_moved(own, known)}"
+    return f"{head}: {figure}{span}; {written} under the laws of the grid. {_moved(own, known)}"
 
 
 def _figure(row: Row, text: Callable[[str, float], str]) -> str:
@@ -65,13 +65,13 @@ def _moved(own: Row, known: list[Row]) -> str:
     if own.column != MARGIN:
         factors = [row.value / own.value for row in known if own.value]
         if not factors:
-            return "The figure is zero as written."
+            return "The figure is zero under the laws of the grid."
         low, high = (wording.plain(end, 3) for end in (min(factors), max(factors)))
-        return f"They give {' to '.join(dict.fromkeys((low, high)))} times the figure as written."
+        return f"They give {' to '.join(dict.fromkeys((low, high)))} times the figure under the laws of the grid."
     moved = [(row.value >= 0.0) != (own.value >= 0.0) for row in known]
     other = list(itertools.compress(_names(known), moved))
     if not other:
-        return "No law moves the verdict."
+        return "No law changes the verdict."
     named = [*other[:LISTED], *([f"{len(other) - LISTED} more"] if len(other) > LISTED else [])]
-    does = "exceeds a limit" if own.value >= 0.0 else "keeps to the limits"
-    return f"The verdict moves: the case {does} with {wording.sentence_list(named)}."
+    does = "exceeds a limit" if own.value >= 0.0 else "meets the limits"
+    return f"The verdict changes: the case {does} with {wording.sentence_list(named)}."

@@ -45,7 +45,7 @@ def sentences(identified: Mapping[str, Any], joints: int) -> list[str]:
         if speed and abs(speed / own - 1.0) > SPEED:
             lines.append(
                 f"{each['file']}: the measured speed is {speed * 30.0 / math.pi:.5g} rpm, but the cases have "
-                f"{own * 30.0 / math.pi:.5g} rpm; write the measured one under drive."
+                f"{own * 30.0 / math.pi:.5g} rpm; write the measured speed under drive."
             )
     gain, ends = identified["priors"]["gain"], [100.0 * share for share in identified["priors"]["noise"]]
     lines.append(
@@ -58,18 +58,15 @@ def sentences(identified: Mapping[str, Any], joints: int) -> list[str]:
 def _misfit(identified: Mapping[str, Any]) -> str:
     """Return the sentence on whether the model explains the measurement."""
     if identified["explained"]:
-        return (
-            "The model explains what was measured within the errors that are assumed; a law that differs by less is "
-            "not noticed."
-        )
+        return "The model explains the measurement within the assumed errors; smaller model errors are not detected."
     far = sorted(
         (each for each in identified["fits"] if abs(each["deviations"]) > FAR),
         key=lambda each: -abs(each["deviations"]),
     )
     named = [f"{each['channel']}, {each['feature']}{difference(each)}" for each in far[:LISTED]]
-    where = f"; furthest off: {wording.sentence_list(named)}" if named else ""
+    where = f"; largest differences: {wording.sentence_list(named)}" if named else ""
     return (
-        f"Misfit: no values of these keys explain what was measured{where}. Errors are "
-        f"{math.sqrt(identified['misfit']):.2g} times those assumed, by which the intervals are widened; "
-        "another law or a missing part may be the reason."
+        f"Misfit: no values of these keys explain the measurement{where}. Errors are "
+        f"{math.sqrt(identified['misfit']):.2g} times the assumed ones, so the intervals are widened; "
+        "another law or a missing effect may be the reason."
     )

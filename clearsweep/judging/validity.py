@@ -130,18 +130,18 @@ class Remarks:
 
     def _fast(self, worst: _Worst) -> str:
         return (
-            f"Impacts leave the elastic range in {self._share(ONSET_RATE)}: the worst closes at "
+            f"Impacts leave the elastic range in {self._share(ONSET_RATE)}: the fastest approaches at "
             f"{worst.value * worst.limit:.3g} m/s, {worst.value:.2g} times the {worst.limit:.3g} m/s at which its "
-            f"contact first yields (case {short_id(worst.case_id)}, {worst.joint}); a law that does not yield then "
+            f"contact first yields (case {short_id(worst.case_id)}, {worst.joint}); beyond yield an elastic law "
             "overstates forces and understates losses."
         )
 
     def _deep(self, worst: _Worst) -> str:
         remark = _remark(worst.message, LAW_LIMIT) or f"{worst.joint}, {_percent(worst.value)} of the time"
         return (
-            f"Contacts go deeper than their elastic law holds in {self._share(LIMIT_SHARE)}, longest in case "
+            f"Contacts exceed the valid range of their elastic law in {self._share(LIMIT_SHARE)}, longest in case "
             f"{short_id(worst.case_id)}: {remark}"
-            ". The notes of clearsweep list NAME say how its force goes on."
+            ". `clearsweep list NAME` describes the force beyond it."
         )
 
     def _share(self, figure: str) -> str:
@@ -149,23 +149,23 @@ class Remarks:
 
 
 _TOLD = {
-    ONSET_KEPT: "A contact never ends, and its law keeps the rate of its first touch: the start of the run decides the "
+    ONSET_KEPT: "A contact never ends and keeps the onset rate of its first touch, so the start of the run affects all "
     "forces,",
-    TOO_DEEP: "A contact is deeper than its clearance and a hundredth of its bearing's radius, or than a tenth of it",
+    TOO_DEEP: "The penetration is implausibly large",
     WORN_THROUGH: "Wear is deeper than the clearance",
-    WORN_AWAY: "At its rate wear takes the whole bearing away in 1000 h",
-    PV_HIGH: "Pressure times speed is beyond what dry bushes bear",
-    FILM_HELD: "A film is thinner than its formula contains for",
-    FILM_BEYOND: "A film is squeezed out where there is no dry contact to stop the journal",
+    WORN_AWAY: "At its wear rate a bearing is worn away within 1000 h",
+    PV_HIGH: "Pressure times speed exceeds the limit of dry bushes",
+    FILM_HELD: "A film is thinner than the valid range of its law",
+    FILM_BEYOND: "A film is squeezed out, and no dry contact stops the journal",
     FILM_FLOW: "The flow in a film is no longer laminar",
-    FILM_FED: "The law of a film feeds energy in",
-    UNBALANCED.split(": ", maxsplit=1)[0] + ": ": "The temperature of a film or a warm joint is not known",
-    FRICTION_HEAT: f"Friction heats a dry joint by more than {HEATING:g} K, at {LEADS:g} W/K unless thermal says more",
-    BALL: "A stiffness that follows from the material is that of a ball in a socket",
+    FILM_FED: "The law of a film generates energy",
+    UNBALANCED.split(": ", maxsplit=1)[0] + ": ": "The temperature of a film or a warm joint is unknown",
+    FRICTION_HEAT: f"Friction heats a dry joint by more than {HEATING:g} K, at {LEADS:g} W/K or the value in thermal",
+    BALL: "The stiffness from the material is that of a ball in a socket",
     FILM_UNSURE: "The temperature of a film or a warm joint is uncertain by over a tenth of its rise above ambient",
-    IMBALANCE: "The energies do not add up as closely as the tolerance promises",
-    UNCHECKED: "The error check came to nothing",
-    UNREACHED: "A life does not come to its limit",
+    IMBALANCE: "The energy residual is larger than the tolerance explains",
+    UNCHECKED: "The error check failed",
+    UNREACHED: "A life does not reach its limit",
     LIFE_FAILED: "A further life, at an end of the uncertain wear coefficients, failed",
     SMOOTHED: "Worn shapes are smoothed widely, with an unknown effect on the life,",
 }
@@ -208,7 +208,7 @@ def too_deep(joints: Iterable[Reached]) -> str:
                 f" and a bearing radius of {_mm(joint.bearing_radius)}" if joint.bearing_radius else ""
             )
             remarks.append(f"{joint.joint} is penetrated by {_mm(joint.penetration)} at {than}")
-    hint = "; no law of contact holds there: look for a stiffness, a mass or a speed in the wrong unit"
+    hint = "; no contact law is valid there: check the units of stiffness, mass and speed"
     return TOO_DEEP + "; ".join(remarks) + hint if remarks else ""
 
 
@@ -242,8 +242,8 @@ def worn_away(joints: Iterable[Rubbed]) -> str:
         if THOUSAND_HOURS * joint.rate > joint.bearing_radius
     ]
     hint = (
-        "; greased steel on bronze has a wear coefficient of 1e-16 to 1e-15 m^2/N, dry steel 1e-14 to 1e-13; look for "
-        "the coefficient's unit, or less load, speed or clearance"
+        "; greased steel on bronze has a wear coefficient of 1e-16 to 1e-15 m^2/N, dry steel 1e-14 to 1e-13; check the "
+        "unit of the coefficient, or reduce load, speed or clearance"
     )
     return WORN_AWAY + "; ".join(remarks) + hint if remarks else ""
 
@@ -255,7 +255,7 @@ def pv_high(joints: Iterable[Rubbed]) -> str:
         for joint in joints
         if joint.pv > PV_BORNE and not joint.oiled
     ]
-    hint = f"; dry bushes run at 1 to 3 MPa m/s and bear {1e-6 * PV_BORNE:.2g} for a short while: this one needs oil"
+    hint = f"; dry bushes allow 1 to 3 MPa m/s, and {1e-6 * PV_BORNE:.2g} for a short time: this one needs oil"
     return PV_HIGH + "; ".join(remarks) + hint if remarks else ""
 
 
@@ -267,9 +267,8 @@ def smoothed(widths: Iterable[tuple[str, float | None]]) -> str:
         if width is not None and width > WIDE_SMOOTHING
     ]
     hint = (
-        "; one point of contact needs that where surfaces come to fit each other. Its effect on the life is not known, "
-        "and the interval of the life does not contain it. Contact on springs (elastic: winkler, wear.pressure: "
-        "winkler) needs less"
+        "; a contact point needs this where the surfaces become conformal. The effect on the life is unknown and not "
+        "part of its interval. Contact on springs (elastic: winkler, wear.pressure: winkler) needs less"
     )
     return SMOOTHED + "; ".join(remarks) + hint if remarks else ""
 
@@ -291,7 +290,7 @@ def films(joints: Iterable[Lubricated]) -> tuple[str, ...]:
     """Return the remarks on films: beyond their limit, squeezed out, not laminar, generating energy."""
     joints = list(joints)
     share_beyond = [
-        f"{joint.joint} is beyond the eccentricity ratio {joint.limit:g}, from which on it is evaluated there, for "
+        f"{joint.joint} exceeds the eccentricity ratio {joint.limit:g}, beyond which it is evaluated there, for "
         f"{_percent(joint.share_beyond)} of the time, and reaches {joint.ratio:.4g}"
         for joint in joints
         if joint.share_beyond > 0.0
@@ -306,12 +305,12 @@ def films(joints: Iterable[Lubricated]) -> tuple[str, ...]:
         if joint.taylor > TAYLOR
     ]
     fed = [
-        f"the film of {joint.joint} gives back {_percent(joint.fed)} of what it takes, while it opens, which no film "
-        f"can; choose film.law: {joint.remedy}"
+        f"the film of {joint.joint} returns {_percent(joint.fed)} of the energy that it takes, which no real film "
+        f"does; choose film.law: {joint.remedy}"
         for joint in joints
         if joint.fed > FED
     ]
-    hint = "; write the joint's contact, more viscosity, or less clearance"
+    hint = "; add the section contact of the joint, or use more viscosity or less clearance"
     return (
         FILM_HELD + "; ".join(share_beyond) if share_beyond else "",
         FILM_BEYOND + "; ".join(beyond) + hint if beyond else "",
@@ -345,8 +344,8 @@ def ball_stiffness(joints: Iterable[str]) -> str:
     """Return the remark on joints whose stiffness from the material assumes a ball in a socket."""
     names = ", ".join(joints)
     hint = (
-        "has the stiffness of a ball in a socket, as elastic: power gives it from the material; this is 2 to 4 times "
-        "too soft for a journal and lowers the peak of an impact 1.3 to 1.7 times; elastic: compatible is a journal's"
+        "has the stiffness of a ball in a socket (elastic: power with a material); this is 2 to 4 times too soft for a "
+        "journal and lowers the peak of an impact 1.3 to 1.7 times; use elastic: compatible for a journal"
     )
     return f"{BALL}{names} {hint}" if names else ""
 
@@ -357,8 +356,8 @@ def imbalance(residual: float, tolerance: float, count: float) -> str:
     if residual <= explained:
         return ""
     return (
-        f"{IMBALANCE}the energy residual is {residual:.2g} where a tolerance of {tolerance:g} explains at most "
-        f"{explained:.2g}; a tighter tolerance may help, or masses, stiffness and damping less far from each other"
+        f"{IMBALANCE}the energy residual is {residual:.2g}, but a tolerance of {tolerance:g} explains at most "
+        f"{explained:.2g}; try a tighter tolerance, or less extreme masses, stiffness and damping"
     )
 
 
@@ -369,7 +368,7 @@ def _mm(length: float) -> str:
 def past_limits(spent: Iterable[tuple[str, str, float, float]]) -> str:
     """Return the remark on elastic laws beyond their range: (joint, law, limit in m, share of the time beyond it)."""
     excesses = [
-        f"{joint} is deeper than {1e3 * limit:.4g} mm, up to which {law} holds, for {_percent(share)} of the time"
+        f"{joint} exceeds {1e3 * limit:.4g} mm, the limit of {law}, for {_percent(share)} of the time"
         for joint, law, limit, share in spent
         if share > 0.0
     ]
@@ -382,7 +381,7 @@ def kept_onsets(lasting: Iterable[tuple[str, float]]) -> str:
         f"{joint} never loses contact in the window, and its law keeps the {rate:.3g} m/s of the first touch"
         for joint, rate in lasting
     ]
-    return f"{ONSET_KEPT}{', '.join(kept)}; contact.onset: renewed forgets how it began" if kept else ""
+    return f"{ONSET_KEPT}{', '.join(kept)}; contact.onset: renewed removes this influence" if kept else ""
 
 
 def _percent(share: float) -> str:

@@ -27,9 +27,9 @@ KEYS = {
     "film": "film.law",
     "pressure": "wear.pressure",
 }
-NOTHING = "nothing speaks against it"
+NOTHING = "no known objection"
 NEAR = 0.05  # relative error of the restitution that a suitable law reproduces
-WRITTEN = Merit(0, "its stiffness is written in the grid")
+WRITTEN = Merit(0, "its stiffness is given in the grid")
 
 
 class Verdict(NamedTuple):
@@ -97,7 +97,7 @@ def _setting(joint: Joint, load: float | None) -> str:
         words.append(f"E* {wording.text(plane_strain_modulus(joint.contact.material), 'Pa', 4)}")
     else:
         words.append("no material")
-    words.append("no load that is known beforehand" if load is None else f"load {wording.text(load, 'N', 4)}")
+    words.append("load unknown before the run" if load is None else f"load {wording.text(load, 'N', 4)}")
     arc = _arc(joint, load)
     return ", ".join(words) + (f", half the contact arc {math.degrees(arc):.3g} deg" if arc is not None else "")
 
@@ -131,7 +131,7 @@ def _elastic(joint: Joint, load: float | None) -> Iterator[Verdict]:
         measured = "stiffness" in chosen.contact.values and any(x.name == "stiffness" for x in laws[name].fields)
         doubts = [] if measured else _doubts(laws[name], joint, load)
         reason, too_deep = _depth(chosen, load)
-        reason = reason or ("its stiffness is written" if measured else NOTHING)
+        reason = reason or ("its stiffness is given" if measured else NOTHING)
         word = DOUBTFUL if doubts or too_deep else HOLDS
         merit = WRITTEN if measured else laws[name].merit
         yield Verdict("elastic", name, word, "; ".join(too_deep + doubts) or reason, merit)
@@ -143,7 +143,7 @@ def _depth(joint: Joint, load: float | None) -> tuple[str, list[str]]:
         return "", []
     limit, depth = registry.penetration_limit(joint), static_penetration(registry.contact_terms(joint)[1], load)
     words = f"{wording.text(depth, 'm')} deep under the load"
-    return words, [f"{words}, it holds up to {wording.text(limit, 'm')}"] if depth > limit else []
+    return words, [f"{words}, valid up to {wording.text(limit, 'm')}"] if depth > limit else []
 
 
 def _roughness(joint: Joint, load: float | None) -> Iterator[Verdict]:
@@ -180,15 +180,15 @@ def _losses(joint: Joint) -> Iterator[Verdict]:
         elif "hertz" in law.needs and joint.contact.elastic != "power":
             yield Verdict("law", law.name, OUT, "needs elastic: power with the exponent 1.5")
         elif returned is None:
-            yield Verdict("law", law.name, DOUBTFUL, "what an impact gives back follows from its keys, mass and speed")
+            yield Verdict("law", law.name, DOUBTFUL, "its restitution depends on its keys, mass and speed")
         elif wanted is None:
-            yield Verdict("law", law.name, DOUBTFUL if field else HOLDS, "the joint asks for no restitution")
+            yield Verdict("law", law.name, DOUBTFUL if field else HOLDS, "the joint has no restitution")
         elif field and not field.contains(wanted):
             yield Verdict("law", law.name, OUT, f"takes a restitution {field.allowed()}")
         else:
             given = float(returned(wanted))
             word = HOLDS if abs(given - wanted) <= NEAR * wanted else DOUBTFUL
-            reason = f"gives back {given:.3g} where {wanted:.3g} is asked for"
+            reason = f"has a restitution of {given:.3g} instead of {wanted:.3g}"
             yield Verdict("law", law.name, word, reason, law.merit)
 
 

@@ -10,8 +10,6 @@ from typing import NamedTuple
 
 from ..contracts.catalogue import NOTHING, Figure, Shown
 from ..contracts.layout import Layout
-from ..mechanics.solver import event as events
-from ..mechanics.solver.accumulate import totals as total_columns
 from . import film_figures, life_figures, wear_figures
 from .peak_figures import PEAKS, RETURNS, ideal_peak
 from .spatial_figures import SPATIAL
@@ -19,27 +17,27 @@ from .sums import ForceExceeded, Mean, PerRevolution, RootMean, of_joint
 from .window import Window
 
 
-def largest(column: int, of: str = "joint") -> Callable[[Window, int], float]:
-    """Return the formula of a figure that is itself a column of Totals.joint or Totals.whole."""
+def largest(name: str, of: str = "joint") -> Callable[[Window, int], float]:
+    """Return the formula of a figure that is itself a field of ContactTotals or WholeTotals."""
     if of == "joint":
-        return lambda window, place: window.totals.joint[place, column]
-    return lambda window, _: window.totals.whole[column]
+        return lambda window, place: getattr(window.totals.joint[place], name)
+    return lambda window, _: getattr(window.totals.whole, name)
 
 
 def depth(window: Window, place: int) -> float:
     """Return the largest penetration (m) of the journal, negative if it never touched the bearing."""
-    return float(max(window.totals.joint[place, total_columns.DEPTH_MAX], -window.joints[place].clearance))
+    return float(max(window.totals.joint[place].depth_max, -window.joints[place].clearance))
 
 
 def restitution(window: Window, place: int) -> float | None:
     """Return the mean ratio of rebound to approach speed, or None without rebounds."""
     joint = window.totals.joint[place]
-    return joint[total_columns.RESTITUTION] / joint[total_columns.REBOUNDS] if joint[total_columns.REBOUNDS] else None
+    return joint.restitution / joint.rebounds if joint.rebounds else None
 
 
-def crank_speed(name: str, text: str, column: int) -> Figure:
+def crank_speed(name: str, text: str) -> Figure:
     """Return the figure `name` of a free crank's speed; `text`: which speed."""
-    value, shown = largest(column, "case"), (Shown("output", f"crank speed {name}", 5),)
+    value, shown = largest(f"speed_{name}", "case"), (Shown("output", f"crank speed {name}", 5),)
     return Figure(f"crank_speed_{name}", "rad/s", f"{text} of a free crank", "case", ("free",), value, shown=shown)
 
 
@@ -49,7 +47,7 @@ JOINT = (
         "N",
         "largest normal force in the window, located",
         of="joint",
-        value=largest(total_columns.FORCE_MAX),
+        value=largest("force_max"),
         shown=(Shown("forces", "force peak", 1), Shown("sample", "force peak", 3), Shown("case", "peak", 3)),
     ),
     Figure(
@@ -57,7 +55,7 @@ JOINT = (
         "N",
         "root mean square of the normal force over the window's time, free flight counting as zero",
         of="joint",
-        sums=RootMean(total_columns.FORCE_SQUARE),
+        sums=RootMean("force_square"),
         shown=(
             Shown("forces", "force rms", 3),
             Shown("sample", "force rms", 2),
@@ -83,7 +81,7 @@ JOINT = (
         "1",
         "contact onsets in the window per revolution; in all where nothing turns",
         of="joint",
-        sums=PerRevolution(total_columns.ONSETS),
+        sums=PerRevolution("onsets"),
         shown=(
             Shown("forces", "impacts{per_rev}", 6),
             Shown("sample", "impacts{per_rev}", 4),
@@ -95,7 +93,7 @@ JOINT = (
         "1",
         "share of the window's time in contact",
         of="joint",
-        sums=Mean(total_columns.CONTACT_TIME),
+        sums=Mean("contact_time"),
         shown=(Shown("forces", "time in contact", 7), Shown("case", "time in contact", 7)),
     ),
     Figure(
@@ -103,7 +101,7 @@ JOINT = (
         "m/s",
         "largest closing rate at a contact onset",
         of="joint",
-        value=largest(total_columns.ONSET_MAX),
+        value=largest("onset_max"),
         shown=(Shown("forces", "fastest onset", 8), Shown("case", "fastest onset", 8)),
     ),
     Figure(
@@ -145,7 +143,7 @@ JOINT = (
         "1",
         "share of the window's time at a penetration beyond the elastic law's range",
         of="joint",
-        sums=Mean(total_columns.BEYOND_TIME),
+        sums=Mean("beyond_time"),
         shown=(Shown("forces", "time past its law's range", 10, if_any=True),),
     ),
     Figure(
@@ -153,7 +151,7 @@ JOINT = (
         "1",
         "times a contact's force law turned to traction and was clipped at zero",
         of="joint",
-        value=largest(total_columns.CLIPS),
+        value=largest("clips"),
         shown=(Shown("forces", "clips", 11, if_any=True),),
     ),
     Figure(
@@ -162,7 +160,7 @@ JOINT = (
         "mean power of dry friction over the window",
         of="joint",
         needs=("friction",),
-        sums=Mean(total_columns.FRICTION_ENERGY),
+        sums=Mean("friction_energy"),
         shown=(Shown("forces", "friction power", 12, if_any=True), Shown("case", "friction power", 8)),
     ),
     Figure(
@@ -223,7 +221,7 @@ MECHANISM = (
         "{output}/s^2",
         "largest {output} acceleration, absolute",
         of="output",
-        value=largest(total_columns.ACCELERATION_MAX, "output"),
+        value=largest("acceleration_max", "output"),
         shown=(Shown("output", "{output} acc. peak", 2), Shown("sample", "{output} acc. peak", 21)),
     ),
     Figure(
@@ -231,7 +229,7 @@ MECHANISM = (
         "{output}/s^2",
         "root mean square of the {output} acceleration over time",
         of="output",
-        sums=RootMean(total_columns.ACCELERATION_SQUARE),
+        sums=RootMean("acceleration_square"),
         shown=(Shown("output", "{output} acc. rms", 3),),
     ),
     Figure(
@@ -239,7 +237,7 @@ MECHANISM = (
         "{output}",
         "largest distance of the {output} from its place in the ideal mechanism",
         of="output",
-        value=largest(total_columns.ERROR_MAX, "output"),
+        value=largest("error_max", "output"),
         shown=(
             Shown("output", "{output} error", 1),
             Shown("forces", "{output} error", 12),
@@ -248,14 +246,14 @@ MECHANISM = (
             Shown("effects", "{output} error", 5),
         ),
     ),
-    crank_speed("min", "least speed", total_columns.SPEED_MIN),
-    crank_speed("max", "largest speed", total_columns.SPEED_MAX),
+    crank_speed("min", "least speed"),
+    crank_speed("max", "largest speed"),
     Figure(
         "crank_torque_peak",
         "N*m",
         "largest drive torque, absolute",
         needs=("turns",),
-        value=largest(total_columns.TORQUE_MAX, "case"),
+        value=largest("torque_max", "case"),
         shown=(Shown("output", "crank torque peak", 4), Shown("sample", "crank torque peak", 22)),
     ),
 )
@@ -307,21 +305,17 @@ RESIDUAL = Figure(
     "energy_residual",
     "1",
     "largest energy imbalance at a step or event end over the largest kinetic energy",
-    value=lambda window, _: (
-        window.totals.whole[total_columns.RESIDUAL] / window.totals.whole[total_columns.KINETIC_MAX]
-    ),
+    value=lambda window, _: window.totals.whole.residual / window.totals.whole.kinetic_max,
     differs=False,
 )
 #: Work counts of a case, even if it failed; further runs are included.
 COST = (
-    Figure(
-        "steps", "1", "accepted steps", value=lambda window, _: window.counts[events.STEPS], kind="int", differs=False
-    ),
+    Figure("steps", "1", "accepted steps", value=lambda window, _: window.counts.steps, kind="int", differs=False),
     Figure(
         "steps_rejected",
         "1",
         "rejected steps",
-        value=lambda window, _: window.counts[events.REJECTED],
+        value=lambda window, _: window.counts.rejected,
         kind="int",
         differs=False,
     ),
@@ -329,7 +323,7 @@ COST = (
         "rhs_evaluations",
         "1",
         "evaluations of the equations of motion, locating events included",
-        value=lambda window, _: window.counts[events.EVALUATIONS],
+        value=lambda window, _: window.counts.evaluations,
         kind="int",
         differs=False,
     ),

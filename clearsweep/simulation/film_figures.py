@@ -5,28 +5,27 @@ from typing import Any
 
 from ..contracts.catalogue import Figure, Shown
 from ..mechanics.joint.film.contract import film_pressure
-from ..mechanics.solver.accumulate import totals as total_columns
 from .sums import DryTime, Mean, Share
 from .window import Window
 
 
 def thickness(window: Window, place: int) -> float:
     """Return the least film thickness (m) in a joint, 0 if its surfaces touch."""
-    return float(max(-window.totals.joint[place, total_columns.DEPTH_MAX], 0.0))
+    return float(max(-window.totals.joint[place].depth_max, 0.0))
 
 
 def pressure(window: Window, place: int) -> float | None:
     """Return the largest film pressure (Pa) in a joint, or None if its law has none."""
     joint: Any = window.joints[place]  # mypy takes it for a dry joint
     law = joint.film
-    return window.totals.joint[place, total_columns.PRESSURE_MAX] if type(law) in film_pressure.members else None
+    return window.totals.joint[place].pressure_max if type(law) in film_pressure.members else None
 
 
 def taylor(window: Window, place: int) -> float:
     """Return the largest Taylor number of the flow in the film of a joint: rho U c / mu times sqrt(c / R)."""
     joint: Any = window.case.joints[place]  # a joint with a film has a radius
     film = joint.film
-    flow = film.density * window.totals.joint[place, total_columns.SPEED_MOST] * joint.clearance / film.viscosity
+    flow = film.density * window.totals.joint[place].speed_most * joint.clearance / film.viscosity
     return float(flow * math.sqrt(joint.clearance / joint.bearing_radius))
 
 
@@ -37,7 +36,7 @@ FILM = (
         "largest dry share of the normal force, located",
         of="joint",
         needs=("film",),
-        value=lambda window, place: window.totals.joint[place, total_columns.DRY_MAX],
+        value=lambda window, place: window.totals.joint[place].dry_max,
         shown=(Shown("film", "dry force peak", 8),),
     ),
     Figure(
@@ -82,7 +81,7 @@ FILM = (
         "mean dry force over the mean size of the normal force, film and dry",
         of="joint",
         needs=("film",),
-        sums=Share(total_columns.DRY_FORCE_TIME, total_columns.LOAD_TIME),
+        sums=Share("dry_force_time", "load_time"),
         shown=(Shown("film", "dry share of the load", 5),),
     ),
     Figure(
@@ -91,7 +90,7 @@ FILM = (
         "share of the window's time at an eccentricity beyond film.limit, at which the film's formula is kept",
         of="joint",
         needs=("film",),
-        sums=Mean(total_columns.HELD_TIME),
+        sums=Mean("held_time"),
         shown=(Shown("film", "time past its limit", 6),),
     ),
     Figure(
@@ -100,7 +99,7 @@ FILM = (
         "mean power that the film takes, shear included",
         of="joint",
         needs=("film",),
-        sums=Mean(total_columns.DRAINED_ENERGY),
+        sums=Mean("drained_energy"),
         shown=(Shown("film", "loss", 3),),
     ),
     Figure(

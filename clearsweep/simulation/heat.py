@@ -17,7 +17,6 @@ import numpy as np
 from ..contracts.case import COLD, Case, Joint
 from ..contracts.layout import Layout
 from ..mechanics.solver import run_control
-from ..mechanics.solver.accumulate.totals import FRICTION_ENERGY, HEAT
 from ..mechanics.solver.event import Work
 from .run import integration_of
 from .scene import Scene, build
@@ -59,9 +58,9 @@ class HeatObserver:
 
     parts = 1
 
-    def __init__(self, layout: Layout, rows: list[int], columns: list[int]):
-        """Prepare for joints, with the column in which the heat of each accumulates."""
-        self.layout, self.rows, self.columns = layout, rows, columns
+    def __init__(self, layout: Layout, energies: dict[int, str]):
+        """Prepare for joints, by index, with the field of ContactTotals in which the heat of each accumulates."""
+        self.layout, self.energies = layout, energies
         self.times: list[float] = []
         self.sums: list[np.ndarray] = []
 
@@ -69,7 +68,8 @@ class HeatObserver:
         """Record the time (s) and the accumulated energies (J); the run continues."""
         self.times.append(float(work.y[work.time]))
         totals: Any = work.totals  # mypy takes it for a tuple of anything
-        self.sums.append(by_joint(totals, self.layout).joint[self.rows, self.columns].copy())
+        joints = by_joint(totals, self.layout).joint
+        self.sums.append(np.array([getattr(joints[place], name) for place, name in self.energies.items()]))
         return False
 
 
@@ -154,8 +154,8 @@ def _warm(joint: Joint, temperature: float) -> Joint:
 def _losses(scene: Scene, names: list[str]) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the mean loss (W) of joints over the window and half of its 95 % interval, or None if the run failed."""
     looked = [(row, joint) for row, joint in enumerate(scene.layout.joints) if joint.name in names]
-    rows, columns = [row for row, _ in looked], [HEAT if joint.film else FRICTION_ENERGY for _, joint in looked]
-    settings, blocks = scene.case.simulate, HeatObserver(scene.layout, rows, columns)
+    energies = {row: "heat" if joint.film else "friction_energy" for row, joint in looked}
+    settings, blocks = scene.case.simulate, HeatObserver(scene.layout, energies)
     end = scene.crank_clock.at(settings.revolutions)
     run = integration_of(scene, np.empty(0), end, (blocks,), turned=True)
     if run.status != run_control.OK:
@@ -163,5 +163,5 @@ def _losses(scene: Scene, names: list[str]) -> tuple[np.ndarray, np.ndarray] | N
     blocks.see(run.work)
     times, sums = np.array(blocks.times), np.array(blocks.sums)
     means = np.diff(sums, axis=0) / np.diff(times)[:, None]
-    widths = np.array([half_width(means[:, k]) if len(means) > 1 else math.inf for k in range(len(rows))])
+    widths = np.array([half_width(means[:, k]) if len(means) > 1 else math.inf for k in range(len(energies))])
     return (sums[-1] - sums[0]) / (times[-1] - times[0]), widths

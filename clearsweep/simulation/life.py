@@ -200,10 +200,10 @@ class Ageing:
         if life.reached:
             return ""
         if life.blocks < self.life.blocks:
-            return f"{UNREACHED}nothing wears in {self.life.joint}, so that it never comes to life.limit"
+            return f"{UNREACHED}{self.life.joint} has no wear, so it never reaches life.limit"
         return (
-            f"{UNREACHED}{self.life.joint} does not come to life.limit in {life.revolutions:.6g} revolutions, all that "
-            f"{count(life.blocks, 'block')} came to; life.blocks allows more, a larger life.tolerance longer jumps"
+            f"{UNREACHED}{self.life.joint} does not reach life.limit in {life.revolutions:.6g} revolutions, after "
+            f"{count(life.blocks, 'block')}; increase life.blocks, or life.tolerance for longer jumps"
         )
 
     def history(self, life: Life) -> dict[str, np.ndarray]:

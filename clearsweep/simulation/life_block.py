@@ -12,7 +12,6 @@ import numpy as np
 from ..contracts.case import Case
 from ..mechanics.joint.wear.contract import FINEST, SLID
 from ..mechanics.mechanism.contract import body_angles
-from ..mechanics.solver.accumulate.totals import FORCE_MAX, OPENED
 from ..mechanics.solver.event import Work
 from .batch_means import Blocks, Interval
 from .run import Run
@@ -130,15 +129,15 @@ def block_record_of(scene: Scene, run: Run, watch: RateObserver, process_time: f
     totals = by_joint(whole, scene.layout)
     depths = totals.wear.reshape(len(scene.layout.joints), 2, -1)
     rate, width = np.zeros(parts[-1].slid + 2), np.zeros(parts[-1].slid + 2)
-    rate[-1] = (float(run.work.end[run.work.time]) - float(whole.whole[OPENED])) / turns
+    rate[-1] = (float(run.work.end[run.work.time]) - float(whole.whole.opened)) / turns
     for part in parts:
         rate[part.both] = depths[part.place, :, : part.bins].ravel() / turns
         before = scene.worn[part.name].slid
         rate[part.slid] = (totals.account[part.place, SLID] - before) / turns
         width[part.both] = _half_widths(watch.blocks, part) * rate[-1]
-    peaks = np.array(totals.joint[:, FORCE_MAX])
+    peaks = np.array(totals.joint.column("force_max"))
     seconds = np.array([run.duration, process_time])
-    return BlockRecord(rate, width, peaks, np.array(watch.turned), run.counts.copy(), seconds, turns)
+    return BlockRecord(rate, width, peaks, np.array(watch.turned), run.counts.numbers.copy(), seconds, turns)
 
 
 def _half_widths(blocks: Blocks, part: Part) -> np.ndarray:

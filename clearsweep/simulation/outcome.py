@@ -12,8 +12,9 @@ from ..judging.validity import message_of
 from ..mechanics.observe.histogram import forces_exceeded, time_above
 from ..mechanics.solver import event as events
 from ..mechanics.solver import run_control
-from ..mechanics.solver.accumulate.record import Record, sample_states
-from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, LOAD_TIME, OPENED, Totals
+from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, ContactTotals, Totals, WholeTotals
+from ..mechanics.solver.accumulate.within_step import Record, sample_states
+from ..mechanics.solver.event import Counts
 from .figures import figures_of, shared_by
 from .ideal import ideal_peaks
 from .remarks import remarks
@@ -29,34 +30,34 @@ _STATUS = {
     run_control.OK: ("ok", ""),
     run_control.STEP_BUDGET: (
         "step-budget",
-        "took {steps:,} steps and {rejected:,} that were rejected, all {budget:,} it may, having got to {time:.6g} s"
-        "{whole}; simulate.step_budget allows more",
+        "reached the budget of {budget:,} steps at {time:.6g} s{whole} ({steps:,} accepted, {rejected:,} rejected); "
+        "increase simulate.step_budget",
     ),
     run_control.EVENT_BUDGET: (
         "event-budget",
-        "met all {events:,} events it may, having got to {time:.6g} s{whole}; simulate.event_budget allows more",
+        "reached the budget of {events:,} events at {time:.6g} s{whole}; increase simulate.event_budget",
     ),
     TIME_BUDGET: (
         "time-budget",
-        "took the {patience:.6g} s of process time that it may, having got to {time:.6g} s{whole} in {steps:,} steps; "
-        "simulate.time_budget allows more",
+        "reached the budget of {patience:.6g} s of process time at {time:.6g} s{whole}, after {steps:,} steps; "
+        "increase simulate.time_budget",
     ),
     run_control.NOT_FINITE: (
         "not-finite",
-        "the motion is no longer finite at {time:.6g} s; look for masses, stiffness or clearance far from each other",
+        "the motion is no longer finite at {time:.6g} s; check masses, stiffness and clearance for wrong units",
     ),
     run_control.STEP_UNDERFLOW: (
         "step-underflow",
-        "no step is small enough at {time:.6g} s; a looser tolerance may help, or a force law without jumps",
+        "no step is small enough at {time:.6g} s; try a looser tolerance, or a force law without jumps",
     ),
     run_control.TIME_LIMIT: (
         "time-limit",
-        "took {time:.6g} s of motion{whole}, as long as it may; simulate.time_limit allows more",
+        "reached the time limit of {time:.6g} s{whole}; increase simulate.time_limit",
     ),
     run_control.STALLED: (
         "stalled",
-        "the drive stalls: at {time:.6g} s, after {turned:.4g}{whole}, the crank does not get through; more torque, a "
-        "flywheel or a larger initial speed help, or smaller loads",
+        "the drive stalls: at {time:.6g} s, after {turned:.4g}{whole}, the crank stops; increase torque, flywheel "
+        "inertia or initial speed, or reduce the loads",
     ),
     run_control.LEFT_BEARING: (
         LEFT_BEARING,
@@ -69,8 +70,7 @@ _STATUS = {
 
 _AT_REST = (
     "at-rest",
-    "the oil has stopped the bodies before the impacts that simulate.impacts asks for; ask for fewer, or take thinner "
-    "oil or a higher speed",
+    "the oil stops the bodies before simulate.impacts is reached; reduce it, or use thinner oil or a higher speed",
 )
 REST = 1e-3  # of the initial speed: slower bodies count as at rest when no step is small enough
 
@@ -91,8 +91,8 @@ class Outcome(NamedTuple):
     scene: Scene
     status: str
     message: str  # why it failed, or ''
-    whole: np.ndarray  # Totals by joint, as are the next four
-    joint: np.ndarray
+    whole: WholeTotals  # Totals by joint, as are the next four
+    joint: ContactTotals
     wear: np.ndarray
     account: np.ndarray
     friction: np.ndarray
@@ -102,7 +102,7 @@ class Outcome(NamedTuple):
     marks: Marks
     ends: FinalContacts
     events: int  # events located without a search
-    counts: np.ndarray  # of the whole integration
+    counts: Counts  # of the whole integration
     seconds: float  # s, processor time
     duration: float  # s, of the window
     figures: Mapping[str, float | None]  # statistics found during the run
@@ -131,7 +131,7 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
         turns=turns._make([array.copy() for array in turns]),
         marks=run.marks,
         ends=run.ends(),
-        events=run.work.counts.item(events.EVENTS),
+        events=int(run.work.counts.events),
         counts=run.counts,
         seconds=run.duration,
         duration=duration,
@@ -149,7 +149,7 @@ def _exceeded_forces(totals: Totals, duration: float) -> list[float]:
 
 def _dry_times(totals: Totals, layout: Layout, duration: float) -> list[float]:
     """Return how long (s) each joint's dry contact carries load in a window of `duration` (s); totals : by joint."""
-    least = LEAST_DRY * totals.joint[:, LOAD_TIME] / duration
+    least = LEAST_DRY * totals.joint.column("load_time") / duration
     return [
         time_above(least[place], totals.dry[place]) if joint.film else 0.0 for place, joint in enumerate(layout.joints)
     ]
@@ -191,9 +191,9 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
         time=run.work.y[run.work.time],
         turned=(run.work.y[run.work.independent] - scene.crank_clock.at(0.0)) / (2.0 * math.pi),
         whole=whole,
-        events=int(run.work.counts[events.EVENTS]),
-        steps=int(run.work.counts[events.STEPS]),
-        rejected=int(run.work.counts[events.REJECTED]),
+        events=int(run.work.counts.events),
+        steps=int(run.work.counts.steps),
+        rejected=int(run.work.counts.rejected),
         patience=scene.case.simulate.time_budget,
         budget=control_of(scene, end, keep_events=False).step_budget,
         **(_escaped_journal(scene, run) if run.status == run_control.LEFT_BEARING else {}),
@@ -203,7 +203,7 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
 
 def _escaped_journal(scene: Scene, run: Run) -> dict[str, str | float]:
     """Return which journal left its bearing, when (s, revolutions) and its eccentricity (mm)."""
-    work, contact = run.work, int(run.work.stepper[run_control.STEPPER_CONTACT])
+    work, contact = run.work, int(run.work.stepper.contact)
     ends = np.cumsum([len(joint.contacts) for joint in scene.layout.joints])
     place = int(np.searchsorted(ends, contact, side="right"))
     joint: Any = scene.value.joints[place]  # mypy takes it for a tuple of anything
@@ -282,5 +282,5 @@ def _duration(scene: Scene, run: Run, end: float) -> float:
     if not scene.mechanism.turns:
         return float(run.work.end[run.work.time])
     if scene.crank_clock.free:
-        return float(run.work.end[run.work.time] - run.totals.whole[OPENED])
+        return float(run.work.end[run.work.time] - run.totals.whole.opened)
     return end - scene.crank_clock.at(scene.case.simulate.discard)

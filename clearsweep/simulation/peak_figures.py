@@ -5,7 +5,6 @@ from collections.abc import Callable
 from functools import partial
 
 from ..contracts.catalogue import Figure, Shown
-from ..mechanics.solver.accumulate import totals as total_columns
 from .window import Window
 
 WITHIN = 1e-9  # relative difference below which two peaks are the same
@@ -19,7 +18,7 @@ def ideal_peak(window: Window, place: int) -> float | None:
 def load_peak(window: Window, place: int) -> float:
     """Return the largest resultant (N) of normal and friction force."""
     joint = window.totals.joint[place]
-    return float(max(joint[total_columns.FORCE_MAX], math.sqrt(joint[total_columns.LOAD_MAX])))
+    return float(max(joint.force_max, math.sqrt(joint.load_max)))
 
 
 def peak_ratio(window: Window, place: int) -> float | None:
@@ -30,7 +29,7 @@ def peak_ratio(window: Window, place: int) -> float | None:
 
 def peak_turn(window: Window, place: int) -> int | None:
     """Return the revolution of the largest normal force, or None if that revolution is incomplete."""
-    highest, largest = window.spreads[place].highest, window.totals.joint[place, total_columns.FORCE_MAX]
+    highest, largest = window.spreads[place].highest, window.totals.joint[place].force_max
     return highest[1] if highest and highest[0] >= (1.0 - WITHIN) * largest > 0.0 else None
 
 

@@ -153,7 +153,7 @@ def _factor(joint: Joint, names: list[str]) -> str:
     softest, stiffest = min(forces, key=forces.__getitem__), max(forces, key=forces.__getitem__)
     at = wording.text(DEPTH, "m", 1)
     return (
-        f"The {len(forces)} elastic laws that hold differ by a factor of "
+        f"The {len(forces)} valid elastic laws differ by a factor of "
         f"{wording.plain(forces[stiffest] / forces[softest])} in force at {at}, from {softest} to {stiffest}."
     )
 
@@ -175,7 +175,7 @@ def _of(joint: Joint, verdicts: Iterable[Verdict]) -> list[Recommendation]:
     return recommended
 
 
-_NO_RESTITUTION = "the joint asks for no restitution"
+_NO_RESTITUTION = "the joint has no restitution"
 
 
 def _rank(verdict: Verdict) -> int:

@@ -23,7 +23,6 @@ from ..judging.validity import (
 )
 from ..mechanics.joint import registry
 from ..mechanics.joint.film import reynolds
-from ..mechanics.solver.accumulate.totals import DRAINED_ENERGY, FED_ENERGY, ONSETS
 from .scene import Scene
 from .window import Window
 
@@ -55,7 +54,7 @@ def _lasting(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
     """Yield joint and onset rate (m/s) of every contact that lasts for the whole window."""
     for j, joint in enumerate(scene.case.joints):
         rate = float(window.onset[j])
-        if joint.contact.onset == "first" and not math.isnan(rate) and window.totals.joint[j, ONSETS] == 0.0:
+        if joint.contact.onset == "first" and not math.isnan(rate) and window.totals.joint[j].onsets == 0.0:
             yield joint.name, rate
 
 
@@ -63,7 +62,8 @@ def _lubricated(scene: Scene, window: Window, summary: Mapping[str, Any]) -> Ite
     """Yield the state of every film."""
     for place, joint in enumerate(scene.case.joints):
         if joint.film:
-            fed, drained = window.totals.joint[place, [FED_ENERGY, DRAINED_ENERGY]]
+            totals = window.totals.joint[place]
+            fed, drained = totals.fed_energy, totals.drained_energy
             yield Lubricated(
                 joint.name,
                 joint.film.limit,

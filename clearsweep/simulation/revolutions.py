@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..contracts.layout import MOST_REVOLUTIONS
-from ..mechanics.solver.accumulate.turns import Turns
+from ..mechanics.solver.accumulate.within_step import Turns
 from .extreme import expected_largest
 from .scene import Scene, state_units
 from .spread import Spread, quantiles

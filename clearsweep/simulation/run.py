@@ -4,7 +4,7 @@ import functools
 import itertools
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from ..language import phases
 from ..mechanics.compiled.family import NO_ENTRY, form_number, put_numbers
 from ..mechanics.compiled.pinned import Pinned
 from ..mechanics.coupling.guards import guards_of
-from ..mechanics.coupling.rates import observed_width, samples_of, slopes_of
+from ..mechanics.coupling.rates import samples_of, slopes_of
 from ..mechanics.coupling.state import every_state
 from ..mechanics.coupling.trial_step import rates_of, stages_of, sweep_of
 from ..mechanics.coupling.wear import room_of, wear_of
@@ -29,103 +29,33 @@ from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
 from ..mechanics.mechanism.contract import friction_laws
 from ..mechanics.observe import histogram
 from ..mechanics.observe.histogram import MOMENTS
-from ..mechanics.observe.stages import PLACES, STAGES
 from ..mechanics.solver import event as events
-from ..mechanics.solver import loop, newton, run_control
+from ..mechanics.solver import loop, radau, run_control
 from ..mechanics.solver.accumulate import totals as total_columns
-from ..mechanics.solver.accumulate.record import Record
-from ..mechanics.solver.accumulate.step_sums import step_width
-from ..mechanics.solver.accumulate.turns import Turns
-from ..mechanics.solver.bernstein import COEFFICIENTS, ROWS
-from ..mechanics.trace.symbols import WIDTH
+from ..mechanics.solver.accumulate.within_step import Record, Turns
 from . import watch
 from .lyapunov import Branches, Perturbed
 from .progress import Revolutions
 from .revolutions import NO_MARKS, Marks, buffers_for
+from .run_arrays import Memory, arrays_of, fields_from
 from .scene import Scene, state_units
-from .start import NOWHERE, Start, control_of, first_forms, parts_of, period, start_of
+from .start import NOWHERE, Start, control_of, parts_of, period, start_of
 from .watch import Observer
 
 TIME_BUDGET = -1  # a further status besides those of the loop
 NO_EVENTS = np.empty((0, 5))
-PIECE = 16384  # bytes: need of a short motion without histograms
 MOST_KEPT = 2**23  # bytes of time histories of a run that waits for the next case
 
-Arrays = dict[str, np.ndarray]  # name of a field of Work, Totals or Turns -> array
 
-
-def arrays_of(scene: Scene) -> Arrays:
-    """Return the arrays that a step of `scene` uses, as zeros, and `begun`, the initial values in one array."""
-    contacts, n = len(every_contact(scene.value.joints)), scene.start.size
-    begun: dict[str, tuple[int, ...]] = {
-        **first_forms(scene),
-        "stepper": (run_control.STEPPER_SIZE,),
-        **dict.fromkeys(("highest", "since"), (contacts,)),
-        "whole": (total_columns.WHOLE,),
-        "joint": (contacts, total_columns.JOINT),
-    }
-    step = {
-        "k": (n, PLACES),
-        "o": (observed_width(scene.value), PLACES),
-        "nodes": (n + 1, STAGES),
-        "f": (n, STAGES),
-        "polynomials": (ROWS, COEFFICIENTS),
-        "step": (step_width(contacts),),
-        "spent": (contacts, total_columns.SPENT, histogram.PARTS),
-        "end": (n,),
-        "z": (n,),
-    }
-    numbers, arrays = np.zeros(sum(map(math.prod, begun.values()))), dict[str, np.ndarray]()
-    ends = itertools.accumulate(map(math.prod, begun.values()))
-    for (name, shape), end in zip(begun.items(), ends, strict=True):
-        arrays[name] = numbers[end - math.prod(shape) : end].reshape(shape)
-    arrays |= {name: _aligned(shape) for name, shape in step.items()}
-    whole = {"mode": (contacts,), "rubs": (contacts,), "bins": (contacts, total_columns.HIGHEST_BIN + 1)}
-    return arrays | {name: np.zeros(shape, np.int64) for name, shape in whole.items()} | {"begun": numbers}
-
-
-def _aligned(shape: tuple[int, ...]) -> np.ndarray:
-    """Return zeros that are aligned for vector registers."""
-    numbers = np.zeros(math.prod(shape) + WIDTH)
-    first = -numbers.ctypes.data // 8 % WIDTH
-    return numbers[first : first + math.prod(shape)].reshape(shape)
-
-
-def _fields_from(form: type, arrays: Arrays) -> Arrays:
-    """Return the arrays that are fields of a NamedTuple."""
-    return {name: arrays[name] for name in form.__annotations__ if name in arrays}
-
-
-class _Memory:
-    """Arrays that start as zeros, cut from a few large blocks so that they are cleared quickly."""
-
-    def __init__(self) -> None:
-        self.pieces: list[np.ndarray] = []
-        self.used = 0  # bytes used of the latest block
-
-    def zeros(self, shape: int | tuple[int, ...], dtype: Any = float) -> np.ndarray:
-        """Return an array of zeros."""
-        size = math.prod(shape if isinstance(shape, tuple) else (shape,)) * np.dtype(dtype).itemsize
-        if not self.pieces or self.used + size > PIECE:
-            self.pieces.append(np.zeros(max(size, PIECE), np.uint8))
-            self.used = 0
-        first, self.used = self.used, self.used + -(-size // 8) * 8
-        part: np.ndarray = self.pieces[-1][first : first + size].view(dtype).reshape(shape)
-        return part
-
-    def clear(self) -> None:
-        """Set all of them to zero."""
-        for piece in self.pieces:
-            piece.fill(0)
-
-
-def _accumulators_of(scene: Scene, contacts: int, zeros: Callable[..., np.ndarray]) -> total_columns.Totals:
-    """Return the accumulators of `contacts`; `zeros` creates the arrays."""
+def _accumulators_of(
+    scene: Scene, contacts: int, arrays: Mapping[str, Any], zeros: Callable[..., np.ndarray]
+) -> total_columns.Totals:
+    """Return the accumulators of `contacts` with some arrays; `zeros` creates the others."""
     parts = scene.layout.joints
     worn = any(part.wear_bins for part in parts)
     bins = max(min(part.wear_bins, FINEST) * part.wear_rows for part in parts)
     return total_columns.Totals(
-        **dict.fromkeys(total_columns.OF_STEPS, np.zeros(0)),
+        **arrays,
         histogram=np.zeros((contacts, histogram.BINS, 2)),
         dry=np.zeros((contacts if any(part.film for part in parts) else 0, histogram.BINS, 2)),
         step_values=zeros((contacts, histogram.COURSES, histogram.PARTS + 1)),
@@ -154,7 +84,7 @@ class Run:
     def __init__(self, start: Start, *, turned: bool = False):
         """Initialise at `start`; its times are in s or, for a free crank that has `turned`, in rad."""
         scene, value, contacts = start.scene, start.scene.value, every_contact(start.scene.value.joints)
-        internal, self.memory = every_state(value), _Memory()
+        internal, self.memory = every_state(value), Memory()
         n, many, zeros = scene.start.size, len(contacts), self.memory.zeros
         self.number, self.form, self.turned = form_number(value), start.form, turned
         self.arrays = arrays = arrays_of(scene)
@@ -163,7 +93,7 @@ class Run:
         independent = 0 if scene.crank_clock.free else moment
         self.given = start.given.copy()
         given = parts_of(self.given, start.form, many, len(internal))
-        self.totals = _accumulators_of(scene, many, zeros)._replace(**_fields_from(total_columns.Totals, arrays))
+        self.totals = _accumulators_of(scene, many, fields_from(total_columns.Totals, arrays), zeros)
         samples = zeros((given.times.size, len(scene.layout.channels)))
         self.record = Record(given.times, samples, independent if turned else moment)
         self.work = events.Work(
@@ -185,18 +115,18 @@ class Run:
             began=given.began,
             guards=guards_of(value, self.parameters, zeros),
             limit_depth=given.limit_depth,
-            counts=zeros(events.COUNTS, dtype=np.int64),
-            method=zeros(3, dtype=np.int64),
+            counts=events.Counts.zeros(zeros=zeros),
+            method=events.Method.zeros(zeros=zeros),
             proposals=zeros(2 << many),
             paces=zeros(2 << many),
-            control=np.zeros(len(run_control.Control._fields)),
+            control=run_control.ControlNumbers.zeros(),
             log=np.empty((loop.LOG_ROWS, 5)),
-            slopes=zeros(2, dtype=np.int64),
-            implicit=newton.implicit_of(n, zeros),
+            slopes=events.Slopes.zeros(zeros=zeros),
+            implicit=radau.implicit_of(n, zeros),
             totals=self.totals,
             record=self.record,
-            turns=buffers_for(given.marks, n, many, zeros)._replace(**_fields_from(Turns, arrays)),
-            **_fields_from(events.Work, arrays),
+            turns=buffers_for(given.marks, n, many, zeros)._replace(**fields_from(Turns, arrays)),
+            **fields_from(events.Work, arrays),
         )
         self.kept = Pinned(self.work)
         self._begin(start)
@@ -250,11 +180,11 @@ class Run:
             began = time.perf_counter()
             loop.integrate(self.kept)
             self.duration += time.perf_counter() - began
-            waits = not self.ended(int(self.work.stepper[run_control.STEPPER_STATUS]))
+            waits = not self.ended(int(self.work.stepper.status))
 
     def use_control(self, control: run_control.Control) -> None:
         """Use `control` from the present state on."""
-        self.work.control[:], self.work.stepper[run_control.STEPPER_BEGUN], self.logs = control, 0.0, []
+        self.work.control.numbers[:], self.work.stepper.begun, self.logs = control, 0.0, []
 
     def ended(self, status: int) -> bool:
         """Return whether the paused integration has ended; if not, prepare to resume it.
@@ -262,18 +192,18 @@ class Run:
         Code for stiff motion is compiled only when it is needed.
         """
         work = self.work
-        if logged := int(work.stepper[run_control.STEPPER_LOGGED]):
+        if logged := int(work.stepper.logged):
             self.logs.append(work.log[:logged].copy())
-        self.status, work.stepper[run_control.STEPPER_BEGUN] = status, 0.0
+        self.status, work.stepper.begun = status, 0.0
         if status == run_control.TURNS_STIFF:
-            work.slopes[:] = slopes_of(self.value, self.parameters)
+            work.slopes.numbers[:] = slopes_of(self.value, self.parameters)
             return False
         if self.phase:
-            self.phase.note(share=float(work.y[work.independent] / work.control[run_control.CONTROL_END]))
+            self.phase.note(share=float(work.y[work.independent] / work.control.end))
         if status == run_control.PAUSED and time.process_time() >= self.deadline:
             self.status = TIME_BUDGET
             return True
-        return status != run_control.PAUSED or bool(work.y[work.independent] >= work.control[run_control.CONTROL_PAUSE])
+        return status != run_control.PAUSED or bool(work.y[work.independent] >= work.control.pause)
 
     def log(self) -> np.ndarray:
         """Return the events, (events, 5), since `control` was set."""
@@ -287,11 +217,11 @@ class Run:
     def conclude(self, log: np.ndarray) -> None:
         """Record all events and the work counts of the integration."""
         self.events = log
-        self.counts += self.work.counts
+        self.counts.numbers[:] += self.work.counts.numbers
 
     def spent(self, other: "Run") -> None:
         """Add the work counts of another run."""
-        self.counts += other.counts
+        self.counts.numbers[:] += other.counts.numbers
         self.duration += other.duration
 
 
@@ -373,14 +303,14 @@ def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers
     perturbed = Perturbed(control, neighbour, state_units(scene), scene.case.simulate.tolerance, _branches(scene))
     call(run, control, scene, (*watchers, perturbed))
     run.figures = perturbed.figures(period(scene))
-    neighbour.counts += neighbour.work.counts
+    neighbour.counts.numbers[:] += neighbour.work.counts.numbers
     run.spent(neighbour)
 
 
 def start(run: Run, control: run_control.Control) -> None:
     """Start a run with `control` and its initial method."""
-    if control.method == events.IMPLICIT and run.work.stepper[run_control.STEPPER_NEXT_LENGTH] == 0.0:
-        run.work.method[:] = (events.IMPLICIT, 0, events.IMPLICIT)
+    if control.method == events.IMPLICIT and run.work.stepper.next_length == 0.0:
+        run.work.method.current = run.work.method.next = events.IMPLICIT
     run.use_control(control)
 
 

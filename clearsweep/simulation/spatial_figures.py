@@ -4,9 +4,8 @@ import math
 
 from ..contracts.catalogue import ENDLESS, Figure, Shown
 from ..mechanics.joint.spatial import jam_angle
-from ..mechanics.solver.accumulate.totals import FORCE_TIME
 from .sums import PerRevolution
-from .window import AXIAL_FORCE_MAX, AXIAL_ONSETS, TILT_MAX, UNEVEN_TIME, Window
+from .window import JointTotals, Window
 
 
 def tilt_limit(window: Window, place: int) -> float | None:
@@ -15,10 +14,17 @@ def tilt_limit(window: Window, place: int) -> float | None:
     return angle if math.isfinite(angle) else None
 
 
+def in_space(window: Window, place: int) -> JointTotals:
+    """Return the figures of a spatial joint."""
+    joint = window.totals.joint[place]
+    assert isinstance(joint, JointTotals)
+    return joint
+
+
 def edge_load_share(window: Window, place: int) -> float:
     """Return the imbalance of wall loads: difference of normal forces over their sum, both averaged over time."""
-    joint = window.totals.joint[place]
-    return float(joint[UNEVEN_TIME] / joint[FORCE_TIME]) if joint[FORCE_TIME] else 0.0
+    joint = in_space(window, place)
+    return float(joint.uneven_time / joint.force_time) if joint.force_time else 0.0
 
 
 SPATIAL = (
@@ -28,7 +34,7 @@ SPATIAL = (
         "largest angle between the axes of bearing and journal",
         of="joint",
         needs=("spatial",),
-        value=lambda window, place: window.totals.joint[place, TILT_MAX],
+        value=lambda window, place: in_space(window, place).tilt_max,
         shown=(Shown("forces", "tilt", 20),),
     ),
     Figure(
@@ -57,7 +63,7 @@ SPATIAL = (
         "largest normal force at a flange, located",
         of="joint",
         needs=("spatial", "axial"),
-        value=lambda window, place: window.totals.joint[place, AXIAL_FORCE_MAX],
+        value=lambda window, place: in_space(window, place).axial_force_max,
         shown=(Shown("forces", "axial force peak", 23),),
     ),
     Figure(
@@ -66,7 +72,7 @@ SPATIAL = (
         "contact onsets at the flanges in the window per revolution",
         of="joint",
         needs=("spatial", "axial"),
-        sums=PerRevolution(AXIAL_ONSETS),
+        sums=PerRevolution("axial_onsets"),
         shown=(Shown("forces", "axial impacts{per_rev}", 24),),
     ),
 )

@@ -15,7 +15,7 @@ import numpy as np
 from ..contracts.catalogue import Figure
 from ..contracts.layout import Layout
 from ..mechanics.observe import histogram
-from ..mechanics.solver.accumulate.totals import LOAD_TIME, Totals
+from ..mechanics.solver.accumulate.totals import Totals
 from .spread import CONFIDENCE, dependence
 from .window import LEAST_DRY, RARELY, Summed, Window
 
@@ -35,8 +35,8 @@ def half_width(values: np.ndarray) -> float:
     return float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(variance)
 
 
-def _sum(totals: Totals | Summed, place: int | None, column: int) -> Any:
-    return totals.whole[column] if place is None else totals.joint[place, column]
+def _sum(totals: Totals | Summed, place: int | None, name: str) -> Any:
+    return getattr(totals.whole if place is None else totals.joint[place], name)
 
 
 def _mean(times: np.ndarray, sums: Sequence[Any]) -> tuple[float, float]:
@@ -47,11 +47,11 @@ def _mean(times: np.ndarray, sums: Sequence[Any]) -> tuple[float, float]:
 class Mean(NamedTuple):
     """A mean over time, from an integral over time."""
 
-    column: int  # of Totals.joint or Totals.whole
+    name: str  # of a field of ContactTotals or WholeTotals
 
     def take(self, totals: Totals | Summed, place: int | None) -> Any:
         """Return the integral."""
-        return _sum(totals, place, self.column)
+        return _sum(totals, place, self.name)
 
     def value(self, window: Window, place: int | None) -> Any:
         """Return the mean over the window."""
@@ -87,8 +87,8 @@ def of_joint(figure: Figure, layout: Layout, joint: str) -> Figure:
 class Share(NamedTuple):
     """The ratio of two integrals over time."""
 
-    part: int  # column of Totals.joint or Totals.whole
-    whole: int  # column of the denominator
+    part: str  # field of ContactTotals or WholeTotals
+    whole: str  # the denominator
 
     def take(self, totals: Totals | Summed, place: int | None) -> Any:
         """Return both integrals."""
@@ -111,11 +111,11 @@ class Share(NamedTuple):
 class RootMean(NamedTuple):
     """A root mean square, from the integral of the square over time."""
 
-    column: int  # of Totals.joint or Totals.whole
+    name: str  # of a field of ContactTotals or WholeTotals
 
     def take(self, totals: Totals | Summed, place: int | None) -> Any:
         """Return the integral of the square."""
-        return _sum(totals, place, self.column)
+        return _sum(totals, place, self.name)
 
     def value(self, window: Window, place: int | None) -> Any:
         """Return the root mean square over the window."""
@@ -131,11 +131,11 @@ class RootMean(NamedTuple):
 class PerRevolution(NamedTuple):
     """A mean over revolutions, from a count."""
 
-    column: int  # of Totals.joint or Totals.whole
+    name: str  # of a field of ContactTotals or WholeTotals
 
     def take(self, totals: Totals | Summed, place: int | None) -> Any:
         """Return the count."""
-        return _sum(totals, place, self.column)
+        return _sum(totals, place, self.name)
 
     def value(self, window: Window, place: int | None) -> Any:
         """Return the mean over the window's revolutions."""
@@ -197,7 +197,7 @@ class DryTime(NamedTuple):
 
     def take(self, totals: Totals, place: int | None) -> Any:
         """Return the joint's histogram of the dry force over time, and the integral of its load (N s)."""
-        return totals.dry[place].copy(), _sum(totals, place, LOAD_TIME)
+        return totals.dry[place].copy(), _sum(totals, place, "load_time")
 
     def value(self, window: Window, place: int) -> Any:
         """Return the share of the window."""

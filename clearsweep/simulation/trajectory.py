@@ -18,9 +18,8 @@ from ..language import phases
 from ..language.errors import InputError, shown
 from ..mechanics.compiled.family import empty_entries
 from ..mechanics.observe.histogram import compile_exceeded
-from ..mechanics.solver import event as events
 from ..mechanics.solver import loop, run_control
-from ..mechanics.solver.accumulate.record import Record
+from ..mechanics.solver.accumulate.within_step import Record
 from .extrapolation import extrapolated_life
 from .figures import COST, SETUP
 from .heat import Balance, at_equilibrium, has_balance
@@ -196,7 +195,7 @@ def finish_samples(scene: Scene, run: Run) -> None:
         raise InputError(f"times: found {times[-1]:.6g} s; the run lasts from 0 to {last:.6g} s")
     times[:] = np.minimum(times, last)
     run.work.y[:] = run.work.end
-    run.work.stepper[run_control.STEPPER_NEXT_LENGTH] = 0.0
+    run.work.stepper.next_length = 0.0
     run.go(control_of(scene, math.inf, keep_events=False)._replace(window=math.inf, step_budget=0))
     run.status = run_control.OK
 
@@ -265,7 +264,7 @@ def _run_life(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer
         *([] if ageing.constant else ageing.records),
         *(block_record for each in further.values() for block_record in each.records),
     ]:
-        run.counts += block_record.counts
+        run.counts.numbers[:] += block_record.counts
         run.duration += float(block_record.seconds[0])
     trajectory = _converged_trajectory(aged, run, watch, times)
     trajectory.summary.update(ageing.figures(life))
@@ -372,10 +371,9 @@ def sampling_times(scene: Scene) -> np.ndarray:
 def work_counts(scene: Scene) -> dict[str, int]:
     """Return the work counts of a slider-crank: steps, rejected steps, evaluations, evaluations for events."""
     counts = integration_of(scene, NOWHERE, scene.crank_clock.at(scene.case.simulate.revolutions)).work.counts
-    places = {
-        "steps": events.STEPS,
-        "steps_rejected": events.REJECTED,
-        "rhs_evaluations": events.EVALUATIONS,
-        "rhs_evaluations_locating": events.LOCATING,
+    return {
+        "steps": int(counts.steps),
+        "steps_rejected": int(counts.rejected),
+        "rhs_evaluations": int(counts.evaluations),
+        "rhs_evaluations_locating": int(counts.locating),
     }
-    return {name: int(counts[place]) for name, place in places.items()}

@@ -12,12 +12,13 @@ import numpy as np
 
 from ..mechanics.solver import run_control
 from ..mechanics.solver.event import Work
+from ..mechanics.trace.fields import Fields
 
 #: Turns before the end of a revolution at which a run pauses: longer than a step, so that it can still end there.
 LEAD = 0.025
 
 
-_OWN = "control", "counts", "log", "slopes", "step"  # of a run, not of its motion
+_OWN = "control", "counts", "log", "slopes", "step", "contact_steps", "profiles"  # of a run, not of its motion
 Moment = dict[str, np.ndarray]  # copies by name of all arrays that determine the further motion
 
 
@@ -88,4 +89,5 @@ def _arrays(work: Work) -> dict[str, np.ndarray]:
     """Return the arrays of `work` (event.Work) by name, those of the implicit method among them."""
     implicit: Any = work.implicit  # mypy takes it for a tuple of anything
     fields: dict[str, Any] = work._asdict() | implicit._asdict()
-    return {name: value for name, value in fields.items() if isinstance(value, np.ndarray)}
+    numbers = {name: value.numbers if isinstance(value, Fields) else value for name, value in fields.items()}
+    return {name: value for name, value in numbers.items() if isinstance(value, np.ndarray)}

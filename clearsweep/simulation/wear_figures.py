@@ -19,7 +19,6 @@ from ..mechanics.joint.wear.contract import (
     WIDE,
     class_width,
 )
-from ..mechanics.solver.accumulate.totals import CONTACT_TIME, FORCE_TIME
 from .sums import DepthRate
 from .window import Window
 
@@ -62,14 +61,14 @@ def bins_enough(window: Window, place: int) -> int:
 
 def pressure_mean(window: Window, place: int) -> float:
     """Return the mean pressure (Pa) over the contact arc and the time in contact, 0 without contact."""
-    time = window.totals.joint[place, CONTACT_TIME]
+    time = window.totals.joint[place].contact_time
     return float(window.totals.account[place, PRESSURE_TIME] / time) if time else 0.0
 
 
 def pv_mean(window: Window, place: int) -> float:
     """Return the mean normal force over diameter and length (Pa) times the mean sliding speed (m/s), W/m^2."""
     case = window.case.joints[place]
-    force = window.totals.joint[place, FORCE_TIME] / window.duration
+    force = window.totals.joint[place].force_time / window.duration
     speed = (window.totals.account[place, SLID] - window.slid[place]) / window.duration
     assert case.length is not None  # joints with wear have both
     assert case.bearing_radius is not None

@@ -12,39 +12,43 @@ from ..contracts.layout import WALLS, JointLayout, Layout
 from ..mechanics.joint import dry
 from ..mechanics.joint.wear.contract import ARCS, FINEST, PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLID
 from ..mechanics.solver.accumulate.totals import (
-    APPROACH,
-    BEYOND_TIME,
-    CLIPS,
-    CONTACT_TIME,
-    DEPTH_MAX,
-    FORCE_MAX,
-    FORCE_SQUARE,
-    FORCE_TIME,
-    FRICTION_ENERGY,
-    HEAT,
-    JOINT,
-    LOAD_MAX,
-    ONSET_MAX,
-    ONSETS,
-    PEAK,
+    ContactTotals,
     Totals,
+    WholeTotals,
 )
+from ..mechanics.solver.event import Counts
 from .spread import Spread
 
-LARGEST = (CONTACT_TIME, BEYOND_TIME, FORCE_MAX, LOAD_MAX, DEPTH_MAX, ONSET_MAX, PEAK, APPROACH)  # of Totals.joint
-#: Columns after those of Totals.joint, for a spatial joint: largest force (N) at a flange, onsets there; N s, of the
-#: difference between the walls; rad.
-AXIAL_FORCE_MAX, AXIAL_ONSETS, UNEVEN_TIME, TILT_MAX, WIDTH = range(JOINT, JOINT + 5)
+#: Fields of ContactTotals of which the largest counts.
+LARGEST = (
+    "contact_time",
+    "beyond_time",
+    "force_max",
+    "load_max",
+    "depth_max",
+    "onset_max",
+    "peak",
+    "approach",
+)
 RARELY = 0.01  # of the window's time
 LEAST_DRY = 1e-3  # of a joint's mean load: a smaller dry force does not count
 FEW = 4  # bins repeated beyond the seam of the circle
 
 
+class JointTotals(ContactTotals):
+    """Figures of the window for a joint; those of its own are of a joint in space."""
+
+    axial_force_max: float  # N, at a flange
+    axial_onsets: float  # there
+    uneven_time: float  # N s, of the difference between the walls
+    tilt_max: float  # rad
+
+
 class Summed(NamedTuple):
     """Sums and maxima of one integration by joint: a Totals without histograms and scratch arrays."""
 
-    whole: np.ndarray
-    joint: np.ndarray  # (joints, JOINT, or WIDTH for spatial joints)
+    whole: WholeTotals
+    joint: ContactTotals  # (joints,), JointTotals where a joint has several contacts
     wear: np.ndarray
     account: np.ndarray
     friction: np.ndarray  # (joints without clearance that have friction,) J
@@ -62,7 +66,7 @@ class Window(NamedTuple):
     dry: list[float]  # s, by joint: time with a dry force above LEAST_DRY of its mean load; 0 without a film
     ideal: Mapping[str, float]  # N, largest reaction of each joint without clearance
     wear: dict[str, tuple[np.ndarray, np.ndarray]]  # m, see `wear_of`
-    counts: np.ndarray  # see solver.event, for the whole integration
+    counts: Counts  # of the whole integration
     events: int  # of the motion itself
     seconds: float  # s, integration time
     duration: float  # s
@@ -86,7 +90,8 @@ def by_joint(totals: Totals, layout: Layout) -> Totals:
     if not any(joint.corners for joint in layout.joints):
         return totals
     rows, bearing = rows_of(layout), bearing_of(layout)
-    joints = np.array([_together(totals.joint[row], joint) for row, joint in zip(rows, layout.joints, strict=True)])
+    pairs = zip(rows, layout.joints, strict=True)
+    joints = JointTotals(np.array([_together(totals.joint[row], joint).numbers for row, joint in pairs]))
     account = np.array([worn_together(totals.account[row], totals.joint[row]) for row in rows])
     wear = totals.wear.reshape(len(totals.joint), -1)[[row.start for row in rows]].ravel()
     histogram = np.array([totals.histogram[row].sum(axis=0) for row in bearing])
@@ -102,7 +107,8 @@ def _with_friction(totals: Totals, layout: Layout) -> Totals:
     for name, taken in zip(layout.frictions, totals.friction, strict=True):
         if name in opened:
             row, _ = opened[name]
-            joint[row.start, [FRICTION_ENERGY, HEAT]] += taken
+            joint[row.start].friction_energy += taken
+            joint[row.start].heat += taken
         else:
             work[name] += taken
     return totals._replace(joint=joint, friction=np.array(list(work.values())))
@@ -120,34 +126,35 @@ def bearing_of(layout: Layout) -> list[slice]:
     return [slice(row.start + joint.corners, row.stop - 1) if joint.telling else row for row, joint in pairs]
 
 
-def _together(contacts: np.ndarray, joint: JointLayout) -> np.ndarray:
-    """Return the sums of a joint, (WIDTH,), from those of its contacts, (contacts, JOINT)."""
-    together = np.zeros(WIDTH)
+def _together(contacts: ContactTotals, joint: JointLayout) -> JointTotals:
+    """Return the sums of a joint from those of its contacts, (contacts,)."""
+    together = JointTotals.zeros()
     touching = contacts[:WALLS] if joint.telling else contacts
-    together[:JOINT] = touching.sum(axis=0)
-    for column in LARGEST:
-        together[column] = touching[:, column].max()
+    together.numbers[: ContactTotals.SIZE] = touching.numbers.sum(axis=0)
+    for name in LARGEST:
+        setattr(together, name, touching.column(name).max())
     if joint.telling:
-        points, flanges, (whole, uneven) = contacts[: joint.corners], contacts[WALLS : joint.corners], contacts[-2:]
-        for column in (FORCE_SQUARE, FORCE_MAX, LOAD_MAX):
-            together[column] = whole[column]
-        together[CLIPS], together[FRICTION_ENERGY] = points[:, CLIPS].sum(), points[:, FRICTION_ENERGY].sum()
-        together[AXIAL_FORCE_MAX] = flanges[:, FORCE_MAX].max(initial=0.0)
-        together[AXIAL_ONSETS] = flanges[:, ONSETS].sum()
-        together[UNEVEN_TIME], together[TILT_MAX] = uneven[FORCE_TIME], math.asin(min(uneven[DEPTH_MAX], 1.0))
+        points, flanges = contacts[: joint.corners], contacts[WALLS : joint.corners]
+        whole, uneven = contacts[-2], contacts[-1]
+        for name in ("force_square", "force_max", "load_max"):
+            setattr(together, name, getattr(whole, name))
+        together.clips, together.friction_energy = points.column("clips").sum(), points.column("friction_energy").sum()
+        together.axial_force_max = flanges.column("force_max").max(initial=0.0)
+        together.axial_onsets = flanges.column("onsets").sum()
+        together.uneven_time, together.tilt_max = uneven.force_time, math.asin(min(uneven.depth_max, 1.0))
     return together
 
 
-def worn_together(accounts: np.ndarray, contacts: np.ndarray) -> np.ndarray:
+def worn_together(accounts: np.ndarray, contacts: ContactTotals) -> np.ndarray:
     """Return the wear account of a joint, (ACCOUNT,), from those of its contacts, (contacts, ACCOUNT).
 
     Maxima and the time beyond the limit are those of one contact; the mean pressure is over the times
-    in contact of each.  contacts : their rows of Totals.joint.
+    in contact of each.  contacts : their sums.
     """
     together: np.ndarray = accounts.sum(axis=0)
     for column in (PRESSURE_MAX, PV_MAX, PV_BEYOND, SLID):
         together[column] = accounts[:, column].max()
-    time = contacts[accounts[:, ARCS] > 0.0, CONTACT_TIME]
+    time = contacts.column("contact_time")[accounts[:, ARCS] > 0.0]
     if time.size:
         together[PRESSURE_TIME] *= time.max() / time.sum()
     return together

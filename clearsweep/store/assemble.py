@@ -40,7 +40,7 @@ def merge(
         for name in sorted(known):
             if merged.get(name) != known[name]:
                 state = "damaged (its checksum is not that in run.json)" if name in merged else "missing"
-                say(f"{name}: {state}; made anew of the batches")
+                say(f"{name}: {state}; written again from the batches")
     worst = worst_cases(form, lambda schema: summary_groups(run, schema, rows)) if form.worst else []
     peaks = [(case, peak) for case, peak in zip(worst, again(worst) if worst else [], strict=True) if peak]
     with durable.storing(run.path):

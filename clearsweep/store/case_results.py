@@ -139,12 +139,12 @@ def _answers_bytes(form: ResultSchema, paths: Sequence[str], answers: Sequence[A
     fits = any(answer.fits for answer in answers)
     columns += [
         *(Column(f"seek.{path}", unit, _VALUE) for path in paths),
-        *([Column("seek_fit", "", "the fit that is sought, judged at its largest clearance", "text")] if fits else []),
-        *([Column("seek_beyond", "", "fits beyond the border that keep to the limits", "text")] if fits else []),
+        *([Column("seek_fit", "", "the answer as a fit, assessed at its largest clearance", "text")] if fits else []),
+        *([Column("seek_beyond", "", "fits beyond the border that meet the limits", "text")] if fits else []),
         Column("seek_low", unit, "lower end of the interval that contains the border"),
         Column("seek_high", unit, "upper end of the interval that contains the border"),
         Column("limiting", "", _LIMITING, "text"),
-        Column("probes", "1", "cases that were looked at", "int"),
+        Column("probes", "1", "cases that the search used", "int"),
     ]
     values += [[answer.value for answer in answers]] * len(paths)
     if fits:

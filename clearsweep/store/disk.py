@@ -22,7 +22,7 @@ KINDS = {
     "writes": "incomplete files of processes that were killed",
     "histories": "histories without a summary",
     "repeated": "batches whose cases were all computed again",
-    "lives": "blocks of lives that have ended",
+    "lives": "stored blocks of finished lives",
     "damaged": "copies of damaged batches",
     "batches": "batches of a finished run",
 }

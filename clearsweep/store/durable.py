@@ -253,7 +253,7 @@ def refused(path: Path, error: OSError | RuntimeError) -> StorageError:
     number = getattr(error, "errno", None)
     if isinstance(error, FileNotFoundError) or (isinstance(error, OSError) and not number):  # while reading
         return StorageError(
-            f"{path}: cannot be put together ({error}): a file of a batch was damaged or removed meanwhile; run the "
+            f"{path}: cannot be merged ({error}): a file of a batch was damaged or removed meanwhile; run the "
             "same command again, which runs its cases again"
         )
     reason = os.strerror(number) if number else str(error)

@@ -81,8 +81,8 @@ def check_form(directory: Path, record: dict[str, Any]) -> None:
     if form != SCHEMA_VERSION:
         written = record.get("versions", {}).get("clearsweep", "unknown")
         raise DirectoryError(
-            f"{directory}: has form {form} of run directories, written by clearsweep {written}; this version "
-            f"reads form {SCHEMA_VERSION}: run the grid again into another directory, or read it with that version"
+            f"{directory}: has format {form} of run directories, written by clearsweep {written}; this version "
+            f"reads format {SCHEMA_VERSION}: run the grid again into another directory, or read it with that version"
         )
 
 

@@ -150,7 +150,7 @@ class CaseRunner:
                 reason, peak = brief(error), None
             else:
                 same = peak.path.status == "ok" and peak.path.summary[column] == each.peak
-                reason, peak = "its motion is another one here", peak if same else None
+                reason, peak = "its motion differs on this machine", peak if same else None
             if peak is None:
                 progress.say(f"case {each.case_id}: the revolution of its largest peak is left out ({reason})")
             results.append(peak)
@@ -189,7 +189,7 @@ def _awaited(future: Future) -> Any:
         if signals.requested():
             raise signals.Stopped(
                 signals.requested(),
-                "stopped: all cases are finished and kept; run the same command again to put their files together",
+                "stopped: all cases are finished and kept; run the same command again to merge their files",
             )
     return future.result()
 

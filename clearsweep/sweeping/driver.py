@@ -215,7 +215,7 @@ class Driver:
         if others:
             self.batches.again.append(new_batch(others, 1))  # one by one
         if note.late:
-            self._give_up(culprit, "timeout", f"did not end within the {self.job.case_timeout:g} s of --case-timeout")
+            self._give_up(culprit, "timeout", f"took longer than the {self.job.case_timeout:g} s of --case-timeout")
         elif others or not batch.tried:
             self.batches.again.append(new_batch(culprit, 1))
         else:

@@ -89,7 +89,7 @@ def estimate(
     if beyond := sum(each.beyond for each in timed):
         warnings.append(
             f"{beyond:,} of {count(len(timed), 'timed case')} would take longer than simulate.time_budget allows and "
-            "end with the status time-budget; allow more, or ask for fewer revolutions"
+            "end with the status time-budget; increase it, or reduce simulate.revolutions"
         )
     around = slower * (min(imported, LONGEST_IMPORT) + FINISH) + looked + start_up
     run = left.pending + further.cases

@@ -58,5 +58,5 @@ def life_lines(life: dict[str, Any] | None, setting: Callable[[dict[str, Any]], 
             case = f"case {wording.short_id(life[word]['case_id'])}" + (f", {at}" if at else "")
             lines.append(f"  {word} {life[word]['words']}: {case}")
     if life["unreached"]:
-        lines.append(f"  {wording.count(life['unreached'], 'case')} did not come to the limit")
+        lines.append(f"  {wording.count(life['unreached'], 'case')} did not reach the limit")
     return lines

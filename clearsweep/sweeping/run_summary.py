@@ -81,11 +81,11 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
     lines = ["", f"Limits: {kept['exceeding']:,} of {cases(kept['cases'])} exceed at least one{failed}"]
     lines += [f"  {probability.sentence(facts['probability'])}"] if facts["probability"] else []
     for name, each in kept["each"].items():
-        doubt = f" ({each['unknown']:,} of them cannot be judged: null)" if each["unknown"] else ""
+        doubt = f" ({each['unknown']:,} of them cannot be assessed: null)" if each["unknown"] else ""
         lines.append(f"  {name} {each['limit']}: {each['cases']:,} exceed it{doubt}")
     if kept["unknown"]:
         lines.append(
-            f"  {cases(kept['unknown'])} cannot be judged, as a limited figure is null (infinite, 0/0 or not "
+            f"  {cases(kept['unknown'])} cannot be assessed, as a limited figure is null (infinite, 0/0 or not "
             "computed); they count as exceeding it and have no margin"
         )
     if kept["worst"]:

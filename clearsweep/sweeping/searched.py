@@ -40,7 +40,7 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
     names = wording.sentence_list([wording.axis_name(path, number_of_joints(paths)) for path in sought_paths])
     lines = ["", f"The {end} {names} within the limits (all in seek.parquet)"]
     if not answers:
-        return [*lines, "  the search was stopped before its end; run the same command again to continue"]
+        return [*lines, "  the search was interrupted; run the same command again to continue"]
     for answer in answers[:LISTED_ANSWERS]:
         value, low, high = (value_text(path, answer[name], facts) for name in ("value", "low", "high"))
         answered = (
@@ -77,9 +77,9 @@ def _effect_lines(path: str, facts: dict[str, Any]) -> list[str]:
             value = grid_text(effect["value"], effect["unit"], speed=effect["path"].endswith("speed"))
             moving.append(f"    {effect['path']} ({value}): {lower} with {step} less, {upper} with {step} more")
     if not moving:
-        return ["  No other key of the grid moves the margin by itself."] if effects else []
+        return ["  No other key of the grid changes the margin by itself."] if effects else []
     setting = setting_text({**furthest["point"], path: furthest["value"]}, facts)
-    head = f"  Other keys that move the margin furthest from the limits, {_margin(furthest['margin'])} at {setting}:"
+    head = f"  Effect of other keys on the worst margin, {_margin(furthest['margin'])} at {setting}:"
     return [head, *moving[:LISTED_EFFECTS]]
 
 
@@ -92,7 +92,7 @@ def _nearest(path: str, best: dict[str, Any], facts: dict[str, Any]) -> str:
     setting = setting_text(best["point"], facts)
     where = f"{setting}: " if setting else ""
     if best["margin"] is None:
-        return f"{where}every case failed or cannot be judged ({best['limiting']})"
+        return f"{where}every case failed or cannot be assessed ({best['limiting']})"
     margin = _margin(best["margin"])
     text = f"{where}best at {value_text(path, best['value'], facts)}, margin {margin}"
     text = f"{where}best with {best['fit']}, margin {margin}" if best["fit"] else text
@@ -111,13 +111,11 @@ def refine_lines(facts: dict[str, Any]) -> list[str]:
     count, asked = refinement["added"], refinement["asked"]
     if not refinement["crossed"]:
         return ["", "Refined: no cases added, because no two neighbours differ in meeting the limits"]
-    known = (
-        "its place is known to a thousandth of the steps of the grid" if refinement["whole"] else "more would narrow it"
-    )
+    known = "it is known to a thousandth of the steps of the grid" if refinement["whole"] else "more would narrow it"
     boxes = f"{refinement['crossed']:,} place" + "s" * (refinement["crossed"] != 1)
     return [
         "",
-        f"Refined: {count:,} of at most {asked:,} cases added where the limits' border runs, at {boxes}; {known}",
+        f"Refined: {count:,} of at most {asked:,} cases added along the border of the limits, at {boxes}; {known}",
     ]
 
 
@@ -158,7 +156,7 @@ def optimise_lines(facts: dict[str, Any]) -> list[str]:
     front = f"the front has {len(best):,} cases" if len(best) > 1 else "the best case"
     lines = ["", f"Optimised over {optimum['looked_at']:,} cases: {front} (all in optimise.parquet)"]
     if not optimum["feasible"]:
-        front = "none keeps to the limits; the nearest one"
+        front = "no case meets the limits; the nearest case"
         lines[-1] = f"Optimised over {optimum['looked_at']:,} cases: {front} (optimise.parquet)"
     for name, each in [*(("", each) for each in best[:LISTED_ANSWERS]), *((("start: ", start),) if start else ())]:
         values = [_objective(column, each, optimum["units"][column]) for column in each["values"]]

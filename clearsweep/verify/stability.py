@@ -47,7 +47,6 @@ from ..mechanics.joint.elastic.power import POWERS
 from ..mechanics.joint.guide import CORNERS
 from ..mechanics.joint.lubricated import Film, Lubricated
 from ..mechanics.mechanism import contract, planar
-from ..mechanics.solver.accumulate import totals
 from ..simulation import scene
 from ..simulation.ideal import ideal_peaks
 from ..simulation.run import integration_of
@@ -172,12 +171,12 @@ def _second_look(made: scene.Scene) -> str:
     )
     if again.status != run.status:
         return "it does not end at a tenth of the tolerance"
-    depths, others = run.totals.joint[:, totals.DEPTH_MAX], again.totals.joint[:, totals.DEPTH_MAX]
+    depths, others = (each.totals.joint.column("depth_max") for each in (run, again))
     stored = max(elastic_energy(joint.elastic, depth) for joint, depth in zip(made.value.joints, depths, strict=True))
     off = float(np.max(np.abs(others / depths - 1.0)))
     return (
         f"at a tenth of the tolerance it differs by {off:.1e} of itself, and the energies are out of balance by "
-        f"{run.totals.whole[totals.RESIDUAL] / stored:.1e} of the contact's"
+        f"{run.totals.whole.residual / stored:.1e} of the contact's"
     )
 
 

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 import clearsweep
-from clearsweep.mechanics.solver import event
 from clearsweep.simulation.run import Run
 from clearsweep.simulation.start import control_of, period, start_of
 from clearsweep.verify.accuracy import FLAGSHIP
@@ -66,7 +65,7 @@ def spent(scene, *, each: bool) -> float:
     began = time.process_time()
     run.go(control)
     took = time.process_time() - began
-    return took / run.work.counts[event.EVALUATIONS] if each else took / scene.case.simulate.revolutions
+    return took / run.work.counts.evaluations if each else took / scene.case.simulate.revolutions
 
 
 def lines(rows: list[dict]) -> list[str]:

@@ -12,15 +12,12 @@ from ..sections.added_cases import CHECK_LAWS
 from ..sections.axes import FORMS
 from ..sections.distributions import forms
 from ..sections.fits import FORM
-from ..sections.limits import SECTIONS
 from ..sections.sample import METHODS
-from ..sections.uncertain import UNCERTAIN
 from .reference import SPACE, Part, Row, parts, quoted
-from .schema import schema
+from .schema import KEY_SECTIONS, NAME_SECTIONS, schema
 
 _FIRST = ("name", "define", "sweep", "zip", "cases", "sample")
 _SEARCHES = ("seek", "refine", "optimise", "identify")
-_ADDED = {"added": "do not write it: run.json lists the added cases here"}
 _CASES = "a table next to the grid, .csv or .parquet: a column per path, a row per case"
 AXIS_FORMS = {**FORMS, "fits": "[H7/g6, H7/f7], of a radial clearance: the means of fits of ISO 286"}
 LABELS_TEXT = """\
@@ -31,43 +28,8 @@ SAMPLE_FORMS = {**forms(), "fit": f"{FORM}, of a radial clearance: between the l
 
 #: Key -> meaning, of each section with keys of its own.
 SECTION_KEYS = {
-    "sample": {
-        "method": "one of the designs below",
-        "n": "number of points, at least 2",
-        "seed": "a whole number, default 0; the same seed gives the same cases",
-        "over": "dotted path -> distribution",
-    },
-    "seek": {
-        "largest": "the path whose largest value is wanted, or several paths with a common value",
-        "smallest": "the same for the smallest value",
-        "between": "[low, high]: the range of the search",
-        "within": "accuracy of the answer, at most a quarter of the range",
-        "among": "{fits: [H7/g6, H7/f7]} instead of both: each fit counts with its largest clearance",
-        "meeting": "`limits`, the default",
-        "for": "`each` case of the other axes (default), or `all`: the worst case decides",
-        **_ADDED,
-    },
-    "refine": {
-        "along": "`limits`, the default: the border to follow",
-        "cases": "most cases to add, a whole number",
-        **_ADDED,
-    },
-    "optimise": {
-        "over": "path -> [low, high], {among: [a, ...]} (laws, materials, fits, numbers) or {whole: [low, high]}",
-        "minimise": "column or columns to minimise",
-        "maximise": "column or columns to maximise",
-        "cases": "most cases to add, a whole number",
-        "seed": "a whole number, default 0",
-        **_ADDED,
-    },
-    "identify": {
-        "over": "dotted path -> [low, high], the range of its prior",
-        "from": "CSV file next to the grid -> {channel: column} of the measured signals",
-        "cases": "most cases to add, a whole number of at least 16",
-        "features": "a list of rms, peaks, spectrum, impacts; default all",
-        "seed": "a whole number, default 0",
-        **_ADDED,
-    },
+    section.name: {key.name: key.text for key in section.all_keys if not key.internal or section.adds_cases}
+    for section in KEY_SECTIONS
 }
 
 #: Section -> its syntax.
@@ -95,7 +57,7 @@ def section_texts(catalogue: Catalogue) -> dict[str, str]:
     top = schema(catalogue)
     while "else" in top:  # those of any mechanism
         top = top["else"]
-    keys = (*_FIRST, *SECTIONS, UNCERTAIN, *_SEARCHES, CHECK_LAWS)
+    keys = (*_FIRST, *(section.name for section in NAME_SECTIONS), *_SEARCHES, CHECK_LAWS)
     texts = {key: top["properties"][key].get("description", "") for key in keys}
     return texts | {"cases": _CASES, "name": texts["name"].replace("<name>", "NAME")}
 

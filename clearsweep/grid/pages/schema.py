@@ -4,44 +4,24 @@ from typing import Any
 
 from ...contracts.catalogue import Catalogue
 from ...contracts.outline import ANY
-from ...judging.verdict import KINDS
 from ...language import quantity
 from ..keys.kinds import ITEMS, Flag, Name, NameList, Number, Section, Shape, Table, Word
 from ..keys.outline import key_trees
 from ..library.naming import MATERIAL
-from ..sections.added_cases import ADDED, CHECK_LAWS, CHECK_LAWS_TEXT
-from ..sections.distributions import forms
-from ..sections.fits import SPREADS
-from ..sections.identify import FEATURES, IDENTIFY
-from ..sections.optimise import AMONG, SENSES, WHOLE
-from ..sections.sample import METHODS
-from ..sections.seek import REFINE_ALONG, SEEK_ENDS, SEEK_FOR
-from ..sections.uncertain import FACTOR, LARGEST_FACTOR, PUBLISHED, UNCERTAIN, UNCERTAIN_TEXT
+from ..sections.added_cases import CHECK_LAWS, CHECK_LAWS_TEXT
+from ..sections.identify import IDENTIFY_SECTION
+from ..sections.limits import FIGURES_SECTION, LIMITS_SECTION
+from ..sections.optimise import OPTIMISE_SECTION
+from ..sections.sample import SAMPLE_SECTION
+from ..sections.section import ADDED, FIT_FORM, FITS_FORM
+from ..sections.seek import REFINE_SECTION, SEEK_SECTION
+from ..sections.uncertain import UNCERTAIN_SECTION
 from ..sections.variations import LONGEST, RESERVED
 from ..written.definitions import DEFINE, DEFINE_TEXT
 
-_ADDED = {"type": "object", "description": "cases added before, as run.json keeps them"}
-_CHECKED = {"type": "object", "additionalProperties": False, "properties": {ADDED: _ADDED}}
-_NAME = {"fit": {"type": "string", "description": "a clearance fit of ISO 286, such as H7/f7"}}
-_FIT: dict[str, Any] = {
-    "type": "object",
-    "required": ["fit"],
-    "additionalProperties": False,
-    "properties": _NAME,
-}
-_FITS = {
-    "type": "object",
-    "required": ["fits"],
-    "additionalProperties": False,
-    "properties": {"fits": {"type": "array", "minItems": 1, "items": {"type": "string"}}},
-}
-
-_FIGURES = {
-    "description": "name -> expression of columns of summary.parquet: a figure of your own",
-    "type": "object",
-    "minProperties": 1,
-    "additionalProperties": {"type": "string"},
-}
+KEY_SECTIONS = (SAMPLE_SECTION, SEEK_SECTION, REFINE_SECTION, OPTIMISE_SECTION, IDENTIFY_SECTION)
+NAME_SECTIONS = (FIGURES_SECTION, LIMITS_SECTION, UNCERTAIN_SECTION)
+_CHECKED = {"type": "object", "additionalProperties": False, "properties": {ADDED: {"type": "object"}}}
 
 
 def schema(catalogue: Catalogue) -> dict[str, Any]:
@@ -69,21 +49,8 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
             "sweep": axes("each by each: the cases are the product"),
             "zip": axes("in step: case after case takes the next value of each"),
             "cases": {"anyOf": [{"type": "string", "description": "a .csv or .parquet file"}, axes("in step")]},
-            "sample": _sample(),
-            "figures": _FIGURES,
-            "limits": {
-                "description": "figure (a column of summary.parquet) -> the largest value that is acceptable, or "
-                "{at_most or at_least: value, times: another figure}",
-                "type": "object",
-                "minProperties": 1,
-                "additionalProperties": {"anyOf": [{"$ref": "#/$defs/quantity"}, _bounds()]},
-            },
-            UNCERTAIN: _uncertain(),
-            "seek": _seek(),
-            "refine": _refine(),
             CHECK_LAWS: {"description": CHECK_LAWS_TEXT, "anyOf": [{"type": "boolean"}, _CHECKED]},
-            "optimise": _optimise(),
-            IDENTIFY: _identify(),
+            **{section.name: section.schema for section in (*KEY_SECTIONS, *NAME_SECTIONS)},
         }
         chosen_by = {"type": form.mechanism} | ({"spatial": True} if form.spatial else {})
         for key, value in chosen_by.items():
@@ -107,7 +74,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
             "axis": {
                 "anyOf": [
                     {"type": "array", "minItems": 1},
-                    _FITS,
+                    FITS_FORM,
                     _labels(),
                     *(
                         {
@@ -131,139 +98,7 @@ def _labels() -> dict[str, Any]:
         "description": "label -> value",
         "minProperties": 1,
         "propertyNames": {"not": {"enum": list(RESERVED)}, "maxLength": LONGEST},
-        "additionalProperties": {"anyOf": [{"$ref": "#/$defs/quantity"}, _FIT]},
-    }
-
-
-def _bounds() -> dict[str, Any]:
-    """Return the schema of a limit written as a section."""
-    properties = {kind: {"$ref": "#/$defs/quantity"} for kind in KINDS} | {"times": {"type": "string"}}
-    return {"type": "object", "properties": properties, "additionalProperties": False, "minProperties": 1}
-
-
-def _uncertain() -> dict[str, Any]:
-    """Return the schema of the section `uncertain`."""
-    factor = {"type": "number", "exclusiveMinimum": 1, "maximum": LARGEST_FACTOR}
-    kinds = [
-        {"type": "object", "required": [kind], "additionalProperties": False, "properties": {kind: form}}
-        for kind, form in ((FACTOR, factor), *((kind, {"description": form}) for kind, form in forms().items()))
-    ]
-    return {
-        "description": UNCERTAIN_TEXT,
-        "type": "object",
-        "minProperties": 1,
-        "additionalProperties": {"anyOf": [*kinds, {"const": PUBLISHED}]},
-    }
-
-
-def _seek() -> dict[str, Any]:
-    """Return the schema of the section `seek`."""
-    size = {"$ref": "#/$defs/quantity"}
-    return {
-        "description": "the largest or smallest value of one key with which cases keep to `limits`",
-        "type": "object",
-        "anyOf": [{"required": ["between", "within"]}, {"required": ["among"]}],
-        "oneOf": [{"required": [sense]} for sense in SEEK_ENDS],
-        "additionalProperties": False,
-        "properties": {
-            **{
-                sense: {
-                    "anyOf": [{"type": "string"}, {"type": "array", "minItems": 1, "items": {"type": "string"}}],
-                    "description": f"dotted path, or several in step: the {sense} value is to be found",
-                }
-                for sense in SEEK_ENDS
-            },
-            "among": _FITS | {"description": "clearance fits; each is judged at its largest clearance"},
-            "between": {"type": "array", "items": size, "minItems": 2, "maxItems": 2},
-            "within": size,
-            "meeting": {"enum": ["limits"]},
-            "for": {"enum": list(SEEK_FOR)},
-            ADDED: _ADDED,
-        },
-    }
-
-
-def _optimise() -> dict[str, Any]:
-    """Return the schema of the section `optimise`."""
-    pair = {"type": "array", "minItems": 2, "maxItems": 2}
-    among = {"anyOf": [{"type": "array", "minItems": 1}, _FITS]}
-    kinds = [
-        {"type": "object", "required": [kind], "additionalProperties": False, "properties": {kind: form}}
-        for kind, form in ((AMONG, among), (WHOLE, pair))
-    ]
-    columns = {"anyOf": [{"type": "string"}, {"type": "array", "minItems": 1, "items": {"type": "string"}}]}
-    return {
-        "description": "values that minimise or maximise columns of summary.parquet within `limits`",
-        "type": "object",
-        "required": ["over", "cases"],
-        "anyOf": [{"required": [sense]} for sense in SENSES],
-        "additionalProperties": False,
-        "properties": {
-            "over": {"type": "object", "minProperties": 1, "additionalProperties": {"anyOf": [pair, *kinds]}},
-            **{sense: columns | {"description": f"columns or own figures to {sense}"} for sense in SENSES},
-            "cases": {"type": "integer", "minimum": 1, "description": "how many there may be"},
-            "seed": {"type": "integer", "minimum": 0, "description": "of the sampler, default 0"},
-            ADDED: _ADDED,
-        },
-    }
-
-
-def _identify() -> dict[str, Any]:
-    """Return the schema of the section `identify`."""
-    pair = {"type": "array", "minItems": 2, "maxItems": 2}
-    columns = {"type": "object", "minProperties": 1, "additionalProperties": {"type": "string"}}
-    return {
-        "description": "values of keys that reproduce measured signals",
-        "type": "object",
-        "required": ["over", "from", "cases"],
-        "additionalProperties": False,
-        "properties": {
-            "over": {"type": "object", "minProperties": 1, "additionalProperties": pair},
-            "from": columns | {"additionalProperties": columns, "description": "file -> channel -> column of the file"},
-            "cases": {"type": "integer", "minimum": 16, "description": "how many there may be"},
-            "features": {"type": "array", "minItems": 1, "items": {"enum": list(FEATURES)}},
-            "seed": {"type": "integer", "minimum": 0, "description": "seed of the random sample; default 0"},
-            ADDED: _ADDED,
-        },
-    }
-
-
-def _refine() -> dict[str, Any]:
-    """Return the schema of the section `refine`."""
-    return {
-        "description": "further cases between those of `sweep`, where the border of `limits` runs",
-        "type": "object",
-        "required": ["cases"],
-        "additionalProperties": False,
-        "properties": {
-            "along": {"enum": [REFINE_ALONG], "description": "what border they follow"},
-            "cases": {"type": "integer", "minimum": 1, "description": "how many there may be"},
-            ADDED: _ADDED,
-        },
-    }
-
-
-def _sample() -> dict[str, Any]:
-    """Return the schema of the section `sample`."""
-    whole_number = {"type": "integer", "minimum": 0}
-    kinds = [
-        {"type": "object", "required": [kind], "properties": {kind: {"description": form}}}
-        for kind, form in forms().items()
-    ]
-    spread = {"distribution": {"enum": list(SPREADS), "default": "uniform"}}
-    kinds.append(_FIT | {"properties": _NAME | spread})
-    return {
-        "description": "cases drawn from distributions",
-        "type": "object",
-        "required": ["method", "over"],
-        "additionalProperties": False,
-        "properties": {
-            "method": {"enum": list(METHODS), "description": "; ".join(map(": ".join, METHODS.items()))},
-            "n": whole_number | {"minimum": 2},
-            "seed": whole_number,
-            "over": {"type": "object", "minProperties": 1, "additionalProperties": {"anyOf": kinds}},
-            "drawn": {"type": "object", "description": "values drawn before, as run.json keeps them"},
-        },
+        "additionalProperties": {"anyOf": [{"$ref": "#/$defs/quantity"}, FIT_FORM]},
     }
 
 
@@ -298,7 +133,7 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
                 {"$ref": "#/$defs/quantity"},
                 *(_object(tree, item) for item in (nested,) if _has_keys_below(tree, item)),
             ]
-            key_trees += [_FIT] if any(key_use.field.fit for key_use in node.uses) else []
+            key_trees += [FIT_FORM] if any(key_use.field.fit for key_use in node.uses) else []
             value = {"anyOf": key_trees} if key_trees[1:] else key_trees[0]
             properties[key] = {"description": _described(node), **value}
         if isinstance(node, Section) and node.need == "required" and key != ANY:

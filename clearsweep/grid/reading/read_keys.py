@@ -10,7 +10,7 @@ from ..library.naming import find_varied_materials, keys_of_materials, put_libra
 from ..sections.added_cases import CHECK_LAWS, find_added_cases, read_check_laws
 from ..sections.fits import put_fit_clearances
 from ..sections.identify import IDENTIFY, put_saved_signals, read_identify
-from ..sections.limits import SECTIONS, expected_columns, read_limits
+from ..sections.limits import FIGURES_SECTION, LIMITS_SECTION, expected_columns, read_limits
 from ..sections.optimise import OPTIMISE, read_optimise
 from ..sections.seek import REFINE, SEEK, read_refine, read_seek
 from ..sections.uncertain import UNCERTAIN, read_uncertain
@@ -35,7 +35,7 @@ _SEARCHES = (SEEK, REFINE, OPTIMISE, IDENTIFY)
 
 
 _OF_NO_CASE = [  # sections that belong to no law or mechanism
-    *("name", DEFINE, *SECTIONS, UNCERTAIN),
+    *("name", DEFINE, FIGURES_SECTION.name, LIMITS_SECTION.name, UNCERTAIN),
     *(*_SEARCHES, CHECK_LAWS, *WAYS),
 ]
 

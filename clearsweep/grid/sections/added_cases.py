@@ -6,19 +6,17 @@ A run adds the cases and stores them in run.json.
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from ...language import quantity
-from ...language.errors import InputError, nearest, shown
+from ...language.errors import shown
 from ..keys.kinds import Word, value_key
 from ..reading.reader import Reader
 from ..written.document import WrittenValue
-
-ADDED = "added"  # in a section that adds cases: dotted path -> the values of the added cases
+from .section import ADDED, KeySection, section_in
 
 
 def find_added_cases(reader: Reader, root: WrittenValue, sections: tuple[str, ...]) -> None:
     """Record the added cases that one of these sections lists."""
     for name in sections:
-        section = root.value.get(name) if isinstance(root.value, dict) else None
+        section = section_in(root, name)
         written = section.value.get(ADDED) if section is not None and isinstance(section.value, dict) else None
         if written is None:
             continue
@@ -40,65 +38,21 @@ def added_rows(reader: Reader) -> tuple[tuple[Any, ...], ...]:
     return tuple(zip(*values, strict=True))
 
 
-def section_in(root: WrittenValue, name: str) -> WrittenValue | None:
-    """Return the section of that name, or None."""
-    return root.value.get(name) if isinstance(root.value, dict) else None
-
-
-def section_of(
-    reader: Reader, root: WrittenValue, name: str, keys: Collection[str], example: str
-) -> WrittenValue | None:
-    """Return the section of that name, or None if it is missing or unreadable; report unknown keys in it."""
-    section = section_in(root, name)
-    if section is None:
-        return None
-    if not isinstance(section.value, dict):
-        reader.problems.add(section, name, f"found {shown(section.value)}; expected a section such as {example}")
-        return None
-    for key in section.value:
-        if key not in (*keys, ADDED):
-            sentence = f"unknown key '{key}'{nearest(key, keys)} (allowed: {', '.join(keys)})"
-            reader.problems.add(section.key_place(key), f"{name}.{key}", sentence)
-    return section
-
-
 def over_of(
-    reader: Reader, root: WrittenValue, section: WrittenValue, name: str, others: Collection[str], example: str
+    reader: Reader, root: WrittenValue, section: WrittenValue, table: KeySection, others: Collection[str]
 ) -> WrittenValue | None:
     """Return `over` of a section that chooses all cases; None if it is missing or another section chooses, too."""
     for other in others:
         if other in root.value:
-            sentence = f"conflicts with `{other}`; `{name}` chooses all cases itself; remove one of the two"
-            reader.problems.add(section, name, sentence)
+            sentence = f"conflicts with `{other}`; `{table.name}` chooses all cases itself; remove one of the two"
+            reader.problems.add(section, table.name, sentence)
             return None
     over: WrittenValue | None = section.value.get("over")
     if over is None or not isinstance(over.value, dict) or not over.value:
-        reader.problems.add(
-            over or section, f"{name}.over", f"is empty; name at least one key to vary, for example: {example}"
-        )
+        sentence = f"is empty; name at least one key to vary, for example: {table.example}"
+        reader.problems.add(over or section, f"{table.name}.over", sentence)
         return None
     return over
-
-
-def count(
-    reader: Reader, section: WrittenValue, key: tuple[str, str], allowed: tuple[int, int], default: int | None
-) -> int | None:
-    """Return the integer at `key` of a section, or None if it is missing or invalid."""
-    content, where = section.value.get(key[1]), ".".join(key)
-    if content is None:
-        if default is None:
-            reader.problems.add(section, where, "is missing; write how many cases there may be")
-        return default
-    try:
-        value = quantity.read(content.value, "1")
-    except InputError as error:
-        reader.problems.add(content, where, str(error))
-        return None
-    if value != int(value) or not allowed[0] <= value <= allowed[1]:
-        sentence = f"found {content.value}; allowed: a whole number from {allowed[0]} to {allowed[1]:,}"
-        reader.problems.add(content, where, sentence)
-        return None
-    return int(value)
 
 
 def check_always_used(reader: Reader, place: WrittenValue, section: str, path: str) -> None:

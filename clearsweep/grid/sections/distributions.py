@@ -252,6 +252,20 @@ class LogNormal(_AroundMean):
             yield f"found the mean {texts['mean']}; it has to be above 0; use normal"
 
 
+#: Name of a distribution -> its section in a grid, from a fit.
+FROM_FIT = {
+    "uniform": lambda limits: {"uniform": [limits.low, limits.high]},
+    "normal": lambda limits: {  # the limits are at 3 standard deviations; parts beyond them are rejected
+        "truncated-normal": {
+            "mean": limits.mean,
+            "std": (limits.high - limits.low) / 6.0,
+            "low": limits.low,
+            "high": limits.high,
+        }
+    },
+}
+
+
 def forms() -> dict[str, str]:
     """Return name -> form of the parameters, of every law."""
     return {kind.name: kind.form for kind in LAWS.values()}

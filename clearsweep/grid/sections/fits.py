@@ -13,19 +13,8 @@ from ..keys.kinds import Number
 from ..library.iso286 import Fit, fit
 from ..reading.reader import Reader
 from ..written.document import WrittenValue
+from .distributions import FROM_FIT
 
-#: Name of a distribution -> its section in a grid, from a fit.
-SPREADS = {
-    "uniform": lambda limits: {"uniform": [limits.low, limits.high]},
-    "normal": lambda limits: {  # the limits are at 3 standard deviations; parts beyond them are rejected
-        "truncated-normal": {
-            "mean": limits.mean,
-            "std": (limits.high - limits.low) / 6.0,
-            "low": limits.low,
-            "high": limits.high,
-        }
-    },
-}
 FORM = "{fit: H7/f7}, or {fit: H7/f7, distribution: normal}"
 
 
@@ -134,11 +123,11 @@ class _Reader:
         if not {"fit"} <= set(written.value) <= {"fit", "distribution"}:
             raise _WrongFitError(written, f"found {shown(written.value)}; expected {FORM}")
         name = "uniform" if kind is None else kind.value
-        if not isinstance(name, str) or name not in SPREADS:
-            suggestion = nearest(name, SPREADS) if isinstance(name, str) else ""
-            limits = ", ".join(SPREADS)
+        if not isinstance(name, str) or name not in FROM_FIT:
+            suggestion = nearest(name, FROM_FIT) if isinstance(name, str) else ""
+            limits = ", ".join(FROM_FIT)
             raise _WrongFitError(written, f"unknown distribution {shown(name)} of a fit{suggestion} (known: {limits})")
-        return _lengths_like(SPREADS[name](self.fit(written.value["fit"], self.radii)), written)
+        return _lengths_like(FROM_FIT[name](self.fit(written.value["fit"], self.radii)), written)
 
     def fit(self, name: WrittenValue, radii: tuple[float, ...]) -> Fit:
         """Return the fit called `name` at a bearing radius (m), and record it."""

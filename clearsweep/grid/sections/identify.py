@@ -12,8 +12,9 @@ from ..keys.run_keys import CHANNELS
 from ..reading.reader import Reader
 from ..written.document import WrittenValue
 from ..written.tables import read_signals
-from .added_cases import check_always_used, count, over_of, section_in, section_of
-from .optimise import OPTIMISE, ROUND, Choice, check_range, start_of
+from .added_cases import check_always_used, over_of
+from .optimise import OPTIMISE, ROUND, SEED, Choice, check_range, start_of
+from .section import PAIR, Key, KeySection, section_in
 
 if TYPE_CHECKING:
     import numpy as np  # loaded only where a file is read
@@ -21,15 +22,44 @@ if TYPE_CHECKING:
 
 IDENTIFY = "identify"
 _RANGE = "prior"  # the kind of a `Choice`
-KEYS = ("over", "from", "cases", "features", "seed")
 FEATURES = ("rms", "peaks", "spectrum", "impacts")
 LEAST_TURNS = 3  # revolutions that have to be measured, and computed of every case
 LEAST_SAMPLES = 20  # an impact
 MOST_CASES = 20_000  # the time of an emulator grows with their third power
 SAVED = 12_000  # samples of a signal that every case keeps where the grid does not say how many
 FINEST = 2880  # samples of a revolution that are kept then
-_EXAMPLE = (
-    "{over: {joints.rod-slider.clearance: [20 um, 300 um]}, from: {rig.csv: {slider/a: acceleration}}, cases: 400}"
+_COLUMNS = {"type": "object", "minProperties": 1, "additionalProperties": {"type": "string"}}
+IDENTIFY_SECTION = KeySection(
+    IDENTIFY,
+    "values of keys that reproduce measured signals",
+    "{over: {joints.rod-slider.clearance: [20 um, 300 um]}, from: {rig.csv: {slider/a: acceleration}}, cases: 400}",
+    (
+        Key(
+            "over",
+            "dotted path -> [low, high], the range of its prior",
+            required=True,
+            form={"type": "object", "minProperties": 1, "additionalProperties": PAIR},
+        ),
+        Key(
+            "from",
+            "CSV file next to the grid -> {channel: column} of the measured signals",
+            required=True,
+            form=_COLUMNS | {"additionalProperties": _COLUMNS},
+        ),
+        Key(
+            "cases",
+            f"most cases to add, a whole number of at least {ROUND}",
+            whole=(ROUND, MOST_CASES),
+            required=True,
+            missing="; write how many cases there may be",
+        ),
+        Key(
+            "features",
+            f"a list of {', '.join(FEATURES)}; default all",
+            form={"type": "array", "minItems": 1, "items": {"enum": list(FEATURES)}},
+        ),
+        SEED,
+    ),
 )
 
 
@@ -80,9 +110,9 @@ class Identify(NamedTuple):
 
 def find_identify_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
     """Return path -> its place and its ends, as an axis has them, for every key to identify."""
-    section = section_of(reader, root, IDENTIFY, KEYS, _EXAMPLE)
+    section = IDENTIFY_SECTION.find(reader.problems, root)
     conflicts = ("sweep", "zip", "cases", "sample", "seek", "refine", OPTIMISE, "life")
-    over_section = over_of(reader, root, section, IDENTIFY, conflicts, _EXAMPLE) if section else None
+    over_section = over_of(reader, root, section, IDENTIFY_SECTION, conflicts) if section else None
     if over_section is None:
         return {}
     parameters = {}
@@ -113,8 +143,8 @@ def read_identify(reader: Reader, root: WrittenValue) -> Identify | None:
         check_range(reader, path, IDENTIFY)
         check_always_used(reader, reader.swept[path], IDENTIFY, path)
     signals, features = _signals(reader, section), _features(reader, section)
-    cases = count(reader, section, (IDENTIFY, "cases"), (ROUND, MOST_CASES), None)
-    seed = count(reader, section, (IDENTIFY, "seed"), (0, 2**31), 0)
+    numbers = IDENTIFY_SECTION.read(reader.problems, section)
+    cases, seed = numbers["cases"], numbers["seed"]
     if reader.values.get("save.orbits") != "last":
         location = reader.place("save.orbits")
         sentence = f"found {reader.values.get('save.orbits')}; `identify` needs last: it compares time histories"

@@ -12,17 +12,37 @@ from ..keys.kinds import Section
 from ..keys.run_keys import LIFE
 from ..reading.reader import Reader
 from ..written.document import WrittenValue
+from .section import QUANTITY, NameSection
 
-SECTIONS = ("figures", "limits")  # sections of a grid file
 _TIMES = "times"
-_LIMIT = "rod_slider_force_peak: 5 kN"
 _FIGURE = 'headroom: "1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)"'
+FIGURES_SECTION = NameSection(
+    "figures",
+    "name -> expression of columns of summary.parquet: a figure of your own",
+    "figure",
+    _FIGURE,
+    {"type": "string"},
+)
+_BOUNDS = dict.fromkeys(KINDS, QUANTITY) | {_TIMES: {"type": "string"}}
+LIMITS_SECTION = NameSection(
+    "limits",
+    "figure (a column of summary.parquet) -> the largest value that is acceptable, or {at_most or at_least: value, "
+    "times: another figure}",
+    "limit",
+    "rod_slider_force_peak: 5 kN",
+    {
+        "anyOf": [
+            QUANTITY,
+            {"type": "object", "properties": _BOUNDS, "additionalProperties": False, "minProperties": 1},
+        ]
+    },
+)
 
 
 def read_limits(reader: Reader, root: WrittenValue) -> None:
     """Read both sections into the reader; its columns must be known."""
     units = dict(reader.figures)
-    for name, written in _entries(reader, root, "figures", _FIGURE).items():
+    for name, written in FIGURES_SECTION.entries(reader.problems, root).items():
         taken = _taken(reader, name)
         if problem := taken or _unreadable(written.value, units):
             place = root.value["figures"].key_place(name) if taken else written
@@ -30,7 +50,7 @@ def read_limits(reader: Reader, root: WrittenValue) -> None:
             continue
         units[name] = expression.unit_of(written.value, units)
         reader.own_figures[name] = written.value
-    for column, written in _entries(reader, root, "limits", _LIMIT).items():
+    for column, written in LIMITS_SECTION.entries(reader.problems, root).items():
         if column not in units:
             place = root.value["limits"].key_place(column)
             reader.problems.add(place, f"limits.{column}", _unknown(column, units))
@@ -39,20 +59,6 @@ def read_limits(reader: Reader, root: WrittenValue) -> None:
         else:
             limit = _quantity(reader, written, f"limits.{column}", units[column])
             reader.limits |= {} if limit is None else {column: limit}
-
-
-def _entries(reader: Reader, root: WrittenValue, name: str, example: str) -> dict[str, WrittenValue]:
-    """Return the entries of a section, or {} if it is missing."""
-    section = root.value.get(name) if isinstance(root.value, dict) else None
-    if section is None:
-        return {}
-    if not isinstance(section.value, dict) or not section.value:
-        noun = name.removesuffix("s")
-        sentence = f"contains no {noun}; for example: `{example}`, or leave the key '{name}' out"
-        reader.problems.add(section, name, sentence)
-        return {}
-    entries: dict[str, WrittenValue] = section.value
-    return entries
 
 
 def _unknown(name: str, units: dict[str, str]) -> str:

@@ -10,17 +10,45 @@ from ..keys.kinds import Number, Word
 from ..library.naming import name_path
 from ..reading.reader import Reader
 from ..written.document import WrittenValue
-from .added_cases import check_always_used, count, over_of, section_in, section_of
+from .added_cases import check_always_used, over_of
+from .section import FITS_FORM, NAMES, PAIR, Key, KeySection, named_forms, section_in
 
 OPTIMISE = "optimise"
 SENSES = ("minimise", "maximise")
-KEYS = ("over", *SENSES, "cases", "seed")
 AMONG, WHOLE = "among", "whole"
 ROUND = 16  # cases that are asked for at a time, whatever the number of workers
 MOST_CASES = 100_000
 #: Ratio of the ends of a range from which on equal ratios count, not equal differences.
 RATIOS = {"range": 20.0, "prior": 4.0}
-_EXAMPLE = "{over: {define.play: [5 um, 100 um]}, minimise: rod_slider_load_peak, cases: 300}"
+SEED = Key("seed", "a whole number, default 0", whole=(0, 2**31), default=0)
+_AMONG_FORM = {"anyOf": [{"type": "array", "minItems": 1}, FITS_FORM]}
+OPTIMISE_SECTION = KeySection(
+    OPTIMISE,
+    "values that minimise or maximise columns of summary.parquet within `limits`",
+    "{over: {define.play: [5 um, 100 um]}, minimise: rod_slider_load_peak, cases: 300}",
+    (
+        Key(
+            "over",
+            "path -> [low, high], {among: [a, ...]} (laws, materials, fits, numbers) or {whole: [low, high]}",
+            required=True,
+            form={
+                "type": "object",
+                "minProperties": 1,
+                "additionalProperties": {"anyOf": [PAIR, *named_forms({AMONG: _AMONG_FORM, WHOLE: PAIR})]},
+            },
+        ),
+        *(Key(sense, f"column or columns to {sense}", form=NAMES) for sense in SENSES),
+        Key(
+            "cases",
+            "most cases to add, a whole number",
+            whole=(1, MOST_CASES),
+            required=True,
+            missing="; write how many cases there may be",
+        ),
+        SEED,
+    ),
+    {"anyOf": [{"required": [sense]} for sense in SENSES]},
+)
 
 
 class Choice(NamedTuple):
@@ -98,9 +126,9 @@ def interval_columns(column: str) -> tuple[str, str]:
 
 def find_optimise_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
     """Return path -> its place and its values, as an axis has them, for all keys to vary; note the kinds of choices."""
-    section = section_of(reader, root, OPTIMISE, KEYS, _EXAMPLE)
+    section = OPTIMISE_SECTION.find(reader.problems, root)
     others = ("sweep", "zip", "cases", "sample", "seek", "refine")
-    over = over_of(reader, root, section, OPTIMISE, others, _EXAMPLE) if section else None
+    over = over_of(reader, root, section, OPTIMISE_SECTION, others) if section else None
     if over is None:
         return {}
     variables = {}
@@ -147,8 +175,8 @@ def read_optimise(reader: Reader, root: WrittenValue) -> Optimise | None:
         check_range(reader, path, OPTIMISE)
         check_always_used(reader, reader.swept[path], OPTIMISE, path)
     objectives = _objectives(reader, section)
-    cases = count(reader, section, (OPTIMISE, "cases"), (1, MOST_CASES), None)
-    seed = count(reader, section, (OPTIMISE, "seed"), (0, 2**31), 0)
+    numbers = OPTIMISE_SECTION.read(reader.problems, section)
+    cases, seed = numbers["cases"], numbers["seed"]
     if cases is None or seed is None or not objectives or len(reader.problems) > noted:
         return None
     if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said

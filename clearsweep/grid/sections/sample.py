@@ -2,9 +2,10 @@
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...language import quantity
-from ...language.errors import InputError, nearest, shown
+from ...language.errors import shown
 from ..written.document import Problems, WrittenValue
+from .distributions import FROM_FIT, forms
+from .section import FIT_FORM, FIT_NAME, Key, KeySection, named_forms
 
 if TYPE_CHECKING:
     import numpy as np  # imported only when values are drawn
@@ -20,6 +21,39 @@ METHODS = {
     "saltelli": "n (variables + 2) points from which Sobol indices follow; n a power of 2",
     "one-at-a-time": "the middle, and each variable alone at its 5 % and 95 % quantile and disturbed a little; no n",
 }
+SAMPLE = "sample"
+_FIT_FORM = FIT_FORM | {"properties": FIT_NAME | {"distribution": {"enum": list(FROM_FIT), "default": "uniform"}}}
+SAMPLE_SECTION = KeySection(
+    SAMPLE,
+    "cases drawn from distributions",
+    "{method: sobol, n: 64, over: {joints.rod-slider.clearance: {uniform: [20 um, 80 um]}}}",
+    (
+        Key(
+            "method",
+            "one of the designs below",
+            words=tuple(METHODS),
+            noun="method",
+            required=True,
+            form={"description": "; ".join(map(": ".join, METHODS.items()))},
+        ),
+        Key("n", "number of points, at least 2", whole=(2, _MOST_CASES)),
+        Key("seed", "a whole number, default 0; the same seed gives the same cases", whole=(0, 2**63 - 1), default=0),
+        Key(
+            "over",
+            "dotted path -> distribution",
+            required=True,
+            form={
+                "type": "object",
+                "minProperties": 1,
+                "additionalProperties": {
+                    "anyOf": [*named_forms({k: {"description": v} for k, v in forms().items()}), _FIT_FORM]
+                },
+            },
+        ),
+        Key("drawn", "values drawn before, as run.json keeps them", form={"type": "object"}, internal=True),
+    ),
+    adds_cases=False,
+)
 
 
 class Sample(NamedTuple):
@@ -34,26 +68,17 @@ class Sample(NamedTuple):
 
 def read_sample(problems: Problems, written: WrittenValue, variables: int) -> Sample | None:
     """Return the section `sample` for a number of variables, or None if it is missing or invalid."""
-    moments, noted = written.value, len(problems)
-    allowed = ("method", "n", "seed", "over", "drawn")
-    for key in moments:
-        if key not in allowed:
-            sentence = f"unknown key '{key}'{nearest(key, allowed)} (allowed: {', '.join(allowed)})"
-            problems.add(written.key_place(key), f"sample.{key}", sentence)
-    method = moments["method"].value if "method" in moments else None
-    if method not in METHODS:
-        suggestion = nearest(method, METHODS) if isinstance(method, str) else ""
-        invalid = f"unknown method {shown(method)}{suggestion}" if "method" in moments else "is missing"
-        problems.add(moments.get("method", written), "sample.method", f"{invalid} (known: {', '.join(METHODS)})")
-    seed = _whole(problems, written, "seed", (0, 2**63 - 1), 0)
+    moments, problems_before = written.value, len(problems)
+    values = SAMPLE_SECTION.read(problems, written)
+    method, n, seed = values["method"], values["n"], values["seed"]
     if method == "one-at-a-time":
         for key in ("n", "seed"):
             if key in moments:
                 sentence = "is not used by one-at-a-time, whose cases follow from the variables; leave it out"
                 problems.add(written.key_place(key), f"sample.{key}", sentence)
-        n: int | None = 1
-    else:
-        n = _whole(problems, written, "n", (2, _MOST_CASES), None)
+        n = 1
+    elif "n" not in moments:
+        problems.add(written, "sample.n", "is missing; write the number of points, such as 64")
     if n and method in _POWERS_OF_TWO and n & (n - 1):
         low = 1 << (n.bit_length() - 1)
         problems.add(moments["n"], "sample.n", f"found {n}; {method} needs a power of 2, such as {low} or {2 * low}")
@@ -63,29 +88,9 @@ def read_sample(problems: Problems, written: WrittenValue, variables: int) -> Sa
     drawn = moments.get("drawn", WrittenValue({})).value
     if not isinstance(drawn, dict):
         problems.add(moments["drawn"], "sample.drawn", f"found {shown(drawn)}; expected the values of each variable")
-    if len(problems) > noted or method is None or n is None or seed is None:
+    if len(problems) > problems_before or method is None or n is None or seed is None:
         return None
     return Sample(method, n, seed, _points(method, n, seed, variables), drawn)
-
-
-def _whole(
-    problems: Problems, section: WrittenValue, key: str, allowed: tuple[int, int], default: int | None
-) -> int | None:
-    """Return a whole number of the section, in the range `allowed`, or None if it is missing or invalid."""
-    written, (low, high) = section.value.get(key), allowed
-    if written is None:
-        if default is None:
-            problems.add(section, f"sample.{key}", "is missing; write the number of points, such as 64")
-        return default
-    try:
-        number = quantity.exact(written.value, "1")
-        if number.denominator == 1 and low <= number <= high:
-            return int(number)
-        sentence = f"found {written.value}; expected a whole number from {low} to {high}"
-    except InputError as error:
-        sentence = str(error)
-    problems.add(written, f"sample.{key}", sentence)
-    return None
 
 
 def _points(method: str, n: int, seed: int, variables: int) -> "np.ndarray":

@@ -11,16 +11,39 @@ from ..keys.kinds import Number, value_key
 from ..library.iso286 import Fit
 from ..reading.reader import Reader
 from ..written.document import WrittenValue
-from .added_cases import check_always_used, count, section_in, section_of
+from .added_cases import check_always_used
 from .fits import fits_among
+from .section import FITS_FORM, NAMES, PAIR, QUANTITY, Key, KeySection, section_in
 
 SEEK = "seek"
 SEEK_ENDS, SEEK_FOR = ("largest", "smallest"), ("each", "all")
-SEEK_KEYS = (*SEEK_ENDS, "between", "within", "among", "meeting", "for")
 FINEST = 40  # times a range can be halved: what is left is near the rounding of floats
 FIRST_STRETCHES = 4  # of the range, whose ends are tried first
 _SEEK_EXAMPLE = "{largest: joints.rod-slider.clearance, between: [5 um, 200 um], within: 1 um}"
 _AMONG = "{fits: [H7/g6, H7/f7]}"
+SEEK_SECTION = KeySection(
+    SEEK,
+    "the largest or smallest value of one key with which cases keep to `limits`",
+    _SEEK_EXAMPLE,
+    (
+        Key("largest", "the path whose largest value is wanted, or several paths with a common value", form=NAMES),
+        Key("smallest", "the same for the smallest value", form=NAMES),
+        Key("between", "[low, high]: the range of the search", form=PAIR | {"items": QUANTITY}),
+        Key("within", "accuracy of the answer, at most a quarter of the range", form=QUANTITY),
+        Key("among", f"{_AMONG} instead of both: each fit counts with its largest clearance", form=FITS_FORM),
+        Key("meeting", "`limits`, the default", words=("limits",), default="limits"),
+        Key(
+            "for",
+            "`each` case of the other axes (default), or `all`: the worst case decides",
+            words=SEEK_FOR,
+            default=SEEK_FOR[0],
+        ),
+    ),
+    {
+        "anyOf": [{"required": ["between", "within"]}, {"required": ["among"]}],
+        "oneOf": [{"required": [end]} for end in SEEK_ENDS],
+    },
+)
 
 
 class Seek(NamedTuple):
@@ -82,7 +105,7 @@ def range_of_seek(
 
     `values_of` a path gives its values that are known, from which fits have their sizes.
     """
-    section = section_of(reader, root, SEEK, SEEK_KEYS, _SEEK_EXAMPLE)
+    section = SEEK_SECTION.find(reader.problems, root)
     if section is None:
         return None
     senses = [sense for sense in SEEK_ENDS if sense in section.value]
@@ -164,13 +187,10 @@ def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> 
         reader.problems.add(content["between"], f"{SEEK}.between", "the first value is not below the second; swap them")
     if not limits:
         reader.problems.add(section, SEEK, "there are no limits to meet; write the section 'limits'")
-    for key, allowed_words in (("meeting", ("limits",)), ("for", SEEK_FOR)):
-        if key in content and content[key].value not in allowed_words:
-            sentence = f"found {shown(content[key].value)}; expected {' or '.join(allowed_words)}"
-            reader.problems.add(content[key], f"{SEEK}.{key}", sentence)
+    words = SEEK_SECTION.read(reader.problems, section)
     for other_path in reader.axes:
         check_always_used(reader, content[sense], SEEK, other_path)
-    item = "for" not in content or content["for"].value == SEEK_FOR[0]
+    item = words["for"] == SEEK_FOR[0]
     if reader.among:
         fits = Seek(sense, paths, (low, high), 0.0, item, reader.among)
         return fits if len(reader.problems) == noted else None
@@ -209,9 +229,22 @@ def _unit(reader: Reader, path: str) -> str:
 
 REFINE = "refine"
 REFINE_ALONG = "limits"
-REFINE_KEYS = ("along", "cases")
 MOST_CASES = 1_000_000
-_REFINE_EXAMPLE = "{along: limits, cases: 200}"
+REFINE_SECTION = KeySection(
+    REFINE,
+    "further cases between those of `sweep`, where the border of `limits` runs",
+    "{along: limits, cases: 200}",
+    (
+        Key("along", "`limits`, the default: the border to follow", words=(REFINE_ALONG,), default=REFINE_ALONG),
+        Key(
+            "cases",
+            "most cases to add, a whole number",
+            whole=(1, MOST_CASES),
+            required=True,
+            missing="; write how many cases there may be",
+        ),
+    ),
+)
 
 
 class Refine(NamedTuple):
@@ -228,12 +261,9 @@ class Refine(NamedTuple):
 def read_refine(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Refine | None:
     """Return the section `refine`, the axes being read already, or None if it is missing or wrong."""
     noted = len(reader.problems)
-    section = section_of(reader, root, REFINE, REFINE_KEYS, _REFINE_EXAMPLE)
+    section = REFINE_SECTION.find(reader.problems, root)
     if section is None:
         return None
-    border = section.value.get("along")
-    if border is not None and border.value != REFINE_ALONG:
-        reader.problems.add(border, f"{REFINE}.along", f"found {shown(border.value)}; expected {REFINE_ALONG}")
     if SEEK in root.value:
         sentence = "conflicts with `seek`, which finds a border by itself; remove one of the two"
         reader.problems.add(section, REFINE, sentence)
@@ -245,7 +275,7 @@ def read_refine(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -
         reader.problems.add(section, REFINE, sentence)
     for path in reader.axes:
         check_always_used(reader, section, REFINE, path)
-    cases = count(reader, section, (REFINE, "cases"), (1, MOST_CASES), None)
+    cases = REFINE_SECTION.read(reader.problems, section)["cases"]
     return None if cases is None or len(reader.problems) > noted else Refine(cases, paths)
 
 

@@ -12,38 +12,47 @@ from ..keys.run_keys import LIFE
 from ..reading.reader import Reader
 from ..written.document import WrittenValue
 from .axes import Reading
-from .distributions import LAWS, Distribution, distribution_of, forms_text, read_distribution
+from .distributions import LAWS, Distribution, distribution_of, forms, forms_text, read_distribution
+from .section import NameSection, named_forms
 
 UNCERTAIN, FACTOR, PUBLISHED = "uncertain", "factor", "published"
 LARGEST_FACTOR = 1e3  # factor
 BODIES = ("bearing_coefficient", "journal_coefficient")
 _PATH = re.compile(r"joints\.([^.]+)\.wear\.(coefficient|bearing_coefficient|journal_coefficient)")
 _TAILS = (0.025, 0.975)  # ends of a 95 % interval
-UNCERTAIN_TEXT = (
+UNCERTAIN_SECTION = NameSection(
+    UNCERTAIN,
     "dotted path of a wear coefficient -> {factor: 3}, lognormal with 95 % between a third and three times its value; "
     "or a distribution of `sample`; or `published`, loguniform over the range of the named wear pair; a life gets "
-    "a second interval from two further lives at the ends"
+    "a second interval from two further lives at the ends",
+    "path",
+    "joints.rod-slider.wear.coefficient: {factor: 3}",
+    {
+        "anyOf": [
+            *named_forms(
+                {
+                    FACTOR: {"type": "number", "exclusiveMinimum": 1, "maximum": LARGEST_FACTOR},
+                    **{name: {"description": form} for name, form in forms().items()},
+                }
+            ),
+            {"const": PUBLISHED},
+        ]
+    },
 )
 
 
 def read_uncertain(reader: Reader, root: WrittenValue) -> None:
     """Read the section into the reader: path -> distribution, in SI."""
-    section = root.value.get(UNCERTAIN) if isinstance(root.value, dict) else None
-    if section is None:
+    entries = UNCERTAIN_SECTION.entries(reader.problems, root)
+    if not entries:
         return
-    if not isinstance(section.value, dict) or not section.value:
-        sentence = (
-            "contains no path; for example: `joints.rod-slider.wear.coefficient: {factor: 3}`, or leave the key "
-            f"'{UNCERTAIN}' out"
-        )
-        reader.problems.add(section, UNCERTAIN, sentence)
-        return
+    section = root.value[UNCERTAIN]
     if LIFE not in reader.shape:
         sentence = "is of no use without `life`, whose interval it widens; write life: {limit, joint}, or leave it out"
         reader.problems.add(section, UNCERTAIN, sentence)
         return
-    for path, written in section.value.items():
-        if problem := _refused(reader, path, [*section.value]):
+    for path, written in entries.items():
+        if problem := _refused(reader, path, [*entries]):
             reader.problems.add(section.key_place(path), f"{UNCERTAIN}.{path}", problem)
         elif (spread := _spread(reader, path, written)) is not None:
             reader.uncertain[path] = spread

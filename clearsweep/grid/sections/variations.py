@@ -17,7 +17,7 @@ from .axes import FORMS, Reading, axis
 from .distributions import LAWS, draw_values, read_distribution
 from .identify import IDENTIFY, find_identify_axes
 from .optimise import OPTIMISE, find_optimise_axes
-from .sample import read_sample
+from .sample import SAMPLE_SECTION, read_sample
 from .seek import SEEK, range_of_seek
 
 #: The sections that vary values, in the order in which their axes appear; those after `sweep` go in step.
@@ -38,9 +38,7 @@ def find_variations(reader: Reader, root: WrittenValue, complete: Shape, fixed: 
             if written is None:
                 continue
         if variation == "sample":
-            if not isinstance(section.value, dict):
-                sentence = f"found {shown(section.value)}; expected a section with the keys method, n, seed, over"
-                reader.problems.add(section, variation, sentence)
+            if SAMPLE_SECTION.find(reader.problems, root) is None:
                 continue
             written, where = section.value.get("over", section), "sample.over"
             example = "{normal: {mean: 1 mm, cv: 0.1}}"

@@ -1,7 +1,7 @@
 """A value at a fixed address, so that compiled code can process several values of the same form in turn.
 
 In memory it is a sequence of eight-byte words: a number or integer is one word, an array the address of its first item
-and its shape, a tuple the words of its items.
+and its shape, a Fields that of its array, a tuple the words of its items.
 """
 
 import struct
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..trace import symbols
+from ..trace.fields import Fields
 from ..trace.memory import Bare, viewed, word_at
 from ..trace.primitives import primitive
 from .plain import is_plain
@@ -47,9 +48,10 @@ def _words(value: Any, words: list[int]) -> None:
     for item in value:
         if isinstance(item, tuple):
             _words(item, words)
-        elif isinstance(item, np.ndarray):
-            words.append(item.ctypes.data)
-            words += item.shape
+        elif isinstance(item, (np.ndarray, Fields)):
+            array = item.numbers if isinstance(item, Fields) else item
+            words.append(array.ctypes.data)
+            words += array.shape
         elif isinstance(item, float):
             words += _WHOLE.unpack(_DOUBLE.pack(item))
         else:
@@ -69,6 +71,9 @@ class TypeKey:
             elif isinstance(item, np.ndarray):
                 self.parts[name] = _array(name, item)
                 offset += 1 + item.ndim
+            elif isinstance(item, Fields):
+                self.parts[name] = (type(item), *_array(name, item.numbers))
+                offset += 1 + item.numbers.ndim
             else:
                 self.parts[name] = float if isinstance(item, float) else int
                 offset += 1
@@ -130,10 +135,11 @@ class Loaded:
             return Loaded(form, self._address, offset)
         if form in (float, int):
             return word_at(self._address, offset, symbols.Number if form is float else symbols.Whole)
-        kind, dimensions, stride = form
+        *named, kind, dimensions, stride = form
         first = word_at(self._address, offset, symbols.Whole)
         shape = tuple(word_at(self._address, offset + 1 + axis, symbols.Whole) for axis in range(dimensions))
-        return viewed(Bare.at(first, kind), shape, stride)
+        view = viewed(Bare.at(first, kind), shape, stride)
+        return named[0](view) if named else view
 
     def __iter__(self) -> Any:
         return (getattr(self, name) for name in self._form.parts)

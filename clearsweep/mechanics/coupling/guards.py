@@ -21,7 +21,7 @@ from ..joint.places import (
 )
 from ..observe.observables import column_of, observed_in
 from ..observe.stages import END, PLACES, STAGES, START
-from ..solver.guarding import ELSEWHERE
+from ..solver.event_search import ELSEWHERE
 from .impact_mass import joints_at_event
 from .rates import observed_width
 from .state import size_of
@@ -90,7 +90,7 @@ _evaluate_joints = map_joints(_evaluate_joint, after_joint)
 
 
 def guards_entry(scene, y, nodes, latched, o, value, row):
-    """Write the guards that laws evaluate to `value`, see `solver.guarding.evaluate_guards`.
+    """Write the guards that laws evaluate to `value`, see `solver.event_search.evaluate_guards`.
 
     Arrays are bare pointers; `scene` is a pointer to the Scene.
     """

@@ -9,7 +9,7 @@ from ..compiled.family import Entry, entry, inlined, shaped
 from ..joint.contract import JointState, touches
 from ..mechanism.contract import gaps, place
 from ..observe.stages import END, OTHERS, PLACES, STAGES
-from ..solver.accumulate.step_sums import CHANGE, LENGTH, step_width
+from ..solver.accumulate.step_sums import Step
 from ..solver.collocation import A
 from .rates import observed_width, put_error, put_root_rates, rates, turned_gaps
 from .state import size_of
@@ -47,10 +47,10 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     parameters = scene[0]
     contacts, n, latching = size_of(parameters)
     coordinates_count = len(parameters.coordinates)
-    y, weight, step = shaped(y, (n,)), shaped(weight, (n,)), shaped(step, (step_width(contacts),))
+    y, weight, step = shaped(y, (n,)), shaped(weight, (n,)), Step(shaped(step, (Step.SIZE,)))
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latching,))
     k, nodes = shaped(k, (n, PLACES)), shaped(nodes, (n + 1, STAGES))
-    arguments = y, weight, k, nodes, step[LENGTH]
+    arguments = y, weight, k, nodes, step.length
     time = 2 * coordinates_count
     for i in abreast(STAGES):
         rates(parameters, nodes[:, i], mode, latched, k, None, i, False)
@@ -80,7 +80,7 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
         k[time, i] = kappa
     _move(parameters, 0, coordinates_count, arguments)
     _move(parameters, time, time + 1, arguments)
-    step[CHANGE] = total_of(nodes[n]) * (1.0 / n)
+    step.change = total_of(nodes[n]) * (1.0 / n)
 
 
 def observe_entry(scene, nodes, mode, latched, o, _):

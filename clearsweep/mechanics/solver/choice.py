@@ -14,10 +14,9 @@ Counts of evaluations decide, never a clock, and only evaluations of the motion 
 
 from ..compiled.family import kernel
 from ..observe.stages import STAGES
-from .accumulate.step_sums import STIFF
-from .event import EVALUATIONS, EXPLICIT, IMPLICIT
+from .event import EXPLICIT, IMPLICIT
 from .radau import ERROR, ORDER
-from .run_control import AUTO, CONTROL_METHOD, STEPPER_EVALUATIONS
+from .run_control import AUTO
 
 PRICE = 0.62  # of an evaluation in an implicit step, for each number in the state, mostly for the matrices
 LOOK = 2.0  # over an implicit step worth its price: stretch over which the bend is measured, and the first such step
@@ -30,19 +29,12 @@ GAINED = 0.1  # plus this share of its earlier savings
 BACK = 0.1  # of explicit evaluations: number that must offset the loss before the bend is measured again
 STEADY = 1.2  # growth of the step that is forgone because the factors of the matrices can be reused
 STEP_COST = SWEEPS * STAGES
-# Places in Implicit.choice: length of an explicit step before the method changed; explicit evaluations SAVED by the
-# implicit method since then, and LOST; number of explicit steps LEFT until the bend is measured again; length and
-# evaluations of the steps that a stiff component may limit, and both without the last of ORDER parts; then the length
-# at
-# the beginning and at the end of each part
-LIMIT, SAVED, LOST, LEFT, SPAN, COST, EARLY, MARKS = range(8)
-CHOICE = MARKS + ORDER + 1
 
 
 @kernel
 def steady(at, h, proposal):
     """Return the length of the step after one of length `h`: the proposal, or `h` again where that saves work."""
-    return h if at[0].method[0] == IMPLICIT and h <= proposal <= STEADY * h else proposal
+    return h if at[0].method.current == IMPLICIT and h <= proposal <= STEADY * h else proposal
 
 
 @kernel
@@ -52,22 +44,22 @@ def choose_method(at, h, pattern):
     pattern : result of `step_control.proposal_of`.  The change takes effect with the next step.
     """
     work, choice = at[0], at[0].implicit.choice
-    if work.method[0] == EXPLICIT:
-        choice[LEFT] -= 1.0
-        if work.step[STIFF] == 0.0:
-            work.method[1] = 0
+    if work.method.current == EXPLICIT:
+        choice.left -= 1.0
+        if work.step.stiff == 0.0:
+            work.method.in_favour = 0
             return
-    if work.control[CONTROL_METHOD] != AUTO:
+    if work.control.method != AUTO:
         return
-    cost, implicit = work.counts[EVALUATIONS] - work.stepper[STEPPER_EVALUATIONS], 1 << work.mode.size
-    if work.method[0] == IMPLICIT:
-        explicit = max(work.proposals[pattern & ~implicit], choice[LIMIT])  # the last one with the same contacts
+    cost, implicit = work.counts.evaluations - work.stepper.evaluations, 1 << work.mode.size
+    if work.method.current == IMPLICIT:
+        explicit = max(work.proposals[pattern & ~implicit], choice.limit)  # the last one with the same contacts
         if loses(at, PER_STEP * h / explicit, cost):
-            work.method[2] = EXPLICIT
-    elif choice[LEFT] <= 0.0 and is_stiff(at, h, cost):
-        work.method[2] = IMPLICIT
-        work.proposals[pattern] = choice[LIMIT]
-        work.proposals[pattern | implicit] = LOOK * price_of_step(work.y.size) * choice[LIMIT]
+            work.method.next = EXPLICIT
+    elif choice.left <= 0.0 and is_stiff(at, h, cost):
+        work.method.next = IMPLICIT
+        work.proposals[pattern] = choice.limit
+        work.proposals[pattern | implicit] = LOOK * price_of_step(work.y.size) * choice.limit
         work.paces[pattern | implicit] = work.paces[pattern]
 
 
@@ -86,26 +78,26 @@ def is_stiff(at, h, cost):
     work = at[0]
     n, choice = work.y.size, work.implicit.choice
     if h == 0.0:  # two events at one time: the observed states belong to both sides
-        choice[COST] += cost
+        choice.cost += cost
         return False
-    if work.method[1] == 0:
-        choice[SPAN], choice[COST] = 0.0, 0.0
+    if work.method.in_favour == 0:
+        choice.span, choice.cost = 0.0, 0.0
         mark(at, 0, work.y)
-    choice[SPAN] += h
-    choice[COST] += cost
-    work.method[1] += 1
+    choice.span += h
+    choice.cost += cost
+    work.method.in_favour += 1
     evaluations_used = int(LOOK * price_of_step(n) / ORDER) + 1
-    if work.method[1] % evaluations_used != 0:
+    if work.method.in_favour % evaluations_used != 0:
         return False
-    mark(at, work.method[1] // evaluations_used, work.end)
-    if work.method[1] == (ORDER - 1) * evaluations_used:
-        choice[EARLY] = choice[COST]
-    if work.method[1] < ORDER * evaluations_used:
+    mark(at, work.method.in_favour // evaluations_used, work.end)
+    if work.method.in_favour == (ORDER - 1) * evaluations_used:
+        choice.early = choice.cost
+    if work.method.in_favour < ORDER * evaluations_used:
         return False
-    work.method[1] = 0
+    work.method.in_favour = 0
     if is_longer(at):
         return True
-    choice[LEFT] = REST * choice[COST] / PER_STEP
+    choice.left = REST * choice.cost / PER_STEP
     return False
 
 
@@ -113,7 +105,7 @@ def is_stiff(at, h, cost):
 def mark(at, index, y):
     """Store the state `y` and the length of the steps so far."""
     choice, marks = at[0].implicit.choice, at[0].implicit.marks
-    choice[MARKS + index] = choice[SPAN]
+    at[0].implicit.spans[index] = choice.span
     for i in range(y.size):
         marks[index, i] = y[i]
 
@@ -124,10 +116,10 @@ def is_longer(at):
 
     The length of these explicit steps is that of the last ones or, if they jitter at the limit of stability, the mean.
     """
-    n, choice = at[0].y.size, at[0].implicit.choice
-    late_span = (choice[SPAN] - choice[MARKS + ORDER - 1]) / (choice[COST] - choice[EARLY])
-    choice[LIMIT], choice[SAVED], choice[LOST] = STEP_COST * max(choice[SPAN] / choice[COST], late_span), 0.0, 0.0
-    return ERROR**2 * squared_bend(at, price_of_step(n) * choice[LIMIT]) <= SMALL**2
+    n, choice, spans = at[0].y.size, at[0].implicit.choice, at[0].implicit.spans
+    late_span = (choice.span - spans[ORDER - 1]) / (choice.cost - choice.early)
+    choice.limit, choice.saved, choice.lost = STEP_COST * max(choice.span / choice.cost, late_span), 0.0, 0.0
+    return ERROR**2 * squared_bend(at, price_of_step(n) * choice.limit) <= SMALL**2
 
 
 @kernel
@@ -136,7 +128,7 @@ def squared_bend(at, h):
 
     The derivative is that of the polynomial through the marks.
     """
-    n, choice, marks = at[0].y.size, at[0].implicit.choice, at[0].implicit.marks
+    n, spans, marks = at[0].y.size, at[0].implicit.spans, at[0].implicit.marks
     defect = at[0].implicit.offset
     for i in range(n):
         defect[i] = 0.0
@@ -144,7 +136,7 @@ def squared_bend(at, h):
         weight = 720.0  # 6!
         for node in range(ORDER + 1):
             if node != m:
-                weight *= h / (choice[MARKS + m] - choice[MARKS + node])
+                weight *= h / (spans[m] - spans[node])
         for i in range(n):
             defect[i] += weight * (marks[m, i] - marks[0, i])
     total = 0.0
@@ -165,9 +157,9 @@ def loses(at, saved, cost):
     work = at[0]
     n, choice = work.y.size, work.implicit.choice
     gain = saved - PRICE * n * cost
-    choice[SAVED] += gain
-    choice[LOST] = max(choice[LOST] - gain, 0.0)
-    if choice[LOST] < LOSS * PER_STEP * price_of_step(n) + GAINED * max(choice[SAVED], 0.0):
+    choice.saved += gain
+    choice.lost = max(choice.lost - gain, 0.0)
+    if choice.lost < LOSS * PER_STEP * price_of_step(n) + GAINED * max(choice.saved, 0.0):
         return False
-    choice[LEFT] = -min(choice[SAVED], 0.0) / (BACK * PER_STEP)
+    choice.left = -min(choice.saved, 0.0) / (BACK * PER_STEP)
     return True

@@ -6,19 +6,84 @@ import numpy as np
 
 from ..compiled.family import Entry, inlined, invoke, kernel
 from ..observe.stages import SCRATCH
-from .accumulate.step_sums import TrialStep
+from ..trace.fields import Fields
+from .accumulate.step_sums import ContactStep, Step, TrialStep
 from .accumulate.totals import Accumulators
 from .collocation import dense_state
+from .run_control import ControlNumbers, Stepper
 
 # Kinds of events; LIMIT: a penetration passes the limit of its elastic law, without effect; GUARD and above: the guards
 # of joints
 NOTHING, ONSET, SEPARATION, STOP, LIMIT, GUARD = range(6)
 FARTHEST = 8.0  # clearances that a journal in free flight may travel in a step
 EXPLICIT, IMPLICIT = 0, 1  # methods
-# Counters in Work.counts; LOCATING: evaluations for locating events and stepping to them; PASSAGES: of guards and
-# limits,
-# which do not count as EVENTS of contacts
-STEPS, REJECTED, EVALUATIONS, LOCATING, EVENTS, SEPARATIONS, PASSAGES, SAMPLES, COUNTS = range(9)
+
+
+class Counts(Fields):
+    """What an integration has done so far."""
+
+    steps: int  # accepted
+    rejected: int
+    evaluations: int  # of the right-hand side
+    locating: int  # evaluations for locating events and stepping to them
+    events: int  # of contacts
+    separations: int
+    passages: int  # of guards and limits, which do not count as events of contacts
+    samples: int  # written
+
+
+class Method(Fields):
+    """The method of a step: EXPLICIT or IMPLICIT."""
+
+    current: int
+    in_favour: int  # steps in a row in favour of the other
+    next: int  # method of the next step
+
+
+class Slopes(Fields):
+    """The Entry of the rates' derivatives; zeros until the motion becomes stiff."""
+
+    code: int
+    parameters: int
+
+
+class Choice(Fields):
+    """What the choice of the method follows: both methods on the latest stretches of the motion."""
+
+    limit: float  # length of an explicit step before the method changed
+    saved: float  # explicit evaluations saved by the implicit method since then
+    lost: float  # and lost
+    left: float  # explicit steps until the bend is measured again
+    span: float  # length of the steps that a stiff component may limit
+    cost: float  # their evaluations
+    early: float  # the same without the last of ORDER parts
+
+
+class Past(Fields):
+    """What is known from earlier steps; lengths are 0 if there is none."""
+
+    length: float  # of the step whose interpolant is in `Work.f`
+    after: float  # 1 if this step follows it, 0 if it begins at the same place
+    renewed: float  # length of the step from here for which the Jacobians were evaluated
+    factored: float  # length of the step for which the matrices are factored
+    convergence: float  # of the last iteration
+
+
+class Implicit(NamedTuple):
+    """Workspace of the implicit method; n numbers in the state."""
+
+    jacobian: np.ndarray  # (3, n, n) derivatives of the rates at the stages PLACES
+    newton: np.ndarray  # (STAGES n, STAGES n) factors of the matrix of the iteration
+    pivots: np.ndarray  # (STAGES n,) int64
+    small: np.ndarray  # (n, n) factors of the matrix of the error estimate
+    small_pivots: np.ndarray  # (n,) int64
+    stages: np.ndarray  # (STAGES n,) differences of the stages from the start of the step
+    change: np.ndarray  # (STAGES n,)
+    offset: np.ndarray  # (n,)
+    marks: np.ndarray  # (ORDER + 1, n) states along explicit steps, see `choice`
+    spans: np.ndarray  # (ORDER + 1,) length of the steps up to each mark
+    choice: Choice
+    past: Past
 
 
 class Work(NamedTuple):
@@ -48,11 +113,13 @@ class Work(NamedTuple):
     weight: np.ndarray  # (n,) 1 / allowed error
     mode: np.ndarray  # (c,) int64, what each contact does: contract.FREE, PRESSED or another of its joint's modes
     latched: np.ndarray  # (c + l,) values set at events only: closing rate (m/s) of each onset, floored; of laws
-    step: np.ndarray  # (step_width,) length and results of a trial step, see accumulate.step_sums
+    step: Step
+    contact_steps: ContactStep  # (c,)
+    profiles: np.ndarray  # (1 + c, PARTS + 1) dt/dtau and every contact's force (N) at equidistant places of the step
     clearance: np.ndarray  # (c,) m
     rubs: np.ndarray  # (c,) int64, whether there is friction: 1, else 0
     film: np.ndarray  # (c, 2) m, depth beyond which a film shares the load, and depth limit of its formula; inf: never
-    stepper: np.ndarray  # (STEPPER_SIZE,) state of the loop between steps, see run_control
+    stepper: Stepper
     f: np.ndarray  # (n, STAGES) the interpolant, see `collocation.dense_component`
     polynomials: np.ndarray  # (ROWS, COEFFICIENTS) of the current event function, see `bernstein`
     apart: np.ndarray  # (c,) int64, mode after a separation
@@ -61,15 +128,15 @@ class Work(NamedTuple):
     limit_depth: np.ndarray  # (c,) m, penetration up to which the elastic law is valid; inf: any
     ended_by: np.ndarray  # (m,) int64, contact whose separation resets an internal state; -1: never reset
     began: np.ndarray  # (m,) initial value of each internal state
-    counts: np.ndarray  # (COUNTS,) int64
-    method: np.ndarray  # (3,) int64: current method, steps in a row in favour of the other, method of the next step
-    slopes: np.ndarray  # (2,) int64, the Entry of the rates' derivatives; zeros until the motion becomes stiff
+    counts: Counts
+    method: Method
+    slopes: Slopes
     proposals: np.ndarray  # (2^(1+c),) step length by method and touching contacts, 0: none yet
     paces: np.ndarray  # (2^(1+c),) m/s, onset rate of the fastest of these contacts
-    control: np.ndarray  # (len(Control),) end conditions and settings, see run_control.Control
+    control: ControlNumbers
     log: np.ndarray  # (LOG_ROWS, 5) events since the latest pause, see event_actions.Event
     guards: tuple  # joint.guards.Guards
-    implicit: tuple  # newton.Implicit
+    implicit: Implicit
     totals: tuple  # totals.Totals
     record: tuple  # record.Record
     turns: tuple  # turns.Turns
@@ -79,7 +146,7 @@ class Work(NamedTuple):
 def trial_of(at):
     """Return the TrialStep of a case."""
     work = at[0]
-    return TrialStep(work.y, work.mode, work.k, work.o, work.end, work.step)
+    return TrialStep(work.y, work.mode, work.k, work.o, work.end, work.step, work.contact_steps, work.profiles)
 
 
 @inlined
@@ -93,6 +160,8 @@ def accumulators_of(at):
         work.o,
         work.end,
         work.step,
+        work.contact_steps,
+        work.profiles,
         work.stepper,
         work.clearance,
         work.film,
@@ -105,7 +174,7 @@ def accumulators_of(at):
 def evaluate(at, y, row):
     """Write the rates of the state `y` to row `row` of `work.k` and its observables to row `row` of `work.o`."""
     work = at[0]
-    work.counts[EVALUATIONS] += 1
+    work.counts.evaluations += 1
     invoke(work.rates.code, work.rates.parameters, (y, work.mode, work.latched, work.k, work.o), row)
 
 

@@ -7,17 +7,12 @@ from ..compiled.family import kernel
 from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR, touches
 from ..observe.observables import observed
 from ..observe.stages import END
-from .accumulate.totals import APPROACH, CLIPS, ONSET_MAX, ONSETS, PEAK, REBOUNDS, RESTITUTION
-from .event import EVENTS, GUARD, LIMIT, NOTHING, ONSET, PASSAGES, SEPARATION, SEPARATIONS
+from .event import GUARD, LIMIT, NOTHING, ONSET, SEPARATION
 from .run_control import (
-    CONTROL_EVENT_BUDGET,
-    CONTROL_KEEP_EVENTS,
-    CONTROL_SEPARATIONS,
     EVENT_BUDGET,
     GOING,
     LEFT_BEARING,
     OK,
-    STEPPER_LOGGED,
 )
 from .step import go_through, latch
 
@@ -35,10 +30,10 @@ def begin_contact(at, j, windowed):
     depth = max(contact.depth, 0.0)
     work.end[work.time + 1 + j] = max(math.sqrt(depth), SEED * work.sigma)
     latch(at, work.end, j, ENTERED, END)
-    totals.joint[j, PEAK], totals.joint[j, APPROACH] = 0.0, rate
+    totals.joint[j].peak, totals.joint[j].approach = 0.0, rate
     if windowed:
-        totals.joint[j, ONSETS] += 1.0
-        totals.joint[j, ONSET_MAX] = max(totals.joint[j, ONSET_MAX], rate)
+        totals.joint[j].onsets += 1.0
+        totals.joint[j].onset_max = max(totals.joint[j].onset_max, rate)
     return rate
 
 
@@ -54,10 +49,10 @@ def end_contact(at, j):
     for i in range(work.ended_by.size):
         if work.ended_by[i] == j:
             work.end[work.time + 1 + work.mode.size + i] = work.began[i]
-    work.counts[SEPARATIONS] += 1
-    if totals.joint[j, APPROACH] > ONSET_FLOOR:  # below, laws use the floor: the ratio is not theirs
-        totals.joint[j, RESTITUTION] -= rate / totals.joint[j, APPROACH]
-        totals.joint[j, REBOUNDS] += 1.0
+    work.counts.separations += 1
+    if totals.joint[j].approach > ONSET_FLOOR:  # below, laws use the floor: the ratio is not theirs
+        totals.joint[j].restitution -= rate / totals.joint[j].approach
+        totals.joint[j].rebounds += 1.0
     return rate
 
 
@@ -75,28 +70,28 @@ class Event(NamedTuple):
 def log_event(at, event):
     """Add an Event to the log, unless it is the passage of a guard or a limit."""
     work = at[0]
-    if event.kind >= LIMIT or work.control[CONTROL_KEEP_EVENTS] == 0.0:
+    if event.kind >= LIMIT or work.control.keep_events == 0.0:
         return
-    row = int(work.stepper[STEPPER_LOGGED])
+    row = int(work.stepper.logged)
     work.log[row, 0], work.log[row, 1], work.log[row, 2] = event.time, event.contact, event.kind
     work.log[row, 3], work.log[row, 4] = event.rate, event.force_peak
-    work.stepper[STEPPER_LOGGED] += 1.0
+    work.stepper.logged += 1.0
 
 
 @kernel
 def apply_event(at, kind, j, windowed):
     """Apply the effects of an event at contact `j` at `work.end`; return the Event."""
     work = at[0]
-    moment, peak = work.end[work.time], work.totals.joint[j, PEAK]
+    moment, peak = work.end[work.time], work.totals.joint[j].peak
     if kind >= GUARD:
         g = kind - GUARD
         if windowed and work.guards.counted[g]:
-            work.totals.joint[j, CLIPS] += 1.0
+            work.totals.joint[j].clips += 1.0
         go_through(at, g, work.end, END)
     if kind >= LIMIT:
-        work.counts[PASSAGES] += 1
+        work.counts.passages += 1
         return Event(moment, j, kind, 0.0, 0.0)
-    work.counts[EVENTS] += 1
+    work.counts.events += 1
     if kind == ONSET:
         return Event(moment, j, kind, begin_contact(at, j, windowed), 0.0)
     return Event(moment, j, kind, end_contact(at, j), peak)
@@ -123,9 +118,9 @@ def pass_events(at, kind, contact, windowed):
     work = at[0]
     while kind != NOTHING:
         log_event(at, apply_event(at, kind, contact, windowed))
-        if work.control[CONTROL_SEPARATIONS] > 0.0 and work.counts[SEPARATIONS] >= work.control[CONTROL_SEPARATIONS]:
+        if work.control.separations > 0.0 and work.counts.separations >= work.control.separations:
             return OK
-        if work.counts[EVENTS] >= work.control[CONTROL_EVENT_BUDGET]:
+        if work.counts.events >= work.control.event_budget:
             return EVENT_BUDGET
         if kind >= GUARD and work.guards.ends_run[kind - GUARD]:
             return LEFT_BEARING

@@ -1,4 +1,24 @@
-"""The integration loop: adaptive steps from event to event, with figures, samples and events taken on the way."""
+"""The integration loop: adaptive steps from event to event, with figures, samples and events taken on the way.
+
+begin_case, then until the case ends or pauses:
+    prepare_step        the length of the step, or why the case stops
+    take_step           stages by iteration, end, polynomial, error, sums        step, collocation, radau
+    assess_step         its error, the length that it allows for the next        step_control
+    if its error is too large:
+        reject          try again with a shorter length
+    find_first_event    where its polynomials cross zero first                   event_search, bernstein
+    if there is an event:
+        take_step       up to the event; reject if the error is too large
+        step_to_event   the end, corrected to the exact event                    step
+        accept          sums, peaks, wear, samples up to there                   accumulate
+        pass_events     modes, laws and states after it                          event_actions
+        restart         rates of the new equations
+    else:
+        accept          sums, peaks, wear, samples of the whole step             accumulate
+        choose_method   explicit or implicit                                     choice
+        advance         its end is the next start
+    set_next_length     after a rejection, a first step or an accepted one       step_control
+"""
 
 import math
 
@@ -8,35 +28,19 @@ from ..compiled.plain import is_plain
 from ..observe.observables import KAPPA, KINETIC
 from ..observe.stages import END, START
 from ..trace import objects
-from .acceptance import assess_step
-from .accumulate.record import write_sample
 from .accumulate.slow_sums import note_step, open_window
-from .accumulate.step_sums import ACCEPTED, ERROR, LENGTH
-from .accumulate.totals import KINETIC_START, accumulate_step
-from .accumulate.turns import take_start
+from .accumulate.totals import accumulate_step
+from .accumulate.within_step import take_start, write_sample
 from .choice import choose_method
 from .event import (
-    EVALUATIONS,
     IMPLICIT,
-    LOCATING,
     NOTHING,
-    REJECTED,
-    SAMPLES,
-    STEPS,
     STOP,
     accumulators_of,
 )
 from .event_actions import pass_events
-from .newton import AFTER, FAILED, RENEWED
-from .newton import LENGTH as PAST_LENGTH
+from .radau import FAILED
 from .run_control import (
-    CONTROL_END,
-    CONTROL_PATIENCE,
-    CONTROL_PAUSE,
-    CONTROL_PAUSE_STEPS,
-    CONTROL_STEP_BUDGET,
-    CONTROL_TIME_LIMIT,
-    CONTROL_WINDOW,
     GOING,
     NOT_FINITE,
     OK,
@@ -44,31 +48,23 @@ from .run_control import (
     STALLED,
     STEP_BUDGET,
     STEP_UNDERFLOW,
-    STEPPER_BEGUN,
-    STEPPER_CONTACT,
-    STEPPER_EVALUATIONS,
-    STEPPER_EXPECTED_ERROR,
-    STEPPER_FARTHEST,
-    STEPPER_GROWTH,
-    STEPPER_IN_WINDOW,
-    STEPPER_LOGGED,
-    STEPPER_NEXT_LENGTH,
-    STEPPER_NEXT_STOP,
-    STEPPER_PAUSE_STEP,
-    STEPPER_PROGRESS_ANGLE,
-    STEPPER_PROGRESS_TIME,
-    STEPPER_REJECTIONS,
-    STEPPER_STATUS,
     TIME_LIMIT,
     TURNS_STIFF,
 )
 from .step import begin_step, find_first_event, step_to_event, take_step
-from .step_control import MOST_TRIES, first_length, next_length, pace_of, proposal_of, shrinking
+from .step_control import (
+    ACCEPTANCE,
+    BEGINNING,
+    MOST_TRIES,
+    REJECTION,
+    assess_step,
+    pace_of,
+    proposal_of,
+    set_next_length,
+)
 
 REVERSAL_TOLERANCE = 0.01 * 2.0 * math.pi  # rad: how far a free crank may turn back without a stall, as at an impact
 STALL_ADVANCE = 1e-4  # rad: how far a free crank has to advance within Control.patience
-# Growth of the second step after an event: at the onset of a contact the motion bends less than later
-AFTER_EVENT = 0.8
 CLOSE_TO_START = 1e-6  # share of an implicit step up to which an event is taken from its interpolant
 SHORT_SHARE = 1e-3  # share of a step up to which a step cut at an event is accepted whatever its error
 LOG_ROWS = 512  # events in the log before the loop pauses so that the caller can read them
@@ -82,13 +78,13 @@ def advance(at):
         work.y[i], work.k[i, START] = work.end[i], work.k[i, END]
     for column in range(work.o.shape[0]):
         work.o[column, START] = work.o[column, END]
-    work.implicit.past[AFTER], work.implicit.past[RENEWED] = 1.0, 0.0
+    work.implicit.past.after, work.implicit.past.renewed = 1.0, 0.0
 
 
 @kernel
 def accept(at):
     """Add an accepted step to the sums."""
-    at[0].step[ACCEPTED] = 1.0
+    at[0].step.accepted = 1.0
     accumulate_step(accumulators_of(at), at[0].time)
 
 
@@ -98,8 +94,8 @@ def restart(at):
     work = at[0]
     for i in range(work.y.size):
         work.y[i] = work.end[i]
-    work.method[0] = work.method[2]
-    work.implicit.past[PAST_LENGTH], work.implicit.past[RENEWED] = 0.0, 0.0
+    work.method.current = work.method.next
+    work.implicit.past.length, work.implicit.past.renewed = 0.0, 0.0
     begin_step(at)
 
 
@@ -118,44 +114,34 @@ def begin_case(at):
     work = at[0]
     totals, record, stepper, control = work.totals, work.record, work.stepper, work.control
     position, moment = work.y[work.independent], work.y[work.time]
-    stepper[STEPPER_BEGUN], stepper[STEPPER_LOGGED], stepper[STEPPER_REJECTIONS] = 1.0, 0.0, 0.0
-    stepper[STEPPER_IN_WINDOW] = 1.0 if control[CONTROL_WINDOW] <= position else 0.0
-    stepper[STEPPER_NEXT_STOP] = next_stop(at, position)
-    if stepper[STEPPER_NEXT_LENGTH] == 0.0 or state_was_changed(at):
+    stepper.begun, stepper.logged, stepper.rejections = 1.0, 0.0, 0.0
+    stepper.in_window = 1.0 if control.window <= position else 0.0
+    stepper.next_stop = next_stop(at, position)
+    if stepper.next_length == 0.0 or state_was_changed(at):
         begin_step(at)
-    stepper[STEPPER_PAUSE_STEP] = work.counts[STEPS] + control[CONTROL_PAUSE_STEPS]
-    if stepper[STEPPER_NEXT_LENGTH] > 0.0:
+    stepper.pause_step = work.counts.steps + control.pause_steps
+    if stepper.next_length > 0.0:
         return
-    stepper[STEPPER_FARTHEST], stepper[STEPPER_PROGRESS_ANGLE], stepper[STEPPER_PROGRESS_TIME] = (
+    stepper.farthest, stepper.progress_angle, stepper.progress_time = (
         position,
         position,
         moment,
     )
-    totals.whole[KINETIC_START] = work.o[KINETIC, START]
-    if stepper[STEPPER_IN_WINDOW] != 0.0:
+    totals.whole.kinetic_start = work.o[KINETIC, START]
+    if stepper.in_window != 0.0:
         open_window(at)
     take_start(at)
-    while work.counts[SAMPLES] < record.times.size and record.times[work.counts[SAMPLES]] <= work.y[record.independent]:
-        write_sample(at, work.y, record.samples[work.counts[SAMPLES]])
-        work.counts[SAMPLES] += 1
-    set_first_length(at)
-
-
-@kernel
-def set_first_length(at):
-    """Set the length of the first step after a change of the equations; its error is unknown."""
-    stepper = at[0].stepper
-    stepper[STEPPER_NEXT_LENGTH], stepper[STEPPER_GROWTH], stepper[STEPPER_EXPECTED_ERROR] = (
-        first_length(at, at[0].proposals, proposal_of(at)),
-        AFTER_EVENT,
-        0.0,
-    )
+    while work.counts.samples < record.times.size and record.times[work.counts.samples] <= work.y[record.independent]:
+        write_sample(at, work.y, record.samples[work.counts.samples])
+        work.counts.samples += 1
+    set_next_length(at, BEGINNING)
 
 
 @kernel
 def target_of(at):
     """Return the start of the window of figures (s, or rad of a free crank); within the window the end of the run."""
-    return at[0].control[CONTROL_END if at[0].stepper[STEPPER_IN_WINDOW] != 0.0 else CONTROL_WINDOW]
+    work = at[0]
+    return work.control.end if work.stepper.in_window != 0.0 else work.control.window
 
 
 @kernel
@@ -174,22 +160,19 @@ def interruption(at):
     work = at[0]
     stepper, control = work.stepper, work.control
     moment, angle = work.y[work.time], work.y[work.independent]
-    is_full = stepper[STEPPER_LOGGED] + work.mode.size >= work.log.shape[0]  # all contacts may part at once
-    if angle >= control[CONTROL_PAUSE] or work.counts[STEPS] >= stepper[STEPPER_PAUSE_STEP] or is_full:
+    is_full = stepper.logged + work.mode.size >= work.log.shape[0]  # all contacts may part at once
+    if angle >= control.pause or work.counts.steps >= stepper.pause_step or is_full:
         return PAUSED
-    if work.method[0] == IMPLICIT and work.slopes[0] == 0:
+    if work.method.current == IMPLICIT and work.slopes.code == 0:
         return TURNS_STIFF
-    if control[CONTROL_PATIENCE] == math.inf:
+    if control.patience == math.inf:
         return GOING
-    if moment >= control[CONTROL_TIME_LIMIT]:
+    if moment >= control.time_limit:
         return TIME_LIMIT
-    stepper[STEPPER_FARTHEST] = max(stepper[STEPPER_FARTHEST], angle)
-    if angle > stepper[STEPPER_PROGRESS_ANGLE] + STALL_ADVANCE:
-        stepper[STEPPER_PROGRESS_ANGLE], stepper[STEPPER_PROGRESS_TIME] = angle, moment
-    stalled = (
-        stepper[STEPPER_FARTHEST] - angle > REVERSAL_TOLERANCE
-        or moment - stepper[STEPPER_PROGRESS_TIME] > control[CONTROL_PATIENCE]
-    )
+    stepper.farthest = max(stepper.farthest, angle)
+    if angle > stepper.progress_angle + STALL_ADVANCE:
+        stepper.progress_angle, stepper.progress_time = angle, moment
+    stalled = stepper.farthest - angle > REVERSAL_TOLERANCE or moment - stepper.progress_time > control.patience
     return STALLED if stalled else GOING
 
 
@@ -198,31 +181,27 @@ def prepare_step(at):
     """Return GOING and set the length of the next step in `work.step`, or return the status of a case that stops."""
     work = at[0]
     stepper = work.stepper
-    if stepper[STEPPER_BEGUN] == 0.0:
+    if stepper.begun == 0.0:
         begin_case(at)
-    if work.counts[STEPS] + work.counts[REJECTED] >= work.control[CONTROL_STEP_BUDGET]:
+    if work.counts.steps + work.counts.rejected >= work.control.step_budget:
         return STEP_BUDGET
     reason = GOING
-    if stepper[STEPPER_REJECTIONS] == 0.0:
-        reason, stepper[STEPPER_EVALUATIONS] = interruption(at), work.counts[EVALUATIONS]
+    if stepper.rejections == 0.0:
+        reason, stepper.evaluations = interruption(at), work.counts.evaluations
     if reason == GOING:
-        stepper[STEPPER_NEXT_LENGTH] = min(stepper[STEPPER_NEXT_LENGTH], work.longest / work.o[KAPPA, START])
-        work.step[LENGTH] = stepper[STEPPER_NEXT_LENGTH]
+        work.step.length = min(stepper.next_length, work.longest / work.o[KAPPA, START])
     return reason
 
 
 @kernel
-def reject(at, h):
-    """Reject a step of length `h` and shorten the next; return GOING, or a failure after MOST_TRIES rejections."""
+def reject(at):
+    """Reject a step and shorten the next; return GOING, or a failure after MOST_TRIES rejections."""
     work = at[0]
-    stepper, error = work.stepper, work.step[ERROR]
-    work.counts[REJECTED] += 1
-    stepper[STEPPER_NEXT_LENGTH], stepper[STEPPER_GROWTH], stepper[STEPPER_REJECTIONS] = (
-        h * shrinking(error),
-        1.0,
-        stepper[STEPPER_REJECTIONS] + 1.0,
-    )
-    if stepper[STEPPER_REJECTIONS] > MOST_TRIES:
+    stepper, error = work.stepper, work.step.error
+    work.counts.rejected += 1
+    stepper.rejections += 1.0
+    set_next_length(at, REJECTION)
+    if stepper.rejections > MOST_TRIES:
         return STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE
     return GOING
 
@@ -235,39 +214,39 @@ def cut_at_event(at, h, event):
     Figures are taken up to the event, then the event is applied to the state.
     """
     work = at[0]
-    stepper, windowed = work.stepper, work.stepper[STEPPER_IN_WINDOW] != 0.0
+    stepper, windowed = work.stepper, work.stepper.in_window != 0.0
     share, kind, contact = event
-    stepper[STEPPER_CONTACT] = contact
-    evaluations_before, work.step[LENGTH] = work.counts[EVALUATIONS], h * share
-    if share > CLOSE_TO_START or work.method[0] != IMPLICIT:
+    stepper.contact = contact
+    evaluations_before, work.step.length = work.counts.evaluations, h * share
+    if share > CLOSE_TO_START or work.method.current != IMPLICIT:
         take_step(at)
     else:  # the matrices of an implicit step without length are singular
-        work.step[ERROR] = FAILED
-    work.counts[LOCATING] += work.counts[EVALUATIONS] - evaluations_before
+        work.step.error = FAILED
+    work.counts.locating += work.counts.evaluations - evaluations_before
     # The longer step resolved the motion before the event less well, above all where the iteration now fails, as at the
     # peak of a friction law.  The error of a very short step is rounding.
-    too_far = share > SHORT_SHARE and work.method[0] != IMPLICIT
-    if too_far and not work.step[ERROR] < 1.0:
-        return reject(at, work.step[LENGTH])
-    evaluations_before = work.counts[EVALUATIONS]
-    step_to_event(at, share, (kind, contact, stepper[STEPPER_NEXT_STOP]), work.step[LENGTH])
-    work.counts[LOCATING] += work.counts[EVALUATIONS] - evaluations_before
-    choose_method(at, work.step[LENGTH], proposal_of(at))
+    too_far = share > SHORT_SHARE and work.method.current != IMPLICIT
+    if too_far and not work.step.error < 1.0:
+        return reject(at)
+    evaluations_before = work.counts.evaluations
+    step_to_event(at, share, (kind, contact, stepper.next_stop), work.step.length)
+    work.counts.locating += work.counts.evaluations - evaluations_before
+    choose_method(at, work.step.length, proposal_of(at))
     accept(at)
-    note_step(at, work.step[LENGTH])
+    note_step(at, work.step.length)
     if kind == STOP:
-        if stepper[STEPPER_NEXT_STOP] == target_of(at):
+        if stepper.next_stop == target_of(at):
             if windowed:
                 return OK
-            stepper[STEPPER_IN_WINDOW] = 1.0
+            stepper.in_window = 1.0
             open_window(at)
-        stepper[STEPPER_NEXT_STOP] = next_stop(at, work.end[work.independent])
+        stepper.next_stop = next_stop(at, work.end[work.independent])
     else:
         reason = pass_events(at, kind, contact, windowed)
         if reason != GOING:
             return reason
     restart(at)
-    set_first_length(at)
+    set_next_length(at, BEGINNING)
     return GOING
 
 
@@ -277,20 +256,20 @@ def attempt_step(at):
     work = at[0]
     stepper, step = work.stepper, work.step
     take_step(at)
-    assess_step(accumulators_of(at), work.method[0])
-    h = step[LENGTH]
-    if not step[ERROR] < 1.0:
-        return reject(at, h)
+    assess_step(accumulators_of(at), work.method.current)
+    h = step.length
+    if not step.error < 1.0:
+        return reject(at)
     pattern = proposal_of(at)
-    work.proposals[pattern], work.paces[pattern] = stepper[STEPPER_NEXT_LENGTH], pace_of(at)
-    share, kind, contact = find_first_event(at, h, stepper[STEPPER_NEXT_STOP])
+    work.proposals[pattern], work.paces[pattern] = step.proposal, pace_of(at)
+    share, kind, contact = find_first_event(at, h, stepper.next_stop)
     if kind != NOTHING:
         return cut_at_event(at, h, (share, kind, contact))
     accept(at)
     choose_method(at, h, pattern)
     note_step(at, h)
     advance(at)
-    stepper[STEPPER_NEXT_LENGTH] = next_length(at, h, stepper[STEPPER_NEXT_LENGTH])
+    set_next_length(at, ACCEPTANCE)
     return GOING
 
 
@@ -314,7 +293,7 @@ _CODE: list[objects.Code] = []  # of the loop, which is the same for all cases
 def integrate(pinned: Pinned) -> None:
     """Integrate a case, a pinned Work, until it ends or pauses.  Never raises.
 
-    `stepper[STEPPER_STATUS]` is then OK or the reason why the case ended early.  After PAUSED call again to go on;
+    `stepper.status` is then OK or the reason why the case ended early.  After PAUSED call again to go on;
     after TURNS_STIFF first compile the slopes (`work.slopes`).  Figures are in `totals`, samples in `record`, events
     in `log`.
     """
@@ -332,4 +311,4 @@ def integrate_case(at):
         reason = prepare_step(at)
         if reason == GOING:
             reason = attempt_step(at)
-    at[0].stepper[STEPPER_STATUS] = reason
+    at[0].stepper.status = reason

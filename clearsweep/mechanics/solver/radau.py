@@ -1,15 +1,24 @@
-"""Radau IIA of order 9: five stages, the last at the end of the step; L-stable, so stiff components decay at once.
+"""The implicit method for stiff stretches: Radau IIA of order 9, and the solution of its step.
 
-Hairer & Wanner, "Solving Ordinary Differential Equations II", 2nd ed., section IV.5: collocation at the zeros of the
-fourth derivative of x^4 (x - 1)^5.  All other constants follow from the matrix.
+Five stages, the last at the end of the step; L-stable, so stiff components decay at once.  Hairer & Wanner, "Solving
+Ordinary Differential Equations II", 2nd ed., section IV.5: collocation at the zeros of the fourth derivative of
+x^4 (x - 1)^5.  All other constants follow from the matrix.
+
+Section IV.8: simplified Newton iteration, its
+start values and its end, the reuse of the Jacobian, error estimate (8.19), (8.20).  The direction of a stiff contact
+rotates along the step, and the stiff subspace with it.  The Jacobian is therefore evaluated at three of the stages and
+interpolated to the others, and the stages are solved for as one system.  It is the exact derivative of the compiled
+forces and motions (`dual`).  It only steers the iteration; the solution does not depend on it.
 """
 
 import math
 
 import numpy as np
 
-from ..observe.stages import END, OTHERS, SHARES
-from .collocation import shapes
+from ..compiled.family import invoke, kernel
+from ..observe.stages import END, OTHERS, SCRATCH, SHARES, START
+from .collocation import dense_component, dense_state, shapes
+from .event import Choice, Implicit, Past, evaluate
 
 A = np.array(
     [
@@ -50,3 +59,300 @@ STAGE_WEIGHTS = np.zeros(OTHERS + STAGES)
 STAGE_WEIGHTS[ROWS] = A[-1]
 PLACES = np.array([0, 2, 4])  # stages at which Jacobians are evaluated
 SPREAD = np.vander(C, PLACES.size) @ np.linalg.inv(np.vander(C[PLACES]))  # from these to all stages, by a parabola
+
+ITERATIONS = 5  # with the same Jacobians
+CLOSE = 0.03  # of the allowed error: expected distance at which the iteration ends
+KEEP = 1e-3  # convergence per iteration up to which the Jacobians are kept for the next step
+FAILED = 10.0  # error of a step whose iteration did not converge; the step control then tries 0.6 of its length
+
+
+def implicit_of(n, zeros=np.zeros) -> Implicit:
+    """Return the arrays for a state of `n` numbers; `zeros` allocates them."""
+    unknowns = STAGES * n
+    return Implicit(
+        jacobian=zeros((PLACES.size, n, n)),
+        newton=zeros((unknowns, unknowns)),
+        pivots=zeros(unknowns, dtype=np.int64),
+        small=zeros((n, n)),
+        small_pivots=zeros(n, dtype=np.int64),
+        stages=zeros(unknowns),
+        change=zeros(unknowns),
+        offset=zeros(n),
+        marks=zeros((ORDER + 1, n)),
+        spans=zeros(ORDER + 1),
+        choice=Choice.zeros(zeros=zeros),
+        past=Past.zeros(zeros=zeros),
+    )
+
+
+@kernel
+def bring_largest(a, i):
+    """Exchange row `i` of `a` for the row below with the largest entry in column `i`; return its index."""
+    n, top = a.shape[0], i
+    for row in range(i + 1, n):
+        if abs(a[row, i]) > abs(a[top, i]):
+            top = row
+    if top != i:
+        for column in range(n):
+            a[i, column], a[top, column] = a[top, column], a[i, column]
+    return top
+
+
+@kernel
+def factorise(a, pivots, fixed):
+    """Replace the square matrix `a` by its LU factors; return whether it is regular.
+
+    Pivoting is partial but for the first `fixed` unknowns, whose rows are sparse and stay so.
+    """
+    n = pivots.size
+    for i in range(n):
+        pivots[i] = bring_largest(a, i) if i >= fixed else i
+        if not abs(a[i, i]) > 0.0:
+            return False
+        inverse = 1.0 / a[i, i]
+        for row in range(i + 1, n):
+            a[row, i] *= inverse
+        if i >= fixed:
+            for row in range(i + 1, n):
+                factor = a[row, i]
+                for column in range(i + 1, n):
+                    a[row, column] -= factor * a[i, column]
+            continue
+        for column in range(i + 1, n):
+            if a[i, column] != 0.0:
+                for row in range(i + 1, n):
+                    a[row, column] -= a[row, i] * a[i, column]
+    return True
+
+
+@kernel
+def substitute(a, pivots, b):
+    """Replace `b` by the solution of the system whose factors are in `a`."""
+    n = pivots.size
+    for i in range(n):
+        b[i], b[pivots[i]] = b[pivots[i]], b[i]
+    for i in range(n):
+        for row in range(i + 1, n):
+            b[row] -= a[row, i] * b[i]
+    for i in range(n - 1, -1, -1):
+        for column in range(i + 1, n):
+            b[i] -= a[i, column] * b[column]
+        b[i] /= a[i, i]
+
+
+@kernel
+def differentiate(at, y, stage):
+    """Write the derivatives of the rates at `y` to a Jacobian; each column costs and counts as an evaluation."""
+    work = at[0]
+    work.counts.evaluations += y.size
+    invoke(work.slopes.code, work.slopes.parameters, (y, work.mode, work.latched, work.implicit.jacobian), stage)
+
+
+@kernel
+def renew(at, h):
+    """Evaluate the Jacobians at three of the current stages and factorise the matrices; return whether they are
+    regular.
+
+    Contact rotates the stiff direction along the step: with one Jacobian for all stages the iteration would fail long
+    before the error requires shorter steps.
+    """
+    work = at[0]
+    n, history, stages = work.y.size, work.implicit.past, work.implicit.stages
+    for stage in range(PLACES.size):
+        for i in range(n):
+            work.z[i] = work.y[i] + stages[PLACES[stage] * n + i]
+        differentiate(at, work.z, stage)
+    history.renewed, history.factored, history.convergence = h, 0.0, KEEP
+    return prepare(at, h)
+
+
+@kernel
+def unknown(stage, i, time):
+    """Return the place of component `i` of a stage among the unknowns of the iteration.
+
+    Coordinates and time come first: their rates depend on no other coordinates or time, so their elimination is cheap
+    and
+    leaves a system of half the size.
+    """
+    second_half = time // 2
+    if i >= second_half:
+        i = second_half if i == time else i + 1 if i < time else i
+    return STAGES * i + stage
+
+
+@kernel
+def prepare(at, h):
+    """Compute the factors for a step of length `h` unless they are current; return whether the matrix is regular."""
+    work, time = at[0].implicit, at[0].time
+    n, jacobian = work.offset.size, work.jacobian
+    if work.past.factored == h:
+        return True
+    for row in range(n):
+        for column in range(n):
+            first, second = unknown(0, row, time), unknown(0, column, time)
+            for m in range(STAGES):
+                slope = 0.0
+                for stage in range(PLACES.size):
+                    slope += SPREAD[m, stage] * jacobian[stage, row, column]
+                for s in range(STAGES):
+                    work.newton[first + s, second + m] = -h * A[s, m] * slope
+    for i in range(work.change.size):
+        work.newton[i, i] += 1.0
+    for row in range(n):
+        for column in range(n):
+            work.small[row, column] = -jacobian[0, row, column]
+        work.small[row, row] += GAMMA / h
+    is_factorised = factorise(work.newton, work.pivots, STAGES * (time // 2 + 1)) and factorise(
+        work.small, work.small_pivots, 0
+    )
+    work.past.factored = h if is_factorised else 0.0
+    return is_factorised
+
+
+@kernel
+def begin_stages(at, h):
+    """Initialise the stages from the interpolant of the step before, or of a rejected one from the same place."""
+    work = at[0]
+    n, history, stages = work.y.size, work.implicit.past, work.implicit.stages
+    for i in range(n):
+        for s in range(STAGES):
+            stages[s * n + i] = 0.0
+        if history.length > 0.0:
+            polynomial = dense_component(history.after, i, work.y, work.f)
+            for s in range(STAGES):
+                position = history.after + C[s] * h / history.length
+                stages[s * n + i] = dense_component(position, i, work.y, work.f) - polynomial
+
+
+@kernel
+def correct(at, h):
+    """Do one iteration; return the change of the stages over the allowed error."""
+    work = at[0]
+    n, stages, change = work.y.size, work.implicit.stages, work.implicit.change
+    for s in range(STAGES):
+        for i in range(n):
+            work.z[i] = work.y[i] + stages[s * n + i]
+        evaluate(at, work.z, ROWS[s])
+    for s in range(STAGES):
+        for i in range(n):
+            largest_change = 0.0
+            for m in range(STAGES):
+                largest_change += A[s, m] * work.k[i, ROWS[m]]
+            change[unknown(s, i, work.time)] = h * largest_change - stages[s * n + i]
+    substitute(work.implicit.newton, work.implicit.pivots, change)
+    size = 0.0
+    for s in range(STAGES):
+        for i in range(n):
+            update = change[unknown(s, i, work.time)]
+            stages[s * n + i] += update
+            size += (update * work.weight[i]) ** 2
+    return math.sqrt(size / (STAGES * n))
+
+
+@kernel
+def iterate(at, h):
+    """Iterate until the stages fulfil their equations; return whether they do within ITERATIONS.
+
+    The iteration ends when the remaining distance, estimated from the last convergence, is CLOSE (IV.8.10).
+    """
+    history = at[0].implicit.past
+    previous = 0.0
+    for iteration in range(ITERATIONS):
+        size = correct(at, h)
+        if iteration > 0:
+            history.convergence = size / previous if previous > 0.0 else 0.0
+        convergence = history.convergence
+        if convergence < 1.0 and size * convergence <= CLOSE * (1.0 - convergence) and (iteration > 0 or size < 1.0):
+            return True
+        if iteration > 0 and not convergence < 1.0:
+            return False
+        previous = size
+    return False
+
+
+@kernel
+def solve(at, h):
+    """Solve for the stages of a step of length `h`; return whether the iteration converged."""
+    history = at[0].implicit.past
+    begin_stages(at, h)
+    is_kept = history.renewed == h or (history.length > 0.0 and history.convergence <= KEEP)
+    if not (prepare(at, h) if is_kept else renew(at, h)):
+        return False
+    return iterate(at, h) or (renew(at, h) and iterate(at, h))
+
+
+@kernel
+def filtered_error(at, h, row):
+    """Return the error over the allowed one: (IV.8.19), or (IV.8.20) if `row` contains the rates at its result."""
+    work = at[0]
+    n, offset, stages = work.y.size, work.implicit.offset, work.implicit.stages
+    for i in range(n):
+        total = 0.0
+        for s in range(STAGES):
+            total += E[s] * stages[s * n + i]
+        offset[i] = work.k[i, row] + GAMMA / h * total
+    substitute(work.implicit.small, work.implicit.small_pivots, offset)
+    size = 0.0
+    for i in range(n):
+        size += (offset[i] * work.weight[i]) ** 2
+    return math.sqrt(size / n)
+
+
+@kernel
+def implicit_step(at, h):
+    """Write the state after an implicit step to `work.end`, its dense output to `work.f`; return its error.
+
+    The step control assumes order 8, so the error is raised to the power that makes its root correct for this method.
+    """
+    work = at[0]
+    n, history, stages = work.y.size, work.implicit.past, work.implicit.stages
+    if not solve(at, h):
+        history.convergence = 1.0
+        return FAILED
+    for i in range(n):
+        work.end[i] = work.y[i] + stages[(STAGES - 1) * n + i]
+        for row in range(STAGES):
+            total = 0.0
+            for s in range(STAGES):
+                total += DENSE[row, s] * stages[s * n + i]
+            work.f[i, row] = total
+        for row in range(STAGES, work.f.shape[1]):
+            work.f[i, row] = 0.0
+    history.length, history.after = h, 0.0
+    error = filtered_error(at, h, START)
+    if error >= 1.0:
+        for i in range(n):
+            work.z[i] = work.y[i] + work.implicit.offset[i]
+        evaluate(at, work.z, SCRATCH)
+        error = filtered_error(at, h, SCRATCH)
+    look_along(at, 1.0)
+    return error ** (8.0 / ORDER)
+
+
+@kernel
+def look_along(at, share):
+    """Interpolate states and observables from the implicit stages to the stages of the explicit method.
+
+    share : of the interpolant's step that this step covers.
+    """
+    work = at[0]
+    for i in range(work.y.size):
+        for stage in range(SHARES.size - 1):
+            work.nodes[i, stage] = dense_component(share * SHARES[1 + stage], i, work.y, work.f)
+    for column in range(work.o.shape[1]):
+        for row in range(END):
+            total = LOOK[row, 0] * work.o[column, START]
+            for s in range(STAGES):
+                total += LOOK[row, 1 + s] * work.o[column, ROWS[s]]
+            work.o[column, row] = total
+
+
+@kernel
+def fall_back(at, share):
+    """Shorten a step to a share of its length; take its end and stages from the longer interpolant."""
+    work = at[0]
+    for s in range(STAGES):
+        dense_state(share * C[s], work.y, work.f, work.z)
+        evaluate(at, work.z, ROWS[s])
+    dense_state(share, work.y, work.f, work.end)
+    look_along(at, share)

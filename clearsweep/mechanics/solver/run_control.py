@@ -1,7 +1,9 @@
 """Settings of an integration, the state of the loop between steps, and how it ends: numbers of a Work."""
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+from ..trace.fields import Fields
 
 AUTO = 2  # of Control.method
 OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF, TIME_LIMIT, STALLED = range(9)
@@ -9,7 +11,7 @@ LEFT_BEARING, GOING = range(9, 11)
 
 
 class Control(NamedTuple):
-    """When to stop, which method to use, and what to keep; Work.control has these numbers in this order."""
+    """When to stop, which method to use, and what to keep."""
 
     window: float  # s, or rad of a free crank: start of the window in which figures are taken
     end: float  # s, or rad of a free crank: end of the run
@@ -24,35 +26,29 @@ class Control(NamedTuple):
     patience: float = math.inf  # s, within which a free crank has to advance; inf: the crank is not free
 
 
-# Indices of Work.control: the fields of Control
-(
-    CONTROL_WINDOW,
-    CONTROL_END,
-    CONTROL_SEPARATIONS,
-    CONTROL_STEP_BUDGET,
-    CONTROL_EVENT_BUDGET,
-    CONTROL_KEEP_EVENTS,
-    CONTROL_METHOD,
-    CONTROL_PAUSE,
-    CONTROL_PAUSE_STEPS,
-    CONTROL_TIME_LIMIT,
-    CONTROL_PATIENCE,
-) = range(11)
+class ControlNumbers(Fields, like=Control):
+    """The numbers of a Control, in memory."""
 
-# Indices of Work.stepper
-STEPPER_NEXT_LENGTH = 0  # length of the next step; 0 before the first
-STEPPER_GROWTH = 1  # largest ratio of the next length to the length of this step
-STEPPER_EXPECTED_ERROR = 2  # error that the next step is expected to have, over the tolerance
-STEPPER_REJECTIONS = 3  # rejected steps in a row
-STEPPER_EVALUATIONS = 4  # evaluations before this step
-STEPPER_PAUSE_STEP = 5  # number of the step after which to return PAUSED
-STEPPER_IN_WINDOW = 6  # 1 where figures are taken, else 0
-STEPPER_LOGGED = 7  # events in the log
-STEPPER_BEGUN = 8  # 1 once `begin_case` has run, else 0
-STEPPER_NEXT_STOP = 9  # where the next step has to end: s, or rad of a free crank
-STEPPER_FARTHEST = 10  # rad, largest angle of a free crank
-STEPPER_PROGRESS_ANGLE = 11  # rad, angle at which a free crank last advanced by STALL_ADVANCE
-STEPPER_PROGRESS_TIME = 12  # s, when it was there
-STEPPER_STATUS = 13  # how the latest call of the loop ended
-STEPPER_CONTACT = 14  # contact of the latest event
-STEPPER_SIZE = 15  # length of Work.stepper
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> float: ...
+
+
+class Stepper(Fields):
+    """State of the loop between steps."""
+
+    next_length: float  # length of the next step; 0 before the first
+    growth: float  # largest ratio of the next length to the length of this step
+    expected_error: float  # error that the next step is expected to have, over the tolerance
+    rejections: float  # rejected steps in a row
+    evaluations: float  # evaluations before this step
+    pause_step: float  # number of the step after which to return PAUSED
+    in_window: float  # 1 where figures are taken, else 0
+    logged: float  # events in the log
+    begun: float  # 1 once `begin_case` has run, else 0
+    next_stop: float  # where the next step has to end: s, or rad of a free crank
+    farthest: float  # rad, largest angle of a free crank
+    progress_angle: float  # rad, angle at which a free crank last advanced by STALL_ADVANCE
+    progress_time: float  # s, when it was there
+    status: float  # how the latest call of the loop ended
+    contact: float  # contact of the latest event

@@ -6,35 +6,21 @@ from ..compiled.family import invoke, kernel
 from ..joint.contract import SAME
 from ..observe.observables import KAPPA, observed
 from ..observe.stages import END, STAGES, START
-from .accumulate.step_sums import (
-    CHANGE,
-    CONTRACTION,
-    ERROR,
-    FASTEST,
-    LENGTH,
-    SWEEPS,
-    sum_of,
-    sum_up,
-)
+from .accumulate.step_sums import sum_up
 from .bernstein import WHOLE, value_and_slope
 from .collocation import WEIGHTS, begin_stages, continue_stages, dense_state, error_norm, interpolate
 from .event import (
-    EVALUATIONS,
     GUARD,
     IMPLICIT,
     LIMIT,
-    LOCATING,
     ONSET,
     SEPARATION,
     STOP,
     evaluate,
     trial_of,
 )
-from .event_search import first_event
-from .guarding import ELSEWHERE, evaluate_guards, looked_at, take_guard
-from .newton import AFTER, FAILED, fall_back, implicit_step
-from .newton import LENGTH as PAST_LENGTH
-from .radau import STAGE_WEIGHTS
+from .event_search import ELSEWHERE, evaluate_guards, first_event, looked_at, take_guard
+from .radau import FAILED, STAGE_WEIGHTS, fall_back, implicit_step
 
 MOST_SWEEPS = 16
 CLOSE = 0.1  # of the allowed error: expected distance at which the iteration ends
@@ -85,8 +71,8 @@ def guess_stages(at, h):
     """Write a guess of the stages of a step of length `h` to `work.nodes`."""
     work = at[0]
     history = work.implicit.past
-    if history[PAST_LENGTH] > 0.0:
-        continue_stages(h / history[PAST_LENGTH], history[AFTER], work.y, work.f, work.nodes)
+    if history.length > 0.0:
+        continue_stages(h / history.length, history.after, work.y, work.f, work.nodes)
     else:
         begin_stages(h, work.y, work.k, work.nodes)
 
@@ -95,10 +81,10 @@ def guess_stages(at, h):
 def sweep(at):
     """Update all stages once; return the change over the allowed error."""
     work = at[0]
-    arguments = work.y, work.mode, work.latched, work.weight, work.k, work.nodes, work.step
+    arguments = work.y, work.mode, work.latched, work.weight, work.k, work.nodes, work.step.numbers
     invoke(work.sweep.code, work.sweep.parameters, arguments, 0)
-    work.counts[EVALUATIONS] += STAGES
-    return math.sqrt(work.step[CHANGE])
+    work.counts.evaluations += STAGES
+    return math.sqrt(work.step.change)
 
 
 @kernel
@@ -106,7 +92,7 @@ def observe_stages(at):
     """Write the observables of all stages."""
     work = at[0]
     invoke(work.observed.code, work.observed.parameters, (work.nodes, work.mode, work.latched, work.o), 0)
-    work.counts[EVALUATIONS] += STAGES
+    work.counts.evaluations += STAGES
 
 
 @kernel
@@ -125,8 +111,8 @@ def solve_stages(at):
         contraction = largest_change / previous if previous > 0.0 else 0.0
         rate = max(contraction, SLOWEST)
         if largest_change * rate <= CLOSE * (1.0 - rate):
-            step[CONTRACTION] = max(contraction, second_last) if count < 3 else math.sqrt(contraction * second_last)
-            step[SWEEPS] = count + 1.0
+            step.contraction = max(contraction, second_last) if count < 3 else math.sqrt(contraction * second_last)
+            step.sweeps = count + 1.0
             return True
         if not (contraction < HOPELESS or count < 3):
             return False
@@ -141,19 +127,19 @@ def collocate(at, h):
     history = work.implicit.past
     guess_stages(at, h)
     if not solve_stages(at):
-        work.step[ERROR] = FAILED
+        work.step.error = FAILED
         return
     for i in range(work.y.size):
         work.end[i] = work.nodes[i, END]
     interpolate(h, work.k, work.f)
-    history[PAST_LENGTH], history[AFTER] = h, 0.0
-    work.step[ERROR] = error_norm(work.f, work.weight)
+    history.length, history.after = h, 0.0
+    work.step.error = error_norm(work.f, work.weight)
 
 
 @kernel
 def finish(at):
     """Compute the sums, profiles and maxima of the current step, which is accurate or ends at an event."""
-    if at[0].method[0] == IMPLICIT:
+    if at[0].method.current == IMPLICIT:
         evaluate(at, at[0].end, END)
         sum_up(trial_of(at), STAGE_WEIGHTS)
     else:
@@ -164,23 +150,23 @@ def finish(at):
 @kernel
 def take_step(at):
     """Take the step whose length is in `work.step`: set `work.end`, the stages and the results of the step."""
-    work, h = at[0], at[0].step[LENGTH]
-    if work.method[0] == IMPLICIT:
-        work.step[ERROR] = implicit_step(at, h)
+    work, h = at[0], at[0].step.length
+    if work.method.current == IMPLICIT:
+        work.step.error = implicit_step(at, h)
     else:
         collocate(at, h)
-    if work.step[ERROR] < 1.0:
+    if work.step.error < 1.0:
         finish(at)
     else:
         for j in range(work.mode.size):  # the interpolant belongs to an earlier step
-            work.step[sum_of(j, FASTEST)] = 0.0
+            work.contact_steps[j].fastest = 0.0
 
 
 @kernel
 def shorten(at, share):
     """Replace the latest step by a `share` of it, from its interpolant."""
     work = at[0]
-    if work.method[0] == IMPLICIT:
+    if work.method.current == IMPLICIT:
         fall_back(at, share)
     else:
         continue_stages(share, 0.0, work.y, work.f, work.nodes)
@@ -198,9 +184,9 @@ def step_to_event(at, share, event, h):
     """
     work = at[0]
     kind, contact, stop = event
-    if work.step[ERROR] == FAILED:  # keep the interpolant of the longer step
+    if work.step.error == FAILED:  # keep the interpolant of the longer step
         shorten(at, share)
-    if not work.step[ERROR] < 1.0:
+    if not work.step.error < 1.0:
         finish(at)
     miss, slope = 0.0, 0.0
     if kind == ONSET:
@@ -232,7 +218,7 @@ def find_first_event(at, h, stop):
     Return the share of the step at the first event, its kind, and its contact.
     """
     work = at[0]
-    previous = work.counts[EVALUATIONS]
+    previous = work.counts.evaluations
     share, kind, contact = first_event(at, h, stop)
-    work.counts[LOCATING] += work.counts[EVALUATIONS] - previous
+    work.counts.locating += work.counts.evaluations - previous
     return share, kind, contact

@@ -1,4 +1,4 @@
-"""Step length after an accepted step, after a rejected one, and at the start.
+"""Acceptance of a step, and the length of the next one: after an accepted step, after a rejected one, at the start.
 
 The error of a smooth motion varies as the twelfth power of the length: its size as the eighth power, the square of its
 decay as the fourth, see `collocation.error_norm`.
@@ -8,14 +8,23 @@ import math
 
 from ..compiled.choosing import bits_of, number_of
 from ..compiled.family import inlined, kernel
-from ..joint.contract import touches
-from .choice import LIMIT, steady
-from .newton import LENGTH
+from ..joint.contract import meets, touches
+from .choice import steady
+from .event import FARTHEST, IMPLICIT
 
 SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
 MOST_TRIES = 60  # rejections in a row: each shortens the step by at least a fifth, so a shorter step would not help
 THIRD_ROOT_BITS = 2 * (1023 << 52) // 3 - (200 << 40)  # of 1; minus half the error of the root
+# Growth of the second step after an event: at the onset of a contact the motion bends less than later
+AFTER_EVENT = 0.8
 LEAST_ERROR = 1e-10  # over the allowed one: a smaller error does not predict how much longer a step may be
+FEWEST = 0.22  # contraction at which a step is cheapest per length; it varies as the square of the length
+#: Sweeps up to which a step is cheap regardless of its contraction, and the largest contraction that allows.
+FEW, MOST = 4.0, 0.35
+FAST = 0.03  # contraction from which a stiff component may limit the step
+
+# What the next step follows, see `set_next_length`
+BEGINNING, REJECTION, ACCEPTANCE = range(3)
 
 
 @inlined
@@ -49,14 +58,14 @@ def change_of_length(error, expected):
 
 
 @kernel
-def first_length(at, proposals, pattern):
+def first_length(at, pattern):
     """Return the length of a first step: the last one with the same touching contacts, else a guess.
 
     A contact lasts longer along tau the slower it begins: about as one over the root of that rate.
     """
     work = at[0]
-    if proposals[pattern] > 0.0:
-        return proposals[pattern] * math.sqrt(work.paces[pattern] / pace_of(at))
+    if work.proposals[pattern] > 0.0:
+        return work.proposals[pattern] * math.sqrt(work.paces[pattern] / pace_of(at))
     length = 0.01 / work.reference_rate
     for j in range(work.mode.size):
         if touches(work.mode[j]):  # until the penetration is a hundredth of the clearance
@@ -68,7 +77,7 @@ def first_length(at, proposals, pattern):
 def proposal_of(at):
     """Return the place of the step length for this method and these touching contacts: the bits of a number."""
     work = at[0]
-    pattern = work.method[0] << work.mode.size
+    pattern = work.method.current << work.mode.size
     for j in range(work.mode.size):
         if touches(work.mode[j]):
             pattern |= 1 << j
@@ -85,13 +94,57 @@ def pace_of(at):
     return fastest if fastest > 0.0 else 1.0
 
 
+@inlined
+def assess_step(accumulators, method):
+    """Set the error of the trial step and, if it is accurate, the length that it proposes for the next step."""
+    step, stepper = accumulators.step, accumulators.stepper
+    h, error = step.length, max(step.error, twelfth_power(travel_ratio(accumulators)))  # the twelfth root is taken
+    step.error, step.accepted, step.stiff = error, 0.0, 0.0
+    if not error < 1.0:
+        return
+    change = min(stepper.growth, change_of_length(error, stepper.expected_error))
+    stepper.expected_error = error * twelfth_power(change)
+    if method != IMPLICIT and step.contraction > FAST:
+        largest = FEWEST if step.sweeps > FEW else MOST
+        step.stiff, change = 1.0, min(change, math.sqrt(largest / step.contraction))
+    step.proposal, stepper.rejections = h * change, 0.0
+
+
+@inlined
+def travel_ratio(accumulators):
+    """Return the travel of journals in free flight over the step, divided by the allowed travel."""
+    step, mode = accumulators.step, accumulators.mode
+    farthest = 0.0
+    for j in range(mode.size):
+        if meets(mode[j]):
+            ratio = step.length * accumulators.contact_steps[j].fastest / (FARTHEST * accumulators.clearance[j])
+            farthest = max(farthest, ratio)
+    return farthest
+
+
 @kernel
-def next_length(at, h, proposal):
-    """Apply a decided change of method; return the length of the step after one of length `h`."""
+def set_next_length(at, cause):
+    """Set the length of the next step; no other function does.
+
+    cause : the step is the first with these equations (BEGINNING), or follows a step by its REJECTION or ACCEPTANCE.
+    """
+    work, stepper = at[0], at[0].stepper
+    if cause == BEGINNING:  # the error is unknown
+        length, stepper.growth, stepper.expected_error = first_length(at, proposal_of(at)), AFTER_EVENT, 0.0
+    elif cause == REJECTION:
+        length, stepper.growth = work.step.length * shrinking(work.step.error), 1.0
+    else:
+        length, stepper.growth = length_with_method(at), GROW
+    stepper.next_length = length
+
+
+@kernel
+def length_with_method(at):
+    """Apply a decided change of method; return the length of the step after an accepted one."""
     work = at[0]
-    if work.method[2] == work.method[0]:
-        return steady(at, h, proposal)
-    work.method[0] = work.method[2]
-    work.implicit.past[LENGTH] = 0.0
+    if work.method.next == work.method.current:
+        return steady(at, work.step.length, work.step.proposal)
+    work.method.current = work.method.next
+    work.implicit.past.length = 0.0
     length = work.proposals[proposal_of(at)]
-    return length if length > 0.0 else work.implicit.choice[LIMIT]  # these contacts never touched explicitly
+    return length if length > 0.0 else work.implicit.choice.limit  # these contacts never touched explicitly

@@ -9,6 +9,7 @@ import numpy as np
 from . import symbols
 from .activation import Activation
 from .calls import Lambda, call, run
+from .fields import Fields
 from .lanes import blended
 from .memory import gathered, table_of
 from .paths import Path, alike, joined, leaves, rebuilt
@@ -338,7 +339,14 @@ class Expressions:
         elif isinstance(target, ast.Subscript):
             self.value(target.value)[self.index(target.slice)] = value
         else:
-            raise NotTraceableError("changes an attribute")
+            setattr(self.fields(target), target.attr, value)
+
+    def fields(self, target: Any) -> Fields:
+        """Return the Fields one of which a target names."""
+        holder = self.value(target.value)
+        if not isinstance(holder, Fields) or target.attr not in holder.DECLARED:
+            raise NotTraceableError("changes an attribute that is no number in memory")
+        return holder
 
     def keep(self, name: str, value: Any, lanes: Any) -> None:
         """Assign a value to a variable in some lanes."""

@@ -83,6 +83,10 @@ class Statements(Expressions):
         if isinstance(target, ast.Name):
             self.assign(target, self.binary(node.op, self.at.look_up(target.id), self.value(node.value)))
             return False
+        if isinstance(target, ast.Attribute):
+            fields, name = self.fields(target), target.attr
+            setattr(fields, name, self.binary(node.op, getattr(fields, name), self.value(node.value)))
+            return False
         holder, index = self.value(target.value), self.index(target.slice)
         old_value = self.item(holder, index)
         holder[index] = self.binary(node.op, old_value, self.value(node.value))

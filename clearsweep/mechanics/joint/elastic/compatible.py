@@ -118,7 +118,7 @@ register(
         notes="Johnson's law for small arcs.  Its pressure is half an ellipse over sin(phi / 2), the first term of "
         "Persson's.  Over the same arc its load is within 4 % of Persson's up to a half-angle of 40 degrees.  At 45, "
         "the end of its range, it is 9 % lower.  From 77.3 degrees on, where the tangent stiffness is twice "
-        "the secant, the force goes on along the tangent.  docs/model.md derives it.",
+        "the secant, the force continues along the tangent.  docs/model-contact.md derives it.",
         merit=Merit(1, "its contact arc follows from both elastic bodies, small or wide, without a fitted constant"),
     ),
     (Compatible,),
@@ -177,8 +177,9 @@ register(
         needs=NEEDS,
         orders=(Order("fit_from", "fit_to", "there would be nothing to fit"),),
         tables=(FIT,),
-        notes="K_f, n_f and the rms of the relative error are among the derived values of a run.  The power goes on "
-        "outside its range, beyond which a remark says so.  Points of `fit` take the place of fit_from and fit_to.",
+        notes="K_f, n_f and the rms of the relative error are among the derived values of a run.  The power law "
+        "continues outside its range, beyond which a remark says so.  Points of `fit` take the place of fit_from and "
+        "fit_to.",
         merit=Merit(2, "it is a power fitted to `compatible`, which models the arc of elastic bodies"),
     ),
     (Power,),

@@ -145,7 +145,7 @@ def foundation_modulus(joint: Joint) -> float:
     young, poisson = layer.young, layer.poisson
     if poisson >= 0.5:
         raise InputError(
-            f"contact.material.poisson: found {poisson:g}; winkler allows below 0.5: its layer would not give way"
+            f"contact.material.poisson: found {poisson:g}; winkler allows below 0.5: its layer would be rigid"
         )
     return (1.0 - poisson) * young / ((1.0 + poisson) * (1.0 - 2.0 * poisson) * joint.contact.values["thickness"])
 
@@ -159,13 +159,11 @@ register(
         "- 2 nu) t)",
         "elastic foundation: Johnson 1985, Contact Mechanics, section 4.3; integrated over p = k ((c + pen) cos phi - "
         "c)",
-        (Field("thickness", "m", "t, of the layer that gives way"),),
+        (Field("thickness", "m", "t, of the compliant layer"),),
         needs=NEEDS,
-        ranges=(
-            Range("contact.material.bearing.poisson", -1.0, 0.499, "1", "an incompressible layer does not give way"),
-        ),
+        ranges=(Range("contact.material.bearing.poisson", -1.0, 0.499, "1", "an incompressible layer is rigid"),),
         notes="E and nu are those of the layer, the bearing's.  The thickness is a guess where there is no layer.  "
-        "Held to be good up to a tenth of the thickness; the same formula goes on beyond.",
+        "Considered valid up to a tenth of the thickness; the same formula is used beyond.",
     ),
     (Foundation,),
     lambda joint: Foundation(foundation_modulus(joint) * joint.bearing_radius * joint.length, joint.clearance),
@@ -234,7 +232,8 @@ register(
         notes=f"Load over half-angle theta is the theory's; it knows no penetration.  {_ARC}  It makes the force "
         "linear at small penetration, (pi/2) E* L pen: 4.4 times johnson's at 1 um and 0.5 mm clearance.  Elastic "
         "bodies touch over less than the rigid arc; compatible models that.  The half-angle cannot pass 84.83 "
-        "degrees; beyond 80.41, where the tangent stiffness is twice the secant, the force goes on along the tangent.",
+        "degrees; beyond 80.41, where the tangent stiffness is twice the secant, the force continues along the "
+        "tangent.",
         merit=Merit(4, "its load over the arc is the theory of conformal contact, the arc that of rigid circles"),
     ),
     (Conformal,),
@@ -278,7 +277,8 @@ register(
         needs=NEEDS,
         trusted=(WIDE_ARC,),
         notes="Shares the rigid contact arc of persson, and so is 4.4 times as stiff as johnson at 1 um and 0.5 mm "
-        "clearance; compatible-fit is fitted to an elastic arc.  Goes on as the power beyond c / 2.  contact.law exact "
+        "clearance; compatible-fit is fitted to an elastic arc.  Continues as a power law beyond c / 2.  contact.law "
+        "exact "
         "gives the loss that energy conservation asks for.",
     ),
     (Power,),

@@ -74,8 +74,8 @@ def logarithmic_of(joint: Joint, depth: float) -> Logarithmic:
 
 
 _FOLD = (
-    "Folds back where pen = g S / e; beyond 0.736 times that, where the tangent stiffness is twice the secant, the "
-    "force goes on along the tangent."
+    "Folds back where pen = g S / e; beyond 0.736 times that, "
+    "where the tangent stiffness is twice the secant, the force continues along the tangent."
 )
 
 

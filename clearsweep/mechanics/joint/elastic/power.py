@@ -94,7 +94,7 @@ def _given_stiffness(joint):
     return material_stiffness(joint) if stiffness is None else stiffness
 
 
-_BALL = Range("length", 0.0, 0.0, "m", "a stiffness that follows from the material is a ball's, whatever the length")
+_BALL = Range("length", 0.0, 0.0, "m", "the stiffness from `material` is that of a ball in a socket, for any length")
 
 register(
     Law(
@@ -104,7 +104,7 @@ register(
         "F_elastic = K pen^n",
         "Hertz 1881 for n = 1.5",
         (
-            Field("stiffness", "N/m^exponent", "K; follows from `material` where that is given instead and n = 1.5"),
+            Field("stiffness", "N/m^exponent", "K; derived from `material` if that is given instead and n = 1.5"),
             Field("exponent", "1", "n", default=1.5),
         ),
         contact="ball",

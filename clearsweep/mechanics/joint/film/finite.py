@@ -116,7 +116,7 @@ register(
                 0.0,
                 1.2,
                 "1",
-                "beyond, its fit of the squeeze changes sign and feeds energy in; choose the law reynolds, or long",
+                "beyond, its fit of the squeeze changes sign and generates energy; choose the law reynolds, or long",
             ),
         ),
         trusted=(
@@ -125,8 +125,8 @@ register(
             ),
         ),
         notes="It adds a wedge and a squeeze that were fitted each alone.  Together, a closing film is up to a third "
-        "off.  From an eccentricity ratio of 0.6 on, an opening film may push where it should pull and so feed energy "
-        "in; the message of such a case says so.  The law reynolds does not.  It gives no pressure.",
+        "off.  From an eccentricity ratio of 0.6 on, an opening film may push where it should pull and so generate "
+        "energy; the message of such a case says so.  The law reynolds does not.  It gives no pressure.",
     ),
     (Finite,),
     _finite,

@@ -44,7 +44,7 @@ register(
     Law(
         "law",
         "tsuji",
-        "damped Hertzian spring that gives back exactly the restitution asked for",
+        "damped Hertzian spring with exactly the specified restitution",
         "F = F_elastic + alpha sqrt(mass F_elastic / pen) rate, alpha = -sqrt(2 (n + 1)) ln e / sqrt(pi^2 + ln(e)^2); "
         "for n = 1.5: F = K pen^1.5 + alpha sqrt(mass K) pen^0.25 rate with sqrt(5) in alpha",
         "Tsuji, Tanaka & Ishida 1992, Powder Technol. 71:239; alpha by Antypov & Elliott 2011, EPL 94:50004",
@@ -95,7 +95,7 @@ register(
         "xi = (9 sqrt(5) / 2) (1 - e^2) / (e (e (9 pi - 16) + 16))",
         "after Jankowski 2005, Earthq. Eng. Struct. Dyn. 34:595, and 2006, 35:517",
         (RESTITUTION, MASS),
-        notes="Made for an exponent of 1.5; within 7 % of what is asked for from 0.1 on, 1.1 % from 0.5 on.",
+        notes="Made for an exponent of 1.5; within 7 % of the specified restitution from 0.1 on, 1.1 % from 0.5 on.",
     ),
     (ApproachRootDamper,),
     _make_jankowski,
@@ -136,7 +136,7 @@ register(
         uses_elastic=False,
         notes="The force jumps to c times the onset rate at contact, pulls before the surfaces part and is not "
         "clipped.  The restitution applies for a release at zero penetration.  The law kelvin-voigt with the same "
-        "damping, clipped, gives back more.",
+        "damping, clipped, has a larger restitution.",
     ),
     (PullingSpring,),
     _make_anagnostopoulos,
@@ -153,8 +153,9 @@ register(
         "Kelvin-Voigt",
         (SPRING, DAMPER),
         uses_elastic=False,
-        notes="The force jumps to c times the onset rate at contact and pulls before the surfaces part.  A free impact "
-        "gives back exp(-pi zeta / sqrt(1 - zeta^2)), zeta = c / (2 sqrt(k m)) < 1; from zeta = 1 on the "
+        notes="The force jumps to c times the onset rate at contact and pulls before the surfaces part.  The "
+        "restitution of a free impact is exp(-pi zeta / sqrt(1 - zeta^2)), zeta = c / (2 sqrt(k m)) < 1; from zeta = 1 "
+        "on the "
         "surfaces never part.  Friction takes a pulling force for none.",
     ),
     (PullingSpring,),
@@ -180,8 +181,9 @@ register(
         "Kelvin-Voigt; clipped at zero",
         (SPRING, DAMPER),
         uses_elastic=False,
-        notes="The force jumps to c times the onset rate at contact and is clipped where it would pull.  A free impact "
-        "gives back exp(-(zeta / w) atan2(2 zeta w, 2 zeta^2 - 1)), zeta = c / (2 sqrt(k m)) < 1, w = sqrt(1 - "
+        notes="The force jumps to c times the onset rate at contact and is clipped where it would pull.  The "
+        "restitution of a free impact is exp(-(zeta / w) atan2(2 zeta w, 2 zeta^2 - 1)), zeta = c / (2 sqrt(k m)) < 1, "
+        "w = sqrt(1 - "
         "zeta^2): more than exp(-pi zeta / w), which applies without clipping.",
     ),
     (ViscousSpring,),
@@ -197,7 +199,7 @@ register(
         "F = max(0, F_elastic + damping rate)",
         "after Ristow 1992, J. Phys. I France 2:649",
         (DAMPER,),
-        notes="What it gives back depends on the speed.  The force jumps to damping times the onset rate at contact.",
+        notes="The restitution depends on the speed.  The force jumps to damping times the onset rate at contact.",
     ),
     (ViscousSpring,),
     lambda joint: ViscousSpring(joint.contact.values["damping"]),
@@ -226,8 +228,7 @@ register(
         "F = max(0, F_elastic + damping sqrt(pen) rate)",
         "Kuwabara & Kono 1987, Jpn. J. Appl. Phys. 26:1230",
         (Field("damping", "N*s/m^1.5", "of the damper, over the root of the penetration", low_open=False),),
-        notes="What it gives back depends on the speed: all of it as the speed goes to zero.  Made for an exponent of "
-        "1.5.",
+        notes="The restitution depends on the speed and tends to 1 at low speed.  Made for an exponent of 1.5.",
     ),
     (RootViscous,),
     lambda joint: RootViscous(joint.contact.values["damping"]),
@@ -268,8 +269,8 @@ register(
             DAMPER,
             Field("depth", "m", "penetration from which on all damping acts"),
         ),
-        notes="With elastic: power its K and e are `stiffness` and `exponent`, c_max is `damping`, d is `depth`.  What "
-        "it gives back depends on the speed.",
+        notes="With elastic: power its K and e are `stiffness` and `exponent`, c_max is `damping`, d is `depth`.  The "
+        "restitution depends on the speed.",
     ),
     (SteppedDamper,),
     lambda joint: SteppedDamper(joint.contact.values["damping"], joint.contact.values["depth"]),

@@ -81,7 +81,7 @@ factor_law(
         f"{FACTOR}3 (1 - e) / 2",
         "Hunt & Crossley 1975, J. Appl. Mech. 42:440",
         (ANY_RESTITUTION,),
-        notes="First-order exact as e -> 1; never gives back less than 0.488.  Marhefka & Orin use the same.",
+        notes="First-order exact as e -> 1; the restitution is never below 0.488.  Marhefka & Orin use the same.",
     ),
     lambda e: 1.5 * (1.0 - e),
 )
@@ -95,7 +95,7 @@ factor_law(
         f"{FACTOR}6 (1 - e) / ((2 e - 1)^2 + 3)",
         "after Herbert & McWhannell 1977, J. Eng. Ind. 99:513",
         (ANY_RESTITUTION,),
-        notes="Second-order exact as e -> 1; never gives back less than 0.488.",
+        notes="Second-order exact as e -> 1; the restitution is never below 0.488.",
     ),
     lambda e: 6.0 * (1.0 - e) / ((2.0 * e - 1.0) ** 2 + 3.0),
 )
@@ -109,7 +109,7 @@ factor_law(
         f"{FACTOR}3 (1 - e) / 4",
         "after Lee & Wang 1983, J. Mech. Transm. Autom. Des. 105:534",
         (ANY_RESTITUTION,),
-        notes="Half as dissipative as it should be as e -> 1; never gives back less than 0.663.",
+        notes="Half of the correct dissipation as e -> 1; the restitution is never below 0.663.",
     ),
     lambda e: 0.75 * (1.0 - e),
 )
@@ -123,7 +123,7 @@ factor_law(
         f"{FACTOR}3 (1 - e^2) / 4",
         "Lankarani & Nikravesh 1990, J. Mech. Des. 112:369",
         (ANY_RESTITUTION,),
-        notes="First-order exact as e -> 1; below about 0.9 it gives back more than asked for, never less than 0.663.",
+        notes="First-order exact as e -> 1; below about 0.9 the restitution is too large, never below 0.663.",
     ),
     lambda e: 0.75 * (1.0 - e * e),
 )
@@ -147,7 +147,7 @@ factor_law(
     Law(
         "law",
         "gonthier-exact",
-        "gives back exactly the restitution asked for",
+        "has exactly the specified restitution",
         f"{FACTOR}the root of (1 + chi) / (1 - e chi) = exp(chi (1 + e))",
         "Gonthier, McPhee, Lange & Piedboeuf 2004, Multibody Syst. Dyn. 11:209, before its approximation",
         (RESTITUTION,),
@@ -165,7 +165,7 @@ factor_law(
         f"{FACTOR}(3/4) (1 - e^2) exp(2 (1 - e))",
         "after Zhiying & Qishao 2006, J. Dyn. Control 4:294",
         (ANY_RESTITUTION,),
-        notes="First-order exact as e -> 1; never gives back less than 0.179.",
+        notes="First-order exact as e -> 1; the restitution is never below 0.179.",
     ),
     lambda e: 0.75 * (1.0 - e * e) * math.exp(2.0 * (1.0 - e)),
 )
@@ -189,12 +189,12 @@ factor_law(
     Law(
         "law",
         "hu-guo",
-        "close to what is asked for above 0.6",
+        "accurate for a restitution above 0.6",
         f"{FACTOR}3 (1 - e) / (2 e)",
         "after Hu & Guo 2015, Multibody Syst. Dyn. 35:131",
         (RESTITUTION,),
-        notes="Second-order exact as e -> 1.  Half this chi, 3 (1 - e) / (4 e), is also in circulation; it gives back "
-        "about (1 + e) / 2.",
+        notes="Second-order exact as e -> 1.  Half this chi, 3 (1 - e) / (4 e), is also in circulation; its "
+        "restitution is about (1 + e) / 2.",
     ),
     lambda e: 1.5 * (1.0 - e) / e,
 )
@@ -222,7 +222,8 @@ factor_law(
         f"{FACTOR}3 (1 - e) (11 - e) / (2 (1 + 9 e))",
         "after Carvalho & Martins 2019, Mech. Mach. Theory 139:174",
         (ANY_RESTITUTION,),
-        notes="Within 0.04 % of what is asked for at 0.5 and above; not for less than 0.2, and never less than 0.061.",
+        notes="Within 0.04 % of the specified restitution at 0.5 and above; not for less than 0.2, and never below "
+        "0.061.",
     ),
     lambda e: 1.5 * (1.0 - e) * (11.0 - e) / (1.0 + 9.0 * e),
 )
@@ -236,7 +237,7 @@ factor_law(
         f"{FACTOR}3 (1 - e) / (2 e)",
         "after Ye, Li & Zhu 2009, Earthq. Eng. Eng. Vib. 8:433",
         (RESTITUTION,),
-        notes="The paper's elastic force is linear: write `exponent: 1` with the stiffness in N/m.  What it gives back "
+        notes="The paper's elastic force is linear: write `exponent: 1` with the stiffness in N/m.  The restitution "
         "does not depend on the exponent.",
     ),
     lambda e: 1.5 * (1.0 - e) / e,
@@ -251,8 +252,8 @@ factor_law(
         f"{FACTOR}1 / e",
         "after Gharib & Hurmuzlu 2012, J. Appl. Mech. 79:064506; as reported by others, not compared with the paper",
         (RESTITUTION,),
-        notes="Within 1.5 % of what is asked for up to 0.2, 18 % too little at 0.5; dissipates even where 1 is asked "
-        "for, and never gives back more than 0.594.",
+        notes="Within 1.5 % of the specified restitution up to 0.2, 18 % too small at 0.5, and never above 0.594, even "
+        "if 1 is specified.",
     ),
     lambda e: 1.0 / e,
 )
@@ -262,13 +263,12 @@ factor_law(
     Law(
         "law",
         "exact",
-        "gives back exactly the restitution asked for",
+        "has exactly the specified restitution",
         f"{FACTOR}the root of ln((1 + chi) / (1 - e chi)) = chi (1 + e)",
         "phase curve of the free impact; the exact form of Gonthier et al. 2004, Multibody Syst. Dyn. 11:209",
         (RESTITUTION,),
-        notes="The recommended law: whatever the elastic force, mass and speed, a free impact gives back what was "
-        "asked for.",
-        merit=Merit(1, "a free impact gives back the restitution asked for, whatever elastic law, mass and speed"),
+        notes="The recommended law: a free impact has the specified restitution for any elastic force, mass and speed.",
+        merit=Merit(1, "a free impact has the specified restitution for any elastic law, mass and speed"),
     ),
     exact_factor,
 )
@@ -307,8 +307,8 @@ register(
         "F = F_elastic (1 + chi rate / onset_rate) while rate > 0, else F_elastic; chi = 3 (1 - e^2) / (2 e^2)",
         "after Pant & Wijeyewickrema 2012, Earthq. Eng. Struct. Dyn. 41:1709",
         (RESTITUTION,),
-        notes="Damped while the bodies approach only: damped in both phases, as also found, it would give back 0.22 "
-        "where 0.5 is asked for.  The paper's elastic force is linear: write `exponent: 1`.",
+        notes="Damped while the bodies approach only: damped in both phases, as also found, the restitution would be "
+        "0.22 instead of 0.5.  The paper's elastic force is linear: write `exponent: 1`.",
         uses_onset=True,
     ),
     (ApproachHysteresis,),

@@ -212,7 +212,8 @@ register(
         "radius a_m, as used by such a program)",
         (Field("hardness", "Pa", "H, of the softer body"),),
         needs=("material", "hertz"),
-        notes="What comes back falls with the speed: nothing is lost up to 1.48 w_c.  Three pieces are published, F / "
+        notes="The restitution decreases with speed: no energy is lost up to 1.48 w_c.  Three pieces are published, F "
+        "/ "
         "F_elastic = 1.03 x^-0.075 for x = 1 to 6, 1.40 x^-0.237 to 110 and full plasticity, 2 pi R pen H, beyond.  "
         "They do not meet; here the least of them and Hertz's force acts, which is continuous: at most 3 % below the "
         "first piece, up to x = 1.48, 2 % below the second, up to 6.7, and 8 % below the third, up to some 150 (nu = "

@@ -38,60 +38,25 @@ from ...observe.observables import (
 )
 from ...observe.stages import END, NODES, START
 from ..collocation import WEIGHTS
-from ..event import IMPLICIT, SAMPLES, STEPS
+from ..event import IMPLICIT
 from ..radau import STAGE_WEIGHTS
-from ..run_control import STEPPER_IN_WINDOW
-from .between import look_between
-from .peaks import highest_between, refined_peak
-from .record import write_samples
 from .step_sums import (
-    HIGHEST_ACCELERATION,
-    HIGHEST_DEPTH,
-    HIGHEST_ERROR,
-    HIGHEST_FORCE,
-    HIGHEST_LOAD,
-    HIGHEST_TORQUE,
-    NEEDS_PEAK_SEARCH,
     NO_PEAK,
-    SUM_LOST,
-    SUM_RUBBED,
-    course_of,
     highest_inside,
     integral_of,
     integral_of_size,
     negative_part_of,
-    sum_of,
 )
 from .totals import (
-    ACCELERATION_MAX,
     BEGUN,
-    BEYOND_TIME,
+    CONTACT_FIGURES,
     DENSITY,
-    DEPTH_MAX,
-    DRAINED_ENERGY,
-    DRY_FORCE_TIME,
-    DRY_MAX,
     ENDED,
-    ERROR_MAX,
-    FED_ENERGY,
-    FORCE_MAX,
-    FRICTION_ENERGY,
-    HEAT,
-    HELD_TIME,
-    LOAD_MAX,
-    LOAD_TIME,
-    OPENED,
-    PEAK,
-    PRESSURE_MAX,
+    FIRST_FIGURE,
     PULLED,
-    RESIDUAL,
-    SPEED_MAX,
-    SPEED_MIN,
-    SPEED_MOST,
-    TORQUE_MAX,
-    WHOLE,
+    WholeTotals,
 )
-from .turns import note_turns
+from .within_step import highest_between, look_between, note_turns, refined_peak, write_samples
 
 
 @kernel
@@ -114,15 +79,10 @@ def follow_contact(at, j, duration):
     """Follow contact `j` over a step of `duration` (s): its wear, its film, the limit of its law."""
     work = at[0]
     totals = work.totals
-    step_values, step, force, kappa = (
-        totals.step_values[j],
-        work.step,
-        course_of(work.mode.size, j),
-        course_of(work.mode.size, -1),
-    )
+    step_values, kappa, force = totals.step_values[j], work.profiles[0], work.profiles[1 + j]
     limited, worn, film = work.limit_depth[j] < math.inf, work.wear.code != 0, work.film[j, 1] < math.inf
     for i in range(PARTS + 1):
-        step_values[FORCE, i], step_values[KAPPA_COURSE, i] = step[force + i], max(step[kappa + i], 0.0)
+        step_values[FORCE, i], step_values[KAPPA_COURSE, i] = force[i], max(kappa[i], 0.0)
     follow(work.o, column_of(j, DEPTH), step_values, DEPTH_COURSE)
     if worn:
         follow(work.o, column_of(j, SLIP), step_values, SLIP_COURSE)
@@ -130,9 +90,9 @@ def follow_contact(at, j, duration):
             put_rubbed(work.o, NODES[m], j)
         follow(work.o, column_of(j, RUBBED), step_values, RUBBED_COURSE)
     if limited:
-        totals.joint[j, BEYOND_TIME] += share_beyond(step_values, work.limit_depth[j]) * duration
+        totals.joint[j].beyond_time += share_beyond(step_values, work.limit_depth[j]) * duration
     if film:
-        totals.joint[j, HELD_TIME] += share_beyond(step_values, work.film[j, 1]) * duration
+        totals.joint[j].held_time += share_beyond(step_values, work.film[j, 1]) * duration
         bears = share_beyond(step_values, work.film[j, 0]) > 0.0
         if bears or worn:
             follow(work.o, film_column(work.mode.size, j, DRY), step_values, FORCE)  # the film itself causes no wear
@@ -146,32 +106,32 @@ def follow_contact(at, j, duration):
 def note_film(at, h, j):
     """Add the heat and forces of contact `j`, which has a film; update its largest dry force (N) and pressure (Pa)."""
     work = at[0]
-    o, step, row, contacts = work.o, work.step, work.totals.joint[j], work.mode.size
-    weights = STAGE_WEIGHTS if work.method[0] == IMPLICIT else WEIGHTS
-    row[HEAT] += h * (step[sum_of(j, SUM_LOST)] + step[sum_of(j, SUM_RUBBED)])
-    row[DRAINED_ENERGY] += h * integral_of(o, film_column(contacts, j, DRAINED), weights)
-    row[FED_ENERGY] += h * negative_part_of(o, film_column(contacts, j, PUMPED), weights)
-    row[FRICTION_ENERGY] += h * integral_of(o, film_column(contacts, j, DRY_RUBBED), weights)
+    o, sums, row, contacts = work.o, work.contact_steps[j], work.totals.joint[j], work.mode.size
+    weights = STAGE_WEIGHTS if work.method.current == IMPLICIT else WEIGHTS
+    row.heat += h * (sums.sum_lost + sums.sum_rubbed)
+    row.drained_energy += h * integral_of(o, film_column(contacts, j, DRAINED), weights)
+    row.fed_energy += h * negative_part_of(o, film_column(contacts, j, PUMPED), weights)
+    row.friction_energy += h * integral_of(o, film_column(contacts, j, DRY_RUBBED), weights)
     dry = film_column(contacts, j, DRY)
-    row[DRY_FORCE_TIME] += h * integral_of_size(o, dry, weights)
-    row[LOAD_TIME] += h * integral_of_size(o, column_of(j, NORMAL), weights)
+    row.dry_force_time += h * integral_of_size(o, dry, weights)
+    row.load_time += h * integral_of_size(o, column_of(j, NORMAL), weights)
     largest = max(o[dry, START], o[dry, END])
-    if highest_inside(o, dry, 1.0) > 0.9 * row[DRY_MAX]:
+    if highest_inside(o, dry, 1.0) > 0.9 * row.dry_max:
         largest = max(largest, highest_between(at, dry, 1.0))
-    row[DRY_MAX] = max(row[DRY_MAX], largest)
+    row.dry_max = max(row.dry_max, largest)
     pressure = film_column(contacts, j, PRESSURE)
     largest = max(o[pressure, START], o[pressure, END])
-    if largest > 0.95 * row[PRESSURE_MAX]:  # between the ends of a step only the interpolant gives it
+    if largest > 0.95 * row.pressure_max:  # between the ends of a step only the interpolant gives it
         largest = max(largest, refined_peak(at, pressure, 1.0, NODES.size // 2))
-    row[PRESSURE_MAX] = max(row[PRESSURE_MAX], largest)
-    row[SPEED_MOST] = max(row[SPEED_MOST], o[film_column(contacts, j, SPEED), END])
+    row.pressure_max = max(row.pressure_max, largest)
+    row.speed_most = max(row.speed_most, o[film_column(contacts, j, SPEED), END])
 
 
 @kernel
 def note_friction(at, h):
     """Add the work (J) of friction loads over a step of length `h`; the last observables are their powers."""
     work = at[0]
-    weights = STAGE_WEIGHTS if work.method[0] == IMPLICIT else WEIGHTS
+    weights = STAGE_WEIGHTS if work.method.current == IMPLICIT else WEIGHTS
     loads = work.totals.friction
     for i in range(loads.size):
         loads[i] -= h * integral_of(work.o, work.o.shape[0] - loads.size + i, weights)
@@ -181,28 +141,27 @@ def note_friction(at, h):
 def seek_maxima(at):
     """Raise maxima that may lie between the stages to those of the dense output, see `totals.accumulate_step`."""
     work = at[0]
-    total, step, revolutions, counted = work.totals.whole, work.step, work.turns, work.stepper[STEPPER_IN_WINDOW] != 0.0
+    total, step, revolutions, counted = work.totals.whole, work.step, work.turns, work.stepper.in_window != 0.0
     for j in range(work.mode.size):
-        row = work.totals.joint[j]
-        if step[sum_of(j, HIGHEST_FORCE)] > NO_PEAK:
+        row, highest = work.totals.joint[j], work.contact_steps[j]
+        if highest.highest_force > NO_PEAK:
             largest = highest_between(at, column_of(j, NORMAL), 1.0)
-            row[PEAK], revolutions.highest[j] = max(row[PEAK], largest), max(revolutions.highest[j], largest)
+            row.peak, revolutions.highest[j] = max(row.peak, largest), max(revolutions.highest[j], largest)
             if counted:
-                row[FORCE_MAX] = max(row[FORCE_MAX], largest)
-        if step[sum_of(j, HIGHEST_DEPTH)] > NO_PEAK:
-            row[DEPTH_MAX] = max(row[DEPTH_MAX], highest_between(at, column_of(j, DEPTH), 1.0))
-        if work.rubs[j] != 0 and step[sum_of(j, HIGHEST_LOAD)] > NO_PEAK:
-            row[LOAD_MAX] = max(row[LOAD_MAX], highest_between(at, column_of(j, LOAD), 1.0))
-    for column, index, is_inside in (
-        (ACCELERATION, ACCELERATION_MAX, HIGHEST_ACCELERATION),
-        (TORQUE, TORQUE_MAX, HIGHEST_TORQUE),
-    ):
-        if step[is_inside] > NO_PEAK:
-            largest = highest_between(at, column, math.copysign(1.0, work.o[column, END]))
-            total[index] = max(total[index], largest)
-    if step[HIGHEST_ERROR] > NO_PEAK:
+                row.force_max = max(row.force_max, largest)
+        if highest.highest_depth > NO_PEAK:
+            row.depth_max = max(row.depth_max, highest_between(at, column_of(j, DEPTH), 1.0))
+        if work.rubs[j] != 0 and highest.highest_load > NO_PEAK:
+            row.load_max = max(row.load_max, highest_between(at, column_of(j, LOAD), 1.0))
+    if step.highest_acceleration > NO_PEAK:
+        largest = highest_between(at, ACCELERATION, math.copysign(1.0, work.o[ACCELERATION, END]))
+        total.acceleration_max = max(total.acceleration_max, largest)
+    if step.highest_torque > NO_PEAK:
+        largest = highest_between(at, TORQUE, math.copysign(1.0, work.o[TORQUE, END]))
+        total.torque_max = max(total.torque_max, largest)
+    if step.highest_error > NO_PEAK:
         sign = math.copysign(1.0, work.o[ERROR, END])
-        total[ERROR_MAX] = max(total[ERROR_MAX], refined_peak(at, ERROR, sign, NODES.size // 2))
+        total.error_max = max(total.error_max, refined_peak(at, ERROR, sign, NODES.size // 2))
 
 
 @kernel
@@ -229,7 +188,7 @@ def note_speed(at, h):
             if 0.0 < u < 1.0:
                 value = start_value + u * (start_slope + u * (linear_term + u * curvature))
                 low, high = min(low, value), max(high, value)
-    total[SPEED_MIN], total[SPEED_MAX] = min(total[SPEED_MIN], low), max(total[SPEED_MAX], high)
+    total.speed_min, total.speed_max = min(total.speed_min, low), max(total.speed_max, high)
 
 
 @kernel
@@ -252,9 +211,9 @@ def note_wear(at, h):
 def note_step(at, h):
     """Add the slow sums of an accepted step of length `h`."""
     work = at[0]
-    record, time, counted = work.record, work.time, work.stepper[STEPPER_IN_WINDOW] != 0.0
-    work.counts[STEPS] += 1
-    if work.step[NEEDS_PEAK_SEARCH] != 0.0:
+    record, time, counted = work.record, work.time, work.stepper.in_window != 0.0
+    work.counts.steps += 1
+    if work.step.needs_peak_search != 0.0:
         seek_maxima(at)
     if counted:
         touching = False
@@ -269,7 +228,7 @@ def note_step(at, h):
         if work.wear.code != 0 and touching:
             note_wear(at, h)
     note_turns(at)
-    i = work.counts[SAMPLES]
+    i = work.counts.samples
     if i < record.times.size and record.times[i] <= work.end[record.independent]:
         write_samples(at)
 
@@ -278,13 +237,13 @@ def note_step(at, h):
 def open_window(at):
     """Reset the figures; keep the energies and the current contacts."""
     totals = at[0].totals
-    for column in range(RESIDUAL + 1, WHOLE):
-        totals.whole[column] = 0.0
-    for j in range(totals.joint.shape[0]):
-        for column in range(PEAK):
-            totals.joint[j, column] = 0.0
-        totals.joint[j, DEPTH_MAX] = -math.inf
+    for column in range(FIRST_FIGURE, WholeTotals.SIZE):
+        totals.whole.numbers[column] = 0.0
+    for j in range(at[0].mode.size):
+        for column in range(CONTACT_FIGURES):
+            totals.joint.numbers[j, column] = 0.0
+        totals.joint[j].depth_max = -math.inf
     for i in range(totals.friction.size):
         totals.friction[i] = 0.0
-    totals.whole[OPENED] = at[0].end[at[0].time] if at[0].counts[STEPS] else at[0].y[at[0].time]
-    totals.whole[SPEED_MIN], totals.whole[SPEED_MAX] = math.inf, -math.inf
+    totals.whole.opened = at[0].end[at[0].time] if at[0].counts.steps else at[0].y[at[0].time]
+    totals.whole.speed_min, totals.whole.speed_max = math.inf, -math.inf

@@ -1,9 +1,4 @@
-"""Quantities of one whole step: error, sums, profiles, maxima.
-
-They are in `Work.step`, after the step's length and error.  The sums run over the stages, each weighted, times dt/dtau.
-The highest value of an observable at the stages is stored where a maximum may lie within the step, else NO_PEAK.  The
-profiles of dt/dtau and of every contact's force over the step follow.
-"""
+"""Quantities of one whole step: error, sums, profiles, maxima."""
 
 import math
 from typing import NamedTuple
@@ -31,37 +26,44 @@ from ...observe.observables import (
     column_of,
 )
 from ...observe.stages import END, NODES, SHARES, STAGES, START
+from ...trace.fields import Fields
 
-(
-    LENGTH,
-    ERROR,
-    CHANGE,  # mean square over the stages of the last change of a component, over the allowed error
-    CONTRACTION,  # ratio of the change of a sweep to that of the sweep before
-    SWEEPS,  # number of sweeps
-    ACCEPTED,  # nonzero if the step is accurate and contains no event
-    STIFF,  # nonzero if a stiff component may limit the step
-    NEEDS_PEAK_SEARCH,  # nonzero if a maximum between its stages may exceed the values at its ends
-    SUM_DRIVE,
-    SUM_GRAVITY,
-    SUM_ACCELERATION,
-    HIGHEST_ACCELERATION,
-    HIGHEST_TORQUE,
-    HIGHEST_ERROR,
-    SUMS,
-) = range(15)
-(
-    SUM_STORED,
-    SUM_LOST,
-    SUM_RUBBED,
-    SUM_FORCE,
-    SUM_FORCE_SQUARE,
-    FASTEST,  # m per unit of tau, largest journal speed at the start and all stages but the last
-    HIGHEST_FORCE,
-    HIGHEST_DEPTH,
-    HIGHEST_LOAD,
-    SUMS_OF_CONTACT,
-) = range(10)
-NO_PEAK = -math.inf  # HIGHEST of an observable without maximum between the ends of the step
+
+class Step(Fields):
+    """Length and results of a trial step; a sum is over the stages, each with its weight and dt/dtau."""
+
+    length: float  # along tau
+    error: float  # over the allowed error
+    change: float  # mean square over the stages of the last change of a component, over the allowed error
+    contraction: float  # ratio of the change of a sweep to that of the sweep before
+    sweeps: float  # number of sweeps
+    proposal: float  # length of the next step as far as the error of this one allows
+    accepted: float  # nonzero if the step is accurate and contains no event
+    stiff: float  # nonzero if a stiff component may limit the step
+    needs_peak_search: float  # nonzero if a maximum between its stages may exceed the values at its ends
+    sum_drive: float  # W, power of the drive
+    sum_gravity: float  # W, power of gravity and loads
+    sum_acceleration: float  # square of the output's acceleration
+    highest_acceleration: float  # size at the stages where a maximum may lie within the step, else NO_PEAK
+    highest_torque: float  # N m, likewise
+    highest_error: float  # of the output, likewise
+
+
+class ContactStep(Fields):
+    """Results of a trial step for a contact."""
+
+    sum_stored: float  # W, stored in elastic deformation
+    sum_lost: float  # W, dissipated by the normal force
+    sum_rubbed: float  # W, dissipated by friction
+    sum_force: float  # N, normal force
+    sum_force_square: float  # N^2
+    fastest: float  # m per unit of tau, largest journal speed at the start and all stages but the last
+    highest_force: float  # N, at the stages where a maximum may lie within the step, else NO_PEAK
+    highest_depth: float  # m, likewise
+    highest_load: float  # N^2, likewise
+
+
+NO_PEAK = -math.inf  # the highest value of an observable without maximum between the ends of the step
 
 
 class TrialStep(NamedTuple):
@@ -73,29 +75,13 @@ class TrialStep(NamedTuple):
     o: tuple
     end: tuple
     step: tuple
-
-
-@inlined
-def step_width(contacts):
-    """Return the length of `Work.step`."""
-    return SUMS + SUMS_OF_CONTACT * contacts + (PARTS + 1) * (1 + contacts)
-
-
-@inlined
-def sum_of(contact, quantity):
-    """Return the place of a sum of a contact: SUM_STORED to HIGHEST_LOAD."""
-    return SUMS + SUMS_OF_CONTACT * contact + quantity
-
-
-@inlined
-def course_of(contacts, contact):
-    """Return the first place of the profile of a contact's force; of dt/dtau if `contact` is -1."""
-    return SUMS + SUMS_OF_CONTACT * contacts + (PARTS + 1) * (1 + contact)
+    contact_steps: tuple
+    profiles: tuple
 
 
 @inlined
 def sum_along(trial, weights):
-    """Write the sums of powers and squares over the stages, with `weights`, to `step`, for acting contacts."""
+    """Write the sums of powers and squares over the stages, with `weights`, for acting contacts."""
     o, step = trial.o, trial.step
     drive = gravity = square = 0.0
     for row in range(weights.size):
@@ -103,11 +89,11 @@ def sum_along(trial, weights):
             share = weights[row] * o[KAPPA, row]
             drive, gravity = drive + share * o[DRIVE, row], gravity + share * o[GRAVITY, row]
             square = square + share * (o[ACCELERATION, row] * o[ACCELERATION, row])
-    step[SUM_DRIVE], step[SUM_GRAVITY], step[SUM_ACCELERATION] = drive, gravity, square
+    step.sum_drive, step.sum_gravity, step.sum_acceleration = drive, gravity, square
     for c in range(trial.mode.size):
         if not acts(trial.mode[c]):
             continue
-        block, start_slope = CONTACTS + CONTACT_WIDTH * c, SUMS + SUMS_OF_CONTACT * c
+        block, sums = CONTACTS + CONTACT_WIDTH * c, trial.contact_steps[c]
         stored = lost = rubbed = total = square = 0.0
         for row in range(weights.size):
             if weights[row] != 0.0:
@@ -115,12 +101,8 @@ def sum_along(trial, weights):
                 stored, lost = stored + share * o[block + STORED, row], lost + share * o[block + LOST, row]
                 rubbed = rubbed - share * (o[block + TANGENTIAL, row] * o[block + SLIP, row])
                 total, square = total + share * force, square + share * (force * force)
-        step[start_slope + SUM_STORED], step[start_slope + SUM_LOST], step[start_slope + SUM_RUBBED] = (
-            stored,
-            lost,
-            rubbed,
-        )
-        step[start_slope + SUM_FORCE], step[start_slope + SUM_FORCE_SQUARE] = total, square
+        sums.sum_stored, sums.sum_lost, sums.sum_rubbed = stored, lost, rubbed
+        sums.sum_force, sums.sum_force_square = total, square
 
 
 @inlined
@@ -152,28 +134,27 @@ def integral_of_size(o, column, weights):
 
 @inlined
 def follow_along(trial):
-    """Write the profiles of dt/dtau and of the forces of acting contacts to `step`: polynomials through the stages."""
-    contacts = trial.mode.size
-    follow_column(trial, KAPPA, course_of(contacts, -1))
-    for c in range(contacts):
+    """Write the profiles of dt/dtau and of the forces of acting contacts: polynomials through the stages."""
+    follow_column(trial.o, KAPPA, trial.profiles[0])
+    for c in range(trial.mode.size):
         if acts(trial.mode[c]):
-            follow_column(trial, column_of(c, NORMAL), course_of(contacts, c))
+            follow_column(trial.o, column_of(c, NORMAL), trial.profiles[1 + c])
 
 
 @inlined
-def follow_column(trial, column, start_slope):
-    """Write the profile of an observable to `step`, starting at `start_slope`."""
-    trial.step[start_slope] = trial.o[column, START]
+def follow_column(o, column, profile):
+    """Write the profile of an observable to `profile` (PARTS + 1,)."""
+    profile[0] = o[column, START]
     for i in abreast(PARTS):
-        total = COURSE[0, i] * trial.o[column, NODES[0]]
+        total = COURSE[0, i] * o[column, NODES[0]]
         for m in range(1, NODES.size):
-            total += COURSE[m, i] * trial.o[column, NODES[m]]
-        trial.step[start_slope + 1 + i] = total
+            total += COURSE[m, i] * o[column, NODES[m]]
+        profile[1 + i] = total
 
 
 @inlined
 def sum_up(trial, weights):
-    """Write the sums, profiles and maxima of a step to `step`; its rows of `weights` are filled."""
+    """Write the sums, profiles and maxima of a step; its rows of `weights` are filled."""
     sum_along(trial, weights)
     follow_along(trial)
     look_for_speeds(trial)
@@ -182,28 +163,28 @@ def sum_up(trial, weights):
 
 @inlined
 def look_for_speeds(trial):
-    """Write the largest speed of journals in free flight at the start and all stages but the last to `step`."""
-    o, step = trial.o, trial.step
+    """Write the largest speed of journals in free flight at the start and all stages but the last."""
+    o = trial.o
     for c in range(trial.mode.size):
         if not meets(trial.mode[c]):
             continue
         fastest = o[column_of(c, SLIP), START] * o[KAPPA, START]
         for row in range(END):
             fastest = max(fastest, o[column_of(c, SLIP), row] * o[KAPPA, row])
-        step[sum_of(c, FASTEST)] = fastest
+        trial.contact_steps[c].fastest = fastest
 
 
 @inlined
 def look_for_peaks(trial):
-    """Write the highest values of observables that may have a peak to `step`; of contacts, only acting ones."""
+    """Write the highest values of observables that may have a peak; of contacts, only acting ones."""
     o, step = trial.o, trial.step
-    step[HIGHEST_ACCELERATION] = highest_inside(o, ACCELERATION, math.copysign(1.0, o[ACCELERATION, END]))
-    step[HIGHEST_TORQUE] = highest_inside(o, TORQUE, math.copysign(1.0, o[TORQUE, END]))
+    step.highest_acceleration = highest_inside(o, ACCELERATION, math.copysign(1.0, o[ACCELERATION, END]))
+    step.highest_torque = highest_inside(o, TORQUE, math.copysign(1.0, o[TORQUE, END]))
     for c in range(trial.mode.size):
         if not acts(trial.mode[c]):
             continue
-        step[sum_of(c, HIGHEST_FORCE)] = highest_inside(o, column_of(c, NORMAL), 1.0)
-        step[sum_of(c, HIGHEST_DEPTH)] = highest_inside(o, column_of(c, DEPTH), 1.0)
+        trial.contact_steps[c].highest_force = highest_inside(o, column_of(c, NORMAL), 1.0)
+        trial.contact_steps[c].highest_depth = highest_inside(o, column_of(c, DEPTH), 1.0)
 
 
 @inlined

@@ -23,66 +23,64 @@ from ...observe.observables import (
     put_load,
 )
 from ...observe.stages import END, NODES, START
-from ..run_control import STEPPER_IN_WINDOW
+from ...trace.fields import Fields
 from .step_sums import (
-    HIGHEST_ACCELERATION,
-    HIGHEST_DEPTH,
-    HIGHEST_ERROR,
-    HIGHEST_FORCE,
-    HIGHEST_LOAD,
-    HIGHEST_TORQUE,
-    LENGTH,
-    NEEDS_PEAK_SEARCH,
     NO_PEAK,
-    SUM_ACCELERATION,
-    SUM_DRIVE,
-    SUM_FORCE,
-    SUM_FORCE_SQUARE,
-    SUM_GRAVITY,
-    SUM_LOST,
-    SUM_RUBBED,
-    SUM_STORED,
-    course_of,
     highest_inside,
-    sum_of,
 )
 
-# Columns of Totals.whole: five integrals of power since the start (J), their balance, figures of the window.
-WORK_DRIVE, WORK_GRAVITY, ENERGY_STORED, ENERGY_LOST, ENERGY_RUBBED, KINETIC_START, KINETIC_MAX, RESIDUAL = range(8)
-ACCELERATION_SQUARE, ACCELERATION_MAX, TORQUE_MAX, ERROR_MAX = range(8, 12)
-OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, start of the window; rad/s, of a free crank
-# Columns of Totals.joint: figures of the window, LOAD_MAX in N^2 and taken where there is friction; then PEAK (N) and
-# APPROACH (m/s) of the present contact.  FRICTION_ENERGY (J) is that of dry friction.  LOAD_TIME and DRY_FORCE_TIME
-# (N s) are integrals of the sizes of the normal force and of its dry share, where there is a film.
-(
-    FORCE_SQUARE,
-    CONTACT_TIME,
-    FORCE_MAX,
-    LOAD_MAX,
-    DEPTH_MAX,
-    ONSET_MAX,
-    ONSETS,
-    CLIPS,
-    RESTITUTION,
-    REBOUNDS,
-    BEYOND_TIME,
-    FORCE_TIME,
-    FRICTION_ENERGY,
-    LOAD_TIME,
-    DRY_FORCE_TIME,
-    HELD_TIME,
-    DRAINED_ENERGY,
-    FED_ENERGY,
-    HEAT,
-    DRY_MAX,
-    PRESSURE_MAX,
-    SPEED_MOST,
-    PEAK,
-    APPROACH,
-    JOINT,
-) = range(25)
+
+class WholeTotals(Fields):
+    """Sums and maxima of the mechanism: of power since the start, then figures of the window."""
+
+    work_drive: float  # J
+    work_gravity: float  # J, of gravity and loads
+    energy_stored: float  # J, in elastic deformation
+    energy_lost: float  # J, dissipated by normal forces
+    energy_rubbed: float  # J, dissipated by friction
+    kinetic_start: float  # J, kinetic energy at the start
+    kinetic_max: float  # J, its largest value
+    residual: float  # J, largest imbalance of these
+    acceleration_square: float  # integral of the square of the output's acceleration over time
+    acceleration_max: float
+    torque_max: float  # N m
+    error_max: float  # of the output
+    opened: float  # s, start of the window
+    speed_min: float  # rad/s, of a free crank
+    speed_max: float
 
 
+class ContactTotals(Fields):
+    """Figures of the window for a contact, then quantities of its present contact."""
+
+    force_square: float  # N^2 s
+    contact_time: float  # s
+    force_max: float  # N
+    load_max: float  # N^2, square of the resultant of normal and friction force, where there is friction
+    depth_max: float  # m
+    onset_max: float  # m/s
+    onsets: float
+    clips: float  # passages of guards that are counted
+    restitution: float  # sum of the ratios of rebound and approach
+    rebounds: float  # their number
+    beyond_time: float  # s, beyond the limit of its elastic law
+    force_time: float  # N s
+    friction_energy: float  # J, of dry friction
+    load_time: float  # N s, of the size of the normal force, where there is a film
+    dry_force_time: float  # N s, of the size of its dry share
+    held_time: float  # s, within the limit of the film's formula
+    drained_energy: float  # J
+    fed_energy: float  # J
+    heat: float  # J
+    dry_max: float  # N
+    pressure_max: float  # Pa
+    speed_most: float  # m/s
+    peak: float  # N, of the present contact
+    approach: float  # m/s, onset rate of the present contact
+
+
+FIRST_FIGURE = WholeTotals.index_of("acceleration_square")  # what is reset where the window opens
+CONTACT_FIGURES = ContactTotals.index_of("peak")  # number of fields that are reset there
 HIGHEST_BIN = PARTS + 1  # in Totals.bins: the highest bin used
 #: Rows of Totals.spent, for each part of the step: its duration relative to other parts, a histogram.Ramp, and the
 #: time (s) during which a film pulls.
@@ -92,8 +90,8 @@ LASTING, BEGUN, ENDED, DENSITY, PULLED, SPENT = range(6)
 class Totals(NamedTuple):
     """Sums and maxima of one integration."""
 
-    whole: np.ndarray  # (WHOLE,) of the mechanism
-    joint: np.ndarray  # (contacts, JOINT)
+    whole: WholeTotals
+    joint: ContactTotals  # (contacts,)
     histogram: np.ndarray  # (contacts, BINS, 2) s, at a force within each bin; s/N, increment in each bin above it
     dry: np.ndarray  # the same for the dry share of the force, above zero; (0, BINS, 2) without films
     step_values: np.ndarray  # (contacts, COURSES, PARTS + 1) at equidistant places of the step, see histogram
@@ -107,9 +105,6 @@ class Totals(NamedTuple):
     friction: np.ndarray  # (friction loads,) J, work of each in the window
 
 
-OF_STEPS = "whole", "joint", "bins", "spent"  # fields that every step changes
-
-
 class Accumulators(NamedTuple):
     """Arrays of the assessment and accumulation of a step, see `event.Work`, Totals and Turns."""
 
@@ -119,6 +114,8 @@ class Accumulators(NamedTuple):
     o: tuple
     end: tuple
     step: tuple
+    contact_steps: tuple
+    profiles: tuple
     stepper: tuple
     clearance: tuple
     film: tuple
@@ -135,105 +132,106 @@ class Accumulators(NamedTuple):
 def accumulate_step(accumulators, time):
     """Add an accepted step to the totals; `time` is the place of the time in the state.
 
-    Maxima are those at the ends of the step.  Where a larger one may lie between, NEEDS_PEAK_SEARCH of its `step` is
-    set
-    and HIGHEST is kept for the maxima to search for; all other HIGHEST are set to NO_PEAK.
+    Maxima are those at the ends of the step.  Where a larger one may lie between, `needs_peak_search` of its `step` is
+    set, and the `highest` of the quantity is kept for the search; all others are set to NO_PEAK.
     """
-    step, counted = accumulators.step, accumulators.stepper[STEPPER_IN_WINDOW] != 0.0
-    step[NEEDS_PEAK_SEARCH] = 0.0
+    counted = accumulators.stepper.in_window != 0.0
+    accumulators.step.needs_peak_search = 0.0
     enter_powers(accumulators, counted)
     for j in range(accumulators.mode.size):
         duration = accumulators.end[time] - accumulators.y[time]
         accumulators.since[j] = max(accumulators.since[j], accumulators.highest[j])  # of the step before
         accumulators.highest[j] = 0.0
         if counted and touches(accumulators.mode[j]):
-            accumulators.joint[j, CONTACT_TIME] += duration
+            accumulators.joint[j].contact_time += duration
         if acts(accumulators.mode[j]):
             enter_contact(accumulators, j, counted, duration)
         else:
-            step[sum_of(j, HIGHEST_FORCE)] = step[sum_of(j, HIGHEST_DEPTH)] = step[sum_of(j, HIGHEST_LOAD)] = NO_PEAK
+            highest = accumulators.contact_steps[j]
+            highest.highest_force = highest.highest_depth = highest.highest_load = NO_PEAK
             if counted:
-                raise_to(accumulators.joint, (j, DEPTH_MAX), accumulators.o[column_of(j, DEPTH), END])
+                accumulators.joint[j].depth_max = max(
+                    accumulators.joint[j].depth_max, accumulators.o[column_of(j, DEPTH), END]
+                )
     enter_motion(accumulators, counted)
 
 
 @inlined
-def raise_to(maxima, index, value):
-    """Raise a maximum to a value."""
-    maxima[index] = max(maxima[index], value)
-
-
-@inlined
-def seek_above(step, index, some, least):
-    """Request a search between the stages for the maximum at `index`, if `some`, where it exceeds `least`."""
-    if some and step[index] > least:
-        step[NEEDS_PEAK_SEARCH] = 1.0
-    else:
-        step[index] = NO_PEAK
+def sought_above(step, highest, some, least):
+    """Return `highest`, and request a search for the maximum between the stages, if `some` and it exceeds `least`."""
+    if some and highest > least:
+        step.needs_peak_search = 1.0
+        return highest
+    return NO_PEAK
 
 
 @inlined
 def enter_powers(accumulators, counted):
     """Integrate powers and squares with the weights of the method, at its order."""
-    total, joint, step, h = accumulators.whole, accumulators.joint, accumulators.step, accumulators.step[LENGTH]
-    total[WORK_DRIVE] += h * step[SUM_DRIVE]
-    total[WORK_GRAVITY] += h * step[SUM_GRAVITY]
+    total, joint, step, h = accumulators.whole, accumulators.joint, accumulators.step, accumulators.step.length
+    total.work_drive += h * step.sum_drive
+    total.work_gravity += h * step.sum_gravity
     if counted:
-        total[ACCELERATION_SQUARE] += h * step[SUM_ACCELERATION]
+        total.acceleration_square += h * step.sum_acceleration
     for j in range(accumulators.mode.size):
         if acts(accumulators.mode[j]):
-            total[ENERGY_STORED] += h * step[sum_of(j, SUM_STORED)]
-            total[ENERGY_LOST] += h * step[sum_of(j, SUM_LOST)]
-            total[ENERGY_RUBBED] += h * step[sum_of(j, SUM_RUBBED)]
+            sums, figures = accumulators.contact_steps[j], joint[j]
+            total.energy_stored += h * sums.sum_stored
+            total.energy_lost += h * sums.sum_lost
+            total.energy_rubbed += h * sums.sum_rubbed
             if counted:
-                joint[j, FORCE_SQUARE] += h * step[sum_of(j, SUM_FORCE_SQUARE)]
-                joint[j, FORCE_TIME] += h * step[sum_of(j, SUM_FORCE)]
+                figures.force_square += h * sums.sum_force_square
+                figures.force_time += h * sums.sum_force
                 # the tangential force includes the shear of a film
                 if accumulators.rubs[j] != 0 and accumulators.film[j, 1] == math.inf:
-                    joint[j, FRICTION_ENERGY] += h * step[sum_of(j, SUM_RUBBED)]
+                    figures.friction_energy += h * sums.sum_rubbed
     kinetic = accumulators.o[KINETIC, END]
-    gain = kinetic - total[KINETIC_START] + total[ENERGY_STORED] + total[ENERGY_LOST] + total[ENERGY_RUBBED]
-    imbalance = abs(total[WORK_DRIVE] + total[WORK_GRAVITY] - gain)
-    raise_to(total, RESIDUAL, imbalance if imbalance <= math.inf else math.inf)  # a maximum skips nan
-    raise_to(total, KINETIC_MAX, kinetic)
+    gain = kinetic - total.kinetic_start + total.energy_stored + total.energy_lost + total.energy_rubbed
+    imbalance = abs(total.work_drive + total.work_gravity - gain)
+    total.residual = max(total.residual, imbalance if imbalance <= math.inf else math.inf)  # a maximum skips nan
+    total.kinetic_max = max(total.kinetic_max, kinetic)
 
 
 @inlined
 def enter_contact(accumulators, j, counted, duration):
     """Add the largest force (N) and depth (m) of acting contact `j`, and the profile of its force."""
-    o, joint, step = accumulators.o, accumulators.joint, accumulators.step
+    o, step = accumulators.o, accumulators.step
+    figures, highest = accumulators.joint[j], accumulators.contact_steps[j]
     force, depth, load = column_of(j, NORMAL), column_of(j, DEPTH), column_of(j, LOAD)
-    seek_above(step, sum_of(j, HIGHEST_FORCE), True, 0.9 * min(joint[j, PEAK], accumulators.since[j]))
+    least = 0.9 * min(figures.peak, accumulators.since[j])
+    highest.highest_force = sought_above(step, highest.highest_force, True, least)
     largest = max(o[force, START], o[force, END])
-    raise_to(joint, (j, PEAK), largest)
+    figures.peak = max(figures.peak, largest)
     accumulators.highest[j] = largest
     # with a film, of the eccentricity: the least distance from the bearing is needed, too
     margin = 0.02 * accumulators.clearance[j] if accumulators.film[j, 1] < math.inf else 0.0
-    seek_above(step, sum_of(j, HIGHEST_DEPTH), counted, 0.98 * joint[j, DEPTH_MAX] - margin)
-    step[sum_of(j, HIGHEST_LOAD)] = NO_PEAK
+    least = 0.98 * figures.depth_max - margin
+    highest.highest_depth = sought_above(step, highest.highest_depth, counted, least)
+    highest.highest_load = NO_PEAK
     if not counted:
         return
-    raise_to(joint, (j, FORCE_MAX), largest)
-    raise_to(joint, (j, DEPTH_MAX), max(o[depth, START], o[depth, END]))
+    figures.force_max = max(figures.force_max, largest)
+    deepest = max(o[depth, START], o[depth, END])
+    figures.depth_max = max(figures.depth_max, deepest)
     enter_course(accumulators, j, duration)
     if accumulators.rubs[j] != 0:
         for row in NODES:
             put_load(o, row, j)
-        step[sum_of(j, HIGHEST_LOAD)] = highest_inside(o, load, 1.0)
-        seek_above(step, sum_of(j, HIGHEST_LOAD), True, 0.96 * joint[j, LOAD_MAX])
-        raise_to(joint, (j, LOAD_MAX), max(o[load, START], o[load, END]))
+        highest.highest_load = sought_above(step, highest_inside(o, load, 1.0), True, 0.96 * figures.load_max)
+        largest = max(o[load, START], o[load, END])
+        figures.load_max = max(figures.load_max, largest)
 
 
 @inlined
 def enter_course(accumulators, j, duration):
     """Distribute the step's time (s) over bins by the profile of contact `j`'s force, all parts of the step at once."""
-    step, contacts, histograms, bins = accumulators.step, accumulators.mode.size, accumulators.spent, accumulators.bins
-    force, kappa, film = course_of(contacts, j), course_of(contacts, -1), accumulators.film[j, 1] < math.inf
+    histograms, bins, film = accumulators.spent, accumulators.bins, accumulators.film[j, 1] < math.inf
+    kappa, force = accumulators.profiles[0], accumulators.profiles[1 + j]
     for i in abreast(PARTS):
-        histograms[j, LASTING, i] = max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0)
+        histograms[j, LASTING, i] = max(kappa[i], 0.0) + max(kappa[i + 1], 0.0)
     share = duration / total_of(histograms[j, LASTING])
     for i in abreast(PARTS):
-        start_value, end_value = step[force + i], step[force + i + 1]
+        start_value, end_value = force[i], force[i + 1]
         lasting = histograms[j, LASTING, i] * share
         pulls = film and start_value * end_value < 0.0  # part of the time; noise of a contact close to 0 is excluded
         pushing = lasting * where(
@@ -257,17 +255,17 @@ def enter_motion(accumulators, counted):
     o, total, step = accumulators.o, accumulators.whole, accumulators.step
     largest, sign = max(abs(o[ERROR, START]), abs(o[ERROR, END])), math.copysign(1.0, o[ERROR, END])
     start_slope, end_slope = sign * o[ERROR_RATE, START], sign * o[ERROR_RATE, END]
-    highest = largest + 0.25 * step[LENGTH] * o[KAPPA, START] * min(
+    highest = largest + 0.25 * step.length * o[KAPPA, START] * min(
         start_slope, -end_slope
     )  # a parabola's rise above the higher end
-    step[HIGHEST_ERROR] = highest if start_slope > 0.0 and end_slope < 0.0 else NO_PEAK
-    for column, index, is_inside in (
-        (ACCELERATION, ACCELERATION_MAX, HIGHEST_ACCELERATION),
-        (TORQUE, TORQUE_MAX, HIGHEST_TORQUE),
-    ):
-        seek_above(step, is_inside, counted, 0.98 * total[index])
-        if counted:
-            raise_to(total, index, max(abs(o[column, START]), abs(o[column, END])))
-    seek_above(step, HIGHEST_ERROR, counted, total[ERROR_MAX])
+    step.highest_error = highest if start_slope > 0.0 and end_slope < 0.0 else NO_PEAK
+    least = 0.98 * total.acceleration_max
+    step.highest_acceleration = sought_above(step, step.highest_acceleration, counted, least)
+    step.highest_torque = sought_above(step, step.highest_torque, counted, 0.98 * total.torque_max)
+    step.highest_error = sought_above(step, step.highest_error, counted, total.error_max)
     if counted:
-        raise_to(total, ERROR_MAX, largest)
+        acceleration = max(abs(o[ACCELERATION, START]), abs(o[ACCELERATION, END]))
+        torque = max(abs(o[TORQUE, START]), abs(o[TORQUE, END]))
+        total.acceleration_max = max(total.acceleration_max, acceleration)
+        total.torque_max = max(total.torque_max, torque)
+        total.error_max = max(total.error_max, largest)

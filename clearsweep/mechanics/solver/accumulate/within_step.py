@@ -1,0 +1,216 @@
+"""Values between the stages of a step, from its dense output: positions, maxima, time histories, states at marks."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...compiled.choosing import abreast
+from ...compiled.family import invoke, kernel, pointer_to
+from ...observe.histogram import BETWEEN, MOMENTS
+from ...observe.observables import NORMAL, column_of, put_load
+from ...observe.stages import END, NODES, SCRATCH, SHARES, STAGES
+from ..collocation import dense_component, dense_state
+from ..event import evaluate_dense
+
+PLACES = np.minimum(np.arange(MOMENTS) / (BETWEEN + 1), 1.0)
+
+
+@kernel
+def look_between(at, between):
+    """Write coordinates, their rates and the time at the moments of the step to `between`.
+
+    between : (2 coordinates + 1, MOMENTS), at every quarter from the start to the end of the step, then the end again.
+    """
+    y, end_value, f = at[0].y, at[0].end, at[0].f
+    for i in range(between.shape[0]):
+        for index in abreast(MOMENTS):
+            x = PLACES[index]
+            u = 2.0 * x - 1.0
+            total = f[i, STAGES - 1]
+            for m in range(STAGES - 2, -1, -1):
+                total = total * u + f[i, m]
+            between[i, index] = y[i] + x * total
+        for index in range(BETWEEN + 1, MOMENTS):
+            between[i, index] = end_value[i]
+
+
+@kernel
+def highest_node(o, column, sign):
+    """Return the node of the stage with the largest value of an observable times `sign`."""
+    largest = 0
+    for m in range(1, NODES.size):
+        if sign * o[column, NODES[m]] > sign * o[column, NODES[largest]]:
+            largest = m
+    return largest
+
+
+@kernel
+def observable_at(at, x, column):
+    """Return the observable at the share `x` (0 to 1) of the step, from the dense output in `work.f`."""
+    work = at[0]
+    evaluate_dense(at, x)
+    for j in range(work.mode.size):
+        if work.rubs[j]:
+            put_load(work.o, SCRATCH, j)
+    return work.o[column, SCRATCH]
+
+
+@kernel
+def refined_peak(at, column, sign, node):
+    """Return the largest value of the observable times `sign` near the stage `node`, by successive parabolas."""
+    m = min(max(node, 1), NODES.size - 2)
+    a, b, c = SHARES[m - 1], SHARES[m], SHARES[m + 1]
+    fa = sign * observable_at(at, a, column)
+    fb = sign * observable_at(at, b, column)
+    fc = sign * observable_at(at, c, column)
+    largest = max(fa, fb, fc)
+    for _ in range(3):
+        curvature = (fa - fb) / (a - b) - (fb - fc) / (b - c)
+        if curvature * (a - c) >= 0.0:  # not concave: the maximum is at an end
+            break
+        x = 0.5 * (a + b) - 0.5 * (a - c) * (fa - fb) / ((a - b) * curvature)
+        x = min(max(x, 0.0), 1.0)
+        if x in (a, b, c):
+            break
+        fx = sign * observable_at(at, x, column)
+        largest = max(largest, fx)
+        if abs(x - a) > abs(x - c):  # drop the farther end
+            a, fa, b, fb = b, fb, x, fx
+        else:
+            b, fb, c, fc = x, fx, b, fb
+    return largest
+
+
+@kernel
+def highest_between(at, column, sign):
+    """Return the largest value of the observable times `sign` near its highest stage, from the dense output."""
+    return refined_peak(at, column, sign, highest_node(at[0].o, column, sign))
+
+
+class Record(NamedTuple):
+    """Times and samples of the time histories."""
+
+    times: np.ndarray  # (samples,) s, or rad of a free crank, increasing
+    samples: np.ndarray  # (samples, channels)
+    independent: int  # place in the state of the quantity that `times` gives
+
+
+@kernel
+def share_at(at, independent, moment):
+    """Return the share (0 to 1) of the step at which the state's number at `independent` equals `moment`."""
+    work = at[0]
+    a, b = 0.0, 1.0
+    x = (moment - work.y[independent]) / (work.end[independent] - work.y[independent])
+    for _ in range(60):
+        miss = dense_component(x, independent, work.y, work.f) - moment
+        if miss > 0.0:
+            b = x
+        else:
+            a = x
+        step = 1e-7  # a difference quotient suffices: only the root matters
+        slope = (dense_component(x + step, independent, work.y, work.f) - miss - moment) / step
+        new = x - miss / slope if slope > 0.0 else 0.5 * (a + b)
+        if not a <= new <= b:
+            new = 0.5 * (a + b)
+        if abs(new - x) <= 1e-15:
+            return new
+        x = new
+    return x
+
+
+@kernel
+def write_sample(at, y, out):
+    """Write the time histories at the state `y` to `out`, in the order of the channels."""
+    work = at[0]
+    invoke(work.sample.code, work.sample.parameters, (y, work.mode, work.latched, work.side, out), out.size)
+
+
+@kernel
+def write_samples(at):
+    """Write the samples within the latest step, from its dense output."""
+    work = at[0]
+    record = work.record
+    independent = record.independent
+    i = work.counts.samples
+    while i < record.times.size and record.times[i] <= work.end[independent]:
+        dense_state(share_at(at, independent, record.times[i]), work.y, work.f, work.z)
+        work.z[independent] = record.times[i]
+        for j in range(work.mode.size):  # just before a separation rounding may put the interpolant below zero
+            work.z[work.time + 1 + j] = max(work.z[work.time + 1 + j], 0.0)
+        write_sample(at, work.z, record.samples[i])
+        i += 1
+    work.counts.samples = i
+
+
+def sample_states(work, states, out):
+    """Write the time histories at `states` (states, n) to `out` (states, channels), without forces."""
+    at = pointer_to(work)
+    for i in range(states.shape[0]):
+        work.z[:] = states[i]
+        write_sample(at, work.z, out[i])
+
+
+BESIDE = 1e-4  # of a step: distance from a mark at which a rising force is detected
+
+
+class Turns(NamedTuple):
+    """States and force peaks at marks along the motion."""
+
+    marks: np.ndarray  # (marks,) s, or rad of a free crank, increasing
+    states: np.ndarray  # (marks, n) the state at each mark
+    peaks: np.ndarray  # (marks, contacts) N, largest normal force since the mark before
+    highest: np.ndarray  # (contacts,) N, largest normal force of the current step, 0 if none acts
+    since: np.ndarray  # (contacts,) N, largest of the steps before it since the last mark
+    passed: np.ndarray  # (1,) int64, number of marks passed
+
+
+@kernel
+def take_start(at):
+    """Record the state at a mark at the start of the run."""
+    work = at[0]
+    revolutions, i = work.turns, work.turns.passed[0]
+    if i < revolutions.marks.size and revolutions.marks[i] <= work.y[work.independent]:
+        for c in range(revolutions.states.shape[1]):
+            revolutions.states[i, c] = work.y[c]
+        revolutions.passed[0] = i + 1
+
+
+@kernel
+def take_peaks(at, i, x):
+    """Split the largest forces of the step into those before and after mark `i`, at the share `x` of the step."""
+    work = at[0]
+    revolutions, row = work.turns, END
+    if x < 1.0:
+        evaluate_dense(at, x)
+        row = SCRATCH
+    for j in range(work.mode.size):
+        column, highest = column_of(j, NORMAL), revolutions.highest[j]
+        begin_bin = work.o[column, row] if highest > 0.0 else 0.0
+        after = max(begin_bin, work.o[column, END]) if highest > 0.0 else 0.0
+        before = begin_bin
+        if highest > after:
+            rises = x < 1.0 and observable_at(at, min(x + BESIDE, 1.0), column) > begin_bin
+            before, after = (begin_bin, highest) if rises else (highest, after)
+            if x < 1.0:
+                evaluate_dense(at, x)
+        revolutions.peaks[i, j] = max(revolutions.since[j], before)
+        revolutions.since[j], revolutions.highest[j] = 0.0, after
+
+
+@kernel
+def note_turns(at):
+    """Record and pass the marks within the current step."""
+    work = at[0]
+    revolutions = work.turns
+    i = revolutions.passed[0]
+    while i < revolutions.marks.size and revolutions.marks[i] <= work.end[work.independent]:
+        x = 1.0
+        if revolutions.marks[i] < work.end[work.independent]:
+            x = share_at(at, work.independent, revolutions.marks[i])
+        take_peaks(at, i, x)
+        if x < 1.0:
+            dense_state(x, work.y, work.f, work.z)
+        for c in range(revolutions.states.shape[1]):
+            revolutions.states[i, c] = work.z[c] if x < 1.0 else work.end[c]
+        i += 1
+    revolutions.passed[0] = i

@@ -1,0 +1,90 @@
+"""Arrays whose numbers have names: declared once, read and written as attributes by traced and by plain code."""
+
+from collections.abc import Callable
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from .memory import View
+
+
+class _Field:
+    """A number of a Fields, by its index."""
+
+    def __init__(self, index: int):
+        self.index = index
+
+    def __get__(self, record: "Fields | None", owner: type | None = None) -> Any:
+        return self if record is None else record.of_one_row()[self.index]
+
+    def __set__(self, record: "Fields", value: Any) -> None:
+        record.of_one_row()[self.index] = value
+
+
+class Fields:
+    """Named numbers in an array, all float64 or all int64, or rows of them.
+
+    A subclass declares a number by an annotation, with unit and meaning in a comment; the order of the declarations is
+    the order in memory.  A subclass of a subclass has its fields, then its own.  The array is a numpy array or, in a
+    traced body, a View: `stepper.growth = 1.0` changes it.  If the array has a further leading axis, `rows[j]` is the
+    Fields of row `j`, and `rows.column("growth")` are the numbers of all rows.
+    """
+
+    DECLARED: ClassVar[dict[str, type]]  # fields
+    SIZE: ClassVar[int]  # their number
+    DTYPE: ClassVar[type]
+    __slots__ = ("numbers",)
+    numbers: Any
+
+    def __init_subclass__(cls, like: type | None = None, **known: Any) -> None:
+        """Declare the fields; `like` : a NamedTuple whose fields they are, as float64, instead of annotations."""
+        super().__init_subclass__(**known)
+        own = dict.fromkeys(like.__annotations__, float) if like else cls.__annotations__
+        declared = getattr(cls, "DECLARED", {}) | own
+        cls.DECLARED = declared
+        cls.SIZE, (cls.DTYPE,) = len(declared), set(declared.values())
+        for index, name in enumerate(declared):
+            setattr(cls, name, _Field(index))
+
+    def __init__(self, numbers: np.ndarray | View):
+        self.numbers = numbers
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not hasattr(type(self), name):
+            raise AttributeError(f"{type(self).__name__} has no number called {name!r}")
+        object.__setattr__(self, name, value)
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def __getitem__(self, row: Any) -> Self:
+        return type(self)(self.numbers[row])
+
+    def of_one_row(self) -> Any:
+        """Return the array, which has one axis."""
+        if len(self.numbers.shape) != 1:
+            raise AttributeError(f"{type(self).__name__} has several rows: choose one, or use `column`")
+        return self.numbers
+
+    def column(self, name: str) -> np.ndarray:
+        """Return the numbers of a field in all rows, as a view."""
+        column: np.ndarray = self.numbers[:, self.index_of(name)]
+        return column
+
+    def pieces(self) -> tuple[Any, ...]:
+        """Return the parts unknown while tracing."""
+        return (self.numbers,)
+
+    def copy(self) -> Self:
+        """Return it with a copy of its array."""
+        return type(self)(self.numbers.copy())
+
+    @classmethod
+    def zeros(cls, *rows: int, zeros: Callable[..., np.ndarray] = np.zeros) -> Self:
+        """Return it with zeros, or so many rows of them; `zeros` allocates the array."""
+        return cls(zeros((*rows, cls.SIZE), dtype=cls.DTYPE))
+
+    @classmethod
+    def index_of(cls, name: str) -> int:
+        """Return the index of a field."""
+        return list(cls.DECLARED).index(name)

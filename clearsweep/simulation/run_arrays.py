@@ -1,0 +1,96 @@
+"""The arrays of an integration: their shapes, their memory, the names of their numbers."""
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+
+from ..mechanics.coupling.rates import observed_width
+from ..mechanics.joint.contract import every_contact
+from ..mechanics.observe import histogram
+from ..mechanics.observe.stages import PLACES, STAGES
+from ..mechanics.solver import run_control
+from ..mechanics.solver.accumulate import totals as total_columns
+from ..mechanics.solver.accumulate.step_sums import ContactStep, Step
+from ..mechanics.solver.bernstein import COEFFICIENTS, ROWS
+from ..mechanics.trace.fields import Fields
+from ..mechanics.trace.symbols import WIDTH
+from .scene import Scene
+from .start import first_forms
+
+PIECE = 16384  # bytes: need of a short motion without histograms
+
+Arrays = dict[str, np.ndarray]  # name of a field of Work, Totals or Turns -> array
+
+
+def arrays_of(scene: Scene) -> Arrays:
+    """Return the arrays that a step of `scene` uses, as zeros, and `begun`, the initial values in one array."""
+    contacts, n = len(every_contact(scene.value.joints)), scene.start.size
+    begun: dict[str, tuple[int, ...]] = {
+        **first_forms(scene),
+        "stepper": (run_control.Stepper.SIZE,),
+        **dict.fromkeys(("highest", "since"), (contacts,)),
+        "whole": (total_columns.WholeTotals.SIZE,),
+        "joint": (contacts, total_columns.ContactTotals.SIZE),
+    }
+    step = {
+        "k": (n, PLACES),
+        "o": (observed_width(scene.value), PLACES),
+        "nodes": (n + 1, STAGES),
+        "f": (n, STAGES),
+        "polynomials": (ROWS, COEFFICIENTS),
+        "step": (Step.SIZE,),
+        "contact_steps": (contacts, ContactStep.SIZE),
+        "profiles": (1 + contacts, histogram.PARTS + 1),
+        "spent": (contacts, total_columns.SPENT, histogram.PARTS),
+        "end": (n,),
+        "z": (n,),
+    }
+    numbers, arrays = np.zeros(sum(map(math.prod, begun.values()))), dict[str, np.ndarray]()
+    ends = itertools.accumulate(map(math.prod, begun.values()))
+    for (name, shape), end in zip(begun.items(), ends, strict=True):
+        arrays[name] = numbers[end - math.prod(shape) : end].reshape(shape)
+    arrays |= {name: _aligned(shape) for name, shape in step.items()}
+    whole = {"mode": (contacts,), "rubs": (contacts,), "bins": (contacts, total_columns.HIGHEST_BIN + 1)}
+    return arrays | {name: np.zeros(shape, np.int64) for name, shape in whole.items()} | {"begun": numbers}
+
+
+def _aligned(shape: tuple[int, ...]) -> np.ndarray:
+    """Return zeros that are aligned for vector registers."""
+    numbers = np.zeros(math.prod(shape) + WIDTH)
+    first = -numbers.ctypes.data // 8 % WIDTH
+    return numbers[first : first + math.prod(shape)].reshape(shape)
+
+
+def fields_from(form: type, arrays: Arrays) -> dict[str, Any]:
+    """Return the arrays that are fields of a NamedTuple, with the names of their numbers if it gives them any."""
+    kinds = form.__annotations__
+    return {
+        name: kinds[name](arrays[name]) if issubclass(kinds[name], Fields) else arrays[name]
+        for name in kinds
+        if name in arrays
+    }
+
+
+class Memory:
+    """Arrays that start as zeros, cut from a few large blocks so that they are cleared quickly."""
+
+    def __init__(self) -> None:
+        self.pieces: list[np.ndarray] = []
+        self.used = 0  # bytes used of the latest block
+
+    def zeros(self, shape: int | tuple[int, ...], dtype: Any = float) -> np.ndarray:
+        """Return an array of zeros."""
+        size = math.prod(shape if isinstance(shape, tuple) else (shape,)) * np.dtype(dtype).itemsize
+        if not self.pieces or self.used + size > PIECE:
+            self.pieces.append(np.zeros(max(size, PIECE), np.uint8))
+            self.used = 0
+        first, self.used = self.used, self.used + -(-size // 8) * 8
+        part: np.ndarray = self.pieces[-1][first : first + size].view(dtype).reshape(shape)
+        return part
+
+    def clear(self) -> None:
+        """Set all of them to zero."""
+        for piece in self.pieces:
+            piece.fill(0)
