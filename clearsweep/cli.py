@@ -339,7 +339,7 @@ def draw(grid: Path, out: Path | None) -> None:
 @_directory
 @click.argument("case_id")
 @click.option(
-    "--out", type=_PATH, metavar="FILE", help="Output page, or .csv for pin forces; default: DIR/CASE_ID.html."
+    "--out", type=_PATH, metavar="FILE", help="Output page, or .csv for joint forces; default: DIR/CASE_ID.html."
 )
 def show(directory: Path, case_id: str, out: Path | None) -> None:
     """Run one case again and plot orbit, force and events. A unique prefix of CASE_ID is enough."""

@@ -14,7 +14,7 @@ from fake_physics import Fake, grid, sweep
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep import simulation, store
+from clearsweep import report, simulation, store
 from clearsweep.contracts.results import Trajectory
 from clearsweep.language import phases
 from clearsweep.language.errors import StorageError
@@ -394,6 +394,16 @@ def test_a_case_whose_further_life_is_cut_off_is_extrapolated_like_one_cut_off_b
         assert timed.seconds == pytest.approx(100.0 if extrapolated else timed.spent, rel=0.1)
 
 
+def test_the_start_of_workers_is_estimated_without_compiling(monkeypatch, tmp_path):
+    """A run after the dry run finds the code in the cache."""
+    starts, started = iter([(2.0, 1.5), (0.5, 0.0)]), estimate._started
+    monkeypatch.setattr(estimate, "_started", lambda *arguments: (started(*arguments)[0], *next(starts)))
+    loaded = clearsweep.grid.load(grid(2), Fake.catalogue())
+    left = estimate._left(loaded, store.RunDirectory(tmp_path / "none"), None, Fake)
+    assert estimate._pilot(loaded, left, 1, Fake).start_up == 0.5
+    assert next(starts, None) is None
+
+
 # ---------------------------------------------------------------------------------------------- unfinished runs
 
 
@@ -437,6 +447,23 @@ def test_the_cases_of_an_unfinished_run_are_read_as_those_of_the_finished_one(tm
         assert np.array_equal(run.wear(case_id)["rod_slider"], whole.wear(case_id)["rod_slider"])
     del run
     assert not place.exists()
+
+
+def test_the_page_of_an_unfinished_run_says_how_many_cases_it_has(tmp_path):
+    """Also while another process works there, which holds the lock of the directory."""
+    with pytest.raises(StorageError):
+        sweep(grid(5), tmp_path / "run", executor="serial", show_progress=False, simulator=Full)
+    with store.RunDirectory(tmp_path / "run").open_for(clearsweep.grid.load(grid(5), Fake.catalogue())):
+        assert store.status(tmp_path / "run")["state"] == "under way"
+        run = gathered(tmp_path / "run", report.Run, Fake.catalogue)
+        page = report.write(run, tmp_path / "page.html").read_text(encoding="utf-8")
+    there = len(run)
+    assert 0 < there < 5
+    assert f"The run is not finished: this page has {there} of 5 cases." in page
+    assert f"none failed, {5 - there} not run yet" in page
+    whole = sweep(grid(5), tmp_path / "whole", executor="serial", show_progress=False)
+    page = report.write(report.open(whole.directory), tmp_path / "whole.html").read_text(encoding="utf-8")
+    assert "not finished" not in page
 
 
 def test_a_finished_run_is_opened_as_it_is_and_an_empty_one_is_refused(tmp_path):

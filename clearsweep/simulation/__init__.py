@@ -14,6 +14,7 @@ from .ideal import ideal_motion, ideal_peaks, mechanism_of
 from .life_block import Log
 from .links import ElasticLink, elastic_links
 from .peak_revolution import peak_revolution
+from .pin_reactions import PinReactions, pin_reactions, reactions_unknown
 from .recommending import (
     Recommendation,
     advice_text,
@@ -32,6 +33,7 @@ __all__ = [
     "HOLDS",
     "ElasticLink",
     "IdealMotion",
+    "PinReactions",
     "Recommendation",
     "Sketch",
     "SketchedBody",
@@ -57,6 +59,8 @@ __all__ = [
     "mechanism_of",
     "peak_revolution",
     "penetration_limit",
+    "pin_reactions",
+    "reactions_unknown",
     "recommendations",
     "recommendations_for",
     "recommended_texts",

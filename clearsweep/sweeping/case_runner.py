@@ -244,8 +244,10 @@ def solve_in_bulk(simulator: Simulator, pending: int, listed: int) -> bool:
     return simulator.solve_each is not None and pending >= MANY * listed
 
 
-def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simulator, directory: Path) -> None:
+def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simulator, directory: Path) -> float:
     """Compile the code of these cases, each part in one worker, so that all workers find it in the cache.
+
+    Return the time (s) of compiling in all workers, without that of loading.
 
     directory : of the run; its folder for temporary files contains the progress.
 
@@ -261,18 +263,20 @@ def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simul
         compiling = progress.Compiling(len(parts), look)
         with phases.phase(compiling):
             tasks = [workers.submit(prepare, working, *part) for working, part in zip(kept, parts, strict=True)]
-            failures = []
+            failures, seconds = [], 0.0
             for task in tasks:
                 failures.append(_failure(task))
+                seconds += 0.0 if failures[-1] else task.result()
                 compiling.done += 1
     except BrokenExecutor as error:
-        failures = [error]
+        failures, seconds = [error], 0.0
     if any(isinstance(failure, BrokenExecutor) for failure in failures):
         workers.restart()
     elif compile_failure := next(filter(None, failures), None):
         progress.say(
             f"compiling in advance failed ({brief(compile_failure)}); cases that need this code will report it"
         )
+    return seconds
 
 
 def _failure(future: Future) -> Exception | None:

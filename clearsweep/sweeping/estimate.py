@@ -25,7 +25,7 @@ PILOT_CASES, PILOT_TIME = 64, 10.0  # largest number of timed cases, and s after
 PILOT_SHARE = 0.5  # of PILOT_TIME for one case; a longer one is extrapolated
 COMPILED = 0.5  # s of compiling above which an unfinished case is timed again
 PILOT_PATIENCE = 60.0  # s to wait for one case, without compiling
-LONG_START = 3.0  # s, from which the start of the workers is measured a second time, without compiling
+LEAST_COMPILED = 0.05  # s of compiling from which the start of the workers is measured again, without compiling
 LONGEST_IMPORT = 2.0  # s of processor time before the estimate, at most, that a run takes, too
 FINISH = 0.5  # s of processor time of a run after its last case: merging, closing lines
 EACH = 1e-3  # s per case besides its motion: creating, committing and merging it
@@ -236,24 +236,26 @@ def _pilot(grid: Grid, left: _Left, jobs: int, simulator: Simulator) -> _Pilot:
     with signals.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         directory = Path(folder)
         (directory / store.SCRATCH).mkdir()
-        workers, start_up = _started(jobs, left.kinds, simulator, directory)
+        workers, start_up, compiled = _started(jobs, left.kinds, simulator, directory)
         try:
             working = store.Working(directory, "0" * 16)
             timed = _timed(workers, simulator, [grid.case(k) for k in left.timed.tolist()], working)
         finally:
             workers.close()
-        if start_up > LONG_START:  # it compiled; what a run has to load is in the cache now
-            workers, start_up = _started(jobs, left.kinds, simulator, directory)
+        if compiled > LEAST_COMPILED:  # what a run has to load is in the cache now
+            workers, start_up, _ = _started(jobs, left.kinds, simulator, directory)
             workers.close()
         return _Pilot(timed, start_up)
 
 
-def _started(jobs: int, kinds: list[Case], simulator: Simulator, directory: Path) -> tuple[executors.Executor, float]:
-    """Return started workers with compiled code, and the time (s) that this took."""
+def _started(
+    jobs: int, kinds: list[Case], simulator: Simulator, directory: Path
+) -> tuple[executors.Executor, float, float]:
+    """Return started workers with compiled code, the time (s) that this took, and that of compiling in all of them."""
     begin = time.monotonic()
     workers = executors.Local(jobs, load=simulator.load)
-    case_runner.compile_all(workers, kinds, simulator, directory)
-    return workers, time.monotonic() - begin
+    compiled = case_runner.compile_all(workers, kinds, simulator, directory)
+    return workers, time.monotonic() - begin, compiled
 
 
 def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case], working: store.Working) -> list[Timed]:

@@ -186,10 +186,12 @@ def time_case(simulator: Simulator, case: Case, patience: float, working: store.
     return Timed(case.simulate.time_budget if beyond else total, 0, spent, once, extrapolated=True, beyond=beyond)
 
 
-def prepare(working: store.Working, part: Callable[[Case], None], case: Case) -> None:
-    """Compile a part of a case's code, or load it, and record the progress in a file."""
+def prepare(working: store.Working, part: Callable[[Case], None], case: Case) -> float:
+    """Compile a part of a case's code, or load it, with the progress in a file; return the time (s) of compiling."""
+    begin = phases.once_seconds()
     with phases.written(working.put):
         part(case)
+    return phases.once_seconds() - begin
 
 
 def find_peak(simulator: Simulator, case: Case, joint: int, revolutions: float) -> Peak:

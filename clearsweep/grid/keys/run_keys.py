@@ -189,12 +189,12 @@ def _limited_joint(reader: Reader, joint: str) -> None:
     if f"{own}.wear" not in reader.shape:
         sentence = "is missing; life needs the wear of its joint; for example: {law: archard, coefficient: 2e-14 m^2/N}"
         reader.problems.add(reader.place(path), f"{own}.wear", sentence)
-    limits, radii = reader.reached(f"{LIFE}.limit"), reader.reached(f"{own}.bearing_radius")
+    limits, radii = reader.values_of(f"{LIFE}.limit"), reader.values_of(f"{own}.bearing_radius")
     if limits and radii and max(limits) > SHALLOW * min(radii):
         path = f"{LIFE}.limit"
         sentence = (
-            f"found {reader.said(path, max(limits))}; allowed: at most {SHALLOW:g} of {own}.bearing_radius, "
-            f"{reader.said(f'{own}.bearing_radius', min(radii))}: wear must remain a small change of the shape"
+            f"found {reader.text(path, max(limits))}; allowed: at most {SHALLOW:g} of {own}.bearing_radius, "
+            f"{reader.text(f'{own}.bearing_radius', min(radii))}: wear must remain a small change of the shape"
         )
         reader.problems.add(reader.place(path), path, sentence)
 
@@ -202,17 +202,17 @@ def _limited_joint(reader: Reader, joint: str) -> None:
 def _blocks(reader: Reader) -> None:
     """Check that blocks are whole revolutions, and that the longest is not below the shortest."""
     path = f"{LIFE}.max_revolutions"
-    least, most = reader.reached("simulate.revolutions"), reader.reached(path)
+    least, most = reader.values_of("simulate.revolutions"), reader.values_of(path)
     if least and most and min(most) < max(least):
         sentence = (
-            f"found {reader.said(path, min(most))}; allowed: at least "
-            f"{reader.said('simulate.revolutions', max(least))}, the value of simulate.revolutions, the shortest block"
+            f"found {reader.text(path, min(most))}; allowed: at least "
+            f"{reader.text('simulate.revolutions', max(least))}, the value of simulate.revolutions, the shortest block"
         )
         reader.problems.add(reader.place(path), path, sentence)
-    discards = reader.reached("simulate.discard") or (2.0,)
+    discards = reader.values_of("simulate.discard") or (2.0,)
     for turns in least:
         for discard in discards:
-            window = turns - (discard if turns > 2.0 or reader.there("simulate.discard") else 0.0)
+            window = turns - (discard if turns > 2.0 or reader.is_given("simulate.discard") else 0.0)
             if abs(window - round(window)) > WHOLE or round(window) < 1:
                 where = "simulate.revolutions"
                 sentence = (

@@ -10,7 +10,7 @@ from ..keys.kinds import Word
 from ..keys.outline import KeyTree, key_trees
 from ..sections.added_cases import CHECK_LAWS
 from ..sections.axes import FORMS
-from ..sections.distributions import forms
+from ..sections.distributions import parameter_forms
 from ..sections.fits import FORM
 from ..sections.sample import METHODS
 from .reference import SPACE, Part, Row, parts, quoted
@@ -24,7 +24,7 @@ LABELS_TEXT = """\
 An axis of `sweep`, `zip` or `cases` may give its values labels: `{bronze: 3e-15 m^2/N, PTFE: 1e-15 m^2/N}`. Tables,
 figures and sentences show them. The column of summary.parquet keeps the numbers, and its metadata the labels. A label
 contains a letter. The words above and the names of distributions are reserved."""
-SAMPLE_FORMS = {**forms(), "fit": f"{FORM}, of a radial clearance: between the limits of a fit"}
+SAMPLE_FORMS = {**parameter_forms(), "fit": f"{FORM}, of a radial clearance: between the limits of a fit"}
 
 #: Key -> meaning, of each section with keys of its own.
 SECTION_KEYS = {

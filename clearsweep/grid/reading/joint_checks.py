@@ -70,12 +70,12 @@ def _friction(reader: Reader, catalogue: Catalogue) -> None:
 
 def _until(reader: Reader) -> None:
     """Check that the grid has the figure in `until` and that the longest run is not shorter than the shortest."""
-    smallest, largest = reader.reached("simulate.revolutions"), reader.reached("simulate.until.max_revolutions")
+    smallest, largest = reader.values_of("simulate.revolutions"), reader.values_of("simulate.until.max_revolutions")
     if smallest and largest and min(largest) < max(smallest):
         path = "simulate.until.max_revolutions"
         sentence = (
-            f"found {reader.said(path, min(largest))}; allowed: at least "
-            f"{reader.said('simulate.revolutions', max(smallest))}, the value of simulate.revolutions, the shortest run"
+            f"found {reader.text(path, min(largest))}; allowed: at least "
+            f"{reader.text('simulate.revolutions', max(smallest))}, the value of simulate.revolutions, the shortest run"
         )
         reader.problems.add(reader.place(path), path, sentence)
     path = "simulate.until.figure"
@@ -92,10 +92,10 @@ def _is_joint(path: str) -> bool:
 
 def _below(reader: Reader, low: str, high: str, reason: str, *, equal: bool = False) -> None:
     """Report a problem unless every value of `low` is below every value of `high`; missing values are fine."""
-    lows, highs = reader.reached(low), reader.reached(high)
+    lows, highs = reader.values_of(low), reader.values_of(high)
     if not lows or not highs or max(lows) < min(highs) or (equal and max(lows) == min(highs)):
         return
-    if reader.in_step(low, high):
+    if reader.vary_in_step(low, high):
         invalid = [(a, b) for a, b in zip(lows, highs, strict=False) if not (a < b or (equal and a == b))]
         if not invalid:
             return
@@ -105,7 +105,7 @@ def _below(reader: Reader, low: str, high: str, reason: str, *, equal: bool = Fa
     reader.problems.add(
         reader.place(where),
         where,
-        f"found {reader.said(low, max(lows))}; allowed: {term} {reader.said(high, min(highs))}, the value of {high}; "
+        f"found {reader.text(low, max(lows))}; allowed: {term} {reader.text(high, min(highs))}, the value of {high}; "
         f"{reason}",
     )
 
@@ -128,7 +128,7 @@ def _material(reader: Reader, joint: str) -> None:
     material = f"{joint}.contact.material"
     if material not in reader.shape or not value_key(reader.shape, f"{material}.young").used(reader.names):
         return
-    shared = [key for key in ("young", "poisson") if reader.there(f"{material}.{key}")]
+    shared = [key for key in ("young", "poisson") if reader.is_given(f"{material}.{key}")]
     given_bodies = [body for body in Materials._fields if f"{material}.{body}" in reader.shape]
     if given_bodies and shared:
         sentence = f"conflicts with {' and '.join(given_bodies)}; write it within bearing and journal, or remove these"
@@ -157,7 +157,7 @@ def _elastic(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     candidates = [law for path, laws in families.items() for law in laws if law.name in reader.names[path]]
     for chosen in sorted(candidates, key=lambda law: law.name):
         for path in _needed(reader, joint, chosen):
-            if not reader.there(f"{joint}.{path}"):
+            if not reader.is_given(f"{joint}.{path}"):
                 sentence = f"is missing; {chosen.family} '{chosen.name}' needs {_EXAMPLES[path]}"
                 reader.problems.add(reader.place(elastic), f"{joint}.{path}", sentence)
         _in_order(reader, f"{joint}.contact", chosen)
@@ -167,10 +167,10 @@ def _elastic(reader: Reader, joint: str, catalogue: Catalogue) -> None:
             path = (
                 given_bodies if f"{joint}.{given_bodies}" in reader.shape else given_bodies.replace(".bearing.", ".")
             )  # of both bodies
-            outside = [value for value in reader.reached(f"{joint}.{path}") if not low <= value <= high]
+            outside = [value for value in reader.values_of(f"{joint}.{path}") if not low <= value <= high]
             if outside:
                 sentence = (
-                    f"found {reader.said(f'{joint}.{path}', outside[0])}; elastic '{chosen.name}' allows {low:.15g} to "
+                    f"found {reader.text(f'{joint}.{path}', outside[0])}; elastic '{chosen.name}' allows {low:.15g} to "
                     f"{high:.15g}{'' if unit == '1' else f' ({unit})'}: {reason}"
                 )
                 reader.problems.add(reader.place(f"{joint}.{path}"), f"{joint}.{path}", sentence)
@@ -188,11 +188,11 @@ def _hertzian(reader: Reader, elastic: str, law: Law) -> None:
 
 def _needed(reader: Reader, joint: str, law: Law) -> tuple[str, ...]:
     """Return the further keys, as paths within the joint, that a contact law needs."""
-    if any(reader.there(f"{joint}.contact.{columns.name}") for columns in law.tables):
+    if any(reader.is_given(f"{joint}.contact.{columns.name}") for columns in law.tables):
         return ()  # the key table covers it
     parameter = tuple("contact.material" if name == "material" else name for name in law.needs if name != "hertz")
-    from_material = law.name == "power" and not reader.there(f"{joint}.contact.stiffness")
-    sized = parameter or (from_material and reader.there(f"{joint}.contact.material"))
+    from_material = law.name == "power" and not reader.is_given(f"{joint}.contact.stiffness")
+    sized = parameter or (from_material and reader.is_given(f"{joint}.contact.material"))
     radius = reader.shape.get(f"{joint}.bearing_radius")
     optional = isinstance(radius, Number) and radius.uses[0].field.optional
     return ("bearing_radius", *parameter) if sized and optional else parameter
@@ -204,17 +204,17 @@ def _roughness(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     for law in [law for law in catalogue.of("roughness") if law.name in reader.names[f"{rough}.law"]]:
         for parameter in law.needs:
             path = "contact.material" if parameter == "material" else parameter
-            if not reader.there(f"{joint}.{path}"):
+            if not reader.is_given(f"{joint}.{path}"):
                 sentence = f"is missing; roughness '{law.name}' needs {_EXAMPLES[path]}"
                 reader.problems.add(reader.place(rough), f"{joint}.{path}", sentence)
         for columns in law.tables:
             table = f"{rough}.{columns.name}"
             for field in [field for field in law.fields if field.optional]:
                 path = f"{rough}.{field.name}"
-                if reader.there(path) and reader.there(table):
+                if reader.is_given(path) and reader.is_given(table):
                     sentence = f"conflicts with {columns.name}, which determines it; remove one of the two"
                     reader.problems.add(reader.place(path), path, sentence)
-                elif not reader.there(path) and not reader.there(table):
+                elif not reader.is_given(path) and not reader.is_given(table):
                     sentence = f"is missing for {law.name} ({field.text}); write it, or {columns.name}: profile.csv"
                     reader.problems.add(reader.place(path), path, sentence)
 
@@ -222,7 +222,7 @@ def _roughness(reader: Reader, joint: str, catalogue: Catalogue) -> None:
 def _wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that the joint has the keys that wear needs, with plausible coefficients."""
     wear = f"{joint}.wear"
-    if not reader.there(f"{joint}.length"):
+    if not reader.is_given(f"{joint}.length"):
         sentence = "is missing; wear needs the joint's length along the pin, such as 20 mm"
         reader.problems.add(reader.place(wear), f"{joint}.length", sentence)
     is_dimensionless = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
@@ -236,12 +236,12 @@ def _wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
         sentence = f"the wear law '{by_work[0].name}' takes m^3/J, whatever the hardness: write the unit"
         reader.problems.add(reader.place(f"{wear}.coefficient_unit"), f"{wear}.coefficient_unit", sentence)
         return
-    if is_dimensionless and not reader.there(f"{wear}.hardness"):
+    if is_dimensionless and not reader.is_given(f"{wear}.hardness"):
         sentence = "is missing; a dimensionless wear coefficient is k times the hardness; for example: 2 GPa"
         reader.problems.add(reader.place(wear), f"{wear}.hardness", sentence)
-    steady_key = "running_in.steady" if reader.there(f"{wear}.running_in.steady") else "coefficient"
+    steady_key = "running_in.steady" if reader.is_given(f"{wear}.running_in.steady") else "coefficient"
     _of_both(reader, wear, steady_key, ("bearing_coefficient", "journal_coefficient"), "2e-14 m^2/N")
-    if steady_key != "coefficient" and reader.there(f"{wear}.coefficient"):
+    if steady_key != "coefficient" and reader.is_given(f"{wear}.coefficient"):
         sentence = "conflicts with running_in.steady, which means the same; remove one of the two"
         reader.problems.add(reader.place(f"{wear}.coefficient"), f"{wear}.coefficient", sentence)
     if f"{wear}.running_in" in reader.shape:
@@ -252,8 +252,8 @@ def _wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
 
 def _of_both(reader: Reader, wear: str, key: str, overriding: tuple[str, str], example: str) -> None:
     """Check that there is a common coefficient or one for each body, and that a varied one is used."""
-    overridden = all(reader.there(f"{wear}.{given_bodies}") for given_bodies in overriding)
-    if not reader.there(f"{wear}.{key}") and not overridden:
+    overridden = all(reader.is_given(f"{wear}.{given_bodies}") for given_bodies in overriding)
+    if not reader.is_given(f"{wear}.{key}") and not overridden:
         sentence = f"is missing; for example: {example} for both bodies, or {' and '.join(overriding)}"
         reader.problems.add(reader.place(wear), f"{wear}.{key}", sentence)
     if f"{wear}.{key}" in reader.swept and overridden:
@@ -264,17 +264,17 @@ def _of_both(reader: Reader, wear: str, key: str, overriding: tuple[str, str], e
 def _wear_numbers(reader: Reader, wear: str) -> None:
     """Check that wear coefficients times hardness have a realistic magnitude."""
     is_dimensionless = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
-    hardness = 1.0 if is_dimensionless else max(reader.reached(f"{wear}.hardness"), default=0.0)
+    hardness = 1.0 if is_dimensionless else max(reader.values_of(f"{wear}.hardness"), default=0.0)
     for path in (f"{wear}.{key}" for key in COEFFICIENTS):
-        numbers = [value * hardness for value in reader.reached(path)]
+        numbers = [value * hardness for value in reader.values_of(path)]
         largest, smallest = max(numbers, default=0.0), min((value for value in numbers if value), default=1.0)
         if largest > LARGEST_WEAR_NUMBER or (is_dimensionless and smallest < LEAST_WEAR_NUMBER):
             description = (
                 f"found {(largest if largest > LARGEST_WEAR_NUMBER else smallest):.15g}, dimensionless; allowed: "
                 f"{LEAST_WEAR_NUMBER:g} to {LARGEST_WEAR_NUMBER:g}; write the unit, m^2/N, of one that has it"
                 if is_dimensionless
-                else f"found {reader.said(path, largest / hardness)}, times the hardness "
-                f"{reader.said(f'{wear}.hardness', hardness)} {largest:.3g}; "
+                else f"found {reader.text(path, largest / hardness)}, times the hardness "
+                f"{reader.text(f'{wear}.hardness', hardness)} {largest:.3g}; "
                 f"allowed: at most {LARGEST_WEAR_NUMBER}; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
             )
             reader.problems.add(reader.place(path), path, description)
@@ -297,7 +297,7 @@ def _pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that a pressure law that needs a modulus has one."""
     path, contact = f"{joint}.wear.pressure", f"{joint}.contact"
     needing = [law for law in catalogue.of("pressure") if "modulus" in law.needs and law.name in reader.names[path]]
-    if needing and not any(map(reader.there, moduli(joint))):
+    if needing and not any(map(reader.is_given, moduli(joint))):
         sentence = (
             f"is missing; the pressure '{needing[0].name}' of wear needs material: {{young: 207 GPa, poisson: 0.3}} or "
             "pressure_modulus next to it: it does not follow from a stiffness; without either write pressure: mean"

@@ -20,7 +20,7 @@ def check_machine(reader: Reader, catalogue: Catalogue) -> None:
         path = f"loads.{load.name}"
         if path not in reader.shape:
             continue
-        if load.form == "force" and not (reader.there(f"{path}.force") or reader.there(f"{path}.torque")):
+        if load.form == "force" and not (reader.is_given(f"{path}.force") or reader.is_given(f"{path}.torque")):
             sentence = "has no force and no torque; for example: force: [-2 kN, 0 N] or torque: -3 N*m, or a table"
             reader.problems.add(reader.place(path), path, sentence)
         if load.form == "friction":
@@ -92,7 +92,7 @@ def _initial(reader: Reader) -> None:
     """Check that a body with a given initial state is determined by no ideal joint and nothing else."""
     for body in reader.outline.bodies:
         path = f"mechanism.bodies.{body.name}.initial"
-        if not reader.there(path):
+        if not reader.is_given(path):
             continue
         for joint in reader.outline.joints:
             if body.name in joint.bodies and joint.name not in reader.outline.clearances:
@@ -101,7 +101,7 @@ def _initial(reader: Reader) -> None:
                     f"initial out, or give {joint.name} clearance"
                 )
                 reader.problems.add(reader.place(path), path, sentence)
-        if "seated" in reader.reached("simulate.start"):
+        if "seated" in reader.values_of("simulate.start"):
             sentence = f"seated conflicts with {path}, which says where {body.name} starts; remove one of the two"
             reader.problems.add(reader.place("simulate.start"), "simulate.start", sentence)
 
@@ -125,10 +125,10 @@ def _rubbing(reader: Reader, path: str, joint: str, given: str) -> None:
         reader.problems.add(reader.place(f"{path}.friction"), f"{path}.friction.{given}", sentence)
     if given:
         return
-    if site.kind == "revolute" and not reader.there(radius):
+    if site.kind == "revolute" and not reader.is_given(radius):
         sentence = "is missing; friction in a pin is a torque, coefficient x reaction x radius; for example: 10 mm"
         reader.problems.add(reader.place(f"{path}.friction"), radius, sentence)
-    if site.kind == "guide" and reader.there(radius):
+    if site.kind == "guide" and reader.is_given(radius):
         reader.problems.add(
             reader.place(radius), radius, f"{joint} is a guide, in which friction is a force; leave it out"
         )
@@ -140,7 +140,7 @@ def _elastic(reader: Reader, body: str) -> None:
     path = f"{section}.elastic"
     if path not in reader.shape:
         return
-    if 0.0 in reader.reached(f"{section}.mass"):
+    if 0.0 in reader.values_of(f"{section}.mass"):
         sentence = "found 0; an elastic link is a bar of this mass: write one above 0, or leave `elastic` out"
         reader.problems.add(reader.place(f"{section}.mass"), f"{section}.mass", sentence)
     ends = [f"{body}.{reader.values.get(f'{path}.between.{k}')}" for k in range(2)]
@@ -174,8 +174,8 @@ def _sticking(reader: Reader, path: str, sticking: set[str]) -> None:
 
 def _flanges(reader: Reader, joint: str) -> None:
     """Check that a journal fits between its flanges."""
-    longest, lengths = reader.reached(f"{joint}.journal_length"), reader.reached(f"{joint}.length")
-    play = reader.reached(f"{joint}.axial_clearance")
+    longest, lengths = reader.values_of(f"{joint}.journal_length"), reader.values_of(f"{joint}.length")
+    play = reader.values_of(f"{joint}.axial_clearance")
     if not (longest and lengths and play) or max(longest) < min(lengths) + 2.0 * min(play):
         return
     sentence = (
@@ -192,14 +192,14 @@ def _guides(reader: Reader) -> None:
         if site.kind not in ("guide", "slot") or not isinstance(reader.shape.get(path), Section):
             continue
         inertia = "mechanism.slider.inertia"
-        if site.kind == "guide" and inertia in reader.shape and not reader.there(inertia):
+        if site.kind == "guide" and inertia in reader.shape and not reader.is_given(inertia):
             sentence = f"is missing; with clearance in {site.name} the slider turns; for example: 1e-4 kg*m^2"
             reader.problems.add(reader.place("mechanism.slider"), inertia, sentence)
         worn = (other for other in reader.shape if other.endswith(".wear") and other.startswith("joints."))
         for other in worn if site.kind == "guide" else ():
             sentence = f"is not computed with clearance in {site.name}, a {site.kind}; leave it out"
             reader.problems.add(reader.place(other), other, sentence)
-        if "seated" in reader.reached("simulate.start"):
+        if "seated" in reader.values_of("simulate.start"):
             sentence = f"cannot be seated with clearance in {site.name}; leave it out, or write centred"
             reader.problems.add(reader.place("simulate.start"), "simulate.start", sentence)
 
@@ -226,12 +226,14 @@ def _sizes(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that length and radius are given and that the film's laws are valid for them."""
     length, radius, law = f"{joint}.length", f"{joint}.bearing_radius", f"{joint}.film.law"
     for path, example in ((length, "length along the pin, such as 40 mm"), (radius, "bearing's radius, such as 20 mm")):
-        if not reader.there(path):
+        if not reader.is_given(path):
             reader.problems.add(reader.place(f"{joint}.film"), path, f"is missing; a film needs the {example}")
-    lengths, radii = reader.reached(length), reader.reached(radius)
+    lengths, radii = reader.values_of(length), reader.values_of(radius)
     if law in reader.unsure or not lengths or not radii:
         return
-    pairs = list(zip(lengths, radii, strict=False)) if reader.in_step(length, radius) else _extremes(lengths, radii)
+    pairs = (
+        list(zip(lengths, radii, strict=False)) if reader.vary_in_step(length, radius) else _extremes(lengths, radii)
+    )
     for chosen in (chosen for chosen in catalogue.of("film") if chosen.name in reader.names[law]):
         _slenderness(reader, joint, chosen, [axial_length / (2.0 * radius) for axial_length, radius in pairs])
 
@@ -246,7 +248,7 @@ def _slenderness(reader: Reader, joint: str, law: Law, values: list[float]) -> N
     limits = ((limit, value) for limit in law.ranges for value in values if not limit.contains(value))
     limit, value = next(limits, (None, 0.0))
     if limit:
-        left_out = not reader.there(f"{joint}.film.law")
+        left_out = not reader.is_given(f"{joint}.film.law")
         law_text = f"film '{law.name}'{', the law where none is written,' if left_out else ''}"
         range_text = f"{limit.low:g} to {limit.high:g}" if limit.low else f"at most {limit.high:g}"
         reader.problems.add(
@@ -264,20 +266,20 @@ def _heat(reader: Reader, film: str) -> None:
     oil, balance, temperature = f"{film}.viscosity", f"{film}.thermal", f"{film}.temperature"
     if oil not in reader.sections:
         for path in (balance, temperature):
-            if reader.there(path):
+            if reader.is_given(path):
                 sentence = (
                     "has no effect, because the viscosity is constant; use viscosity: {at_40C: 46 mm^2/s, "
                     "at_100C: 6.8 mm^2/s, density: 870 kg/m^3}"
                 )
                 reader.problems.add(reader.place(path), path, sentence)
         return
-    cold, warm = reader.reached(f"{oil}.at_40C"), reader.reached(f"{oil}.at_100C")
+    cold, warm = reader.values_of(f"{oil}.at_40C"), reader.values_of(f"{oil}.at_100C")
     if cold and warm and max(warm) >= min(cold):
         sentence = f"found {max(warm):.4g} m^2/s; allowed: below {min(cold):.4g}, at_40C: oil thins as it warms up"
         reader.problems.add(reader.place(f"{oil}.at_100C"), f"{oil}.at_100C", sentence)
-    if reader.there(balance) == reader.there(temperature):
+    if reader.is_given(balance) == reader.is_given(temperature):
         sentence = "is missing; for example: temperature: 60 degC, or thermal: {conductance: 20 W/K, ambient: 40 degC}"
-        if reader.there(balance):
+        if reader.is_given(balance):
             sentence = "conflicts with `thermal`, which determines it; remove one of the two"
         reader.problems.add(reader.place(film), temperature, sentence)
 
@@ -285,7 +287,7 @@ def _heat(reader: Reader, film: str) -> None:
 def _modulus(reader: Reader, joint: str) -> None:
     """Check that asperity contact has a modulus."""
     law, modulus = f"{joint}.film.transition.law", f"{joint}.film.transition.modulus"
-    is_known = reader.there(modulus) or reader.there(f"{joint}.contact.material")
+    is_known = reader.is_given(modulus) or reader.is_given(f"{joint}.contact.material")
     if law in reader.shape and "greenwood-tripp" in reader.names[law] and not is_known:
         sentence = "is missing; write E* of both bodies, such as 114 GPa for steel, or contact.material"
         reader.problems.add(reader.place(f"{joint}.film"), modulus, sentence)
@@ -294,7 +296,7 @@ def _modulus(reader: Reader, joint: str) -> None:
 def _nothing_behind(reader: Reader, joint: str) -> None:
     """Check that a joint without dry contact has no keys of a dry contact."""
     for part in ("friction", "wear", "film.transition"):
-        if f"{joint}.{part}" in reader.sections and reader.there(f"{joint}.{part}"):
+        if f"{joint}.{part}" in reader.sections and reader.is_given(f"{joint}.{part}"):
             path = f"{joint}.{part}"
             if part == "film.transition" and not _written(reader, joint):
                 continue
@@ -316,7 +318,7 @@ def _beside_films(reader: Reader, joint: str, catalogue: Catalogue) -> None:
         for law in sorted(reader.names[path] & sticking):
             sentence = f"{law} sticks, which is not available with the film of {joint}; choose another"
             reader.problems.add(reader.place(path), path, sentence)
-    if "seated" in reader.reached("simulate.start"):
+    if "seated" in reader.values_of("simulate.start"):
         sentence = (
             f"cannot be seated in the film of {joint}, which carries no load at rest; remove the key, or use centred"
         )

@@ -62,7 +62,7 @@ def read_keys(
     put_label_lists(reader)
     read_check_laws(reader, root)
     put_fit_clearances(reader, lambda path: values_before_reading(reader, path))
-    reader.taken = {item.path: item for item in library_values if item.path not in reader.varied_numbers}
+    reader.library_values = {item.path: item for item in library_values if item.path not in reader.varied_numbers}
     put_wear_units(reader)
     find_seek(reader, root, tree, lambda path: values_before_reading(reader, path))
     find_added_cases(reader, root, (*_SEARCHES, CHECK_LAWS))

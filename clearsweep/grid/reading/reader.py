@@ -33,16 +33,16 @@ class Reader:
     broken: set[str] = field(default_factory=set)  # paths of sections that could not be read
     values: dict[str, Any] = field(default_factory=dict)  # in SI; includes defaults of words
     axes: dict[str, tuple[Any, ...]] = field(default_factory=dict)
-    way: dict[str, str] = field(default_factory=dict)  # varied path -> the section that varies it
+    varied_by: dict[str, str] = field(default_factory=dict)  # varied path -> the section that varies it
     sample: Sample | None = None
     drawn: tuple[str, ...] = ()  # the paths under `sample`
     distributions: dict[str, Distribution] = field(default_factory=dict)
     fits: dict[str, list[Fit]] = field(default_factory=dict)  # path of a clearance -> its fits as written
     labels: dict[str, tuple[str, ...]] = field(default_factory=dict)  # path of an axis -> the labels of its values
-    taken: dict[str, Taken] = field(default_factory=dict)  # path of a number -> the value taken from a library
+    library_values: dict[str, Taken] = field(default_factory=dict)  # path of a number -> the value taken from a library
     figures: dict[str, str] = field(default_factory=dict)  # figure of merit of the cases -> unit
     limits: dict[str, Any] = field(default_factory=dict)  # as in a resolved grid; see `verdict`
-    among: tuple[Fit, ...] = ()  # the fits to search, in order of their largest clearances
+    searched_fits: tuple[Fit, ...] = ()  # the fits to search, in order of their largest clearances
     seek: Any = None  # `seek.Seek`
     choices: dict[str, str] = field(default_factory=dict)  # path under `optimise` -> kind of its values
     optimise: Any = None  # `optimised.Optimise`
@@ -63,7 +63,7 @@ class Reader:
             path = path.rpartition(".")[0]
         return self.swept.get(path) or self.written.get(path) or self.sections[path]
 
-    def said(self, path: str, value: Any) -> str:
+    def text(self, path: str, value: Any) -> str:
         """Return a value of `path` as it was written, or in SI if it follows from other values."""
         node = self.shape.get(path)
         unit = node.fields(self.names)[0].unit if isinstance(node, Number) and node.used(self.names) else "1"
@@ -80,24 +80,24 @@ class Reader:
         """Return the paths on an axis, and those of numbers that follow from the name of a varied material."""
         return {*self.swept, *(path for material in self.materials.values() for path in material.follow)}
 
-    def there(self, path: str) -> bool:
+    def is_given(self, path: str) -> bool:
         """Return whether a value or a section is written or swept."""
         return path in self.written or path in self.swept or path in self.sections
 
-    def in_step(self, *paths: str) -> bool:
+    def vary_in_step(self, *paths: str) -> bool:
         """Return whether these paths vary in step, row by row."""
         follow = self.defined.follow
         if all(path in follow for path in paths):  # both follow one name, so they vary together
             return len({self.defined.varied_in(follow[path]) for path in paths}) == 1
-        ways = {self.way.get(path) for path in paths}
+        ways = {self.varied_by.get(path) for path in paths}
         return len(ways) == 1 and ways.isdisjoint((None, "sweep", "seek"))
 
-    def reached(self, path: str) -> tuple[Any, ...]:
+    def values_of(self, path: str) -> tuple[Any, ...]:
         """Return every value of `path`: its axis, written value or default, or () if unknown or left out."""
         if path in self.swept:
             return self.axes.get(path, ())
         if path in self.defined.follow:
-            return self.defined.reached(path, self.axes, self.way)
+            return self.defined.reached(path, self.axes, self.varied_by)
         if any(path in material.follow for material in self.materials.values()):
             return tuple(material_values(path, self.materials, self.axes))
         if path in self.values:

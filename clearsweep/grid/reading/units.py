@@ -45,7 +45,9 @@ def written_units(reader: Reader) -> dict[str, WrittenUnit]:
     Values without a unit, expressions, fits and names of library entries are left out.
     """
     units = {}
-    among_fits = {path for path, variation in reader.way.items() if variation == "seek"} if reader.among else set()
+    among_fits = (
+        {path for path, variation in reader.varied_by.items() if variation == "seek"} if reader.searched_fits else set()
+    )
     for path, node in reader.shape.items():
         written = reader.swept.get(path) or reader.written.get(path)
         if not isinstance(node, Number) or not node.fields(reader.names) or written is None:

@@ -35,7 +35,7 @@ def read_word_key(reader: Reader, path: str, node: Word) -> None:
         value = read_word(reader.written[path])
         values = () if value is None else (value,)
     elif node.default is not None:
-        conditional = node.rather and node.rather.contains(reader.there, reader.names)
+        conditional = node.rather and node.rather.contains(reader.is_given, reader.names)
         values = (node.rather.word if node.rather and conditional else node.default,)
     if path in reader.swept:
         _enter_axis(reader, path, Reading(read_word, ""))
@@ -172,11 +172,11 @@ def values_before_reading(reader: Reader, path: str) -> tuple[float, ...]:
         reader.written,
         reader.swept,
         reader.names,
-        way=reader.way,
+        varied_by=reader.varied_by,
     )
     if isinstance(node, Number) and (path in reader.written or path in reader.swept):
         read_number(quiet, path, node)
-    return quiet.reached(path)
+    return quiet.values_of(path)
 
 
 def _from_material(reader: Reader, path: str, missing: Field) -> bool:

@@ -99,7 +99,7 @@ def put_law_axis(reader: Reader, path: str) -> None:
     if reader.check_laws and path.endswith(_CHECKED) and path not in reader.swept and path in reader.values:
         location = reader.place(path)
         reader.swept[path] = WrittenValue(reader.values[path], location.origin, location.line, location.column)
-        reader.way[path] = "sweep"
+        reader.varied_by[path] = "sweep"
         reader.axes[path] = (reader.values.pop(path),)
         if path in reader.added_written:
             reader.added_cases[path] = [item.value for item in reader.added_written[path].value]

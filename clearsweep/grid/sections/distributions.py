@@ -266,14 +266,14 @@ FROM_FIT = {
 }
 
 
-def forms() -> dict[str, str]:
+def parameter_forms() -> dict[str, str]:
     """Return name -> form of the parameters, of every law."""
     return {kind.name: kind.form for kind in LAWS.values()}
 
 
 def forms_text() -> str:
     """Return every law as a grid has it, for messages: `{uniform: [low, high]}, ...`."""
-    return ", ".join(f"{{{name}: {form}}}" for name, form in forms().items())
+    return ", ".join(f"{{{name}: {form}}}" for name, form in parameter_forms().items())
 
 
 def read_distribution(problems: Problems, where: str, written: WrittenValue, reading: Reading) -> Distribution | None:

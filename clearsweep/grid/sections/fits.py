@@ -98,14 +98,14 @@ class _Reader:
 
     def numbers(self, written: WrittenValue) -> WrittenValue:
         """Return a written axis with its fits replaced by radial clearances (m)."""
-        if self.grid_reader.way.get(self.path) == "sample":
+        if self.grid_reader.varied_by.get(self.path) == "sample":
             return _replaced(written, self._spread(written))
         items = written.value
         if isinstance(items, dict):
             if set(items) != {"fits"} or not isinstance(items["fits"].value, list):
                 raise _WrongFitError(written, f"found {shown(items)}; expected {{fits: [H7/g6, H7/f7]}}")
             items = [_replaced(item, {"fit": item}) for item in items["fits"].value]
-        in_step = self.radius in self.grid_reader.swept and self.grid_reader.in_step(self.path, self.radius)
+        in_step = self.radius in self.grid_reader.swept and self.grid_reader.vary_in_step(self.path, self.radius)
         radii = [self.radii[row : row + 1] if in_step else self.radii for row in range(len(items))]
         return _replaced(written, list(map(self._mean, items, radii)))
 

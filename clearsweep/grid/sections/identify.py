@@ -135,10 +135,10 @@ def read_identify(reader: Reader, root: WrittenValue) -> Identify | None:
     The signals have no units yet; `check` gives them, when the channels are known.
     """
     section = section_in(root, IDENTIFY)
-    paths = [path for path, variation in reader.way.items() if variation == IDENTIFY]
+    paths = [path for path, variation in reader.varied_by.items() if variation == IDENTIFY]
     if section is None or not isinstance(section.value, dict):
         return None
-    noted = len(reader.problems)
+    problems_before = len(reader.problems)
     for path in reader.axes.keys() & {*paths}:
         check_range(reader, path, IDENTIFY)
         check_always_used(reader, reader.swept[path], IDENTIFY, path)
@@ -149,7 +149,7 @@ def read_identify(reader: Reader, root: WrittenValue) -> Identify | None:
         location = reader.place("save.orbits")
         sentence = f"found {reader.values.get('save.orbits')}; `identify` needs last: it compares time histories"
         reader.problems.add(location, "save.orbits", sentence)
-    if cases is None or seed is None or not signals or len(reader.problems) > noted:
+    if cases is None or seed is None or not signals or len(reader.problems) > problems_before:
         return None
     if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
         return None
@@ -214,8 +214,8 @@ def put_saved_signals(reader: Reader) -> None:
         reader.values["save.samples"] = int(min(max(features.SAMPLES, 2.0 * densest), FINEST))
     if "save.revolutions" not in reader.written:
         samples = reader.values["save.samples"]
-        total = min(reader.reached("simulate.revolutions") or (10.0,))
-        kept_turns = total - max(reader.reached("simulate.discard") or (2.0,))
+        total = min(reader.values_of("simulate.revolutions") or (10.0,))
+        kept_turns = total - max(reader.values_of("simulate.discard") or (2.0,))
         reader.values["save.revolutions"] = float(max(min(kept_turns, max(SAVED // samples, LEAST_TURNS)), 1))
     if CHANNELS not in reader.written:
         reader.values[CHANNELS] = list(dict.fromkeys(signal.channel for signal in reader.identify.signals))
@@ -223,7 +223,7 @@ def put_saved_signals(reader: Reader) -> None:
 
 def crank_rate(reader: Reader) -> float | None:
     """Return the speed of the crank (rad/s), or None if it is not one number."""
-    speeds = reader.reached("drive.speed")
+    speeds = reader.values_of("drive.speed")
     return float(speeds[0]) if len(speeds) == 1 and speeds[0] else None
 
 

@@ -167,17 +167,17 @@ def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | 
 def read_optimise(reader: Reader, root: WrittenValue) -> Optimise | None:
     """Return the section `optimise`, the axes being read already, or None if it is missing or wrong."""
     section = section_in(root, OPTIMISE)
-    paths = [path for path, way in reader.way.items() if way == OPTIMISE]
+    paths = [path for path, way in reader.varied_by.items() if way == OPTIMISE]
     if section is None or not isinstance(section.value, dict):
         return None
-    noted = len(reader.problems)
+    problems_before = len(reader.problems)
     for path in reader.axes.keys() & {*paths}:
         check_range(reader, path, OPTIMISE)
         check_always_used(reader, reader.swept[path], OPTIMISE, path)
     objectives = _objectives(reader, section)
     numbers = OPTIMISE_SECTION.read(reader.problems, section)
     cases, seed = numbers["cases"], numbers["seed"]
-    if cases is None or seed is None or not objectives or len(reader.problems) > noted:
+    if cases is None or seed is None or not objectives or len(reader.problems) > problems_before:
         return None
     if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
         return None
@@ -228,7 +228,7 @@ def start_of(reader: Reader, over: Mapping[str, Choice]) -> dict[str, Any]:
             return {}
         value: Any = written.value
         if isinstance(node, Number):
-            exponents = reader.reached(f"{path.rpartition('.')[0]}.exponent")
+            exponents = reader.values_of(f"{path.rpartition('.')[0]}.exponent")
             unit = quantity.exponent_of(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
             value = quantity.read(value, unit)
         inside = value in choice.values if choice.kind == AMONG else choice.values[0] <= value <= choice.values[-1]

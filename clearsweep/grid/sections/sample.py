@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ...language.errors import shown
 from ..written.document import Problems, WrittenValue
-from .distributions import FROM_FIT, forms
+from .distributions import FROM_FIT, parameter_forms
 from .section import FIT_FORM, FIT_NAME, Key, KeySection, named_forms
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ SAMPLE_SECTION = KeySection(
                 "type": "object",
                 "minProperties": 1,
                 "additionalProperties": {
-                    "anyOf": [*named_forms({k: {"description": v} for k, v in forms().items()}), _FIT_FORM]
+                    "anyOf": [*named_forms({k: {"description": v} for k, v in parameter_forms().items()}), _FIT_FORM]
                 },
             },
         ),

@@ -30,11 +30,11 @@ FITS_FORM: dict[str, Any] = {
 NAMES = {"anyOf": [{"type": "string"}, {"type": "array", "minItems": 1, "items": {"type": "string"}}]}
 
 
-def named_forms(forms: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
+def named_forms(schemas: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Return the schemas of sections with a single key each: key -> schema of its value."""
     return [
         {"type": "object", "required": [key], "additionalProperties": False, "properties": {key: form}}
-        for key, form in forms.items()
+        for key, form in schemas.items()
     ]
 
 

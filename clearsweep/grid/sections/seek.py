@@ -161,20 +161,20 @@ def _among(
     results = fits_among(reader, [path.value for path in paths], content["fits"].value, values_of)
     if results is None:
         return None
-    reader.among = tuple(sorted(results, key=lambda fit: fit.high))
+    reader.searched_fits = tuple(sorted(results, key=lambda fit: fit.high))
     index = among.origin, among.line, among.column
-    values = [WrittenValue(f"{fit.high!r} m", *index, by_name=True) for fit in reader.among]
+    values = [WrittenValue(f"{fit.high!r} m", *index, by_name=True) for fit in reader.searched_fits]
     return paths, WrittenValue(values, among.origin, among.line, among.column)
 
 
 def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Seek | None:
     """Return the section `seek`, its axis being read already, or None if it is missing or wrong."""
     section = section_in(root, SEEK)
-    paths = tuple(path for path, variation in reader.way.items() if variation == SEEK)
+    paths = tuple(path for path, variation in reader.varied_by.items() if variation == SEEK)
     if section is None or not paths or not set(paths) <= reader.axes.keys():
         return None
     path = paths[0]
-    content, noted = section.value, len(reader.problems)
+    content, problems_before = section.value, len(reader.problems)
     (sense,) = [sense for sense in SEEK_ENDS if sense in content]
     low, high = reader.axes[path][0], reader.axes[path][-1]
     for other_path in paths[1:]:
@@ -183,7 +183,7 @@ def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> 
             reader.problems.add(
                 content[sense], f"{SEEK}.{sense}", f"{other_path} is {units}; paths in step have one unit"
             )
-    if low >= high and not reader.among:
+    if low >= high and not reader.searched_fits:
         reader.problems.add(content["between"], f"{SEEK}.between", "the first value is not below the second; swap them")
     if not limits:
         reader.problems.add(section, SEEK, "there are no limits to meet; write the section 'limits'")
@@ -191,11 +191,11 @@ def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> 
     for other_path in reader.axes:
         check_always_used(reader, content[sense], SEEK, other_path)
     item = words["for"] == SEEK_FOR[0]
-    if reader.among:
-        fits = Seek(sense, paths, (low, high), 0.0, item, reader.among)
-        return fits if len(reader.problems) == noted else None
+    if reader.searched_fits:
+        fits = Seek(sense, paths, (low, high), 0.0, item, reader.searched_fits)
+        return fits if len(reader.problems) == problems_before else None
     tolerance = _within(reader, section, path)
-    if tolerance is None or len(reader.problems) > noted:
+    if tolerance is None or len(reader.problems) > problems_before:
         return None
     if not (high - low) / 2.0**FINEST < tolerance <= (high - low) / FIRST_STRETCHES:
         smallest, largest = (
@@ -223,7 +223,7 @@ def _within(reader: Reader, section: WrittenValue, path: str) -> float | None:
 def _unit(reader: Reader, path: str) -> str:
     node = reader.shape[path]
     assert isinstance(node, Number)  # others cannot be searched for
-    exponents = reader.reached(f"{path.rpartition('.')[0]}.exponent")
+    exponents = reader.values_of(f"{path.rpartition('.')[0]}.exponent")
     return quantity.exponent_of(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
 
 
@@ -260,7 +260,7 @@ class Refine(NamedTuple):
 
 def read_refine(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Refine | None:
     """Return the section `refine`, the axes being read already, or None if it is missing or wrong."""
-    noted = len(reader.problems)
+    problems_before = len(reader.problems)
     section = REFINE_SECTION.find(reader.problems, root)
     if section is None:
         return None
@@ -269,14 +269,14 @@ def read_refine(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -
         reader.problems.add(section, REFINE, sentence)
     if not limits:
         reader.problems.add(section, REFINE, "needs limits, whose border it refines; add `limits`")
-    paths = tuple(path for path in reader.axes if reader.way[path] == "sweep" and _divisible(reader, path))
+    paths = tuple(path for path in reader.axes if reader.varied_by[path] == "sweep" and _divisible(reader, path))
     if not paths:
         sentence = "no cases can be added between the cases: `sweep` at least one quantity with two or more values"
         reader.problems.add(section, REFINE, sentence)
     for path in reader.axes:
         check_always_used(reader, section, REFINE, path)
     cases = REFINE_SECTION.read(reader.problems, section)["cases"]
-    return None if cases is None or len(reader.problems) > noted else Refine(cases, paths)
+    return None if cases is None or len(reader.problems) > problems_before else Refine(cases, paths)
 
 
 def _divisible(reader: Reader, path: str) -> bool:

@@ -12,7 +12,7 @@ from ..keys.run_keys import LIFE
 from ..reading.reader import Reader
 from ..written.document import WrittenValue
 from .axes import Reading
-from .distributions import LAWS, Distribution, distribution_of, forms, forms_text, read_distribution
+from .distributions import LAWS, Distribution, distribution_of, forms_text, parameter_forms, read_distribution
 from .section import NameSection, named_forms
 
 UNCERTAIN, FACTOR, PUBLISHED = "uncertain", "factor", "published"
@@ -32,7 +32,7 @@ UNCERTAIN_SECTION = NameSection(
             *named_forms(
                 {
                     FACTOR: {"type": "number", "exclusiveMinimum": 1, "maximum": LARGEST_FACTOR},
-                    **{name: {"description": form} for name, form in forms().items()},
+                    **{name: {"description": form} for name, form in parameter_forms().items()},
                 }
             ),
             {"const": PUBLISHED},
@@ -89,7 +89,7 @@ def _spread(reader: Reader, path: str, written: WrittenValue) -> dict[str, Any] 
         reader.problems.add(written.value[FACTOR], f"{where}.{FACTOR}", sentence)
         return None
     if written.value == PUBLISHED:
-        library_value = reader.taken.get(path)
+        library_value = reader.library_values.get(path)
         if library_value is None:
             sentence = f"needs the range of a wear pair; write `{path.rpartition('.')[0]}.pair`, or a distribution"
             reader.problems.add(written, where, sentence)

@@ -54,7 +54,7 @@ def find_variations(reader: Reader, root: WrittenValue, complete: Shape, fixed: 
             if path not in fixed:
                 _enter(reader, variation, path, written.key_place(path), values, complete)
         if variation == "sample":
-            drawn_paths = [path for path in reader.swept if reader.way[path] == "sample"]
+            drawn_paths = [path for path in reader.swept if reader.varied_by[path] == "sample"]
             reader.drawn = tuple(drawn_paths)
             reader.sample = read_sample(reader.problems, section, len(drawn_paths)) if drawn_paths else None
 
@@ -97,7 +97,7 @@ def _enter(reader: Reader, variation: str, path: str, key: WrittenValue, values:
     free_paths = [path for path, node in reader.shape.items() if not isinstance(node, Section) and node.sweep]
     parent, node = path.rpartition(".")[0], reader.shape.get(path)
     if path in reader.swept:
-        sentence = f"is under '{reader.way[path]}' already; a value varies in one way only; remove one of the two"
+        sentence = f"is under '{reader.varied_by[path]}' already; a value varies in one way only; remove one of the two"
         reader.problems.add(key, where, sentence)
     elif path in free_paths and variation == "sample" and isinstance(node, Word):
         reader.problems.add(key, where, "is a law's name, which cannot be drawn; write it under `sweep`")
@@ -111,7 +111,7 @@ def _enter(reader: Reader, variation: str, path: str, key: WrittenValue, values:
     elif path in free_paths and variation == "sample" and path.endswith(".exponent"):
         reader.problems.add(key, where, "cannot be drawn, because units depend on it; write it under `sweep`")
     elif path in free_paths:
-        reader.swept[path], reader.way[path] = values, variation
+        reader.swept[path], reader.varied_by[path] = values, variation
     elif isinstance(node, Section):
         inside = [other_path for other_path in free_paths if other_path.startswith(f"{path}.")]
         is_named = isinstance(complete.get(f"{path}.name"), Name) and path.rpartition(".")[2] in (*BODIES, "material")
@@ -152,7 +152,7 @@ def _sections(path: str) -> list[str]:
 
 def values_of_axis(reader: Reader, path: str, reading: Reading) -> list[Any] | None:
     """Return the values of a varied path, or None if they are invalid."""
-    variation, written = reader.way[path], reader.swept[path]
+    variation, written = reader.varied_by[path], reader.swept[path]
     where = _where(variation, path)
     if path in reader.added_written:
         added_values = axis(
@@ -180,7 +180,7 @@ def values_of_axis(reader: Reader, path: str, reading: Reading) -> list[Any] | N
 def axes_in_step(reader: Reader) -> tuple[tuple[str, ...], ...]:
     """Return the paths that vary in step, by section."""
     joint_groups = [
-        tuple(path for path in reader.axes if reader.way[path] == variation) for variation in (*WAYS[1:], SEEK)
+        tuple(path for path in reader.axes if reader.varied_by[path] == variation) for variation in (*WAYS[1:], SEEK)
     ]
     joint_groups[-1] = joint_groups[-1] if len(joint_groups[-1]) > 1 else ()
     return tuple(paths for paths in joint_groups if paths)
@@ -189,7 +189,7 @@ def axes_in_step(reader: Reader) -> tuple[tuple[str, ...], ...]:
 def check_variations(reader: Reader) -> None:
     """Report axes in step of different length, and values that varied law names do not use."""
     for paths in axes_in_step(reader):
-        variation, first_path = reader.way[paths[0]], paths[0]
+        variation, first_path = reader.varied_by[paths[0]], paths[0]
         uneven = [path for path in paths if len(reader.axes[path]) != len(reader.axes[first_path])]
         for path in uneven:
             hint = f" (line {reader.swept[first_path].line})" if reader.swept[first_path].line else ""
@@ -220,13 +220,13 @@ def _always_used(reader: Reader, path: str) -> None:
     """Report a value in step that some varied law names do not use: it is unclear which rows would count."""
     node = value_key(reader.shape, path)
     varied_choosers = [other_path for other_path in node.choosers() if other_path in reader.axes]
-    if all(reader.way[other_path] in EACH for other_path in (path, *varied_choosers)):
+    if all(reader.varied_by[other_path] in EACH for other_path in (path, *varied_choosers)):
         return
     for choice in product(*(sorted(reader.names[other_path]) for other_path in varied_choosers)):
         names = reader.names | {other_path: {name} for other_path, name in zip(varied_choosers, choice, strict=True)}
         if not node.used(names):
             sentence = f"is not used by {' and '.join(choice)}; in step or drawn, every law that is tried has to use it"
-            reader.problems.add(reader.swept[path], _where(reader.way[path], path), sentence)
+            reader.problems.add(reader.swept[path], _where(reader.varied_by[path], path), sentence)
             return
 
 
@@ -253,7 +253,7 @@ _WAYS = ("sweep", "zip", "cases")  # sections whose axes may have labels
 def put_label_lists(reader: Reader) -> None:
     """Put the list of its values in place of each axis with labels, and note the labels."""
     for path, written in list(reader.swept.items()):
-        if reader.way[path] in _WAYS and _labelled(written):
+        if reader.varied_by[path] in _WAYS and _labelled(written):
             _put_list(reader, path, written)
 
 
@@ -272,7 +272,7 @@ def _is_single(item: WrittenValue) -> bool:
 
 def _put_list(reader: Reader, path: str, written: WrittenValue) -> None:
     """Put a list in place of one axis with labels; a mistake is noted, and the axis has no labels then."""
-    where = f"{reader.way[path]}.{path}"
+    where = f"{reader.varied_by[path]}.{path}"
     invalid = {name: sentence for name in written.value if (sentence := _label_mistake(name))}
     if not isinstance(reader.shape[path], Number):
         sentence = "is a word, which is its own label: write a list such as [a, b] (labels are for numbers)"
@@ -305,8 +305,8 @@ def labels_of_axes(reader: Reader) -> dict[str, dict[str, Any]]:
 
     Fits that are searched are the labels of their largest clearances.
     """
-    paths = reader.seek.paths if reader.among and reader.seek else ()
-    labels = {path: {fit.name: fit.high for fit in reader.among} for path in paths}
+    paths = reader.seek.paths if reader.searched_fits and reader.seek else ()
+    labels = {path: {fit.name: fit.high for fit in reader.searched_fits} for path in paths}
     for path, names in reader.labels.items():
         values = reader.axes.get(path, ())
         if len(values) < len(names):
@@ -314,7 +314,7 @@ def labels_of_axes(reader: Reader) -> dict[str, dict[str, Any]]:
         labels[path] = dict(zip(names, values, strict=False))
         if len(set(labels[path].values())) < len(names):  # of axes in step, whose values may repeat
             sentence = "has one value under two labels; write values that repeat as a list"
-            reader.problems.add(reader.swept[path], f"{reader.way[path]}.{path}", sentence)
+            reader.problems.add(reader.swept[path], f"{reader.varied_by[path]}.{path}", sentence)
     return labels
 
 
@@ -346,7 +346,7 @@ def check_followers(reader: Reader) -> None:
             sentence = f"{whose}; a whole number cannot: use names that are not varied"
             reader.problems.add(reader.place(path), path, sentence)
             continue
-        invalid = [(field, value) for value in reader.reached(path) for field in fields if not field.contains(value)]
+        invalid = [(field, value) for value in reader.values_of(path) for field in fields if not field.contains(value)]
         for field, value in invalid[:1]:
             sentence = f"= {text} comes to {value:.6g}, out of range; allowed: {field.allowed(value)}"
             reader.problems.add(reader.swept[f"{START}{name}"], path, sentence)

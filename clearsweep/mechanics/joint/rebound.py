@@ -46,12 +46,13 @@ def hysteresis_rebound(chi: float) -> float:
     """
     if chi < 1e-4:
         return 1.0 - chi * (2.0 / 3.0 - chi * (4.0 / 9.0 - chi * 44.0 / 135.0))
-    from scipy.optimize import brentq
-
     loss = approach_loss(chi)
-    # with 1 - chi e = exp(-s) the root s of expm1(-s) + s = loss lies in (0, loss + 1)
-    s = brentq(lambda s: math.expm1(-s) + s - loss, 0.0, loss + 1.0, xtol=1e-16, rtol=1e-15)
-    return -math.expm1(-s) / chi
+    # with 1 - chi e = exp(-s) the root s of expm1(-s) + s = loss is below loss + 1; the left side is convex, so that
+    # Newton's method falls towards the root
+    s, larger = loss + 1.0, math.inf
+    while s < larger:
+        s, larger = s + (math.expm1(-s) + s - loss) / math.expm1(-s), s
+    return -math.expm1(-larger) / chi
 
 
 def approach_hysteresis_rebound(chi: float) -> float:

@@ -262,7 +262,7 @@ def resolved(study: Study, case_ids: Iterable[str]) -> list[Case]:
         tried = next(axis.values for axis in study.axes if axis.path == path)
         ends = tried if isinstance(tried[0], str) else dict.fromkeys((tried[0], tried[-1]))
         varied["sweep"] = varied.get("sweep", {}) | {path: list(ends)}
-    loaded = grid.load(varied, simulation.catalogue())
+    loaded = study.cases.once(("resolved",), lambda: grid.load(varied, simulation.catalogue()))
     return [loaded.case_at({axis.path: study.value(case_id, axis.path) for axis in study.axes}) for case_id in case_ids]
 
 

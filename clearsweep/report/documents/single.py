@@ -26,7 +26,7 @@ ENDINGS = (".html", ".png", ".svg", ".csv")
 def show(run: StoredRun, case_id: str, out: Path) -> Path:
     """Simulate a case of a run again and draw it, as HTML, PNG or SVG by the ending of `out`; return `out`.
 
-    As CSV the file has the forces of the pins over time.
+    As CSV the file has the forces in the joints over time.
     """
     if out.suffix.lower() not in ENDINGS:
         raise InputError(f"{out}: cannot write a file that ends in {out.suffix!r}; use one of {', '.join(ENDINGS)}")
@@ -36,10 +36,12 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
     if max(study.cases.place(case_id), study.failed.place(case_id)) < 0:
         raise InputError(f"no case {case_id!r} in this run; the column case_id of summary.parquet lists them")
     with phases.phase(f"simulating case {wording.short_id(case_id)}"):
-        result = simulation.solve(to_draw(study, case_id))
+        case = to_draw(study, case_id)
+        result = simulation.solve(case)
     out.parent.mkdir(parents=True, exist_ok=True)
     if out.suffix.lower() == ".csv":
-        forces = pin_forces.pin_forces(result.channels, study.joints)
+        with phases.phase("forces in the joints"):
+            forces = pin_forces.all_forces(case, result.channels, study.joints)
         durable.replace(out, forces.to_csv(index=False, lineterminator="\n").encode())
         return out
     pictures = drawn(study, case_id, result)

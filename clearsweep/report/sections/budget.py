@@ -1,6 +1,5 @@
 """An error budget: effects of single unknowns on the force peak, from a base case and one-at-a-time changes."""
 
-import itertools
 from collections import Counter
 from typing import NamedTuple
 
@@ -70,11 +69,13 @@ def designed(study: Study) -> tuple[str, list[Unknown]] | None:
     same = differs.index[~differs.any(axis=1)]
     if len(same) != 1:
         return None
+    changes = np.unique(differs.to_numpy()[differs.index != same[0]], axis=0)
+    if (changes.sum(axis=0) > 1).any():  # an axis of two groups: cases change several unknowns
+        return None
     groups: dict[tuple[str, ...], list[str]] = {}
     for case_id, row in differs.drop(index=same[0]).iterrows():
         groups.setdefault(tuple(row.index[row]), []).append(str(case_id))
-    paths = list(itertools.chain(*groups))
-    if len(groups) < LEAST or len(set(paths)) < len(paths):  # an axis of two groups: cases change several unknowns
+    if len(groups) < LEAST:
         return None
     by_path = {axis.path: axis for axis in axes}
     unknowns = [Unknown(tuple(by_path[path] for path in group), tuple(ids)) for group, ids in groups.items()]

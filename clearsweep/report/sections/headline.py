@@ -195,7 +195,8 @@ def _best_by_speed(study: Study) -> Table:
     known = np.where(np.isfinite(forces), study.places(speed), -1)
     for value, cases in zip(speed.values, grouped(known, len(speed.values)), strict=True):
         if len(cases):
-            ends += [(value, "least", cases[forces[cases].argmin()]), (value, "most", cases[forces[cases].argmax()])]
+            least, most = cases[forces[cases].argmin()], cases[forces[cases].argmax()]
+            ends += [(value, "least", least), (value, "most", most)] if least != most else [(value, "only", most)]
     places = [place for *_, place in ends]
     shown = [study.cases.index[places], *(study.cases[axis.path].iloc[places] for axis in others)]
     for column, _ in figures:

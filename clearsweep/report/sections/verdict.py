@@ -32,6 +32,7 @@ def sections(study: Study) -> list[Section]:
         none = f"None of the {wording.count(len(study.failed), 'case')} finished; the reasons are listed below."
         return [Section("verdict", "Verdict", [Points([none])])]
     points = [
+        *_so_far(study),
         *life.ends(study),
         *safest(study),
         *optimised.answers(study),
@@ -48,6 +49,15 @@ def more(study: Study) -> list[Section]:
     if study.cases.empty:
         return []
     return [Section("limits-kept", "Limits", filled([_table(study), Gallery("", _maps(study)[1:])]))]
+
+
+def _so_far(study: Study) -> list[str]:
+    """Return how many cases of an unfinished run the page has; [] if none is missing."""
+    missing = study.run.grid.get("counts", {}).get("missing", 0)
+    if not missing:
+        return []
+    there = len(study.cases) + len(study.failed)
+    return [f"The run is not finished: this page has {there} of {wording.count(there + missing, 'case')}."]
 
 
 def _worst(study: Study) -> list[str]:

@@ -185,14 +185,15 @@ def quantile(ordered: np.ndarray, share: float) -> Estimate:
 
     The number of values below the quantile is binomial, whatever the distribution: David and Nagaraja 2003, 7.1.
     """
-    from scipy.stats import binom
+    from scipy.special import bdtr  # loads in a fraction of the time of scipy.stats
 
     count, tail = len(ordered), (1.0 - LEVEL) / 2.0
     value = float(np.quantile(ordered, share))
     if ordered[0] == ordered[-1]:
         return Estimate(value, value, value)
-    low = int(binom.ppf(tail, count, share)) - 1  # P(below <= low) < tail
-    high = int(binom.ppf(1.0 - tail, count, share))  # P(below > high) <= tail
+    at_most = bdtr(np.arange(count + 1), count, share)  # P(below <= place)
+    low = int(np.searchsorted(at_most, tail)) - 1  # P(below <= low) < tail
+    high = int(np.searchsorted(at_most, 1.0 - tail))  # P(below > high) <= tail
     ends = (float(ordered[place]) if 0 <= place < count else np.nan for place in (low, high))
     return Estimate(value, *ends)
 

@@ -177,12 +177,12 @@ class Ideal:
             left_side = applied_forces + rubbing - self.inertia * change
             multipliers = multipliers_of(left_side)
             reactions = {
-                joint.name: self._reaction(joint, turn, multipliers[:, begin:end])
+                joint.name: self.reaction_of(joint, turn, multipliers[:, begin:end])
                 for joint, begin, end in zip(self.machine.joints, rows, rows[1:], strict=False)
             }
             if not forces:
                 break
-            previous, rubbing = rubbing, self._rubbed(forces, turn, rate, reactions)
+            previous, rubbing = rubbing, self.rubbed(forces, turn, rate, reactions)
             if np.max(np.abs(rubbing - previous)) <= SETTLED * np.max(np.abs(rubbing)):
                 break
         return acceleration, reactions, -np.sum(turn.first * left_side, -1)
@@ -204,10 +204,10 @@ class Ideal:
                 self._spring(load, turn, rate, force)
             elif isinstance(load, Tabled):
                 parts = by_rows(self.tables[load.name], turn.angles if load.over == "angle" else time)
-                self._add(force, turn, load.at, parts[:, :2], parts[:, 2])
+                self.add_force(force, turn, load.at, parts[:, :2], parts[:, 2])
             elif isinstance(load, Push):
                 pull = np.tile([load.fx, load.fy], (len(turn.q), 1))
-                self._add(force, turn, load.at, pull, np.full(len(turn.q), load.torque))
+                self.add_force(force, turn, load.at, pull, np.full(len(turn.q), load.torque))
         return force
 
     def accelerated(self, turn: Turn, rate, time, force: np.ndarray) -> np.ndarray:
@@ -222,7 +222,7 @@ class Ideal:
         mass = np.sum(self.inertia * turn.first**2, -1)
         return (drive_torque + np.sum(turn.first * left_side, -1)) / mass
 
-    def _add(self, force, turn: Turn, at: At, pull: np.ndarray, torque) -> None:
+    def add_force(self, force, turn: Turn, at: At, pull: np.ndarray, torque) -> None:
         """Add a force (N, 2) at a point of a body, and a torque (N,), to the forces on all bodies."""
         if at.body == GROUND:
             return
@@ -237,10 +237,10 @@ class Ideal:
         direction = np.stack([x, y], -1) / length[:, None]
         opening = (x * (second_derivative.dx - derivative.dx) + y * (second_derivative.dy - derivative.dy)) / length
         pull = load.stiffness * (length - load.free_length) + load.damping * rate * opening
-        self._add(force, turn, load.first, pull[:, None] * direction, 0.0)
-        self._add(force, turn, load.second, -pull[:, None] * direction, 0.0)
+        self.add_force(force, turn, load.first, pull[:, None] * direction, 0.0)
+        self.add_force(force, turn, load.second, -pull[:, None] * direction, 0.0)
 
-    def _rubbed(self, forces: list, turn: Turn, rate, reactions) -> np.ndarray:
+    def rubbed(self, forces: list, turn: Turn, rate, reactions) -> np.ndarray:
         """Return the forces (N, 3 bodies) of friction in joints under their reactions."""
         generalized = np.zeros_like(turn.q)
         for load in forces:
@@ -262,10 +262,10 @@ class Ideal:
             for at, sign in ((joint.distal, 1.0), (joint.proximal, -1.0)):
                 zero = np.zeros((len(rate), 2))
                 torque = 0.0 if isinstance(joint, Guide) else sign * load.radius * rub
-                self._add(generalized, turn, at, zero + sign * pull, torque)
+                self.add_force(generalized, turn, at, zero + sign * pull, torque)
         return generalized
 
-    def _reaction(self, joint, turn: Turn, multipliers: np.ndarray) -> np.ndarray:
+    def reaction_of(self, joint, turn: Turn, multipliers: np.ndarray) -> np.ndarray:
         """Return the force (N, 2) N on a joint's distal body from the multipliers of its constraints."""
         if isinstance(joint, Guide | Stretch | Slot):
             direction = joint.axis + self.closure.angle(joint.proximal.body, turn.q)

@@ -1,0 +1,77 @@
+"""Forces in the joints without clearance of a planar machine in motion, from the accelerations of its bodies.
+
+The joints with clearance act as loads of known size.  The forces in the other joints are the multipliers of their
+constraints (Haug 1989, "Computer Aided Kinematics and Dynamics", chapter 6): J^T f = applied - M a.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from ....contracts.machine import Braking, Guide, Machine, Rubbing
+from .ideal import SETTLED, SWEEPS, ideal_of
+from .turn import Turn
+
+
+class JointForce(NamedTuple):
+    """What acts on the distal body of a joint with clearance; on the proximal body acts the opposite force."""
+
+    force: np.ndarray  # (N, 2) N, at the joint's point
+    couple_distal: np.ndarray  # (N,) N m, besides
+    couple_proximal: np.ndarray
+
+
+class Motion(NamedTuple):
+    """The moving bodies of a machine at N times, in the order of the machine: x, y (m) and angle (rad) of each."""
+
+    time: np.ndarray  # (N,) s
+    crank_angle: np.ndarray  # (N,) rad, from the start angle on
+    q: np.ndarray  # (N, 3 bodies)
+    rates: np.ndarray
+    accelerations: np.ndarray
+
+
+class Reactions(NamedTuple):
+    """What acts in the joints without clearance."""
+
+    forces: dict[str, np.ndarray]  # joint -> (N, 2) N, on its distal body
+    couples: dict[str, np.ndarray]  # guide -> (N,) N m, on its distal body about the joint's point
+    torque: np.ndarray  # (N,) N m, of the drive on the crank
+
+
+def reactions(machine: Machine, motion: Motion, opened: Mapping[str, JointForce]) -> Reactions:
+    """Return forces and couples of the joints without clearance, and the torque of the drive."""
+    ideal_machine = ideal_of(machine)
+    closure, joints = ideal_machine.closure, ideal_machine.machine.joints
+    turn = Turn(motion.crank_angle, motion.q, motion.rates, motion.accelerations)
+    ones = np.ones(len(motion.time))  # derivatives by time in place of those by the crank's angle
+    applied = ideal_machine.outside(turn, ones, motion.time) - ideal_machine.inertia * motion.accelerations
+    known = {name: each.force for name, each in opened.items()}
+    for joint in joints:
+        if joint.name in opened:
+            force, on_distal, on_proximal = opened[joint.name]
+            ideal_machine.add_force(applied, turn, joint.distal, force, on_distal)
+            ideal_machine.add_force(applied, turn, joint.proximal, -force, on_proximal)
+    ends = list(zip(joints, closure.first, closure.first[1:], strict=False))
+    kept = np.ones(closure.rows, bool)
+    for joint, begin, end in ends:
+        kept[begin:end] = joint.name not in opened
+    jacobian = closure.evaluate(turn.q, turn.angles)[1][:, kept]
+    inverse = np.linalg.pinv(np.swapaxes(jacobian, 1, 2))
+    friction = [load for load in ideal_machine.machine.loads if isinstance(load, (Rubbing, Braking))]
+    rubbing, multipliers = np.zeros_like(applied), np.zeros((len(ones), closure.rows))
+    for _ in range(SWEEPS):
+        multipliers[:, kept] = np.einsum("nij,nj->ni", inverse, applied + rubbing)
+        forces = {
+            joint.name: ideal_machine.reaction_of(joint, turn, multipliers[:, begin:end])
+            for joint, begin, end in ends
+            if joint.name not in opened
+        }
+        if not friction:
+            break
+        previous, rubbing = rubbing, ideal_machine.rubbed(friction, turn, ones, forces | known)
+        if np.max(np.abs(rubbing - previous)) <= SETTLED * np.max(np.abs(rubbing)):
+            break
+    couples = {joint.name: -multipliers[:, begin] for joint, begin, _ in ends if isinstance(joint, Guide)}
+    return Reactions(forces, {name: each for name, each in couples.items() if name in forces}, -multipliers[:, -1])

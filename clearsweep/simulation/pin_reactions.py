@@ -1,0 +1,96 @@
+"""Forces in the joints without clearance of one case over time: its motion is differentiated, forces follow from it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..contracts.case import Case, Joint, column_name
+from ..contracts.machine import GROUND, Machine, Pin, Stretch
+from ..contracts.results import Trajectory
+from ..mechanics.mechanism.planar.reactions import JointForce, Motion, Reactions, reactions
+from .ideal import mechanism_of
+from .scene import Scene
+from .trajectory import simulate
+
+STEP = 1e-6  # of the mean distance of the samples of a turn, between the two velocities of an acceleration
+NEEDED = ("x", "y", "force_normal", "force_tangential")  # channels of an open pin
+
+
+class PinReactions(NamedTuple):
+    """A trajectory, and the forces on the bodies with the journals of its pins without clearance, at its times."""
+
+    path: Trajectory
+    forces: dict[str, np.ndarray]  # joint in columns ('crank_rod') -> (n, 2) N, in the fixed frame
+    couples: dict[str, np.ndarray]  # guide in columns -> (n,) N m, on the sliding body
+    torque: np.ndarray  # (n,) N m, of the drive
+
+
+def reactions_unknown(case: Case) -> str:
+    """Return why the forces in the joints without clearance are not known for a case; '' if they are."""
+    mechanism = mechanism_of(case)
+    if mechanism.machine is None:
+        return "the mechanism is not planar"
+    machine = mechanism.machine(case)
+    if any(isinstance(joint, Stretch) for joint in machine.joints):
+        return "a link is elastic"
+    if any(body.initial is not None for body in machine.bodies.values()):
+        return "a body is free"
+    kinds = {joint.name: joint for joint in machine.joints}
+    if not all(isinstance(kinds[joint.name], Pin) and joint.film is None for joint in case.joints):
+        return "a joint with clearance is not a dry pin"
+    return "its life changes the surfaces" if case.life else ""
+
+
+def pin_reactions(scene: Scene, times: np.ndarray) -> PinReactions:
+    """Return a trajectory at times (n,) s and the forces in its joints without clearance; none of a failed one.
+
+    The case must not be refused.  An acceleration is the difference of two velocities close to each other.  Bristles of
+    friction in joints without clearance count as bent by long sliding.
+    """
+    case, machine_of = scene.case, mechanism_of(scene.case).machine
+    assert machine_of is not None  # of a case that is not refused
+    machine = machine_of(case)
+    step = STEP * float(np.min(np.diff(times)))
+    first = np.append(times[:-1], times[-1] - step)
+    path = simulate(scene, np.stack([first, first + step], -1).ravel())
+    if path.status != "ok":
+        return PinReactions(path, {}, {}, np.zeros(0))
+    result = reactions(
+        machine, _motion(machine, path), {each.name: _force(each, machine, path) for each in case.joints}
+    )
+    return PinReactions(path, _on_journals(case, result), *_named(result))
+
+
+def _motion(machine: Machine, path: Trajectory) -> Motion:
+    """Return the bodies at every second sample of a trajectory, with the accelerations up to the sample after it."""
+    channels = path.channels
+    names = [column_name(name) for name in machine.bodies if name != GROUND]
+    time, step = channels["t"][::2], np.diff(channels["t"])[::2]
+    q = np.stack([channels[f"{name}/{key}"] for name in names for key in ("x", "y", "angle")], -1)
+    rates = np.stack([channels[f"{name}/{key}"] for name in names for key in ("vx", "vy", "rate")], -1)
+    accelerations = (rates[1::2] - rates[::2]) / step[:, None]
+    return Motion(time, channels["crank_angle"][::2], q[::2], rates[::2], accelerations)
+
+
+def _force(joint: Joint, machine: Machine, path: Trajectory) -> JointForce:
+    """Return what acts in a dry pin with clearance at every second sample of a trajectory."""
+    x, y, normal, tangential = (path.channels[f"joints/{column_name(joint.name)}/{key}"][::2] for key in NEEDED)
+    distance = np.hypot(x, y)
+    out = np.stack([x, y], -1) / np.where(distance > 0.0, distance, 1.0)[:, None]
+    on_journal = -normal[:, None] * out + tangential[:, None] * np.stack([-out[:, 1], out[:, 0]], -1)
+    radius = joint.bearing_radius or 0.0
+    couples = (radius - joint.clearance) * tangential, -radius * tangential
+    distal = next(each.distal.body for each in machine.joints if each.name == joint.name)
+    if joint.journal in (None, distal):
+        return JointForce(on_journal, *couples)
+    return JointForce(-on_journal, *couples[::-1])
+
+
+def _on_journals(case: Case, result: Reactions) -> dict[str, np.ndarray]:
+    """Return the forces on the bodies that would carry the journals; of a guide or slot, on the distal body."""
+    signs = {site.name: -1.0 if site.journals[0] == site.proximal else 1.0 for site in mechanism_of(case).joints}
+    return {column_name(name): signs.get(name, 1.0) * force for name, force in result.forces.items()}
+
+
+def _named(result: Reactions) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    return {column_name(name): couple for name, couple in result.couples.items()}, result.torque
