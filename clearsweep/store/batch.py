@@ -240,10 +240,7 @@ CASE_ID = Dataset("case_id", np.dtype(f"S{ID_LENGTH}"), "1", "identity of the ca
 
 
 def orbits_bytes(form: ResultSchema, rows: list[Row]) -> bytes:
-    """Return the HDF5 file of a batch, contiguous and uncompressed, so that a merge can read it by offsets.
-
-    The merged file describes its datasets; here units and descriptions would take as long as the values.
-    """
+    """Return the HDF5 file of a batch, plain so that a merge can read it by offsets; units are in the merged file."""
     with h5py.File("batch", "w", driver="core", backing_store=False) as file:
         file.create_dataset(CASE_ID.path, data=np.array([row.case_id.encode() for row in rows], CASE_ID.dtype))
         for each, dataset in offsets_of(form).items():
