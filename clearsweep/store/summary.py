@@ -64,11 +64,11 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
             bounds = np.searchsorted(places, cuts)
             columns, order = _rows_of_batches(run, schema, rows[places])
             with pa.ipc.new_stream(file, schema) as writer:
-                columns = list(columns)
+                in_memory = list(columns)
                 for first, last in itertools.pairwise(bounds.tolist()):
                     places_in_batches = _indices(order[first:last])
                     writer.write_batch(
-                        pa.RecordBatch.from_arrays([each.take(places_in_batches) for each in columns], schema=schema)
+                        pa.RecordBatch.from_arrays([each.take(places_in_batches) for each in in_memory], schema=schema)
                     )
             file.seek(0)
             sorted_rows.append((places, bounds, pa.ipc.open_stream(file)))
