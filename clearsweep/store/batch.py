@@ -240,13 +240,14 @@ CASE_ID = Dataset("case_id", np.dtype(f"S{ID_LENGTH}"), "1", "identity of the ca
 
 
 def orbits_bytes(form: ResultSchema, rows: list[Row]) -> bytes:
-    """Return the HDF5 file of a batch, contiguous and uncompressed, so that a merge can read it by offsets."""
+    """Return the HDF5 file of a batch, plain so that a merge can read it by offsets; units are in the merged file."""
     with h5py.File("batch", "w", driver="core", backing_store=False) as file:
-        put(file, CASE_ID, np.array([row.case_id.encode() for row in rows], CASE_ID.dtype))
+        file.create_dataset(CASE_ID.path, data=np.array([row.case_id.encode() for row in rows], CASE_ID.dtype))
         for each, dataset in offsets_of(form).items():
-            put(file, dataset, np.cumsum([0, *(_count(form, row.trajectory, each) for row in rows)]).astype("i8"))
+            offsets = np.cumsum([0, *(_count(form, row.trajectory, each) for row in rows)])
+            file.create_dataset(dataset.path, data=offsets.astype("i8"))
         for dataset in datasets(form):
-            put(file, dataset, _gathered(form, dataset, rows))
+            file.create_dataset(dataset.path, data=_gathered(form, dataset, rows))
         file.flush()
         content: bytes = file.id.get_file_image()
         return content
