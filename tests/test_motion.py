@@ -178,8 +178,10 @@ RUBBING = {"law": "coulomb", "coefficient": 0.1, "velocity_scale": 1e-3}
         (["rod-slider"], {"joints.rod-slider.friction": RUBBING, "drive.speed": "2000 rpm"}),
         (["crank-rod", "rod-slider"], {"drive.speed": "3000 rpm"}),
         (["crank-rod"], {"simulate.start": "seated", "joints.crank-rod.contact.law": "flores"}),
+        (["crank-rod", "rod-slider"], {"simulate.start": "seated", "drive.speed": "3000 rpm"}),
+        (["crank-rod", "rod-slider"], {"simulate.method": "implicit", "drive.speed": "3000 rpm"}),
     ],
-    ids=["impacts", "lasting contact", "friction", "two joints", "seated"],
+    ids=["impacts", "lasting contact", "friction", "two joints", "seated", "both seated", "implicit"],
 )
 def test_the_p99_of_a_force_is_that_of_dense_samples(joints, changes, tolerance):
     """To 0.5 %, from whatever steps: three hundred thousand moments, of which one percent have more force."""

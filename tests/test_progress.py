@@ -450,7 +450,7 @@ def test_the_cases_of_an_unfinished_run_are_read_as_those_of_the_finished_one(tm
 
 
 def test_the_page_of_an_unfinished_run_says_how_many_cases_it_has(tmp_path):
-    """Also while another process works there, which holds the lock of the directory."""
+    """Also while another process works there, which has the lock of the directory."""
     with pytest.raises(StorageError):
         sweep(grid(5), tmp_path / "run", executor="serial", show_progress=False, simulator=Full)
     with store.RunDirectory(tmp_path / "run").open_for(clearsweep.grid.load(grid(5), Fake.catalogue())):

@@ -8,6 +8,7 @@ import clearsweep
 from clearsweep.mechanics.observe.stages import SHARES
 from clearsweep.mechanics.solver import radau
 from clearsweep.mechanics.solver.collocation import shapes
+from clearsweep.simulation.run import Run
 from clearsweep.verify import extremes, stability, stiff
 
 pytestmark = pytest.mark.heavy
@@ -145,6 +146,53 @@ def test_the_automatic_choice_costs_no_more_where_nothing_is_stiff(problem):
 def test_a_step_cut_where_no_iteration_converges_still_gives_finite_figures():
     case = next(case for case in extremes.cases() if case.name == "stiff/BC damping 1e+06, 1500 rpm")
     assert stability.run(case)["failure"] == ""
+
+
+NAMED = (
+    "stiffness/BC 1e+05",
+    "stiffness/ABC 1e+10",
+    "mass/ABC all x 10",
+    "clearance/ABC 2e-04 m",
+    "friction/BC tanh 0.01",
+    "stiff/C damping 1e+06, 300 rpm",
+)
+SCENES = [*stiff.cases(), *(case for case in extremes.cases() if case.name in NAMED)]
+
+
+def over_half_a_turn(case, method, tolerance=1e-8):
+    """Return the trajectory of half a revolution of a case."""
+    settings = {"simulate.method": method, "simulate.tolerance": tolerance, "simulate.step_budget": 3e6}
+    settings |= {"simulate.revolutions": 0.5, "simulate.discard": 0}
+    return clearsweep.simulate(clearsweep.load_case(changed(case.grid, settings)))
+
+
+@pytest.mark.parametrize("case", SCENES, ids=lambda case: case.name)
+def test_every_method_ends_a_stiff_case_alike(case):
+    """Status and events are of the case, not of the method; the figures agree within what impacts amplify."""
+    runs = {method: over_half_a_turn(case, method) for method in stiff.METHODS}
+    assert {path.status for path in runs.values()} == {"ok"}, {name: path.message for name, path in runs.items()}
+    exact = over_half_a_turn(case, "explicit", 1e-10).summary
+    for path in runs.values():
+        for name in exact:
+            if name.endswith(("force_peak", "penetration_max", "impacts_per_rev")):
+                assert path.summary[name] == pytest.approx(exact[name], rel=1e-3), name
+
+
+@pytest.mark.parametrize("method", ["explicit", "implicit"])
+def test_a_run_reads_nothing_that_an_earlier_one_left(method, monkeypatch):
+    """Three joints: the observables of all contacts at all stages are those of this run."""
+    case = next(case for case in extremes.cases() if case.name == "mass/ABC all x 10")
+    clean, begin = over_half_a_turn(case, method, 1e-6).summary, Run._begin
+
+    def spoiled(run, start):
+        for name in ("k", "o", "nodes", "f", "polynomials", "step", "spent", "end", "z"):
+            run.arrays[name][...] = 1e300
+        begin(run, start)
+
+    monkeypatch.setattr(Run, "_begin", spoiled)
+    after = over_half_a_turn(case, method, 1e-6).summary
+    times = ("run_time", "setup_time")
+    assert {k: v for k, v in after.items() if k not in times} == {k: v for k, v in clean.items() if k not in times}
 
 
 def clamped_mass(stiffness):

@@ -25,6 +25,10 @@ class SteadyClock(NamedTuple):
         """Return the time (s) after a number of revolutions."""
         return revolutions * self.turn
 
+    def at_each(self, revolutions: np.ndarray) -> np.ndarray:
+        """Return the same for an array."""
+        return revolutions * self.turn
+
 
 class ScheduledClock(NamedTuple):
     """Clock of a crank whose speed follows a table; it shows time."""
@@ -52,6 +56,10 @@ class ScheduledClock(NamedTuple):
         root = math.sqrt(max(speed * speed + 2.0 * slope * remainder, 0.0))
         return float(self.times[row] + 2.0 * remainder / (speed + root))
 
+    def at_each(self, revolutions: np.ndarray) -> np.ndarray:
+        """Return the same for an array."""
+        return np.array([self.at(each) for each in revolutions])
+
 
 class FreeClock(NamedTuple):
     """Clock of a free crank; it shows the crank angle."""
@@ -65,6 +73,10 @@ class FreeClock(NamedTuple):
 
     def at(self, revolutions: float) -> float:
         """Return the angle (rad) after a number of revolutions."""
+        return self.start + 2.0 * math.pi * revolutions
+
+    def at_each(self, revolutions: np.ndarray) -> np.ndarray:
+        """Return the same for an array."""
         return self.start + 2.0 * math.pi * revolutions
 
 

@@ -44,6 +44,7 @@ from .watch import Observer
 
 TIME_BUDGET = -1  # a further status besides those of the loop
 NO_EVENTS = np.empty((0, 5))
+MOST_KEPT = 2**23  # bytes of time histories of a run that waits for the next case
 
 
 def _accumulators_of(
@@ -241,8 +242,8 @@ def run_at(scene: Scene, times: np.ndarray, *, turned: bool, marks: Marks) -> Ru
 
 
 def release(run: Run) -> None:
-    """Release a run for reuse, except one with time histories, which are large."""
-    if not run.record.times.size:
+    """Release a run for reuse, except one with large time histories."""
+    if run.record.samples.nbytes <= MOST_KEPT:
         _spare[:] = [run]
 
 

@@ -3,7 +3,7 @@
 import dataclasses
 import math
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -170,7 +170,7 @@ def horizon_of(scene: Scene, times: ArrayLike | None = None) -> Horizon:
         reported = np.linspace(0.0, last.work.end[last.work.time], scene.case.save.samples + 1)
     else:
         check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
-        reported = sampling_times(scene.case, scene.crank_clock.at)
+        reported = sampling_times(scene)
     return Horizon(end, reported, free and times is None, marks_of(scene, scene.case.simulate.revolutions))
 
 
@@ -228,7 +228,7 @@ def _converged_trajectory(scene: Scene, run: Run, watch: Until | RateObserver, t
     if times is not None or orbits != "none":
         check_memory(0.0 if times is not None else history_bytes(scene.layout, scene.case.save, watch.revolutions))
         last = math.inf if scene.crank_clock.free else end
-        reported = sampling_times(final_scene.case, at) if times is None else checked_times(times, last)
+        reported = sampling_times(final_scene) if times is None else checked_times(times, last)
         second_run = Run(start_of(scene, reported), turned=times is None)
         _retrace(final_scene, run, second_run, end, watch.starts)
     return trajectory_of(final_scene, run, end)
@@ -361,12 +361,13 @@ def checked_times(times: ArrayLike, end: float) -> np.ndarray:
     return within
 
 
-def sampling_times(case: Case, at: Callable[[float], float]) -> np.ndarray:
-    """Return the samples of a case: at k / samples of a revolution, both ends of the range included."""
-    save, revolutions = case.save, case.simulate.revolutions
+def sampling_times(scene: Scene) -> np.ndarray:
+    """Return the samples of a scene: at k / samples of a revolution, both ends of the range included."""
+    save, revolutions, clock = scene.case.save, scene.case.simulate.revolutions, scene.crank_clock
     first = 0 if save.orbits == "all" else round((revolutions - save.revolutions) * save.samples)
     count = np.arange(first, math.floor(revolutions * save.samples + 1e-9) + 1)
-    return np.minimum([at(turns) for turns in count / save.samples], at(revolutions))
+    times: np.ndarray = np.minimum(clock.at_each(count / save.samples), clock.at(revolutions))
+    return times
 
 
 def work_counts(scene: Scene) -> dict[str, int]:

@@ -244,13 +244,14 @@ CASE_ID = Dataset("case_id", np.dtype(f"S{ID_LENGTH}"), "1", "identity of the ca
 
 
 def orbits_bytes(schema: ResultSchema, rows: list[Row]) -> bytes:
-    """Return the HDF5 file of a batch, contiguous and uncompressed, so that a merge can read it by offsets."""
+    """Return the HDF5 file of a batch, plain so that a merge can read it by offsets; units are in the merged file."""
     with h5py.File("batch", "w", driver="core", backing_store=False) as file:
-        put(file, CASE_ID, np.array([row.case_id.encode() for row in rows], CASE_ID.dtype))
+        file.create_dataset(CASE_ID.path, data=np.array([row.case_id.encode() for row in rows], CASE_ID.dtype))
         for item, dataset in offsets_of(schema).items():
-            put(file, dataset, np.cumsum([0, *(_count(schema, row.trajectory, item) for row in rows)]).astype("i8"))
+            counts = (_count(schema, row.trajectory, item) for row in rows)
+            file.create_dataset(dataset.path, data=np.cumsum([0, *counts]).astype("i8"))
         for dataset in datasets(schema):
-            put(file, dataset, _gathered(schema, dataset, rows))
+            file.create_dataset(dataset.path, data=_gathered(schema, dataset, rows))
         file.flush()
         content: bytes = file.id.get_file_image()
         return content

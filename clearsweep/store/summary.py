@@ -62,14 +62,14 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
         for places in pieces:
             file = files.enter_context(tempfile.TemporaryFile(dir=run.scratch if run.scratch.is_dir() else None))
             bounds = np.searchsorted(places, cuts)
-            arrays, order = _rows_of_batches(run, schema, rows[places])
-            columns = list(arrays)
+            columns, order = _rows_of_batches(run, schema, rows[places])
             with pa.ipc.new_stream(file, schema) as writer:
+                in_memory = list(columns)
                 for first, last in itertools.pairwise(bounds.tolist()):
                     places_in_batches = _indices(order[first:last])
                     writer.write_batch(
                         pa.RecordBatch.from_arrays(
-                            [column.take(places_in_batches) for column in columns], schema=schema
+                            [column.take(places_in_batches) for column in in_memory], schema=schema
                         )
                     )
             file.seek(0)

@@ -14,7 +14,7 @@ from ..written.document import WrittenValue
 from ..written.tables import read_signals
 from .added_cases import check_always_used, over_of
 from .optimise import OPTIMISE, ROUND, SEED, Choice, check_range, start_of
-from .section import PAIR, Key, KeySection, section_in
+from .section import PAIR, Key, KeySection, cases_key, section_in
 
 if TYPE_CHECKING:
     import numpy as np  # loaded only where a file is read
@@ -46,13 +46,7 @@ IDENTIFY_SECTION = KeySection(
             required=True,
             form=_COLUMNS | {"additionalProperties": _COLUMNS},
         ),
-        Key(
-            "cases",
-            f"most cases to add, a whole number of at least {ROUND}",
-            whole=(ROUND, MOST_CASES),
-            required=True,
-            missing="; write how many cases there may be",
-        ),
+        cases_key(ROUND, MOST_CASES),
         Key(
             "features",
             f"a list of {', '.join(FEATURES)}; default all",

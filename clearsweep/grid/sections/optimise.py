@@ -11,7 +11,7 @@ from ..library.naming import name_path
 from ..reading.reader import Reader
 from ..written.document import WrittenValue
 from .added_cases import check_always_used, over_of
-from .section import FITS_FORM, NAMES, PAIR, Key, KeySection, named_forms, section_in
+from .section import FITS_FORM, NAMES, PAIR, Key, KeySection, cases_key, named_forms, section_in
 
 OPTIMISE = "optimise"
 SENSES = ("minimise", "maximise")
@@ -38,13 +38,7 @@ OPTIMISE_SECTION = KeySection(
             },
         ),
         *(Key(sense, f"column or columns to {sense}", form=NAMES) for sense in SENSES),
-        Key(
-            "cases",
-            "most cases to add, a whole number",
-            whole=(1, MOST_CASES),
-            required=True,
-            missing="; write how many cases there may be",
-        ),
+        cases_key(1, MOST_CASES),
         SEED,
     ),
     {"anyOf": [{"required": [sense]} for sense in SENSES]},

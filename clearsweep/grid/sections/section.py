@@ -63,6 +63,12 @@ class Key(NamedTuple):
 _ADDED_KEY = Key(ADDED, "do not write it: run.json lists the added cases here", form={"type": "object"}, internal=True)
 
 
+def cases_key(low: int, high: int) -> Key:
+    """Return the key for the number of cases that a search may add, from `low` to `high`."""
+    text = "most cases to add, a whole number" + (f" of at least {low}" if low > 1 else "")
+    return Key("cases", text, whole=(low, high), required=True, missing="; write how many cases there may be")
+
+
 class KeySection(NamedTuple):
     """A section with keys of its own."""
 

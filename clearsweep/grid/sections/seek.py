@@ -13,7 +13,7 @@ from ..reading.reader import Reader
 from ..written.document import WrittenValue
 from .added_cases import check_always_used
 from .fits import fits_among
-from .section import FITS_FORM, NAMES, PAIR, QUANTITY, Key, KeySection, section_in
+from .section import FITS_FORM, NAMES, PAIR, QUANTITY, Key, KeySection, cases_key, section_in
 
 SEEK = "seek"
 SEEK_ENDS, SEEK_FOR = ("largest", "smallest"), ("each", "all")
@@ -236,13 +236,7 @@ REFINE_SECTION = KeySection(
     "{along: limits, cases: 200}",
     (
         Key("along", "`limits`, the default: the border to follow", words=(REFINE_ALONG,), default=REFINE_ALONG),
-        Key(
-            "cases",
-            "most cases to add, a whole number",
-            whole=(1, MOST_CASES),
-            required=True,
-            missing="; write how many cases there may be",
-        ),
+        cases_key(1, MOST_CASES),
     ),
 )
 

@@ -138,8 +138,10 @@ class Loaded:
         *named, kind, dimensions, stride = form
         first_word = word_at(self._address, offset, symbols.Whole)
         shape = tuple(word_at(self._address, offset + 1 + axis, symbols.Whole) for axis in range(dimensions))
-        view = viewed(Bare.at(first_word, kind), shape, stride)
-        return named[0](view) if named else view
+        if not named:
+            return viewed(Bare.at(first_word, kind), shape, stride)
+        fields = named[0]
+        return fields(viewed(Bare.at(first_word, kind), (*shape[:-1], fields.SIZE), stride))
 
     def __iter__(self) -> Any:
         return (getattr(self, name) for name in self._form.parts)

@@ -339,7 +339,7 @@ def look_along(at, share):
     for i in range(work.y.size):
         for stage in range(SHARES.size - 1):
             work.nodes[i, stage] = dense_component(share * SHARES[1 + stage], i, work.y, work.f)
-    for column in range(work.o.shape[1]):
+    for column in range(work.o.shape[0]):
         for row in range(END):
             total = LOOK[row, 0] * work.o[column, START]
             for s in range(STAGES):

@@ -199,7 +199,7 @@ def step_to_event(at, share, event, h):
         miss, slope = work.end[root] - math.sqrt(work.limit_depth[contact]), work.k[root, END]
     elif kind == STOP:
         miss, slope = work.end[work.independent] - stop, work.k[work.independent, END]
-    elif kind >= GUARD:
+    elif kind >= GUARD and h > 0.0:
         evaluate_guards(at, work.y, END)
         if take_guard(at, kind - GUARD):
             miss, change = value_and_slope(work.polynomials, WHOLE, 1.0)
