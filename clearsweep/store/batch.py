@@ -253,8 +253,7 @@ def orbits_bytes(schema: ResultSchema, rows: list[Row]) -> bytes:
         for dataset in datasets(schema):
             file.create_dataset(dataset.path, data=_gathered(schema, dataset, rows))
         file.flush()
-        content: bytes = file.id.get_file_image()
-        return content
+        return bytes(file.id.get_file_image())
 
 
 def _count(schema: ResultSchema, trajectory: results.Trajectory, item: str) -> int:
