@@ -363,10 +363,10 @@ def checked_times(times: ArrayLike, end: float) -> np.ndarray:
 
 def sampling_times(scene: Scene) -> np.ndarray:
     """Return the samples of a scene: at k / samples of a revolution, both ends of the range included."""
-    save, revolutions, clock = scene.case.save, scene.case.simulate.revolutions, scene.crank_clock
+    save, revolutions, crank_clock = scene.case.save, scene.case.simulate.revolutions, scene.crank_clock
     first = 0 if save.orbits == "all" else round((revolutions - save.revolutions) * save.samples)
     count = np.arange(first, math.floor(revolutions * save.samples + 1e-9) + 1)
-    times: np.ndarray = np.minimum(clock.at_each(count / save.samples), clock.at(revolutions))
+    times: np.ndarray = np.minimum(crank_clock.at_each(count / save.samples), crank_clock.at(revolutions))
     return times
 
 
