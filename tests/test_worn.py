@@ -19,8 +19,9 @@ from clearsweep.contracts.case import Wear
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.coupling.rates import look
 from clearsweep.mechanics.joint import dry, registry
-from clearsweep.mechanics.joint.contract import PRESSED, every_contact
+from clearsweep.mechanics.joint.contract import every_contact
 from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
+from clearsweep.mechanics.joint.modes import PRESSED
 from clearsweep.mechanics.joint.nearest import TurnedGap, nearest
 from clearsweep.mechanics.joint.wear.bed import arc_at, enter_arc, sum_over_force
 from clearsweep.mechanics.joint.wear.contract import Bins, Worn, local_clearance
