@@ -116,9 +116,7 @@ def verbs() -> None:
 @click.argument("grid", type=_PATH)
 @click.option("--out", type=_PATH, metavar="DIR", help="Directory of the results; default: results/<name>.")
 @click.option("--set", "fixed", multiple=True, metavar="PATH=VALUE", help="Override a value of GRID (repeatable).")
-@click.option(
-    "--sweep", "swept", multiple=True, metavar="PATH=A,B,C", help="Sweep PATH over these values (repeatable)."
-)
+@click.option("--sweep", "swept", multiple=True, metavar="PATH=A,B,C", help="Sweep PATH over values (repeatable).")
 @click.option("-j", "--jobs", type=click.IntRange(min=1), metavar="N", help="Worker processes; default: one per core.")
 @click.option("--dry-run", is_flag=True, help="Only estimate the number of cases, time and memory.")
 @click.option("--retry-failed", is_flag=True, help="Also run failed cases again.")
@@ -241,13 +239,8 @@ def report(  # noqa: PLR0913 - one argument per option
             _write(reports.compared(first, second), out or second.directory / "compared.html", **arguments)
         return
     directory = directories[0] if directories else store.newest(RESULTS)
-    with (
-        (
-            complete_run(directory) if all_cases else contextlib.nullcontext(reports.open(directory, partial=partial))
-        ) as stored,
-        writing(),
-        shown_in(units),
-    ):
+    opened = complete_run(directory) if all_cases else contextlib.nullcontext(reports.open(directory, partial=partial))
+    with opened as stored, writing(), shown_in(units):
         page = reports.of(stored, typical=median, measured=overlay)
         _write(page, out or directory / "report.html", **arguments)
 

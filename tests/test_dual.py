@@ -13,10 +13,10 @@ from clearsweep.mechanics.compiled.dual import FUNCTIONS, Dual, Seeded, as_dual,
 from clearsweep.mechanics.compiled.family import kernel, pointer_to
 from clearsweep.mechanics.coupling.rates import slopes_of
 from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.joint.contract import STUCK
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.loss.contract import contact_force
+from clearsweep.mechanics.joint.modes import STUCK
 from clearsweep.mechanics.solver import event, radau
 from clearsweep.mechanics.trace.objects import machine_code
 from clearsweep.simulation.run import Run

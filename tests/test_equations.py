@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from clearsweep.contracts.machine import Aim, At, Body, Constant, Guide, Machine, Pin
-from clearsweep.mechanics.joint.contract import PRESSED
 from clearsweep.mechanics.joint.dry import Gap, Joint, joint_load
 from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
 from clearsweep.mechanics.joint.friction.sliding import Tanh
 from clearsweep.mechanics.joint.loss.hysteresis import Lossless
+from clearsweep.mechanics.joint.modes import PRESSED
 from clearsweep.mechanics.mechanism import planar
 from clearsweep.mechanics.mechanism.contract import accelerate, describe, gap_accelerations, gaps, place
 

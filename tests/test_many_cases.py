@@ -185,7 +185,22 @@ def test_one_contact_and_several_are_of_one_form_to_the_loop():
 #: Fields of a Work that the type of a scene decides, and those that are written before they are read.
 OF_TYPE = {"apart", "pressed", "ended_by", "contact", "modes", "leads_to", "at_start"}
 OF_TYPE |= {"counted", "ends_run", "column", "sign"}
-SCRATCH = {"end", "z", "k", "o", "f", "nodes", "polynomials", "value", "step", "bins", "spent", "log", "control"}
+SCRATCH = {
+    "end",
+    "z",
+    "k",
+    "o",
+    "f",
+    "nodes",
+    "polynomials",
+    "value",
+    "step",
+    "profiles",
+    "bins",
+    "spent",
+    "log",
+    "control",
+}
 WORN = {
     "joints.rod-slider.length": 0.02,
     "joints.rod-slider.wear": {"law": "archard", "coefficient": 2e-14, "bins": 36},

@@ -15,12 +15,13 @@ from scipy.integrate import quad, solve_ivp
 import clearsweep
 from clearsweep import grid
 from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.joint.contract import ENTERED, NEVER, ONSET_FLOOR, guard_values, latched, touches
+from clearsweep.mechanics.joint.contract import ENTERED, NEVER, ONSET_FLOOR, guard_values, latched
 from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
 from clearsweep.mechanics.joint.elastic.power import power_of
 from clearsweep.mechanics.joint.loss.contract import contact_force, keeps_onset, with_mass
 from clearsweep.mechanics.joint.loss.hysteresis import Hysteresis
 from clearsweep.mechanics.joint.loss.renewed import PRESSED_ON, TURNED, renewed
+from clearsweep.mechanics.joint.modes import touches
 from clearsweep.mechanics.joint.rebound import approach_loss
 from clearsweep.mechanics.mechanism.contract import energy, gaps, impact_masses, place
 from clearsweep.mechanics.observe.observables import Observed, observed_in

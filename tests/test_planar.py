@@ -35,11 +35,12 @@ from clearsweep.contracts.machine import (
     Spring,
     Tabled,
 )
-from clearsweep.mechanics.joint.contract import FREE, PRESSED, JointState, Load, load
+from clearsweep.mechanics.joint.contract import JointState, Load, load
 from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
 from clearsweep.mechanics.joint.friction.sliding import Tanh
 from clearsweep.mechanics.joint.guide import Guide
 from clearsweep.mechanics.joint.loss.hysteresis import Lossless
+from clearsweep.mechanics.joint.modes import FREE, PRESSED
 from clearsweep.mechanics.mechanism import contract, planar
 from clearsweep.mechanics.mechanism.planar.closure import ClosureError, MobilityError
 

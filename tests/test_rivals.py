@@ -49,7 +49,7 @@ def test_accelerations_gaps_and_forces_are_those_of_the_kernels(name, pressed):
         model.rates(t, y / unit, du, record[0])
         assert du * unit == pytest.approx(ours[:n], rel=1e-9, abs=1e-9 * np.abs(ours[:n]).max())
         seen = ours[n + 1 :].reshape(joints, JOINT_WIDTH)
-        for place, result in ((DEPTH, "depth"), (RATE, "closing"), (NORMAL, "force")):
+        for place, result in ((DEPTH, "depth"), (RATE, "closing_rate"), (NORMAL, "force")):
             scale = np.abs(seen[:, place]).max()
             assert record[result][0, :joints] == pytest.approx(seen[:, place], rel=1e-9, abs=1e-9 * scale)
         depths = record["depth"].copy()

@@ -12,11 +12,12 @@ import clearsweep
 from clearsweep.contracts.machine import Aim, At, Body, Constant, Machine, Slot
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint import dry
-from clearsweep.mechanics.joint.contract import PRESSED, JointState, Offsets, load
+from clearsweep.mechanics.joint.contract import JointState, Offsets, load
 from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
 from clearsweep.mechanics.joint.friction.sliding import Tanh
 from clearsweep.mechanics.joint.guide import GuideGap
 from clearsweep.mechanics.joint.loss.hysteresis import Hysteresis
+from clearsweep.mechanics.joint.modes import PRESSED
 from clearsweep.mechanics.joint.slot import SlotJoint
 from clearsweep.mechanics.joint.wear import contract as contract_wear
 from clearsweep.mechanics.joint.wear import step

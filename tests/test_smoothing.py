@@ -33,6 +33,6 @@ def test_wide_smoothing_is_reported_and_narrow_is_not():
         "smoothed: the worn shapes of big are smoothed over 11 deg at the end, at first over 2 deg; "
     )
     assert "small" not in message
-    assert "Its effect on the life is not known" in message
+    assert "life is unknown and not part of its interval" in message
     assert "12 %" not in message  # of another case
     assert smoothed([("small", math.radians(3.9)), ("fixed", None)]) == ""

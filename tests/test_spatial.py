@@ -18,17 +18,8 @@ from clearsweep.language.errors import InputError
 from clearsweep.mechanics.compiled.attitude import Frame, frame_of, in_body, in_fixed
 from clearsweep.mechanics.compiled.vector import Vector
 from clearsweep.mechanics.joint import spatial as joints
-from clearsweep.mechanics.joint.contract import (
-    ACTS,
-    FREE,
-    PRESSED,
-    JointState,
-    Offsets,
-    contact_modes,
-    load,
-    power_lost,
-    power_stored,
-)
+from clearsweep.mechanics.joint.contract import JointState, Offsets, contact_modes, load, power_lost, power_stored
+from clearsweep.mechanics.joint.modes import ACTS, FREE, PRESSED
 from clearsweep.mechanics.joint.spatial.points import farthest
 from clearsweep.mechanics.mechanism.contract import accelerate, energy, gaps, place
 from clearsweep.mechanics.mechanism.spatial.form import Loose, Slide

@@ -18,19 +18,9 @@ from clearsweep.language.errors import InputError
 from clearsweep.mechanics.compiled.vector import Vector
 from clearsweep.mechanics.coupling import rates as rates_code
 from clearsweep.mechanics.joint import spatial as joints
-from clearsweep.mechanics.joint.contract import (
-    ACTS,
-    CLIPPED,
-    FREE,
-    PRESSED,
-    JointState,
-    Offsets,
-    contact_modes,
-    load,
-    power_lost,
-    power_stored,
-)
+from clearsweep.mechanics.joint.contract import JointState, Offsets, contact_modes, load, power_lost, power_stored
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
+from clearsweep.mechanics.joint.modes import ACTS, CLIPPED, FREE, PRESSED
 from clearsweep.mechanics.joint.spatial import strips
 from clearsweep.mechanics.joint.wear import along_walls
 from clearsweep.mechanics.mechanism.contract import gaps, place

@@ -11,8 +11,9 @@ from test_slot import GRID as SLOT
 
 import clearsweep
 from clearsweep.mechanics.coupling.sticking import every_grip, joined, slip_rates, with_sticking_forces
-from clearsweep.mechanics.joint.contract import FREE, STUCK, JointState, every_latched
+from clearsweep.mechanics.joint.contract import JointState, every_latched
 from clearsweep.mechanics.joint.loads import loads_of
+from clearsweep.mechanics.joint.modes import FREE, STUCK
 from clearsweep.mechanics.mechanism.contract import accelerate, gaps, place
 from clearsweep.verify.measured import stick_slip
 

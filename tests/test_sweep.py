@@ -358,9 +358,9 @@ def test_a_dry_run_counts_times_and_writes_nothing(tmp_path, monkeypatch):
     starts, started = [], estimate._started
 
     def timed(*given):
-        workers, start_up = started(*given)
+        workers, start_up, compiled = started(*given)
         starts.append(start_up)
-        return workers, start_up
+        return workers, start_up, compiled
 
     monkeypatch.setattr(estimate, "_started", timed)
     result = estimate.estimate(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run", jobs=2, simulator=Fake)

@@ -12,7 +12,7 @@ from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.compiled.attitude import in_fixed
 from clearsweep.mechanics.compiled.vector import Vector
-from clearsweep.mechanics.joint.contract import FREE, PRESSED
+from clearsweep.mechanics.joint.modes import FREE, PRESSED
 from clearsweep.mechanics.joint.spatial import SpatialGap, wall_point
 from clearsweep.mechanics.joint.spatial.form import APART
 from clearsweep.mechanics.joint.wear import along_walls, slices

@@ -19,8 +19,9 @@ from clearsweep.contracts.case import Wear
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.coupling.rates import look
 from clearsweep.mechanics.joint import dry, registry
-from clearsweep.mechanics.joint.contract import PRESSED, every_contact
+from clearsweep.mechanics.joint.contract import every_contact
 from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
+from clearsweep.mechanics.joint.modes import PRESSED
 from clearsweep.mechanics.joint.nearest import TurnedGap, nearest
 from clearsweep.mechanics.joint.wear.bed import arc_at, enter_arc, sum_over_force
 from clearsweep.mechanics.joint.wear.contract import Bins, Worn, local_clearance
@@ -248,7 +249,7 @@ def test_where_nothing_is_worn_every_law_does_what_it_does_between_circles(law):
             size = abs(b.contacts[0].normal)
             assert a[:2] == pytest.approx(b[:2], rel=1e-12, abs=1e-12 * size)
             assert a[2:4] == pytest.approx(b[2:4], rel=1e-12, abs=1e-14 * size)
-            assert a.contacts[0][:7] == pytest.approx(b.contacts[0], rel=1e-9, abs=1e-13)
+            assert a.contacts[0][:7] == pytest.approx(b.contacts[0][:7], rel=1e-9, abs=1e-13)
 
 
 @pytest.mark.parametrize("depth", [1e-12, 1e-9, 1e-6, 1e-4, 1e-3])

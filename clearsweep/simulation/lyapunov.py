@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..mechanics.joint.contract import touches
+from ..mechanics.joint.modes import touches
 from ..mechanics.solver import event_actions, run_control
 from ..mechanics.solver.event import Work
 from .watch import Pausing, restore, snapshot_of

@@ -17,13 +17,9 @@ from ..mechanics.coupling.rates import samples_of, slopes_of
 from ..mechanics.coupling.state import every_state
 from ..mechanics.coupling.trial_step import rates_of, stages_of, sweep_of
 from ..mechanics.coupling.wear import room_of, wear_of
-from ..mechanics.joint.contract import (
-    contact_modes,
-    every_contact,
-    every_latched,
-    touches,
-)
+from ..mechanics.joint.contract import contact_modes, every_contact, every_latched
 from ..mechanics.joint.loss.contract import awaits_mass, keeps_onset
+from ..mechanics.joint.modes import touches
 from ..mechanics.joint.places import Offsets, after_joint, first_place, with_current_state
 from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
 from ..mechanics.mechanism.contract import friction_laws

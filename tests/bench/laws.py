@@ -21,8 +21,8 @@ import clearsweep
 from clearsweep import grid
 from clearsweep.mechanics.compiled.family import invoke
 from clearsweep.mechanics.compiled.pinned import Pinned, pinned_at
-from clearsweep.mechanics.joint.contract import PRESSED
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
+from clearsweep.mechanics.joint.modes import PRESSED
 from clearsweep.mechanics.joint.wear.contract import Worn
 from clearsweep.mechanics.trace.objects import machine_code
 from clearsweep.simulation import catalogue

@@ -3,10 +3,11 @@
 from ..compiled.choosing import none_of
 from ..compiled.dual import as_type_of
 from ..compiled.family import family, inlined, kernel, map_joints
-from ..joint.contract import every_part, touches
+from ..joint.contract import every_part
 from ..joint.dry import Joint
 from ..joint.loss.contract import awaits_mass, with_mass
 from ..joint.lubricated import Lubricated
+from ..joint.modes import touches
 from ..joint.places import after_joint, after_number, first_place, with_current_state
 from ..joint.worn import WornJoint, WornOnBed
 from ..mechanism.contract import gaps, impact_masses, place

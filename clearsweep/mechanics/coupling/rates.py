@@ -28,9 +28,9 @@ from ..joint.contract import (
     load_histories,
     power_lost,
     power_stored,
-    touches,
 )
 from ..joint.loads import loads_of, put_internal_rates
+from ..joint.modes import touches
 from ..joint.nearest import with_angles, with_body_angles
 from ..joint.places import (
     after_joint,

@@ -6,7 +6,8 @@ with identical bits.
 
 from ..compiled.choosing import abreast, total_of
 from ..compiled.family import Entry, entry, inlined, shaped
-from ..joint.contract import JointState, touches
+from ..joint.contract import JointState
+from ..joint.modes import touches
 from ..mechanism.contract import gaps, place
 from ..observe.stages import END, OTHERS, PLACES, STAGES
 from ..solver.accumulate.step_sums import Step

@@ -15,23 +15,10 @@ from ..compiled.choosing import either, where
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined, kernel
 from ..observe.observables import RAW
-from .contract import (
-    CLIPPED,
-    FREE,
-    PRESSED,
-    STICKING,
-    Contact,
-    ContactModes,
-    Guard,
-    Load,
-    Part,
-    contact_modes,
-    guards,
-    load,
-    parts,
-)
+from .contract import Contact, ContactModes, Guard, Load, Part, contact_modes, guards, load, parts
 from .friction.contract import friction_force
 from .loss.contract import contact_force, lowest_force, sign_beyond
+from .modes import CLIPPED, FREE, PRESSED, STICKING
 from .places import with_laws_as_they_are
 
 

@@ -11,10 +11,11 @@ from typing import NamedTuple
 from ..compiled.choosing import where
 from ..compiled.dual import plain
 from ..compiled.family import family, inlined, kernel
-from .contract import AT_LIMIT_DOWN, AT_LIMIT_UP, STICKING, Contact, Load
+from .contract import Contact, Load
 from .dry import Joint
 from .friction.contract import static_limit
 from .guide import CORNERS, Guide, corner_place
+from .modes import AT_LIMIT_DOWN, AT_LIMIT_UP, STICKING
 from .slot import SlotJoint, normal_of
 
 

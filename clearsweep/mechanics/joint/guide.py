@@ -14,22 +14,11 @@ from typing import NamedTuple
 
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined, kernel, map_joints
-from .contract import (
-    CLIPPED,
-    FREE,
-    PRESSED,
-    Contact,
-    ContactModes,
-    Load,
-    Offsets,
-    Part,
-    contact_modes,
-    load,
-    parts,
-)
+from .contract import Contact, ContactModes, Load, Offsets, Part, contact_modes, load, parts
 from .dry import Clip
 from .friction.contract import friction_force
 from .loss.contract import contact_force, lowest_force, sign_beyond
+from .modes import CLIPPED, FREE, PRESSED
 from .places import after_law, after_number, with_current_state
 
 CORNERS = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))  # signs of half the length and half the height

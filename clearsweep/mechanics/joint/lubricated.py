@@ -14,8 +14,6 @@ from ..compiled.family import family, kernel
 from ..observe.observables import FILM_WIDTH
 from . import dry
 from .contract import (
-    ACTS,
-    PRESSED,
     ContactModes,
     Load,
     Part,
@@ -26,12 +24,12 @@ from .contract import (
     load,
     parts,
     power_lost,
-    touches,
 )
 from .film.contract import FilmMotion, asperity_load, dry_share, film_couples, film_force, film_pressure
 from .film.corners import AFLOAT, NEAR, Corners, Reversals, bends
 from .film.transition import GreenwoodTripp, bears_from
 from .friction.contract import friction_force
+from .modes import ACTS, PRESSED, touches
 from .places import with_laws_as_they_are
 
 

@@ -10,7 +10,8 @@ import math
 from ..compiled.choosing import where
 from ..compiled.dual import plain
 from ..compiled.family import family, kernel
-from .contract import ENTERED, LEFT, NEVER, TOUCHING, Guard, guard_values, guards, latched
+from .contract import ENTERED, LEFT, NEVER, Guard, guard_values, guards, latched
+from .modes import TOUCHING
 
 UNKNOWN = -1.0  # number of the piece until the first step of a contact; then the value says which it is
 NEAR, NEAREST = 1e-6, 1e-9  # of a kink, or m/s where that is zero: a step that begins as close to it has just passed it

@@ -21,9 +21,10 @@ from ..compiled import calculus as math
 from ..compiled.choosing import where
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined, kernel
-from .contract import FREE, PRESSED, Contact, ContactModes, Load, Part, contact_modes, load, parts, touches
+from .contract import Contact, ContactModes, Load, Part, contact_modes, load, parts
 from .dry import Clip, normal_forces
 from .friction.contract import friction_force
+from .modes import FREE, PRESSED, touches
 from .places import after_law, with_current_state
 from .wear.contract import local_clearance, middle_arc
 from .wear.passage import rubbing_at

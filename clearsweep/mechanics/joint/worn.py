@@ -18,9 +18,10 @@ import numpy as np
 from ..compiled import calculus as math
 from ..compiled.dual import as_type_of
 from ..compiled.family import family, inlined
-from .contract import FREE, PRESSED, ContactModes, Load, Part, contact_modes, load, parts, power_lost, power_stored
+from .contract import ContactModes, Load, Part, contact_modes, load, parts, power_lost, power_stored
 from .dry import Clip, Joint, normal_forces
 from .friction.contract import friction_force
+from .modes import FREE, PRESSED
 from .nearest import bodies_of, nearest, turned_gap, with_angles
 from .places import with_laws_as_they_are
 from .wear.contract import contact_angle, local_clearance

@@ -23,9 +23,10 @@ from ..compiled.choosing import where
 from ..compiled.direction import direction
 from ..compiled.dual import as_type_of, plain
 from ..compiled.family import inlined
-from .contract import FREE, PRESSED, Contact, ContactModes, Load, Part, contact_modes, load, parts, touches
+from .contract import Contact, ContactModes, Load, Part, contact_modes, load, parts
 from .dry import Clip, normal_forces
 from .friction.contract import friction_force
+from .modes import FREE, PRESSED, touches
 from .nearest import rough_angle, with_angles
 from .places import with_laws_as_they_are
 from .slot import SlotJoint, load_at_pin, local_by_way, normal_of, note_contact, on_flat_wall

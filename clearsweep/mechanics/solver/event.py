@@ -111,7 +111,7 @@ class Work(NamedTuple):
     o: np.ndarray  # (columns, PLACES) observables
     nodes: np.ndarray  # (n + 1, STAGES) states at the stages; last row: change of each in the latest sweep
     weight: np.ndarray  # (n,) 1 / allowed error
-    mode: np.ndarray  # (c,) int64, what each contact does: contract.FREE, PRESSED or another of its joint's modes
+    mode: np.ndarray  # (c,) int64, what each contact does: modes.FREE, PRESSED or another of its joint's modes
     latched: np.ndarray  # (c + l,) values set at events only: closing rate (m/s) of each onset, floored; of laws
     step: Step
     contact_steps: ContactStep  # (c,)

@@ -4,7 +4,8 @@ import math
 from typing import NamedTuple
 
 from ..compiled.family import kernel
-from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR, touches
+from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR
+from ..joint.modes import touches
 from ..observe.observables import observed
 from ..observe.stages import END
 from .event import GUARD, LIMIT, NOTHING, ONSET, SEPARATION

@@ -9,7 +9,7 @@ state, are event functions, too.
 import math
 
 from ..compiled.family import invoke, kernel
-from ..joint.contract import meets, touches
+from ..joint.modes import meets, touches
 from ..observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of
 from ..observe.stages import END, NODES, SCRATCH, SHARES, START
 from .bernstein import (

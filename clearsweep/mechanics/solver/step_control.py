@@ -8,7 +8,7 @@ import math
 
 from ..compiled.choosing import bits_of, number_of
 from ..compiled.family import inlined, kernel
-from ..joint.contract import meets, touches
+from ..joint.modes import meets, touches
 from .choice import steady
 from .event import FARTHEST, IMPLICIT
 

@@ -7,7 +7,8 @@ by different formulas also have corners where the rate or the spin changes its s
 from typing import NamedTuple
 
 from ...compiled.family import family
-from ..contract import ACTS, MEETS, NEVER, TOUCHING, Guard, guard_values, guards
+from ..contract import NEVER, Guard, guard_values, guards
+from ..modes import ACTS, MEETS, TOUCHING
 from ..pieces import from_next_kinks
 
 AFLOAT = ACTS | MEETS  # apart: the film carries load, an onset is searched for

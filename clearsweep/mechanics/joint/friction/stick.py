@@ -5,18 +5,8 @@ from typing import NamedTuple
 from ....contracts.catalogue import Field, Law, Order
 from ...compiled import calculus as math
 from ...compiled.choosing import where
-from ..contract import (
-    AT_LIMIT_DOWN,
-    AT_LIMIT_UP,
-    CLIPPED,
-    PRESSED,
-    STICKING,
-    STUCK,
-    Guard,
-    guard_values,
-    guards,
-    latched,
-)
+from ..contract import Guard, guard_values, guards, latched
+from ..modes import AT_LIMIT_DOWN, AT_LIMIT_UP, CLIPPED, PRESSED, STICKING, STUCK
 from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values, static_limit
 from .sliding import stribeck_coefficient

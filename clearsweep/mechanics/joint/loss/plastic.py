@@ -6,16 +6,10 @@ from ....contracts.catalogue import Field, Law
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
-from ..contract import (
-    NEVER,
-    TOUCHING,
-    Guard,
-    guard_values,
-    guards,
-    latched,
-)
+from ..contract import NEVER, Guard, guard_values, guards, latched
 from ..elastic.contract import elastic_force
 from ..material import plane_strain_modulus, relative_radius
+from ..modes import TOUCHING
 from ..pieces import from_next_kinks, kink_variable, kinks, over_depth
 from ..recipe import register
 from .contract import RESTITUTION, always_keeps_onset, keeps_onset, loss_form

@@ -20,18 +20,9 @@ from typing import NamedTuple
 from ...compiled import calculus as math
 from ...compiled.choosing import either
 from ...compiled.family import kernel
-from ..contract import (
-    ENTERED,
-    LEFT,
-    NEVER,
-    ONSET_FLOOR,
-    TOUCHING,
-    Guard,
-    guard_values,
-    guards,
-    latched,
-)
+from ..contract import ENTERED, LEFT, NEVER, ONSET_FLOOR, Guard, guard_values, guards, latched
 from ..elastic.contract import elastic_energy, elastic_force, energy_stiffness
+from ..modes import TOUCHING
 from ..rebound import damping_ratio
 from .contract import awaits_mass, contact_force, keeps_onset, loss_form, with_mass
 

@@ -8,9 +8,10 @@ from ...compiled.attitude import in_fixed
 from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel
 from ...compiled.vector import Vector, cross, dot, minus, plus, plus_scaled, times
-from ..contract import CLIPPED, FREE, Contact, Offsets, gap_histories, histories, load, load_histories
+from ..contract import Contact, Offsets, gap_histories, histories, load, load_histories
 from ..friction.contract import friction_force
 from ..loss.contract import contact_force, lowest_force, sign_beyond
+from ..modes import CLIPPED, FREE
 from ..places import after_law, with_current_state
 from .form import EndContacts, Flanged, SpatialGap, SpatialLoad, Spread, SpreadContact, Through, Touch
 from .points import flange_point, overlap_of, sine_of_tilt, tilt_of, wall_point

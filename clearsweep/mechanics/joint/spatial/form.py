@@ -4,21 +4,9 @@ from typing import NamedTuple
 
 from ...compiled.vector import Vector
 from ...observe.observables import RAW
-from ..contract import (
-    ACTS,
-    FREE,
-    MEETS,
-    PRESSED,
-    ContactModes,
-    Guard,
-    Part,
-    contact_modes,
-    guards,
-    parts,
-    power_lost,
-    power_stored,
-)
+from ..contract import ContactModes, Guard, Part, contact_modes, guards, parts, power_lost, power_stored
 from ..dry import Clip
+from ..modes import ACTS, FREE, MEETS, PRESSED
 
 
 class InBore(NamedTuple):

@@ -11,10 +11,11 @@ from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel
 from ...compiled.vector import Vector, cross, dot, minus, plus, plus_scaled, times
-from ..contract import CLIPPED, Contact, touches
+from ..contract import Contact
 from ..elastic.contract import elastic_energy
 from ..friction.contract import friction_force
 from ..loss.contract import lowest_force
+from ..modes import CLIPPED, touches
 from .form import InBore, Overlapping, SpreadContact, Touch
 from .leaning import Leaning, leaning_of
 from .points import Point, overlap_of, wall_point

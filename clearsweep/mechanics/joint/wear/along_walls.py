@@ -18,8 +18,8 @@ from ...compiled.choosing import turns
 from ...compiled.family import family, kernel
 from ...compiled.vector import dot
 from ...observe.histogram import FORCE, PARTS
-from ..contract import touches
 from ..elastic.contract import elastic_force
+from ..modes import touches
 from ..spatial import AtEdges, EndContacts, InBore, Overlapping, Spread
 from ..spatial.points import is_beyond
 from ..spatial.strips import mean_elastic, pressed_between

@@ -14,7 +14,7 @@ from ...compiled.choosing import turns
 from ...compiled.family import family, kernel
 from ...compiled.vector import cross, dot, plus_scaled
 from ...observe.histogram import BETWEEN, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
-from ..contract import touches
+from ..modes import touches
 from ..spatial import ENDS, Flanged, Through, bearing_length, wall_point
 from .along_walls import (
     Slope,

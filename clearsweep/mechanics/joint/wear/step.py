@@ -18,7 +18,8 @@ from ...observe.histogram import (
     RUBBED_COURSE,
     SLIP_COURSE,
 )
-from ..contract import Offsets, touches
+from ..contract import Offsets
+from ..modes import touches
 from ..places import after_joint
 from .contract import (
     ARCS,

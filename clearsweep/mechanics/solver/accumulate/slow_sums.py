@@ -4,7 +4,7 @@ import math
 
 from ...compiled.choosing import total_of
 from ...compiled.family import invoke, kernel
-from ...joint.contract import acts, touches
+from ...joint.modes import acts, touches
 from ...observe.histogram import (
     DEPTH_COURSE,
     FORCE,

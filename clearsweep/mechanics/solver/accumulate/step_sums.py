@@ -7,7 +7,7 @@ import numpy as np
 
 from ...compiled.choosing import abreast
 from ...compiled.family import inlined
-from ...joint.contract import acts, meets
+from ...joint.modes import acts, meets
 from ...observe.histogram import COURSE, PARTS
 from ...observe.observables import (
     ACCELERATION,

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...compiled.choosing import abreast, total_of, where
 from ...compiled.family import inlined
-from ...joint.contract import acts, touches
+from ...joint.modes import acts, touches
 from ...observe.histogram import PARTS, force_bin, ramp_of
 from ...observe.observables import (
     ACCELERATION,
