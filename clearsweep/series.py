@@ -4,7 +4,6 @@ The table may contain wear depth and clearance.  They are compared with those fr
 but never fitted.
 """
 
-import csv
 import json
 import math
 import re
@@ -17,8 +16,7 @@ import numpy as np
 
 from .contracts.case import DOUBTFUL_WEAR_NUMBER, LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER
 from .contracts.catalogue import LARGEST
-from .grid.written.document import refuse_endless
-from .grid.written.tables import head_of, rows_of_csv
+from .grid.written.tables import complete_rows_of_csv, head_of
 from .language import quantity
 from .language.errors import InputError, nearest
 
@@ -109,16 +107,7 @@ def _has_digit(written: str) -> bool:
 def read(file: str | PathLike) -> Series:
     """Return the series in a CSV file.  Raises InputError, with row and column."""
     path = Path(file)
-    try:
-        refuse_endless(path, _LARGEST_FILE)
-        titles, rows = rows_of_csv(path)
-    except (OSError, ValueError, csv.Error) as error:
-        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    for line, row in rows:
-        if len(row) != len(titles):
-            raise InputError(
-                f"{path}:{line}: the row has {len(row)} cells but the header has {len(titles)}; write every value"
-            )
+    titles, rows = complete_rows_of_csv(path, _LARGEST_FILE)
     columns: dict[str, np.ndarray] = {}
     rounding: dict[str, np.ndarray] = {}
     for column, title in enumerate(titles):

@@ -37,6 +37,8 @@ def test_the_imports_of_the_package_point_one_way(copy):
     [
         ("mechanics/joint/dry.py", "from ...grid import load"),
         ("grid/grid.py", "from ..mechanics.coupling import rates"),
+        ("grid/keys/run_keys.py", "from ..sections.reader import Reader"),
+        ("grid/sections/seek.py", "from ..reading import values"),
         ("report/data/study.py", "import llvmlite"),
         ("report/data/axis.py", "from ..blocks import table"),
         ("report/draw/style.py", "from ..sections import maps"),

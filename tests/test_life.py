@@ -17,9 +17,9 @@ from clearsweep.mechanics.joint.wear.contract import Worn
 from clearsweep.mechanics.solver import integration
 from clearsweep.simulation import life as lives
 from clearsweep.simulation.life_block import BlockRecord, encoded, read
+from clearsweep.simulation.observed_run import restore, snapshot_of
 from clearsweep.simulation.run import Run
 from clearsweep.simulation.start import control_of, start_of
-from clearsweep.simulation.watch import restore, snapshot_of
 
 LIFE = {"limit": "20 um", "joint": "rod-slider", "max_revolutions": 12, "tolerance": 0.2}
 WORN = {

@@ -101,7 +101,7 @@ class Block:
 
     def __call__(self, aged, state):
         self.runs += 1
-        (part,) = aged.parts
+        (part,) = aged.worn_joints
         wear = aged.scene.case.joints[part.joint_index].wear.values
         rate = np.zeros(aged.size)
         for body, where in (("bearing", part.bearing), ("journal", part.journal)):
@@ -229,7 +229,7 @@ def test_lives_that_do_not_evolve_follow_from_the_one_block():
             uncertain.with_bounding_coefficients(made.case(0), uncertain.HIGH if end == "low" else uncertain.LOW)
         )
         message = block(again, again.start)
-        assert message.rate[again.parts[0].first] == pytest.approx(coefficient * 1e6, rel=1e-12)
+        assert message.rate[again.worn_joints[0].first] == pytest.approx(coefficient * 1e6, rel=1e-12)
         length = result[f"rod_slider_life_{end}_uncertain"]
         assert length == pytest.approx(block.length(coefficient, 2e-5), rel=1e-9)
 

@@ -202,14 +202,14 @@ def test_blocks_that_are_all_alike_leave_no_doubt_and_a_single_one_leaves_all():
 class Watch:
     """Records every figure that converges, until the run ends."""
 
-    parts = 1
+    per_revolution = 1
 
     def __init__(self, layout):
         known = simulation.catalogue()
         self.names = [column.name for column in layout.columns if column.name in settling(known, known.mechanisms[0])]
         self.blocks = batch_means.Blocks(layout, self.names)
 
-    def see(self, work):
+    def observe(self, work):
         self.blocks.note(work)
         return False
 
@@ -217,7 +217,7 @@ class Watch:
 def test_figures_over_the_blocks_are_those_of_the_summary_and_blocks_grow_with_the_run():
     scene = clearsweep.load_case(slider_crank("rod-slider", changes=LONG | WORN | {"simulate.revolutions": 71}))
     watch = Watch(scene.layout)
-    summary = clearsweep.simulate(scene, watchers=(watch,)).summary
+    summary = clearsweep.simulate(scene, observers=(watch,)).summary
     assert len(watch.names) == 8
     for name in watch.names:
         result = watch.blocks.interval(name)

@@ -38,7 +38,7 @@ class JointLayout(NamedTuple):
     wear_bins: int = 0  # angular bins of each body; 0 where no wear is computed
     film: bool = False  # it has an oil film
     corners: int = 0  # separate contact points of a guide or a spatial joint; 0: a single contact
-    telling: int = 0  # auxiliary contacts after these, of a spatial joint
+    auxiliary: int = 0  # auxiliary contacts after these, of a spatial joint
     wear_rows: int = 1  # wear bins along each body's length
     friction: bool = False  # it has friction
     strength: bool = False  # yield strength of its weaker body is known
@@ -47,18 +47,18 @@ class JointLayout(NamedTuple):
     @property
     def has(self) -> set[str]:
         """Return the features of the joint that figures require."""
-        flanged = self.telling and self.corners > WALLS
+        flanged = self.auxiliary and self.corners > WALLS
         parts = {"wear": self.wear_bins, "film": self.film, "friction": self.friction}
-        parts |= {"spatial": self.telling, "axial": flanged, "strength": self.strength, "thermal": self.thermal}
+        parts |= {"spatial": self.auxiliary, "axial": flanged, "strength": self.strength, "thermal": self.thermal}
         return {name for name, features in parts.items() if features}
 
     @property
     def contacts(self) -> tuple[str, ...]:
         """Return the names of its contacts in the list of events."""
-        return tuple(f"{self.name}_{k + 1}" for k in range(self.corners + self.telling)) or (self.name,)
+        return tuple(f"{self.name}_{k + 1}" for k in range(self.corners + self.auxiliary)) or (self.name,)
 
 
-class Parts(NamedTuple):
+class CaseFeatures(NamedTuple):
     """The properties of a case that determine its layout."""
 
     mechanism: str
@@ -73,7 +73,7 @@ class Parts(NamedTuple):
     listed: tuple[str, ...] = ()  # save.channels
 
 
-def parts_of(case: Case) -> Parts:
+def features_of(case: Case) -> CaseFeatures:
     """Return the properties of a case that determine its layout."""
     simulate = case.simulate
     joints = tuple(
@@ -91,7 +91,7 @@ def parts_of(case: Case) -> Parts:
     )
     until = simulate.until.figure if simulate.until else ""
     life = case.life.column if case.life else ""
-    return Parts(
+    return CaseFeatures(
         case.mechanism.type,
         case.outline,
         joints,
@@ -131,29 +131,31 @@ class Layout(NamedTuple):
     @classmethod
     def of(cls, case: Case, catalogue: Catalogue) -> "Layout":
         """Return the layout of a case, which all cases of its grid share."""
-        return cls.with_parts(parts_of(case), catalogue)
+        return cls.with_features(features_of(case), catalogue)
 
     @classmethod
-    def with_parts(cls, parts: "Parts", catalogue: Catalogue) -> "Layout":
+    def with_features(cls, features: "CaseFeatures", catalogue: Catalogue) -> "Layout":
         """Return the layout of cases with these properties."""
-        mechanism = catalogue.outlined(parts.mechanism, parts.outline)
-        assert mechanism is not None, parts.mechanism  # a case always has a known mechanism
-        requested = {name for name in REQUESTED_COLUMNS if getattr(parts, name)}
-        frictions = (*rubbing_joints(parts.outline), *parts.preloads)
-        has = {joint.name: joint.has | ({"limited"} if joint.name == parts.life else set()) for joint in parts.joints}
+        mechanism = catalogue.outlined(features.mechanism, features.outline)
+        assert mechanism is not None, features.mechanism  # a case always has a known mechanism
+        requested = {name for name in REQUESTED_COLUMNS if getattr(features, name)}
+        frictions = (*rubbing_joints(features.outline), *features.preloads)
+        has = {joint.name: joint.has for joint in features.joints}
+        if features.life:
+            has[features.life] |= {"limited"}
         return cls(
             mechanism.name,
             mechanism.turns,
             mechanism.output.name if mechanism.output else "",
-            parts.joints,
-            columns_of(catalogue, mechanism, has, requested, parts.until, frictions),
-            _channels(catalogue, mechanism, parts.joints),
-            parts.horizon,
-            parts.error_check,
-            parts.until,
-            parts.life,
+            features.joints,
+            columns_of(catalogue, mechanism, has, requested, features.until, frictions),
+            _channels(catalogue, mechanism, features.joints),
+            features.horizon,
+            features.error_check,
+            features.until,
+            features.life,
             frictions,
-            parts.listed,
+            features.listed,
         )
 
     @property
@@ -282,9 +284,9 @@ def _channels(catalogue: Catalogue, mechanism: Mechanism, joints: Iterable[Joint
 
 def _inside(catalogue: Catalogue, joint: JointLayout) -> Iterator[Channel]:
     """Yield the time histories of a joint."""
-    yield from catalogue.spatial_channels if joint.telling else catalogue.joint_channels
+    yield from catalogue.spatial_channels if joint.auxiliary else catalogue.joint_channels
     yield from catalogue.film_channels if joint.film else ()
-    for k in range(joint.corners if joint.telling else 0):
+    for k in range(joint.corners if joint.auxiliary else 0):
         for name, unit, text in catalogue.point_channels:
             yield Channel(name.format(k + 1), unit, text.format(k + 1))
 

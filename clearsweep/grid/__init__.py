@@ -17,8 +17,7 @@ from .loading import (
 )
 from .pages.key_help import key_names, key_text, markdown
 from .pages.schema import schema
-from .reading.units import as_written
-from .resolve import leaves
+from .reading.values import as_written
 from .sections.added_cases import base_laws
 from .sections.fits import recorded_fits
 from .sections.identify import Identify, Turned, turns_of
@@ -26,7 +25,7 @@ from .sections.optimise import Optimise
 from .sections.seek import Refine, Seek
 from .sections.variations import recorded_labels
 from .written.definitions import NOTHING, Definitions, definitions_of_resolved
-from .written.document import SET, SWEEP, Changed, read_options
+from .written.document import SET, SWEEP, Changed, leaves, read_options
 
 __all__ = [
     "NOTHING",

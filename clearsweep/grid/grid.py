@@ -30,10 +30,10 @@ from .cases import (
     words_at,
 )
 from .keys.kinds import Flag, Name, NameList, Number, Section, Shape, Table, Word, value_key
+from .keys.library_names import Taken, VariedMaterial, put_material_numbers, with_material_names
 from .keys.outline import unit_of_number
 from .library.iso286 import Fit
-from .library.naming import Taken, VariedMaterial, put_material_numbers, with_material_names
-from .reading.units import WrittenUnit
+from .reading.values import WrittenUnit
 from .resolve import case_of
 from .sections.added_cases import CHECK_LAWS
 from .sections.identify import IDENTIFY, Identify

@@ -29,6 +29,7 @@ from ..contracts.outline import LoadOutline, Outline
 from .keys.joint_keys import PRELOAD
 from .keys.key_table import DIMENSIONLESS
 from .sections.uncertain import UNCERTAIN, uncertain_of
+from .written.document import leaves
 
 Tree = Mapping[str, Any]  # section of a grid file in SI: key -> number, word, list or section
 
@@ -185,14 +186,3 @@ def _materials(section: Tree) -> Materials:
 def _split_keys(section: Tree, *keys: str) -> tuple[Any, ...]:
     """Return the values of some keys, None for missing ones, and a dict of all others."""
     return (*(section.get(key) for key in keys), {key: value for key, value in section.items() if key not in keys})
-
-
-def leaves(tree: Tree, start: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield dotted path and value of every entry in nested sections and lists."""
-    for key, value in tree.items():
-        if isinstance(value, dict):
-            yield from leaves(value, f"{start}{key}.")
-        elif isinstance(value, list):
-            yield from ((f"{start}{key}.{index}", item) for index, item in enumerate(value))
-        else:
-            yield f"{start}{key}", value

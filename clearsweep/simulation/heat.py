@@ -56,7 +56,7 @@ class Balance(NamedTuple):
 class HeatObserver:
     """Records the heat of the observed joints at the end of each revolution."""
 
-    parts = 1
+    per_revolution = 1
 
     def __init__(self, layout: Layout, energies: dict[int, str]):
         """Prepare for joints, by index, with the field of ContactTotals in which the heat of each accumulates."""
@@ -64,7 +64,7 @@ class HeatObserver:
         self.times: list[float] = []
         self.sums: list[np.ndarray] = []
 
-    def see(self, work: Work) -> bool:
+    def observe(self, work: Work) -> bool:
         """Record the time (s) and the accumulated energies (J); the run continues."""
         self.times.append(float(work.y[work.time]))
         totals: Any = work.totals  # mypy takes it for a tuple of anything
@@ -160,7 +160,7 @@ def _losses(scene: Scene, names: list[str]) -> tuple[np.ndarray, np.ndarray] | N
     run = integration_of(scene, np.empty(0), end, (blocks,), turned=True)
     if run.status != integration.OK:
         return None
-    blocks.see(run.work)
+    blocks.observe(run.work)
     times, sums = np.array(blocks.times), np.array(blocks.sums)
     means = np.diff(sums, axis=0) / np.diff(times)[:, None]
     widths = np.array([half_width(means[:, k]) if len(means) > 1 else math.inf for k in range(len(energies))])

@@ -19,7 +19,7 @@ from ..mechanics.joint import registry
 from ..mechanics.joint.wear.contract import Worn
 from .extrapolation import Life, Node, StepControl
 from .first_touch import Touch, first_touch, first_touch_in_slot
-from .life_block import BlockRecord, Log, Part, encoded, parts_of, read
+from .life_block import BlockRecord, Log, WornJoint, encoded, read, worn_joints_of
 from .progress import Life as LifePhase
 from .progress import LifeLimits
 from .scene import Scene, build
@@ -41,16 +41,16 @@ class LifeRun:
         name : of a further life, for progress messages.
         """
         assert scene.case.life is not None  # only for cases with a life
-        self.scene, self.log, self.life, self.parts = scene, log, scene.case.life, parts_of(scene.case)
-        self.size = self.parts[-1].slid + 2
+        self.scene, self.log, self.life, self.worn_joints = scene, log, scene.case.life, worn_joints_of(scene.case)
+        self.size = self.worn_joints[-1].slid + 2
         self.number, self.lives, self.failure = number, number, ""  # status of a block that failed
         stored = read(log.read() if log else None, self.size)
-        self.earlier_records = [records for records in stored if records.life < number]
-        self.records = [records for records in stored if records.life == number]
+        self.earlier_records = [record for record in stored if record.life < number]
+        self.records = [record for record in stored if record.life == number]
         self.recalled = 0  # blocks requested in this process
         self.seconds_before = float(stored[-1].seconds[1]) if stored else 0.0  # s, processor time of earlier processes
         self.start = np.zeros(self.size)
-        self.target = next(part for part in self.parts if part.name == self.life.joint)
+        self.target = next(worn for worn in self.worn_joints if worn.name == self.life.joint)
         most_wear = FIRST_WEAR * min(joint.clearance for joint in scene.case.joints)
         limits = LifeLimits(
             self.life.limit, most_wear, self.life.blocks, scene.case.simulate.revolutions, self.constant
@@ -80,11 +80,11 @@ class LifeRun:
     def settings(self) -> StepControl:
         """Return limit and step control of the extrapolation."""
         case, life, first_growth = self.scene.case, self.life, np.full(self.size, math.inf)
-        for part in self.parts:
-            first_growth[part.both] = FIRST_WEAR * min(joint.clearance for joint in case.joints)
-            wear = case.joints[part.joint_index].wear
+        for worn in self.worn_joints:
+            first_growth[worn.both] = FIRST_WEAR * min(joint.clearance for joint in case.joints)
+            wear = case.joints[worn.joint_index].wear
             if wear and wear.running_in:
-                first_growth[part.slid] = FIRST_SLIDING * wear.running_in["distance"]
+                first_growth[worn.slid] = FIRST_SLIDING * wear.running_in["distance"]
         return StepControl(
             limit=life.limit,
             tolerance=life.tolerance,
@@ -92,7 +92,7 @@ class LifeRun:
             least=case.simulate.revolutions - case.simulate.discard,
             longest=life.longest_jump,
             first=first_growth,
-            groups=tuple(part.both for part in self.parts),
+            groups=tuple(worn.both for worn in self.worn_joints),
             constant=self.constant,
             alike=self.alike,
             drifting=any(joint.wear.running_in for joint in case.joints if joint.wear),
@@ -100,13 +100,13 @@ class LifeRun:
 
     def scene_at(self, state: np.ndarray) -> Scene:
         """Return the scene in a worn state."""
-        scene = build(self.scene.case, {part.name: self._worn(part, state) for part in self.parts})
+        scene = build(self.scene.case, {worn.name: self._worn(worn, state) for worn in self.worn_joints})
         return dataclasses.replace(scene, deadline=self.scene.deadline, verdict=self.scene.verdict)
 
     @staticmethod
-    def _worn(part: Part, state: np.ndarray) -> Worn:
+    def _worn(worn: WornJoint, state: np.ndarray) -> Worn:
         """Return the wear of a joint in a worn state."""
-        return Worn(state[part.bearing], state[part.journal], state[part.slid])
+        return Worn(state[worn.bearing], state[worn.journal], state[worn.slid])
 
     def recall(self, state: np.ndarray) -> BlockRecord | None:
         """Return the result of the next block from an earlier process, or None if it has not been run."""
@@ -116,9 +116,9 @@ class LifeRun:
         self.progress.reached(self.value(state))
         return self.records[self.recalled - 1]
 
-    def keep(self, records: BlockRecord, state: np.ndarray) -> None:
+    def keep(self, record: BlockRecord, state: np.ndarray) -> None:
         """Append the result of a block, run in the worn state `state`, to the log."""
-        self.records.append(records._replace(life=self.number))
+        self.records.append(record._replace(life=self.number))
         self.progress.reached(self.value(state))
         self.recalled += 1
         if self.log:
@@ -132,19 +132,22 @@ class LifeRun:
         def measure(state: np.ndarray) -> BlockRecord | None:
             if (stored := self.recall(state)) is not None:
                 return stored
-            records = run(self, state)
-            if records:
-                self.keep(records, state)
-            return records
+            record = run(self, state)
+            if record:
+                self.keep(record, state)
+            return record
 
         return measure
 
-    def touch(self, part: Part, state: np.ndarray) -> Touch:
+    def touch(self, worn: WornJoint, state: np.ndarray) -> Touch:
         """Return the largest eccentricity of a joint before its surfaces touch."""
-        joint, turned = self.scene.case.joints[part.joint_index], self.records[0].turned[:, part.joint_index]
+        joint, turned = (
+            self.scene.case.joints[worn.joint_index],
+            self.records[0].turned[:, worn.joint_index],
+        )
         if joint.slot_length is not None:
-            return first_touch_in_slot(state[part.bearing], state[part.journal])
-        return first_touch(joint.clearance, state[part.bearing], state[part.journal], turned)
+            return first_touch_in_slot(state[worn.bearing], state[worn.journal])
+        return first_touch(joint.clearance, state[worn.bearing], state[worn.journal], turned)
 
     def value(self, state: np.ndarray) -> float:
         """Return the limited quantity (m) of a worn state."""
@@ -154,17 +157,17 @@ class LifeRun:
 
     def slope(self, state: np.ndarray) -> np.ndarray:
         """Return the derivatives (n,) of the limited quantity."""
-        slope, part = np.zeros(self.size), self.target
+        slope, worn = np.zeros(self.size), self.target
         if self.life.of == "clearance_growth":
-            touch = self.touch(part, state)
-            slope[[part.bearing.start + touch.bearing, part.journal.start + touch.journal]] = touch.slant
+            touch = self.touch(worn, state)
+            slope[[worn.bearing.start + touch.bearing, worn.journal.start + touch.journal]] = touch.slant
         else:
-            slope[part.first + int(np.argmax(state[part.both]))] = 1.0
+            slope[worn.first + int(np.argmax(state[worn.both]))] = 1.0
         return slope
 
-    def ended(self, life: Life, records: BlockRecord) -> Life:
+    def ended(self, life: Life, record: BlockRecord) -> Life:
         """Return a life with the block of its last node's worn state."""
-        last_node = life.nodes[-1]._replace(rate=records.rate, block=records)
+        last_node = life.nodes[-1]._replace(rate=record.rate, block=record)
         return life._replace(nodes=(*life.nodes[:-1], last_node), blocks=life.blocks + 1)
 
     def figures(self, life: Life) -> dict[str, float | int | None]:
@@ -178,10 +181,12 @@ class LifeRun:
             f"{target}_life_jump_error": life.jump_error,
         }
         numbers |= {
-            f"{part.column}_wear_smoothing": math.nan if width is None else width
-            for part, width in zip(self.parts, self.smoothing(last_node.state), strict=True)
+            f"{worn.column}_wear_smoothing": math.nan if width is None else width
+            for worn, width in zip(self.worn_joints, self.smoothing(last_node.state), strict=True)
         }
-        numbers |= {f"{part.column}_clearance_growth": self.touch(part, last_node.state).growth for part in self.parts}
+        numbers |= {
+            f"{worn.column}_clearance_growth": self.touch(worn, last_node.state).growth for worn in self.worn_joints
+        }
         figures: dict[str, float | int | None] = {
             name: float(value) if math.isfinite(value) else None for name, value in numbers.items()
         }
@@ -190,11 +195,11 @@ class LifeRun:
     def smoothing(self, state: np.ndarray) -> list[float | None]:
         """Return the smoothing width (rad) of each joint's worn shape, or None if shapes do not affect contact."""
         joints = self.scene.case.joints
-        return [registry.smoothing(joints[part.joint_index], self._worn(part, state)) for part in self.parts]
+        return [registry.smoothing(joints[worn.joint_index], self._worn(worn, state)) for worn in self.worn_joints]
 
     def remarks(self, life: Life) -> tuple[str, ...]:
         """Return why a life did not reach its limit, and which shapes were smoothed widely; '' for neither."""
-        widths = zip([part.name for part in self.parts], self.smoothing(life.nodes[-1].state), strict=True)
+        widths = zip([worn.name for worn in self.worn_joints], self.smoothing(life.nodes[-1].state), strict=True)
         return self._unreached(life), smoothed(widths)
 
     def _unreached(self, life: Life) -> str:
@@ -212,24 +217,24 @@ class LifeRun:
         """Return the history of a life: dataset below `history/` -> values by node."""
         nodes, layouts = life.nodes, self.scene.layout.joints
         columns = {"revolutions": np.array([node.revolutions for node in nodes])}
-        for part in self.parts:
+        for worn in self.worn_joints:
             columns |= {
-                f"{part.column}/{name}": np.array([self._at(part, node)[name] for node in nodes])
+                f"{worn.column}/{name}": np.array([self._at(worn, node)[name] for node in nodes])
                 for name in ("wear_depth_max", "clearance", "force_peak", "wear_rate")
             }
-            bins = layouts[part.joint_index].wear_bins
-            for body, where in (("bearing", part.bearing), ("journal", part.journal)):
+            bins = layouts[worn.joint_index].wear_bins
+            for body, where in (("bearing", worn.bearing), ("journal", worn.journal)):
                 profiles = [node.state[where] for node in nodes]
-                columns[f"{part.column}/profile_{body}"] = np.array(
-                    [profile if bins == part.bins else finer(profile, bins) for profile in profiles]
+                columns[f"{worn.column}/profile_{body}"] = np.array(
+                    [profile if bins == worn.bins else finer(profile, bins) for profile in profiles]
                 )
         return columns
 
-    def _at(self, part: Part, node: Node) -> dict[str, float]:
+    def _at(self, worn: WornJoint, node: Node) -> dict[str, float]:
         """Return the values of a joint at a node of the history."""
         return {
-            "wear_depth_max": float(node.state[part.both].max()),
-            "clearance": self.scene.case.joints[part.joint_index].clearance + self.touch(part, node.state).growth,
-            "force_peak": float(node.block.force_peak[part.joint_index]),
-            "wear_rate": float(node.rate[part.both].max() / node.rate[-1]),
+            "wear_depth_max": float(node.state[worn.both].max()),
+            "clearance": self.scene.case.joints[worn.joint_index].clearance + self.touch(worn, node.state).growth,
+            "force_peak": float(node.block.force_peak[worn.joint_index]),
+            "wear_rate": float(node.rate[worn.both].max() / node.rate[-1]),
         }

@@ -14,16 +14,16 @@ from ..mechanics.joint.wear.contract import FINEST, SLID
 from ..mechanics.mechanism.contract import body_angles
 from ..mechanics.solver.integration import Work
 from .batch_means import Blocks, Interval
+from .observed_run import Snapshot, snapshot_of
 from .run import Run
 from .scene import Scene
 from .sums import half_width
-from .watch import Moment, snapshot_of
 from .window import by_joint
 
-PARTS = 24  # phases of a revolution at which relative body angles are recorded
+PHASES = 24  # phases of a revolution at which relative body angles are recorded
 
 
-class Part(NamedTuple):
+class WornJoint(NamedTuple):
     """A joint with wear, and its elements of the worn state."""
 
     joint_index: int
@@ -49,13 +49,13 @@ class Part(NamedTuple):
         return slice(self.first, self.first + 2 * self.bins)
 
 
-def parts_of(case: Case) -> tuple[Part, ...]:
+def worn_joints_of(case: Case) -> tuple[WornJoint, ...]:
     """Return the joints with wear; the worn state is the bins of all, their sliding distances, then the time."""
     wearing = [(place, joint, joint.wear) for place, joint in enumerate(case.joints) if joint.wear]
     bins = [min(wear.bins, FINEST) for *_, wear in wearing]
     firsts = [2 * sum(bins[:k]) for k in range(len(bins))]
     return tuple(
-        Part(place, joint.name, joint.column, bins[k], firsts[k], 2 * sum(bins) + k)
+        WornJoint(place, joint.name, joint.column, bins[k], firsts[k], 2 * sum(bins) + k)
         for k, (place, joint, _) in enumerate(wearing)
     )
 
@@ -66,7 +66,7 @@ class BlockRecord(NamedTuple):
     rate: np.ndarray  # (n,) per revolution
     width: np.ndarray  # (n,) half-width of their 95 % interval, inf where unknown
     force_peak: np.ndarray  # (joints,) N
-    turned: np.ndarray  # (PARTS, joints) rad, body angle of the journal minus that of the bearing over a revolution
+    turned: np.ndarray  # (PHASES, joints) rad, body angle of the journal minus that of the bearing over a revolution
     counts: np.ndarray  # see solver.integration
     seconds: np.ndarray  # (2,) s: integration time, and total processor time so far
     turns: float  # revolutions whose mean the rates are
@@ -76,26 +76,26 @@ class BlockRecord(NamedTuple):
 class RateObserver:
     """Ends a block when the wear rate of the limited joint is accurate enough."""
 
-    parts = PARTS
+    per_revolution = PHASES
 
     def __init__(self, scene: Scene):
         """Prepare for a block of `scene`."""
         case, save = scene.case, scene.case.save
         assert case.life is not None  # asked of cases that have one
         self.target, self.tolerance = wear_rate(case.life.column), case.life.tolerance
-        self.blocks = Blocks(scene.layout, [wear_rate(part.column) for part in parts_of(case)])
-        self.discard, self.least, self.seen = case.simulate.discard, case.simulate.revolutions, 0
+        self.blocks = Blocks(scene.layout, [wear_rate(worn.column) for worn in worn_joints_of(case)])
+        self.discard, self.least, self.observations = case.simulate.discard, case.simulate.revolutions, 0
         self.revolutions = self.discard
         self.mechanism, self.sides = scene.value.mechanism, [joint.side for joint in scene.value.joints]
         self.turned: list[list[float]] = []
         self.interval: Interval | None = None
         # snapshots, oldest first, from which the saved revolutions can be repeated
-        self.starts: deque[Moment] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
+        self.starts: deque[Snapshot] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
 
-    def see(self, work: Work) -> bool:
+    def observe(self, work: Work) -> bool:
         """Return whether the block may end with this revolution."""
-        phase, self.seen = self.seen % PARTS, self.seen + 1
-        if len(self.turned) < PARTS:
+        phase, self.observations = self.observations % PHASES, self.observations + 1
+        if len(self.turned) < PHASES:
             angles = body_angles(self.mechanism, work.y)
             self.turned.append(
                 [
@@ -106,9 +106,9 @@ class RateObserver:
         if phase:
             return False
         self.starts.append(snapshot_of(work))
-        if self.seen == 1:
+        if self.observations == 1:
             return False  # a revolution has just begun; all other pauses are at the same distance from its end
-        self.revolutions = self.discard + (self.seen - 1) // PARTS
+        self.revolutions = self.discard + (self.observations - 1) // PHASES
         if self.blocks.note(work) or self.interval is None:
             self.interval = self.blocks.interval(self.target)
         return self.interval.within(self.tolerance) and self.revolutions >= self.least
@@ -126,35 +126,35 @@ def longest_block(case: Case) -> float:
     return discard + math.floor(case.life.max_revolutions - discard + 1e-9)
 
 
-def block_record_of(scene: Scene, run: Run, watch: RateObserver, process_time: float) -> BlockRecord:
+def block_record_of(scene: Scene, run: Run, observer: RateObserver, process_time: float) -> BlockRecord:
     """Return the result of a finished block; `process_time`: s, total processor time so far."""
-    parts = parts_of(scene.case)
-    turns = watch.revolutions - watch.discard
+    worn_joints = worn_joints_of(scene.case)
+    turns = observer.revolutions - observer.discard
     whole: Any = run.totals  # mypy takes it for a tuple of anything
     totals = by_joint(whole, scene.layout)
     depths = totals.wear.reshape(len(scene.layout.joints), 2, -1)
-    rate, width = np.zeros(parts[-1].slid + 2), np.zeros(parts[-1].slid + 2)
+    rate, width = np.zeros(worn_joints[-1].slid + 2), np.zeros(worn_joints[-1].slid + 2)
     rate[-1] = (float(run.work.end[run.work.time]) - float(whole.whole.opened)) / turns
-    for part in parts:
-        rate[part.both] = depths[part.joint_index, :, : part.bins].ravel() / turns
-        earlier_slid = scene.worn[part.name].slid
-        rate[part.slid] = (totals.account[part.joint_index, SLID] - earlier_slid) / turns
-        width[part.both] = _half_widths(watch.blocks, part) * rate[-1]
+    for worn in worn_joints:
+        rate[worn.both] = depths[worn.joint_index, :, : worn.bins].ravel() / turns
+        earlier_slid = scene.worn[worn.name].slid
+        rate[worn.slid] = (totals.account[worn.joint_index, SLID] - earlier_slid) / turns
+        width[worn.both] = _half_widths(observer.blocks, worn) * rate[-1]
     peaks = np.array(totals.joint.column("force_max"))
     seconds = np.array([run.duration, process_time])
-    return BlockRecord(rate, width, peaks, np.array(watch.turned), run.counts.numbers.copy(), seconds, turns)
+    return BlockRecord(rate, width, peaks, np.array(observer.turned), run.counts.numbers.copy(), seconds, turns)
 
 
-def _half_widths(blocks: Blocks, part: Part) -> np.ndarray:
+def _half_widths(blocks: Blocks, worn: WornJoint) -> np.ndarray:
     """Return the half-widths of the 95 % intervals of bin wear rates (m/s); inf for fewer than two blocks."""
-    widths = np.full(2 * part.bins, math.inf)
+    widths = np.full(2 * worn.bins, math.inf)
     if len(blocks.ends) > 2:
-        figure = wear_rate(part.column)
-        depths = np.array([sums[figure].reshape(2, -1)[:, : part.bins].ravel() for _, sums in blocks.ends])
+        figure = wear_rate(worn.column)
+        depths = np.array([sums[figure].reshape(2, -1)[:, : worn.bins].ravel() for _, sums in blocks.ends])
         rates = np.diff(depths, axis=0) / np.diff([time for time, _ in blocks.ends])[:, None]
-        worn = rates.any(axis=0)
+        has_worn = rates.any(axis=0)
         widths[:] = 0.0
-        widths[worn] = [half_width(column) for column in rates.T[worn]]
+        widths[has_worn] = [half_width(column) for column in rates.T[has_worn]]
     return widths
 
 

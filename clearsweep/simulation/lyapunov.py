@@ -9,9 +9,9 @@ import numpy as np
 from ..mechanics.joint.modes import touches
 from ..mechanics.solver import event_actions, integration
 from ..mechanics.solver.integration import Work
-from .watch import Pausing, restore, snapshot_of
+from .observed_run import Pausing, restore, snapshot_of
 
-PARTS = 20  # rescalings per revolution
+RESCALINGS = 20  # rescalings per revolution
 SIZE, OVER, MOST = 1e-6, 1e3, 1e-3  # clearances: size after rescaling, and the least in tolerances
 SMALLEST_DISTURBANCE = 1e-9  # of that: lower bound of a disturbance, to avoid the logarithm of zero
 SATURATED = 0.1  # clearances: a saturated disturbance
@@ -38,7 +38,7 @@ class Perturbed:
     steps and their errors hardly differ until one of the runs meets an event without the other.
     """
 
-    parts = PARTS
+    per_revolution = RESCALINGS
 
     def __init__(
         self,
@@ -62,7 +62,7 @@ class Perturbed:
         self.growths: list[float] = []  # logarithm of the growth from the start to each of `times`
         self.status = integration.OK
 
-    def see(self, base: Work) -> bool:
+    def observe(self, base: Work) -> bool:
         """Advance the perturbed run to the present time of `base`."""
         moment = float(base.y[base.time])
         if not self.times:

@@ -28,14 +28,13 @@ from ..mechanics.observe.histogram import MOMENTS
 from ..mechanics.solver import integration, loop, radau
 from ..mechanics.solver.accumulate import totals as total_columns
 from ..mechanics.solver.accumulate.within_step import Record, RevolutionMarks
-from . import watch
 from .lyapunov import Branches, Perturbed
+from .observed_run import Observer, run_observed
 from .progress import Revolutions
 from .revolutions import NO_MARKS, Marks, buffers_for
 from .run_arrays import Memory, arrays_of, fields_from
 from .scene import Scene, state_units
-from .start import NOWHERE, Start, control_of, parts_of, period, start_of
-from .watch import Observer
+from .start import NOWHERE, Start, control_of, inputs_of, period, start_of
 
 TIME_BUDGET = -1  # a further status besides those of the loop
 NO_EVENTS = np.empty((0, 5))
@@ -87,7 +86,7 @@ class Run:
         moment = 2 * len(value.coordinates)
         independent = 0 if scene.crank_clock.free else moment
         self.given = start.given.copy()
-        given = parts_of(self.given, start.form, contact_count, len(internal))
+        given = inputs_of(self.given, start.form, contact_count, len(internal))
         self.totals = _accumulators_of(scene, contact_count, fields_from(total_columns.Totals, arrays), zeros)
         samples = zeros((given.times.size, len(scene.layout.channels)))
         self.record = Record(given.times, samples, independent if turned else moment)
@@ -273,14 +272,14 @@ def integration_of(
     scene: Scene,
     times: np.ndarray,
     end: float,
-    watchers: Sequence[Observer] = (),
+    observers: Sequence[Observer] = (),
     *,
     turned: bool = False,
     marks: Marks = NO_MARKS,
 ) -> Run:
     """Return the integration of a scene up to `end` (s, or rad for a free crank), reported at `times`."""
     run = run_at(scene, times, turned=turned, marks=marks)
-    integrate(scene, run, end, keep_events=keeps_events(scene, times), watchers=watchers)
+    integrate(scene, run, end, keep_events=keeps_events(scene, times), observers=observers)
     return run
 
 
@@ -289,15 +288,15 @@ def keeps_events(scene: Scene, times: np.ndarray) -> bool:
     return scene.case.save.orbits != "none" or times.size > 0
 
 
-def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers: Sequence[Observer] = ()) -> None:
-    """Integrate a scene up to `end` (s, or rad for a free crank), observed by `watchers`, see `watch`."""
+def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, observers: Sequence[Observer] = ()) -> None:
+    """Integrate a scene up to `end` (s, or rad for a free crank), observed by `observers`, see `observed_run`."""
     control = control_of(scene, end, keep_events=keep_events)
     if not scene.layout.horizon:
-        call(run, control, scene, watchers)
+        call(run, control, scene, observers)
         return
     neighbour = Run(start_of(scene, NOWHERE))
     perturbed = Perturbed(control, neighbour, state_units(scene), scene.case.simulate.tolerance, _branches(scene))
-    call(run, control, scene, (*watchers, perturbed))
+    call(run, control, scene, (*observers, perturbed))
     run.figures = perturbed.figures(period(scene))
     neighbour.counts.numbers[:] += neighbour.work.counts.numbers
     run.spent(neighbour)
@@ -310,13 +309,13 @@ def start(run: Run, control: integration.Control) -> None:
     run.use_control(control)
 
 
-def call(run: Run, control: integration.Control, scene: Scene, watchers: Sequence[Observer] = ()) -> None:
+def call(run: Run, control: integration.Control, scene: Scene, observers: Sequence[Observer] = ()) -> None:
     """Integrate in one call, or with pauses if there are observers."""
     start(run, control)
     run.phase = phases.start(Revolutions(scene))
     try:
-        if watchers:
-            run.status, log = watch.drive(control, run, scene.case.simulate.discard, scene.crank_clock.at, watchers)
+        if observers:
+            run.status, log = run_observed(control, run, scene.case.simulate.discard, scene.crank_clock.at, observers)
         else:
             run.status, log = run.go(control)
     finally:

@@ -12,7 +12,7 @@ import numpy as np
 from .. import grid
 from ..contracts.case import DOUBTFUL_WEAR_NUMBER, Case, Joint
 from ..contracts.catalogue import Catalogue, Figure, Mechanism
-from ..contracts.layout import Layout, Parts, parts_of
+from ..contracts.layout import CaseFeatures, Layout, features_of
 from ..contracts.machine import Machine
 from ..judging.verdict import NO_VERDICT, Verdict
 from ..language.errors import InputError
@@ -32,7 +32,7 @@ from . import crank_clock, links
 from .figures import catalogue as figures
 from .ideal import ideal_motion, mechanism_of
 
-_LAYOUTS: dict[Parts, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with their sources
+_LAYOUTS: dict[CaseFeatures, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with their sources
 SEATINGS = 3  # iterations on worn shapes: body angles depend slightly on the seats
 _LARGEST_WEAR = 1e-11  # m^2/N: times the hardness of steel, 2 GPa, this exceeds DOUBTFUL_WEAR_NUMBER
 
@@ -82,11 +82,11 @@ def load_case(source: str | PathLike | Mapping, overrides: Mapping[str, Any] | N
 
 
 def layout_of(case: Case) -> Layout:
-    """Return the layout of a case; cases with the same parts share one, since creating it takes 70 us."""
-    parts, origin = parts_of(case), (figures.FIGURES, MECHANISMS[case.mechanism.type])
-    stored = _LAYOUTS.get(parts)
+    """Return the layout of a case; cases with the same features share one, since creating it takes 70 us."""
+    features, origin = features_of(case), (figures.FIGURES, MECHANISMS[case.mechanism.type])
+    stored = _LAYOUTS.get(features)
     if stored is None or any(previous is not current for previous, current in zip(stored[0], origin, strict=True)):
-        stored = _LAYOUTS[parts] = origin, Layout.with_parts(parts, catalogue())
+        stored = _LAYOUTS[features] = origin, Layout.with_features(features, catalogue())
     return stored[1]
 
 

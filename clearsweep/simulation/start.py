@@ -62,7 +62,7 @@ class RunInputs(NamedTuple):
     limit_depth: np.ndarray
 
 
-def parts_of(given: np.ndarray, form: BatchKey, contacts: int, internal: int) -> RunInputs:
+def inputs_of(given: np.ndarray, form: BatchKey, contacts: int, internal: int) -> RunInputs:
     """Return views of the inputs in one array, for a number of contacts and `internal` states."""
     sizes = form.samples, form.marks, form.knots, internal, contacts, contacts
     return RunInputs._make(given[first:end] for first, end in pairwise(accumulate(sizes, initial=0)))

@@ -25,6 +25,7 @@ from .figures.catalogue import COST, SETUP
 from .heat import Balance, at_equilibrium, has_balance
 from .life import LifeRun
 from .life_block import BlockRecord, Log, RateObserver, block_record_of, longest_block
+from .observed_run import Observer, Snapshot, restore
 from .outcome import trajectory_of
 from .revolutions import Marks, marks_of
 from .run import Run, call, integrate, integration_of, release
@@ -33,13 +34,12 @@ from .start import NOWHERE, control_of, start_of
 from .uncertain import failures, further_lives
 from .uncertain import figures as uncertain_figures
 from .until import Until, longest, marks
-from .watch import Moment, Observer, restore
 
 
 def simulate(
     scene: Scene,
     times: ArrayLike | None = None,
-    watchers: Sequence[Observer] = (),
+    observers: Sequence[Observer] = (),
     *,
     progress: bool = False,
     log: Log | None = None,
@@ -50,7 +50,7 @@ def simulate(
     ----------
     scene : result of `load_case` or `scene.build`.
     times : (n,) s, increasing, within the run: times of the samples.  None: the sampling of the case.
-    watchers : observers of the run, see `watch.drive`.
+    observers : observers of the run, see `observed_run.run_observed`.
     progress : whether to print the progress of a long run on stderr; no bit of the
         result depends on it.
     log : storage of a life's block results, from which it resumes.
@@ -65,14 +65,14 @@ def simulate(
         )
     begin = time.perf_counter()
     with phases.shown(progress):
-        trajectory = _all_integrations(with_deadline(scene), times, watchers, log)
+        trajectory = _all_integrations(with_deadline(scene), times, observers, log)
     summary, spent = trajectory.summary, scene.build_time + time.perf_counter() - begin
     summary[SETUP.name] = max(spent - (summary.get("run_time") or 0.0), 0.0)
     return with_limits(scene, trajectory)
 
 
 def _all_integrations(
-    scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], log: Log | None
+    scene: Scene, times: ArrayLike | None, observers: Sequence[Observer], log: Log | None
 ) -> Trajectory:
     """Return the trajectory of a scene, with all integrations that its case requires."""
     balance = None
@@ -82,10 +82,10 @@ def _all_integrations(
         if balance.seized:
             return _seized(scene, balance)
     if scene.case.life:
-        trajectory = _run_life(scene, times, watchers, LifeRun(scene, log))
+        trajectory = _run_life(scene, times, observers, LifeRun(scene, log))
     else:
         trajectory = (
-            _run_until_converged(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
+            _run_until_converged(scene, times, observers) if scene.layout.until else _simulate(scene, times, observers)
         )
     if balance:
         trajectory = _with_balance(scene, trajectory, balance)
@@ -105,13 +105,13 @@ def _seized(scene: Scene, balance: Balance) -> Trajectory:
     """Return the failed trajectory of a case with a joint that closes as it warms up."""
     trajectory = _simulate(scene, NOWHERE)
     spent = {figure.name: trajectory.summary[figure.name] for figure in COST}
-    block_record = [
+    closing_joints = [
         f"{joint.name}, with {1e6 * cold.clearance:.4g} um of clearance at 20 degC, closes on its way to "
         f"{balance.implied[joint.column]:.4g} K"
         for joint, cold in zip(scene.case.joints, balance.cold, strict=True)
         if joint.column in balance.seized
     ]
-    message = f"{'; '.join(block_record)}; a larger clearance or thermal.conductance helps, or less friction"
+    message = f"{'; '.join(closing_joints)}; a larger clearance or thermal.conductance helps, or less friction"
     summary = dict.fromkeys(trajectory.summary) | spent
     return dataclasses.replace(
         trajectory, status="seized", message=message, summary=summary, channels={}, wear={}, poincare={}
@@ -126,7 +126,7 @@ def _with_balance(scene: Scene, trajectory: Trajectory, balance: Balance) -> Tra
     if trajectory.status != "ok":
         return trajectory
     whose = {joint.column: f"the film of {joint.name}" if joint.film else joint.name for joint in scene.case.joints}
-    unsure = unsure_films([(whose[joint], *block_record) for joint, block_record in balance.unsure().items()])
+    unsure = unsure_films([(whose[joint], *accuracy) for joint, accuracy in balance.unsure().items()])
     remark = unsure if balance.converged else UNBALANCED
     return dataclasses.replace(trajectory, message=message_of(trajectory.message, remark))
 
@@ -174,10 +174,10 @@ def horizon_of(scene: Scene, times: ArrayLike | None = None) -> Horizon:
     return Horizon(end, reported, free and times is None, marks_of(scene, scene.case.simulate.revolutions))
 
 
-def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer] = ()) -> Trajectory:
+def _simulate(scene: Scene, times: ArrayLike | None, observers: Sequence[Observer] = ()) -> Trajectory:
     """Return the trajectory of a scene of given length."""
     end, reported, turned, marked = horizon_of(scene, times)
-    run = integration_of(scene, reported, end, watchers, turned=turned, marks=marked)
+    run = integration_of(scene, reported, end, observers, turned=turned, marks=marked)
     if scene.crank_clock.free and times is not None and run.status == integration.OK:
         finish_samples(scene, run)
     trajectory = trajectory_of(scene, run, end)
@@ -200,7 +200,7 @@ def finish_samples(scene: Scene, run: Run) -> None:
     run.status = integration.OK
 
 
-def _run_until_converged(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer]) -> Trajectory:
+def _run_until_converged(scene: Scene, times: ArrayLike | None, observers: Sequence[Observer]) -> Trajectory:
     """Return the trajectory of a scene that runs until a figure has converged.
 
     The samples come from a second, bit-identical run over the saved revolutions, as their times were unknown.
@@ -209,44 +209,46 @@ def _run_until_converged(scene: Scene, times: ArrayLike | None, watchers: Sequen
     full_scene = _with_settings(scene, revolutions=longest(settings))
     end = at(full_scene.case.simulate.revolutions)
     run = Run(start_of(scene, marks(settings, at), marks_of(scene, longest(settings))), turned=True)
-    watch = Until(scene, run.record.samples)
+    observer = Until(scene, run.record.samples)
     keep_events = orbits != "none" or times is not None
-    integrate(full_scene, run, end, keep_events=keep_events, watchers=(watch, *watchers))
+    integrate(full_scene, run, end, keep_events=keep_events, observers=(observer, *observers))
     run.record = Record(NOWHERE, NOWHERE, run.record.independent)
     if run.status != integration.OK:
         return trajectory_of(full_scene, run, end)
-    trajectory = _converged_trajectory(scene, run, watch, times)
-    trajectory.summary.update(watch.figures())
+    trajectory = _converged_trajectory(scene, run, observer, times)
+    trajectory.summary.update(observer.figures())
     return trajectory
 
 
-def _converged_trajectory(scene: Scene, run: Run, watch: Until | RateObserver, times: ArrayLike | None) -> Trajectory:
+def _converged_trajectory(
+    scene: Scene, run: Run, observer: Until | RateObserver, times: ArrayLike | None
+) -> Trajectory:
     """Return the trajectory of a run that has determined its length."""
     at, orbits = scene.crank_clock.at, scene.case.save.orbits
-    final_scene = _with_settings(scene, revolutions=watch.revolutions)
-    end = at(watch.revolutions)
+    final_scene = _with_settings(scene, revolutions=observer.revolutions)
+    end = at(observer.revolutions)
     if times is not None or orbits != "none":
-        check_memory(0.0 if times is not None else history_bytes(scene.layout, scene.case.save, watch.revolutions))
+        check_memory(0.0 if times is not None else history_bytes(scene.layout, scene.case.save, observer.revolutions))
         last = math.inf if scene.crank_clock.free else end
         reported = sampling_times(final_scene) if times is None else checked_times(times, last)
         second_run = Run(start_of(scene, reported), turned=times is None)
-        _retrace(final_scene, run, second_run, end, watch.starts)
+        _retrace(final_scene, run, second_run, end, observer.starts)
     return trajectory_of(final_scene, run, end)
 
 
-def _run_life(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], life_run: LifeRun) -> Trajectory:
+def _run_life(scene: Scene, times: ArrayLike | None, observers: Sequence[Observer], life_run: LifeRun) -> Trajectory:
     """Return the trajectory of a life: its last block, with the history up to the limit."""
     begin = time.process_time()
     life_run.scene = scene = dataclasses.replace(scene, deadline=scene.deadline - life_run.seconds_before)
     last: list[tuple[Scene, Run, RateObserver]] = []
 
     def run_block(life_run: LifeRun, state: np.ndarray) -> BlockRecord | None:
-        last[:] = [_block(life_run.scene_at(state), watchers)]
-        aged, run, watch = last[0]
+        last[:] = [_block(life_run.scene_at(state), observers)]
+        aged, run, observer = last[0]
         if run.status != integration.OK:
             life_run.failure = _failed_block(aged, run).status
             return None
-        return block_record_of(aged, run, watch, life_run.seconds_before + time.process_time() - begin)
+        return block_record_of(aged, run, observer, life_run.seconds_before + time.process_time() - begin)
 
     with phases.phase(life_run.progress):
         life = extrapolated_life(life_run.measured(run_block), life_run, life_run.settings(), life_run.start)
@@ -255,7 +257,7 @@ def _run_life(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer
             life = life_run.ended(life, last_block) if last_block else None
         elif life and not last and not run_block(life_run, life_run.start):  # its only block is in the log
             life = None
-    aged, run, watch = last[0]
+    aged, run, observer = last[0]
     if life is None:
         failed = _failed_block(aged, run)
         return dataclasses.replace(failed, message=f"block {len(life_run.records) + 1} of its life: {failed.message}")
@@ -266,7 +268,7 @@ def _run_life(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer
     ]:
         run.counts.numbers[:] += block_record.counts
         run.duration += float(block_record.seconds[0])
-    trajectory = _converged_trajectory(aged, run, watch, times)
+    trajectory = _converged_trajectory(aged, run, observer, times)
     trajectory.summary.update(life_run.figures(life))
     trajectory.summary.update(uncertain_figures(life_run.target.column, bounding_lives) if bounding_lives else {})
     message = message_of(trajectory.message, *life_run.remarks(life), *failures(bounding_lives))
@@ -279,17 +281,17 @@ def _failed_block(scene: Scene, run: Run) -> Trajectory:
     return trajectory_of(full_scene, run, scene.crank_clock.at(full_scene.case.simulate.revolutions))
 
 
-def _block(scene: Scene, watchers: Sequence[Observer]) -> tuple[Scene, Run, RateObserver]:
+def _block(scene: Scene, observers: Sequence[Observer]) -> tuple[Scene, Run, RateObserver]:
     """Return a scene, the run of a block of revolutions, and its observer."""
     longest = longest_block(scene.case)
     full_scene = _with_settings(scene, revolutions=longest)
-    run, watch = Run(start_of(full_scene, NOWHERE, marks_of(full_scene, longest))), RateObserver(scene)
+    run, observer = Run(start_of(full_scene, NOWHERE, marks_of(full_scene, longest))), RateObserver(scene)
     keep_events = scene.case.save.orbits != "none"
-    integrate(full_scene, run, scene.crank_clock.at(longest), keep_events=keep_events, watchers=(watch, *watchers))
-    return scene, run, watch
+    integrate(full_scene, run, scene.crank_clock.at(longest), keep_events=keep_events, observers=(observer, *observers))
+    return scene, run, observer
 
 
-def _retrace(scene: Scene, run: Run, second_run: Run, end: float, starts: Iterable[Moment]) -> None:
+def _retrace(scene: Scene, run: Run, second_run: Run, end: float, starts: Iterable[Snapshot]) -> None:
     """Record the motion of a run in `second_run`, from the last suitable snapshot in `starts` or from the beginning."""
     times, independent = second_run.record.times, second_run.record.independent
     snapshots = [start for start in starts if times.size and start["y"][independent] <= times[0]]

@@ -11,7 +11,7 @@ from ..judging.validity import LIFE_FAILED
 from ..language import phases
 from .extrapolation import Life, extrapolated_life
 from .life import LifeRun
-from .life_block import BlockRecord, Part
+from .life_block import BlockRecord, WornJoint
 
 LOW, HIGH = "low", "high"
 
@@ -63,30 +63,30 @@ def further_lives(
     return lives
 
 
-def _repeated(records: BlockRecord) -> Callable[[np.ndarray], BlockRecord]:
+def _repeated(record: BlockRecord) -> Callable[[np.ndarray], BlockRecord]:
     """Return a function that repeats the result of one block, for motion that is independent of wear."""
-    return lambda state: records
+    return lambda state: record
 
 
 def _scaled(life_run: LifeRun, case: Case) -> BlockRecord:
     """Return the result of a block with its rates scaled to the wear coefficients of another case."""
-    records = life_run.records[0]
+    record = life_run.records[0]
     factors = np.ones(life_run.size)
-    for part in life_run.parts:
-        for body, where in (("bearing", part.bearing), ("journal", part.journal)):
-            factors[where] = _ratio(life_run.scene.case, case, part, body)
-    return records._replace(rate=records.rate * factors, width=records.width * factors)
+    for worn in life_run.worn_joints:
+        for body, where in (("bearing", worn.bearing), ("journal", worn.journal)):
+            factors[where] = _ratio(life_run.scene.case, case, worn, body)
+    return record._replace(rate=record.rate * factors, width=record.width * factors)
 
 
-def _ratio(case: Case, other: Case, part: Part, body: str) -> float:
+def _ratio(case: Case, other: Case, worn: WornJoint, body: str) -> float:
     """Return the ratio of a body's wear coefficients in two cases; 1 if it does not wear."""
-    coefficient, other_coefficient = (_coefficient(of_case, part, body) for of_case in (case, other))
+    coefficient, other_coefficient = (_coefficient(of_case, worn, body) for of_case in (case, other))
     return other_coefficient / coefficient if coefficient else 1.0
 
 
-def _coefficient(case: Case, part: Part, body: str) -> float:
+def _coefficient(case: Case, worn: WornJoint, body: str) -> float:
     """Return the wear coefficient of a body, in the unit of the grid."""
-    wear = case.joints[part.joint_index].wear
+    wear = case.joints[worn.joint_index].wear
     assert wear is not None  # asked of joints that wear
     return wear.values[f"{body}_coefficient"]
 

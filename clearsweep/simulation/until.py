@@ -10,9 +10,9 @@ from ..contracts import case
 from ..contracts.case import Simulate
 from ..mechanics.solver.integration import Work
 from .batch_means import Blocks, Interval
+from .observed_run import Snapshot, pause_at, snapshot_of
 from .revolutions import period_of
 from .scene import Scene
-from .watch import Moment, pause_at, snapshot_of
 
 
 def marks(settings: Simulate, at: Callable[[float], float]) -> np.ndarray:
@@ -24,7 +24,7 @@ def marks(settings: Simulate, at: Callable[[float], float]) -> np.ndarray:
 class Until:
     """Ends a run when its figure has converged or its motion is periodic."""
 
-    parts = 1
+    per_revolution = 1
 
     def __init__(self, scene: Scene, samples: np.ndarray):
         """Prepare for a run of `scene` that stores its time histories at the `marks` in `samples`."""
@@ -34,12 +34,12 @@ class Until:
         self.discard, self.least = settings.discard, settings.revolutions
         self.samples, self.places, self.units = samples, *_journals(scene)
         # snapshots, oldest first, from which the saved revolutions can be repeated
-        self.starts: deque[Moment] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
+        self.starts: deque[Snapshot] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
         self.revolutions, self.settled = 0.0, False
         self.period: int | None = None  # revolutions
         self.interval: Interval | None = None
 
-    def see(self, work: Work) -> bool:
+    def observe(self, work: Work) -> bool:
         """Return whether the run may end with this revolution."""
         turns = self.blocks.turns
         self.revolutions = self.discard + turns

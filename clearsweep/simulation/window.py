@@ -123,17 +123,17 @@ def rows_of(layout: Layout) -> list[slice]:
 def bearing_of(layout: Layout) -> list[slice]:
     """Return the contacts whose normal forces are those of the joint; for a spatial joint, the sum of its walls."""
     pairs = zip(rows_of(layout), layout.joints, strict=True)
-    return [slice(row.start + joint.corners, row.stop - 1) if joint.telling else row for row, joint in pairs]
+    return [slice(row.start + joint.corners, row.stop - 1) if joint.auxiliary else row for row, joint in pairs]
 
 
 def _together(contacts: ContactTotals, joint: JointLayout) -> JointTotals:
     """Return the sums of a joint from those of its contacts, (contacts,)."""
     combined = JointTotals.zeros()
-    walls = contacts[:WALLS] if joint.telling else contacts
+    walls = contacts[:WALLS] if joint.auxiliary else contacts
     combined.numbers[: ContactTotals.SIZE] = walls.numbers.sum(axis=0)
     for name in LARGEST:
         setattr(combined, name, walls.column(name).max())
-    if joint.telling:
+    if joint.auxiliary:
         points, flanges = contacts[: joint.corners], contacts[WALLS : joint.corners]
         whole, uneven = contacts[-2], contacts[-1]
         for name in ("force_square", "force_max", "load_max"):
@@ -190,7 +190,7 @@ def wear_of(layout: Layout, totals: Totals | Summed) -> dict[str, tuple[np.ndarr
         if bins:
             bins_kept, rows = min(bins, FINEST), joint.wear_rows
             bearing, journal = depths[:, : bins_kept * rows].reshape(2, rows, bins_kept).swapaxes(1, 2).copy()
-            if not joint.telling:
+            if not joint.auxiliary:
                 bearing, journal = bearing[:, 0], journal[:, 0]
             wear[joint.name] = (bearing, journal) if bins <= FINEST else (finer(bearing, bins), finer(journal, bins))
     return wear

@@ -39,7 +39,7 @@ def read_results(
         table = with_verdict(result_schema.verdict, group)
         status += table["status"].to_pylist()
         exceeded += (
-            [arrays or "" for arrays in table[EXCEEDED].to_pylist()]
+            [columns or "" for columns in table[EXCEEDED].to_pylist()]
             if result_schema.verdict.limits
             else [""] * len(table)
         )
@@ -54,8 +54,12 @@ def read_results(
             selection[limit.column] = np.fmin(selection.get(limit.column, np.inf), margin)
         for name, values in selection.items():
             margins[name].append(values)
-    joined = [{name: np.concatenate([[], *parts]) for name, parts in arrays.items()} for arrays in (margins, requested)]
-    return CaseResults(status, exceeded, joined[0], joined[1])
+    return CaseResults(status, exceeded, _joined(margins), _joined(requested))
+
+
+def _joined(arrays: Mapping[str, Sequence[np.ndarray]]) -> dict[str, np.ndarray]:
+    """Return name -> the values of all row groups."""
+    return {name: np.concatenate([[], *groups]) for name, groups in arrays.items()}
 
 
 def histories(

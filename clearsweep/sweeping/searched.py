@@ -110,14 +110,14 @@ def refine_lines(facts: dict[str, Any]) -> list[str]:
     refinement = facts["refined"]
     if not refinement:
         return []
-    count, section = refinement["added"], refinement["asked"]
+    count, allowed = refinement["added"], refinement["asked"]
     if not refinement["crossed"]:
         return ["", "Refined: no cases added, because no two neighbours differ in meeting the limits"]
     units = "it is known to a thousandth of the steps of the grid" if refinement["whole"] else "more would narrow it"
     boxes = f"{refinement['crossed']:,} place" + "s" * (refinement["crossed"] != 1)
     return [
         "",
-        f"Refined: {count:,} of at most {section:,} cases added along the border of the limits, at {boxes}; {units}",
+        f"Refined: {count:,} of at most {allowed:,} cases added along the border of the limits, at {boxes}; {units}",
     ]
 
 

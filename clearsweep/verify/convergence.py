@@ -32,13 +32,13 @@ QUICK_TOLERANCES, QUICK_LENGTHS = (1e-6, 1e-8, 1e-10), (10, 30, 100)
 class Lengths:
     """Records the intervals of the figures when a run reaches given lengths."""
 
-    parts = 1
+    per_revolution = 1
 
     def __init__(self, layout: Layout, lengths: Sequence[int]):
         self.blocks, self.lengths = Blocks(layout, FIGURES), lengths
         self.intervals: dict[int, dict[str, Interval]] = {}  # length -> figure -> interval
 
-    def see(self, work: Work) -> bool:
+    def observe(self, work: Work) -> bool:
         """Add the end of a revolution."""
         turns = self.blocks.turns
         self.blocks.note(work)
@@ -83,10 +83,10 @@ def run(tolerance: float, lengths: Sequence[int]) -> list[dict[str, Any]]:
     length = DISCARD + max(lengths)
     source["simulate"] = {"revolutions": length, "discard": DISCARD, "tolerance": tolerance}
     scene_of_problem = scene.build(grid.load(source, scene.catalogue()).case(0))
-    watch = Lengths(scene_of_problem.layout, lengths)
-    simulate(scene_of_problem, watchers=(watch,))
+    observer = Lengths(scene_of_problem.layout, lengths)
+    simulate(scene_of_problem, observers=(observer,))
     return [
         {"tolerance": tolerance, "revolutions": turns}
         | {figure: interval._asdict() for figure, interval in intervals.items()}
-        for turns, intervals in watch.intervals.items()
+        for turns, intervals in observer.intervals.items()
     ]

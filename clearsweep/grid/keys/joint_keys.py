@@ -6,7 +6,6 @@ from ...contracts.case import Materials
 from ...contracts.catalogue import Catalogue, Field, JointSite, Law
 from ...contracts.layout import PRELOAD
 from ..library import MATERIALS, OILS
-from ..library.naming import MATERIAL, OIL
 from .kinds import (
     Condition,
     ConditionalDefault,
@@ -21,6 +20,7 @@ from .kinds import (
     section_key,
     word_key,
 )
+from .library_names import MATERIAL, OIL
 
 JOURNAL = "compatible"  # the elastic law of a journal in a bearing
 

@@ -4,7 +4,6 @@ from ...contracts.catalogue import Catalogue, Field, JointSite, Keys, Mechanism,
 from ...contracts.layout import settling
 from ...contracts.outline import ANY
 from ..library import PAIRS
-from ..library.naming import LAW, PAIR
 from .joint_keys import (
     ALONG,
     add_contact,
@@ -22,6 +21,7 @@ from .joint_keys import (
     through,
 )
 from .kinds import ConditionalDefault, Flag, Name, Number, Section, Shape, Table, Use, Word, word_key
+from .library_names import LAW, PAIR
 from .run_keys import TIME_BUDGET, add_life_keys, add_save_keys
 
 DIMENSIONLESS = "dimensionless"

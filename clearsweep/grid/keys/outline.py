@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 from ...contracts.catalogue import Catalogue, Mechanism
 from ...contracts.outline import ANY, EVERYTHING, IN_SPACE, SIZES, BodyOutline, JointOutline, LoadOutline, Outline
 from ...language import quantity
-from ..resolve import leaves
-from ..written.document import WrittenValue
+from ..written.document import WrittenValue, leaves
 from .key_table import shape
 from .kinds import Number, Shape, Word
 

@@ -6,8 +6,8 @@ from ...contracts.catalogue import Catalogue
 from ...contracts.outline import ANY
 from ...language import quantity
 from ..keys.kinds import ITEMS, Flag, Name, NameList, Number, Section, Shape, Table, Word
+from ..keys.library_names import MATERIAL
 from ..keys.outline import key_trees
-from ..library.naming import MATERIAL
 from ..sections.added_cases import CHECK_LAWS, CHECK_LAWS_TEXT
 from ..sections.identify import IDENTIFY_SECTION
 from ..sections.limits import FIGURES_SECTION, LIMITS_SECTION

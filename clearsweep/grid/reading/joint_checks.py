@@ -8,11 +8,10 @@ from ...language.errors import nearest
 from ..keys.joint_keys import moduli
 from ..keys.key_table import DIMENSIONLESS
 from ..keys.kinds import Number, Section, value_key, word_key
-from ..keys.run_keys import check_life
+from ..sections.reader import Reader
 from .machine_checks import check_films, check_machine
-from .reader import Reader
-from .units import COEFFICIENTS
-from .values import exponent_values
+from .run_checks import check_life
+from .values import COEFFICIENTS, exponent_values
 
 
 def check_values(reader: Reader, catalogue: Catalogue) -> None:

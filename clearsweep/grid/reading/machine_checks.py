@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from ...contracts.catalogue import Catalogue, Law
 from ...contracts.outline import GROUND, JointOutline
 from ..keys.kinds import Section
-from .reader import Reader
+from ..sections.reader import Reader
 
 _REACHES = "no chain of joints connects it with the ground; connect it with a joint, or remove it"
 

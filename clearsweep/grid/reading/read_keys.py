@@ -4,14 +4,14 @@ from ...contracts.catalogue import Catalogue, Mechanism
 from ...language.errors import nearest, shown
 from ..keys.key_table import shape
 from ..keys.kinds import Flag, Name, NameList, Number, Section, Shape, Table, Word
+from ..keys.library_names import find_varied_materials, keys_of_materials, put_library_numbers, written_material_names
 from ..keys.outline import DRIVES, is_open, outline_of_document, wrong_names
-from ..keys.run_keys import put_time_budget, read_channels
-from ..library.naming import find_varied_materials, keys_of_materials, put_library_numbers, written_material_names
 from ..sections.added_cases import CHECK_LAWS, find_added_cases, read_check_laws
 from ..sections.fits import put_fit_clearances
 from ..sections.identify import IDENTIFY, put_saved_signals, read_identify
 from ..sections.limits import FIGURES_SECTION, LIMITS_SECTION, expected_columns, read_limits
 from ..sections.optimise import OPTIMISE, read_optimise
+from ..sections.reader import Reader
 from ..sections.seek import REFINE, SEEK, read_refine, read_seek
 from ..sections.uncertain import UNCERTAIN, read_uncertain
 from ..sections.variations import (
@@ -27,9 +27,16 @@ from ..sections.variations import (
 )
 from ..written.definitions import DEFINE, resolve_definitions, varied_paths
 from ..written.document import Problems, WrittenValue
-from .reader import Reader
-from .units import put_wear_units
-from .values import list_items, read_flag, read_number, read_table_key, read_word_key, values_before_reading
+from .run_checks import put_time_budget, read_channels
+from .values import (
+    list_items,
+    put_wear_units,
+    read_flag,
+    read_number,
+    read_table_key,
+    read_word_key,
+    values_before_reading,
+)
 
 _SEARCHES = (SEEK, REFINE, OPTIMISE, IDENTIFY)
 

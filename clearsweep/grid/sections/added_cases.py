@@ -8,8 +8,8 @@ from typing import Any
 
 from ...language.errors import shown
 from ..keys.kinds import Word, value_key
-from ..reading.reader import Reader
 from ..written.document import WrittenValue
+from .reader import Reader
 from .section import ADDED, KeySection, section_in
 
 

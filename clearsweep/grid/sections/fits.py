@@ -11,9 +11,9 @@ from typing import Any
 from ...language.errors import InputError, nearest, shown
 from ..keys.kinds import Number
 from ..library.iso286 import Fit, fit
-from ..reading.reader import Reader
 from ..written.document import WrittenValue
 from .distributions import FROM_FIT
+from .reader import Reader
 
 FORM = "{fit: H7/f7}, or {fit: H7/f7, distribution: normal}"
 
@@ -32,12 +32,12 @@ def put_fit_clearances(grid_reader: Reader, values_of: Callable[[str], tuple[flo
             except _WrongFitError as error:
                 if str(error):
                     grid_reader.problems.add(error.written, path, str(error))
-                for limits in (
+                for values in (
                     grid_reader.shape,
                     grid_reader.swept,
                     grid_reader.written,
                 ):  # its problem is reported already
-                    limits.pop(path, None)
+                    values.pop(path, None)
             if entries is grid_reader.written and path in grid_reader.swept:
                 grid_reader.fits.pop(path, None)  # a value next to an axis belongs to no case
 

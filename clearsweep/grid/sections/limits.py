@@ -10,8 +10,8 @@ from ...language import expression, quantity
 from ...language.errors import InputError, nearest, shown
 from ..keys.kinds import Section
 from ..keys.run_keys import LIFE
-from ..reading.reader import Reader
 from ..written.document import WrittenValue
+from .reader import Reader
 from .section import QUANTITY, NameSection
 
 _TIMES = "times"

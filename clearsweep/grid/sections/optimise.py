@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 from ...language import quantity
 from ...language.errors import nearest, shown
 from ..keys.kinds import Number, Word
-from ..library.naming import name_path
-from ..reading.reader import Reader
+from ..keys.library_names import name_path
 from ..written.document import WrittenValue
 from .added_cases import check_always_used, over_of
+from .reader import Reader
 from .section import FITS_FORM, NAMES, PAIR, Key, KeySection, cases_key, named_forms, section_in
 
 OPTIMISE = "optimise"

@@ -9,10 +9,10 @@ from ...language import quantity
 from ...language.errors import InputError, shown
 from ..keys.kinds import Number, value_key
 from ..library.iso286 import Fit
-from ..reading.reader import Reader
 from ..written.document import WrittenValue
 from .added_cases import check_always_used
 from .fits import fits_among
+from .reader import Reader
 from .section import FITS_FORM, NAMES, PAIR, QUANTITY, Key, KeySection, cases_key, section_in
 
 SEEK = "seek"
@@ -121,10 +121,8 @@ def range_of_seek(
     if among is not None:
         return _among(reader, section, paths, values_of)
     if between is None or not isinstance(between.value, list) or len(between.value) != 2:
-        results = "is missing" if between is None else f"found {shown(between.value)}"
-        reader.problems.add(
-            between or section, f"{SEEK}.between", f"{results}; write the range, such as [5 um, 200 um]"
-        )
+        fault = "is missing" if between is None else f"found {shown(between.value)}"
+        reader.problems.add(between or section, f"{SEEK}.between", f"{fault}; write the range, such as [5 um, 200 um]")
         return None
     return paths, between
 
@@ -134,8 +132,8 @@ def _paths(reader: Reader, written: WrittenValue, where: str) -> list[WrittenVal
     paths = written.value if isinstance(written.value, list) else [written]
     invalid = [path for path in paths if not isinstance(path.value, str)]
     if invalid or not paths:
-        index = invalid[0] if invalid else written
-        reader.problems.add(index, where, f"found {shown(index.value)}; expected a dotted path, or a list of such")
+        culprit = invalid[0] if invalid else written
+        reader.problems.add(culprit, where, f"found {shown(culprit.value)}; expected a dotted path, or a list of such")
         return None
     names = [path.value for path in paths]
     twice = [path for k, path in enumerate(paths) if path.value in names[:k]]
@@ -158,12 +156,12 @@ def _among(
     if not isinstance(content, dict) or [*content] != ["fits"] or not isinstance(content["fits"].value, list):
         reader.problems.add(among, f"{SEEK}.among", f"found {shown(content)}; expected {_AMONG}")
         return None
-    results = fits_among(reader, [path.value for path in paths], content["fits"].value, values_of)
-    if results is None:
+    fits = fits_among(reader, [path.value for path in paths], content["fits"].value, values_of)
+    if fits is None:
         return None
-    reader.searched_fits = tuple(sorted(results, key=lambda fit: fit.high))
-    index = among.origin, among.line, among.column
-    values = [WrittenValue(f"{fit.high!r} m", *index, by_name=True) for fit in reader.searched_fits]
+    reader.searched_fits = tuple(sorted(fits, key=lambda fit: fit.high))
+    position = among.origin, among.line, among.column
+    values = [WrittenValue(f"{fit.high!r} m", *position, by_name=True) for fit in reader.searched_fits]
     return paths, WrittenValue(values, among.origin, among.line, among.column)
 
 

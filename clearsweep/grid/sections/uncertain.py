@@ -9,10 +9,10 @@ from ...language import quantity
 from ...language.errors import InputError, shown
 from ..keys.kinds import Number
 from ..keys.run_keys import LIFE
-from ..reading.reader import Reader
 from ..written.document import WrittenValue
 from .axes import Reading
 from .distributions import LAWS, Distribution, distribution_of, forms_text, parameter_forms, read_distribution
+from .reader import Reader
 from .section import NameSection, named_forms
 
 UNCERTAIN, FACTOR, PUBLISHED = "uncertain", "factor", "published"

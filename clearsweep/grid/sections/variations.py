@@ -8,8 +8,7 @@ from typing import Any
 from ...contracts.catalogue import Field
 from ...language.errors import nearest, shown
 from ..keys.kinds import Name, Number, Section, Shape, Use, Word, value_key
-from ..library.naming import BODIES, name_path
-from ..reading.reader import Reader
+from ..keys.library_names import BODIES, name_path
 from ..written.definitions import DEFINE, DEFINE_TEXT, START, Definitions
 from ..written.document import WrittenValue
 from ..written.tables import read_cases
@@ -17,6 +16,7 @@ from .axes import FORMS, Reading, axis
 from .distributions import LAWS, draw_values, read_distribution
 from .identify import IDENTIFY, find_identify_axes
 from .optimise import OPTIMISE, find_optimise_axes
+from .reader import Reader
 from .sample import SAMPLE_SECTION, read_sample
 from .seek import SEEK, range_of_seek
 

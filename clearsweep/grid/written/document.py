@@ -3,7 +3,7 @@
 import os
 import re
 import stat
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from os import PathLike, fspath
 from pathlib import Path
@@ -302,3 +302,14 @@ def _sweep(root: WrittenValue, path: str, values: WrittenValue) -> WrittenValue:
     keys = {key: location for key, location in section.keys.items() if key != path}
     inside = WrittenValue(section.value | {path: values}, section.origin, section.line, section.column, keys)
     return WrittenValue(root.value | {"sweep": inside}, root.origin, root.line, root.column, root.keys)
+
+
+def leaves(tree: Mapping[str, Any], start: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield dotted path and value of every entry in nested sections and lists."""
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            yield from leaves(value, f"{start}{key}.")
+        elif isinstance(value, list):
+            yield from ((f"{start}{key}.{index}", item) for index, item in enumerate(value))
+        else:
+            yield f"{start}{key}", value

@@ -65,6 +65,21 @@ def rows_of_csv(file: Path) -> tuple[list[str], list[TableRow]]:
         return heads, [(lines.line_num, cells) for cells in lines if any(cell.strip() for cell in cells)]
 
 
+def complete_rows_of_csv(path: Path, max_bytes: int) -> tuple[list[str], list[TableRow]]:
+    """Return the same of a file in which every row has a cell for every header.  Raises InputError with the row."""
+    try:
+        refuse_endless(path, max_bytes)
+        heads, rows = rows_of_csv(path)
+    except (OSError, ValueError, csv.Error) as error:
+        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    for line, cells in rows:
+        if len(cells) != len(heads):
+            raise InputError(
+                f"{path}:{line}: the row has {len(cells)} cells but the header has {len(heads)}; write every value"
+            )
+    return heads, rows
+
+
 def _parquet(file: Path) -> tuple[list[str], list[TableRow]]:
     """Return the headers, and number and cells of every row."""
     import pyarrow.parquet as pq
@@ -290,16 +305,7 @@ def read_signals(file: str | PathLike, units: Mapping[str, str | None], *, other
     import numpy as np
 
     path = Path(file)
-    try:
-        refuse_endless(path, LARGEST_SIGNALS)
-        heads, rows = rows_of_csv(path)
-    except (OSError, ValueError, csv.Error) as error:
-        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    for line, cells in rows:
-        if len(cells) != len(heads):
-            raise InputError(
-                f"{path}:{line}: the row has {len(cells)} cells but the header has {len(heads)}; write every value"
-            )
+    heads, rows = complete_rows_of_csv(path, LARGEST_SIGNALS)
     if len(rows) < LEAST_ROWS:
         raise InputError(f"{path}: has {len(rows)} rows; at least {LEAST_ROWS} are needed")
     columns: dict[str, np.ndarray] = {}

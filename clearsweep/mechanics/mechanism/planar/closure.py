@@ -265,14 +265,14 @@ class Closure:
                 if joint is not None:
                     break
             if joint is None:
-                spanning_tree = next(name for name in self.names if name not in placed)
-                raise MobilityError(f"body {spanning_tree!r} hangs nowhere: no joints lead from it to the ground")
+                unplaced = next(name for name in self.names if name not in placed)
+                raise MobilityError(f"body {unplaced!r} is not connected to the ground by joints")
             endpoints = (joint.proximal, joint.distal)
-            springs, freedoms = endpoints if joint.proximal.body in placed else endpoints[::-1]
-            pose_at, position = (self.end(endpoint, q, np.zeros_like(q)) for endpoint in (springs, freedoms))
-            i = 3 * self.index[freedoms.body]
-            q[i : i + 2] += pose_at.x - position.x, pose_at.y - position.y
-            placed.add(freedoms.body)
+            placed_end, free_end = endpoints if joint.proximal.body in placed else endpoints[::-1]
+            anchor, present = (self.end(endpoint, q, np.zeros_like(q)) for endpoint in (placed_end, free_end))
+            i = 3 * self.index[free_end.body]
+            q[i : i + 2] += anchor.x - present.x, anchor.y - present.y
+            placed.add(free_end.body)
         return q
 
     def _relaxed(self, q, angle) -> np.ndarray:

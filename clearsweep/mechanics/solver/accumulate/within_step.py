@@ -185,12 +185,12 @@ def split_peaks(at, i, x):
         row = SCRATCH
     for j in range(work.mode.size):
         column, highest = column_of(j, NORMAL), revolutions.highest[j]
-        begin_bin = work.o[column, row] if highest > 0.0 else 0.0
-        after = max(begin_bin, work.o[column, END]) if highest > 0.0 else 0.0
-        before = begin_bin
+        at_mark = work.o[column, row] if highest > 0.0 else 0.0
+        after = max(at_mark, work.o[column, END]) if highest > 0.0 else 0.0
+        before = at_mark
         if highest > after:
-            rises = x < 1.0 and observable_at(at, min(x + BESIDE, 1.0), column) > begin_bin
-            before, after = (begin_bin, highest) if rises else (highest, after)
+            rises = x < 1.0 and observable_at(at, min(x + BESIDE, 1.0), column) > at_mark
+            before, after = (at_mark, highest) if rises else (highest, after)
             if x < 1.0:
                 evaluate_dense(at, x)
         revolutions.peaks[i, j] = max(revolutions.since[j], before)

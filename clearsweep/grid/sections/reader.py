@@ -9,8 +9,8 @@ from ...contracts.outline import Outline
 from ...language import quantity
 from ...language.errors import InputError
 from ..keys.kinds import Number, Shape
+from ..keys.library_names import Taken, VariedMaterial, material_values
 from ..library.iso286 import Fit
-from ..library.naming import Taken, VariedMaterial, material_values
 from ..sections.distributions import Distribution
 from ..sections.sample import Sample
 from ..written.definitions import NOTHING, Definitions

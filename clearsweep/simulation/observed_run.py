@@ -19,7 +19,7 @@ LEAD = 0.025
 
 
 _OF_RUN = "control", "counts", "log", "slopes", "step", "contact_steps", "profiles"  # of a run, not of its motion
-Moment = dict[str, np.ndarray]  # copies by name of all arrays that determine the further motion
+Snapshot = dict[str, np.ndarray]  # copies by name of all arrays that determine the further motion
 
 
 class Pausing(Protocol):
@@ -34,34 +34,36 @@ class Pausing(Protocol):
 class Observer(Protocol):
     """An observer of a run."""
 
-    parts: int  # observations per revolution
+    per_revolution: int  # observations per revolution
 
-    def see(self, work: Work) -> bool:
+    def observe(self, work: Work) -> bool:
         """Observe the run; return whether it may end with this revolution."""
 
 
-def drive(
+def run_observed(
     control: integration.Control,
     run: Pausing,
     discard: float,
     at: Callable[[float], float],
-    watchers: Sequence[Observer],
+    observers: Sequence[Observer],
 ) -> tuple[int, np.ndarray]:
-    """Return the status and the events of an integration that `watchers` observe.
+    """Return the status and the events of an integration that `observers` observe.
 
     discard : revolutions before the first observation; at : revolutions -> clock, see `crank_clock`.
     """
-    work, logs, parts = run.work, [], max(watcher.parts for watcher in watchers)
+    work, logs, per_revolution = run.work, [], max(observer.per_revolution for observer in observers)
     for k in itertools.count():
-        pause = pause_at(k / parts, discard, at)
+        pause = pause_at(k / per_revolution, discard, at)
         if pause >= control.end:
             break
         status, log = run.go(control._replace(pause=pause))
         logs.append(log)
         if status != integration.PAUSED:
             return status, np.concatenate(logs)
-        end = at(discard + k // parts)
-        may_end = [watcher.see(work) for watcher in watchers if k % (parts // watcher.parts) == 0]
+        end = at(discard + k // per_revolution)
+        may_end = [
+            observer.observe(work) for observer in observers if k % (per_revolution // observer.per_revolution) == 0
+        ]
         if any(may_end) and work.y[work.independent] < end:
             control = control._replace(end=end)
     status, log = run.go(control)
@@ -73,15 +75,15 @@ def pause_at(turns: float, discard: float, at: Callable[[float], float]) -> floa
     return at(discard + turns - LEAD if turns else discard)
 
 
-def snapshot_of(work: Work) -> Moment:
+def snapshot_of(work: Work) -> Snapshot:
     """Return copies of all arrays of `work` (integration.Work) that determine the further motion."""
     return {name: array.copy() for name, array in _arrays(work).items() if name not in _OF_RUN}
 
 
-def restore(moment: Moment, work: Work) -> None:
+def restore(snapshot: Snapshot, work: Work) -> None:
     """Restore `work` from the result of `snapshot_of`, of this or another run of the same scene."""
     arrays = _arrays(work)
-    for name, array in moment.items():
+    for name, array in snapshot.items():
         arrays[name][...] = array
 
 

@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 from ...language.errors import InputError, shown
 from .. import library
-from ..keys.kinds import Name, Shape, Word
+from ..library import MATERIALS, Entry, Value
 from ..written.document import Problems, WrittenValue
-from . import MATERIALS, Entry, Value
+from .kinds import Name, Shape, Word
 
 MATERIAL, OIL, PAIR = "name", "oil", "pair"  # the keys that take a name
 BODIES = ("bearing", "journal")
