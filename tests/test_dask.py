@@ -125,7 +125,7 @@ def test_workers_on_this_machine_have_one_thread_each():
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "http://127.0.0.1:9"])
 def test_a_scheduler_that_does_not_answer_is_refused_before_anything_is_written(tmp_path, monkeypatch, address):
-    monkeypatch.setattr(executors, "PATIENCE", 0.5)
+    monkeypatch.setattr(executors, "ANSWER_TIMEOUT", 0.5)
     with pytest.raises(InputError, match=f"scheduler: {address} does not answer"):
         quiet(grid(1), tmp_path / "run", executor="dask", scheduler=address)
     assert not (tmp_path / "run").exists()
@@ -150,7 +150,7 @@ def talkative():
 @pytest.mark.parametrize("kind", ["silent", "talkative"])
 def test_a_server_that_is_no_scheduler_is_refused_within_one_deadline(tmp_path, monkeypatch, request, kind):
     address = request.getfixturevalue(kind)
-    monkeypatch.setattr(executors, "PATIENCE", 0.5)
+    monkeypatch.setattr(executors, "ANSWER_TIMEOUT", 0.5)
     begin = time.monotonic()
     with pytest.raises(InputError, match=f"scheduler: {address} does not answer"):
         quiet(grid(1), tmp_path / "run", executor="dask", scheduler=address)
@@ -185,7 +185,7 @@ def test_a_scheduler_that_is_lost_ends_the_run_with_one_sentence(tmp_path, monke
 
     def lose():
         wait_for(lambda: len(list(tmp_path.glob("run/parts/*"))) >= 2)
-        monkeypatch.setattr(executors, "PATIENCE", 0.5)
+        monkeypatch.setattr(executors, "ANSWER_TIMEOUT", 0.5)
         running.send_signal(signum)
 
     loser = threading.Thread(target=lose, daemon=True)
@@ -200,7 +200,7 @@ def test_a_scheduler_that_is_lost_ends_the_run_with_one_sentence(tmp_path, monke
 
 @pytest.mark.parametrize("silence", [threading.Event().wait, lambda: 1 / 0], ids=["silent", "gone"])
 def test_a_scheduler_that_is_asked_in_vain_is_lost(monkeypatch, silence):
-    monkeypatch.setattr(executors, "PATIENCE", 0.1)
+    monkeypatch.setattr(executors, "ANSWER_TIMEOUT", 0.1)
     workers = executors.Dask.__new__(executors.Dask)
     workers._scheduler, workers._counted = "tcp://there:1", 0.0
     workers._client = SimpleNamespace(nthreads=silence)
@@ -221,7 +221,7 @@ def test_a_cluster_that_does_not_close_is_given_up(monkeypatch):
             """Wait for ever."""
             threading.Event().wait()
 
-    monkeypatch.setattr(executors, "PATIENCE", 0.1)
+    monkeypatch.setattr(executors, "ANSWER_TIMEOUT", 0.1)
     stuck = Stuck()
     Stuck._instances.add(stuck)
     workers = executors.Dask.__new__(executors.Dask)

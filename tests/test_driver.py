@@ -86,7 +86,7 @@ def driven(tmp_path):
 
 @pytest.mark.parametrize("trouble", ["refuse", "breaks", "commits_then_breaks", "vanishes", "leaves_early"])
 def test_every_case_is_stored_once_in_spite_of(driven, trouble, monkeypatch):
-    monkeypatch.setattr(driving, "PATIENCE", 0.1)
+    monkeypatch.setattr(driving, "DEATH_TIMEOUT", 0.1)
     executor = Unreliable("well", trouble, "well", trouble)
     driver, stored, expected = driven(executor)
     np.testing.assert_array_equal(stored, expected)

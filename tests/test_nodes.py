@@ -73,7 +73,7 @@ def machines():
 def small(monkeypatch):
     """Cut grids of more than eight cases, and wait for little."""
     monkeypatch.setattr(blocks, "BLOCK", 8)
-    monkeypatch.setattr(nodes, "COUNTING", 0.2)
+    monkeypatch.setattr(nodes, "RECOUNT_INTERVAL", 0.2)
     monkeypatch.setattr(nodes, "HELP_AFTER", 1.0)
     monkeypatch.setattr(nodes, "SILENCE", 1.0)
 

@@ -211,7 +211,7 @@ def test_the_time_left_of_a_life_counts_those_that_follow_it(manual_time):
 
 def test_the_time_left_of_cases_does_not_jump_and_counts_what_workers_have_in_hand(manual_time):
     cases, text, done = progress.Cases(1000), [], 0
-    cases.look = lambda: (done - cases.done, ())
+    cases.read_cases = lambda: (done - cases.done, ())
     with phases.phase(cases):
         for step in range(
             100

@@ -245,7 +245,7 @@ def test_workers_leave_hang_ups_to_their_parent():
 
 
 def test_nothing_is_left_of_threads_that_asked_in_vain(monkeypatch):
-    monkeypatch.setattr(executors, "PATIENCE", 0.05)
+    monkeypatch.setattr(executors, "ANSWER_TIMEOUT", 0.05)
     end = threading.Event()
     with pytest.raises(TimeoutError, match="no answer within"):
         executors.with_timeout(end.wait)

@@ -11,10 +11,10 @@ _SUPERSCRIPTS = str.maketrans("-0123456789.", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹·"
 BLANK = "\u00a0"  # keeps number and unit on one line
 DASH, TIMES, MINUS = "\u2013", "\u00d7", "\u2212"
 SHORT_ID = 8  # characters of a case_id: 10,000 cases collide in one run of a hundred
-_TURNS = 2.0 * math.pi / 60.0  # rad/s in one revolution per minute
+_RPM = 2.0 * math.pi / 60.0  # rad/s in one revolution per minute
 
 #: SI unit -> (smallest magnitude, factor, unit shown), largest first.
-_LADDERS = {
+_METRIC = {
     "m": ((1.0, 1.0, "m"), (1e-4, 1e-3, "mm"), (1e-7, 1e-6, "µm"), (1e-10, 1e-9, "nm"), (0.0, 1e-12, "pm")),
     "N": ((1e6, 1e6, "MN"), (1e3, 1e3, "kN"), (0.1, 1.0, "N"), (1e-4, 1e-3, "mN"), (0.0, 1e-6, "µN")),
     "m/s": (
@@ -47,10 +47,10 @@ _IMPERIAL = {
     "W/m^2": ((0.0, _PSI * _FOOT / 60.0, f"psi{BLANK}ft/min"),),
     "kg": ((0.0, _POUND, "lb"),),
     "kg*m^2": ((0.0, _POUND * _INCH**2, f"lb{BLANK}in²"),),
-    "s": _LADDERS["s"],
-    "rad": _LADDERS["rad"],
+    "s": _METRIC["s"],
+    "rad": _METRIC["rad"],
 }
-_IMPERIAL_NAMES = {
+_IMPERIAL_UNITS = {
     "m^2": (_INCH**2, "in²"),
     "m^2/N": (_INCH**2 / _POUND_FORCE, "in²/lbf"),
     "N/m": (_POUND_FORCE / _INCH, "lbf/in"),
@@ -108,13 +108,13 @@ class Scale(NamedTuple):
 def scale(unit: str, values: Iterable[float | None] | float, *, speed: bool = False) -> Scale:
     """Return the scale that suits the largest of `values` (SI `unit`); a shaft `speed` is in rpm."""
     if speed and unit == "rad/s":
-        return Scale(_TURNS, "rpm")
+        return Scale(_RPM, "rpm")
     largest = _largest(values)
-    for smallest, factor, name in (_IMPERIAL if _SYSTEM.get() == "imperial" else _LADDERS).get(unit, ()):
+    for smallest, factor, name in (_IMPERIAL if _SYSTEM.get() == "imperial" else _METRIC).get(unit, ()):
         if largest >= smallest:
-            return Scale(factor, name) if largest > 0.0 else Scale(1.0, pretty(unit))
-    imperial = _IMPERIAL_NAMES.get(unit) if _SYSTEM.get() == "imperial" else None
-    factor, name = imperial or (1.0, pretty(unit))
+            return Scale(factor, name) if largest > 0.0 else Scale(1.0, unit_text(unit))
+    imperial = _IMPERIAL_UNITS.get(unit) if _SYSTEM.get() == "imperial" else None
+    factor, name = imperial or (1.0, unit_text(unit))
     largest /= factor
     if unit in ("1", "", None) or 1e-3 <= largest < 1e5 or largest == 0.0:
         return Scale(factor, name)
@@ -130,7 +130,7 @@ def written_scale(written: Mapping[str, Any] | None, unit: str) -> Scale | None:
     if _SYSTEM.get() == "imperial":
         if unit == "K":
             return Scale(5.0 / 9.0, "°F", 273.15 - 160.0 / 9.0)
-        if unit in _IMPERIAL or unit in _IMPERIAL_NAMES:
+        if unit in _IMPERIAL or unit in _IMPERIAL_UNITS:
             return None
     return as_written(written) if written else None
 
@@ -138,7 +138,7 @@ def written_scale(written: Mapping[str, Any] | None, unit: str) -> Scale | None:
 def as_written(written: Mapping[str, Any]) -> Scale:
     """Return the scale of a written unit from its record in a run: `unit`, `factor`, `offset`."""
     name = {"degC": "°C", "deg": "°", "um": "µm", "us": "µs"}.get(written["unit"], written["unit"])
-    return Scale(written["factor"], pretty(name.replace("**", "^")), written["offset"])
+    return Scale(written["factor"], unit_text(name.replace("**", "^")), written["offset"])
 
 
 def text(value: float | None, unit: str, digits: int = 3) -> str:
@@ -161,7 +161,7 @@ def missing(value: object) -> bool:
     return value is None or (isinstance(value, float) and math.isnan(value))
 
 
-def pretty(unit: str | None) -> str:
+def unit_text(unit: str | None) -> str:
     """Return an SI unit in printed form; '' for a pure number."""
     raised = re.sub(r"\^(-?[0-9.]+)", lambda power: power[1].translate(_SUPERSCRIPTS), unit or "1")
     return "" if raised == "1" else raised.replace("*", BLANK)
@@ -231,9 +231,9 @@ def axis_name(path: str, joints: int = 1) -> str:
     if parts[-2:-1] == ["masses"]:
         return f"mass of body {int(parts[-1]) + 1}"
     if parts[0] == "joints" and len(parts) > 2:
-        words = _leaf(parts[2:])
+        words = _key_in_words(parts[2:])
         return words if joints == 1 else f"{words} ({joint_name(parts[1])})"
-    return _leaf(parts[1:] if len(parts) > 1 else parts)
+    return _key_in_words(parts[1:] if len(parts) > 1 else parts)
 
 
 def short_id(case_id: str) -> str:
@@ -246,24 +246,24 @@ def joint_name(name: str) -> str:
     return name.replace("_", "-")
 
 
-def _leaf(parts: list[str]) -> str:
+def _key_in_words(parts: list[str]) -> str:
     if parts[-2:-1] == ["material"] and parts[-1] == "name":
         return "material"
     if parts[-3:-2] == ["material"] and parts[-1] == "name":
         return f"material of the {parts[-2]}"
-    if len(parts) > 1 and parts[-1] in _AXES and parts[-2] in _ABOUT:
-        return f"{_leaf(parts[:-1])} {_ABOUT[parts[-2]]} {_AXES[parts[-1]]}"
+    if len(parts) > 1 and parts[-1] in _AXES and parts[-2] in _AXIS_PREPOSITIONS:
+        return f"{_key_in_words(parts[:-1])} {_AXIS_PREPOSITIONS[parts[-2]]} {_AXES[parts[-1]]}"
     if parts[-1] in _NAMES:
         body = parts[-2] if len(parts) > 1 and parts[-2] in ("bearing", "journal") else ""
         return _NAMES[parts[-1]] + (f" of the {body}" if body else "")
-    significant = parts if len(parts) < 2 or parts[-1] not in _SPEAKS_FOR_ITSELF else parts[-1:]
+    significant = parts if len(parts) < 2 or parts[-1] not in _UNAMBIGUOUS_KEYS else parts[-1:]
     return " ".join(significant).replace("_", " ").replace("-", " ")
 
 
 _AXES = {"0": "x", "1": "y", "2": "z"}  # of the list that a key contains
-_ABOUT = {"tilt": "about", "inertia": "about", "offset": "along", "center": "along"}
+_AXIS_PREPOSITIONS = {"tilt": "about", "inertia": "about", "offset": "along", "center": "along"}
 _NAMES = {"young": "Young's modulus", "poisson": "Poisson's ratio"}
-_SPEAKS_FOR_ITSELF = {"stiffness", "restitution", "damping", "exponent"}
+_UNAMBIGUOUS_KEYS = {"stiffness", "restitution", "damping", "exponent"}
 
 
 def _largest(values: Iterable[float | None] | float) -> float:

@@ -14,7 +14,7 @@ from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE, RunDirectory
 from .orbits import FORMAT, write_orbits
 from .record import read_record
 from .summary import HELD_ROWS, summary_groups, write_summary
-from .worst import Again, worst_cases, write_worst
+from .worst import FindPeaks, worst_cases, write_worst
 
 
 def merge(
@@ -22,14 +22,13 @@ def merge(
     result_schema: ResultSchema,
     rows: np.ndarray,
     *,
-    say: Callable[[str], None] = lambda _: None,
-    find_peaks: Again = lambda worst: [None] * len(worst),
+    report: Callable[[str], None] = lambda _: None,
+    find_peaks: FindPeaks = lambda worst: [None] * len(worst),
 ) -> dict[str, str]:
     """Write orbits.h5 and summary.parquet with exactly the cases in `rows` (ROWS, ascending by id), unless present.
 
     Return the mark of their content and their checksums, by which the next run recognises unchanged files.
-    `say` receives a sentence for each file that was changed.  `find_peaks` computes the peak revolutions of the worst
-    cases.
+    `report` receives a sentence for each changed file.  `find_peaks` computes the peak revolutions of the worst cases.
     """
     mark = mark_of(run, result_schema, rows)
     merged_files: dict[str, str] = read_record(run.path).get("merged", {})
@@ -40,7 +39,7 @@ def merge(
         for name in sorted(merged_files):
             if merged.get(name) != merged_files[name]:
                 state = "damaged (its checksum is not that in run.json)" if name in merged else "missing"
-                say(f"{name}: {state}; written again from the batches")
+                report(f"{name}: {state}; written again from the batches")
     worst = worst_cases(result_schema, lambda schema: summary_groups(run, schema, rows)) if result_schema.worst else []
     peaks = [(case, peak) for case, peak in zip(worst, find_peaks(worst) if worst else [], strict=True) if peak]
     with durable.storing(run.path):

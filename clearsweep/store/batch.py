@@ -26,6 +26,7 @@ ID_LENGTH = 16  # hexadecimal digits of a case_id
 GROUP_ROWS = 16384  # rows of a group of the summary, and of what is worked at in one go
 ORBITS, SUMMARIES = "shards", "parts"  # folders of a run directory; their names predate the present terms
 HASH_LENGTH = 16  # hexadecimal digits of a checksum in a name
+_VERIFIED: Any = {"pre_buffer": False, "page_checksum_verification": True}  # options of a reader of Parquet
 _NAME = re.compile(r"[0-9a-f]{16}-([0-9a-f]{16})\.(h5|parquet)")
 
 
@@ -359,7 +360,7 @@ def read_summary(path: Path, columns: list[str]) -> pa.Table:
         with open_table(path) as file:
             return file.read(columns, use_threads=False)
     except (OSError, ValueError) as error:  # Arrow's error
-        raise durable.changed(path) from error
+        raise durable.damaged_error(path) from error
 
 
 def read_done(path: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -391,10 +392,9 @@ def numbers_of(texts: bytes) -> np.ndarray:
 
 @contextlib.contextmanager
 def open_table(path: Path) -> Iterator[pq.ParquetFile]:
-    """Yield a Parquet file whose pages are verified on reading; also lighter than pq.read_table.
+    """Yield a Parquet file whose pages are verified on reading; nothing is read in advance.
 
-    Nothing is read in advance: Arrow's reading thread may keep a Python buffer until after the interpreter has ended,
-    which aborts the process (apache/arrow issue 34314).
+    Arrow's reading thread could keep a buffer beyond the end of the interpreter, which aborts (apache/arrow issue 34314).
     """
-    with durable.opened(path) as file, pq.ParquetFile(file, pre_buffer=False, page_checksum_verification=True) as table:
+    with durable.open_regular(path) as file, pq.ParquetFile(file, **_VERIFIED) as table:
         yield table

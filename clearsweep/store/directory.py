@@ -108,7 +108,7 @@ class RunDirectory:
         strangers = sorted({entry.name for entry in self.path.iterdir()} - _OWN_NAMES)
         strangers += [f"{SUMMARIES}/{path.name}" for path in self.summaries.glob("*")]  # run.json is lost
         strangers += [f"{ORBITS}/{path.name}" for path in self.orbits.glob("*") if not named_hash(path)]
-        strangers += [f"{SCRATCH}/{name}" for name in durable.strangers(self.scratch)]
+        strangers += [f"{SCRATCH}/{name}" for name in durable.foreign_names(self.scratch)]
         if strangers:
             raise DirectoryError(
                 f"{self.path}: contains other files ({', '.join(strangers[:3])}) and no "
@@ -144,7 +144,7 @@ class RunDirectory:
                 durable.make_folder(self.scratch)  # under the lock: a run removes it at its end
                 at_end.callback(durable.clear, self.scratch, remove=True)
                 durable.clear(self.scratch)
-                durable.probe(self.scratch)
+                durable.check_writable(self.scratch)
             except DirectoryError:
                 raise
             except OSError as error:
@@ -191,7 +191,7 @@ class RunDirectory:
 
     def holder(self) -> str | None:
         """Return the process that has the lock, or None."""
-        with contextlib.suppress(FileNotFoundError), durable.opened(self.path / LOCK) as lock:
+        with contextlib.suppress(FileNotFoundError), durable.open_regular(self.path / LOCK) as lock:
             try:
                 fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
             except BlockingIOError:
@@ -225,7 +225,7 @@ class RunDirectory:
             else:
                 durable.set_aside(path)
         notes += [f"{batch.summary.relative_to(self.path)}: of another grid; left alone" for batch in self.others]
-        if logs := durable.kept_in(self.scratch):  # cases whose process was killed after the commit
+        if logs := durable.life_logs_in(self.scratch):  # cases whose process was killed after the commit
             rows = self.rows()
             finished_ids = set(map(id_text, rows["id"][~rows["failed"]].tolist()))
             for case_id in finished_ids.intersection(logs):
@@ -276,7 +276,7 @@ class RunDirectory:
         except FileNotFoundError:
             content = b""
         if named_hash(path) != hashlib.sha256(content).hexdigest()[:HASH_LENGTH]:
-            raise durable.changed(path)
+            raise durable.damaged_error(path)
         return content
 
     def take_batches(self, other: "RunDirectory") -> None:

@@ -91,7 +91,7 @@ def waste(run: RunDirectory, damage: Iterable[Path] = (), *, batches: bool = Fal
     unused = [path for path in files_of_batches(run.orbits) if path not in orbit_files]
     unused = [path for path in unused if path.name.partition("-")[0] not in started and _as_written(path)]
     finished_ids = set(map(id_text, rows["id"][~rows["failed"]].tolist()))
-    lives = [path for case_id, path in durable.kept_in(run.scratch).items() if case_id in finished_ids]
+    lives = [path for case_id, path in durable.life_logs_in(run.scratch).items() if case_id in finished_ids]
     removable = {
         "writes": [*durable.temporaries(run.scratch), *durable.temporaries(run.path)],
         "histories": unused,

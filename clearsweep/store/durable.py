@@ -26,9 +26,9 @@ _KINDS = {
     stat.S_IFBLK: "a device",
 }
 # Names of files that a killed run leaves.
-_PASSING = re.compile(r"\.clearsweep-([0-9a-f]{16}\.(part|note|work|stop)|stop)")
+_TEMPORARY = re.compile(r"\.clearsweep-([0-9a-f]{16}\.(part|note|work|stop)|stop)")
 _LIFE_LOG = re.compile(r"\.clearsweep-([0-9a-f]{16})\.life")  # file from which the next run of the case resumes
-_ASIDE = re.compile(r"[0-9a-f]{16}-[0-9a-f]{16}\.(h5|parquet)\.damaged")
+_SET_ASIDE = re.compile(r"[0-9a-f]{16}-[0-9a-f]{16}\.(h5|parquet)\.damaged")
 
 
 def check_regular(path: Path) -> None:
@@ -52,7 +52,7 @@ def make_folder(path: Path) -> None:
         )
 
 
-def opened(path: Path) -> BufferedReader:
+def open_regular(path: Path) -> BufferedReader:
     """Return a regular file opened for reading; DirectoryError for anything else, FileNotFoundError if missing."""
     with _reading(path):
         return os.fdopen(_handle(path, os.O_RDONLY), "rb")
@@ -74,13 +74,13 @@ def _handle(path: Path, flags: int) -> int:
 
 def read(path: Path) -> bytes:
     """Return the content of a regular file; anything else is refused as by `opened`."""
-    with _reading(path), opened(path) as file:
+    with _reading(path), open_regular(path) as file:
         return file.read()
 
 
 def checksum(path: Path) -> str:
     """Return the SHA-256 of a regular file in hexadecimal."""
-    with _reading(path), opened(path) as file:
+    with _reading(path), open_regular(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
@@ -106,18 +106,18 @@ def scratch_file(folder: Path, name: str) -> Path:
     return folder / f".clearsweep-{name}"
 
 
-def kept(folder: Path, case_id: str) -> Path:
+def life_log(folder: Path, case_id: str) -> Path:
     """Return the path of a file that is kept until its case is committed, even if the run is killed."""
     return scratch_file(folder, f"{case_id}.life")
 
 
-def kept_in(folder: Path) -> dict[str, Path]:
+def life_logs_in(folder: Path) -> dict[str, Path]:
     """Return the files kept for uncommitted cases in a folder, by case identity."""
     names = os.listdir(folder) if folder.is_dir() else []
     return {match.group(1): folder / name for name in names if (match := _LIFE_LOG.fullmatch(name))}
 
 
-def work_of(name: str) -> str | None:
+def batch_of_progress(name: str) -> str | None:
     """Return the batch whose progress is in the file `name`, or None for another file."""
     match = re.fullmatch(r"\.clearsweep-([0-9a-f]{16})\.work", name)
     return match and match.group(1)
@@ -165,7 +165,7 @@ def duplicate(source: Path, path: Path, scratch: Path) -> None:
         try:
             os.link(source, temporary, follow_symlinks=False)
         except OSError:
-            with opened(source) as original, os.fdopen(create(temporary), "wb") as file:
+            with open_regular(source) as original, os.fdopen(create(temporary), "wb") as file:
                 shutil.copyfileobj(original, file)
             sync(temporary)
 
@@ -188,7 +188,7 @@ def clear(folder: Path, *, remove: bool = False) -> None:
     """Remove the temporary files of runs in a folder; `remove`: also the folder, if it is then empty."""
     with contextlib.suppress(OSError):
         for name in os.listdir(folder):
-            if _PASSING.fullmatch(name):
+            if _TEMPORARY.fullmatch(name):
                 discard(folder / name)
         if remove:
             os.rmdir(folder)
@@ -197,16 +197,16 @@ def clear(folder: Path, *, remove: bool = False) -> None:
 def temporaries(folder: Path) -> list[Path]:
     """Return the temporary files that runs have left in a folder."""
     names = sorted(os.listdir(folder)) if folder.is_dir() else []
-    return [folder / name for name in names if _PASSING.fullmatch(name)]
+    return [folder / name for name in names if _TEMPORARY.fullmatch(name)]
 
 
 def set_aside_in(folder: Path) -> list[Path]:
     """Return the batch files in a folder that `set_aside` has renamed."""
     names = sorted(os.listdir(folder)) if folder.is_dir() else []
-    return [folder / name for name in names if _ASIDE.fullmatch(name)]
+    return [folder / name for name in names if _SET_ASIDE.fullmatch(name)]
 
 
-def probe(folder: Path) -> None:
+def check_writable(folder: Path) -> None:
     """Raise OSError if no file can be written in a folder for temporary files."""
     place = scratch_file(folder, f"{secrets.token_hex(8)}.part")
     with os.fdopen(create(place), "wb") as file:
@@ -214,10 +214,10 @@ def probe(folder: Path) -> None:
     discard(place)
 
 
-def strangers(folder: Path) -> list[str]:
+def foreign_names(folder: Path) -> list[str]:
     """Return the names in a folder for temporary files that are not from runs."""
     names = os.listdir(folder) if folder.is_dir() else []
-    return [name for name in names if not _PASSING.fullmatch(name) and not _LIFE_LOG.fullmatch(name)]
+    return [name for name in names if not _TEMPORARY.fullmatch(name) and not _LIFE_LOG.fullmatch(name)]
 
 
 def sync(path: Path) -> None:
@@ -237,10 +237,10 @@ def storing(path: Path) -> Iterator[None]:
     except ClearsweepError:
         raise
     except (OSError, RuntimeError) as error:  # h5py reports a failed flush as RuntimeError
-        raise refused(path, error) from error
+        raise refused_write_error(path, error) from error
 
 
-def changed(path: Path) -> StorageError:
+def damaged_error(path: Path) -> StorageError:
     """Return the message for a batch file that was changed after the commit."""
     return StorageError(
         f"{path}: was damaged or removed while this run worked here; run the same command again, which runs its cases "
@@ -248,7 +248,7 @@ def changed(path: Path) -> StorageError:
     )
 
 
-def refused(path: Path, error: OSError | RuntimeError) -> StorageError:
+def refused_write_error(path: Path, error: OSError | RuntimeError) -> StorageError:
     """Return the message for a refused write to `path`."""
     number = getattr(error, "errno", None)
     if isinstance(error, FileNotFoundError) or (isinstance(error, OSError) and not number):  # while reading

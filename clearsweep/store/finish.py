@@ -17,7 +17,7 @@ from .blocks import IDS_FILE, SAMPLE_FILE, Block, Division, Sampler, read_mark, 
 from .directory import DATASET, LOCK, ORBITS_FILE, SUMMARY_FILE
 from .orbits import FORMAT, write_orbits
 from .summary import HELD_ROWS, repetitive, summary_groups, write_summary
-from .worst import Again, worst_cases, write_worst
+from .worst import FindPeaks, worst_cases, write_worst
 
 
 class Facts(Protocol):
@@ -39,30 +39,30 @@ def finish_block(  # noqa: PLR0913 - the block, its content, what is made of it
     result_schema: ResultSchema,
     requested: np.ndarray,
     facts: Facts,
-    find_peaks: Again = lambda worst: [None] * len(worst),
-    say: Callable[[str], None] = lambda _: None,
+    find_peaks: FindPeaks = lambda worst: [None] * len(worst),
+    report: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Any]:
     """Write the final files of a block, whose batches are committed; return its mark.
 
-    requested : identities of the cases in the block, ascending.  `say`, `find_peaks` : as in `merge`.
+    requested : identities of the cases in the block, ascending.  `report`, `find_peaks` : as in `merge`.
     """
     block.directory(result_schema.frame)
     with durable.opened_lock(block.path / LOCK) as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # an abandoned driver may finish the block at the same time
-        return _finish(block, division, result_schema, (requested, facts, find_peaks, say))
+        return _finish(block, division, result_schema, (requested, facts, find_peaks, report))
 
 
 def _finish(
     block: Block,
     division: Division,
     result_schema: ResultSchema,
-    content: tuple[np.ndarray, Facts, Again, Callable[[str], None]],
+    content: tuple[np.ndarray, Facts, FindPeaks, Callable[[str], None]],
 ) -> dict[str, Any]:
     """Write the files of `finish_block` under the lock of the block."""
-    requested, facts, find_peaks, say = content
+    requested, facts, find_peaks, report = content
     run = block.directory(result_schema.frame)
     for sentence in run.load_batches(rows_kept=HELD_ROWS).values():
-        say(f"{block.path}: {sentence}; its cases run again")
+        report(f"{block.path}: {sentence}; its cases run again")
     rows = run.rows()
     stored = len(rows)
     if not np.array_equal(rows["id"], requested):

@@ -79,7 +79,7 @@ class OrbitFiles:
         if number not in self.handles:
             if len(self.handles) >= OPEN_FILES:
                 self.handles.pop(next(iter(self.handles))).close()
-            self.handles[number] = durable.opened(file.path)
+            self.handles[number] = durable.open_regular(file.path)
         size, handle = dataset.dtype.itemsize, self.handles[number].fileno()
         return os.pread(handle, count * size, file.places[dataset.path] + first * size)
 

@@ -62,13 +62,13 @@ class OneBlock(StoredRun):
 
         Identities are uniformly distributed hashes, so a few kilobytes around the expected row are read.
         """
-        with durable.opened(self._ids_file) as file:
+        with durable.open_regular(self._ids_file) as file:
             handle, count = file.fileno(), len(self)
             return np.array([_below(handle, count, low), _below(handle, count, high + 1)])
 
     def id_at(self, index: int) -> str:
         """Return the identity of the case at an index."""
-        with durable.opened(self._ids_file) as file:
+        with durable.open_regular(self._ids_file) as file:
             return id_text(int(np.frombuffer(os.pread(file.fileno(), 8, 8 * index), "<u8")[0]))
 
     @cached_property

@@ -24,9 +24,9 @@ def write_summary(
     result_schema: ResultSchema,
     rows: np.ndarray,
     mark: str,
-    watch: Callable[[pa.Table, int], None] = lambda *_: None,
+    on_group: Callable[[pa.Table, int], None] = lambda *_: None,
 ) -> None:
-    """Write the given rows of the summary; `watch` receives every group and the number of rows before it."""
+    """Write the given rows of the summary; `on_group` receives every group and the number of rows before it."""
     schema = summary_schema(result_schema)
     verdict_fields = [field_of(column) for column in result_schema.verdict.columns]
     full_schema = pa.schema([*schema, *verdict_fields], {"clearsweep": mark})
@@ -36,7 +36,7 @@ def write_summary(
     ):
         for number, group in enumerate(summary_groups(run, schema, rows)):
             table = with_verdict(result_schema.verdict, group)
-            watch(table, number * GROUP_ROWS)
+            on_group(table, number * GROUP_ROWS)
             writer.write_table(table.replace_schema_metadata(full_schema.metadata))
 
 

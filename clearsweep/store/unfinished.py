@@ -13,7 +13,7 @@ class Unfinished:
     def __init__(self, directory: Path, case_id: str):
         """Take the directory of the run and the case."""
         self.scratch = directory / SCRATCH
-        self.path = durable.kept(self.scratch, case_id)
+        self.path = durable.life_log(self.scratch, case_id)
 
     def read(self) -> bytes | None:
         """Return the last content, or None if there is none, or if it is damaged."""

@@ -37,7 +37,7 @@ def at_work(directory: Path) -> list[phases.Progress]:
     """Return the progress of every worker of a run."""
     scratch = directory / SCRATCH
     names = sorted(os.listdir(scratch)) if scratch.is_dir() else []
-    batches = (durable.work_of(name) for name in names)
+    batches = (durable.batch_of_progress(name) for name in names)
     workers = (Working(directory, name).read() for name in batches if name)
     return [progress for progress in workers if progress]
 

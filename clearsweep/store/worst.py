@@ -29,7 +29,7 @@ class Worst(NamedTuple):
 #: Reads columns of the summary, some rows at a time.
 Groups = Callable[[pa.Schema], Iterator[pa.Table]]
 #: Computes the revolution of the largest peak of some cases again, or None if that failed.
-Again = Callable[[Sequence[Worst]], Sequence[Peak | None]]
+FindPeaks = Callable[[Sequence[Worst]], Sequence[Peak | None]]
 
 
 def worst_cases(result_schema: ResultSchema, groups: Groups) -> list[Worst]:

@@ -139,7 +139,7 @@ class BlockRunner:
         directory = block.directory(store.ResultSchema.of(job.grid).frame)
         if drop is None:
             durable.clear(directory.scratch)
-        durable.probe(directory.scratch)
+        durable.check_writable(directory.scratch)
         for sentence in directory.recover():
             progress.say(f"{block.path}: {sentence}")
         indices, ids = job.cases(number)

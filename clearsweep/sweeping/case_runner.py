@@ -112,7 +112,7 @@ class CaseRunner:
         self.failed += run.failed
         return done
 
-    def look(self, grid: grids.Grid, first: int) -> store.CaseResults | None:
+    def results_from(self, grid: grids.Grid, first: int) -> store.CaseResults | None:
         """Run the missing cases of a grid; return how those from the index `first` on compare with their limits.
 
         None if some were left.

@@ -25,12 +25,12 @@ TARGET = 2.0  # s of work in a batch: a commit takes about 20 ms, and a killed w
 LEAST_WORK = 0.25  # s of work in a batch near the end, when the rest is distributed evenly
 MOST_CASES = 4096  # cases in a batch, whose rows are kept in memory, 3 kB each
 MOST_BYTES = 32e6  # bytes of histories in a batch
-FADING = 0.25  # weight of a batch in the mean time of a case, per later batch
+OLD_BATCH_WEIGHT = 0.25  # weight of a batch in the mean time of a case, per later batch
 BATCH_GROWTH = 8  # largest growth of the batch size: the first cases may not be typical
 WINDOW = 2  # batches per worker: one running, one waiting
 CHECK_INTERVAL = 0.25  # s between checks of signals and workers
 STOP_TIMEOUT = 4.0  # s for workers to finish their cases after a signal
-PATIENCE = 2.0  # s for the pool to notice a dead worker itself
+DEATH_TIMEOUT = 2.0  # s for the pool to notice a dead worker itself
 MOST_RESTARTS = 3  # restarts of the pool without a finished batch in between
 
 
@@ -63,8 +63,8 @@ class Batches:
     def learn(self, manifest: Manifest) -> None:
         """Include the time of a finished batch; first batches load code, so old ones lose weight."""
         if manifest.seconds:
-            self.done = FADING * self.done + manifest.done
-            self.seconds = FADING * self.seconds + manifest.seconds
+            self.done = OLD_BATCH_WEIGHT * self.done + manifest.done
+            self.seconds = OLD_BATCH_WEIGHT * self.seconds + manifest.seconds
             self.largest = max(self.largest, manifest.done)
 
     def next(self) -> Batch | None:
@@ -119,10 +119,10 @@ class Driver:
     ):
         self.executor, self.directory, self.job, self.batches = executor, directory, job, batches
         self.most_failures, self.progress = most_failures, progress
-        progress.look = self._at_work
+        progress.read_cases = self._current_cases
         self.window: dict[Future, Batch] = {}  # under way
         self.ran, self.failed, self.case_seconds, self.restarts = 0, 0, 0.0, 0
-        self.doubtful: dict[Future, float] = {}  # s, time at which its worker was found dead
+        self.death_times: dict[Future, float] = {}  # s, time at which its worker was found dead
 
     def run(self) -> bool:
         """Run all batches; return False if stopped because too many cases failed."""
@@ -164,13 +164,13 @@ class Driver:
         if future not in self.window:
             return  # lost in a restart that another batch caused
         batch = self.window.pop(future)
-        if self.doubtful.pop(future, None) and not future.done():
+        if self.death_times.pop(future, None) and not future.done():
             future.cancel()
             self._handle_death(batch, None)
             return
         try:
             manifest = future.result()
-        except self.executor.deaths as error:
+        except self.executor.death_errors as error:
             self._handle_death(batch, getattr(error, "exitcode", None))
         except (BrokenExecutor, CancelledError):
             self.window[future] = batch
@@ -239,7 +239,7 @@ class Driver:
         self.restarts += 1
         if self.restarts > MOST_RESTARTS:
             raise ClearsweepError("the workers cannot be started or die at once; try --executor serial to see why")
-        window, self.window, self.doubtful = self.window, {}, {}
+        window, self.window, self.death_times = self.window, {}, {}
         self.executor.restart()
         for batch in window.values():
             if not self._was_committed(batch):
@@ -250,20 +250,20 @@ class Driver:
 
         A worker on another machine cannot be checked, but its commits can.
         """
-        now, elsewhere = time.monotonic(), self.executor.elsewhere
+        now, elsewhere = time.monotonic(), self.executor.is_remote
         committed = self.directory.committed() if elsewhere else set()
         for future, batch in self.window.items():
             note = None if elsewhere else read_note(self.job, batch)
             if batch.name in committed or (note and not _alive(note.process)):
-                self.doubtful.setdefault(future, now)
-        return [future for future, since in list(self.doubtful.items()) if now - since > PATIENCE]
+                self.death_times.setdefault(future, now)
+        return [future for future, since in list(self.death_times.items()) if now - since > DEATH_TIMEOUT]
 
     def _discard(self, batch: Batch) -> None:
         """Remove a worker's note on a batch."""
         durable.discard(self.job.note(batch))
         self.job.working(batch).put(None)
 
-    def _at_work(self) -> tuple[int, list[Progress]]:
+    def _current_cases(self) -> tuple[int, list[Progress]]:
         """Return how many cases of the running batches are finished, and the current cases of the workers."""
         done, cases = 0, []
         for batch in list(self.window.values()):  # another thread may change it

@@ -33,11 +33,15 @@ THREAD_VARIABLES = (
 )
 CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed pool left
 NODES = "nodes"  # not an executor: a driver on each node of a cluster, see `nodes`
-COUNTING = 2.0  # s between counts of a cluster's workers
-PATIENCE = 10.0  # s for a scheduler to answer a request, including the connection
+RECOUNT_INTERVAL = 2.0  # s between counts of a cluster's workers
+ANSWER_TIMEOUT = 10.0  # s for a scheduler to answer a request, including the connection
 FILES = 24  # most open files of a run, without those of its workers
 FILES_OF_WORKER = {"local": 2, "serial": 0, "dask": 10, NODES: 0}
-LOUD = ("asyncio", "distributed", "tornado")  # loggers that print tracebacks of failures that are handled here
+QUIETED_LOGGERS = (
+    "asyncio",
+    "distributed",
+    "tornado",
+)  # loggers that print tracebacks of failures that are handled here
 CONSTS.channel_lock_timeout = 2.0  # s; a worker that is killed with the lock stalls the others for twice as long
 
 
@@ -61,8 +65,8 @@ class Executor(Protocol):
     Arguments: number of workers, address of a scheduler, and a function that each new worker calls first.
     """
 
-    deaths: tuple[type[Exception], ...]  # exceptions of a batch whose worker died
-    elsewhere: bool  # whether workers may be on other machines
+    death_errors: tuple[type[Exception], ...]  # exceptions of a batch whose worker died
+    is_remote: bool  # whether workers may be on other machines
 
     @property
     def jobs(self) -> int:
@@ -98,8 +102,8 @@ class _Context(SpawnContext):
 class Local:
     """Processes on this machine, one thread each; a process that dies loses only its own batch."""
 
-    deaths: tuple[type[Exception], ...] = (ProcessExpired,)
-    elsewhere = False
+    death_errors: tuple[type[Exception], ...] = (ProcessExpired,)
+    is_remote = False
 
     def __init__(self, jobs: int, _scheduler: str | None = None, load: Callable[[], None] = no_preparation):
         self.jobs, self._load = jobs, load
@@ -148,8 +152,8 @@ class Local:
 class Serial:
     """This process, one batch at a time: for debugging a case, not for sweeps."""
 
-    jobs, elsewhere = 1, False
-    deaths: tuple[type[Exception], ...] = ()
+    jobs, is_remote = 1, False
+    death_errors: tuple[type[Exception], ...] = ()
 
     def __init__(self, _jobs: int = 1, _scheduler: str | None = None, _load: Callable[[], None] = no_preparation):
         """Ignore the number of jobs: it is 1."""
@@ -173,11 +177,11 @@ class Serial:
 class Dask:
     """The workers of the dask cluster at a scheduler's address; without an address, those of a new local cluster."""
 
-    elsewhere = True
+    is_remote = True
 
     def __init__(self, jobs: int, scheduler: str | None = None, _load: Callable[[], None] = no_preparation):
         distributed = _distributed()
-        self.deaths: tuple[type[Exception], ...] = (distributed.KilledWorker, worker.AbandonedError)
+        self.death_errors: tuple[type[Exception], ...] = (distributed.KilledWorker, worker.AbandonedError)
         self._wanted, self._scheduler = jobs, scheduler
         self._start()
 
@@ -189,8 +193,8 @@ class Dask:
 
     @property
     def jobs(self) -> int:
-        """Return the number of workers, at least 1, counted at most every COUNTING seconds."""
-        if time.monotonic() - self._counted > COUNTING:
+        """Return the number of workers, at least 1, counted at most every RECOUNT_INTERVAL seconds."""
+        if time.monotonic() - self._counted > RECOUNT_INTERVAL:
             try:
                 self._jobs = max(1, len(with_timeout(self._client.nthreads)))
             except Exception as error:
@@ -236,19 +240,19 @@ class Dask:
 
 
 def close_peer(peer: Any) -> None:
-    """Close a client or a cluster, or abandon it after PATIENCE.
+    """Close a client or a cluster, or abandon it after ANSWER_TIMEOUT.
 
     Closing waits for a lock that all clients and clusters share. Garbage collection of one of them meanwhile can leave
     it locked for ever. The interpreter must not close an abandoned cluster again at its end.
     """
     with contextlib.suppress(Exception):
-        with_timeout(functools.partial(peer.close, timeout=PATIENCE))
+        with_timeout(functools.partial(peer.close, timeout=ANSWER_TIMEOUT))
         return
     with contextlib.suppress(AttributeError, KeyError):
         type(peer)._instances.discard(peer)
 
 
-def reach(scheduler: str | None) -> None:
+def check_scheduler(scheduler: str | None) -> None:
     """Raise InputError if dask is not installed, the scheduler does not answer, or a worker has several threads."""
     _distributed()
     if scheduler is None:
@@ -269,7 +273,7 @@ def reach(scheduler: str | None) -> None:
 
 def client(address: Any) -> Any:
     """Return a client of the scheduler at `address`, or of a cluster."""
-    connect = functools.partial(_distributed().Client, address, timeout=PATIENCE, set_as_default=False)
+    connect = functools.partial(_distributed().Client, address, timeout=ANSWER_TIMEOUT, set_as_default=False)
     try:
         return with_timeout(connect)
     except Exception as error:  # many kinds: a wrong address, no server, or a server of another protocol
@@ -288,7 +292,7 @@ T = TypeVar("T")
 
 
 def with_timeout(function: Callable[[], T]) -> T:
-    """Return `function()`, or raise TimeoutError after PATIENCE; its thread then goes on in the background.
+    """Return `function()`, or raise TimeoutError after ANSWER_TIMEOUT; its thread then goes on in the background.
 
     The time limit of a client applies to each message separately, and restarts when it closes.
     """
@@ -302,9 +306,9 @@ def with_timeout(function: Callable[[], T]) -> T:
 
     threading.Thread(target=run, daemon=True).start()
     try:
-        return answer.result(PATIENCE)
+        return answer.result(ANSWER_TIMEOUT)
     except TimeoutError:
-        raise TimeoutError(f"no answer within {PATIENCE:g} s") from None
+        raise TimeoutError(f"no answer within {ANSWER_TIMEOUT:g} s") from None
 
 
 def _cluster(jobs: int) -> Any:
@@ -332,15 +336,15 @@ def _distributed() -> Any:
         import distributed
     except ImportError:
         raise InputError("executor: dask is not installed; `pip install clearsweep[dask]` installs it") from None
-    for name in {*LOUD, *logging.root.manager.loggerDict}:
-        if name.partition(".")[0] in LOUD:
+    for name in {*QUIETED_LOGGERS, *logging.root.manager.loggerDict}:
+        if name.partition(".")[0] in QUIETED_LOGGERS:
             logging.getLogger(name).setLevel(logging.CRITICAL)
     return distributed
 
 
-Maker = Callable[[int, str | None, Callable[[], None]], Executor]  # of jobs, scheduler, load
+MakeExecutor = Callable[[int, str | None, Callable[[], None]], Executor]  # of jobs, scheduler, load
 
-EXECUTORS: dict[str, Maker] = {
+EXECUTORS: dict[str, MakeExecutor] = {
     "local": Local,
     "serial": Serial,
     "dask": Dask,

@@ -16,7 +16,7 @@ from . import executors, node, progress, signals
 from .blockwise import BlockJob, Outcome, most_failures, settled, unfinished
 
 CHECK_INTERVAL = 0.05  # s between checks of running blocks
-COUNTING = 2.0  # s between updates of the list of nodes
+RECOUNT_INTERVAL = 2.0  # s between updates of the list of nodes
 HELP_AFTER = 4.0  # s after which idle nodes help with a running block
 SILENCE = 10.0  # s for the node of a block to finish it after all cases are committed
 RECONNECTING = 120.0  # s for a lost scheduler to come back
@@ -33,11 +33,11 @@ class Cluster:
         self.silent: set[str] = set()  # nodes that did not answer in time
         self._client = executors.client(address)
         self._nodes: list[str] = []
-        self._counted = -COUNTING
+        self._counted = -RECOUNT_INTERVAL
 
     def nodes(self) -> list[str]:
         """Return the addresses of usable nodes."""
-        if time.monotonic() - self._counted > COUNTING:
+        if time.monotonic() - self._counted > RECOUNT_INTERVAL:
             self._nodes = sorted(executors.with_timeout(self._client.nthreads))
             self._counted = time.monotonic()
         usable = [address for address in self._nodes if address not in self.excluded]
@@ -65,7 +65,7 @@ class Cluster:
         while time.monotonic() < deadline and not signals.requested():
             try:
                 self._client = executors.client(self.address)
-                self._counted = -COUNTING
+                self._counted = -RECOUNT_INTERVAL
                 if self.nodes():
                     return
                 self.close()
@@ -194,7 +194,7 @@ class NodesDriver:
     def _settle(self, task: _Task, queue: "deque[int]") -> None:
         """Record the end of a task."""
         try:
-            report = task.future.result(timeout=executors.PATIENCE)
+            report = task.future.result(timeout=executors.ANSWER_TIMEOUT)
         except CancelledError:
             raise
         except Exception as error:
@@ -236,10 +236,10 @@ class NodesDriver:
         try:
             tasks = [self.cluster.submit(node.flush, self.token, on=address) for address in self.cluster.nodes()]
             for task in tasks:
-                deadline = time.monotonic() + executors.PATIENCE
+                deadline = time.monotonic() + executors.ANSWER_TIMEOUT
                 while not task.done() and not (signals.requested() or self._all_marked(deadline)):
                     time.sleep(CHECK_INTERVAL)
-                if task.done() and (report := task.result(timeout=executors.PATIENCE)).refused:
+                if task.done() and (report := task.result(timeout=executors.ANSWER_TIMEOUT)).refused:
                     self.cluster.excluded.add(report.node)
                     self.refusal = report.refused
         except Exception:
@@ -252,7 +252,7 @@ class NodesDriver:
     def _close_nodes(self) -> None:
         try:
             tasks = [self.cluster.submit(node.close, self.token, on=address) for address in self.cluster.nodes()]
-            deadline = time.monotonic() + executors.PATIENCE
+            deadline = time.monotonic() + executors.ANSWER_TIMEOUT
             while tasks and time.monotonic() < deadline and not all(task.done() for task in tasks):
                 time.sleep(CHECK_INTERVAL)
         except Exception:

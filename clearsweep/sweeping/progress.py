@@ -43,14 +43,14 @@ class Cases(phases.Phase):
         self.total, self.done, self.failed, self.jobs = total, 0, 0, 1
         self.pace = Pace()
         #: Returns the number of finished cases in running batches, and the current cases of the workers.
-        self.look: Callable[[], tuple[int, Sequence[phases.Progress]]] = lambda: (0, ())
+        self.read_cases: Callable[[], tuple[int, Sequence[phases.Progress]]] = lambda: (0, ())
         self._seen: tuple[float, tuple[int, Sequence[phases.Progress]]] = (-math.inf, (0, ()))
 
     def seen(self) -> tuple[int, Sequence[phases.Progress]]:
         """Return the result of `look`, or a recent one, since it reads files."""
         now = time.monotonic()
         if now - self._seen[0] >= phases.REFRESH:
-            self._seen = now, self.look()
+            self._seen = now, self.read_cases()
         return self._seen[1]
 
     def advance(self, done: int, failed: int) -> None:
@@ -94,17 +94,17 @@ class Compiling(phases.Phase):
     def __init__(self, parts: int, read_progress: Callable[[], Sequence[phases.Progress]]):
         """Prepare for a number of parts to compile; `read_progress` returns the progress of running ones."""
         super().__init__(self._words)
-        self.parts, self.look, self.done = parts, read_progress, 0
+        self.parts, self.read_cases, self.done = parts, read_progress, 0
 
     def _words(self) -> str:
         if phases.innermost() is not self:
             return ""  # the worker is this process, which shows it itself
-        phase = next((case.what for case in self.look()), "loading compiled code")
+        phase = next((case.what for case in self.read_cases()), "loading compiled code")
         return f"{phase}, part {min(self.done + 1, self.parts)} of {self.parts}"
 
     def left(self, now: float) -> float | None:
         """Return the time (s) left: of the slowest running part, and of the others at the present pace."""
-        slowest = max((case.left for case in self.look() if case.left is not None), default=None)
+        slowest = max((case.left for case in self.read_cases() if case.left is not None), default=None)
         if slowest is None or not self.done:
             return slowest
         return slowest + (now - self.begin) * max(self.parts / self.done - 2.0, 0.0)  # at least two at a time

@@ -166,7 +166,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
             progress.say(sentence)
         with CaseRunner(directory, options, simulator) as case_runner:
             if search:
-                grid, complete = adaptive.run(grid, search, case_runner.look)
+                grid, complete = adaptive.run(grid, search, case_runner.results_from)
                 requested = distinct(case_ids(grid))
             else:
                 complete = case_runner.run(grid, ids, requested)
@@ -308,7 +308,7 @@ def conclude(case_runner: CaseRunner, grid: grids.Grid, requested: np.ndarray, *
         with phases.phase(activity):
             return case_runner.peaks(grid, worst)
 
-    merged = store.merge(directory, result_schema, rows, say=progress.say, find_peaks=find_peaks)
+    merged = store.merge(directory, result_schema, rows, report=progress.say, find_peaks=find_peaks)
     failed = int(np.count_nonzero(rows["failed"]))
     counts = {
         "cases": len(requested),
@@ -370,4 +370,4 @@ def check(options: Options) -> None:
         raise InputError(f"scheduler: the {executor} executor has none; write --executor dask, too")
     executors.allow_files(executor, jobs or executors.cores())
     if executor in ("dask", executors.NODES):
-        executors.reach(scheduler)
+        executors.check_scheduler(scheduler)

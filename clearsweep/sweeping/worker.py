@@ -313,7 +313,7 @@ class _NoteWriter:
         try:
             os.pwrite(self.handle, f"{self.process:10d} {index:10d}\n".encode(), 0)
         except OSError as error:
-            raise durable.refused(self.path, error) from error
+            raise durable.refused_write_error(self.path, error) from error
 
 
 @contextlib.contextmanager

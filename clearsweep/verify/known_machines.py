@@ -18,7 +18,7 @@ from ..simulation.trajectory import simulate
 
 TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12)
 ROUNDS = 3  # the least run time counts
-STILL = 1e-9  # largest value below which a channel is at rest
+SMALLEST_VALUE = 1e-9  # largest value below which a channel is at rest
 TITLES = {
     "fb_c": "four-bar, clearance in coupler-rocker",
     "sc_load": "slider-crank pressed by 500 N",
@@ -51,23 +51,23 @@ def run(name: str, entry: dict[str, Any], tolerance: float) -> dict[str, Any]:
     source, times = copy.deepcopy(entry["grid"]), np.array(entry["samples"]["t"])
     source["simulate"]["tolerance"] = tolerance
     loaded_scene = scene.load_case(source)
-    fair = times[times <= entry["fair"]]
-    trajectory = simulate(loaded_scene, times=fair)
-    seconds = min(simulate(loaded_scene, times=fair).summary["run_time"] for _ in range(ROUNDS))
+    comparable = times[times <= entry["fair"]]
+    trajectory = simulate(loaded_scene, times=comparable)
+    seconds = min(simulate(loaded_scene, times=comparable).summary["run_time"] for _ in range(ROUNDS))
     worst = max(
-        _error(trajectory[channel], np.array(values)[: fair.size])
+        _error(trajectory[channel], np.array(values)[: comparable.size])
         for channel, values in entry["samples"].items()
         if "force" not in channel and "torque" not in channel
     )
-    moments, reference = trajectory.events["t"], np.array([row[0] for row in entry["events"]])
-    same_count = len(moments) == len(reference)
+    event_times, reference = trajectory.events["t"], np.array([row[0] for row in entry["events"]])
+    same_count = len(event_times) == len(reference)
     return {
         "name": name,
         "tolerance": tolerance,
         "error": worst,
-        "events": len(moments),
+        "events": len(event_times),
         "events_expected": len(reference),
-        "event_error": event_error(moments, reference) if same_count else None,  # s
+        "event_error": event_error(event_times, reference) if same_count else None,  # s
         "rhs_evaluations": trajectory.summary["rhs_evaluations"],
         "energy_residual": trajectory.summary["energy_residual"],
         "ms": 1e3 * seconds,
@@ -81,5 +81,9 @@ def event_error(times: np.ndarray, reference: np.ndarray) -> float:
 
 def _error(computed: np.ndarray, reference: np.ndarray) -> float:
     """Return the largest error over the largest value, 0 for a channel at rest."""
-    size = float(np.max(np.abs(reference)))
-    return float(np.max(np.abs(computed - reference))) / size if size > STILL and math.isfinite(size) else 0.0
+    largest = float(np.max(np.abs(reference)))
+    return (
+        float(np.max(np.abs(computed - reference))) / largest
+        if largest > SMALLEST_VALUE and math.isfinite(largest)
+        else 0.0
+    )
