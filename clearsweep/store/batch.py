@@ -394,7 +394,7 @@ def numbers_of(texts: bytes) -> np.ndarray:
 def open_table(path: Path) -> Iterator[pq.ParquetFile]:
     """Yield a Parquet file whose pages are verified on reading; nothing is read in advance.
 
-    Arrow's reading thread could keep a buffer beyond the end of the interpreter, which aborts (apache/arrow issue 34314).
+    Arrow's reading thread could keep a buffer beyond the end of the interpreter, which aborts (apache/arrow 34314).
     """
     with durable.open_regular(path) as file, pq.ParquetFile(file, **_VERIFIED) as table:
         yield table
