@@ -20,7 +20,8 @@ import pyarrow as pa
 
 from ..grid import Grid
 from . import durable
-from .batch import ResultSchema, array_of
+from .batch import ResultSchema
+from .columns import array_of
 from .directory import BLOCKS, DATASET, ORBITS_FILE, SUMMARY_FILE, RunDirectory
 
 BLOCK = 2**17  # consecutive indices of a grid in a block; a grid of more cases is cut

@@ -11,7 +11,8 @@ import pyarrow.parquet as pq
 from ..contracts.layout import Column
 from ..judging.verdict import EXCEEDED
 from . import durable
-from .batch import ResultSchema, datasets, field_of, summary_schema, values_of, with_verdict
+from .batch import ResultSchema, datasets, summary_schema, with_verdict
+from .columns import field_of, values_of
 from .directory import IDENTIFY_FILE, OPTIMISE_FILE, SEEK_FILE, RunDirectory
 from .orbits import OrbitFiles
 from .summary import summary_groups

@@ -12,8 +12,9 @@ import pyarrow.parquet as pq
 
 from . import durable
 from .assemble import mark_of
-from .batch import ResultSchema, values_of, words_of
+from .batch import ResultSchema
 from .blocks import IDS_FILE, SAMPLE_FILE, Block, Division, Sampler, read_mark, write_mark
+from .columns import values_of, words_of
 from .directory import DATASET, LOCK, ORBITS_FILE, SUMMARY_FILE
 from .orbits import FORMAT, write_orbits
 from .summary import HELD_ROWS, repetitive, summary_groups, write_summary

@@ -8,7 +8,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from .batch import ID_LENGTH, values_of
+from .batch import ID_LENGTH
+from .columns import values_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -17,7 +17,8 @@ from ..contracts.layout import SECTION_COUNT, Layout
 from ..judging import verdict
 from ..language.errors import ClearsweepError, DirectoryError, InputError
 from . import durable
-from .batch import CASE_ID, GROUP_ROWS, ID_LENGTH, open_table, values_of
+from .batch import CASE_ID, GROUP_ROWS, ID_LENGTH, open_table
+from .columns import values_of
 from .datasets import EVENT, NODE, SAMPLE, SECTION
 from .directory import ANSWER_FILES, FINAL_FILES, IDENTIFY_FILE, OPTIMISE_FILE, ORBITS_FILE, SEEK_FILE, SUMMARY_FILE
 from .record import RECORD_FILE, check_form, damaged, read_record

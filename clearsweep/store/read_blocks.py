@@ -14,8 +14,9 @@ import pyarrow as pa
 from ..contracts.layout import Layout
 from ..language.errors import DirectoryError, InputError
 from . import durable
-from .batch import ID_LENGTH, id_text, open_table, values_of
+from .batch import ID_LENGTH, id_text, open_table
 from .blocks import IDS_FILE, SAMPLE_FILE, Block, numbers_of_blocks, read_mark
+from .columns import values_of
 from .directory import DATASET, ORBITS_FILE, SUMMARY_FILE
 from .lazy import Filter, LazySummary
 from .read import StoredRun

@@ -8,7 +8,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from .batch import GROUP_ROWS, values_of
+from .batch import GROUP_ROWS
+from .columns import values_of
 from .datasets import EVENT
 from .read import OFFSETS_BY
 from .read_blocks import BlockedRun, OneBlock, framed

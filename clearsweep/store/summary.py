@@ -12,7 +12,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from . import durable
-from .batch import GROUP_ROWS, ResultSchema, array_of, field_of, read_summary, summary_schema, with_verdict
+from .batch import GROUP_ROWS, ResultSchema, read_summary, summary_schema, with_verdict
+from .columns import array_of, field_of
 from .directory import RunDirectory
 
 HELD_ROWS = 131072  # rows of the summary in memory at a time, from whole batches: those of a block

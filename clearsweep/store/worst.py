@@ -8,7 +8,8 @@ import numpy as np
 import pyarrow as pa
 
 from ..contracts.results import Peak
-from .batch import CASE, CASE_ID, SAMPLE, Dataset, ResultSchema, put, summary_schema, values_of
+from .batch import CASE, CASE_ID, SAMPLE, Dataset, ResultSchema, put, summary_schema
+from .columns import values_of
 
 GROUP = "worst"  # of orbits.h5
 JOINT, TURNS, OFFSETS = f"{GROUP}/joint", f"{GROUP}/turns", f"{GROUP}/offsets"
