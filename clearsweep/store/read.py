@@ -27,7 +27,6 @@ from .worst import GROUP, JOINT, OFFSETS, TURNS
 if TYPE_CHECKING:
     import pandas as pd  # imported only for frames
 
-
 TYPES = {pa.float64(), pa.int64(), pa.string()}  # of columns
 OFFSETS_BY = {SAMPLE: "offsets", EVENT: "events/offsets", SECTION: "poincare/offsets", NODE: "history/offsets"}
 
