@@ -371,7 +371,9 @@ MUTATIONS = (
         "except RuntimeError as error:",
         STORE,
     ),
-    Mutation("store/columns.py", "column_of", "valid = np.isfinite(numbers)", "valid = np.ones(len(numbers), bool)", STORE),
+    Mutation(
+        "store/columns.py", "column_of", "valid = np.isfinite(numbers)", "valid = np.ones(len(numbers), bool)", STORE
+    ),
     Mutation("store/batch.py", "_count", 'if trajectory.status != "ok":', "if False:", STORE),
     Mutation("store/batch.py", "_gathered", '[joint][body == "journal"]', '[joint][body == "bearing"]', STORE),
     Mutation("store/batch.py", "_coded", "numbers[words == word] = code", "numbers[words != word] = code", STORE),

@@ -219,7 +219,9 @@ class Grid:
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
         start_values = searched.start.items() if (searched := self.optimise or self.identify) else ()
         fillers |= {path: value for path, value in start_values if not path.startswith(START)}
-        fillers |= {START + name: self.defined.said(name) for name in self.defined.texts if name in self.defined.varied}
+        fillers |= {
+            START + name: self.defined.grid_text(name) for name in self.defined.texts if name in self.defined.varied
+        }
         base = {path: value for path, value in self._base.items() if not path.startswith(f"{UNCERTAIN}.")}
         base = with_material_names(base, self.materials)
         return {"name": self.name} | nested(sections | base | fillers, self._pairs) | ways | extra_sections

@@ -97,7 +97,7 @@ class Reader:
         if path in self.swept:
             return self.axes.get(path, ())
         if path in self.defined.follow:
-            return self.defined.reached(path, self.axes, self.varied_by)
+            return self.defined.values_reached(path, self.axes, self.varied_by)
         if any(path in material.follow for material in self.materials.values()):
             return tuple(material_values(path, self.materials, self.axes))
         if path in self.values:

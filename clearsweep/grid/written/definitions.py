@@ -71,21 +71,23 @@ class Definitions(NamedTuple):
         return {START + name: self._text(name) for name in names}
 
     def _text(self, name: str) -> str:
-        own = self.texts[name]
-        return f"= {own}" if own and self.varied_in(own) else self.said(name)
+        text = self.texts[name]
+        return f"= {text}" if text and self.varied_in(text) else self.grid_text(name)
 
-    def said(self, name: str) -> str:
+    def grid_text(self, name: str) -> str:
         """Return the value of a name as grid text: in SI, with its unit."""
         return _quantity_text(self.values[name], self.units[name])
 
-    def reached(self, path: str, axes: Mapping[str, tuple[Any, ...]], way: Mapping[str, str]) -> tuple[float, ...]:
+    def values_reached(
+        self, path: str, axes: Mapping[str, tuple[Any, ...]], way: Mapping[str, str]
+    ) -> tuple[float, ...]:
         """Return every value of a number whose names vary on these axes."""
         names = sorted(self.varied_in(self.follow[path]))
         groups: dict[str, list[str]] = {}
         for name in names:
             if START + name not in axes:
                 return ()
-            section = way.get(START + name, "")
+            section = varied_by.get(START + name, "")
             groups.setdefault(section if section not in ("sweep", "") else name, []).append(START + name)
         rows = [list(zip(*(axes[path] for path in paths), strict=False)) for paths in groups.values()]
         count = 1
@@ -94,9 +96,9 @@ class Definitions(NamedTuple):
         if count > MOST_VALUES:
             rows = [[min(part), max(part)] for part in rows]
         flat = [path for paths in groups.values() for path in paths]
-        own = self._replace(follow={path: self.follow[path]})
+        alone = self._replace(follow={path: self.follow[path]})
         points = (dict(zip(flat, sum(chosen, ()), strict=True)) for chosen in product(*rows))
-        return tuple(own.at(point)[path] for point in points)
+        return tuple(alone.at(point)[path] for point in points)
 
 
 NOTHING = Definitions({}, {}, {})
@@ -117,33 +119,39 @@ def resolve_definitions(
 
     The section `define` keeps only the names that an axis varies.  Paths in `fixed` no longer vary.
     """
-    top = root.value
-    section = top.get(DEFINE)
+    sections = root.value
+    section = sections.get(DEFINE)
     if section is not None and (not isinstance(section.value, dict) or not section.value):
         problems.add(section, DEFINE, "is empty; for example: `play: 50 um`, or remove the key")
         section = None
-    varied = {path: place for path, place in varied_paths(top) if path not in fixed}
+    varied = {path: place for path, place in varied_paths(sections) if path not in fixed}
     written: dict[str, WrittenValue] = section.value if section is not None else {}
-    good = {name: each for name, each in written.items() if _named(section, name, problems)}
-    known = _values(good, problems)
-    known = known._replace(wrong=frozenset(written) - known.values.keys())
-    names = frozenset(path.removeprefix(START) for path in varied if path.removeprefix(START) in known.values)
-    known = known._replace(varied=names & known.texts.keys())
-    reader = _Reader(problems, known, varied)
-    reader.used |= {other for name in known.wrong & good.keys() for other in (name, *_read_of(good[name]))}
-    content = {key: reader.read(each, key) for key, each in top.items() if key not in (DEFINE, *_NO_NUMBERS)}
-    content |= {key: top[key] for key in _NO_NUMBERS if key in top}
-    for name, each in good.items():
-        if known.texts.get(name) and START + name in varied:
-            reader.refuse_axis(START + name, each)
+    named = {name: entry for name, entry in written.items() if _named(section, name, problems)}
+    definitions = _values(named, problems)
+    definitions = definitions._replace(wrong=frozenset(written) - definitions.values.keys())
+    names = frozenset(path.removeprefix(START) for path in varied if path.removeprefix(START) in definitions.values)
+    definitions = definitions._replace(varied=names & definitions.texts.keys())
+    reader = _Reader(problems, definitions, varied)
+    reader.used |= {other for name in definitions.wrong & named.keys() for other in (name, *_read_of(named[name]))}
+    content = {key: reader.read(entry, key) for key, entry in sections.items() if key not in (DEFINE, *_NO_NUMBERS)}
+    content |= {key: sections[key] for key in _NO_NUMBERS if key in sections}
+    for name, entry in named.items():
+        if definitions.texts.get(name) and START + name in varied:
+            reader.refuse_axis(START + name, entry)
         elif name not in reader.used:
             sentence = "is not used; use it, for example: `clearance: = " + name + "`, or leave it out"
-            problems.add(section.key_place(name) if section else each, START + name, sentence)
-    if known.varied and section is not None:
-        inside = {name: reader.worked(good[name], known.said(name)) for name in good if name in known.varied}
+            problems.add(section.key_place(name) if section else entry, START + name, sentence)
+    if definitions.varied and section is not None:
+        inside = {
+            name: reader.with_value(named[name], definitions.grid_text(name))
+            for name in named
+            if name in definitions.varied
+        }
         content[DEFINE] = WrittenValue(inside, section.origin, section.line, section.column, section.keys)
-    ordered = {key: content[key] for key in top if key in content}
-    return WrittenValue(ordered, root.origin, root.line, root.column, root.keys), known._replace(follow=reader.follow)
+    ordered = {key: content[key] for key in sections if key in content}
+    return WrittenValue(ordered, root.origin, root.line, root.column, root.keys), definitions._replace(
+        follow=reader.follow
+    )
 
 
 def definitions_of_resolved(resolved: Mapping[str, Any]) -> Definitions:
@@ -167,11 +175,11 @@ class _Reader:
         if not self._has_expression(written):
             return written
         if isinstance(value, dict):
-            value = {key: self.read(each, f"{path}.{key}") for key, each in value.items()}
+            value = {key: self.read(entry, f"{path}.{key}") for key, entry in value.items()}
         elif isinstance(value, list):
-            value = [self.read(each, f"{path}.{place}") for place, each in enumerate(value)]
+            value = [self.read(entry, f"{path}.{place}") for place, entry in enumerate(value)]
         else:
-            return self._worked_out(written, path)
+            return self._evaluated(written, path)
         return WrittenValue(value, written.origin, written.line, written.column, written.keys)
 
     def _has_expression(self, written: WrittenValue) -> bool:
@@ -183,7 +191,7 @@ class _Reader:
             self.has[id(written)] = any(map(self._has_expression, value.values() if isinstance(value, dict) else value))
         return self.has[id(written)]
 
-    def _worked_out(self, written: WrittenValue, path: str) -> WrittenValue:
+    def _evaluated(self, written: WrittenValue, path: str) -> WrittenValue:
         text = text_of(written.value)
         try:
             self.used |= used_by(text, self.known.texts)
@@ -193,7 +201,7 @@ class _Reader:
             if not self.known.wrong & _names(text):  # what is wrong there is said there
                 self.problems.add(written, path, str(error))
             self.problems.unread.add(path)
-            return self.worked(written, "0")
+            return self.with_value(written, "0")
         if path in self.varied:
             self.refuse_axis(path, written)
         if names := self.known.varied_in(text):
@@ -202,7 +210,7 @@ class _Reader:
             else:
                 sentence = f"depends on {START}{min(names)}, which varies; only the numbers of a case may be"
                 self.problems.add(written, path, sentence)
-        return self.worked(written, _quantity_text(value, unit))
+        return self.with_value(written, _quantity_text(value, unit))
 
     def refuse_axis(self, path: str, written: WrittenValue) -> None:
         """Report a varied path whose value is an expression."""
@@ -211,7 +219,7 @@ class _Reader:
         )
         self.problems.add(self.varied[path], path, sentence)
 
-    def worked(self, written: WrittenValue, value: str) -> WrittenValue:
+    def with_value(self, written: WrittenValue, value: str) -> WrittenValue:
         """Return the quantity that replaces a written expression."""
         text = written.value if is_expression(written.value) else ""
         return WrittenValue(value, written.origin, written.line, written.column, expression=text)
@@ -254,22 +262,22 @@ def _values(written: Mapping[str, WrittenValue], problems: Problems) -> Definiti
     def visit(name: str) -> None:
         if name in definitions.values or name in wrong:
             return
-        each = written[name]
+        entry = written[name]
         if name in open_names:
             circle = " -> ".join([*open_names[open_names.index(name) :], name])
-            problems.add(each, START + name, f"depends on itself: {circle}; break the circle")
+            problems.add(entry, START + name, f"depends on itself: {circle}; break the circle")
             wrong.update(open_names[open_names.index(name) :])
             return
         open_names.append(name)
         try:
-            text = text_of(each.value) if is_expression(each.value) else ""
+            text = text_of(entry.value) if is_expression(entry.value) else ""
             for other in sorted(expression.names_in(text, expression.DEFINED) & written.keys()) if text else ():
                 visit(other)
-            values[name], units[name] = _value(text, definitions) if text else _quantity(each.value)
+            values[name], units[name] = _value(text, definitions) if text else _quantity(entry.value)
             texts[name] = text
         except InputError as error:
-            if name not in wrong and not _already_reported(each, written, wrong):
-                problems.add(each, START + name, str(error))
+            if name not in wrong and not _already_reported(entry, written, wrong):
+                problems.add(entry, START + name, str(error))
             wrong.add(name)
         open_names.pop()
 
@@ -278,14 +286,14 @@ def _values(written: Mapping[str, WrittenValue], problems: Problems) -> Definiti
     return definitions
 
 
-def _already_reported(each: WrittenValue, written: Mapping[str, WrittenValue], wrong: set[str]) -> bool:
+def _already_reported(entry: WrittenValue, written: Mapping[str, WrittenValue], wrong: set[str]) -> bool:
     """Return whether an expression contains a name that was already reported."""
-    return bool(_read_of(each) & wrong & written.keys())
+    return bool(_read_of(entry) & wrong & written.keys())
 
 
-def _read_of(each: WrittenValue) -> set[str]:
+def _read_of(entry: WrittenValue) -> set[str]:
     """Return the names in a written value, empty if it is no valid expression."""
-    return _names(text_of(each.value)) if is_expression(each.value) else set()
+    return _names(text_of(entry.value)) if is_expression(entry.value) else set()
 
 
 def _names(text: str) -> set[str]:

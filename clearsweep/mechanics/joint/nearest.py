@@ -110,10 +110,10 @@ def halley(surfaces, angle, body_angles, radial, tangential_distance):
     radial, tangential_distance : m, components of the eccentricity in the direction `angle`
     """
     h, slope, bearing_curvature, third = worn_at(surfaces.bearing, angle - body_angles[0])
-    h_journal, journal_wear, journal_curvature, journal_third = worn_at(surfaces.journal, angle - body_angles[1])
+    h_journal, journal_slope, journal_curvature, journal_third = worn_at(surfaces.journal, angle - body_angles[1])
     curvature = radial + (bearing_curvature + journal_curvature)
     per_sharp = 1.0 / curvature
-    step = (tangential_distance - (slope + journal_wear)) * per_sharp
+    step = (tangential_distance - (slope + journal_slope)) * per_sharp
     curved = -0.5 * (tangential_distance + (third + journal_third)) * step * per_sharp
     return step + step * min(max(curved, -0.5), 0.5), curvature > 0.0, radial - (h + h_journal)
 
@@ -132,9 +132,9 @@ def searched(surfaces, x, y, body_angles):
     for _ in range(BISECTIONS):
         c, s = direction(angle)
         _, slope, bearing_curvature, _ = worn_at(surfaces.bearing, angle - body_angles[0])
-        _, journal_wear, journal_curvature, _ = worn_at(surfaces.journal, angle - body_angles[1])
+        _, journal_slope, journal_curvature, _ = worn_at(surfaces.journal, angle - body_angles[1])
         residual, curvature = (
-            y * c - x * s - (slope + journal_wear),
+            y * c - x * s - (slope + journal_slope),
             x * c + y * s + bearing_curvature + journal_curvature,
         )
         low, high = (angle, high) if residual > 0.0 else (low, angle)

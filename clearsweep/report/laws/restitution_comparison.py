@@ -19,71 +19,83 @@ from ..statistics.matching import axis_key
 from .elastic_comparison import UNKNOWN
 
 MOST = 5  # largest number of displayed values of the restitution, evenly spaced
-ALIKE = 5e-4  # smaller differences of restitution count as equal
+EQUAL_WITHIN = 5e-4  # smaller differences of restitution count as equal
 
 
-class Returned(NamedTuple):
+class EffectiveRestitution(NamedTuple):
     """Effective restitution of a law in a free impact."""
 
     law: str
-    wanted: float  # NaN for a law without this parameter
-    given: float  # NaN if it depends on mass and speed
+    specified: float  # NaN for a law without this parameter
+    effective: float  # NaN if it depends on mass and speed
     measured: float  # median of the cases; NaN without measurement
+
+    @property
+    def difference(self) -> float:
+        """Return the effective minus the specified restitution."""
+        return self.effective - self.specified
 
 
 def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
     """Return sentence, picture and table of the swept laws of a joint."""
     points = _points(study, axis, joint)
-    firsts = points.drop_duplicates()
-    firsts = firsts[firsts["wanted"].isna() | firsts["wanted"].isin(_shown(points["wanted"]))]
+    one_per_law = points.drop_duplicates()
+    one_per_law = one_per_law[
+        one_per_law["specified"].isna() | one_per_law["specified"].isin(_shown(points["specified"]))
+    ]
     try:
-        sections = [joint_of(case, joint) for case in resolved(study, firsts.index)]
+        sections = [joint_of(case, joint) for case in resolved(study, one_per_law.index)]
     except InputError:
         return Part([UNKNOWN], [], [])
     rows = []
-    for (law, value), section in zip(firsts.itertuples(index=False), sections, strict=True):
+    for (law, value), section in zip(one_per_law.itertuples(index=False), sections, strict=True):
         given = simulation.restitution(section)
         rows.append(
-            Returned(
+            EffectiveRestitution(
                 law,
                 section.contact.values.get("restitution", np.nan),
                 np.nan if given is None else given,
                 _measured(study, points, joint, law, value),
             )
         )
-    rows.sort(key=lambda row: (np.isnan(row.wanted), row.wanted, axis.values.index(row.law)))
-    known = [row for row in rows if not np.isnan(row.given)]
+    rows.sort(key=lambda row: (np.isnan(row.specified), row.specified, axis.values.index(row.law)))
+    known = [row for row in rows if not np.isnan(row.effective)]
     return Part(_sentences(rows), [_picture(axis, known)] if known else [], [_table(study, axis, joint, rows)])
 
 
 def _points(study: Study, axis: Axis, joint: Joint) -> pd.DataFrame:
     """Return law and specified restitution of each case."""
     path = f"joints.{joint.title}.contact.restitution"
-    wanted = study.cases[path] if path in study.cases else dig(study.base, path)
-    points = pd.DataFrame({"law": study.cases[axis.path], "wanted": wanted}, index=study.cases.index)
-    return points.astype({"wanted": float})
+    specified = study.cases[path] if path in study.cases else dig(study.base, path)
+    points = pd.DataFrame({"law": study.cases[axis.path], "specified": specified}, index=study.cases.index)
+    return points.astype({"specified": float})
 
 
-def _shown(wanted: pd.Series) -> np.ndarray:
+def _shown(specified: pd.Series) -> np.ndarray:
     """Return the displayed values of the restitution, at most MOST."""
-    known = np.sort(wanted.dropna().unique())
+    known = np.sort(specified.dropna().unique())
     if not len(known):
         return known
     return known[np.unique(np.linspace(0, len(known) - 1, MOST).round().astype(int))]
 
 
-def _measured(study: Study, points: pd.DataFrame, joint: Joint, law: str, wanted: float) -> float:
+def _measured(study: Study, points: pd.DataFrame, joint: Joint, law: str, specified: float) -> float:
     """Return the median of the measured restitution of the cases of a law, NaN without measurement."""
     if not study.has(joint.column("restitution")):
         return np.nan
-    alike = points["wanted"].isna() if np.isnan(wanted) else points["wanted"] == wanted
+    alike = points["specified"].isna() if np.isnan(specified) else points["specified"] == specified
     return float(study.cases[joint.column("restitution")][(points["law"] == law) & alike].median())
 
 
-def _table(study: Study, axis: Axis, joint: Joint, rows: list[Returned]) -> Table:
+def _table(study: Study, axis: Axis, joint: Joint, rows: list[EffectiveRestitution]) -> Table:
     columns = [Column(axis.name), Column("asked for"), Column("given back"), Column("difference")]
     cells: list[tuple] = [
-        (row.law, row.wanted, row.given, Quantity(row.given - row.wanted, _signed(row.given - row.wanted)))
+        (
+            row.law,
+            row.specified,
+            row.effective,
+            Quantity(row.difference, _signed(row.difference)),
+        )
         for row in rows
     ]
     if study.has(joint.column("restitution")):
@@ -97,28 +109,28 @@ def _table(study: Study, axis: Axis, joint: Joint, rows: list[Returned]) -> Tabl
     return Table(key, "Restitution asked for and given back", note, tuple(columns), cells)
 
 
-def _sentences(rows: list[Returned]) -> list[str]:
+def _sentences(rows: list[EffectiveRestitution]) -> list[str]:
     """Return sentences on the largest difference between laws with the same specified restitution."""
     spans = []
-    for wanted in {row.wanted for row in rows if not np.isnan(row.wanted)}:
-        known = [row for row in rows if row.wanted == wanted and not np.isnan(row.given)]
+    for specified in {row.specified for row in rows if not np.isnan(row.specified)}:
+        known = [row for row in rows if row.specified == specified and not np.isnan(row.effective)]
         if known:
-            ordered = sorted(known, key=lambda row: (row.given, row.law))
-            spans.append((ordered[-1].given - ordered[0].given, ordered[0], ordered[-1]))
+            ordered = sorted(known, key=lambda row: (row.effective, row.law))
+            spans.append((ordered[-1].effective - ordered[0].effective, ordered[0], ordered[-1]))
     if not spans:
         return []
-    widest, least, most = max(spans, key=lambda span: (span[0], span[1].wanted))
-    if widest < ALIKE:
+    widest, least, most = max(spans, key=lambda span: (span[0], span[1].specified))
+    if widest < EQUAL_WITHIN:
         return ["In a free impact each of these laws gives back the restitution that it is asked for, or all the same."]
     return [
-        f"Asked for a restitution of {wording.short(least.wanted, 3)}, a free impact gives back "
-        f"{wording.plain(least.given)} ({least.law}) to {wording.plain(most.given)} ({most.law})."
+        f"Asked for a restitution of {wording.short(least.specified, 3)}, a free impact gives back "
+        f"{wording.plain(least.effective)} ({least.law}) to {wording.plain(most.effective)} ({most.law})."
     ]
 
 
-def _picture(axis: Axis, rows: list[Returned]) -> Picture:
-    points = [(row.law, row.wanted, row.given) for row in rows]
-    alt = "; ".join(f"{law}, asked for {wanted:.3g}: {given:.3g}" for law, wanted, given in points)
+def _picture(axis: Axis, rows: list[EffectiveRestitution]) -> Picture:
+    points = [(row.law, row.specified, row.effective) for row in rows]
+    alt = "; ".join(f"{law}, asked for {specified:.3g}: {given:.3g}" for law, specified, given in points)
     return Picture(
         "Restitution given back",
         "Of a free impact, compared with what was asked for.",

@@ -13,7 +13,7 @@ from ..statistics import elastic_range
 from . import identified, optimised, seek
 
 ONSET = "onset_rate_max"
-TOLD = 3  # swept values of a case up to which a card has them all
+LISTED_VALUES = 3  # swept values of a case up to which a card has them all
 
 
 def sections(study: Study) -> list[Section]:
@@ -25,8 +25,8 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
     """Return name, value with unit, what to compare it with; of a figure of joints the worst, its joint named."""
     finished, failed = counts.finished_and_failed(study)
     missing = study.run.grid.get("counts", {}).get("missing", 0)
-    said = (f"{failed} failed" if failed else "none failed") + (f", {missing} not run yet" if missing else "")
-    cards = [("Cases finished", f"{finished} of {finished + failed + missing}", said)]
+    note = (f"{failed} failed" if failed else "none failed") + (f", {missing} not run yet" if missing else "")
+    cards = [("Cases finished", f"{finished} of {finished + failed + missing}", note)]
     if study.run.marks():
         shown = "rows at random, and those with the smallest and the largest value of each figure of all cases"
         cards.append(("Shown on this page", f"{len(study.cases) + len(study.failed)} cases", shown))
@@ -50,8 +50,8 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
             where = study.where(joint, "joint {}") if joint else ""
             worst = study.cases[column].idxmax()
             elastic = elastic_range.remark(study, joint, worst) if joint and figure == ONSET else ""
-            said = "; ".join(filter(None, (where, suffix, elastic))) or (f"joint {joint.title}" if joint else "")
-            cards.append((name, study.text(worst, column), said))
+            note = "; ".join(filter(None, (where, suffix, elastic))) or (f"joint {joint.title}" if joint else "")
+            cards.append((name, study.text(worst, column), note))
     return cards
 
 
@@ -81,23 +81,23 @@ def _answer(study: Study) -> list[tuple[str, str, str]]:
         return [("Largest normal force", study.text(case_id, candidate.columns[0]), at)]
     cards = [("Thinnest film", study.text(case_id, candidate.columns[0]), at)]
     for heading, name in zip(lead.headings[1:], candidate.columns[1:], strict=True):
-        known = float(study.cases.at[case_id, name])
-        if not np.isnan(known):
+        figure = float(study.cases.at[case_id, name])
+        if not np.isnan(figure):
             share = name.endswith("dry_load_share")
-            said = wording.percent(known) if share else study.text(case_id, name)
-            cards.append((f"{heading[0].upper()}{heading[1:]}", said, "of that case"))
+            value_text = wording.percent(figure) if share else study.text(case_id, name)
+            cards.append((f"{heading[0].upper()}{heading[1:]}", value_text, "of that case"))
     return cards
 
 
 def _at(study: Study, case_id: str) -> str:
     """Return the swept values of a case, or its identity where they are many."""
-    return study.setting(case_id) if len(study.swept()) <= TOLD else f"case {wording.short_id(case_id)}"
+    return study.setting(case_id) if len(study.swept()) <= LISTED_VALUES else f"case {wording.short_id(case_id)}"
 
 
 def _worst(study: Study, figure: str) -> tuple[str, Joint | None]:
     """Return the column with the largest value of a figure, and its joint; None: it is of the mechanism."""
-    whole = study.column(figure)
-    if whole:
-        return whole, None
+    of_mechanism = study.column(figure)
+    if of_mechanism:
+        return of_mechanism, None
     joint = max(study.joints, key=lambda joint: np.nan_to_num(study.cases.largest(joint.column(figure))))
     return joint.column(figure), joint

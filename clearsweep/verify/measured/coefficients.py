@@ -24,7 +24,7 @@ def of_film(law: str, slenderness: float, sommerfeld: float, ratio: float, attit
     used.
     """
     load = film_at_rest.load_of(slenderness, sommerfeld)
-    scene = load_case(film_at_rest.rig(law, slenderness, sommerfeld))
+    scene = load_case(film_at_rest.grid_of(law, slenderness, sommerfeld))
     (joint,) = scene.case.joints
     term = registry.joint_term(joint, str(joint.journal))
     clearance, speed = film_at_rest.CLEARANCE, film_at_rest.SPEED

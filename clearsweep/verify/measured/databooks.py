@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from .coefficients import of_film, threshold
 from .drawing import LOOK, REFERENCE, tidy
-from .film_at_rest import settled
+from .film_at_rest import equilibrium_of
 from .points import Row, reference
 
 NAME = "Spread of film models"
@@ -52,7 +52,7 @@ def numbers(point: str) -> tuple[float, float]:
 
 def figures(law: str, slenderness: float, sommerfeld: float) -> dict[str, float | None]:
     """Return the equilibrium of a journal, stiffness and damping of its film there, and its whirl threshold."""
-    equilibrium = settled(law, slenderness, sommerfeld)
+    equilibrium = equilibrium_of(law, slenderness, sommerfeld)
     film = of_film(
         law, slenderness, sommerfeld, equilibrium["eccentricity ratio"], math.radians(equilibrium["attitude"])
     )

@@ -37,17 +37,17 @@ def load_of(slenderness: float, sommerfeld: float) -> float:
     return sommerfeld * slenderness * (2.0 * RADIUS) ** 2 * VISCOSITY * SPEED * (RADIUS / CLEARANCE) ** 2
 
 
-def rig(law: str, slenderness: float, sommerfeld: float) -> dict[str, Any]:
+def grid_of(law: str, slenderness: float, sommerfeld: float) -> dict[str, Any]:
     """Return the grid of a bearing of this length / diameter under its load."""
     film = {"law": law, "viscosity": VISCOSITY}
     joint = {"clearance": CLEARANCE, "bearing_radius": RADIUS, "length": 2.0 * RADIUS * slenderness, "film": film}
     return bearing.grid(joint, SPEED, load_of(slenderness, sommerfeld), mass=MASS, revolutions=TURNS)
 
 
-def settled(law: str, slenderness: float, sommerfeld: float) -> dict[str, float]:
+def equilibrium_of(law: str, slenderness: float, sommerfeld: float) -> dict[str, float]:
     """Return the equilibrium of a bearing of this length / diameter under its load."""
     load = load_of(slenderness, sommerfeld)
-    trajectory = bearing.run(rig(law, slenderness, sommerfeld))
+    trajectory = bearing.run(grid_of(law, slenderness, sommerfeld))
     return {
         "eccentricity ratio": bearing.eccentricity(trajectory) / CLEARANCE,
         "attitude": math.degrees(bearing.attitude(trajectory)),
@@ -72,7 +72,7 @@ def _rows(
     for point in list(dict.fromkeys(point for point, *_ in table.points))[::stride]:
         slenderness, _, number = (number_text.rpartition(" ")[2] for number_text in point.split(", "))
         for law in laws[slenderness]:
-            computed = settled(law, float(slenderness), to_sommerfeld(float(number)))
+            computed = equilibrium_of(law, float(slenderness), to_sommerfeld(float(number)))
             rows += table.rows({(point, name): value for name, value in computed.items()}, law)
     return rows
 
