@@ -222,15 +222,15 @@ def test_the_spin_of_a_film_is_a_kink_whatever_its_asperities_rub():
     eccentricity = oily.clearance - 1e-5
     state = JointState(np.zeros(1), np.array([AFLOAT]), np.zeros(1), 0)
 
-    def seen_at(spin):
-        turning = Gap(eccentricity, 0.0, 1e-3, 0.5 * eccentricity * (10.0 - spin), 10.0, 0.0)
-        (contact,) = load(oily, turning, Offsets(0, 0, 0, 0), state).contacts
+    def contact_with(spin):
+        moving = Gap(eccentricity, 0.0, 1e-3, 0.5 * eccentricity * (10.0 - spin), 10.0, 0.0)
+        (contact,) = load(oily, moving, Offsets(0, 0, 0, 0), state).contacts
         return contact, SimpleNamespace(depth=contact.depth, rate=contact.rate, guarded=guarded(contact))
 
     (reversals,) = [part.law for part in parts(oily) if isinstance(part.law, Reversals)]
     for spin in (-2.0, 2.0):
-        _, start = seen_at(spin)
-        rubs, at_rest = seen_at(0.0)
+        _, start = contact_with(spin)
+        rubs, at_rest = contact_with(0.0)
         assert abs(rubs.tangential) > 1.0
         assert guard_values(reversals, start, at_rest, 0.0)[2 if spin < 0.0 else 3] == pytest.approx(0.0, abs=1e-12)
         assert guard_values(reversals, start, start, 0.0)[2 if spin < 0.0 else 3] == pytest.approx(-abs(spin))
