@@ -79,7 +79,7 @@ class Definitions(NamedTuple):
         return _quantity_text(self.values[name], self.units[name])
 
     def values_reached(
-        self, path: str, axes: Mapping[str, tuple[Any, ...]], way: Mapping[str, str]
+        self, path: str, axes: Mapping[str, tuple[Any, ...]], varied_by: Mapping[str, str]
     ) -> tuple[float, ...]:
         """Return every value of a number whose names vary on these axes."""
         names = sorted(self.varied_in(self.follow[path]))

@@ -40,9 +40,8 @@ def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
     """Return sentence, picture and table of the swept laws of a joint."""
     points = _points(study, axis, joint)
     one_per_law = points.drop_duplicates()
-    one_per_law = one_per_law[
-        one_per_law["specified"].isna() | one_per_law["specified"].isin(_shown(points["specified"]))
-    ]
+    shown = _shown(points["specified"])
+    one_per_law = one_per_law[one_per_law["specified"].isna() | one_per_law["specified"].isin(shown)]
     try:
         sections = [joint_of(case, joint) for case in resolved(study, one_per_law.index)]
     except InputError:
@@ -90,13 +89,7 @@ def _measured(study: Study, points: pd.DataFrame, joint: Joint, law: str, specif
 def _table(study: Study, axis: Axis, joint: Joint, rows: list[EffectiveRestitution]) -> Table:
     columns = [Column(axis.name), Column("asked for"), Column("given back"), Column("difference")]
     cells: list[tuple] = [
-        (
-            row.law,
-            row.specified,
-            row.effective,
-            Quantity(row.difference, _signed(row.difference)),
-        )
-        for row in rows
+        (row.law, row.specified, row.effective, Quantity(row.difference, _signed(row.difference))) for row in rows
     ]
     if study.has(joint.column("restitution")):
         columns.append(Column("measured here"))
@@ -106,7 +99,7 @@ def _table(study: Study, axis: Axis, joint: Joint, rows: list[EffectiveRestituti
         "or mass and speed decide what it gives back (kelvin-voigt and others)."
     )
     key = f"{axis_key(axis)}_restitution"
-    return Table(key, "Restitution asked for and given back", note, tuple(columns), cells)
+    return Table(key, "Specified and computed restitution", note, tuple(columns), cells)
 
 
 def _sentences(rows: list[EffectiveRestitution]) -> list[str]:
@@ -121,9 +114,9 @@ def _sentences(rows: list[EffectiveRestitution]) -> list[str]:
         return []
     widest, least, most = max(spans, key=lambda span: (span[0], span[1].specified))
     if widest < EQUAL_WITHIN:
-        return ["In a free impact each of these laws gives back the restitution that it is asked for, or all the same."]
+        return ["In a free impact all these laws give the same restitution, or the specified one."]
     return [
-        f"Asked for a restitution of {wording.short(least.specified, 3)}, a free impact gives back "
+        f"With a specified restitution of {wording.short(least.specified, 3)}, a free impact gives back "
         f"{wording.plain(least.effective)} ({least.law}) to {wording.plain(most.effective)} ({most.law})."
     ]
 
@@ -133,7 +126,7 @@ def _picture(axis: Axis, rows: list[EffectiveRestitution]) -> Picture:
     alt = "; ".join(f"{law}, asked for {specified:.3g}: {given:.3g}" for law, specified, given in points)
     return Picture(
         "Restitution given back",
-        "Of a free impact, compared with what was asked for.",
+        "Computed for a free impact, and compared with the specified restitution.",
         f"Restitution by {axis.name}. {alt}",
         lambda ax: comparison.returned(ax, points),
         size=(4.2, 1.15 + 0.22 * len({row.law for row in rows})),
