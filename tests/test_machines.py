@@ -152,7 +152,7 @@ def test_a_mistake_in_a_table_is_reported_with_its_row(tmp_path):
 MISTAKES = {
     "nothing hangs on it": (
         changed(PLANAR, mechanism__bodies__lonely={**LINK, "points": {"a": [0, 0]}}),
-        "mechanism.bodies.lonely: hangs nowhere",
+        "mechanism.bodies.lonely: is not connected",
     ),
     "no such point": (
         changed(PLANAR, mechanism__joints__main={"type": "revolute", "between": ["ground.main", "crank.pivto"]}),

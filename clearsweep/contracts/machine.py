@@ -184,7 +184,7 @@ class Machine(NamedTuple):
     bodies: Mapping[str, Body]  # 'ground' among them
     joints: tuple  # Pin, Guide and Slot in the order of the grid; Stretch between segments of elastic links
     driven: str  # name of the Pin that the drive turns: its proximal body is the ground
-    drive: tuple  # Constant, Course or Motor
+    drive: tuple  # Constant, Schedule or Motor
     gravity: float  # m/s^2, along -y
     aim: Aim
     start: Mapping[str, float] = {}  # rad, first guesses of body angles for closing loops at the start angle; default 0

@@ -70,7 +70,7 @@ def _bodies(reader: Reader) -> None:
     for body in outline.bodies:
         if body.name not in reached:
             path = f"{section}.{body.name}"
-            reader.problems.add(reader.place(path), path, f"hangs nowhere: {_REACHES}")
+            reader.problems.add(reader.place(path), path, f"is not connected: {_REACHES}")
 
 
 def _driven(reader: Reader) -> None:

@@ -26,13 +26,14 @@ A new law is one file: a NamedTuple with members of the families of its force an
 The last fields of a law, with defaults, are its internal state; the defaults are the initial values.  A member of
 `internal_state` and `internal_rates` integrates it; a member of `latched` only changes it at events.
 
-The clock, 1/kappa, and all sums, counts and maxima (`observe.totals`) follow only from modes and Contacts: a
-contact that touches contributes to the clock, a contact that acts to the sums.
+The time scale kappa and all sums, counts and maxima (`observe.totals`) follow only from modes and Contacts: a
+contact that touches contributes to the time scale, a contact that acts to the sums.
 
 A lubricated film is a joint whose contact has the mode ACTS, apart or pressed: it exerts a force from start to end, is
-never searched for an onset, integrates no root and does not contribute to the clock.  With a transition to dry contact
-the mode apart is ACTS | MEETS and the mode pressed that of the dry joint.  A spatial joint returns several modes and as
-many Contacts in its Load, each of which begins and ends independently; `parts` has its laws once for each contact.
+never searched for an onset, integrates no root and does not contribute to the time scale.  With a transition to dry
+contact the mode apart is ACTS | MEETS and the mode pressed that of the dry joint.  A spatial joint returns several
+modes and as many Contacts in its Load, each of which begins and ends independently; `parts` has its laws once for each
+contact.
 `test_joint_contract` has short examples of both.
 """
 

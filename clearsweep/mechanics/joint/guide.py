@@ -71,7 +71,7 @@ class _BlockContext(NamedTuple):
 
     joint: tuple
     gap: GuideGap
-    place: tuple  # Place of the joint
+    place: tuple  # Offsets of the joint
     present: tuple  # JointState
 
 

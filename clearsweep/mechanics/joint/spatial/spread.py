@@ -87,7 +87,7 @@ class End(NamedTuple):
 
 @kernel
 def end_of(context, number, end):
-    """Return the End at one of the ENDS, contact `number` of the joint of a Course."""
+    """Return the End at one of the ENDS, contact `number` of the joint of a context."""
     joint, gap, moving_frame, state = context.joint, context.gap, context.moving, context.present
     c = context.place.contact + number
     point = wall_point(joint.ends, joint, gap, end)

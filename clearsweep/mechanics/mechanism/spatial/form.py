@@ -96,4 +96,4 @@ class Tree(NamedTuple):
     aim: tuple  # PointAim or AngleAim
     speed: float  # rad/s, of the crank
     gravity: Vector  # m/s^2
-    turn: tuple  # planar.course.Course of the output of the machine without clearance
+    turn: tuple  # planar.cycle.Cycle of the output of the machine without clearance
