@@ -249,6 +249,15 @@ MECHANISM = (
     crank_speed("min", "least speed"),
     crank_speed("max", "largest speed"),
     Figure(
+        "start_up_time",
+        "s",
+        "time until a free crank first reaches 95 % of its motor's no-load speed; null: not reached, or no such speed",
+        needs=("free",),
+        value=lambda window, _: window.totals.whole.speed_reached or None,
+        differs=False,
+        shown=(Shown("output", "start-up time", 6),),
+    ),
+    Figure(
         "crank_torque_peak",
         "N*m",
         "largest drive torque, absolute",
