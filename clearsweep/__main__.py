@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 
-from . import cli
+from . import cli, exit_codes
 from .sweeping import signals
 
 
@@ -23,7 +23,7 @@ def main() -> None:
     except SystemExit as outcome:
         decided.append(int(outcome.code or 0))
     except KeyboardInterrupt:  # between the last word and here
-        decided.append(cli.INTERRUPTED)
+        decided.append(exit_codes.INTERRUPTED)
     for signum in signals.SIGNALS:
         signal.signal(signum, signal.SIG_IGN)
     sys.exit(decided[0])

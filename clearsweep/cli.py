@@ -3,7 +3,6 @@
 import contextlib
 import json
 import sys
-import traceback
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,8 +10,8 @@ import click
 
 import clearsweep
 
-from . import streams
-from .language.errors import ClearsweepError, InputError, printable, writing
+from . import exit_codes, streams
+from .language.errors import InputError, printable, writing
 from .language.wording import SYSTEMS
 from .language.wording import units as shown_in
 from .sweeping import resources
@@ -20,9 +19,8 @@ from .sweeping import resources
 if TYPE_CHECKING:
     from .report.documents.page import Page  # loads what draws
 
-INTERNAL, BAD_INPUT, INTERRUPTED = 1, 2, 130
 RESULTS = Path("results")
-VERSION_HELP = "Show the versions, the processor level and the directory of compiled code."
+VERSION_HELP = "Print the versions, the processor level and the directory of compiled code."
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -35,34 +33,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _exit_code(arguments: list[str] | None) -> int:
-    """Run a verb; only here does an outcome become an exit code."""
-    try:
-        return int(verbs.main(arguments, prog_name="clearsweep", standalone_mode=False) or 0)
-    except click.exceptions.NoArgsIsHelpError as error:
-        error.show()
-        return 0
-    except click.ClickException as error:
-        error.show()
-        return BAD_INPUT
-    except click.Abort as error:
-        return _interrupted(error.__cause__)
-    except KeyboardInterrupt as error:
-        return _interrupted(error)
-    except ClearsweepError as error:
-        print(printable(str(error)), file=sys.stderr)
-        return error.exit_code
-    except Exception as error:
-        if sentence := resources.remedy(error):
-            print(printable(sentence), file=sys.stderr)
-            return BAD_INPUT
-        traceback.print_exc()
-        print("internal error: this is a bug in clearsweep; please report it with the lines above", file=sys.stderr)
-        return INTERNAL
-
-
-def _interrupted(error: BaseException | None) -> int:
-    print(str(error or "") or "stopped", file=sys.stderr)
-    return int(getattr(error, "exit_code", INTERRUPTED))
+    return exit_codes.run(verbs, arguments)
 
 
 class _Verb(click.Command):
@@ -103,34 +74,46 @@ _PATH = click.Path(path_type=Path)
 _directory = click.argument("directory", type=_PATH, metavar="DIR")
 _json = click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
 _summary_json = click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, in SI units.")
-_units = click.option("--units", type=click.Choice(SYSTEMS), default=SYSTEMS[0], help="Units of the output.")
+_units = click.option(
+    "--units", type=click.Choice(SYSTEMS), default=SYSTEMS[0], help="Units of quantities in the output."
+)
 
 
 @click.group(cls=_Verbs, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.option("--version", is_flag=True, is_eager=True, expose_value=False, callback=_show_version, help=VERSION_HELP)
 def verbs() -> None:
-    """Simulate mechanisms with joint clearance: forces, wear and position errors over a grid of parameters."""
+    """Simulate mechanisms with joint clearance over a grid of parameters: forces, wear and position errors."""
 
 
 @verbs.command()
 @click.argument("grid", type=_PATH)
-@click.option("--out", type=_PATH, metavar="DIR", help="Directory of the results; default: results/<name>.")
-@click.option("--set", "fixed", multiple=True, metavar="PATH=VALUE", help="Override a value of GRID (repeatable).")
-@click.option("--sweep", "swept", multiple=True, metavar="PATH=A,B,C", help="Sweep PATH over values (repeatable).")
-@click.option("-j", "--jobs", type=click.IntRange(min=1), metavar="N", help="Worker processes; default: one per core.")
-@click.option("--dry-run", is_flag=True, help="Only estimate the number of cases, time and memory.")
-@click.option("--retry-failed", is_flag=True, help="Also run failed cases again.")
-@click.option("--case-timeout", type=float, metavar="SECONDS", help="Stop a case that takes longer than this.")
-@click.option("--max-failures", metavar="N|P%", help="Stop if more cases than this number or share fail.")
+@click.option(
+    "--out",
+    type=_PATH,
+    metavar="DIR",
+    help="Directory of the results; default: results/NAME, where NAME is that of the grid.",
+)
+@click.option("--set", "fixed", multiple=True, metavar="PATH=VALUE", help="Override a value of GRID; may be repeated.")
+@click.option(
+    "--sweep", "swept", multiple=True, metavar="PATH=A,B,C", help="Sweep PATH over these values; may be repeated."
+)
+@click.option(
+    "-j", "--jobs", type=click.IntRange(min=1), metavar="N", help="Number of worker processes; default: one per core."
+)
+@click.option("--dry-run", is_flag=True, help="Only count the cases, and estimate their time and disk space.")
+@click.option("--retry-failed", is_flag=True, help="Run cases again that failed earlier.")
+@click.option("--case-timeout", type=float, metavar="SECONDS", help="Stop any case that runs longer than this.")
+@click.option("--max-failures", metavar="N|P%", help="Stop the run if more cases than this number or share fail.")
 @click.option(
     "--executor",
     default="local",
     metavar="local|serial|dask|nodes",
     show_default=True,
-    help="Where cases run: worker processes, this process, a dask cluster, or its nodes.",
+    help="Where cases run. local: worker processes; serial: this process; dask: the workers of a dask cluster; "
+    "nodes: a pool of processes on each node of a cluster.",
 )
 @click.option("--scheduler", metavar="ADDRESS", help="Address of a running dask scheduler; default: start one locally.")
-@click.option("--shard", metavar="I/N", help="Run only part I of N equal parts; `merge` joins them.")
+@click.option("--shard", metavar="I/N", help="Run only part I of N equal parts; `merge` joins the parts.")
 @_units
 @_summary_json
 def run(  # noqa: PLR0913 - one argument per option
@@ -149,7 +132,13 @@ def run(  # noqa: PLR0913 - one argument per option
     units: str,
     as_json: bool,
 ) -> int:
-    """Run the cases of a grid. A second run resumes and computes only missing cases."""
+    """Run the cases of a grid and store their results. A second run computes only the missing cases.
+
+    \b
+    Examples:
+      clearsweep run machine.yaml --dry-run
+      clearsweep run machine.yaml --set simulate.revolutions=50 --sweep "drive.speed=20 rpm,40 rpm"
+    """
     from . import grid as grids
     from .sweeping import run_summary
     from .sweeping.sweep import Options, check, sweep
@@ -183,10 +172,10 @@ def run(  # noqa: PLR0913 - one argument per option
 @verbs.command()
 @click.argument("directories", nargs=-1, required=True, type=_PATH, metavar="DIR...")
 @click.option("--out", required=True, type=_PATH, metavar="OUT", help="Directory of the merged results.")
-@click.option("--partial", is_flag=True, help="Merge even if cases are missing.")
+@click.option("--partial", is_flag=True, help="Merge even if shards or cases are missing.")
 @_summary_json
 def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool) -> int:
-    """Merge runs of one grid, for example its shards. OUT is then as if the grid had run there."""
+    """Merge runs of one grid, for example its shards. OUT receives the same results as one run of the whole grid."""
     from .sweeping import merge, run_summary
 
     result = merge.merge(directories, out, partial=partial)
@@ -198,18 +187,24 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
 @verbs.command()
 @click.argument("directories", nargs=-1, type=_PATH, metavar="[DIR [OTHER]]")
 @click.option("--out", type=_PATH, metavar="FILE", help="Output page; default: DIR/report.html.")
-@click.option("--tables", type=_PATH, metavar="OUT", help="Also write the tables (CSV, Markdown).")
-@click.option("--figures", type=_PATH, metavar="OUT", help="Also write every figure in a format for papers.")
 @click.option(
-    "--format", "form", type=click.Choice(["svg", "pdf", "png"]), default="svg", help="Format of the figures."
+    "--tables", type=_PATH, metavar="OUT", help="Also write every table to this directory, as CSV and Markdown."
 )
-@click.option("--width", type=click.Choice(["85", "170", "auto"]), default="auto", help="Width of the figures in mm.")
-@click.option("--overlay", type=_PATH, metavar="CSV", help="Plot measured signals over the computed ones.")
-@click.option("--median", is_flag=True, help="Maps show the median over hidden axes, not the worst case.")
+@click.option("--figures", type=_PATH, metavar="OUT", help="Also write every figure to this directory, for a paper.")
+@click.option("--format", "form", type=click.Choice(["svg", "pdf", "png"]), default="svg", help="Format of figures.")
+@click.option("--width", type=click.Choice(["85", "170", "auto"]), default="auto", help="Width of figures in mm.")
+@click.option(
+    "--overlay", type=_PATH, metavar="CSV", help="Compare the measured signals of this file with the computed ones."
+)
+@click.option(
+    "--median",
+    is_flag=True,
+    help="Show on maps the median over the axes that are not drawn, instead of the worst case.",
+)
 @click.option("--all", "all_cases", is_flag=True, help="Report all cases in DIR, not only those of the last grid.")
-@click.option("--partial", is_flag=True, help="Report the finished cases of an unfinished run.")
+@click.option("--partial", is_flag=True, help="Report the finished cases of a run that is not finished.")
 @_units
-@click.option("--json", "as_json", is_flag=True, help="Print the names of the files as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print the names of the written files as JSON.")
 def report(  # noqa: PLR0913 - one argument per option
     directories: tuple[Path, ...],
     out: Path | None,
@@ -222,8 +217,13 @@ def report(  # noqa: PLR0913 - one argument per option
 ) -> None:
     """Write the report of a run as one offline HTML page.
 
-    DIR is the run; default: the newest in results/. With OTHER, compare both runs case by case, in
-    OTHER/compared.html.
+    DIR is the directory of the run; default: the newest in results/. With OTHER, the page OTHER/compared.html
+    compares both runs case by case.
+
+    \b
+    Examples:
+      clearsweep report results/machine --figures figures --format pdf --width 85
+      clearsweep report results/machine results/machine-with-new-rod
     """
     from . import report as reports
     from . import store
@@ -246,43 +246,36 @@ def report(  # noqa: PLR0913 - one argument per option
 
 
 def _write(page: "Page", out: Path, *, tables: Path | None, figures: Path | None, as_json: bool, **looks: str) -> None:
-    """Write a page with its tables and figures, and print the files; `figures`: their format and width."""
+    """Write a page with its tables and figures, and print the files; `looks`: format and width of the figures."""
     from .report.documents.paper import Wanted
 
-    files: dict[str, Any] = {"report": str(page.write(out))}
-    if tables:
-        page.write_tables(tables)
-        files["tables"] = str(tables)
-    if figures:
-        files["figures"] = [str(file) for file in page.write_figures(Wanted(figures, **looks))]
-    if as_json:
-        click.echo(json.dumps(files, indent=2))
-    else:
-        click.echo("\n".join([files["report"], *files.get("figures", []), *([str(tables)] if tables else [])]))
+    files = page.write_all(out, tables, Wanted(figures, **looks) if figures else None)
+    lines = [files["report"], *files.get("figures", []), *([files["tables"]] if "tables" in files else [])]
+    click.echo(json.dumps(files, indent=2) if as_json else "\n".join(lines))
 
 
 @verbs.command()
 @_directory
-@click.option("--verify", "every_file", is_flag=True, help="Read every file of the run and check its checksum.")
+@click.option("--verify", "every_file", is_flag=True, help="Read every file of the run and verify its checksum.")
 @_json
 def status(directory: Path, every_file: bool, as_json: bool) -> int:
-    """Print progress, active processes and damaged files of a run. The exit code is 2 if a file is damaged."""
+    """Print the progress, active processes and damaged files of a run. A damaged file gives exit code 2."""
     from . import store
 
     facts = store.status(directory, every_file=every_file)
     click.echo(json.dumps(facts, indent=2) if as_json else printable(store.status_text(facts)))
     for sentence in facts["damage"]:
         click.echo(printable(sentence), err=True)
-    return BAD_INPUT if facts["damage"] else 0
+    return exit_codes.BAD_INPUT if facts["damage"] else 0
 
 
 @verbs.command()
 @_directory
-@click.option("--batches", is_flag=True, help="Also remove the batches of a finished run, after a check of its files.")
+@click.option("--batches", is_flag=True, help="Also remove the batches of a finished run, after checking its files.")
 @click.option("--dry-run", is_flag=True, help="Only print what would be removed.")
 @_json
 def clean(directory: Path, batches: bool, dry_run: bool, as_json: bool) -> None:
-    """Remove files that a run no longer needs. Print their number and size."""
+    """Remove the files that a run no longer needs, and print their number and size."""
     from . import store
 
     facts = store.clean(directory, batches=batches, dry_run=dry_run)
@@ -290,12 +283,12 @@ def clean(directory: Path, batches: bool, dry_run: bool, as_json: bool) -> None:
 
 
 @verbs.command()
-@click.option("--quick", is_flag=True, help="Fewer problems and tolerances; takes about two minutes.")
+@click.option("--quick", is_flag=True, help="Use fewer problems and tolerances; this takes about two minutes.")
 @click.option("--json", "as_json", is_flag=True, help="Print the tables as JSON.")
-@click.option("--write", is_flag=True, help=f"Also write {RESULTS}/accuracy.md or measured.md, with figures.")
-@click.option("--measured", is_flag=True, help="Compare with measurements and published solutions.")
+@click.option("--write", is_flag=True, help=f"Also write the tables, with figures, to {RESULTS}/.")
+@click.option("--measured", is_flag=True, help="Compare the model with measurements and published solutions instead.")
 def verify(quick: bool, as_json: bool, write: bool, measured: bool) -> None:
-    """Measure error and run time on problems with known answers. Also print the stability of extreme cases."""
+    """Measure error and run time on problems with known answers, and test the stability of extreme cases."""
     from . import verify as verification
     from .verify import measured as comparison
 
@@ -305,11 +298,17 @@ def verify(quick: bool, as_json: bool, write: bool, measured: bool) -> None:
 
 @verbs.command("list")
 @click.argument("name", required=False)
-@click.option("--for", "grid", type=_PATH, metavar="GRID", help="Assess which laws suit the joints of GRID.")
+@click.option("--for", "grid", type=_PATH, metavar="GRID", help="Assess for each joint of GRID which laws suit it.")
 def list_(name: str | None, grid: Path | None) -> None:
     """Print all mechanisms, drives, loads and laws, or explain NAME.
 
-    NAME is one of these, `materials`, `oils`, `pairs`, or a key of a grid: `seek`, `joints.rod-slider.clearance`.
+    NAME is a mechanism, drive, load, law, material, oil or wear pair, or a key of a grid. The names `materials`,
+    `oils` and `pairs` print the libraries.
+
+    \b
+    Examples:
+      clearsweep list joints.rod-slider.clearance
+      clearsweep list flores --for machine.yaml
     """
     from . import simulation
 
@@ -320,7 +319,7 @@ def list_(name: str | None, grid: Path | None) -> None:
 @click.argument("grid", type=_PATH)
 @click.option("--out", type=_PATH, metavar="FILE", help="SVG or PNG file; default: GRID.svg in the current directory.")
 def draw(grid: Path, out: Path | None) -> None:
-    """Draw the mechanism of a grid. It is shown at the start, with the names of bodies, joints and loads."""
+    """Draw the mechanism of a grid in its initial position, with the names of bodies, joints and loads."""
     from . import report as reports
 
     with writing():
@@ -331,11 +330,9 @@ def draw(grid: Path, out: Path | None) -> None:
 @verbs.command()
 @_directory
 @click.argument("case_id")
-@click.option(
-    "--out", type=_PATH, metavar="FILE", help="Output page, or .csv for joint forces; default: DIR/CASE_ID.html."
-)
+@click.option("--out", type=_PATH, metavar="FILE", help="Page, or .csv of joint forces; default: DIR/CASE_ID.html.")
 def show(directory: Path, case_id: str, out: Path | None) -> None:
-    """Run one case again and plot orbit, force and events. A unique prefix of CASE_ID is enough."""
+    """Simulate one case again and draw its orbit, force and events. A unique prefix of CASE_ID is enough."""
     from . import report as reports
     from . import store
 
@@ -349,13 +346,18 @@ def show(directory: Path, case_id: str, out: Path | None) -> None:
 @verbs.command()
 @click.argument("series", type=_PATH, metavar="SERIES.csv")
 @click.option(
-    "--coefficient", required=True, metavar="K", help="Wear coefficient, '2e-14 m^2/N'; dimensionless with --hardness."
+    "--coefficient",
+    required=True,
+    metavar="K",
+    help="Wear coefficient, such as '2e-14 m^2/N'. With --hardness, a number without a unit is dimensionless.",
 )
-@click.option("--hardness", metavar="H", help="Hardness of the softer body, '2 GPa'.")
-@click.option("--area", metavar="A", help="Contact area, '100 mm^2'; omit if the series has a pressure column.")
+@click.option("--hardness", metavar="H", help="Hardness of the softer body, such as '2 GPa'.")
+@click.option(
+    "--area", metavar="A", help="Contact area, such as '100 mm^2'. A series with a pressure column does not need it."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print as JSON, in SI units.")
 def wear(series: Path, coefficient: str, hardness: str | None, area: str | None, as_json: bool) -> None:
-    """Compute Archard wear over a measured series. Compare it with the wear column of the series, if any."""
+    """Integrate Archard's wear law over a measured series. If it has a wear column, compare the depth with it."""
     from . import series as prescribed
 
     value, number = prescribed.coefficient_of(coefficient, hardness)
@@ -371,22 +373,16 @@ def wear(series: Path, coefficient: str, hardness: str | None, area: str | None,
     type=click.Choice(["slider-crank", "four-bar", "planar", "press"]),
     default="slider-crank",
     show_default=True,
-    help="Mechanism of the starter grid.",
+    help="Mechanism in the starter grid.",
 )
 def init(file: Path | None, kind: str) -> None:
-    """Write a commented starter grid to FILE, or print it."""
+    """Write a commented starter grid to FILE; without FILE, print it."""
     from . import grid
 
     if file is None:
         click.echo(grid.starter(kind), nl=False)
         return
-    try:
-        with open(file, "x", encoding="utf-8") as target:
-            target.write(grid.starter(kind))
-    except FileExistsError:
-        raise InputError(f"{file}: already exists and was not changed; choose a new file name") from None
-    except OSError as error:
-        raise InputError(f"{file}: cannot be written ({error.strerror}); choose a writable directory") from None
+    grid.write_starter(file, kind)
     click.echo(f"{file}\nNext: clearsweep run {file} --dry-run")
 
 

@@ -112,7 +112,7 @@ MUTATIONS = (
     Mutation(WORN, "volume", "joint.journal_radius * journal.sum()", "joint.bearing_radius * journal.sum()", WEAR),
     Mutation(WORN, "volume", "2.0 * math.pi / len(bearing) * law.length", "2.0 * math.pi / len(bearing)", WEAR),
     Mutation(WORN, "WEAR", "max(map(np.max, worn", "min(map(np.max, worn", WEAR),
-    Mutation(OUTCOME, "_events_of", '== events.ONSET, "on", "off"', '!= events.ONSET, "on", "off"', SEEN),
+    Mutation(OUTCOME, "_events_of", '== integration.ONSET, "on", "off"', '!= integration.ONSET, "on", "off"', SEEN),
     # what figures follow from, and their intervals
     Mutation(
         SUMS,

@@ -17,7 +17,7 @@ from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.loss.contract import contact_force
 from clearsweep.mechanics.joint.modes import STUCK
-from clearsweep.mechanics.solver import event, radau
+from clearsweep.mechanics.solver import integration, radau
 from clearsweep.mechanics.trace.objects import machine_code
 from clearsweep.simulation.run import Run
 from clearsweep.simulation.start import start_of
@@ -94,7 +94,7 @@ def test_derivatives_of_every_friction_law_are_exact(name, slip):
 
 
 def evaluate(work, y):
-    event.evaluate(pointer_to(work), y, 0)
+    integration.evaluate(pointer_to(work), y, 0)
 
 
 def differentiate(work, y):

@@ -13,7 +13,7 @@ from clearsweep.mechanics.solver import bernstein, event_search
 from clearsweep.mechanics.solver.accumulate.step_sums import ContactStep
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals
 from clearsweep.mechanics.solver.bernstein import COEFFICIENTS, NOWHERE, PART, ROWS, VALUES, WHOLE
-from clearsweep.mechanics.solver.event import Method
+from clearsweep.mechanics.solver.integration import Method
 
 MIDDLES = (0.01, 0.07, 0.31, 0.5, 0.53, 0.94, 0.999)
 

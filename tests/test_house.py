@@ -45,7 +45,7 @@ def test_the_imports_of_the_package_point_one_way(copy):
         ("store/batch.py", "from ..sweeping import sweep"),
         ("contracts/results.py", "from ..store import StoredRun"),
         ("mechanics/joint/dry.py", "from ..mechanism.contract import gaps"),
-        ("mechanics/mechanism/drives.py", "from ..solver import plan"),
+        ("mechanics/mechanism/drives.py", "from ..solver import integration"),
         ("mechanics/solver/step.py", "from ..mechanism import contract"),
         ("mechanics/solver/step.py", "from ..coupling import rates"),
         ("mechanics/observe/observables.py", "from ..joint.contract import acts"),

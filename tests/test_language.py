@@ -3,6 +3,7 @@
 import ast
 import re
 import runpy
+import shlex
 from pathlib import Path
 
 import click
@@ -97,6 +98,15 @@ def test_sentences_of_help_are_short(name):
     assert [each for text in texts for each in longer(re.sub(r"(?<!\n)\n(?!\n)", " ", text))] == []
 
 
+def test_every_example_of_help_is_a_command_that_parses():
+    examples = re.findall(
+        r"^ *clearsweep (.*)$", "\n".join(verb.help for verb in verbs.commands.values()), re.MULTILINE
+    )
+    assert len(examples) >= 6
+    for words in map(shlex.split, examples):
+        verbs.commands[words[0]].make_context(words[0], words[1:])
+
+
 def prose(markdown):
     """Return the text of a page without fenced blocks, tables, pictures and the marks of lists and links."""
     text = re.sub(r"^```.*?^```$|^\|.*?$|<!--.*?-->|^#.*?$", "", markdown, flags=re.MULTILINE | re.DOTALL)
@@ -115,9 +125,6 @@ PAGES = [
 @pytest.mark.parametrize("page", PAGES)
 def test_sentences_of_a_page_are_short(page):
     assert longer(prose((ROOT / page).read_text(encoding="utf-8"))) == []
-
-
-#: Pages that still use some.
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -14,7 +14,7 @@ import clearsweep
 from clearsweep import grid, simulation, store
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint.wear.contract import Worn
-from clearsweep.mechanics.solver import run_control
+from clearsweep.mechanics.solver import integration
 from clearsweep.simulation import life as lives
 from clearsweep.simulation.life_block import BlockRecord, encoded, read
 from clearsweep.simulation.run import Run
@@ -413,7 +413,7 @@ def worn_on(case, turns):
         if last:
             restore(snapshot_of(last.work), run.work)
         status, _ = run.go(control._replace(pause=scene.crank_clock.at(case.simulate.discard + k)))
-        assert status == run_control.PAUSED
+        assert status == integration.PAUSED
         last = run
         if k:
             worn = worn + run.totals.wear.reshape(2, -1)

@@ -14,7 +14,7 @@ import pytest
 
 import clearsweep
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.solver import run_control
+from clearsweep.mechanics.solver import integration
 from clearsweep.simulation.run import Run
 from clearsweep.simulation.start import control_of, start_of
 
@@ -86,7 +86,7 @@ def test_a_crank_stalls_where_it_stalls_however_often_the_run_pauses():
         run = Run(start_of(scene, np.empty(0)))
         status, _ = run.go(control._replace(pause_steps=pause_steps))
         ends.append((status, *run.work.end))
-    assert ends[0][0] == run_control.STALLED
+    assert ends[0][0] == integration.STALLED
     assert ends[1] == ends[0]
 
 

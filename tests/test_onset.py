@@ -26,7 +26,7 @@ from clearsweep.mechanics.joint.rebound import approach_loss
 from clearsweep.mechanics.mechanism.contract import energy, gaps, impact_masses, place
 from clearsweep.mechanics.observe.observables import Observed, observed_in
 from clearsweep.mechanics.observe.stages import START
-from clearsweep.mechanics.solver import run_control
+from clearsweep.mechanics.solver import integration
 from clearsweep.simulation import scene as scenes
 from clearsweep.simulation.run import Run, onset_rates
 from clearsweep.simulation.start import control_of, period, start_of
@@ -213,8 +213,8 @@ def test_the_start_is_forgotten_unless_the_first_touch_counts():
 
 def steps(run, control):
     """Yield the law's phase before and after every step of a run, which is behind that step."""
-    status, work = run_control.PAUSED, run.work
-    while status == run_control.PAUSED:
+    status, work = integration.PAUSED, run.work
+    while status == integration.PAUSED:
         before = work.latched[-1]
         status, _ = run.go(control._replace(pause=np.nextafter(work.y[work.time], math.inf)))
         yield before, work.latched[-1]

@@ -100,7 +100,7 @@ def test_what_a_killed_run_left_is_removed(run):
     (run / "tmp").mkdir()
     for name in (f".clearsweep-{'0' * 16}.part", f".clearsweep-{'1' * 16}.note", ".clearsweep-stop"):
         (run / "tmp" / name).write_bytes(b"half")
-    orphan = run / "shards" / file_name("0" * 16, b"no summary names it", "h5")
+    orphan = run / "shards" / file_name("0" * 16, "f" * 64, "h5")
     orphan.write_bytes(b"no summary names it")
     again(run)
     assert not orphan.exists()

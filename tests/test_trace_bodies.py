@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from traced_states import aligned
 
-from clearsweep.mechanics.compiled.choosing import abreast, either, looked_up, turns, where
+from clearsweep.mechanics.compiled.choosing import abreast, cond, looked_up, rolled_range, where
 from clearsweep.mechanics.compiled.dual import Dual, slope
 from clearsweep.mechanics.compiled.family import inlined, kernel
 from clearsweep.mechanics.trace import calls, objects
@@ -45,7 +45,7 @@ def newton(x, y):
 @kernel
 def leaves_from_within(x, y):
     total = 0.0
-    for i in turns(9):
+    for i in rolled_range(9):
         if x > 1.5 and i > 4:
             return total + 100.0
         if y < -1.0:
@@ -92,7 +92,7 @@ def _large(x, y):
     return math.sqrt(x) + y
 
 
-_by_size = either(_small, _large)
+_by_size = cond(_small, _large)
 
 
 @kernel

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from clearsweep import simulate, verify
-from clearsweep.mechanics.solver.event import ONSET, SEPARATION
+from clearsweep.mechanics.solver.integration import ONSET, SEPARATION
 from clearsweep.verify import accuracy, convergence, known_machines, stability, stiff, text
 from clearsweep.verify.problems import found_by_simulate, problems, returned, scene_of
 from clearsweep.verify.rivals import runge_kutta_4, scipy_ivp

@@ -17,7 +17,7 @@ import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.contracts.case import Wear
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.coupling.rates import look
+from clearsweep.mechanics.coupling.rates import evaluate_motion
 from clearsweep.mechanics.joint import dry, registry
 from clearsweep.mechanics.joint.contract import every_contact
 from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
@@ -428,4 +428,4 @@ def test_a_seated_journal_bears_its_load_where_it_is_worn_too(contact):
 def loads_at_the_start(scene):
     """Return the Loads of a scene that begins in contact."""
     modes = np.array([modes.pressed for _, modes in every_contact(scene.value.joints)])
-    return look(scene.value, scene.start, modes, np.ones(modes.size))[2]
+    return evaluate_motion(scene.value, scene.start, modes, np.ones(modes.size))[2]

@@ -14,6 +14,7 @@ from .loading import (
     load,
     recorded_history,
     starter,
+    write_starter,
 )
 from .pages.key_help import key_names, key_text, markdown
 from .pages.schema import schema
@@ -68,4 +69,5 @@ __all__ = [
     "schema",
     "starter",
     "turns_of",
+    "write_starter",
 ]

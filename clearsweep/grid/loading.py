@@ -102,6 +102,17 @@ def starter(kind: str = "slider-crank") -> str:
     return (Path(__file__).with_name("starters") / f"{kind}.yaml").read_text(encoding="utf-8")
 
 
+def write_starter(file: Path, kind: str) -> None:
+    """Write the text of a commented example grid to a new file; raise InputError if it exists or cannot be written."""
+    try:
+        with open(file, "x", encoding="utf-8") as target:
+            target.write(starter(kind))
+    except FileExistsError:
+        raise InputError(f"{file}: already exists and was not changed; choose a new file name") from None
+    except OSError as error:
+        raise InputError(f"{file}: cannot be written ({error.strerror}); choose a writable directory") from None
+
+
 def _refuse(reader: Reader, case: Case) -> None:
     """Report why the mechanism of a case cannot be assembled."""
     assert reader.mechanism.refusal is not None  # only some mechanisms have this check

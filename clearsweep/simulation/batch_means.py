@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..contracts.layout import Layout
-from ..mechanics.solver.event import Work
+from ..mechanics.solver.integration import Work
 from .figures.catalogue import column_of
 from .window import by_joint
 
@@ -43,7 +43,7 @@ class Blocks:
         self.turns, self.stride = 0, 1  # revolutions recorded, and revolutions in a block
 
     def note(self, work: Work) -> bool:
-        """Record the sums at the end of a revolution of a run (event.Work); return whether a block ends here."""
+        """Record the sums at the end of a revolution of a run (integration.Work); return whether a block ends here."""
         is_block_end = self.turns % self.stride == 0
         self.turns += 1
         if is_block_end:

@@ -16,8 +16,8 @@ import numpy as np
 
 from ..contracts.case import COLD, Case, Joint
 from ..contracts.layout import Layout
-from ..mechanics.solver import run_control
-from ..mechanics.solver.event import Work
+from ..mechanics.solver import integration
+from ..mechanics.solver.integration import Work
 from .run import integration_of
 from .scene import Scene, build
 from .sums import half_width
@@ -158,7 +158,7 @@ def _losses(scene: Scene, names: list[str]) -> tuple[np.ndarray, np.ndarray] | N
     settings, blocks = scene.case.simulate, HeatObserver(scene.layout, energies)
     end = scene.crank_clock.at(settings.revolutions)
     run = integration_of(scene, np.empty(0), end, (blocks,), turned=True)
-    if run.status != run_control.OK:
+    if run.status != integration.OK:
         return None
     blocks.see(run.work)
     times, sums = np.array(blocks.times), np.array(blocks.sums)

@@ -12,7 +12,7 @@ import numpy as np
 from ..contracts.case import Case
 from ..mechanics.joint.wear.contract import FINEST, SLID
 from ..mechanics.mechanism.contract import body_angles
-from ..mechanics.solver.event import Work
+from ..mechanics.solver.integration import Work
 from .batch_means import Blocks, Interval
 from .run import Run
 from .scene import Scene
@@ -67,7 +67,7 @@ class BlockRecord(NamedTuple):
     width: np.ndarray  # (n,) half-width of their 95 % interval, inf where unknown
     force_peak: np.ndarray  # (joints,) N
     turned: np.ndarray  # (PARTS, joints) rad, body angle of the journal minus that of the bearing over a revolution
-    counts: np.ndarray  # see solver.event
+    counts: np.ndarray  # see solver.integration
     seconds: np.ndarray  # (2,) s: integration time, and total processor time so far
     turns: float  # revolutions whose mean the rates are
     life: int = 0  # index of the life: 0 for the case's own

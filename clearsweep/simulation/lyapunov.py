@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..mechanics.joint.modes import touches
-from ..mechanics.solver import event_actions, run_control
-from ..mechanics.solver.event import Work
+from ..mechanics.solver import event_actions, integration
+from ..mechanics.solver.integration import Work
 from .watch import Pausing, restore, snapshot_of
 
 PARTS = 20  # rescalings per revolution
@@ -42,7 +42,7 @@ class Perturbed:
 
     def __init__(
         self,
-        control: run_control.Control,
+        control: integration.Control,
         run: Pausing,
         scale: np.ndarray,
         tolerance: float,
@@ -60,7 +60,7 @@ class Perturbed:
         self.size = max(SIZE, min(OVER * tolerance, MOST))
         self.times: list[float] = []  # s
         self.growths: list[float] = []  # logarithm of the growth from the start to each of `times`
-        self.status = run_control.OK
+        self.status = integration.OK
 
     def see(self, base: Work) -> bool:
         """Advance the perturbed run to the present time of `base`."""
@@ -68,10 +68,10 @@ class Perturbed:
         if not self.times:
             self.times, self.growths = [moment], [0.0]
             self._bring(base, self.scale / math.sqrt(self.scale.size), 0.0, 0.0)
-        elif self.status == run_control.OK and moment > self.work.y[base.time]:
+        elif self.status == integration.OK and moment > self.work.y[base.time]:
             control = self.control._replace(window=moment, pause=moment)
             status, _ = self.run.go(control)
-            if status != run_control.PAUSED:
+            if status != integration.PAUSED:
                 self.status = status
                 return False
             self._measure(base)
@@ -117,7 +117,7 @@ class Perturbed:
         With more than LONG_RUN revolutions the first is left out: in it the disturbance aligns with the fastest growth.
         """
         exponent = horizon = None
-        if self.status == run_control.OK and len(self.times) > 1:
+        if self.status == integration.OK and len(self.times) > 1:
             turns = (np.array(self.times) - self.times[0]) / turn
             first = int(np.searchsorted(turns, 1.0)) if turns[-1] > LONG_RUN else 0
             exponent = (self.growths[-1] - self.growths[first]) / (self.times[-1] - self.times[first])

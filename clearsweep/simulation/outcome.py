@@ -10,11 +10,10 @@ from ..contracts.layout import SECTION_COUNT, Layout
 from ..contracts.results import EVENT_DTYPE, Trajectory
 from ..judging.validity import message_of
 from ..mechanics.observe.histogram import forces_exceeded, time_above
-from ..mechanics.solver import event as events
-from ..mechanics.solver import run_control
+from ..mechanics.solver import integration
 from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, ContactTotals, Totals, WholeTotals
 from ..mechanics.solver.accumulate.within_step import Record, sample_states
-from ..mechanics.solver.event import Counts
+from ..mechanics.solver.integration import Counts
 from .figures.catalogue import figures_of, shared_by
 from .ideal import ideal_peaks
 from .remarks import remarks
@@ -27,13 +26,13 @@ from .yield_speed import yield_speeds
 
 LEFT_BEARING = "left-bearing"
 _STATUS = {
-    run_control.OK: ("ok", ""),
-    run_control.STEP_BUDGET: (
+    integration.OK: ("ok", ""),
+    integration.STEP_BUDGET: (
         "step-budget",
         "reached the budget of {budget:,} steps at {time:.6g} s{whole} ({steps:,} accepted, {rejected:,} rejected); "
         "increase simulate.step_budget",
     ),
-    run_control.EVENT_BUDGET: (
+    integration.EVENT_BUDGET: (
         "event-budget",
         "reached the budget of {events:,} events at {time:.6g} s{whole}; increase simulate.event_budget",
     ),
@@ -42,24 +41,24 @@ _STATUS = {
         "reached the budget of {patience:.6g} s of process time at {time:.6g} s{whole}, after {steps:,} steps; "
         "increase simulate.time_budget",
     ),
-    run_control.NOT_FINITE: (
+    integration.NOT_FINITE: (
         "not-finite",
         "the motion is no longer finite at {time:.6g} s; check masses, stiffness and clearance for wrong units",
     ),
-    run_control.STEP_UNDERFLOW: (
+    integration.STEP_UNDERFLOW: (
         "step-underflow",
         "no step is small enough at {time:.6g} s; try a looser tolerance, or a force law without jumps",
     ),
-    run_control.TIME_LIMIT: (
+    integration.TIME_LIMIT: (
         "time-limit",
         "reached the time limit of {time:.6g} s{whole}; increase simulate.time_limit",
     ),
-    run_control.STALLED: (
+    integration.STALLED: (
         "stalled",
         "the drive stalls: at {time:.6g} s, after {turned:.4g}{whole}, the crank stops; increase torque, flywheel "
         "inertia or initial speed, or reduce the loads",
     ),
-    run_control.LEFT_BEARING: (
+    integration.LEFT_BEARING: (
         LEFT_BEARING,
         "the journal of {joint} leaves its bearing at {left:.6g} s, after {angle:.4g} revolutions; its middle is "
         "{beyond:.4g} mm along the axis from the bearing's, half of the sum of both lengths; write flange: true with "
@@ -78,7 +77,7 @@ REST_SPEED = 1e-3  # of the initial speed: slower bodies count as at rest when n
 def _status_of(scene: Scene, run: Run) -> tuple[str, str]:
     """Return the status of an integration and its message."""
     film = any(joint.film for joint in scene.layout.joints)
-    if run.status == run_control.STEP_UNDERFLOW and film and not scene.mechanism.turns:
+    if run.status == integration.STEP_UNDERFLOW and film and not scene.mechanism.turns:
         rates = slice(len(scene.value.coordinates), 2 * len(scene.value.coordinates))
         if np.abs(run.work.y[rates]).max() <= REST_SPEED * np.abs(scene.start[rates]).max():
             return _AT_REST
@@ -98,7 +97,7 @@ class Outcome(NamedTuple):
     friction: np.ndarray
     exceeded: list[float]  # by joint, see `Window`; empty if it failed, as sums may then be infinite
     dry: list[float]  # likewise
-    turns: Any  # Turns
+    revolutions: Any  # RevolutionMarks
     marks: Marks
     ends: FinalContacts
     events: int  # events located without a search
@@ -113,10 +112,10 @@ class Outcome(NamedTuple):
 
 def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
     """Return the results of an integration up to `end` (s, or rad for a free crank)."""
-    turns: Any = run.work.turns  # mypy takes it for a tuple of anything
-    failed, duration = run.status != run_control.OK, _duration(scene, run, end)
+    revolutions: Any = run.work.revolutions  # mypy takes it for a tuple of anything
+    failed, duration = run.status != integration.OK, _duration(scene, run, end)
     totals = by_joint(run.totals, scene.layout)
-    status, message = _failure_of(scene, run, end) if failed else _STATUS[run_control.OK]
+    status, message = _failure_of(scene, run, end) if failed else _STATUS[integration.OK]
     return Outcome(
         scene=scene,
         status=status,
@@ -128,7 +127,7 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
         friction=totals.friction.copy(),
         exceeded=[] if failed else _exceeded_forces(totals, RARELY * duration),
         dry=_dry_times(totals, scene.layout, duration),
-        turns=turns._make([array.copy() for array in turns]),
+        revolutions=revolutions._make([array.copy() for array in revolutions]),
         marks=run.marks,
         ends=run.ends(),
         events=int(run.work.counts.events),
@@ -158,7 +157,7 @@ def _dry_times(totals: Totals, layout: Layout, duration: float) -> list[float]:
 
 def periods_of(outcomes: Sequence[Outcome]) -> list[int | None]:
     """Return the period (revolutions) of each motion, or None if it is not periodic."""
-    return periods_in([(outcome.scene, outcome.marks, outcome.turns) for outcome in outcomes])
+    return periods_in([(outcome.scene, outcome.marks, outcome.revolutions) for outcome in outcomes])
 
 
 def to_trajectory(outcome: Outcome, period: int | None) -> Trajectory:
@@ -197,7 +196,7 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
         rejected=int(run.work.counts.rejected),
         patience=scene.case.simulate.time_budget,
         budget=control_of(scene, end, keep_events=False).step_budget,
-        **(_escaped_journal(scene, run) if run.status == run_control.LEFT_BEARING else {}),
+        **(_escaped_journal(scene, run) if run.status == integration.LEFT_BEARING else {}),
     )
     return status, message
 
@@ -222,11 +221,11 @@ def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
     """Return journal positions and velocities at crank angle 0 of every revolution, by channel, or {} if not stored."""
     if not len(run.marks.sections) or not run.work.sample.code:
         return {}
-    turns: Any = run.work.turns  # mypy takes it for a tuple of anything
-    sections = reached(run.marks.sections, turns)
+    revolutions: Any = run.work.revolutions  # mypy takes it for a tuple of anything
+    sections = reached(run.marks.sections, revolutions)
     channels = scene.layout.channels
     values = np.zeros((len(sections), len(channels)))
-    sample_states(run.work, turns.states[sections], values)
+    sample_states(run.work, revolutions.states[sections], values)
     columns = {channel.name: values[:, index].copy() for index, channel in enumerate(channels)}
     counted = np.round(run.marks.turns[sections] + start_turns(scene)).astype("i8")
     return {SECTION_COUNT: counted} | {section: columns[name] for name, section in scene.layout.sections}
@@ -248,7 +247,7 @@ def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
     names = np.array(layout.contacts)
     records["t"], records["rate"], records["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
     records["joint"] = names[log[:, 1].astype(int)]
-    records["kind"] = np.where(log[:, 2] == events.ONSET, "on", "off")
+    records["kind"] = np.where(log[:, 2] == integration.ONSET, "on", "off")
     return records
 
 
@@ -271,7 +270,7 @@ def window_of(outcome: Outcome, period: int | None) -> Window:
         seconds=outcome.seconds,
         duration=outcome.duration,
         turns=settings.revolutions - settings.discard if scene.mechanism.turns else 1.0,
-        spreads=peak_spreads(scene, outcome.marks, outcome.turns),
+        spreads=peak_spreads(scene, outcome.marks, outcome.revolutions),
         period=period,
         slid=[scene.worn[joint.name].slid if joint.name in scene.worn else 0.0 for joint in scene.case.joints],
         onset=onset_rates(outcome.ends),

@@ -35,7 +35,7 @@ def peak_revolution(case: Case, joint: int, revolutions: float) -> Peak:
     at, is_free = scene.crank_clock.at, scene.crank_clock.free
     end, marks = at(revolutions), marks_of(scene, revolutions)
     run = integration_of(scene, np.empty(0), end, turned=is_free, marks=marks)
-    peaks, window = peaks_of(scene, marks, run.work.turns), marks.turns[marks.window]
+    peaks, window = peaks_of(scene, marks, run.work.revolutions), marks.turns[marks.window]
     peak_index = int(peaks[:, joint].argmax()) if len(peaks) else 0
     first, last = (
         window[peak_index : peak_index + 2].tolist() if len(peaks) else (max(revolutions - 1.0, 0.0), revolutions)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..contracts.layout import MOST_REVOLUTIONS
-from ..mechanics.solver.accumulate.within_step import Turns
+from ..mechanics.solver.accumulate.within_step import RevolutionMarks
 from .extreme import expected_largest
 from .scene import Scene, state_units
 from .spread import Spread, quantiles
@@ -66,13 +66,13 @@ def _nearest(turns: np.ndarray, requested: np.ndarray) -> np.ndarray:
     return np.searchsorted(turns, requested - MARK_TOLERANCE)
 
 
-def buffers_for(marks: np.ndarray, n: int, contacts: int, zeros: Callable[..., np.ndarray]) -> Turns:
+def buffers_for(marks: np.ndarray, n: int, contacts: int, zeros: Callable[..., np.ndarray]) -> RevolutionMarks:
     """Return the buffers for values at the `marks` of a run whose state has `n` numbers, except those in lanes.
 
     `zeros` creates the arrays.
     """
     count = len(marks)
-    return Turns(
+    return RevolutionMarks(
         marks=marks,
         states=zeros((count, n)),
         peaks=zeros((count, contacts)),
@@ -82,10 +82,10 @@ def buffers_for(marks: np.ndarray, n: int, contacts: int, zeros: Callable[..., n
     )
 
 
-def peak_spreads(scene: Scene, marks: Marks, turns: Any) -> tuple[Spread, ...]:
+def peak_spreads(scene: Scene, marks: Marks, revolutions: Any) -> tuple[Spread, ...]:
     """Return the distribution of each joint's force peaks over the window's revolutions."""
-    begins = marks.turns[reached(marks.window, turns)]
-    return tuple([_spread(peaks, begins) for peaks in peaks_of(scene, marks, turns).T])
+    begins = marks.turns[reached(marks.window, revolutions)]
+    return tuple([_spread(peaks, begins) for peaks in peaks_of(scene, marks, revolutions).T])
 
 
 def _spread(peaks: np.ndarray, begins: np.ndarray) -> Spread:
@@ -105,23 +105,23 @@ def _highest(peaks: np.ndarray, begins: np.ndarray) -> tuple[float, int] | None:
     return float(peaks[index]), math.floor(begins[index] + MARK_TOLERANCE) + 1
 
 
-def reached(places: np.ndarray, turns: Any) -> np.ndarray:
+def reached(places: np.ndarray, revolutions: Any) -> np.ndarray:
     """Return the `places` of marks that a run has reached."""
-    passed = turns.passed.item()
-    return places if passed == len(turns.marks) else places[places < passed]
+    passed = revolutions.passed.item()
+    return places if passed == len(revolutions.marks) else places[places < passed]
 
 
-def peaks_of(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
+def peaks_of(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
     """Return the largest normal force (N) of each joint in each revolution of the window: (revolutions, joints).
 
     For a joint with several contacts it is that of the most loaded contact; for a spatial joint
     that of the sum over its walls.
     """
-    window = reached(marks.window, turns)
+    window = reached(marks.window, revolutions)
     if len(window) < 2:
         return np.zeros((0, len(scene.layout.joints)))
     first, last = int(window[0]) + 1, int(window[-1]) + 1
-    peaks: np.ndarray = turns.peaks[first:last]
+    peaks: np.ndarray = revolutions.peaks[first:last]
     if len(peaks) != len(window) - 1:
         peaks = np.maximum.reduceat(peaks, window[:-1] - window[0])
     if len(scene.layout.joints) == peaks.shape[1]:
@@ -132,12 +132,12 @@ def peaks_of(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
 def periods_in(runs: Sequence[tuple[Scene, Marks, Any]]) -> list[int | None]:
     """Return the period of the window's motion in revolutions, or None if it is not periodic.
 
-    runs : scene, Marks and Turns of each; runs of equal length are evaluated together, which is much faster.
+    runs : scene, Marks and RevolutionMarks of each; runs of equal length are evaluated together, which is much faster.
     """
     periods: list[int | None] = [None] * len(runs)
     by_length: dict[int, list[int]] = {}  # revolutions -> indices of runs
-    for run_index, (_, marks, turns) in enumerate(runs):
-        by_length.setdefault(len(reached(marks.window, turns)), []).append(run_index)
+    for run_index, (_, marks, revolutions) in enumerate(runs):
+        by_length.setdefault(len(reached(marks.window, revolutions)), []).append(run_index)
     for places in [places for rows, places in by_length.items() if rows > REPEATS]:
         units = np.array([state_units(runs[run_index][0]) for run_index in places])[:, None]
         states = np.array([_returns(*runs[run_index]) for run_index in places])
@@ -147,10 +147,10 @@ def periods_in(runs: Sequence[tuple[Scene, Marks, Any]]) -> list[int | None]:
     return periods
 
 
-def _returns(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
+def _returns(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
     """Return coordinates and rates at the ends of the window's last revolutions, (revolutions, columns)."""
-    rows = reached(marks.window, turns)[-LONGEST_PERIOD * (REPEATS + 1) :]
-    states: np.ndarray = turns.states[rows, : 2 * len(scene.value.coordinates)]
+    rows = reached(marks.window, revolutions)[-LONGEST_PERIOD * (REPEATS + 1) :]
+    states: np.ndarray = revolutions.states[rows, : 2 * len(scene.value.coordinates)]
     return states
 
 

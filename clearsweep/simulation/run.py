@@ -25,10 +25,9 @@ from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
 from ..mechanics.mechanism.contract import friction_laws
 from ..mechanics.observe import histogram
 from ..mechanics.observe.histogram import MOMENTS
-from ..mechanics.solver import event as events
-from ..mechanics.solver import loop, radau, run_control
+from ..mechanics.solver import integration, loop, radau
 from ..mechanics.solver.accumulate import totals as total_columns
-from ..mechanics.solver.accumulate.within_step import Record, Turns
+from ..mechanics.solver.accumulate.within_step import Record, RevolutionMarks
 from . import watch
 from .crank_clock import start_up_speed
 from .lyapunov import Branches, Perturbed
@@ -93,7 +92,8 @@ class Run:
         self.totals = _accumulators_of(scene, contact_count, fields_from(total_columns.Totals, arrays), zeros)
         samples = zeros((given.times.size, len(scene.layout.channels)))
         self.record = Record(given.times, samples, independent if turned else moment)
-        self.work = events.Work(
+        revolutions = buffers_for(given.marks, n, contact_count, zeros)
+        self.work = integration.Work(
             rates=rates_of(value, self.parameters),
             sweep=sweep_of(value, self.parameters),
             observed=stages_of(value, self.parameters),
@@ -112,18 +112,18 @@ class Run:
             began=given.began,
             guards=guards_of(value, self.parameters, zeros),
             limit_depth=given.limit_depth,
-            counts=events.Counts.zeros(zeros=zeros),
-            method=events.Method.zeros(zeros=zeros),
+            counts=integration.Counts.zeros(zeros=zeros),
+            method=integration.Method.zeros(zeros=zeros),
             proposals=zeros(2 << contact_count),
             paces=zeros(2 << contact_count),
-            control=run_control.ControlNumbers.zeros(),
+            control=integration.ControlNumbers.zeros(),
             log=np.empty((loop.LOG_ROWS, 5)),
-            slopes=events.Slopes.zeros(zeros=zeros),
+            slopes=integration.Slopes.zeros(zeros=zeros),
             implicit=radau.implicit_of(n, zeros),
             totals=self.totals,
             record=self.record,
-            turns=buffers_for(given.marks, n, contact_count, zeros)._replace(**fields_from(Turns, arrays)),
-            **fields_from(events.Work, arrays),
+            revolutions=revolutions._replace(**fields_from(RevolutionMarks, arrays)),
+            **fields_from(integration.Work, arrays),
         )
         self.kept = Pinned(self.work)
         self._begin(start)
@@ -153,7 +153,7 @@ class Run:
         self.kept.put(reference_rate=value.reference_rate, sigma=value.sigma, longest=start.longest)
         self.work = self.kept.value
         self.value, self.deadline, self.marks = value, scene.deadline, start.marks
-        self.status, self.events, self.duration = run_control.OK, NO_EVENTS, 0.0
+        self.status, self.events, self.duration = integration.OK, NO_EVENTS, 0.0
         self.logs: list[np.ndarray] = []  # blocks of events, as they were copied
         self.counts = work.counts.copy()  # work counts, including perturbed runs
         self.figures: dict[str, float | None] = {}  # those that were found on the way
@@ -165,7 +165,7 @@ class Run:
         joints = self.value.joints
         return list(itertools.accumulate(joints, after_joint, initial=first_place(joints, self.work.time + 1)))
 
-    def go(self, control: run_control.Control) -> tuple[int, np.ndarray]:
+    def go(self, control: integration.Control) -> tuple[int, np.ndarray]:
         """Return the status and events of an integration from the present state to the end in `control`."""
         self.use_control(control)
         self.run_to_end()
@@ -180,7 +180,7 @@ class Run:
             self.duration += time.perf_counter() - began
             waits = not self.ended(int(self.work.stepper.status))
 
-    def use_control(self, control: run_control.Control) -> None:
+    def use_control(self, control: integration.Control) -> None:
         """Use `control` from the present state on."""
         self.work.control.numbers[:], self.work.stepper.begun, self.logs = control, 0.0, []
 
@@ -193,15 +193,15 @@ class Run:
         if logged := int(work.stepper.logged):
             self.logs.append(work.log[:logged].copy())
         self.status, work.stepper.begun = status, 0.0
-        if status == run_control.TURNS_STIFF:
+        if status == integration.TURNS_STIFF:
             work.slopes.numbers[:] = slopes_of(self.value, self.parameters)
             return False
         if self.phase:
             self.phase.note(share=float(work.y[work.independent] / work.control.end))
-        if status == run_control.PAUSED and time.process_time() >= self.deadline:
+        if status == integration.PAUSED and time.process_time() >= self.deadline:
             self.status = TIME_BUDGET
             return True
-        return status != run_control.PAUSED or bool(work.y[work.independent] >= work.control.pause)
+        return status != integration.PAUSED or bool(work.y[work.independent] >= work.control.pause)
 
     def log(self) -> np.ndarray:
         """Return the events, (events, 5), since `control` was set."""
@@ -305,14 +305,14 @@ def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers
     run.spent(neighbour)
 
 
-def start(run: Run, control: run_control.Control) -> None:
+def start(run: Run, control: integration.Control) -> None:
     """Start a run with `control` and its initial method."""
-    if control.method == events.IMPLICIT and run.work.stepper.next_length == 0.0:
-        run.work.method.current = run.work.method.next = events.IMPLICIT
+    if control.method == integration.IMPLICIT and run.work.stepper.next_length == 0.0:
+        run.work.method.current = run.work.method.next = integration.IMPLICIT
     run.use_control(control)
 
 
-def call(run: Run, control: run_control.Control, scene: Scene, watchers: Sequence[Observer] = ()) -> None:
+def call(run: Run, control: integration.Control, scene: Scene, watchers: Sequence[Observer] = ()) -> None:
     """Integrate in one call, or with pauses if there are observers."""
     start(run, control)
     run.phase = phases.start(Revolutions(scene))

@@ -10,7 +10,7 @@ from ..mechanics.coupling.rates import observed_width
 from ..mechanics.joint.contract import every_contact
 from ..mechanics.observe import histogram
 from ..mechanics.observe.stages import PLACES, STAGES
-from ..mechanics.solver import run_control
+from ..mechanics.solver import integration
 from ..mechanics.solver.accumulate import totals as total_columns
 from ..mechanics.solver.accumulate.step_sums import ContactStep, Step
 from ..mechanics.solver.bernstein import COEFFICIENTS, ROWS
@@ -21,7 +21,7 @@ from .start import first_forms
 
 PIECE = 16384  # bytes: need of a short motion without histograms
 
-Arrays = dict[str, np.ndarray]  # name of a field of Work, Totals or Turns -> array
+Arrays = dict[str, np.ndarray]  # name of a field of Work, Totals or RevolutionMarks -> array
 
 
 def arrays_of(scene: Scene) -> Arrays:
@@ -29,7 +29,7 @@ def arrays_of(scene: Scene) -> Arrays:
     contacts, n = len(every_contact(scene.value.joints)), scene.start.size
     begun: dict[str, tuple[int, ...]] = {
         **first_forms(scene),
-        "stepper": (run_control.Stepper.SIZE,),
+        "stepper": (integration.Stepper.SIZE,),
         **dict.fromkeys(("highest", "since"), (contacts,)),
         "whole": (total_columns.WholeTotals.SIZE,),
         "joint": (contacts, total_columns.ContactTotals.SIZE),

@@ -18,8 +18,7 @@ from ..mechanics.joint.contract import (
     states_of,
 )
 from ..mechanics.joint.lubricated import film_depths
-from ..mechanics.solver import event as events
-from ..mechanics.solver import run_control
+from ..mechanics.solver import integration
 from .crank_clock import PATIENCE, knots_of
 from .revolutions import NO_MARKS, Marks
 from .scene import Scene
@@ -35,7 +34,7 @@ ROUNDING = 1e-15  # of the mechanism's size and speed: least tolerance
 NOWHERE = np.empty(0)  # to report
 UNLIMITED = 2**62  # largest count of steps or events
 
-_METHODS = {"auto": run_control.AUTO, "explicit": events.EXPLICIT, "implicit": events.IMPLICIT}
+_METHODS = {"auto": integration.AUTO, "explicit": integration.EXPLICIT, "implicit": integration.IMPLICIT}
 
 
 def period(scene: Scene) -> float:
@@ -158,13 +157,13 @@ def _error_scale(scene: Scene, contacts: int, internal: list[float]) -> list[flo
     return [*scales, *[root] * contacts, *(tolerance * scale for scale in internal)]
 
 
-def control_of(scene: Scene, end: float, *, keep_events: bool) -> run_control.Control:
+def control_of(scene: Scene, end: float, *, keep_events: bool) -> integration.Control:
     """Return the control of an integration up to `end` (s, or rad for a free crank)."""
     settings = scene.case.simulate
     has_crank, free = scene.mechanism.turns, scene.crank_clock.free
     window = scene.crank_clock.at(settings.discard) if has_crank else 0.0
     units = max(settings.revolutions, 1.0) if has_crank else settings.impacts
-    return run_control.Control(
+    return integration.Control(
         window=window,
         end=end,
         separations=0 if has_crank else int(settings.impacts),

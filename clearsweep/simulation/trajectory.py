@@ -18,7 +18,7 @@ from ..language import phases
 from ..language.errors import InputError, shown
 from ..mechanics.compiled.family import empty_entries
 from ..mechanics.observe.histogram import compile_exceeded
-from ..mechanics.solver import loop, run_control
+from ..mechanics.solver import integration, loop
 from ..mechanics.solver.accumulate.within_step import Record
 from .extrapolation import extrapolated_life
 from .figures.catalogue import COST, SETUP
@@ -178,7 +178,7 @@ def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer
     """Return the trajectory of a scene of given length."""
     end, reported, turned, marked = horizon_of(scene, times)
     run = integration_of(scene, reported, end, watchers, turned=turned, marks=marked)
-    if scene.crank_clock.free and times is not None and run.status == run_control.OK:
+    if scene.crank_clock.free and times is not None and run.status == integration.OK:
         finish_samples(scene, run)
     trajectory = trajectory_of(scene, run, end)
     release(run)
@@ -197,7 +197,7 @@ def finish_samples(scene: Scene, run: Run) -> None:
     run.work.y[:] = run.work.end
     run.work.stepper.next_length = 0.0
     run.go(control_of(scene, math.inf, keep_events=False)._replace(window=math.inf, step_budget=0))
-    run.status = run_control.OK
+    run.status = integration.OK
 
 
 def _run_until_converged(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer]) -> Trajectory:
@@ -213,7 +213,7 @@ def _run_until_converged(scene: Scene, times: ArrayLike | None, watchers: Sequen
     keep_events = orbits != "none" or times is not None
     integrate(full_scene, run, end, keep_events=keep_events, watchers=(watch, *watchers))
     run.record = Record(NOWHERE, NOWHERE, run.record.independent)
-    if run.status != run_control.OK:
+    if run.status != integration.OK:
         return trajectory_of(full_scene, run, end)
     trajectory = _converged_trajectory(scene, run, watch, times)
     trajectory.summary.update(watch.figures())
@@ -243,7 +243,7 @@ def _run_life(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer
     def run_block(life_run: LifeRun, state: np.ndarray) -> BlockRecord | None:
         last[:] = [_block(life_run.scene_at(state), watchers)]
         aged, run, watch = last[0]
-        if run.status != run_control.OK:
+        if run.status != integration.OK:
             life_run.failure = _failed_block(aged, run).status
             return None
         return block_record_of(aged, run, watch, life_run.seconds_before + time.process_time() - begin)
@@ -296,7 +296,7 @@ def _retrace(scene: Scene, run: Run, second_run: Run, end: float, starts: Iterab
     if snapshots:
         restore(snapshots[-1], second_run.work)
     call(second_run, control_of(scene, end, keep_events=False), scene)
-    if scene.crank_clock.free and independent == second_run.work.time and second_run.status == run_control.OK:
+    if scene.crank_clock.free and independent == second_run.work.time and second_run.status == integration.OK:
         finish_samples(scene, second_run)
     run.status, run.record = second_run.status, second_run.record
     run.spent(second_run)

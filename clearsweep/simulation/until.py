@@ -8,7 +8,7 @@ import numpy as np
 
 from ..contracts import case
 from ..contracts.case import Simulate
-from ..mechanics.solver.event import Work
+from ..mechanics.solver.integration import Work
 from .batch_means import Blocks, Interval
 from .revolutions import period_of
 from .scene import Scene

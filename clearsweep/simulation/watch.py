@@ -10,8 +10,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..mechanics.solver import run_control
-from ..mechanics.solver.event import Work
+from ..mechanics.solver import integration
+from ..mechanics.solver.integration import Work
 from ..mechanics.trace.fields import Fields
 
 #: Turns before the end of a revolution at which a run pauses: longer than a step, so that it can still end there.
@@ -27,7 +27,7 @@ class Pausing(Protocol):
 
     work: Work
 
-    def go(self, control: run_control.Control) -> tuple[int, np.ndarray]:
+    def go(self, control: integration.Control) -> tuple[int, np.ndarray]:
         """Return status and events from the present state to the end or pause in `control`."""
 
 
@@ -41,7 +41,7 @@ class Observer(Protocol):
 
 
 def drive(
-    control: run_control.Control,
+    control: integration.Control,
     run: Pausing,
     discard: float,
     at: Callable[[float], float],
@@ -58,7 +58,7 @@ def drive(
             break
         status, log = run.go(control._replace(pause=pause))
         logs.append(log)
-        if status != run_control.PAUSED:
+        if status != integration.PAUSED:
             return status, np.concatenate(logs)
         end = at(discard + k // parts)
         may_end = [watcher.see(work) for watcher in watchers if k % (parts // watcher.parts) == 0]
@@ -74,7 +74,7 @@ def pause_at(turns: float, discard: float, at: Callable[[float], float]) -> floa
 
 
 def snapshot_of(work: Work) -> Moment:
-    """Return copies of all arrays of `work` (event.Work) that determine the further motion."""
+    """Return copies of all arrays of `work` (integration.Work) that determine the further motion."""
     return {name: array.copy() for name, array in _arrays(work).items() if name not in _OF_RUN}
 
 
@@ -86,7 +86,7 @@ def restore(moment: Moment, work: Work) -> None:
 
 
 def _arrays(work: Work) -> dict[str, np.ndarray]:
-    """Return the arrays of `work` (event.Work) by name, those of the implicit method among them."""
+    """Return the arrays of `work` (integration.Work) by name, those of the implicit method among them."""
     implicit: Any = work.implicit  # mypy takes it for a tuple of anything
     fields: dict[str, Any] = work._asdict() | implicit._asdict()
     numbers = {name: value.numbers if isinstance(value, Fields) else value for name, value in fields.items()}

@@ -16,7 +16,7 @@ from ..mechanics.solver.accumulate.totals import (
     Totals,
     WholeTotals,
 )
-from ..mechanics.solver.event import Counts
+from ..mechanics.solver.integration import Counts
 from .spread import Spread
 
 #: Fields of ContactTotals of which the largest counts.

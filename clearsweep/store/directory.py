@@ -347,12 +347,13 @@ def commit(directory: Path, result_schema: ResultSchema, batch: str, rows: list[
     facts: dict[str, Any] = {"shard": None, "sha256": "", "written": time.time_ns(), "frame": result_schema.frame}
     if datasets(result_schema):
         content = orbits_bytes(result_schema, rows)
-        name = file_name(batch, content, "h5")
-        facts |= {"shard": name, "sha256": hashlib.sha256(content).hexdigest()}
+        checksum = hashlib.sha256(content).hexdigest()
+        name = file_name(batch, checksum, "h5")
+        facts |= {"shard": name, "sha256": checksum}
         with durable.storing(run.orbits / name):
             durable.replace(run.orbits / name, content, run.scratch)
     content = summary_bytes(result_schema, rows, facts)
-    name = file_name(batch, content, "parquet")
+    name = file_name(batch, hashlib.sha256(content).hexdigest(), "parquet")
     with durable.storing(run.summaries / name):
         durable.replace(run.summaries / name, content, run.scratch)
     return name

@@ -2,7 +2,6 @@
 
 import os
 import struct
-import zlib
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any, BinaryIO, Self
 
 import h5py
 import numpy as np
+from isal import isal_zlib
 
 from ..language import phases
 from . import durable
@@ -153,8 +153,8 @@ def _rechunked(pieces: Iterator[bytes], size: int) -> Iterator[bytes]:
 
 def _filtered(chunk: bytes, size: int) -> bytes:
     """Return a chunk after HDF5's shuffle, deflate and checksum filters; `size`: bytes of one value."""
-    deflate = zlib.compressobj(1, memLevel=9)  # 0.87 of the time of the usual level
-    content = deflate.compress(np.frombuffer(chunk, "u1").reshape(-1, size).T.tobytes()) + deflate.flush()
+    shuffled = np.frombuffer(chunk, "u1").reshape(-1, size).T.tobytes()
+    content = isal_zlib.compress(shuffled, level=1)  # ten times as fast as zlib at level 1, files 10 % longer
     return content + struct.pack("<I", fletcher32(content))
 
 

@@ -15,7 +15,7 @@ from typing import Any
 
 from .. import grid
 from ..contracts.layout import Layout
-from ..mechanics.solver.event import Work
+from ..mechanics.solver.integration import Work
 from ..simulation import scene
 from ..simulation.batch_means import Blocks, Interval
 from ..simulation.trajectory import simulate

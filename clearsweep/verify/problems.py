@@ -15,7 +15,7 @@ from scipy.special import lambertw
 
 from .. import grid
 from ..contracts.case import column_name
-from ..mechanics.solver.event import ONSET, SEPARATION
+from ..mechanics.solver.integration import ONSET, SEPARATION
 from ..simulation import scene
 from ..simulation.trajectory import simulate
 from .rivals import Solution

@@ -15,7 +15,7 @@ from ..mechanics.compiled.family import Entry, entry, flatten, invoke, kernel, m
 from ..mechanics.joint.contract import ONSET_FLOOR
 from ..mechanics.joint.dry import CLIPPED, FREE, PRESSED, joint_load
 from ..mechanics.mechanism.contract import accelerate, gaps, place
-from ..mechanics.solver.event import ONSET, SEPARATION
+from ..mechanics.solver.integration import ONSET, SEPARATION
 from ..mechanics.trace.objects import machine_code
 
 ROWS = 4  # of the rates: the stages of Runge-Kutta 4

@@ -64,7 +64,7 @@ def _right_hand_sides(where, times):
 
 
 class Evaluated(NamedTuple):
-    """What an evaluation of a right-hand side is given, as `event.Work` has it."""
+    """What an evaluation of a right-hand side is given, as `integration.Work` has it."""
 
     y: np.ndarray
     mode: np.ndarray

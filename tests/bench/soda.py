@@ -18,7 +18,7 @@ import numpy as np
 from numba import carray, cfunc, from_dtype, njit, types
 from numbalsoda import dop853, lsoda, solve_ivp
 
-from clearsweep.mechanics.solver.event import ONSET, SEPARATION
+from clearsweep.mechanics.solver.integration import ONSET, SEPARATION
 from clearsweep.verify.problems import scene_of
 from clearsweep.verify.rivals import BLIND, LONGEST, RELATIVE, Solution
 

@@ -13,7 +13,7 @@ from numba import njit
 from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
-from clearsweep.mechanics.solver.event import ONSET, SEPARATION
+from clearsweep.mechanics.solver.integration import ONSET, SEPARATION
 from clearsweep.verify.problems import scene_of
 from clearsweep.verify.rivals import BLIND, Solution
 

@@ -10,7 +10,7 @@ import math
 import heyoka as hy
 import numpy as np
 
-from clearsweep.mechanics.solver.event import ONSET, SEPARATION
+from clearsweep.mechanics.solver.integration import ONSET, SEPARATION
 from clearsweep.verify.problems import scene_of
 from clearsweep.verify.rivals import Solution
 

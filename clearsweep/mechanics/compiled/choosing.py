@@ -13,7 +13,7 @@ def where(condition, a, b):
     return a if condition else b
 
 
-def turns(count):
+def rolled_range(count):
     """Return the numbers 0 to `count` - 1, for a loop that is compiled once instead of being unrolled."""
     return range(count)
 
@@ -33,7 +33,7 @@ def total_of(row):
     return first_half + second_half
 
 
-def either(first, second):
+def cond(first, second):
     """Return a function that gives `first(*given)` where a condition is true, else `second(*given)`.
 
     It takes (condition, given).  Both kernels return numbers or tuples of the same form.  Only one of them runs if
@@ -63,7 +63,7 @@ def _selected(condition, a, b):
 
 primitive(none_of)(lanes.none_of)
 traceable(total_of)
-LOOPS.append(turns)
+LOOPS.append(rolled_range)
 ABREAST.append(abreast)
 
 

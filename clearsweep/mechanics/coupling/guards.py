@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.choosing import turns
+from ..compiled.choosing import rolled_range
 from ..compiled.family import NO_ENTRY, Entry, entry, form_number, kernel, map_joints, shaped
 from ..joint.contract import every_guard, every_part, guard_values, latched, parts
 from ..joint.places import (
@@ -108,7 +108,7 @@ def guards_entry(scene, y, nodes, latched, o, value, row):
     _evaluate_joints(
         parameters.joints, parameters.joints, first_offsets, _Values(y, latched, o, START, roots, value[:, 0])
     )
-    for i in turns(STAGES):
+    for i in rolled_range(STAGES):
         at_stage = _Values(nodes[:, i], latched, o, i, roots, value[:, 1 + i])
         _evaluate_joints(parameters.joints, parameters.joints, first_offsets, at_stage)
 

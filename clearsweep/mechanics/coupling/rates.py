@@ -15,7 +15,7 @@ equal to the penetration that follows from the coordinates (Baumgarte 1972, one 
 from typing import NamedTuple
 
 from ...contracts.catalogue import Channel
-from ..compiled.choosing import either, turns
+from ..compiled.choosing import cond, rolled_range
 from ..compiled.dual import Seeded, as_dual, as_type_of, slope
 from ..compiled.family import Entry, entry, inlined, kernel, map_joints, shaped
 from ..joint import spatial
@@ -100,7 +100,7 @@ def some_worn(kinds):
 
 
 @inlined
-def look(scene, y, mode, latched):
+def evaluate_motion(scene, y, mode, latched):
     """Return the pose at the state `y`, and the Gaps, Loads and Motion that follow from the pose."""
     p = place(scene.mechanism, y)
     relative = turned_gaps(scene, y, gaps(scene.mechanism, p))
@@ -113,7 +113,7 @@ def look(scene, y, mode, latched):
 
 
 @inlined
-def catching_up(reference_rate, rate, depth, root):
+def relaxed_rate(reference_rate, rate, depth, root):
     """Return half the rate of the square of a root of penetration, m/s, with its relaxation towards the depth."""
     return 0.5 * (rate + reference_rate * (depth - root * root))
 
@@ -121,21 +121,21 @@ def catching_up(reference_rate, rate, depth, root):
 @inlined
 def root_rate(scene, contact, state, kappa, c):
     """Return the rate (m^0.5 per unit of tau) of the root of penetration of Contact number `c`, which touches."""
-    approach = catching_up(scene.reference_rate, contact.rate, contact.depth, state.y[state.roots + c])
+    approach = relaxed_rate(scene.reference_rate, contact.rate, contact.depth, state.y[state.roots + c])
     if extent(scene.joints).contact == 1:
         return approach * (1.0 / scene.sigma)
     return approach * kappa_over_root(scene, state.y, state.mode, kappa, c)
 
 
 @inlined
-def _stays(scene, contact, state, kappa, c):
+def _zero_rate(scene, contact, state, kappa, c):
     return as_type_of(0.0, state.y[state.roots + c])
 
 
-_rate_of_root = either(root_rate, _stays)
+_rate_of_root = cond(root_rate, _zero_rate)
 
 
-class _Seen(NamedTuple):
+class _ObservableRows(NamedTuple):
     """Destination of the observables of contacts."""
 
     contacts: int  # number of contacts
@@ -154,8 +154,8 @@ _put_numbers = map_joints(_put_number, after_number)
 
 
 @inlined
-def _put_contacts(joint, load, place, seen_at):
-    o, row = seen_at.o, seen_at.row
+def _put_contacts(joint, load, place, rows):
+    o, row = rows.o, rows.row
     for i in range(len(load.contacts)):
         contact, c = load.contacts[i], place.contact + i
         dissipated = power_lost(contact)
@@ -171,14 +171,14 @@ def _put_contacts(joint, load, place, seen_at):
             needed=force_needed(contact),
         )
         observe(o, row, c, observed_contact)
-        extra = extra_observables(contact, seen_at.accurate)
-        _put_numbers(extra, extra, film_column(seen_at.contacts, c, 0), (o, row))
+        extra = extra_observables(contact, rows.accurate)
+        _put_numbers(extra, extra, film_column(rows.contacts, c, 0), (o, row))
 
 
 _put_all_contacts = map_joints(_put_contacts, after_joint)
 
 
-class _Roots(NamedTuple):
+class _RootRates(NamedTuple):
     """Destination of the rates of roots of penetration, and their inputs."""
 
     scene: Scene
@@ -210,7 +210,7 @@ def rates(scene, y, mode, latched, k, o, row, accurate=True):
     """
     n = len(scene.coordinates)
     time = 2 * n
-    p, _, loads, motion = look(scene, y, mode, latched)
+    p, _, loads, motion = evaluate_motion(scene, y, mode, latched)
     kappa = time_scale(scene, y, mode)
     state, first = JointState(y, mode, latched, time + 1), first_place(scene.joints, time + 1)
     if k is not None:
@@ -218,7 +218,7 @@ def rates(scene, y, mode, latched, k, o, row, accurate=True):
             k[i, row] = kappa * y[n + i]
             k[n + i, row] = kappa * motion.accelerations[i]
         k[time, row] = kappa
-        _put_all_roots(scene.joints, loads, first, _Roots(scene, state, kappa, k, row))
+        _put_all_roots(scene.joints, loads, first, _RootRates(scene, state, kappa, k, row))
         put_internal_rates(scene.joints, loads, state, kappa, k[:, row])
         put_friction_rates(scene, y, motion, kappa, k[:, row])
     if o is not None:
@@ -231,7 +231,7 @@ def rates(scene, y, mode, latched, k, o, row, accurate=True):
         powers, film_columns = friction_powers(scene.mechanism, motion), observed_columns(scene.joints)
         for i in range(len(powers)):
             o[film_columns + i, row] = powers[i]
-        _put_all_contacts(scene.joints, loads, first, _Seen(extent(scene.joints).contact, o, row, accurate))
+        _put_all_contacts(scene.joints, loads, first, _ObservableRows(extent(scene.joints).contact, o, row, accurate))
 
 
 @inlined
@@ -244,7 +244,7 @@ def put_error(scene, pose, o, row):
 def put_root_rates(scene, relative, state, kappa, k, row):
     """Write the rates of all roots of penetration to a row of `k`, from the Gaps `relative`; see `rates`."""
     loads = loads_of(scene.joints, relative, state)
-    _put_all_roots(scene.joints, loads, first_place(scene.joints, state.roots), _Roots(scene, state, kappa, k, row))
+    _put_all_roots(scene.joints, loads, first_place(scene.joints, state.roots), _RootRates(scene, state, kappa, k, row))
 
 
 @inlined
@@ -253,7 +253,7 @@ def observed_width(scene):
     return observed_columns(scene.joints) + len(friction_laws(scene.mechanism))
 
 
-class _Column(NamedTuple):
+class _SlopeColumn(NamedTuple):
     """Destination of the derivatives of roots of penetration, and their inputs."""
 
     scene: Scene
@@ -281,9 +281,9 @@ def differentiate(scene, y, mode, latched, jacobian, place):
     """Write the exact derivatives of `rates` at the state `y` to `jacobian[place]` (n, n), column by column."""
     n = len(scene.coordinates)
     _, size, _ = size_of(scene)
-    for column in turns(size):
+    for column in rolled_range(size):
         z = Seeded(y, column)
-        _, _, loads, motion = look(scene, z, mode, latched)
+        _, _, loads, motion = evaluate_motion(scene, z, mode, latched)
         kappa = as_dual(time_scale(scene, z, mode))
         for i in range(n):
             jacobian[place, i, column] = slope(kappa * z[n + i])
@@ -291,7 +291,7 @@ def differentiate(scene, y, mode, latched, jacobian, place):
         jacobian[place, 2 * n, column] = slope(kappa)
         out, state = jacobian[place, :, column], JointState(z, mode, latched, 2 * n + 1)
         _put_all_root_slopes(
-            scene.joints, loads, first_place(scene.joints, 2 * n + 1), _Column(scene, state, kappa, out)
+            scene.joints, loads, first_place(scene.joints, 2 * n + 1), _SlopeColumn(scene, state, kappa, out)
         )
         put_internal_rates(scene.joints, loads, state, kappa, out)
         put_friction_rates(scene, z, motion, kappa, out)
@@ -382,7 +382,8 @@ def sample_entry(scene, y, mode, latched, side, out, channels):
     contacts, n, latching = size_of(parameters)
     values = shaped(out, (channels,))
     side, y = shaped(side, (contacts,)), shaped(y, (n,))
-    pose, relative, loads, motion = look(parameters, y, shaped(mode, (contacts,)), shaped(latched, (latching,)))
+    mode, latched = shaped(mode, (contacts,)), shaped(latched, (latching,))
+    pose, relative, loads, motion = evaluate_motion(parameters, y, mode, latched)
     samples = _Samples(first_place(parameters.joints, 0), describe(parameters.mechanism, y, pose, motion, values))
     _put_gaps(parameters.joints, relative, samples, (values, side))
     _put_forces(parameters.joints, loads, samples, (values, side))

@@ -11,7 +11,7 @@ pair that rotates as a rigid body slides at penetration times angular speed.
 from typing import NamedTuple
 
 from ..compiled import calculus as math
-from ..compiled.choosing import either, where
+from ..compiled.choosing import cond, where
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined, kernel
 from ..observe.observables import RAW
@@ -147,4 +147,4 @@ def _load_pressed(joint, gap, mode, pen, onset_rate):
     )
 
 
-_load_by_mode = either(_load_apart, _load_pressed)
+_load_by_mode = cond(_load_apart, _load_pressed)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
 from ..compiled import calculus as math
-from ..compiled.choosing import turns
+from ..compiled.choosing import rolled_range
 from ..compiled.direction import direction
 from ..compiled.dual import Dual, plain
 from ..compiled.family import family, inlined, kernel, map_joints
@@ -122,7 +122,7 @@ def halley(surfaces, angle, body_angles, radial, tangential_distance):
 def searched(surfaces, x, y, body_angles):
     """Return the angle (rad) of the deepest point, from LOOKS samples and Newton's method in a bracket."""
     greatest_depth, deepest_at, width = -math.inf, 0.0, 2.0 * math.pi / LOOKS
-    for i in turns(LOOKS):
+    for i in rolled_range(LOOKS):
         c, s = direction(i * width)
         h, _, _, _ = worn_at(surfaces.bearing, i * width - body_angles[0])
         journal_wear, _, _, _ = worn_at(surfaces.journal, i * width - body_angles[1])

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.choosing import abreast, bits_of, number_of, turns, where
+from ..compiled.choosing import abreast, bits_of, number_of, rolled_range, where
 from ..compiled.family import inlined, kernel, kinds, shaped
 from ..compiled.plain import is_plain
 from ..trace import objects
@@ -143,7 +143,7 @@ def _exceeded_entry(scene, histogram, highest, duration, forces, count):
     """Write the force that each of `count` histograms exceeds to `forces`; arrays are bare pointers."""
     histogram, duration = shaped(histogram, (count, BINS, 2)), shaped(duration, (1,))[0]
     highest, forces = shaped(highest, (count,)), shaped(forces, (count,))
-    for j in turns(count):
+    for j in rolled_range(count):
         forces[j] = _exceeded(histogram, j, highest[j], duration)
 
 

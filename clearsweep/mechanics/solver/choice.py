@@ -14,9 +14,8 @@ Counts of evaluations decide, never a clock, and only evaluations of the motion 
 
 from ..compiled.family import kernel
 from ..observe.stages import STAGES
-from .event import EXPLICIT, IMPLICIT
+from .integration import AUTO, EXPLICIT, IMPLICIT
 from .radau import ERROR, ORDER
-from .run_control import AUTO
 
 PRICE = 0.62  # of an evaluation in an implicit step, for each number in the state, mostly for the matrices
 LOOK = 2.0  # over an implicit step worth its price: stretch over which the bend is measured, and the first such step

@@ -8,13 +8,7 @@ from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR
 from ..joint.modes import touches
 from ..observe.observables import observed
 from ..observe.stages import END
-from .event import GUARD, LIMIT, NOTHING, ONSET, SEPARATION
-from .run_control import (
-    EVENT_BUDGET,
-    GOING,
-    LEFT_BEARING,
-    OK,
-)
+from .integration import EVENT_BUDGET, GOING, GUARD, LEFT_BEARING, LIMIT, NOTHING, OK, ONSET, SEPARATION
 from .step import go_through, latch
 
 SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero

@@ -30,7 +30,7 @@ from .bernstein import (
     turn_sign,
     value_and_slope,
 )
-from .event import GUARD, IMPLICIT, LIMIT, NOTHING, ONSET, SEPARATION, STOP, evaluate_dense
+from .integration import GUARD, IMPLICIT, LIMIT, NOTHING, ONSET, SEPARATION, STOP, evaluate_dense
 
 ELSEWHERE = NODES.size  # place of a guard's value at a single state, after those at the nodes of a step
 NEXT_TO_START = 0.125  # share of a step within which a guard passed at its start is ignored

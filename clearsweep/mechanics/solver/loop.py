@@ -11,7 +11,7 @@ begin_case, then until the case ends or pauses:
         take_step       up to the event; reject if the error is too large
         step_to_event   the end, corrected to the exact event                    step
         accept          sums, peaks, wear, samples up to there                   accumulate
-        pass_events     modes, laws and states after it                          event_actions
+        apply_event     modes, laws and states after it                          event_actions
         restart         rates of the new equations
     else:
         accept          sums, peaks, wear, samples of the whole step             accumulate
@@ -30,27 +30,25 @@ from ..observe.stages import END, START
 from ..trace import objects
 from .accumulate.slow_sums import note_step, open_window
 from .accumulate.totals import accumulate_step
-from .accumulate.within_step import take_start, write_sample
+from .accumulate.within_step import record_start, write_sample
 from .choice import choose_method
-from .event import (
-    IMPLICIT,
-    NOTHING,
-    STOP,
-    accumulators_of,
-)
 from .event_actions import pass_events
-from .radau import FAILED
-from .run_control import (
+from .integration import (
     GOING,
+    IMPLICIT,
     NOT_FINITE,
+    NOTHING,
     OK,
     PAUSED,
     STALLED,
     STEP_BUDGET,
     STEP_UNDERFLOW,
+    STOP,
     TIME_LIMIT,
     TURNS_STIFF,
+    accumulators_of,
 )
+from .radau import FAILED
 from .step import begin_step, find_first_event, step_to_event, take_step
 from .step_control import (
     ACCEPTANCE,
@@ -130,7 +128,7 @@ def begin_case(at):
     totals.whole.kinetic_start = work.o[KINETIC, START]
     if stepper.in_window != 0.0:
         open_window(at)
-    take_start(at)
+    record_start(at)
     while work.counts.samples < record.times.size and record.times[work.counts.samples] <= work.y[record.independent]:
         write_sample(at, work.y, record.samples[work.counts.samples])
         work.counts.samples += 1
@@ -207,44 +205,62 @@ def reject(at):
 
 
 @kernel
-def cut_at_event(at, h, event):
-    """End the step of length `h` at an event: (share of it, kind, contact); return GOING or the status at the end.
+def repeat_up_to(at, h, share):
+    """Take the step of length `h` again with a `share` of its length; return whether its error is too large.
 
-    The step up to the event is taken again, and rejected if its error is too large.
-    Figures are taken up to the event, then the event is applied to the state.
+    The longer step resolved the motion before the event less well, above all where the iteration now fails, as at the
+    peak of a friction law.  The error of a very short step is rounding.
     """
     work = at[0]
-    stepper, windowed = work.stepper, work.stepper.in_window != 0.0
-    share, kind, contact = event
-    stepper.contact = contact
     evaluations_before, work.step.length = work.counts.evaluations, h * share
     if share > CLOSE_TO_START or work.method.current != IMPLICIT:
         take_step(at)
     else:  # the matrices of an implicit step without length are singular
         work.step.error = FAILED
     work.counts.locating += work.counts.evaluations - evaluations_before
-    # The longer step resolved the motion before the event less well, above all where the iteration now fails, as at the
-    # peak of a friction law.  The error of a very short step is rounding.
-    too_far = share > SHORT_SHARE and work.method.current != IMPLICIT
-    if too_far and not work.step.error < 1.0:
+    error_counts = share > SHORT_SHARE and work.method.current != IMPLICIT
+    return error_counts and not work.step.error < 1.0
+
+
+@kernel
+def pass_stop(at):
+    """Pass a place where a step had to end; return GOING, or OK at the end of the run.  The window may open there."""
+    work = at[0]
+    stepper = work.stepper
+    if stepper.next_stop == target_of(at):
+        if stepper.in_window != 0.0:
+            return OK
+        stepper.in_window = 1.0
+        open_window(at)
+    stepper.next_stop = next_stop(at, work.end[work.independent])
+    return GOING
+
+
+@kernel
+def apply_event(at, kind, contact):
+    """Apply an event or a stop to the state at the end of the step; return GOING or the status at the end."""
+    if kind == STOP:
+        return pass_stop(at)
+    return pass_events(at, kind, contact, at[0].stepper.in_window != 0.0)
+
+
+@kernel
+def cut_at_event(at, h, event):
+    """End the step of length `h` at an event: (share of it, kind, contact); return GOING or the status at the end."""
+    work = at[0]
+    share, kind, contact = event
+    work.stepper.contact = contact
+    if repeat_up_to(at, h, share):
         return reject(at)
     evaluations_before = work.counts.evaluations
-    step_to_event(at, share, (kind, contact, stepper.next_stop), work.step.length)
+    step_to_event(at, share, (kind, contact, work.stepper.next_stop), work.step.length)
     work.counts.locating += work.counts.evaluations - evaluations_before
     choose_method(at, work.step.length, proposal_of(at))
     accept(at)
     note_step(at, work.step.length)
-    if kind == STOP:
-        if stepper.next_stop == target_of(at):
-            if windowed:
-                return OK
-            stepper.in_window = 1.0
-            open_window(at)
-        stepper.next_stop = next_stop(at, work.end[work.independent])
-    else:
-        reason = pass_events(at, kind, contact, windowed)
-        if reason != GOING:
-            return reason
+    reason = apply_event(at, kind, contact)
+    if reason != GOING:
+        return reason
     restart(at)
     set_next_length(at, BEGINNING)
     return GOING

@@ -18,7 +18,7 @@ import numpy as np
 from ..compiled.family import invoke, kernel
 from ..observe.stages import END, OTHERS, SCRATCH, SHARES, START
 from .collocation import dense_component, dense_state, shapes
-from .event import Choice, Implicit, Past, evaluate
+from .integration import Choice, Implicit, Past, evaluate
 
 A = np.array(
     [

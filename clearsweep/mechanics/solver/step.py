@@ -9,17 +9,8 @@ from ..observe.stages import END, STAGES, START
 from .accumulate.step_sums import sum_up
 from .bernstein import WHOLE, value_and_slope
 from .collocation import WEIGHTS, begin_stages, continue_stages, dense_state, error_norm, interpolate
-from .event import (
-    GUARD,
-    IMPLICIT,
-    LIMIT,
-    ONSET,
-    SEPARATION,
-    STOP,
-    evaluate,
-    trial_of,
-)
 from .event_search import ELSEWHERE, evaluate_guards, first_event, looked_at, take_guard
+from .integration import GUARD, IMPLICIT, LIMIT, ONSET, SEPARATION, STOP, evaluate, trial_of
 from .radau import FAILED, STAGE_WEIGHTS, fall_back, implicit_step
 
 MOST_SWEEPS = 16

@@ -10,7 +10,7 @@ from ..compiled.choosing import bits_of, number_of
 from ..compiled.family import inlined, kernel
 from ..joint.modes import meets, touches
 from .choice import steady
-from .event import FARTHEST, IMPLICIT
+from .integration import FARTHEST, IMPLICIT
 
 SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
 MOST_TRIES = 60  # rejections in a row: each shortens the step by at least a fifth, so a shorter step would not help

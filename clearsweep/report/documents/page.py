@@ -3,7 +3,7 @@
 import itertools
 from os import PathLike
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jinja2
 from markupsafe import Markup
@@ -68,6 +68,16 @@ class Page(NamedTuple):
         """Write the pictures of every section, each under its name, and a list of them; return the files."""
         with phases.phase("drawing the figures"):
             return paper.write(self.parts, wanted)
+
+    def write_all(self, out: Path, tables: Path | None, wanted: paper.Wanted | None) -> dict[str, Any]:
+        """Write the page, its tables and its figures; return their paths under `report`, `tables` and `figures`."""
+        files: dict[str, Any] = {"report": str(self.write(out))}
+        if tables:
+            self.write_tables(tables)
+            files["tables"] = str(tables)
+        if wanted:
+            files["figures"] = [str(file) for file in self.write_figures(wanted)]
+        return files
 
 
 def of(study: Study, measured: str | PathLike | None = None) -> Page:

@@ -4,6 +4,7 @@ A law that folds back or diverges at some penetration is used up to where its ta
 twice the secant stiffness, and continued along that tangent: the force always increases and stays finite.
 """
 
+import functools
 import math
 
 from numpy.polynomial.legendre import leggauss
@@ -82,6 +83,7 @@ def _even(elastic):
     return 1.0
 
 
+@functools.lru_cache(maxsize=1024)  # many cases of a sweep share their surfaces and their load
 def static_penetration(elastic, load: float) -> float:
     """Return the penetration (m) at which an elastic law carries `load` (N)."""
     low, high = 0.0, 1e-12

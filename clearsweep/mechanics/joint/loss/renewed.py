@@ -18,7 +18,7 @@ the force is F_elastic + 2 zeta sqrt(S m) rate with S = F_elastic^2 / (2 W), the
 from typing import NamedTuple
 
 from ...compiled import calculus as math
-from ...compiled.choosing import either
+from ...compiled.choosing import cond
 from ...compiled.family import kernel
 from ..contract import ENTERED, LEFT, NEVER, ONSET_FLOOR, Guard, guard_values, guards, latched
 from ..elastic.contract import elastic_energy, elastic_force, energy_stiffness
@@ -73,7 +73,7 @@ def _lasting(law, elastic, pen, rate, onset_rate):
     return force + math.sqrt(damping * law.mass) * rate, force
 
 
-_by_phase, _by_later_phase = either(_impact, _after_impact), either(_pressed_on, _lasting)
+_by_phase, _by_later_phase = cond(_impact, _after_impact), cond(_pressed_on, _lasting)
 
 
 @with_mass.member(Renewed)

@@ -14,7 +14,7 @@ Mechanics, section 4.3).  So a parallel journal is loaded evenly and a tilted on
 import math
 from typing import NamedTuple
 
-from ...compiled.choosing import turns
+from ...compiled.choosing import rolled_range
 from ...compiled.family import family, kernel
 from ...compiled.vector import dot
 from ...observe.histogram import FORCE, PARTS
@@ -150,7 +150,7 @@ def _bears_spread(walls, step, j, wall):
     if touches(step.mode[j + wall]):
         return True
     stop_distance = 0.0
-    for i in turns(PARTS + 1):
+    for i in rolled_range(PARTS + 1):
         stop_distance = max(stop_distance, step.step_values[j + wall, FORCE, i])
     return touches(step.mode[j + 1 - wall]) and stop_distance > 0.0
 

@@ -15,7 +15,7 @@ law gives.  A bin whose edge an end of the arc passes within a step gets a littl
 import math
 from typing import NamedTuple
 
-from ...compiled.choosing import turns
+from ...compiled.choosing import rolled_range
 from ...compiled.family import inlined, kernel
 from ...observe.histogram import FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
 from ..nearest import surfaces_of
@@ -69,7 +69,7 @@ def arc_at(joint, workspace, share):
 def sum_over_force(joint, arc):
     """Return the integral of the pressure over an Arc divided by the magnitude of its resultant (Lobatto's rule)."""
     normal_sum, tangential_sum, half_arc_ = 0.0, 0.0, 0.5 * (arc.stop - arc.start)
-    for i in turns(POINTS):
+    for i in rolled_range(POINTS):
         psi = arc.start + half_arc_ * (1.0 + PLACES[i])
         f, _, _ = overlap(surfaces_of(joint), arc.x, arc.y, psi, arc.turned)
         normal_sum += WEIGHTS[i] * f * math.cos(psi)
@@ -123,7 +123,7 @@ def enter_arc(joint, arc, body, area, bins):
 @enter_span.member(WornOnBed)
 def _enter_span_worn_on_bed(joint, workspace, length, span, bins):
     half_arc_ = 0.5 * (span[1] - span[0])
-    for i in turns(POINTS):
+    for i in rolled_range(POINTS):
         share = span[0] + half_arc_ * (1.0 + PLACES[i])
         arc = arc_at(joint, workspace, share)
         if arc.total > 0.0:

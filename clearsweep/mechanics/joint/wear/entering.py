@@ -7,7 +7,7 @@ The load of the arc before the edge of a bin is integrated over the step for eve
 import math
 from typing import NamedTuple
 
-from ...compiled.choosing import abreast, turns
+from ...compiled.choosing import abreast, rolled_range
 from ...compiled.family import family, inlined, kernel
 from ...observe.histogram import PARTS, SLIP_COURSE
 from .contract import enter_span, share_before, smooth_within
@@ -177,7 +177,7 @@ def enter_wear(joint, workspace, values, length, bins):
     sliding speed is read; bins : of both bodies.
     """
     low = 0.0
-    for i in turns(PARTS + 1):
+    for i in rolled_range(PARTS + 1):
         high = 1.0
         if i < PARTS:
             a, b = values[SLIP_COURSE, i], values[SLIP_COURSE, i + 1]

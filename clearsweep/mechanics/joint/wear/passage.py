@@ -9,7 +9,7 @@ register.
 
 import numpy as np
 
-from ...compiled.choosing import abreast, turns, where
+from ...compiled.choosing import abreast, rolled_range, where
 from ...compiled.family import family, inlined, kernel
 from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
 from .contract import (
@@ -235,7 +235,7 @@ def _default_crossed(pressure, workspace, end, edge, width):
     whole_area = summed(workspace, AREA) if end > 0.0 else 0.0
     for k in abreast(POINTS):
         swept, angle, total = workspace[PASSING * POINTS + k], edge + NUMBERS[k] * width, 0.0
-        for j in turns(SOFT_NODES.size):
+        for j in rolled_range(SOFT_NODES.size):
             x = swept + (edge_side - swept) * SOFT_NODES[j]
             offset = angle - value(workspace, COURSE, x)
             half_angle = max(value(workspace, HALF_COURSE, x), FAINT)

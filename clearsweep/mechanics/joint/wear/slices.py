@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.choosing import turns
+from ...compiled.choosing import rolled_range
 from ...compiled.family import family, kernel
 from ...compiled.vector import cross, dot, plus_scaled
 from ...observe.histogram import BETWEEN, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
@@ -126,7 +126,7 @@ def slice_of(joint, strips, low, high):
     """
     step_values, work, load = strips.step_values, 0.0, 0.0
     share = cover = depth = begin = 0.0
-    for i in turns(PARTS + 1):
+    for i in rolled_range(PARTS + 1):
         weight = 0.5 if i in (0, PARTS) else 1.0  # the trapezoidal rule
         weight *= max(step_values[KAPPA_COURSE, i] * step_values[FORCE, i] * abs(step_values[SLIP_COURSE, i]), 0.0)
         if weight <= 0.0:
@@ -153,7 +153,7 @@ def slice_of(joint, strips, low, high):
 def note_edges(joint, step, strips, account):
     """Record pressure and pressure times sliding speed of a wall contact at equidistant places of the step."""
     law, step_values = joint.wear, strips.step_values
-    for i in turns(PARTS + 1):
+    for i in rolled_range(PARTS + 1):
         strip, depth_at = _strip_at(joint, strips, i)
         load, slip = max(step_values[FORCE, i], 0.0), step_values[SLIP_COURSE, i]
         loads = loads_along(joint.walls, joint, strip, depth_at, load)
@@ -202,7 +202,7 @@ def enter_along(depths, factor, bins, placement):
     while cover_start < last:
         cover_end = last if row == placement.rows - 1 else min(last, row + 1.0)
         slice_share, start = factor * (cover_end - cover_start), bins.first + row * bins.count
-        for k in turns(bins.count):
+        for k in rolled_range(bins.count):
             bins.depths[start + k] += slice_share * depths[k]
         cover_start, row = cover_end, row + 1
 
@@ -233,14 +233,14 @@ def fit_strip(joint, c, step):
         without_leaps(angles)
         for side in range(2):
             slope = 0.0
-            for i in turns(BETWEEN + 2):
+            for i in rolled_range(BETWEEN + 2):
                 slope += END_SLOPES[side, i] * angles[i]
             step.places[c, SLOPES + body, side * (BETWEEN + 1)] = slope
     fit_places(step, c)
     longest_slice = 0.0
-    for i in turns(PARTS + 1):
+    for i in rolled_range(PARTS + 1):
         strip_values[LEAN, i] = strip_values[REACH, i] = 0.0
-        for k in turns(BETWEEN + 2):
+        for k in rolled_range(BETWEEN + 2):
             strip_values[LEAN, i] += EVENLY[i, k] * observed[LEAN, k]
             strip_values[REACH, i] += EVENLY[i, k] * observed[REACH, k]
         strip_values[REACH, i] = max(strip_values[REACH, i], 0.0)
@@ -253,9 +253,9 @@ def fit_strip(joint, c, step):
 @kernel
 def fit_depth(strips, workspace, share):
     """Write the coefficients of the strip's largest depth, times a share of it, to `workspace`."""
-    for i in turns(POINTS):
+    for i in rolled_range(POINTS):
         total = 0.0
-        for k in turns(PARTS + 1):
+        for k in rolled_range(PARTS + 1):
             total += FIT[k, i] * strips.at[MAX_DEPTH, k]
         workspace[DEPTH_COURSE * POINTS + i] = share * total
 
@@ -333,7 +333,7 @@ def enter_group(joint, end, c, shared, strips, group):
             far_end = near_end + direction * slice_share.cover
             factor = slice_share.share * total.cover / (slice_share.cover * total.share)
             enter_along(depths, factor, bins, Lies(min(near_end, far_end), max(near_end, far_end), half_angle, rows))
-        for k in turns(count):
+        for k in rolled_range(count):
             depths[k] = 0.0
 
 

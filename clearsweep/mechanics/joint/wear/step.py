@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.choosing import abreast, turns
+from ...compiled.choosing import abreast, rolled_range
 from ...compiled.family import family, kernel, map_joints
 from ...observe.histogram import (
     BETWEEN,
@@ -192,7 +192,7 @@ def note_way(step, j, account):
     Simpson's rule over the profile of the sliding speed.
     """
     workspace, step_values, distance = step.workspace, step.step_values[j], 0.0
-    for i in turns(PARTS + 1):
+    for i in rolled_range(PARTS + 1):
         weight = 1.0 if i in (0, PARTS) else 4.0 if i % 2 else 2.0
         distance += weight * step_values[KAPPA_COURSE, i] * abs(step_values[SLIP_COURSE, i])
     distance *= step.length / (3.0 * PARTS)
@@ -242,7 +242,7 @@ def note_pressure(joint, step, j, account):
             )
     mean_time, beyond_time = account[PRESSURE_TIME], account[PV_BEYOND]
     largest, largest_pv = account[PRESSURE_MAX], account[PV_MAX]
-    for i in turns(PARTS + 1):
+    for i in rolled_range(PARTS + 1):
         mean_pressure, peak = workspace[means + i], workspace[peaks + i]
         slip, share = abs(step_values[SLIP_COURSE, i]), (0.5 if i in (0, PARTS) else 1.0) / PARTS
         time = share * step.length * step_values[KAPPA_COURSE, i]

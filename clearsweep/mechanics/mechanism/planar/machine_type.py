@@ -90,7 +90,9 @@ class MachineType(NamedTuple):
 
 def kinds_of(value: Any) -> Any:
     """Return the types in nested tuples."""
-    return (type(value), *map(kinds_of, value)) if isinstance(value, tuple) else float
+    if not isinstance(value, tuple):
+        return float
+    return (type(value), *[float if type(item) is float else kinds_of(item) for item in value])  # most items are floats
 
 
 def machine_type(kinds: tuple) -> MachineType:

@@ -38,7 +38,7 @@ from ...observe.observables import (
 )
 from ...observe.stages import END, NODES, START
 from ..collocation import WEIGHTS, dense_state
-from ..event import IMPLICIT
+from ..integration import IMPLICIT
 from ..radau import STAGE_WEIGHTS
 from .step_sums import (
     NO_PEAK,
@@ -56,7 +56,14 @@ from .totals import (
     PULLED,
     WholeTotals,
 )
-from .within_step import highest_between, look_between, note_turns, refined_peak, share_at, write_samples
+from .within_step import (
+    evaluate_between,
+    highest_between,
+    record_marks,
+    refined_peak,
+    share_at,
+    write_samples,
+)
 
 
 @kernel
@@ -141,7 +148,7 @@ def note_friction(at, h):
 def seek_maxima(at):
     """Raise maxima that may lie between the stages to those of the dense output, see `totals.accumulate_step`."""
     work = at[0]
-    total, step, revolutions, counted = work.totals.whole, work.step, work.turns, work.stepper.in_window != 0.0
+    total, step, revolutions, counted = work.totals.whole, work.step, work.revolutions, work.stepper.in_window != 0.0
     for j in range(work.mode.size):
         row, highest = work.totals.joint[j], work.contact_steps[j]
         if highest.highest_force > NO_PEAK:
@@ -207,7 +214,7 @@ def note_wear(at, h):
     work = at[0]
     totals = work.totals
     totals.length[0] = h
-    look_between(at, totals.between)
+    evaluate_between(at, totals.between)
     step = (totals.between, work.mode, totals.step_values, totals.length, totals.workspace)
     invoke(
         work.wear.code,
@@ -239,7 +246,7 @@ def note_step(at, h):
             note_wear(at, h)
     if work.independent != time:
         note_awaited_speed(at)
-    note_turns(at)
+    record_marks(at)
     i = work.counts.samples
     if i < record.times.size and record.times[i] <= work.end[record.independent]:
         write_samples(at)

@@ -67,7 +67,7 @@ NO_PEAK = -math.inf  # the highest value of an observable without maximum betwee
 
 
 class TrialStep(NamedTuple):
-    """Inputs and results of a trial step, see `event.Work`."""
+    """Inputs and results of a trial step, see `integration.Work`."""
 
     y: tuple
     mode: tuple

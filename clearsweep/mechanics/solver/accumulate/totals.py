@@ -108,7 +108,7 @@ class Totals(NamedTuple):
 
 
 class Accumulators(NamedTuple):
-    """Arrays of the assessment and accumulation of a step, see `event.Work`, Totals and Turns."""
+    """Arrays of the assessment and accumulation of a step, see `integration.Work`, Totals and Turns."""
 
     y: tuple
     mode: tuple

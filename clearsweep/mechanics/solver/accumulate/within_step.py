@@ -10,13 +10,13 @@ from ...observe.histogram import BETWEEN, MOMENTS
 from ...observe.observables import NORMAL, column_of, put_load
 from ...observe.stages import END, NODES, SCRATCH, SHARES, STAGES
 from ..collocation import dense_component, dense_state
-from ..event import evaluate_dense
+from ..integration import evaluate_dense
 
 PLACES = np.minimum(np.arange(MOMENTS) / (BETWEEN + 1), 1.0)
 
 
 @kernel
-def look_between(at, between):
+def evaluate_between(at, between):
     """Write coordinates, their rates and the time at the moments of the step to `between`.
 
     between : (2 coordinates + 1, MOMENTS), at every quarter from the start to the end of the step, then the end again.
@@ -153,7 +153,7 @@ def sample_states(work, states, out):
 BESIDE = 1e-4  # of a step: distance from a mark at which a rising force is detected
 
 
-class Turns(NamedTuple):
+class RevolutionMarks(NamedTuple):
     """States and force peaks at marks along the motion."""
 
     marks: np.ndarray  # (marks,) s, or rad of a free crank, increasing
@@ -165,10 +165,10 @@ class Turns(NamedTuple):
 
 
 @kernel
-def take_start(at):
+def record_start(at):
     """Record the state at a mark at the start of the run."""
     work = at[0]
-    revolutions, i = work.turns, work.turns.passed[0]
+    revolutions, i = work.revolutions, work.revolutions.passed[0]
     if i < revolutions.marks.size and revolutions.marks[i] <= work.y[work.independent]:
         for c in range(revolutions.states.shape[1]):
             revolutions.states[i, c] = work.y[c]
@@ -176,10 +176,10 @@ def take_start(at):
 
 
 @kernel
-def take_peaks(at, i, x):
+def split_peaks(at, i, x):
     """Split the largest forces of the step into those before and after mark `i`, at the share `x` of the step."""
     work = at[0]
-    revolutions, row = work.turns, END
+    revolutions, row = work.revolutions, END
     if x < 1.0:
         evaluate_dense(at, x)
         row = SCRATCH
@@ -198,16 +198,16 @@ def take_peaks(at, i, x):
 
 
 @kernel
-def note_turns(at):
+def record_marks(at):
     """Record and pass the marks within the current step."""
     work = at[0]
-    revolutions = work.turns
+    revolutions = work.revolutions
     i = revolutions.passed[0]
     while i < revolutions.marks.size and revolutions.marks[i] <= work.end[work.independent]:
         x = 1.0
         if revolutions.marks[i] < work.end[work.independent]:
             x = share_at(at, work.independent, revolutions.marks[i])
-        take_peaks(at, i, x)
+        split_peaks(at, i, x)
         if x < 1.0:
             dense_state(x, work.y, work.f, work.z)
         for c in range(revolutions.states.shape[1]):

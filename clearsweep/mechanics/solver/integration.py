@@ -1,6 +1,7 @@
-"""The arrays of an integration, the kinds of events, and the evaluation of the right-hand side."""
+"""The arrays, settings, statuses and kinds of events of an integration, and the evaluation of its right-hand side."""
 
-from typing import NamedTuple
+import math
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -10,13 +11,59 @@ from ..trace.fields import Fields
 from .accumulate.step_sums import ContactStep, Step, TrialStep
 from .accumulate.totals import Accumulators
 from .collocation import dense_state
-from .run_control import ControlNumbers, Stepper
 
 # Kinds of events; LIMIT: a penetration passes the limit of its elastic law, without effect; GUARD and above: the guards
 # of joints
 NOTHING, ONSET, SEPARATION, STOP, LIMIT, GUARD = range(6)
 FARTHEST = 8.0  # clearances that a journal in free flight may travel in a step
-EXPLICIT, IMPLICIT = 0, 1  # methods
+EXPLICIT, IMPLICIT, AUTO = range(3)  # methods; AUTO: chosen from step to step
+# How the loop returns; GOING: it goes on
+OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF, TIME_LIMIT, STALLED = range(9)
+LEFT_BEARING, GOING = range(9, 11)
+
+
+class Control(NamedTuple):
+    """When to stop, which method to use, and what to keep."""
+
+    window: float  # s, or rad of a free crank: start of the window in which figures are taken
+    end: float  # s, or rad of a free crank: end of the run
+    separations: int  # number of separations after which to stop; 0: no limit
+    step_budget: int
+    event_budget: int
+    keep_events: bool
+    method: int  # AUTO, or EXPLICIT or IMPLICIT throughout
+    pause: float = math.inf  # s, or rad of a free crank: return PAUSED at the first step that ends here or later
+    pause_steps: int = 1 << 16  # steps after which to return PAUSED, so that the caller can check the time used
+    time_limit: float = math.inf  # s of motion of a free crank, after which to return TIME_LIMIT
+    patience: float = math.inf  # s, within which a free crank has to advance; inf: the crank is not free
+
+
+class ControlNumbers(Fields, like=Control):
+    """The numbers of a Control, in memory."""
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> float: ...
+
+
+class Stepper(Fields):
+    """State of the loop between steps."""
+
+    next_length: float  # length of the next step; 0 before the first
+    growth: float  # largest ratio of the next length to the length of this step
+    expected_error: float  # error that the next step is expected to have, over the tolerance
+    rejections: float  # rejected steps in a row
+    evaluations: float  # evaluations before this step
+    pause_step: float  # number of the step after which to return PAUSED
+    in_window: float  # 1 where figures are taken, else 0
+    logged: float  # events in the log
+    begun: float  # 1 once `begin_case` has run, else 0
+    next_stop: float  # where the next step has to end: s, or rad of a free crank
+    farthest: float  # rad, largest angle of a free crank
+    progress_angle: float  # rad, angle at which a free crank last advanced by STALL_ADVANCE
+    progress_time: float  # s, when it was there
+    status: float  # how the latest call of the loop ended
+    contact: float  # contact of the latest event
 
 
 class Counts(Fields):
@@ -139,7 +186,7 @@ class Work(NamedTuple):
     implicit: Implicit
     totals: tuple  # totals.Totals
     record: tuple  # record.Record
-    turns: tuple  # turns.Turns
+    revolutions: tuple  # within_step.RevolutionMarks
 
 
 @inlined
@@ -152,7 +199,7 @@ def trial_of(at):
 @inlined
 def accumulators_of(at):
     """Return the Accumulators of a case."""
-    work, totals, turns = at[0], at[0].totals, at[0].turns
+    work, totals, revolutions = at[0], at[0].totals, at[0].revolutions
     arrays = (
         work.y,
         work.mode,
@@ -167,7 +214,8 @@ def accumulators_of(at):
         work.film,
         work.rubs,
     )
-    return Accumulators(*arrays, totals.whole, totals.joint, totals.bins, totals.spent, turns.highest, turns.since)
+    peaks = revolutions.highest, revolutions.since
+    return Accumulators(*arrays, totals.whole, totals.joint, totals.bins, totals.spent, *peaks)
 
 
 @kernel
