@@ -1,6 +1,5 @@
 """The answer of a run: the same sentences on the page and in its closing lines, each from its own figures."""
 
-
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -126,7 +125,7 @@ def test_the_start_up_time_lies_between_the_samples_around_its_speed(started):
     path, wanted = run.orbit(reached["case_id"].iloc[0]), 0.95 * 1500.0 * np.pi / 30.0
     after = int(np.argmax(np.asarray(path["crank/rate"]) >= wanted))
     times = np.asarray(path["t"])
-    assert 0 < after
+    assert after > 0
     assert times[after - 1] < reached["start_up_time"].iloc[0] <= times[after]
     rest = run.summary[run.summary["start_up_time"].isna()]
     assert (rest["crank_speed_max"] < wanted).all()

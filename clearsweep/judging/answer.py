@@ -13,7 +13,7 @@ from .validity import THOUSAND_HOURS
 
 START_UP, FASTEST = "start_up_time", "crank_speed_max"  # columns
 NOT_MODELLED = "not modelled"
-LISTED = 3  # cases or designs in one sentence
+MANY_AXES = 4  # varied values of a case above which a sentence has its identity instead
 
 
 class Cases(NamedTuple):
@@ -30,10 +30,14 @@ class Cases(NamedTuple):
 
     def at(self, index: int) -> str:
         """Return ' at crank speed 60 rpm', or the identity where many values vary; '' without variation."""
-        if len(self.axes) > LISTED:
+        if len(self.axes) > MANY_AXES:
             return f" in case {wording.short_id(self.case_ids[index])}"
         setting = self.setting(index, self.axes)
         return f" at {setting}" if setting else ""
+
+    def named(self, index: int) -> str:
+        """Return ' (case 1a7fc708)', or '' where `at` has the identity already."""
+        return "" if len(self.axes) > MANY_AXES else f" (case {wording.short_id(self.case_ids[index])})"
 
     def text(self, column: str, index: int) -> str:
         """Return a figure of a case in words."""
@@ -113,7 +117,7 @@ def largest_force(cases: Cases) -> list[str]:
         rubs = cases.has(load) and cases.column(load)[index] > cases.column(peak)[index]
         name = "with friction, " if rubs else ""
         text += f"; {name}{cases.text(ratio, index)} times the largest reaction without clearance"
-    return [f"{text} (case {wording.short_id(cases.case_ids[index])})."]
+    return [f"{text}{cases.named(index)}."]
 
 
 def films(cases: Cases) -> list[str]:
@@ -126,7 +130,7 @@ def films(cases: Cases) -> list[str]:
     parts = [f"dry load share {share_words(float(cases.column(share)[index]))}"]
     parts += [f"loss {cases.text(loss, index)}"] if cases.has(loss) else []
     head = f"Thinnest film{_where(cases, joint)}: {cases.text(thinnest, index)}{cases.at(index)}"
-    lines = [f"{head}, {', '.join(parts)} (case {wording.short_id(cases.case_ids[index])})."]
+    lines = [f"{head}, {', '.join(parts)}{cases.named(index)}."]
     outside = cases.column(f"{joint}_film_limit_fraction")
     if outside[index] > 0.0:
         lines[0] = lines[0][:-1] + f"; {beyond_law(float(outside[index]))}."
