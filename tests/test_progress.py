@@ -179,6 +179,15 @@ def test_the_compiler_at_work_is_a_phase(monkeypatch):
     assert phases.progress() is None
 
 
+def test_the_compiler_is_reported_from_its_begin_as_it_reports_nothing_itself(manual_time):
+    written = []
+    with phases.written(written.append):
+        with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)):
+            manual_time.now += 20.0
+            assert phases.read(written[-1]).what == "compiling (kept for later runs)"
+        assert written[-1] is None
+
+
 def test_a_life_of_equal_blocks_foretells_its_end(manual_time):
     with phases.phase(Life(LifeLimits(50e-6, 10e-6, 100, 10.0, constant=False), before=0)) as life:
         assert phases.progress().left is None

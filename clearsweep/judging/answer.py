@@ -165,8 +165,8 @@ def limited(cases: Cases) -> list[str]:
     """Return the designs that keep to the limits under every operating condition, and a remark on fits."""
     if sampled.is_one_sample(cases.record):
         return []
-    found = designs.of_cases(cases.axes, cases.column, len(cases.case_ids))
-    lines = designs.sentences(found, lambda index: cases.setting(index, found.varied)) if found else []
+    grouped = designs.of_cases(cases.axes, cases.column, len(cases.case_ids))
+    lines = designs.sentences(grouped, lambda index: cases.setting(index, grouped.varied)) if grouped else []
     return [*lines, *(_fit_remark(cases) if lines else [])]
 
 

@@ -1,4 +1,4 @@
-"""Designs of a grid: cases that differ only in their operating conditions, judged by their smallest margin."""
+"""Designs of a grid: cases that differ only in their operating conditions, compared by their smallest margin."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple

@@ -270,7 +270,10 @@ def say(sentence: str) -> None:
 
 
 class Written:
-    """Keeps the progress of the open phases where another process reads it; a phase within SETTLED s leaves nothing."""
+    """Keeps the progress of the open phases where another process reads it.
+
+    A phase that ends within SETTLED s leaves nothing, unless later runs do not repeat its work.
+    """
 
     def __init__(self, put: Callable[[bytes | None], None]):
         """Prepare to replace the stored content by `put`; put(None) removes it."""
@@ -280,7 +283,8 @@ class Written:
     def changed(self) -> None:
         """Write the progress if it is due."""
         work, now = outermost(self.first), time.monotonic()
-        if work is None or now - work.begin < SETTLED:
+        is_early = work is not None and now - work.begin < SETTLED and not innermost_once()
+        if work is None or is_early:  # the compiler reports only its begin and its end
             self.discard()
         elif (now >= self.due or innermost_once() != self.once) and (latest := progress(self.first)):
             self.due, self.there, self.once = now + SETTLED, True, latest.once

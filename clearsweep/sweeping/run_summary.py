@@ -149,14 +149,14 @@ def run_text(facts: dict[str, Any]) -> str:
 def _answer_lines(facts: dict[str, Any]) -> list[str]:
     """Return the lines on the questions of the grid, those on the leading one last, where a reader looks first."""
     lives = life_lines(facts["life"], lambda point: setting_text(point, facts))
-    found = [f"  {sentence}" for sentence in facts["answer"]]
+    sentences = [f"  {sentence}" for sentence in facts["answer"]]
     if facts["probability"]:
-        found.insert(0, f"  {probability.sentence(facts['probability'])}")
+        sentences.insert(0, f"  {probability.sentence(facts['probability'])}")
     if facts["question"] == "life":
-        return [*_limit_lines(facts), *seek_lines(facts), *lives, *found]
+        return [*_limit_lines(facts), *seek_lines(facts), *lives, *sentences]
     lines = [*lives, *_limit_lines(facts)]
     lines += ["", facts["no_limits"]] if facts["no_limits"] and facts["ok"] else []
-    lines += ["", "Answer", *found] if found else []
+    lines += ["", "Answer", *sentences] if sentences else []
     return [*lines, *seek_lines(facts), *optimise_lines(facts), *identified.identify_lines(facts)]
 
 

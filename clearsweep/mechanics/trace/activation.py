@@ -73,26 +73,35 @@ class Activation:
 
 
 @functools.cache
-def _trees(file: str, leading: int, count: int) -> dict[int, Any]:
-    text = "".join(linecache.getlines(file))
+def _statements(file: str, leading: int, count: int) -> list[ast.stmt]:
+    return ast.parse("".join(linecache.getlines(file))).body
+
+
+@functools.cache
+def _trees(statement: ast.stmt) -> dict[int, Any]:
     trees: dict[int, Any] = {}
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(statement):
         if isinstance(node, ast.FunctionDef):
-            begin = min([node.lineno, *(item.lineno for item in node.decorator_list)])
-            trees[begin] = node
+            trees[_first_line(node)] = node
         elif isinstance(node, ast.Lambda):
             trees.setdefault(node.lineno, node)
     return trees
+
+
+def _first_line(node: Any) -> int:
+    """Return the first line of a statement, including decorators."""
+    return min([node.lineno, *(item.lineno for item in getattr(node, "decorator_list", ()))])
 
 
 @functools.cache
 def tree_of(code: types.CodeType) -> Any:
     """Return the syntax tree of a function."""
     lines = linecache.getlines(code.co_filename)
-    trees = _trees(code.co_filename, hash("".join(lines)), len(lines))
-    if code.co_firstlineno not in trees:
-        raise NotTraceableError(f"is a function whose source is not at hand: {code.co_name}")
-    return trees[code.co_firstlineno]
+    for statement in _statements(code.co_filename, hash("".join(lines)), len(lines)):
+        is_inside = _first_line(statement) <= code.co_firstlineno <= (statement.end_lineno or 0)
+        if is_inside and (tree := _trees(statement).get(code.co_firstlineno)):
+            return tree
+    raise NotTraceableError(f"is a function whose source is not at hand: {code.co_name}")
 
 
 @functools.cache

@@ -15,6 +15,7 @@ from ..window import Window
 from . import film, life, wear
 from .peaks import PEAKS, RETURNS, ideal_peak
 from .spatial import SPATIAL
+from .start_up import START_UP_TIME
 
 
 def largest(name: str, of: str = "joint") -> Callable[[Window, int], float]:
@@ -248,15 +249,7 @@ MECHANISM = (
     ),
     crank_speed("min", "least speed"),
     crank_speed("max", "largest speed"),
-    Figure(
-        "start_up_time",
-        "s",
-        "time until a free crank first reaches 95 % of its motor's no-load speed; null: not reached, or no such speed",
-        needs=("free",),
-        value=lambda window, _: window.totals.whole.speed_reached or None,
-        differs=False,
-        shown=(Shown("output", "start-up time", 6),),
-    ),
+    START_UP_TIME,
     Figure(
         "crank_torque_peak",
         "N*m",
