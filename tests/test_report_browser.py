@@ -434,7 +434,7 @@ def test_the_wear_of_a_case_that_is_chosen_is_drawn(monkeypatch, tmp_path, brows
     monkeypatch.setattr(run, "wear", lambda case_id: ends.get(case_id, ends[order[0]]))
     result = browse(report.write(run, tmp_path / "page.html").read_text(encoding="utf-8"), CHOSEN)
     assert result["errors"] == []
-    assert result["cases"] == len(order) - 1  # the first is drawn beside them
+    assert result["cases"] == len(order) - 1  # the first has pictures of its own
     assert [text.replace("\u00a0", " ").split(" at ")[0] for text in result["last"]["said"]] == [
         "deepest 91.0 nm",
         "deepest 45.5 nm",
