@@ -256,7 +256,7 @@ def test_the_report_has_the_best_cases(tmp_path):
     assert [section.key for section in made] == ["optimise"]
     assert made[0].pictures == []
     titles = [picture.title for _, picture in more(study.prepare(clearsweep.open(out)))[0].pictures]
-    assert titles == ["The front of both objectives", "All cases as lines over what varies and what is judged"]
+    assert titles == ["The front of both objectives", "All cases as lines across the axes of variables and objectives"]
 
 
 def test_the_report_has_the_best_case_next_to_the_one_that_is_written(tmp_path):

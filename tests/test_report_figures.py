@@ -586,7 +586,7 @@ def test_restitution_requested_is_listed_next_to_what_each_law_gives_back(tmp_pa
     assert rows["lankarani-nikravesh", 0.5] == pytest.approx(0.7252, abs=5e-5)
     assert rows["lankarani-nikravesh", 0.9] == pytest.approx(0.9132, abs=5e-5)
     assert rows["exact", 0.5] == pytest.approx(0.5, abs=1e-9)
-    assert "Asked for a restitution of 0.5, a free impact gives back 0.500 (exact) to 0.725 (lankarani-" in text(
+    assert "With a specified restitution of 0.5, a free impact gives back 0.500 (exact) to 0.725 (lankarani-" in text(
         run, tmp_path
     )
 
@@ -752,8 +752,8 @@ def test_every_law_that_is_drawn_is_named():
     ("limit", "message"),
     [
         (70000.0, "decides whether the limits are kept in 1 of 3 designs, such as at crank speed 3000 rpm: kept with "),
-        (1e9, "does not move the verdict on 3 designs: each keeps to the limits with every one"),
-        (1.0, "does not move the verdict on 3 designs: each exceeds a limit with every one"),
+        (1e9, "does not change the verdict on 3 designs: each meets the limits with every law"),
+        (1.0, "does not change the verdict on 3 designs: each exceeds a limit with every law"),
         (20000.0, "lankarani-nikravesh, exceeded with exact"),
     ],
 )

@@ -23,8 +23,8 @@ from ..joint.contract import (
     JointState,
     extra_channels,
     extra_observables,
-    force_needed,
     gap_histories,
+    guarded,
     load_histories,
     power_lost,
     power_stored,
@@ -168,7 +168,7 @@ def _put_contacts(joint, load, place, rows):
             raw=contact.raw,
             depth=contact.depth,
             rate=contact.rate,
-            needed=force_needed(contact),
+            guarded=guarded(contact),
         )
         observe(o, row, c, observed_contact)
         extra = extra_observables(contact, rows.accurate)

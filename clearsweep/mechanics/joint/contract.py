@@ -177,17 +177,21 @@ def _default_power_stored(contact):
 
 
 @family
-def force_needed(contact):
-    """Return the tangential force (N) that would stop the sliding of surfaces that stick, 0 if they do not stick."""
+def guarded(contact):
+    """Return a further quantity of a contact, which only guards use, 0 if they use none.
+
+    Of a dry contact the tangential force (N) that would stop the sliding of surfaces that stick; of a film its spin
+    (rad/s).
+    """
 
 
-@force_needed.member(None)
-def _no_force_needed(contact):
+@guarded.member(None)
+def _default_guarded(contact):
     return 0.0
 
 
-@force_needed.member(Contact)
-def _force_needed_contact(contact):
+@guarded.member(Contact)
+def _guarded_contact(contact):
     return contact.needed
 
 

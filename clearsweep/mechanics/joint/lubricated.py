@@ -21,6 +21,7 @@ from .contract import (
     extra_channels,
     extra_columns,
     extra_observables,
+    guarded,
     load,
     parts,
     power_lost,
@@ -343,6 +344,12 @@ def _extra_columns_film_or_lubricated(joint):
 @power_lost.member(FilmContact)
 def _power_lost_film_contact(contact):
     return contact.lost + contact.rubbed + contact.tangential * contact.slip
+
+
+@guarded.member(FilmContact)
+def _guarded_film_contact(contact):
+    _, motion = contact.highest
+    return motion.spin
 
 
 @extra_observables.member(FilmContact)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from ..compiled.family import inlined
 
 KAPPA, DRIVE, GRAVITY, ACCELERATION, TORQUE, KINETIC, ERROR, ERROR_RATE, CONTACTS = range(9)
-NORMAL, STORED, LOST, TANGENTIAL, SLIP, RAW, DEPTH, RATE, NEEDED, LOAD, RUBBED, CONTACT_WIDTH = range(12)
+NORMAL, STORED, LOST, TANGENTIAL, SLIP, RAW, DEPTH, RATE, GUARDED, LOAD, RUBBED, CONTACT_WIDTH = range(12)
 DRY, DRAINED, DRY_RUBBED, PRESSURE, SPEED, PUMPED, FILM_WIDTH = range(7)
 
 
@@ -28,7 +28,7 @@ class Observed(NamedTuple):
     raw: float  # N, normal force before clipping, minus the least force of its law
     depth: float  # m, eccentricity minus clearance
     rate: float  # m/s, of the eccentricity
-    needed: float  # N, tangential force that would stop the sliding of surfaces that stick
+    guarded: float  # a further quantity that only guards use, see `joint.contract.guarded`
 
 
 @inlined
@@ -39,7 +39,7 @@ def columns(contacts):
 
 @inlined
 def column_of(contact, quantity):
-    """Return the column of an observable of a contact: NORMAL to NEEDED."""
+    """Return the column of an observable of a contact: NORMAL to GUARDED."""
     return CONTACTS + CONTACT_WIDTH * contact + quantity
 
 
@@ -62,7 +62,7 @@ def observed_in(o, row, contact):
         raw=o[block + RAW, row],
         depth=o[block + DEPTH, row],
         rate=o[block + RATE, row],
-        needed=o[block + NEEDED, row],
+        guarded=o[block + GUARDED, row],
     )
 
 
@@ -84,7 +84,7 @@ def observe(o, row, contact, seen):
     o[block + RAW, row] = seen.raw
     o[block + DEPTH, row] = seen.depth
     o[block + RATE, row] = seen.rate
-    o[block + NEEDED, row] = seen.needed
+    o[block + GUARDED, row] = seen.guarded
 
 
 @inlined

@@ -14,6 +14,7 @@ Counts of evaluations decide, never a clock, and only evaluations of the motion 
 
 from ..compiled.family import kernel
 from ..observe.stages import STAGES
+from . import radau
 from .integration import AUTO, EXPLICIT, IMPLICIT
 from .radau import ERROR, ORDER
 
@@ -28,6 +29,7 @@ GAINED = 0.1  # plus this share of its earlier savings
 BACK = 0.1  # of explicit evaluations: number that must offset the loss before the bend is measured again
 STEADY = 1.2  # growth of the step that is forgone because the factors of the matrices can be reused
 STEP_COST = SWEEPS * STAGES
+OBSERVED = radau.STAGES - 1  # evaluations of an implicit step for its observables, which need no matrices
 
 
 @kernel
@@ -53,7 +55,7 @@ def choose_method(at, h, pattern):
     cost, implicit = work.counts.evaluations - work.stepper.evaluations, 1 << work.mode.size
     if work.method.current == IMPLICIT:
         explicit = max(work.proposals[pattern & ~implicit], choice.limit)  # the last one with the same contacts
-        if loses(at, PER_STEP * h / explicit, cost):
+        if loses(at, PER_STEP * h / explicit, cost - OBSERVED):
             work.method.next = EXPLICIT
     elif choice.left <= 0.0 and is_stiff(at, h, cost):
         work.method.next = IMPLICIT

@@ -253,7 +253,7 @@ def cut_at_event(at, h, event):
     if repeat_up_to(at, h, share):
         return reject(at)
     evaluations_before = work.counts.evaluations
-    step_to_event(at, share, (kind, contact, work.stepper.next_stop), work.step.length)
+    step_to_event(at, (kind, contact, work.stepper.next_stop))
     work.counts.locating += work.counts.evaluations - evaluations_before
     choose_method(at, work.step.length, proposal_of(at))
     accept(at)

@@ -325,21 +325,35 @@ def implicit_step(at, h):
             work.z[i] = work.y[i] + work.implicit.offset[i]
         evaluate(at, work.z, SCRATCH)
         error = filtered_error(at, h, SCRATCH)
-    look_along(at, 1.0)
+    interpolate_nodes(at, 1.0)
     return error ** (8.0 / ORDER)
 
 
 @kernel
-def look_along(at, share):
-    """Interpolate states and observables from the implicit stages to the stages of the explicit method.
-
-    share : of the interpolant's step that this step covers.
-    """
+def interpolate_nodes(at, share):
+    """Write the states at the stages of the explicit method, from the interpolant over a share of its step."""
     work = at[0]
     for i in range(work.y.size):
         for stage in range(SHARES.size - 1):
             work.nodes[i, stage] = dense_component(share * SHARES[1 + stage], i, work.y, work.f)
+
+
+@kernel
+def observe_stages(at):
+    """Write the observables of the stages, and interpolate them to the stages of the explicit method.
+
+    Those of the last iteration are of stages before its correction: forces of stiff contacts and films follow a change
+    of the stages many times as large, over the allowed error.
+    """
+    work = at[0]
+    n, stages = work.y.size, work.implicit.stages
+    for s in range(STAGES - 1):
+        for i in range(n):
+            work.z[i] = work.y[i] + stages[s * n + i]
+        evaluate(at, work.z, ROWS[s])
+    evaluate(at, work.end, END)
     for column in range(work.o.shape[0]):
+        work.o[column, ROWS[STAGES - 1]] = work.o[column, END]
         for row in range(END):
             total = LOOK[row, 0] * work.o[column, START]
             for s in range(STAGES):
@@ -351,8 +365,9 @@ def look_along(at, share):
 def fall_back(at, share):
     """Shorten a step to a share of its length; take its end and stages from the longer interpolant."""
     work = at[0]
-    for s in range(STAGES):
-        dense_state(share * C[s], work.y, work.f, work.z)
-        evaluate(at, work.z, ROWS[s])
+    n, stages = work.y.size, work.implicit.stages
+    for i in range(n):
+        for s in range(STAGES):
+            stages[s * n + i] = dense_component(share * C[s], i, work.y, work.f) - work.y[i]
     dense_state(share, work.y, work.f, work.end)
-    look_along(at, share)
+    interpolate_nodes(at, share)

@@ -12,11 +12,16 @@ from .collocation import WEIGHTS, begin_stages, continue_stages, dense_state, er
 from .event_search import ELSEWHERE, evaluate_guards, first_event, looked_at, take_guard
 from .integration import GUARD, IMPLICIT, LIMIT, ONSET, SEPARATION, STOP, evaluate, trial_of
 from .radau import FAILED, STAGE_WEIGHTS, fall_back, implicit_step
+from .radau import observe_stages as observe_implicit_stages
 
 MOST_SWEEPS = 16
 CLOSE = 0.1  # of the allowed error: expected distance at which the iteration ends
 #: Least contraction assumed of further sweeps; the first sweeps reduce large distances and say little about the rest.
 SLOWEST = 0.05
+#: Of a step that ends at an event: distances between which it is repeated with another length, and up to which its end
+#: is corrected.
+CLOSE_TO_EVENT, FAR_FROM_EVENT, NEXT_TO_EVENT = 1e-6, 0.1, 1e-3
+MOST_REPEATS = 3
 HOPELESS = 0.8  # contraction at which the iteration is abandoned
 
 
@@ -131,7 +136,7 @@ def collocate(at, h):
 def finish(at):
     """Compute the sums, profiles and maxima of the current step, which is accurate or ends at an event."""
     if at[0].method.current == IMPLICIT:
-        evaluate(at, at[0].end, END)
+        observe_implicit_stages(at)
         sum_up(trial_of(at), STAGE_WEIGHTS)
     else:
         observe_stages(at)
@@ -167,18 +172,13 @@ def shorten(at, share):
 
 
 @kernel
-def step_to_event(at, share, event, h):
-    """Finish a step of length `h` that was repeated with a `share` of its length to end at an event.
+def distance_beyond(at, event):
+    """Return how far along tau the end of the latest step is beyond an event, 0 where its function has no slope.
 
-    event : (kind, contact, place of a STOP along the run).  The end is corrected to the exact event, as between stages
-    the interpolant is less accurate than the end of a step.
+    event : as in `step_to_event`.
     """
     work = at[0]
     kind, contact, stop = event
-    if work.step.error == FAILED:  # keep the interpolant of the longer step
-        shorten(at, share)
-    if not work.step.error < 1.0:
-        finish(at)
     miss, slope = 0.0, 0.0
     if kind == ONSET:
         seen = observed(at, END, contact)
@@ -190,16 +190,54 @@ def step_to_event(at, share, event, h):
         miss, slope = work.end[root] - math.sqrt(work.limit_depth[contact]), work.k[root, END]
     elif kind == STOP:
         miss, slope = work.end[work.independent] - stop, work.k[work.independent, END]
-    elif kind >= GUARD and h > 0.0:
+    elif kind >= GUARD and work.step.length > 0.0:
         evaluate_guards(at, work.y, END)
         if take_guard(at, kind - GUARD):
             miss, change = value_and_slope(work.polynomials, WHOLE, 1.0)
-            slope = change / h
-    if slope != 0.0 and abs(miss) <= 1e-3 * h * abs(slope):  # one Newton step, unless the event is nearly tangential
+            slope = change / work.step.length
+    return miss / slope if slope != 0.0 else 0.0
+
+
+@kernel
+def close_in(at, event):
+    """Repeat a step that ends at an event while it ends too far from it; return how far along tau it is beyond it.
+
+    The interpolant of a longer step over a kink of the right-hand side locates the kink only roughly.
+    """
+    work = at[0]
+    beyond = distance_beyond(at, event)
+    for _ in range(MOST_REPEATS):
+        h = work.step.length
+        if not (work.step.error < 1.0 and CLOSE_TO_EVENT * h < abs(beyond) < FAR_FROM_EVENT * h):
+            break
+        work.step.length = h - beyond
+        take_step(at)
+        if not work.step.error < 1.0:  # as before
+            work.step.length = h
+            take_step(at)
+            break
+        beyond = distance_beyond(at, event)
+    return beyond
+
+
+@kernel
+def step_to_event(at, event):
+    """Finish a step that was repeated with a shorter length to end at an event.
+
+    event : (kind, contact, place of a STOP along the run).  The end is corrected to the exact event, as between stages
+    the interpolant is less accurate than the end of a step.
+    """
+    work = at[0]
+    if work.step.error == FAILED:  # keep the interpolant of the longer step
+        shorten(at, work.step.length / work.implicit.past.length)
+    if not work.step.error < 1.0:
+        finish(at)
+    beyond = close_in(at, event)
+    if abs(beyond) <= NEXT_TO_EVENT * work.step.length:  # one Newton step, unless the event is nearly tangential
         for i in range(work.end.size):
-            work.end[i] -= work.k[i, END] * miss / slope
-    if kind == STOP:
-        work.end[work.independent] = stop
+            work.end[i] -= work.k[i, END] * beyond
+    if event[0] == STOP:
+        work.end[work.independent] = event[2]
 
 
 @kernel

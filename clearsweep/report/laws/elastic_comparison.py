@@ -16,7 +16,7 @@ from ..data.leading import PEAK
 from ..data.study import Joint, Study, joint_of, resolved
 from ..draw import comparison
 
-UNKNOWN = "This version does not know every law of this run, so their forces are not compared."
+UNKNOWN = "This version does not know every law of this run, so it does not compare their forces."
 DEPTHS = (0.1e-6, 1e-6, 5e-6, 10e-6, 20e-6)  # m, at which forces are tabulated
 FIRST = 1  # index in DEPTHS of the depth by which laws are ordered
 HOLDING = (simulation.HOLDS, "")  # verdict on a law without objection
@@ -143,7 +143,7 @@ def _table(
         Column("in this joint"),
     )
     note = f"{_joint_text(sections[ordered[0]])}. Holds up to {wording.DASH}: any penetration."
-    title = f"Elastic force over penetration, joint {joint.title}"
+    title = f"Elastic force against penetration, joint {joint.title}"
     return Table(f"elastic_force_{joint.name}", title, note, columns, rows)
 
 

@@ -94,7 +94,7 @@ def _table(study: Study, axis: Axis, joint: Joint, rows: list[Returned]) -> Tabl
         "or mass and speed decide what it gives back (kelvin-voigt and others)."
     )
     key = f"{axis_key(axis)}_restitution"
-    return Table(key, "Restitution asked for and given back", note, tuple(columns), cells)
+    return Table(key, "Specified and computed restitution", note, tuple(columns), cells)
 
 
 def _sentences(rows: list[Returned]) -> list[str]:
@@ -109,9 +109,9 @@ def _sentences(rows: list[Returned]) -> list[str]:
         return []
     widest, least, most = max(spans, key=lambda span: (span[0], span[1].wanted))
     if widest < ALIKE:
-        return ["In a free impact each of these laws gives back the restitution that it is asked for, or all the same."]
+        return ["In a free impact all these laws give the same restitution, or the specified one."]
     return [
-        f"Asked for a restitution of {wording.short(least.wanted, 3)}, a free impact gives back "
+        f"With a specified restitution of {wording.short(least.wanted, 3)}, a free impact gives back "
         f"{wording.plain(least.given)} ({least.law}) to {wording.plain(most.given)} ({most.law})."
     ]
 
@@ -121,7 +121,7 @@ def _picture(axis: Axis, rows: list[Returned]) -> Picture:
     alt = "; ".join(f"{law}, asked for {wanted:.3g}: {given:.3g}" for law, wanted, given in points)
     return Picture(
         "Restitution given back",
-        "Of a free impact, compared with what was asked for.",
+        "Computed for a free impact, and compared with the specified restitution.",
         f"Restitution by {axis.name}. {alt}",
         lambda ax: comparison.returned(ax, points),
         size=(4.2, 1.15 + 0.22 * len({row.law for row in rows})),

@@ -51,7 +51,7 @@ def pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[P
         if depth.any()
     ]
     if pictures:
-        text = "Wear depth over the angle on the body, of bearing and journal."
+        text = "Wear depth of bearing and journal against the angle on the body."
         painted = partial(wear.along_length, depths=depths, scale=scale)
         pictures.append(Picture("Depth along the surface", "", text, painted, FLAT))
     return pictures

@@ -20,10 +20,10 @@ from ..statistics.sensitivity import Setting
 HISTOGRAMS = 12  # drawn at most
 SCATTERED = 3  # figures, and variables of each, that are drawn
 SCATTER_NOTE = (
-    "The figures over the variables that go with them most; in brackets the 95 % interval; dashed: the limit, where "
-    "one is set."
+    "Each figure against the variables with the highest correlation. In brackets: 95 % interval; dashed: the limit, "
+    "if one is set."
 )
-NOTE = "Share of the cases; dotted: 5 %, 50 % and 95 % quantiles; red: the limit, where one is set."
+NOTE = "Share of the cases. Dotted: 5 %, 50 % and 95 % quantiles; red: the limit, if one is set."
 
 
 def sections(study: Study) -> list[Section]:

@@ -30,7 +30,7 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
     said = (f"{failed} failed" if failed else "none failed") + (f", {missing} not run yet" if missing else "")
     cards = [("Cases finished", f"{finished} of {finished + failed + missing}", said)]
     if study.run.marks():
-        shown = "rows at random, and those with the smallest and the largest value of each figure of all cases"
+        shown = "random rows, and the rows with the smallest and the largest value of each figure among all cases"
         cards.append(("Shown on this page", f"{len(study.cases) + len(study.failed)} cases", shown))
     if study.cases.empty:
         return cards

@@ -91,12 +91,12 @@ def _motion(study: Study, joint: Joint, case_id: str, usual: list[str]) -> str:
     """Return the occurrence of a case's largest peak: every revolution, every period, or a single one, with `usual`."""
     period = study.cases.at[case_id, "period"] if "period" in study.cases else np.nan
     if period == 1.0:
-        return "its motion repeats itself every revolution, and so does this peak"
+        return "its motion is periodic, so this peak recurs every revolution"
     if period > 1.0:
         return f"its motion repeats itself every {period:.0f} revolutions, and so does this peak"
     if not usual or wording.missing(study.cases.at[case_id, joint.column("force_peak_median")]):
-        return "its motion was not seen to repeat itself"
-    return f"its motion was not seen to repeat itself: half of its revolutions have a force peak of {usual[0]} or more"
+        return "no period was found in its motion"
+    return f"no period was found; half of its revolutions have a force peak of {usual[0]} or more"
 
 
 def _kept(study: Study) -> list[str]:
@@ -108,7 +108,7 @@ def _kept(study: Study) -> list[str]:
     first = f"{beyond} of {cases} exceed at least one limit" if beyond else f"All of {cases} keep to the limits"
     first += f": {wording.sentence_list(_each(study))}."
     if "refine" in study.run.grid:
-        first += " Cases that refine put at the limits' border are among them, so that this is no share of designs."
+        first += " They include cases that refine placed near the boundary, so this count is not a share of designs."
     sentences = [first, *_chance(study), *_not_judged(study)]
     if study.has(verdict.MARGIN):
         margins = study.cases[verdict.MARGIN]
@@ -223,7 +223,7 @@ def _map(study: Study, across: Axis, up: Axis) -> Picture:
     caption = f"{NOTE} Worst over {wording.sentence_list(others)}." if others else f"{NOTE} One case per cell."
     if len(between.x):
         dots = wording.count(len(between.x), "dot")
-        caption += f" {capital(dots)}: cases between, put there by refine; crosses exceed a limit."
+        caption += f" {capital(dots)}: cases that refine placed between; crosses exceed a limit."
     return Picture(
         f"Within the limits: {across.name} {wording.TIMES} {up.name}",
         caption,

@@ -282,5 +282,5 @@ def _complete(setting: Setting, figure: str) -> np.ndarray:
         )
     values = setting.figures[figure]
     if not np.isfinite(values).all():
-        raise InputError(f"{figure}: is not known in every case of the design; choose another figure")
+        raise InputError(f"{figure}: is null in some cases of the design; choose another figure")
     return values

@@ -62,13 +62,14 @@ class Reversals(NamedTuple):
 
 @guards.member(Reversals)
 def _guards_reversals(reversals):
-    rate_guards, spin_guards = (ACTS, AFLOAT, *TOUCHING), (ACTS, AFLOAT)
-    return Guard(rate_guards), Guard(rate_guards), Guard(spin_guards), Guard(spin_guards)
+    modes = (ACTS, AFLOAT, *TOUCHING)
+    return Guard(modes), Guard(modes), Guard(modes), Guard(modes)
 
 
 @guard_values.member(Reversals)
 def _guard_values_reversals(reversals, start, contact, root):
     opens, closes = from_next_kinks((0.0,), start.rate, contact.rate)
-    turns, turns_back = from_next_kinks((0.0,), start.tangential, contact.tangential)  # it has the sign of the spin
-    some_film = start.depth < reversals.end
-    return opens if some_film else NEVER, closes if some_film else NEVER, turns, turns_back
+    turns, turns_back = from_next_kinks((0.0,), start.guarded, contact.guarded)
+    if start.depth < reversals.end:
+        return opens, closes, turns, turns_back
+    return NEVER, NEVER, NEVER, NEVER

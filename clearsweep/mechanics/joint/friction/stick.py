@@ -64,10 +64,10 @@ def _guard_values_karnopp(friction, start, contact, root):
         abs(contact.slip) - LOOSE * friction.band,
         abs(side) - abs(friction.piece),
         -side * contact.slip,
-        contact.needed - limit,
-        -contact.needed - limit,
-        limit - contact.needed,
-        limit + contact.needed,
+        contact.guarded - limit,
+        -contact.guarded - limit,
+        limit - contact.guarded,
+        limit + contact.guarded,
     )
 
 
