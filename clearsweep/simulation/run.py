@@ -28,6 +28,7 @@ from ..mechanics.observe.histogram import MOMENTS
 from ..mechanics.solver import integration, loop, radau
 from ..mechanics.solver.accumulate import totals as total_columns
 from ..mechanics.solver.accumulate.within_step import Record, RevolutionMarks
+from .crank_clock import start_up_speed
 from .lyapunov import Branches, Perturbed
 from .observed_run import Observer, run_observed
 from .progress import Revolutions
@@ -145,6 +146,7 @@ class Run:
         arrays["bins"][:] = 0
         arrays["mode"][:], arrays["rubs"][:] = work.pressed if scene.in_contact else work.apart, start.rubs
         put_numbers(value, start.first[: self.parameters.size], self.parameters)
+        self.totals.whole.speed_awaited = start_up_speed(scene.machine)
         if start.slid:
             self.totals.account[:, SLID] = start.slid
         self.kept.put(reference_rate=value.reference_rate, sigma=value.sigma, longest=start.longest)

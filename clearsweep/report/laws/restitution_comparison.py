@@ -95,8 +95,8 @@ def _table(study: Study, axis: Axis, joint: Joint, rows: list[EffectiveRestituti
         columns.append(Column("measured here"))
         cells = [(*cell, row.measured) for cell, row in zip(cells, rows, strict=True)]
     note = (
-        f"Of a free impact, in closed form, whatever the elastic law. {wording.DASH}: the law takes none, "
-        "or mass and speed decide what it gives back (kelvin-voigt and others)."
+        f"Computed for a free impact in closed form; the elastic law has no influence. {wording.DASH}: the law has no "
+        "restitution, or mass and speed determine the result (kelvin-voigt and others)."
     )
     key = f"{axis_key(axis)}_restitution"
     return Table(key, "Specified and computed restitution", note, tuple(columns), cells)
@@ -116,16 +116,16 @@ def _sentences(rows: list[EffectiveRestitution]) -> list[str]:
     if widest < EQUAL_WITHIN:
         return ["In a free impact all these laws give the same restitution, or the specified one."]
     return [
-        f"With a specified restitution of {wording.short(least.specified, 3)}, a free impact gives back "
+        f"With a specified restitution of {wording.short(least.specified, 3)}, a free impact has a restitution of "
         f"{wording.plain(least.effective)} ({least.law}) to {wording.plain(most.effective)} ({most.law})."
     ]
 
 
 def _picture(axis: Axis, rows: list[EffectiveRestitution]) -> Picture:
     points = [(row.law, row.specified, row.effective) for row in rows]
-    alt = "; ".join(f"{law}, asked for {specified:.3g}: {given:.3g}" for law, specified, given in points)
+    alt = "; ".join(f"{law}, specified {specified:.3g}: {given:.3g}" for law, specified, given in points)
     return Picture(
-        "Restitution given back",
+        "Restitution of a free impact",
         "Computed for a free impact, and compared with the specified restitution.",
         f"Restitution by {axis.name}. {alt}",
         lambda ax: comparison.returned(ax, points),
