@@ -532,7 +532,8 @@ def test_the_verdict_counts_cases_and_names_the_worst(limited_run):
     sentence_of = " ".join(verdict_section.sections(prepared)[0].blocks[0].texts).replace("\u00a0", " ")
     assert 0 < beyond < len(cases)
     assert f"{beyond} of {len(cases)} cases exceed at least one limit: force peak at most 6 times" in sentence_of
-    assert f"Smallest margin: {1.0 - cases[verdict.MARGIN].min():.1f} times the limit" in sentence_of
+    assert f"Smallest margin: \u2212{-100.0 * cases[verdict.MARGIN].min():.0f} % (" in sentence_of
+    assert f"({1.0 - cases[verdict.MARGIN].min():.1f} times the limit)" in sentence_of
 
 
 def test_the_table_of_limits_is_that_of_the_summary(limited_run):
@@ -568,7 +569,7 @@ def test_only_motions_that_are_found_to_be_chaotic_are_named_chaotic(limited_run
 
     finished = limited_run.summary["status"] == "ok"
     repeating = int(limited_run.summary["period"][finished].notna().sum())
-    assert f"{repeating} of {int(finished.sum())} motions are periodic" in sentence_of(limited_run)
+    assert f"{repeating} of {int(finished.sum())} motions repeat themselves: " in sentence_of(limited_run)
     assert "chaotic" not in sentence_of(limited_run)
     limited_run.summary["lyapunov_exponent"] = 3.0
     assert f"{int(finished.sum()) - repeating} of {int(finished.sum())} motions are chaotic" in sentence_of(limited_run)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...judging.probability import Estimate
 from ...judging.verdict import Limit
 from ...language import wording
 from ..blocks.case_table import axis_columns
@@ -13,7 +14,7 @@ from ..data.axis import Axis
 from ..data.shown import shown
 from ..data.study import Study
 from ..statistics import sensitivity
-from ..statistics.sensitivity import Chance, Effect, Estimate, Setting
+from ..statistics.sensitivity import Chance, Effect, Setting
 
 
 class Judged(NamedTuple):

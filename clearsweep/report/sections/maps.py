@@ -83,7 +83,7 @@ def _maps(study: Study, joint: Joint) -> list[Map]:
     pairs = [_in_order(study, pair) for pair in itertools.combinations(ranked, 2)][:PAIRS]
     if not pairs:
         return []
-    more = [(joint.column("force_peak"), "force peak"), (joint.column("force_peak_ratio"), "peak / ideal peak")]
+    more = [(joint.column("force_peak"), "force peak"), (joint.column("force_peak_ratio"), "load over ideal peak")]
     more += [(joint.column(RATIO), "p99 / ideal peak")] if ideal_varies(study, joint) else []
     more.append((joint.column("impacts_per_rev"), study.onsets))
     more += [(joint.column(figure), name) for figure, name in FIGURES]
@@ -145,6 +145,7 @@ def _picture(study: Study, shown: Map, span: tuple[float, float]) -> Picture:
         caption,
         f"Heat map of {shown.name} over {across.name} and {up.name}, from {lowest} to {highest}. {caption}",
         lambda ax: heat_map.heat_map(ax, table, shown.pair, scale, shown.name, span),
+        heat_map.SIZE,
         spots=_spots(study, shown, scale),
     )
 

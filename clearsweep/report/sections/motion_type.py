@@ -25,7 +25,7 @@ SMALL = (3.5, 2.9)  # inches
 def sections(study: Study) -> list[Section]:
     """Return the section, or [] if no drive turns the mechanism or no case finished."""
     joint = study.hardest_joint()
-    if study.cases.empty or not study.driven or not study.has(joint.column("contact_fraction")):
+    if study.cases.empty or study.transient or not study.driven or not study.has(joint.column("contact_fraction")):
         return []
     note = "Period: revolutions after which the force repeats itself; irregular: no period was found."
     if not _oiled(study, joint):

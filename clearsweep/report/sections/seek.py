@@ -49,8 +49,8 @@ def sections(study: Study) -> list[Section]:
         return []
     words = f"The {'largest' if answers.largest else 'smallest'} {answers.axis.name} within the limits"
     lines = [
-        "Safe up to the first value of the border; every value tried from its second value on fails; in between, "
-        "results are mixed.",
+        "All values tried up to the first end of the border keep to the limits; between its ends results are mixed. "
+        "From its second end at least two tried values in a row fail; values further away may differ.",
         "Chaotic motion near the border makes it wider than `within`.",
     ]
     if answers.axis.labels:  # all fits are tried, and some beyond the border may be safe, too

@@ -43,7 +43,7 @@ def sections(study: Study) -> list[Section]:
         Facts("Derived from these", "Derived values", _derived(study)),
     ]
     origin: list[Block] = [Facts("Provenance", "Provenance", _provenance(study)), Note(RESIDUAL)]
-    return [Section("setup", "Setup", [Columns((filled(values), origin))])]
+    return [Section("setup", "Values and origin", [Columns((filled(values), origin))])]
 
 
 def _listed(axis: Axis) -> str:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...judging.probability import Estimate
 from ...language import wording
 from ..blocks.picture import capital
 from ..blocks.section import Points, Section
@@ -14,7 +15,7 @@ from ..data.study import PER_STROKES, Joint, Study
 from ..one_case import worn
 from ..statistics.matching import matched
 from ..statistics.paired import power
-from ..statistics.sensitivity import Estimate, quantile
+from ..statistics.sensitivity import quantile
 
 UNEVEN = 1.5  # deepest over mean depth around a body above which its wear is called uneven
 LOOKED_AT = 200  # cases whose depths round the circle are read; ids are hashes, so the first ones are random

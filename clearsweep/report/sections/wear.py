@@ -82,13 +82,13 @@ def _table(study: Study, joint: Joint) -> Table:
 
 def _deepest(study: Study, joint: Joint) -> list[Block]:
     """Return the most worn case, and a selector of other cases."""
-    column = joint.column("wear_depth_max")
+    column = worn.ranked_by(study, joint)
     if not study.has(column):
         return []
     case_id = study.cases[column].idxmax()
     figures = [(name, joint.column(figure)) for figure, name in GLANCE if study.has(joint.column(figure))]
     deepest = Detail(
-        f"Deepest wear, joint {joint.title}",
+        f"Fastest wear, joint {joint.title}",
         case_id,
         study.setting(case_id),
         [(name, study.text(case_id, figure)) for name, figure in figures],
