@@ -264,7 +264,7 @@ def test_the_report_has_the_best_case_next_to_the_one_that_is_written(tmp_path):
     quiet(asked(minimise="rod_slider_force_peak"), out)
     (section,) = sections(study.prepare(clearsweep.open(out)))
     text = " ".join(section.blocks[0].texts)
-    assert "Beside the case that the grid has written: rod_slider_force_peak" in text
+    assert "Compared with the case of the grid: rod_slider_force_peak" in text
     (table,) = [block for block in section.blocks if hasattr(block, "rows")]
     assert [row[-1] for row in table.rows] == ["as written", "best"]
 

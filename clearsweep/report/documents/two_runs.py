@@ -99,8 +99,10 @@ def _told(pairs: Pairs) -> list[str]:
     if finite.size and same < len(ratio):
         low, middle, high = np.quantile(finite, [0.05, 0.5, 0.95])
         low, middle, high = (wording.plain(float(part)) for part in (low, middle, high))
-        spread = f"{low} to {high} times in nine of ten"
-        blocks.append(f"B has {middle} times the {in_words(pairs.first, column)} of A in the middle case, {spread}.")
+        spread = f"and {low} to {high} times in nine of ten cases"
+        blocks.append(
+            f"The {in_words(pairs.first, column)} of B is {middle} times that of A in the median case, {spread}."
+        )
     alike = [name for name in _columns(pairs) if np.all(_ratio(pairs, name) == 1.0) and _known(pairs, name)]
     if alike and same < len(ratio):
         blocks.append(

@@ -115,8 +115,8 @@ def _beside_start(study: Study, rows: list[dict[str, Any]], names: list[str], st
     for name in names:
         best, before = rows[0][name], float(study.cases.at[start, name])
         change = f" ({100.0 * (best / before - 1.0):+.3g} %)" if before else ""
-        said.append(f"{name} {study.text(rows[0]['case_id'], name)} in place of {study.text(start, name)}{change}")
-    return [f"Beside the case that the grid has written: {wording.sentence_list(said)}."]
+        said.append(f"{name} {study.text(rows[0]['case_id'], name)} instead of {study.text(start, name)}{change}")
+    return [f"Compared with the case of the grid: {wording.sentence_list(said)}."]
 
 
 def _told_apart(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[str]:
