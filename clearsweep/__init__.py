@@ -1,4 +1,4 @@
-"""clearsweep: how much a mechanism shakes, wears and misplaces itself because its revolute joints have clearance.
+"""clearsweep simulates mechanisms with joint clearance: their forces, their wear and their position errors.
 
 Public names are resolved on first use, so that `clearsweep --help` loads neither llvmlite nor pandas.
 """

@@ -95,6 +95,8 @@ def ids(cases):
 class OfFrame:
     """The reading interface of a store whose summary is the frame `summary`, its units in `attrs`."""
 
+    directory = Path("results") / "fake"
+
     seek = optimise = identify = None  # no search, optimisation or identification
     worst = ()  # no saved revolution of a peak
 

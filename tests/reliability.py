@@ -27,40 +27,42 @@ ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "reliability.md"
 MARK = "<!-- below: written by `python tests/reliability.py --write` -->\n"
 GRIDS_TEXT = (
-    "Working grids are mutated: keys and values are exchanged for others and for hostile ones, and bytes are changed. "
-    "Each grid gets 5 s, 6 GB of address space and two revolutions of motion. Hypothesis draws the mutations from the "
+    "The test mutates working grids: it exchanges keys and values for other or hostile ones, and changes bytes. Each "
+    "grid gets 5 s, 6 GB of address space and two revolutions of motion. Hypothesis draws the mutations from the "
     "seed."
 )
 FLIPS_TEXT = (
-    "One bit of one file of a finished run of 12 cases is changed. Then a reader reads everything, `status --verify` "
-    "checks the files, and the grid runs again. The outcomes: `named`, an error named the file; `without meaning`, "
-    "the bit is not covered by a checksum and all data were read correctly; `silent`, other data were read. In all "
-    "cases: `restored`, the run repaired the file, or refused it by name."
+    "The test changes one bit of one file of a finished run of 12 cases. Then a reader reads everything, `status "
+    "--verify` checks the files, and the grid runs again. These are the outcomes: `named`, an error named the file; "
+    "`without meaning`, no checksum covers the bit and the reader read all data correctly; `silent`, the reader read "
+    "other data. `restored` counts the runs that then repaired the file, or refused it by name."
 )
 FLIPS_HEAD = ("file", "flips", "named", "without meaning", "unnamed", "silent", "traceback", "restored")
 ATTEMPTS_TEXT = "Each attempt is a command line in `tests/torture_attempts.py`. Exit code 2 is a refusal with a remedy."
 ATTEMPTS_HEAD = ("attempt", "exit code", "took", "ended")
 KILLS_TEXT = (
-    "Sweeps of real mechanics are killed with -9 at random moments (the parent, one process, or all) and started "
-    "again. The results are compared with an undisturbed run. Numbers of rows and values are sums over the runs."
+    "The test kills sweeps of real mechanics with SIGKILL at random moments, and starts them again. It kills the "
+    "parent, one process, or all. It compares the results with those of an undisturbed run. Numbers of rows and "
+    "values are sums over the runs."
 )
 
 
 EXITS_TEXT = (
-    "Every command, and the same from Python, runs again and again, two programs at a time. In a second series the "
-    "threads of libraries are delayed until the interpreter ends, as happens on a loaded machine. Each must end with "
-    "0."
+    "The test runs every command, and its counterpart in Python, again and again, two programs at a time. In a second "
+    "series it delays the threads of libraries until the interpreter ends, as happens on a loaded machine. Each "
+    "program must end with exit code 0."
 )
 EXITS_HEAD = ("program", "runs", "other exit codes", "runs with late threads", "other exit codes")
 
 LIVES_TEXT = (
-    "Four lives, each of some dozens of blocks of revolutions, are killed in the same way. They resume after the last "
-    "block that was stored. Their histories must also be equal to the last bit."
+    "The test kills four lives, each of some dozens of blocks of revolutions, in the same way. They must resume after "
+    "the last block that was stored, and their histories must be equal to the last bit."
 )
 
 
 BLOCKS_TEXT = (
-    "The same with blocks of 64 cases instead of 131,072, so that kills hit running, finished and marked blocks."
+    "The test kills runs with blocks of 64 cases instead of 131,072, so that kills hit running, finished and marked "
+    "blocks."
 )
 
 

@@ -80,9 +80,9 @@ def test_what_a_law_lacks_and_what_it_returns_is_told(grid):
 def test_one_law_of_each_family_is_recommended_and_doubtful_ones_are_folded(grid):
     message = advice_text(grid)
     (line,) = (line for line in message.splitlines() if line.startswith("Recommended for rod-slider: "))
-    assert ": contact.elastic compatible, contact.law exact. compatible: its contact arc follows" in line
-    assert " exact: a free impact has the specified" in line
-    assert line.endswith("In use is flores, which is suitable.")
+    assert ": elastic law compatible (its contact arc follows" in line
+    assert "; contact law exact (a free impact has the specified" in line
+    assert line.endswith("The contact law in use, flores, is suitable.")
     (folded,) = (line for line in message.splitlines() if line.startswith("  doubtful: hertz,"))
     assert "lankarani-nikravesh" in folded
     assert "valid elastic laws differ by a factor of" in message
@@ -95,7 +95,7 @@ def test_a_written_stiffness_is_recommended(tmp_path):
         encoding="utf-8",
     )
     message = advice_text(path)
-    assert "Recommended for rod-slider: contact.elastic power (in use), contact.law exact. power: its" in message
+    assert "Recommended for rod-slider: elastic law power (its stiffness is given in the grid), in use; " in message
     (first, *_) = recommendations(load_case(path, {"sweep": None}).case)
     assert (first.law, first.word) == ("power", advice.HOLDS)
 

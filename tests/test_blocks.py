@@ -275,7 +275,7 @@ def test_a_dry_run_counts_what_marks_leave(tmp_path):
 def test_the_page_of_a_run_in_blocks_says_that_it_shows_a_sample(pair, tmp_path):
     page = clearsweep.open(pair[0].directory).report(tmp_path / "page.html").read_text(encoding="utf-8")
     assert "36" in page
-    assert "rows at random" in page
+    assert "random rows" in page
 
 
 def said(sections, *keys):
@@ -309,8 +309,8 @@ def test_counts_on_the_page_of_a_sample_are_of_all_cases_or_say_of_which(pair, t
     for section in sample:
         if section.title and section.key not in ("mechanism", "setup"):
             assert isinstance(section.blocks[0], Note), section.key
-            assert "of the sample" in section.blocks[0].text, section.key
-    assert not any("of the sample" in block.text for each in whole for block in each.blocks if isinstance(block, Note))
+            assert "the sample" in section.blocks[0].text, section.key
+    assert not any("the sample" in block.text for each in whole for block in each.blocks if isinstance(block, Note))
 
 
 def test_a_summary_with_groups_of_another_size_is_read(tmp_path, monkeypatch):

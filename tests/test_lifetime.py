@@ -62,14 +62,14 @@ def test_wide_smoothing_is_reported_next_to_the_interval():
 
 def test_the_closing_lines_name_the_shortest_and_the_longest_life():
     columns = tuple(Column(f"pin_{name}", "1", "") for name in [*COLUMNS][:4])
-    lives = Lives(Layout("planar", True, "", (), columns, (), life="pin"))
+    lives = Lives(Layout("planar", True, "", (), columns, (), life="pin"), {"of": "wear_depth_max", "limit": 2e-5})
     hours = np.array([40.0, 85.5, np.nan, 20.0, 60.0])
     block = {"pin_life_hours": hours, "pin_life_revolutions": np.full(5, 1000.0)}
     block |= {"pin_life_low": np.full(5, 990.0), "pin_life_high": np.full(5, 1010.0)}
     lives.add(block, lambda place: {"case_id": f"{place}" * 16, "swept": {"drive.speed": place}})
     lines = [plainly(line) for line in life_lines(lives.facts(), lambda point: f"speed {point['drive.speed']}")]
-    assert lines[1] == "Life of pin"
+    assert lines[1] == "Life of pin, until wear of one body reaches 20.0 \u00b5m"
     assert lines[2] == "  shortest 20.0 h (95 %, numerics alone: 19.8 h to 20.2 h): case 33333333, speed 3"
     assert lines[3].startswith("  longest 85.5 h")
     assert lines[4] == "  1 case did not reach the limit"
-    assert life_lines(Lives(Layout("planar", True, "", (), columns, ())).facts(), str) == []
+    assert life_lines(Lives(Layout("planar", True, "", (), columns, ()), {}).facts(), str) == []

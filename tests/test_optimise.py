@@ -256,7 +256,7 @@ def test_the_report_has_the_best_cases(tmp_path):
     assert [section.key for section in made] == ["optimise"]
     assert made[0].pictures == []
     titles = [picture.title for _, picture in more(study.prepare(clearsweep.open(out)))[0].pictures]
-    assert titles == ["The front of both objectives", "All cases as lines over what varies and what is judged"]
+    assert titles == ["The front of both objectives", "All cases as lines across the axes of variables and objectives"]
 
 
 def test_the_report_has_the_best_case_next_to_the_one_that_is_written(tmp_path):
@@ -264,7 +264,7 @@ def test_the_report_has_the_best_case_next_to_the_one_that_is_written(tmp_path):
     quiet(asked(minimise="rod_slider_force_peak"), out)
     (section,) = sections(study.prepare(clearsweep.open(out)))
     text = " ".join(section.blocks[0].texts)
-    assert "Beside the case that the grid has written: rod_slider_force_peak" in text
+    assert "Compared with the case of the grid: rod_slider_force_peak" in text
     (table,) = [block for block in section.blocks if hasattr(block, "rows")]
     assert [row[-1] for row in table.rows] == ["as written", "best"]
 

@@ -83,7 +83,9 @@ def test_page_and_closing_lines_name_the_same_worst_case(tmp_path, limits):
     said = " ".join(section.sections(prepared)[0].blocks[0].texts)
     text = run_summary.run_text(facts)
     assert ("No limits are set" in said) == ("No limits are set" in text) == (not limits)
-    assert ("Worst case" in said) == (not limits)
+    assert ("Largest normal force" in said) == (not limits)
+    for sentence in facts["answer"]:
+        assert sentence in text
     if limits:
         margins = [entry["figures"][0]["value"] for entry in facts["worst"]]
         assert margins == sorted(margins)

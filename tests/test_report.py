@@ -146,12 +146,12 @@ def test_same_run_gives_the_same_bytes(pages, tmp_path, name):
 def test_page_names_worst_case_and_drivers_with_units(pages):
     text = Page(pages("full").read_text(encoding="utf-8")).text
     assert "100 of 108" in text
-    assert "Worst case at clearance 0.5 mm" in text
+    assert "Largest normal force: " in text
     assert "What drives the force peak, strongest first: crank speed" in text
     assert "crank speed 1000, 3000, 5000 rpm" in text
     assert "8 \u00d7 step-budget" in text
     assert "the step budget of 1000000 steps" in text
-    assert "All motions are periodic (revolutions: 100 with 1)" in text
+    assert "Every motion repeats itself: 100 every revolution." in text
     assert "largest wear" not in text
     assert "Deepest wear" in text
 
@@ -162,7 +162,7 @@ def test_page_shows_the_drawings_of_the_motion(pages):
         "Journal orbit unrolled",
         "Slider position error",
         "Contact onsets",
-        "Deepest wear, joint rod-slider",
+        "Fastest wear, joint rod-slider",
         "Force peak: clearance \u00d7 crank speed",
     ):
         assert title in text

@@ -434,9 +434,49 @@ def test_the_wear_of_a_case_that_is_chosen_is_drawn(monkeypatch, tmp_path, brows
     monkeypatch.setattr(run, "wear", lambda case_id: ends.get(case_id, ends[order[0]]))
     result = browse(report.write(run, tmp_path / "page.html").read_text(encoding="utf-8"), CHOSEN)
     assert result["errors"] == []
-    assert result["cases"] == len(order)
+    assert result["cases"] == len(order) - 1  # the first has pictures of its own
     assert [text.replace("\u00a0", " ").split(" at ")[0] for text in result["last"]["said"]] == [
         "deepest 91.0 nm",
         "deepest 45.5 nm",
     ]
     assert not set(result["first"]["drawn"]) & set(result["last"]["drawn"])
+
+
+AS_PRINTED = """
+  const screen = all(".player .curves canvas").map(each => each.getBoundingClientRect().width);
+  for (const sheet of document.styleSheets) {
+    for (const rule of sheet.cssRules) {
+      if (rule instanceof CSSMediaRule && rule.media.mediaText === "print") rule.media.mediaText = "all";
+    }
+  }
+  document.body.style.width = "340px";
+  await frame();
+  const room = all(".player .curves")[0].getBoundingClientRect();
+  const boxes = all(".player .curves canvas").map(each => each.getBoundingClientRect());
+  return {screen, right: room.right, edges: boxes.map(box => box.right), heights: boxes.map(box => box.height)};
+"""
+
+
+def test_curves_of_the_player_fit_a_sheet_of_paper(pages, browse):
+    result = browse(pages["pair"], AS_PRINTED, width=1600)
+    assert result["errors"] == []
+    assert len(result["edges"]) == len(result["screen"]) >= 2
+    assert min(result["screen"]) > 340.0  # wider than the sheet before
+    assert max(result["edges"]) <= result["right"] + 1.0
+    assert min(result["heights"]) > 15.0
+
+
+MAP_LETTERS = """
+  const box = text => text.getBoundingClientRect();
+  return {sizes: all("#verdict figure svg text").map(text => Math.min(box(text).height, box(text).width * 9) / 1.2),
+          axes: all(".player .said strong").map(each => each.textContent)};
+"""
+
+
+def test_letters_of_the_map_are_readable_and_curves_have_units(pages, browse):
+    result = browse(pages["pair"], MAP_LETTERS, width=1600)
+    assert result["errors"] == []
+    assert len(result["sizes"]) > 10
+    assert min(result["sizes"]) > 9.5  # px
+    assert result["axes"]
+    assert all("[" in text for text in result["axes"])

@@ -586,8 +586,9 @@ def test_restitution_requested_is_listed_next_to_what_each_law_gives_back(tmp_pa
     assert rows["lankarani-nikravesh", 0.5] == pytest.approx(0.7252, abs=5e-5)
     assert rows["lankarani-nikravesh", 0.9] == pytest.approx(0.9132, abs=5e-5)
     assert rows["exact", 0.5] == pytest.approx(0.5, abs=1e-9)
-    assert "Asked for a restitution of 0.5, a free impact gives back 0.500 (exact) to 0.725 (lankarani-" in text(
-        run, tmp_path
+    assert (
+        "With a specified restitution of 0.5, a free impact has a restitution of 0.500 (exact) to 0.725 (lankarani-"
+        in text(run, tmp_path)
     )
 
 
@@ -608,9 +609,9 @@ def test_the_choice_of_the_elastic_law_moves_the_force_fourteenfold(tmp_path):
     run = of_elastic(["winkler", "power", "johnson"])
     message = text(run, tmp_path)
     assert (
-        "At a penetration of 1 µm the 2 elastic laws that hold in this joint differ by a factor of 1.15: "
-        "815 N (johnson) to 939 N (winkler). With the doubtful one it is 14.2. "
-        "Among those that hold the factor is 2.12 at 0.1 µm"
+        "At a penetration of 1 µm the 2 elastic laws that are valid in this joint differ by a factor of 1.15: "
+        "815 N (johnson) to 939 N (winkler). With the doubtful one, the factor is 14.2. "
+        "Among the valid laws, the factor is 2.12 at 0.1 µm"
     ) in message
     assert "elastic law winkler, power, johnson" in message
     rows = {row[0]: row for row in table(run, "elastic_force_rod_slider").rows}
@@ -752,8 +753,8 @@ def test_every_law_that_is_drawn_is_named():
     ("limit", "message"),
     [
         (70000.0, "decides whether the limits are kept in 1 of 3 designs, such as at crank speed 3000 rpm: kept with "),
-        (1e9, "does not move the verdict on 3 designs: each keeps to the limits with every one"),
-        (1.0, "does not move the verdict on 3 designs: each exceeds a limit with every one"),
+        (1e9, "does not change the verdict on 3 designs: each meets the limits with every law"),
+        (1.0, "does not change the verdict on 3 designs: each exceeds a limit with every law"),
         (20000.0, "lankarani-nikravesh, exceeded with exact"),
     ],
 )

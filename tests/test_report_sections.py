@@ -480,7 +480,7 @@ def test_an_error_beyond_the_horizon_is_said_to_check_nothing():
     (points,) = (block for block in section.blocks if isinstance(block, Points))
     assert "is no check of convergence in 2 of 6 cases" in points.texts[0]
     assert "In 3 chaotic cases the peak lies within the horizon" in points.texts[1]
-    assert "a check of the first revolutions alone" in points.texts[1]
+    assert "the error checks only the first revolutions" in points.texts[1]
 
 
 def test_the_sentence_on_an_unchecked_peak_names_its_own_joint():
@@ -532,7 +532,8 @@ def test_the_verdict_counts_cases_and_names_the_worst(limited_run):
     sentence_of = " ".join(verdict_section.sections(prepared)[0].blocks[0].texts).replace("\u00a0", " ")
     assert 0 < beyond < len(cases)
     assert f"{beyond} of {len(cases)} cases exceed at least one limit: force peak at most 6 times" in sentence_of
-    assert f"Smallest margin: {1.0 - cases[verdict.MARGIN].min():.1f} times the limit" in sentence_of
+    assert f"Smallest margin: \u2212{-100.0 * cases[verdict.MARGIN].min():.0f} % (" in sentence_of
+    assert f"({1.0 - cases[verdict.MARGIN].min():.1f} times the limit)" in sentence_of
 
 
 def test_the_table_of_limits_is_that_of_the_summary(limited_run):
@@ -568,7 +569,7 @@ def test_only_motions_that_are_found_to_be_chaotic_are_named_chaotic(limited_run
 
     finished = limited_run.summary["status"] == "ok"
     repeating = int(limited_run.summary["period"][finished].notna().sum())
-    assert f"{repeating} of {int(finished.sum())} motions are periodic" in sentence_of(limited_run)
+    assert f"{repeating} of {int(finished.sum())} motions repeat themselves: " in sentence_of(limited_run)
     assert "chaotic" not in sentence_of(limited_run)
     limited_run.summary["lyapunov_exponent"] = 3.0
     assert f"{int(finished.sum()) - repeating} of {int(finished.sum())} motions are chaotic" in sentence_of(limited_run)
@@ -600,7 +601,7 @@ def test_what_was_sought_stands_in_the_verdict_and_in_a_section_of_its_own(tmp_p
     first = sentence_of(verdict_section.sections(prepared)).replace("\u2009", "")
     assert first.partition(". ")[0] not in sentence_of([part])  # nothing is said twice
     if limit == 0.05:
-        assert "Largest safe slider mass: none of the range that was looked at in 2 of 2 searches, limited by" in first
+        assert "Largest safe slider mass: none in the range in 2 of 2 searches, limited by" in first
     else:
         value = frame[f"seek.{MASS}"].min()
         assert f"Largest safe slider mass: {value:.4g} kg" in first
@@ -618,9 +619,9 @@ def test_the_map_shows_cases_between_its_cells(tmp_path):
     prepared = study.prepare(run)
     added_distances, own = off_border(run.summary)
     assert f"of {len(run.summary)} cases exceed at least one limit" in sentence_of(verdict_section.sections(prepared))
-    assert "no share of designs" in sentence_of(verdict_section.sections(prepared))
+    assert "not a share of designs" in sentence_of(verdict_section.sections(prepared))
     (picture,) = verdict_section.sections(prepared)[0].blocks[-1].pictures
-    assert f"{len(added_distances)} dots: cases between" in picture.caption
+    assert f"{len(added_distances)} dots: cases that refine placed between" in picture.caption
     assert len(svg(picture, "map")) > 1000
     across, up = prepared.axes
     dots = verdict_section._between(prepared, (prepared.cases[verdict.EXCEEDED] != "").to_numpy(float), across, up)

@@ -11,6 +11,7 @@ from fake_runs import CONTACT, JOINT, TEXT, OfFrame, load
 from scipy import stats
 
 from clearsweep import report
+from clearsweep.judging import sampled
 from clearsweep.language.errors import InputError
 from clearsweep.report.data import study
 from clearsweep.report.samples import sample_tables
@@ -94,7 +95,7 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say():
         values = chance.normal(10.0, 2.0, 100)
         message = sensitivity.spread(values)
         exceeded = sensitivity.exceedance(values > 12.0)
-        truths = (10.0, 0.2, *(stats.norm.ppf(share, 10.0, 2.0) for share in sensitivity.QUANTILES), stats.norm.sf(1.0))
+        truths = (10.0, 0.2, *(stats.norm.ppf(share, 10.0, 2.0) for share in sampled.QUANTILES), stats.norm.sf(1.0))
         estimates = (message.mean, message.cv, *message.quantiles, exceeded)
         contents.append(
             [not (first.low > truth or first.high < truth) for first, truth in zip(estimates, truths, strict=True)]
@@ -304,7 +305,7 @@ def test_the_report_flags_what_is_chaotic_and_says_what_was_not_checked(run, aga
     text = report.write(made, tmp_path / "page.html").read_text(encoding="utf-8")
     assert ("Force peak is chaotic here" in text) == again
     assert ("is not known to be free of chaos here" in text) != again
-    assert ("Chaos was not measured in this run" in text) != again
+    assert ("This run did not measure chaos" in text) != again
     assert ("simulate: {error_check: true}" in text) != again
     report.tables(made, tmp_path / "tables")
     with open(tmp_path / "tables" / "sensitivity.csv", encoding="utf-8") as stream:

@@ -64,7 +64,7 @@ def test_the_page_says_what_differs_in_the_setup():
     assert "mechanism.slider.mass" in text
     assert "B: 0.28" in text
     assert "4 cases finished in both runs" in text
-    assert "B has 2.00 times the force peak of A in the middle case" in text
+    assert "The force peak of B is 2.00 times that of A in the median case" in text
     assert "The same in every case: force rms, force p99" in text
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..language import wording
 from .validity import WIDE_SMOOTHING
@@ -30,6 +30,19 @@ COLUMNS = {f"life_{name}": name for name in Lifetime._fields[:-1]} | {"wear_smoo
 def lifetime_of(columns: Mapping[str, float]) -> Lifetime:
     """Return a life from its columns, without the joint's name; missing columns are nan."""
     return Lifetime(**{field: columns.get(name, math.nan) for name, field in COLUMNS.items()})
+
+
+#: Value of `life.of` -> the condition at which a life ends.
+_ENDS = {"wear_depth_max": "wear of one body reaches", "clearance_growth": "the clearance has grown by"}
+
+
+def criterion(section: Mapping[str, Any]) -> str:
+    """Return the condition at which a life ends, from the section `life` of a grid: 'until ...'; '' without one."""
+    if not section:
+        return ""
+    limit = section.get("limit")
+    value = wording.text(limit, "m") if isinstance(limit, float) else "its limit"
+    return f"until {_ENDS[section['of']]} {value}"
 
 
 def interval_text(life: Lifetime) -> str:

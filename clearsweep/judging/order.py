@@ -74,7 +74,7 @@ def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | N
     if search == "identify":
         return Lead("identify", "", (), _LARGEST_IS_WORST, ())
     if limited:
-        names = (MARGIN, *limited)
+        names = (MARGIN, *dict.fromkeys((*limited, *((grid or {}).get("figures") or {}))))
         return Lead(search or "limits", "Smallest margin", names, _SMALLEST_IS_WORST, (Candidate("", names),))
     joints = [joint.name for joint in layout.joints]
     for question, title, smallest, figures in _BY_CONTENT:
@@ -109,7 +109,7 @@ _BY_CONTENT: tuple[tuple[str, str, bool, dict[str, str]], ...] = (
         "force",
         "Largest normal force",
         _LARGEST_IS_WORST,
-        {"force_peak": "force peak", "force_peak_ratio": "over ideal"},
+        {"force_peak": "force peak", "force_peak_ratio": "load over ideal"},
     ),
 )
 

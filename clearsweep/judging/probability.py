@@ -1,10 +1,18 @@
 """Probability of exceeding a limit, from the cases of a random sample."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 INDEPENDENT = ("sobol", "latin-hypercube", "random")  # methods whose points represent the distributions
 LEVEL = 0.95  # of intervals
+
+
+class Estimate(NamedTuple):
+    """An estimate and its confidence interval; an end is NaN if the sample is too small."""
+
+    value: float
+    low: float
+    high: float
 
 
 def share(count: int, cases: int) -> tuple[float, float, float]:

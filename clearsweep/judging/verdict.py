@@ -171,16 +171,17 @@ NO_VERDICT = Verdict()
 
 
 def margin_words(margin: float, limits: Iterable[Limit], exceeded: str) -> str:
-    """Return a margin in per cent, a dash if missing, or the multiple of the limit for values above twice the limit.
+    """Return a margin in per cent, a dash if missing; of values above twice the limit also their multiple of it.
 
     limits, exceeded : limits of a grid, and the columns that the case exceeds, as in EXCEEDED
     """
     exceeded_limits = [limit for limit in limits if limit.column in exceeded.split(",")]
     if not math.isfinite(margin):
         return wording.DASH
+    percentage = f"{wording.short(100.0 * margin, 3)}{wording.BLANK}%"
     if margin < -1.0 and all(limit.kind == "at_most" and limit.value > 0.0 for limit in exceeded_limits):
-        return f"{wording.plain(1.0 - margin, 2)} times the limit"
-    return f"{wording.short(100.0 * margin, 3)}{wording.BLANK}%"
+        return f"{percentage} ({wording.plain(1.0 - margin, 2)} times the limit)"
+    return percentage
 
 
 def limits_of(written: Mapping[str, Any], columns: Iterable[Column] = ()) -> tuple[Limit, ...]:

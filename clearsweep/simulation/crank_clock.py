@@ -8,6 +8,7 @@ import numpy as np
 from ..contracts.machine import Machine, Motor, Schedule
 from ..mechanics.mechanism import planar
 
+STARTED = 0.95  # of the no-load speed: a motor is then said to have started
 PATIENCE = 100.0  # turns at nominal speed after which a free crank that hardly moves counts as stalled
 
 
@@ -101,3 +102,10 @@ def followed(schedule: Schedule) -> ScheduledClock:
 def knots_of(machine: Machine | None) -> np.ndarray:
     """Return the times (s) at which an acceleration or the slope of a load jumps; none of a free crank."""
     return np.array([] if machine is None or isinstance(machine.drive, Motor) else planar.discontinuity_times(machine))
+
+
+def start_up_speed(machine: Machine | None) -> float:
+    """Return the speed (rad/s) at which a motor has started, 0 for other drives and for constant torque."""
+    if machine is None or not isinstance(machine.drive, Motor) or math.isinf(machine.drive.no_load_speed):
+        return 0.0
+    return STARTED * machine.drive.no_load_speed

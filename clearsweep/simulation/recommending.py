@@ -32,25 +32,26 @@ class Recommendation(NamedTuple):
     word: str  # HOLDS, DOUBTFUL or OUT, of the law that the grid has
     objection: str  # what is to be said of that
 
+    def _kind(self) -> str:
+        return "elastic law" if self.key.endswith("elastic") else "contact law"
+
     def _name(self) -> str:
-        """Return key and law in words."""
-        law = self.law or "none (none is valid there)"
-        return f"{self.key} {law}{' (in use)' if self.law == self.used else ''}"
+        """Return the law in words, with the reason."""
+        law = f"{self.law} ({self.reason})" if self.law else "none, as none is valid there"
+        return f"{self._kind()} {law}{', in use' if self.law == self.used else ''}"
 
     def _used(self) -> str:
         """Return the verdict on the law in use as a sentence."""
         description = f"is {self.word}" + ("" if self.word == HOLDS else f": {self.objection}")
-        return f"In use is {self.used}, which {description}."
+        return f"The {self._kind()} in use, {self.used}, {description}."
 
 
 def _recommended_text(laws: Sequence[Recommendation]) -> str:
     """Return the laws that are recommended for the joints _JOINTS, with reasons and the verdict on the laws in use."""
-    summary = f"Recommended for {_JOINTS}: {', '.join(recommendation._name() for recommendation in laws)}."
-    reasons = [f"{recommendation.law}: {recommendation.reason}." for recommendation in laws if recommendation.law]
+    summary = f"Recommended for {_JOINTS}: {'; '.join(recommendation._name() for recommendation in laws)}."
     return " ".join(
         [
             summary,
-            *reasons,
             *(recommendation._used() for recommendation in laws if recommendation.law != recommendation.used),
         ]
     )

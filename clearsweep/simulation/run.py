@@ -29,6 +29,7 @@ from ..mechanics.solver import integration, loop, radau
 from ..mechanics.solver.accumulate import totals as total_columns
 from ..mechanics.solver.accumulate.within_step import Record, RevolutionMarks
 from . import watch
+from .crank_clock import start_up_speed
 from .lyapunov import Branches, Perturbed
 from .progress import Revolutions
 from .revolutions import NO_MARKS, Marks, buffers_for
@@ -146,6 +147,7 @@ class Run:
         arrays["bins"][:] = 0
         arrays["mode"][:], arrays["rubs"][:] = work.pressed if scene.in_contact else work.apart, start.rubs
         put_numbers(value, start.first[: self.parameters.size], self.parameters)
+        self.totals.whole.speed_awaited = start_up_speed(scene.machine)
         if start.slid:
             self.totals.account[:, SLID] = start.slid
         self.kept.put(reference_rate=value.reference_rate, sigma=value.sigma, longest=start.longest)

@@ -108,6 +108,15 @@ class Share(NamedTuple):
         return ratio, half_width(part - ratio * whole) / whole.mean()
 
 
+class DryShare(Share):
+    """The share of a load that a contact behind a film bears, None without a contact."""
+
+    def value(self, window: Window, index: int | None) -> Any:
+        """Return the share over the window."""
+        assert index is not None
+        return super().value(window, index) if window.case.joints[index].is_dry else None
+
+
 class RootMean(NamedTuple):
     """A root mean square, from the integral of the square over time."""
 

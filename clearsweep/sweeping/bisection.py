@@ -19,7 +19,7 @@ class Border(NamedTuple):
     """The end of the good values, by index."""
 
     last_good: int | None  # last index up to which all examined ones are good; None: none is
-    first_bad: int | None  # first index from which on all examined ones are bad; None: the last index is good
+    first_bad: int | None  # index after the border that is bad like its next REPEATS; None: the last index is good
 
 
 class Search(NamedTuple):

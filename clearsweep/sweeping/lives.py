@@ -16,12 +16,13 @@ BETTER = {"shortest": operator.lt, "longest": operator.gt}
 class Lives:
     """Keeps the shortest and longest life of finished cases."""
 
-    def __init__(self, layout: Layout):
-        """Prepare for the layout of a run; without a life nothing is kept."""
+    def __init__(self, layout: Layout, section: Mapping[str, Any]):
+        """Prepare for the layout of a run and the section `life` of its grid; without a life nothing is kept."""
         column_names = {column.name for column in layout.columns}
         names = {name: f"{layout.life}_{name}" for name in lifetime.COLUMNS} if layout.life else {}
         self.named, self.joint = {name: column for name, column in names.items() if column in column_names}, layout.life
         self.columns = [*self.named.values()]
+        self.until = lifetime.criterion(section)
         self.unreached = 0
         self.ends: dict[str, dict[str, Any]] = {}  # key of BETTER -> the case
 
@@ -43,14 +44,19 @@ class Lives:
 
     def facts(self) -> dict[str, Any] | None:
         """Return both lives and the number of cases that did not reach their limit, for JSON; None without a life."""
-        return {"joint": self.joint, **self.ends, "unreached": self.unreached} if self.columns else None
+        return (
+            {"joint": self.joint, "until": self.until, **self.ends, "unreached": self.unreached}
+            if self.columns
+            else None
+        )
 
 
 def life_lines(life: dict[str, Any] | None, setting: Callable[[dict[str, Any]], str]) -> list[str]:
     """Return the closing lines on lives; setting : swept values of a case -> words."""
     if not life:
         return []
-    lines, listed_ids = ["", f"Life of {wording.joint_name(life['joint'])}"], []
+    until = f", {life['until']}" if life["until"] else ""
+    lines, listed_ids = ["", f"Life of {wording.joint_name(life['joint'])}{until}"], []
     for key in BETTER:
         if key in life and life[key]["case_id"] not in listed_ids:
             listed_ids.append(life[key]["case_id"])

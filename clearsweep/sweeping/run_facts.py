@@ -31,7 +31,7 @@ class RunFacts:
         self.failures: list[dict[str, Any]] = []
         self.statuses: Counter[str] = Counter()
         self.remarks, self.limits = validity.Remarks(joints), _LimitCounts(record)
-        self.lives, self.pace = Lives(layout), Pace(record, layout)
+        self.lives, self.pace = Lives(layout, record.get("life") or {}), Pace(record, layout)
         self.ranking = order.lead_of(layout, self.limits.verdict.limits, record)
         self.worst = WorstCases(self.ranking, joints, self.limits.verdict.limits)
         self.expected: dict[str, Any] | None = None  # the largest force peak to expect in many revolutions

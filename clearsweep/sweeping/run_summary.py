@@ -3,15 +3,15 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ..judging import expected, order, probability
+from ..judging import answer, expected, order, probability
 from ..language import wording
-from . import identified
+from . import answered, identified
 from .law_checks import law_lines
 from .lives import life_lines
 from .pace import pace_lines
 from .run_facts import RunFacts
 from .searched import optimise_lines, optimised, refine_lines, seek_facts, seek_lines
-from .settings import given_text, grid_text, number_of_joints, setting_text, value_text
+from .settings import given_text, grid_text, grid_texts, number_of_joints, setting_text, value_text
 from .sweep import RunResult
 
 DERIVED = 12  # lines on derived values at the end of a run
@@ -25,7 +25,8 @@ def of_run(result: RunResult) -> dict[str, Any]:
     run_facts = RunFacts(run.grid, run.layout)
     run_facts.read(run)
     limits, leading = run_facts.limits, run_facts.ranking
-    return {
+    words = {key: run.grid.get(key, {}) for key in ("units", "written_units", "fits", "labels")}
+    return words | {
         "directory": str(result.directory),
         "cases": result.cases,
         "ran": result.ran,
@@ -40,8 +41,6 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "case_seconds": round(result.case_seconds, 3),
         "derived": result.derived,
         "warnings": [*result.warnings, *run_facts.remarks.sentences()],
-        "units": run.grid.get("units", {}),
-        "written_units": run.grid.get("written_units", {}),
         "limits": limits.facts(),
         "probability": _probability(result, run.grid, limits.facts()),
         "life": run_facts.lives.facts(),
@@ -50,12 +49,11 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "optimised": optimised(result, limits.units, limits.verdict.limits),
         "identified": result.identified and identified.of_run(result.identified),
         "refined": result.refined and result.refined._asdict(),
-        "fits": run.grid.get("fits", {}),
-        "labels": run.grid.get("labels", {}),
         "question": leading.question,
         "ranked": {"title": leading.title, "headings": list(leading.headings), "units": limits.units},
         "no_limits": order.no_limits(run.layout) if leading.question in ("film", "force") else "",
         "worst": run_facts.worst.entries,
+        "answer": answered.sentences(run, leading, run_facts.laws, words),
         "expected": run_facts.expected,
         "law_check": run_facts.laws.facts(next(iter(run_facts.worst.entries), None)),
         "failures": run_facts.failures,
@@ -79,7 +77,6 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
         return []
     failed = f"; {cases(facts['failed'])} failed and have no figures" if facts["failed"] else ""
     lines = ["", f"Limits: {limits['exceeding']:,} of {cases(limits['cases'])} exceed at least one{failed}"]
-    lines += [f"  {probability.sentence(facts['probability'])}"] if facts["probability"] else []
     for name, limit in limits["each"].items():
         doubt = f" ({limit['unknown']:,} of them cannot be assessed: null)" if limit["unknown"] else ""
         lines.append(f"  {name} {limit['limit']}: {limit['cases']:,} exceed it{doubt}")
@@ -123,7 +120,6 @@ def run_text(facts: dict[str, Any]) -> str:
             f"a grid with these values reuses them; `clearsweep report {facts['directory']} --all` shows all"
         )
     lines += derived_lines(facts["derived"], DERIVED)
-    lines += ["", *(f"Note: {sentence}" for sentence in facts["warnings"])] if facts["warnings"] else []
     if facts["failures"]:
         lines += [
             "",
@@ -138,21 +134,30 @@ def run_text(facts: dict[str, Any]) -> str:
         lines += ["  --retry-failed runs them again"]
     if facts["worst"]:
         lines += ["", facts["ranked"]["title"] + _shared(facts), *_aligned(_worst_rows(facts))]
-    lines += _expected_lines(facts)
-    lines += life_lines(facts["life"], lambda point: setting_text(point, facts))
-    lines += seek_lines(facts)
-    lines += optimise_lines(facts)
-    lines += identified.identify_lines(facts)
-    lines += _limit_lines(facts)
-    lines += refine_lines(facts)
+    lines += [*_expected_lines(facts), *refine_lines(facts)]
     lines += law_lines(facts["law_check"], facts["ranked"]["units"])
-    lines += ["", facts["no_limits"]] if facts["no_limits"] and facts["ok"] else []
+    lines += ["", *(f"Note: {sentence}" for sentence in facts["warnings"])] if facts["warnings"] else []
+    lines += _answer_lines(facts)
     lines += [
         "",
         f"Results in {facts['directory']}: {', '.join(facts['files'])}",
         f"Next: clearsweep report {facts['directory']}",
     ]
     return plain("\n".join(lines))
+
+
+def _answer_lines(facts: dict[str, Any]) -> list[str]:
+    """Return the lines on the questions of the grid, those on the leading one last, where a reader looks first."""
+    lives = life_lines(facts["life"], lambda point: setting_text(point, facts))
+    sentences = [f"  {sentence}" for sentence in facts["answer"]]
+    if facts["probability"]:
+        sentences.insert(0, f"  {probability.sentence(facts['probability'])}")
+    if facts["question"] == "life":
+        return [*_limit_lines(facts), *seek_lines(facts), *lives, *sentences]
+    lines = [*lives, *_limit_lines(facts)]
+    lines += ["", facts["no_limits"]] if facts["no_limits"] and facts["ok"] else []
+    lines += ["", "Answer", *sentences] if sentences else []
+    return [*lines, *seek_lines(facts), *optimise_lines(facts), *identified.identify_lines(facts)]
 
 
 def derived_lines(derived: dict[str, dict[str, Any]], most: int | None = None) -> list[str]:
@@ -295,13 +300,15 @@ def _worst_rows(facts: dict[str, Any]) -> list[list[str]]:
 def _figure(figure: dict[str, Any], units: Mapping[str, str]) -> str:
     """Return a figure with its unit, shares in per cent, lives in hours."""
     name, value = figure["column"], figure["value"]
+    if value is None and name.endswith("_dry_load_share"):
+        return answer.NOT_MODELLED
     if value is None or "words" in figure:
         return str(figure.get("words", "-"))
     if name.endswith("_life_hours"):
         return f"{value:.4g} h"
     if name.endswith("_dry_load_share"):
-        return f"{100.0 * value:.3g} %"
-    return grid_text(value, units.get(name, "1"))
+        return answer.share_words(value)
+    return grid_texts([value], units.get(name, "1"))[0]
 
 
 def _aligned(rows: list[list[str]]) -> list[str]:

@@ -15,6 +15,23 @@ def grid_text(value: float, unit: str, *, speed: bool = False) -> str:
     return f"{value:.4g} {unit}"
 
 
+def grid_texts(values: Iterable[float], unit: str, *, speed: bool = False) -> list[str]:
+    """Return values of one quantity as `grid_text` does, all in the unit of the largest."""
+    values = list(values)
+    scale = wording.scale(unit, values, speed=speed)
+    name = "deg" if scale.unit == "\u00b0" else scale.unit.replace(wording.BLANK, " ")
+    if not name:
+        return [_pure_number(value) for value in values]
+    if name.isascii() or name.startswith("\u00b5"):
+        return [f"{value / scale.factor:.4g} {name}" for value in values]
+    return [f"{value:.4g} {unit}" for value in values]
+
+
+def _pure_number(value: float) -> str:
+    """Return a number without unit; 15440, not 1.544e+04."""
+    return f"{float(f'{value:.4g}'):.0f}" if 1e4 <= abs(value) < 1e6 else f"{value:.4g}"
+
+
 def given_text(path: str, value: float, unit: str, written: Mapping[str, Mapping[str, Any]]) -> str:
     """Return a value in the unit that the grid uses; `written` is `written_units` of run.json."""
     scale = wording.written_scale(written.get(path), unit)

@@ -148,7 +148,7 @@ _IMPACTS = Field(
 )
 _METHOD = Word(
     ("auto", "explicit", "implicit"),
-    "explicit Runge-Kutta, implicit Radau IIA, or automatic choice",
+    "explicit collocation, implicit Radau IIA, or automatic choice",
     "auto",
 )
 
@@ -209,7 +209,9 @@ def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...])
     add_numbers(tree, "simulate", _BUDGETS)
     add_numbers(tree, "simulate", (TIME_BUDGET,), sweep=False)
     tree["simulate.error_check"], tree["simulate.horizon"] = _ERROR_CHECK, _HORIZON
-    tree["simulate.until"] = Section("end a case when a figure has settled or the motion is periodic", "optional")
+    tree["simulate.until"] = Section(
+        "end a case when a figure is known well enough or the motion is periodic", "optional"
+    )
     text = "the column of the summary with the 95 % interval in question"
     tree["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(others, _NO_INTERVAL))
     add_numbers(tree, "simulate.until", _UNTIL, sweep=False)

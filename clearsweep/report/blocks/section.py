@@ -50,6 +50,7 @@ class Detail(NamedTuple):
     moving: "Interactive | None" = None
     key: str = "motion"  # of the content shown of a case, unique on a page for each case
     played: tuple[Picture, ...] = ()  # shown by the player as well: only for files
+    note: str = ""  # below the figures
 
 
 class Facts(NamedTuple):

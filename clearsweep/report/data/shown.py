@@ -59,7 +59,7 @@ def in_words(study: Study, column: str) -> str:
     joint = next((joint for joint in study.joints if column.startswith(f"{joint.name}_")), None)
     if joint is None:
         return column.replace("_", " ")
-    headings = dict(shown(study, "forces", joint)) | {joint.column("force_peak_ratio"): "peak / ideal peak"}
+    headings = dict(shown(study, "forces", joint)) | {joint.column("force_peak_ratio"): "load over ideal peak"}
     words = headings.get(column, column.removeprefix(f"{joint.name}_").replace("_", " "))
     return words + study.where(joint, " ({})")
 

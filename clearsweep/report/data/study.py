@@ -67,6 +67,11 @@ class Study(NamedTuple):
         return "drive" in self.base
 
     @property
+    def transient(self) -> bool:
+        """Return whether a motor starts the mechanism and the start is recorded: there is no steady state."""
+        return bool(self.column("crank_speed_min")) and dig(self.base, "simulate.discard") == 0.0
+
+    @property
     def onsets(self) -> str:
         """Return what the figure `impacts_per_rev` counts."""
         return "impacts per revolution" if self.driven else "impacts"

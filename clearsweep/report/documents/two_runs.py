@@ -78,7 +78,9 @@ def sections(pairs: Pairs) -> list[Section]:
     return [
         Section("comparison", "Case by case", filled([*blocks, _pictures(pairs), _figures(pairs), _cases(pairs)])),
         Section(
-            "setup", "Setup", filled(setup) or [Points(["Both have the same setup but for the values they vary."])]
+            "setup",
+            "Setup",
+            filled(setup) or [Points(["Both runs have the same setup and differ only in their swept values."])],
         ),
     ]
 
@@ -97,8 +99,10 @@ def _told(pairs: Pairs) -> list[str]:
     if finite.size and same < len(ratio):
         low, middle, high = np.quantile(finite, [0.05, 0.5, 0.95])
         low, middle, high = (wording.plain(float(part)) for part in (low, middle, high))
-        spread = f"{low} to {high} times in nine of ten"
-        blocks.append(f"B has {middle} times the {in_words(pairs.first, column)} of A in the middle case, {spread}.")
+        spread = f"and {low} to {high} times in nine of ten cases"
+        blocks.append(
+            f"The {in_words(pairs.first, column)} of B is {middle} times that of A in the median case, {spread}."
+        )
     alike = [name for name in _columns(pairs) if np.all(_ratio(pairs, name) == 1.0) and _known(pairs, name)]
     if alike and same < len(ratio):
         blocks.append(
@@ -117,7 +121,8 @@ def _pictures(pairs: Pairs) -> Gallery:
     study = pairs.first
     wanted = [_lead(pairs), *(joint.column("force_peak") for joint in study.joints), study.column("error_max")]
     columns = [column for column in dict.fromkeys(wanted) if column in _columns(pairs) and _known(pairs, column)]
-    return Gallery("One point per case that both have; line: equal in both.", [_cloud(pairs, name) for name in columns])
+    note = "Each point is a case that both runs have; on the line both are equal."
+    return Gallery(note, [_cloud(pairs, name) for name in columns])
 
 
 def _cloud(pairs: Pairs, column: str) -> Picture:
@@ -168,7 +173,7 @@ def _cases(pairs: Pairs) -> Table:
         case_id = pairs.ids["A"][place]
         values = (study.value(case_id, axis.path) for axis in shown)
         rows.append((case_id, *values, float(here[place]), float(there[place]), float(ratio[place])))
-    note = "Case ids are those of A; the largest difference first."
+    note = "Case ids are those of A. The largest difference comes first."
     return Table("compared_cases", "The cases side by side", note, heads, rows)
 
 

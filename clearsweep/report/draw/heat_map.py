@@ -10,8 +10,16 @@ from ..data.axis import Axis
 from .style import colour_bar, name_values
 
 WRITTEN = (9, 8)  # largest rows and columns of a map with numbers in its cells
+SIZE = (3.4, 2.7)  # inches, of a map: small, so that its letters are large on the page
+CELLS_WIDTH, LETTER = 170.0, 0.62  # points, width of all cells; width of a letter over the font size
+SMALLEST_LETTERS, LARGEST_LETTERS = 6.0, 8.5  # points
 CELLS_VECTOR = 150  # cells above which they are drawn as pixels
 DECADES = 8.0  # ratio of largest to smallest value above which the colours are logarithmic
+
+
+def letters(columns: int, longest: int) -> float:
+    """Return the font size (points) of numbers in the cells of a map of SIZE with so many columns and characters."""
+    return min(max(CELLS_WIDTH / (max(columns, 1) * LETTER * max(longest, 1)), SMALLEST_LETTERS), LARGEST_LETTERS)
 
 
 def heat_map(
@@ -38,6 +46,8 @@ def heat_map(
         linewidth=0.3,
     )
     if all(size <= most for size, most in zip(shown.shape, WRITTEN, strict=True)):
+        texts = [wording.plain(value, 3) if np.isfinite(value) else wording.DASH for value in shown.flat]
+        size = letters(shown.shape[1], max(map(len, texts)))
         for (row, column), value in np.ndenumerate(shown):
             known = np.isfinite(value)
             ax.text(
@@ -46,7 +56,7 @@ def heat_map(
                 wording.plain(value, 3) if known else wording.DASH,
                 ha="center",
                 va="center",
-                fontsize=8,
+                fontsize=size,
                 color="white" if known and norm(value) < 0.55 else "black",
             )
     name_values(ax.xaxis, across, np.arange(len(across.values), dtype=float))

@@ -8,7 +8,7 @@ from matplotlib.colors import ListedColormap
 
 from ...language import wording
 from ..data.axis import Axis
-from .heat_map import CELLS_VECTOR, WRITTEN
+from .heat_map import CELLS_VECTOR, WRITTEN, letters
 from .style import INK, name_values
 
 GOOD, BAD, UNKNOWN = "#9fd0e8", "#f2b28c", "#e8ebee"  # pale blue and orange: distinguished by any eye, and in grey
@@ -47,10 +47,10 @@ def cells(ax: Axes, margins: np.ndarray, failing: np.ndarray, axes: tuple[Axis, 
     if all(size <= most for size, most in zip(failing.shape, WRITTEN, strict=True)):
         for (row, column), fails in np.ndenumerate(failing):
             margin = margins[row, column]
-            number = f"{wording.plain(float(100.0 * margin), 2)}{wording.BLANK}%" if np.isfinite(margin) else ""
+            number = wording.plain(float(100.0 * margin), 2) if np.isfinite(margin) else ""
             word = wording.DASH if np.isnan(fails) else "no" if fails else "ok"
             text = f"{word}\n{number}".strip()
-            ax.text(column, row, text, ha="center", va="center", fontsize=7, color="black")
+            ax.text(column, row, text, ha="center", va="center", fontsize=letters(failing.shape[1], 5), color="black")
     for fails, colour, mark in ((False, DOT_GOOD, "o"), (True, DOT_BAD, "X")):
         there = between.failing == fails
         ax.scatter(

@@ -16,7 +16,7 @@ from ..data.leading import PEAK
 from ..data.study import Joint, Study, joint_of, resolved
 from ..draw import comparison
 
-UNKNOWN = "This version does not know every law of this run, so their forces are not compared."
+UNKNOWN = "This version does not know every law of this run, so it does not compare their forces."
 DEPTHS = (0.1e-6, 1e-6, 5e-6, 10e-6, 20e-6)  # m, at which forces are tabulated
 FIRST = 1  # index in DEPTHS of the depth by which laws are ordered
 HOLDING = (simulation.HOLDS, "")  # verdict on a law without objection
@@ -101,18 +101,18 @@ def _sentences(forces: dict[str, np.ndarray], holding: list[str]) -> list[str]:
     all_laws = wording.plain(float(values.max(axis=0)[FIRST] / values.min(axis=0)[FIRST]))
     doubtful = len(forces) - len(holding)
     doubtful_laws = "doubtful one" if doubtful == 1 else f"{doubtful} doubtful ones"
-    rest = f"With the {doubtful_laws} it is {all_laws}." if doubtful else ""
+    rest = f"With the {doubtful_laws}, the factor is {all_laws}." if doubtful else ""
     if len(holding) < 2:
         alone = f"only {holding[0]} is valid" if holding else "none is valid"
-        return [f"Of {len(forces)} elastic laws {alone} in this joint; together they differ by a factor of {all_laws}."]
+        return [f"Of {len(forces)} elastic laws {alone} in this joint. Their forces differ by a factor of {all_laws}."]
     own = np.array([forces[law] for law in holding])
     factors = [wording.plain(factor) for factor in own.max(axis=0) / own.min(axis=0)]
     more = [f"{factor} at {depth}" for k, (factor, depth) in enumerate(zip(factors, at, strict=True)) if k != FIRST]
     least, most = wording.in_common_unit((forces[law][FIRST] for law in (holding[0], holding[-1])), "N")
     return [
-        f"At a penetration of {at[FIRST]} the {len(holding)} elastic laws that hold in this joint differ by a factor "
-        f"of {factors[FIRST]}: {least} ({holding[0]}) to {most} ({holding[-1]}). {rest}".rstrip(),
-        f"Among those that hold the factor is {wording.sentence_list(more)}.",
+        f"At a penetration of {at[FIRST]} the {len(holding)} elastic laws that are valid in this joint differ by a "
+        f"factor of {factors[FIRST]}: {least} ({holding[0]}) to {most} ({holding[-1]}). {rest}".rstrip(),
+        f"Among the valid laws, the factor is {wording.sentence_list(more)}.",
     ]
 
 
@@ -143,12 +143,12 @@ def _table(
         Column("in this joint"),
     )
     note = f"{_joint_text(sections[ordered[0]])}. Holds up to {wording.DASH}: any penetration."
-    title = f"Elastic force over penetration, joint {joint.title}"
+    title = f"Elastic force against penetration, joint {joint.title}"
     return Table(f"elastic_force_{joint.name}", title, note, columns, rows)
 
 
 def _joint_text(section: case.Joint) -> str:
-    """Return the joint that the forces are of."""
+    """Return a description of the joint for which the forces are computed."""
     named = (("radial clearance", "clearance"), ("bearing radius", "bearing_radius"), ("length", "length"))
     sizes = [(word, getattr(section, key)) for word, key in named if getattr(section, key) is not None]
     facts = [f"{word} {wording.scale('m', size).given(size, 4)}" for word, size in sizes]
@@ -173,7 +173,7 @@ def _curves(sections: dict[str, case.Joint], used: list[str]) -> Picture:
     depth = wording.scale("m", DEPTHS[FIRST]).given(DEPTHS[FIRST])
     alt = f"At {depth} {softest} is the softest law and {stiffest} the stiffest."
     if len(forces) < 2:
-        alt = f"Force of {softest} over penetration."
+        alt = f"Force of {softest} against penetration."
     return Picture(
-        "Elastic force over penetration", "", alt, lambda ax: comparison.elastic(ax, CURVE, drawn), size=(4.6, 3.4)
+        "Elastic force against penetration", "", alt, lambda ax: comparison.elastic(ax, CURVE, drawn), size=(4.6, 3.4)
     )

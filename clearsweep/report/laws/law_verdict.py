@@ -31,9 +31,9 @@ def _sentence(study: Study, groups: Matched, table: pd.DataFrame) -> str:
     moved = table[table.max(axis=1) > table.min(axis=1)]
     designs = wording.count(len(table), "design")
     if moved.empty:
-        agreed = "keeps to the limits" if not table.max().max() else "exceeds a limit" if table.min().min() else ""
-        rest = f"each {agreed} with every one" if agreed else "each keeps to the limits with all of them, or with none"
-        return f"The choice of {groups.axis.name} does not move the verdict on {designs}: {rest}."
+        agreed = "meets the limits" if not table.max().max() else "exceeds a limit" if table.min().min() else ""
+        rest = f"each {agreed} with every law" if agreed else "each meets the limits with all laws, or with none"
+        return f"The choice of {groups.axis.name} does not change the verdict on {designs}: {rest}."
     group = moved.index[0]
     row = moved.loc[group].dropna()
     keep, exceed = ([law for law, fails in row.items() if bool(fails) is beyond] for beyond in (False, True))
@@ -56,5 +56,5 @@ def _table(groups: Matched, compared: pd.DataFrame) -> Table:
             rows.append((law, counted(len(mine)), counted(int(mine["fails"].sum())), *ends))
     heads = ("designs", "that exceed a limit", "smallest margin", "median margin")
     columns = (Column(groups.axis.name), *map(Column, heads))
-    note = "Designs that finished with at least two of the laws; margin as in the verdict."
+    note = "The table lists the designs that finished with at least two of the laws. The margin is that of the verdict."
     return Table(f"{axis_key(groups.axis)}_verdict", f"The verdict, by {groups.axis.name}", note, columns, rows)

@@ -90,11 +90,11 @@ def _table(study: Study, axis: Axis, joint: Joint, rows: list[Returned]) -> Tabl
         columns.append(Column("measured here"))
         cells = [(*cell, row.measured) for cell, row in zip(cells, rows, strict=True)]
     note = (
-        f"Of a free impact, in closed form, whatever the elastic law. {wording.DASH}: the law takes none, "
-        "or mass and speed decide what it gives back (kelvin-voigt and others)."
+        f"Computed for a free impact in closed form; the elastic law has no influence. {wording.DASH}: the law has no "
+        "restitution, or mass and speed determine the result (kelvin-voigt and others)."
     )
     key = f"{axis_key(axis)}_restitution"
-    return Table(key, "Restitution asked for and given back", note, tuple(columns), cells)
+    return Table(key, "Specified and computed restitution", note, tuple(columns), cells)
 
 
 def _sentences(rows: list[Returned]) -> list[str]:
@@ -109,19 +109,19 @@ def _sentences(rows: list[Returned]) -> list[str]:
         return []
     widest, least, most = max(spans, key=lambda span: (span[0], span[1].wanted))
     if widest < ALIKE:
-        return ["In a free impact each of these laws gives back the restitution that it is asked for, or all the same."]
+        return ["In a free impact all these laws give the same restitution, or the specified one."]
     return [
-        f"Asked for a restitution of {wording.short(least.wanted, 3)}, a free impact gives back "
+        f"With a specified restitution of {wording.short(least.wanted, 3)}, a free impact has a restitution of "
         f"{wording.plain(least.given)} ({least.law}) to {wording.plain(most.given)} ({most.law})."
     ]
 
 
 def _picture(axis: Axis, rows: list[Returned]) -> Picture:
     points = [(row.law, row.wanted, row.given) for row in rows]
-    alt = "; ".join(f"{law}, asked for {wanted:.3g}: {given:.3g}" for law, wanted, given in points)
+    alt = "; ".join(f"{law}, specified {wanted:.3g}: {given:.3g}" for law, wanted, given in points)
     return Picture(
-        "Restitution given back",
-        "Of a free impact, compared with what was asked for.",
+        "Restitution of a free impact",
+        "Computed for a free impact, and compared with the specified restitution.",
         f"Restitution by {axis.name}. {alt}",
         lambda ax: comparison.returned(ax, points),
         size=(4.2, 1.15 + 0.22 * len({row.law for row in rows})),

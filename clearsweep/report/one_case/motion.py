@@ -131,7 +131,7 @@ def onsets(study: Study, case_id: str, events: Mapping, path: Mapping) -> list[P
     return [
         Picture(
             "Contact onsets",
-            "Closing rate at each onset, the whole run.",
+            "Closing rate at each onset of the whole run.",
             f"{int(kept.sum())} contact onsets, the fastest at {_most(rate, 'm/s')}.",
             lambda ax: motion.events(ax, angle, rate, limits),
             FLAT,
@@ -184,7 +184,7 @@ def _torque(study: Study, case_id: str, saved: History) -> list[Picture]:
         if channel.name.endswith("/torque"):
             values, name = saved.values(channel.name), _words(channel)
             free = study.has("crank_speed_min")
-            caption = "What the drive gives." if free else "What the drive must give to hold the crank speed."
+            caption = "What the drive gives." if free else "Torque that keeps the crank speed constant."
             alt = f"{capital(name)}, at most {_most(values, channel.unit)}."
             paint = saved.painter(values, channel.unit, name, ideal.torque if ideal else None)
             drawn.append(Picture(capital(name), caption, alt, paint, FLAT, played=True))
@@ -262,7 +262,7 @@ def _unrolled(where: str, curve: tuple[np.ndarray, ...], clearance: float) -> Pi
     return Picture(
         f"Journal orbit unrolled{where}",
         f"The gap in the direction of the journal centre{below}.",
-        f"Gap over the direction of the journal centre, at least {least}.",
+        f"Gap against the direction of the journal centre, at least {least}.",
         lambda ax: motion.unrolled(ax, x, y, force, clearance),
         SQUARE,
     )

@@ -44,7 +44,7 @@ def pictures(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray], 
         Picture(
             "Tilt",
             "Angle between the axes of bearing and journal.",
-            f"Tilt over crank angle, at most {most}.",
+            f"Tilt against crank angle, at most {most}.",
             lambda ax: spatial.tilt(ax, angle, tilted, limit),
             FLAT,
         ),

@@ -51,7 +51,7 @@ def pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[P
         if depth.any()
     ]
     if pictures:
-        text = "Wear depth over the angle on the body, of bearing and journal."
+        text = "Wear depth of bearing and journal against the angle on the body."
         painted = partial(wear.along_length, depths=depths, scale=scale)
         pictures.append(Picture("Depth along the surface", "", text, painted, FLAT))
     return pictures
@@ -80,15 +80,22 @@ def round_it(depth: np.ndarray) -> np.ndarray:
     return np.asarray(depth, float) if depth.ndim == 1 else np.asarray(depth.max(axis=1), float)
 
 
+def ranked_by(study: Study, joint: Joint) -> str:
+    """Return the column that ranks the wear of a joint: its rate, or the depth where there is no rate."""
+    rate = joint.column("wear_rate_max")
+    return rate if study.has(rate) else joint.column("wear_depth_max")
+
+
 def chosen(study: Study, joint: Joint) -> Interactive | None:
-    """Return the wear of the joint's most worn cases for selection, or None with fewer than two."""
-    column = joint.column("wear_depth_max")
+    """Return the wear of the joint's most worn cases but the first, for comparison with that; None without others."""
+    column = ranked_by(study, joint)
     places = study.cases.ordered(column)[: min(int((study.cases[column] > 0.0).sum()), MOST // len(study.joints))]
     if len(places) < 2:
         return None
+    places = places[1:]
     label = f"Wear depth round the bodies of joint {joint.title}, of a case to choose"
     cases = [_drawn(study, joint, case_id) for case_id in study.cases.index[places]]
-    data = {"title": f"Joint {joint.title}, of any case: ", "bodies": bodies(study, joint), "cases": cases}
+    data = {"title": f"Joint {joint.title}, another case: ", "bodies": bodies(study, joint), "cases": cases}
     return Interactive("worn", f"worn-{joint.name}", label, data, "")
 
 

@@ -12,9 +12,10 @@ from ..data.study import Study
 
 #: Sections with counts of all cases, and their other contents; sections without counts have no note.
 _MIXED = {
-    "verdict": "Counts are of all cases. Maps and shares are of the sample, {}.",
-    "failures": "The numbers are of all cases. The list has those of the sample, {}.",
-    "trust": "Failed cases and those beyond a law are counted of all cases. All else is of the sample, {}.",
+    "verdict": "Counts include all cases. Maps and shares come from the sample, {}.",
+    "failures": "The numbers include all cases. The list contains those of the sample, {}.",
+    "trust": "Counts of failed cases, and of those beyond the range of a law, include all cases. "
+    "The rest comes from the sample, {}.",
     "mechanism": "",
     "setup": "",
 }
@@ -82,7 +83,7 @@ def noted(study: Study, section: Section) -> Section:
     if not section.title or not study.run.marks():
         return section
     shown = f"{len(study.cases) + len(study.failed):,} of {sum(finished_and_failed(study)):,} cases"
-    text = _MIXED.get(section.key, "Counts and shares are of the sample, {}.").format(shown)
+    text = _MIXED.get(section.key, "Counts and shares come from the sample, {}.").format(shown)
     return section._replace(blocks=[Note(text), *section.blocks]) if text else section
 
 

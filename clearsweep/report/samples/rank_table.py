@@ -4,11 +4,13 @@ import itertools
 
 import numpy as np
 
+from ...judging import sampled
+from ...judging.probability import Estimate
 from ...language import wording
 from ..blocks.table import Column, Quantity, Table
 from ..data.study import Study
-from ..statistics import ranks, sensitivity
-from ..statistics.sensitivity import Estimate, Setting
+from ..statistics import sensitivity
+from ..statistics.sensitivity import Setting
 from .sample_tables import (
     any_exceeded,
     estimate_cells,
@@ -19,8 +21,6 @@ from .sample_tables import (
     point_cells,
     variables,
 )
-
-LEAST = 8  # cases: correlations of fewer are meaningless
 
 
 def rank_table(study: Study, samples: list[Setting]) -> Table:
@@ -57,17 +57,9 @@ def correlations(study: Study, sample: Setting, column: str) -> list[tuple[str, 
 
     [] with too few cases, and for a constant figure.
     """
-    values, rows = sample.figures[column], []
-    known = np.isfinite(values)
-    if known.sum() < LEAST or np.ptp(values[known]) == 0.0:
-        return []
     table = study.run.grid["sample"]["drawn"]
-    drawn = {path: np.asarray(table[path], float)[known] for path in variables(study)}
-    for path, x in drawn.items():
-        others = [other for name, other in drawn.items() if name != path]
-        alone = ranks.rank_correlation(x, values[known])
-        rows.append((path, alone, ranks.partial_rank_correlation(x, values[known], others)))
-    return sorted(rows, key=lambda each: -abs(np.nan_to_num(each[2].value)))
+    drawn = {path: np.asarray(table[path], float) for path in variables(study)}
+    return sampled.correlations(drawn, sample.figures[column])
 
 
 def _halves(study: Study, sample: Setting, values: np.ndarray) -> list[Quantity]:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...judging.probability import Estimate
 from ...judging.verdict import Limit
 from ...language import wording
 from ..blocks.case_table import axis_columns
@@ -13,7 +14,7 @@ from ..data.axis import Axis
 from ..data.shown import shown
 from ..data.study import Study
 from ..statistics import sensitivity
-from ..statistics.sensitivity import Chance, Effect, Estimate, Setting
+from ..statistics.sensitivity import Chance, Effect, Setting
 
 
 class Judged(NamedTuple):
@@ -158,9 +159,9 @@ def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]
                 rows.append((*head, *cells, *_chance_cells(chance, verdict, shown=place == 0)))
     note = (
         "First-order: the share of the figure's variance that the variable explains by itself; total: with all its "
-        "interactions. In brackets the bootstrap interval. Share of chance: what of the variance is chaos, not the "
-        "variables; from a half on the figure is chaotic, its spread under a tiny disturbance as large as its "
-        "effect."
+        "interactions. In brackets: the bootstrap interval. Share of chance: the share of the variance that chaos "
+        "causes. If it is one half or more, the figure is chaotic: a tiny disturbance changes it as much as the "
+        "variables do."
     )
     sentences = [
         _advice([name for name in verdicts if verdicts[name] == verdict], verdict)
@@ -168,7 +169,7 @@ def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]
     ]
     if not measured:
         sentences.append(
-            "Chaos was not measured in this run, only bounded. Its share of the variance is at most the smallest "
+            "This run did not measure chaos, it only bounds it. Its share of the variance is at most the smallest "
             "total index of a variable that has an effect. simulate: {error_check: true} measures it."
         )
     return Table("sensitivity", "Sobol indices", note, columns, rows), sentences
@@ -199,8 +200,8 @@ def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]
                 head = (figure.name, figure.unit, *point_cells(study, sample), names[effect.path])
                 rows.append((*head, *cells, _blur(effect)))
     note = (
-        "One variable at a time, the others at their medians. Scatter: change of the figure under disturbances of "
-        "1e-9 of the variables' ranges, or at a tenth of the tolerance if that was run."
+        "Each variable changes alone, with the others at their medians. Scatter: change of the figure under "
+        "disturbances of 1e-9 of the variables' ranges, or at a tenth of the tolerance if the run computed that."
     )
     sentences = [_advice(list(chaotic), "chaotic")] if chaotic else []
     return Table("one_at_a_time", "One-at-a-time effects", note, columns, rows), sentences
@@ -233,8 +234,8 @@ def _advice(figures: list[str], verdict: str) -> str:
     state = f"{'are' if several else 'is'} {'' if verdict == 'chaotic' else 'not known to be free of '}"
     state += "chaotic here" if verdict == "chaotic" else "chaos here"
     names = wording.sentence_list(figures)
-    sentence = f"{names} {state}: what a variable seems to do to {'them' if several else 'it'} may be chance."
-    return f"{sentence[0].upper()}{sentence[1:]} Take p99 or rms in place of peaks, or a longer run."
+    sentence = f"{names} {state}: apparent effects of a variable may be chance."
+    return f"{sentence[0].upper()}{sentence[1:]} Use p99 or rms instead of peaks, or a longer run."
 
 
 def variables(study: Study) -> dict[str, str]:

@@ -118,7 +118,7 @@ def _sentences(study: Study, column: str, base: str, bars: list[Bar]) -> list[st
     ]
     if idle:
         sentences.append(f"Less than {wording.percent(SMALL)} between the ends: {wording.sentence_list(idle)}.")
-    return [*sentences, "One unknown at a time: what two of them do together is not seen."]
+    return [*sentences, "The cases change one unknown at a time, so they do not show interactions."]
 
 
 def _percent(share: float) -> str:
@@ -137,7 +137,7 @@ def _picture(study: Study, bars: list[Bar]) -> Picture:
     alt = "; ".join(f"{b.unknown.name}: {_percent(b.down)} to {_percent(b.up)}" for b in bars)
     return Picture(
         "Error budget",
-        "by how much each unknown alone moves the force peak",
+        "effect of each unknown alone on the force peak",
         f"Bars of the change of the force peak by unknown. {alt}",
         lambda ax: budget.tornado(ax, drawn, PEAK.name),
         size=(7.0, 0.8 + 0.34 * len(bars)),

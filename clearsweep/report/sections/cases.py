@@ -7,8 +7,9 @@ from collections.abc import Iterable
 
 from markupsafe import Markup
 
+from ...language import wording
 from ..blocks.picture import capital
-from ..blocks.section import Block, Detail, Note, Section
+from ..blocks.section import Block, Detail, Section
 from ..data.shown import shown
 from ..data.study import Joint, Study
 from ..data.worst_case import question, worst_case
@@ -17,8 +18,8 @@ from ..one_case.motion import history, onsets, pictures
 
 NO_JOINT = Joint("-", "", wears=False)  # figures of the mechanism alone
 NOT_SAVED = Markup(
-    "This run saved no time histories (<code>save: {orbits: none}</code>). <code>clearsweep show DIR CASE_ID</code> "
-    "simulates one case again and draws it."
+    "No time histories were saved (<code>save: {{orbits: none}}</code>). To see this case in motion: "
+    "<code>clearsweep show {} {}</code>"
 )
 
 
@@ -29,8 +30,15 @@ def sections(study: Study) -> list[Section]:
     worst = worst_case(study)
     ids = [worst[0]] if worst else []
     why = "Worst case" if len(study.cases) > 1 else "The case"
-    details: list[Block] = [*_details(study, [*ids, *_ranked(study)][:1], {}, why)]
-    return [Section("cases", "The worst case" if len(study.cases) > 1 else "The motion", details or [Note(NOT_SAVED)])]
+    shown_ids = [*ids, *_ranked(study)][:1]
+    blocks: list[Block] = [*_details(study, shown_ids, {}, why)] or [_unseen(study, each, why) for each in shown_ids]
+    return [Section("cases", "The worst case" if len(study.cases) > 1 else "The motion", blocks)]
+
+
+def _unseen(study: Study, case_id: str, why: str) -> Detail:
+    """Return a case without time histories: its figures, and the command that draws it."""
+    remark = NOT_SAVED.format(study.run.directory, wording.short_id(case_id))
+    return Detail(why, case_id, study.setting(case_id), _figures(study, case_id), [], note=remark)
 
 
 def others(study: Study) -> list[Section]:

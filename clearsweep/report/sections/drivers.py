@@ -207,9 +207,9 @@ def _table(study: Study) -> Table:
         scale = wording.scale(study.unit(column), [median for effect in effects for median in effect.medians])
         rows += [_row(study, name, effect, scale) for effect in effects]
     note = (
-        "Median over all finished cases that share a value; the other axes run over all their values. Share of the "
-        "variation: of the variance of the logarithm of the figure, what the axis explains by itself; the rest "
-        "is interaction and chaos."
+        "Median over all finished cases that share a value; the other axes take all their values. Share of the "
+        "variation: the part of the variance of the figure's logarithm that the axis explains by itself. Interaction "
+        "and chaos explain the rest."
     )
     return Table("effects", "Main effects", note, columns, rows)
 

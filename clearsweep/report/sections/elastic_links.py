@@ -54,9 +54,9 @@ def _stiffness(study: Study, joint: Joint, worst: str, case: Case, links: Links)
         f"Along the line of its pins {names} {verb} {_stiff(stiffness / softness)}."
     )
     if study.cases.at[worst, joint.column("impacts_per_rev")] < IMPACTS:
-        return compared, "Journal and bearing hardly part there: a rigid link changes the peak little."
+        return compared, "Journal and bearing hardly separate there, so a rigid link changes the peak little."
     return compared, (
-        "It impacts there. With rigid links such an impact would be at least "
+        "Impacts occur there. With rigid links such an impact would be at least "
         f"{wording.plain(math.sqrt(1.0 + softness), 2)} times as hard: contact and link are two springs in series. A "
         f"case with an {KEY} ten times as large computes it."
     )

@@ -33,12 +33,12 @@ def _sections(study: Study, title: str) -> list[Section]:
     kept = _kept(study)
     blocks: list[Block] = []
     if len(kept) < len(study.cases):
-        blocks.append(Note(f"{len(kept)} of {len(study.cases)} cases: the worst ones, others drawn by lot."))
+        blocks.append(Note(f"{len(kept)} of {len(study.cases)} cases: the worst ones, and others chosen at random."))
     columns = [*(_axis(study, axis, kept) for axis in study.swept()), *_figures(study, kept)]
     data = {"ids": "".join(study.cases.index[kept]), "show": "clearsweep show DIR CASE", "columns": columns}
     if _objectives(study):
         data |= _marked(study, kept, columns)
-    without = "The tables below hold the same figures; sorting, filtering and comparing them here needs scripts."
+    without = "The tables below contain the same figures. Sorting, filtering and comparing them here needs scripts."
     blocks.append(Interactive("explorer", "all-cases", "All cases, to sort, filter and compare", data, without))
     return [Section("explore", title, blocks)]
 

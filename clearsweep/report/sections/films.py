@@ -6,8 +6,8 @@ from ..data.shown import shown
 from ..data.study import Study
 
 NOTE = (
-    "The film bears alone where the journal keeps clear of the bearing; past its limit its formula is evaluated at the "
-    "limit. Least film and loss are those of the recorded window."
+    "The film carries the whole load as long as the journal does not touch the bearing. Beyond the limit of its law, "
+    "the formula is evaluated at the limit. Least film and loss belong to the recorded window."
 )
 
 

@@ -11,9 +11,13 @@ from ..blocks.case_table import AT_ONCE, axis_columns
 from ..blocks.section import Points, Section, filled
 from ..blocks.table import Column, Table
 from ..data.leading import PEAK
-from ..data.study import PER_HOURS, Joint, Study, grouped
+from ..data.study import Joint, Study, grouped
 from ..samples import counts
 from .verdict import ratios
+
+TRANSIENT = (
+    "The motion is a start-up, so figures are those of this run from rest or its initial speed, not of a steady state."
+)
 
 
 def sections(study: Study) -> list[Section]:
@@ -79,22 +83,6 @@ def _output(study: Study) -> list[str]:
     return [f"{sentence}."]
 
 
-def wear(study: Study) -> list[str]:
-    """Return the deepest wear of each joint."""
-    points = []
-    for joint in study.joints:
-        column = joint.column("wear_depth_max")
-        if joint.wears and study.has(column):
-            worst = study.cases[column].idxmax()
-            # two spans of time, orders apart: 15.7 nm compared with 590 mm
-            depth, hours = study.text(worst, column), study.text(worst, joint.column(PER_HOURS))
-            points.append(
-                f"Deepest wear in joint {joint.title}: {depth} in the window, at that rate {hours} in 1000 h"
-                f"{_at(study, worst)}."
-            )
-    return points
-
-
 def _restitution(study: Study) -> list[str]:
     points = []
     for joint in study.joints:
@@ -110,22 +98,29 @@ def repeating(study: Study) -> list[str]:
     """Return the number of periodic and of chaotic motions, and the weight that a single peak thus has."""
     if "period" not in study.cases:
         return []
+    if study.transient:
+        return [TRANSIENT]
     periods, count = study.cases["period"], len(study.cases)
     repeated, points = periods.to_numpy()[periods.notna()], []
     if len(repeated):
-        cases = "All motions" if len(repeated) == count else f"{len(repeated)} of {wording.count(count, 'motion')}"
+        cases = "Every motion" if len(repeated) == count else f"{len(repeated)} of {wording.count(count, 'motion')}"
         shares = Counter(int(period) for period in repeated)
-        shares_of = wording.sentence_list([f"{number} with {period}" for period, number in sorted(shares.items())])
-        points.append(f"{cases} are periodic (revolutions: {shares_of}); their peaks recur in every period.")
+        shares_of = [f"{number} every {_turns(period)}" for period, number in sorted(shares.items())]
+        repeats = "repeats itself" if len(repeated) in (1, count) else "repeat themselves"
+        points.append(f"{cases} {repeats}: {wording.sentence_list(shares_of)}. Their peaks recur in every period.")
     points += _chaotic(study)
     if len(repeated) < count:
         rest, suffix = wording.count(count, "motion"), _beside_median(study, study.hardest_joint())
         points.append(
-            f"No period was found in {count - len(repeated)} of {rest}. Compare these by the median peak per "
-            f"revolution, by rms or p99{suffix}."
+            f"{count - len(repeated)} of {rest} did not repeat within the run, so the largest peak is partly chance"
+            f"{suffix}. Compare by median peak, rms or p99, the force exceeded during 1 % of the time."
         )
         points += _expected(study)
     return points
+
+
+def _turns(period: int) -> str:
+    return "revolution" if period == 1 else f"{period} revolutions"
 
 
 def _expected(study: Study) -> list[str]:
@@ -136,7 +131,8 @@ def _expected(study: Study) -> list[str]:
     largest = expected.worst(block, joints)
     if largest is None:
         return [
-            f"No peak is predicted for 10⁶ revolutions: that takes {expected.NEEDED} independent ones in the window."
+            f"Without a period, the largest peak in 10⁶ revolutions is predicted only from {expected.NEEDED} or more "
+            "independent revolutions in the window."
         ]
     joint = next(joint for joint in study.joints if joint.name == largest.joint)
     ends = wording.in_common_unit((largest.value, largest.high, largest.seen), "N")
@@ -163,7 +159,7 @@ def _beside_median(study: Study, joint: Joint) -> str:
     ratio = peaks / np.where(medians > 0.0, medians, np.nan)
     ratio = ratio[np.isfinite(ratio)]
     span = " to ".join(dict.fromkeys((wording.plain(ratio.min(), 2), wording.plain(ratio.max(), 2))))
-    return f" (the largest peak is {span} times that median)" if len(ratio) else ""
+    return f": {span} times the median peak per revolution" if len(ratio) else ""
 
 
 def limits(study: Study) -> list[str]:
@@ -190,7 +186,7 @@ def _best_by_speed(study: Study) -> Table:
     error = study.column("error_max")
     of_output = [(error, f"{study.run.layout.output} error")] if error else []
     peak, ratio = (joint.column(name) for name in (PEAK.figure, "force_peak_ratio"))
-    figures = ((peak, "force peak"), (p99, "force p99"), (ratio, "peak / ideal"), *of_output)
+    figures = ((peak, "force peak"), (p99, "force p99"), (ratio, "load / ideal"), *of_output)
     forces, ends = study.cases[peak].to_numpy(), []
     known = np.where(np.isfinite(forces), study.places(speed), -1)
     for value, cases in zip(speed.values, grouped(known, len(speed.values)), strict=True):

@@ -1,10 +1,12 @@
 """Wear and life at a glance: deepest wear, its map, and the life of joints where the verdict does not lead."""
 
+from ...judging import answer
 from ..blocks.picture import Picture
 from ..blocks.section import Gallery, Points, Section, filled
+from ..data.answered import answer_cases
 from ..data.study import PER_HOURS, Study
 from ..data.worst_case import question
-from . import headline, life, maps
+from . import life, maps
 
 
 def sections(study: Study) -> list[Section]:
@@ -12,7 +14,7 @@ def sections(study: Study) -> list[Section]:
     if study.cases.empty:
         return []
     of_life = [] if question(study).question == "life" else life.ends(study)
-    blocks = filled([Points([*of_life, *headline.wear(study)]), Gallery("", _maps(study))])
+    blocks = filled([Points([*of_life, *answer.wear(answer_cases(study))]), Gallery("", _maps(study))])
     return [Section("lasting", "Wear and life", blocks)]
 
 

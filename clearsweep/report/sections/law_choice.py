@@ -78,8 +78,8 @@ def _forces(study: Study, matched_cases: Matched, joint: Joint) -> Table:
                 cells += [*ends, float(ratios[column].get(law, np.nan))]
             rows.append((law, counted(int(alike.sum())), *cells))
     note = (
-        "Median (smallest to largest) of all finished cases with the law. Beside other laws: the figure over the "
-        "median of all laws at otherwise equal values; the median of these ratios."
+        "Median (smallest to largest) of all finished cases with the law. Compared with other laws: the figure divided "
+        "by the median of all laws at otherwise equal values. The table shows the median of these ratios."
     )
     title = f"Forces in joint {joint.title}, by {axis.name}"
     return Table(f"{axis_key(axis)}_{joint.name}", title, note, tuple(heads), rows)
@@ -139,7 +139,7 @@ def _sentence(study: Study, axis: Axis, spread: Table) -> str:
     hardest = study.hardest_joint()
     rows = {name: rest for name, title, *rest in spread.rows if title == hardest.title}
     if "force peak" not in rows:
-        return f"No two finished cases differ in the {axis.name} alone: what follows does not compare like with like."
+        return f"No two finished cases differ in the {axis.name} alone, so this section compares unlike cases."
     factors = [
         f"the {name} by a factor of {wording.plain(median)} (at most {wording.plain(largest)})"
         for name, (_, median, largest, *_) in rows.items()
@@ -155,8 +155,8 @@ def _sentence(study: Study, axis: Axis, spread: Table) -> str:
     effect = next((effect for effect in effects if effect.axis is axis), None)
     if effect is not None and not effect.clear() and median >= CLEAR_FACTOR:
         sentence += (
-            " For the peak that is within the scatter: it is a single event, and part of its spread is chance; "
-            "p99 and rms compare laws better."
+            " The change of the peak is within the scatter: a peak is a single event, and part of its spread is "
+            "chance. p99 and rms compare laws better."
         )
     return sentence
 

@@ -17,7 +17,6 @@ NOTE = (
     "The shortest, the median and the longest life, node by node of the extrapolation; bars: the 95 % interval of the "
     "numerics alone of the revolutions to the limit, dotted. The map shows the shortest life of the cases of a cell."
 )
-CALLED = {"wear_depth_max": "wear depth", "clearance_growth": "growth of the clearance"}
 
 
 def sections(study: Study) -> list[Section]:
@@ -37,9 +36,7 @@ def ends(study: Study) -> list[str]:
 def _points(study: Study, joint: Joint) -> list[str]:
     """Return the shortest and the longest life, and the number of cases that did not reach their limit."""
     asked, hours = study.run.grid["life"], joint.column("life_hours")
-    what = f"{CALLED[asked['of']]} in joint {joint.title}"
-    limit = study.base.get("life", asked).get("limit")
-    until = f"until the {what} is {wording.text(limit, 'm')}" if limit is not None else f"until the limit of {what}"
+    until = f"of joint {joint.title}, {lifetime.criterion(asked | study.base.get('life', {}))}"
     points = []
     if study.has(hours):
         known = study.cases[hours]

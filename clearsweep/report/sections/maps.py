@@ -51,11 +51,13 @@ def sections(study: Study) -> list[Section]:
 
 
 def _section(study: Study, joint: Joint, maps: list[Map]) -> Section:
-    note = "Every pair of swept values; the last maps show further figures over the pair that matters most. "
-    worst = "Of the cases of a cell the worst is shown, of times in contact, impacts and restitution the median."
-    note += "The median of the cases of a cell is shown." if study.typical else worst
+    note = (
+        "The maps show every pair of swept values; the last ones show further figures for the pair that matters most. "
+    )
+    worst = "Each cell shows its worst case; for contact time, impacts and restitution it shows the median."
+    note += "Each cell shows the median of its cases." if study.typical else worst
     if "refine" in study.run.grid:
-        note += " Cases that refine put between the values of the axes are left out."
+        note += " The maps leave out the cases that refine put between the values of the axes."
     note += " Maps of one figure share their colours."
     title = f"Heat maps{study.where(joint, ', joint {}')}"
     shown = maps[1:] if first(study) else maps
@@ -81,7 +83,7 @@ def _maps(study: Study, joint: Joint) -> list[Map]:
     pairs = [_in_order(study, pair) for pair in itertools.combinations(ranked, 2)][:PAIRS]
     if not pairs:
         return []
-    more = [(joint.column("force_peak"), "force peak"), (joint.column("force_peak_ratio"), "peak / ideal peak")]
+    more = [(joint.column("force_peak"), "force peak"), (joint.column("force_peak_ratio"), "load over ideal peak")]
     more += [(joint.column(RATIO), "p99 / ideal peak")] if ideal_varies(study, joint) else []
     more.append((joint.column("impacts_per_rev"), study.onsets))
     more += [(joint.column(figure), name) for figure, name in FIGURES]
@@ -143,6 +145,7 @@ def _picture(study: Study, shown: Map, span: tuple[float, float]) -> Picture:
         caption,
         f"Heat map of {shown.name} over {across.name} and {up.name}, from {lowest} to {highest}. {caption}",
         lambda ax: heat_map.heat_map(ax, table, shown.pair, scale, shown.name, span),
+        heat_map.SIZE,
         spots=_spots(study, shown, scale),
     )
 

@@ -25,9 +25,9 @@ SMALL = (3.5, 2.9)  # inches
 def sections(study: Study) -> list[Section]:
     """Return the section, or [] if no drive turns the mechanism or no case finished."""
     joint = study.hardest_joint()
-    if study.cases.empty or not study.driven or not study.has(joint.column("contact_fraction")):
+    if study.cases.empty or study.transient or not study.driven or not study.has(joint.column("contact_fraction")):
         return []
-    note = "Period: revolutions after which the force repeats itself; irregular: it was not seen to."
+    note = "Period: revolutions after which the force repeats itself; irregular: no period was found."
     if not _oiled(study, joint):
         where = study.where(joint, " of joint {}")
         note = f"Contacts{where}: an impact is over within {kinds.SHORT:g}° of the crank. {note}"
@@ -58,9 +58,8 @@ def _maps(study: Study, joint: Joint) -> list[Picture]:
         known = np.where(values < 0, np.nan, values)
         if np.isfinite(known).any():
             maps.append(_map(f"{name}: {across.name} {wording.TIMES} {up.name}", study, known, (across, up), words))
-    caption = (
-        f"The least calm over {wording.sentence_list(others)}, and how many are." if others else "One case per cell."
-    )
+    several = f"Most irregular motion over {wording.sentence_list(others)}, with the number of such cases."
+    caption = several if others else "One case per cell."
     return [picture._replace(caption=caption) for picture in maps]
 
 
@@ -114,14 +113,14 @@ def _table(study: Study, joint: Joint) -> Table:
             shares = (Quantity(part, wording.percent(part)) for part in parts[len(names) - len(times) :])
             rows.append((axis.name, Quantity(value, axis.text(value)), counted(cases), *shares))
     heads = ("axis", "value", "cases", *times, *(f"period {name}" for name in PERIODS[:3]), PERIODS[3])
-    note = "Of all cases that share the value: mean shares of the time, and the share of the cases with each period."
+    note = "For all cases that share the value: mean shares of the time, and the share of the cases with each period."
     return Table("kinds_of_motion", "Kinds of motion", note, tuple(map(Column, heads)), rows)
 
 
 def _of_points(study: Study) -> str:
     return (
-        "The journal at crank angle 0 of every revolution of the recorded window. Motion of period n revolutions has "
-        "n points, irregular motion a cloud."
+        "The journal at crank angle 0 of every revolution of the recorded window. A motion with a period of n "
+        "revolutions appears as n points, and irregular motion as a cloud."
     )
 
 
@@ -143,7 +142,7 @@ def _diagram(study: Study, joint: Joint, axis: Axis, reference: str) -> Picture 
     return Picture(
         f"Bifurcation diagram over {axis.name}{study.where(joint, ', joint {}')}",
         f"At {fixed_setting}; dotted: the clearance." if fixed_setting else "Dotted: the clearance.",
-        f"Places of the journal at crank angle 0 over {axis.name}, {points.x.size} points of {points.cases} cases.",
+        f"Journal at crank angle 0 against {axis.name}: {points.x.size} points of {points.cases} cases.",
         lambda ax: draw.bifurcation(ax, points, axis),
         FLAT,
     )

@@ -89,7 +89,7 @@ def _first(table: Table) -> Table:
     if len(table.rows) <= AT_ONCE:
         return table
     places = np.linspace(0, len(table.rows) - 1, AT_ONCE).round().astype(int)
-    note = f"{AT_ONCE} of {len(table.rows)} rows at equal steps; all of them are below, under More."
+    note = f"{AT_ONCE} of {len(table.rows)} rows at equal steps. The section below under More lists all of them."
     return table._replace(key="optimise-first", note=note, rows=[table.rows[place] for place in places], is_file=False)
 
 
@@ -115,8 +115,8 @@ def _beside_start(study: Study, rows: list[dict[str, Any]], names: list[str], st
     for name in names:
         best, before = rows[0][name], float(study.cases.at[start, name])
         change = f" ({100.0 * (best / before - 1.0):+.3g} %)" if before else ""
-        said.append(f"{name} {study.text(rows[0]['case_id'], name)} in place of {study.text(start, name)}{change}")
-    return [f"Beside the case that the grid has written: {wording.sentence_list(said)}."]
+        said.append(f"{name} {study.text(rows[0]['case_id'], name)} instead of {study.text(start, name)}{change}")
+    return [f"Compared with the case of the grid: {wording.sentence_list(said)}."]
 
 
 def _told_apart(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[str]:
@@ -141,7 +141,7 @@ def _told_apart(study: Study, rows: list[dict[str, Any]], names: list[str]) -> l
             f"{within} cannot be distinguished from it, as their intervals overlap."
         )
     lines += [
-        f"{name} is the largest peak of a window, which is luck where motion is chaotic; {name}_median and {name}_p95 "
+        f"{name} is the largest peak of a window, which is random in chaotic motion; {name}_median and {name}_p95 "
         "have intervals."
         for name in names
         if name.endswith("_force_peak") and study.has(f"{name}_median")
@@ -156,9 +156,9 @@ def _sentences(study: Study, rows: list[dict[str, Any]]) -> list[str]:
     if len(rows) > 1:
         lines = [f"The front: {len(rows)} of {looked_at:,} cases; none is worse than another in all objectives."]
     if rows[0]["margin"] is not None and rows[0]["margin"] < 0.0:
-        lines.append(f"No case keeps to the limits; this one comes nearest. It exceeds {rows[0]['limiting']}.")
+        lines.append(f"No case meets the limits; this one comes closest. It exceeds {rows[0]['limiting']}.")
     elif binding := sorted({row["limiting"] for row in rows if row["limiting"]}):
-        lines.append(f"The nearest limits are those on {wording.sentence_list(binding)}.")
+        lines.append(f"The closest limits are those on {wording.sentence_list(binding)}.")
     return lines
 
 
@@ -232,6 +232,6 @@ def _parallel(study: Study, rows: list[dict[str, Any]], names: list[str]) -> lis
         ax.set_yticks([])
         ax.set_xlim(-0.2, len(keys) - 0.8)
 
-    title = "All cases as lines over what varies and what is judged"
+    title = "All cases as lines across the axes of variables and objectives"
     text = f"{title}: {int(best.sum())} best of {len(best)} cases."
     return [Picture(title, "Grey: all cases; red: the best.", text, paint, (WIDTH, HEIGHT))]

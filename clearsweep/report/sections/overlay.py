@@ -31,7 +31,7 @@ def _sentences(study: Study, laid: Laid) -> list[str]:
     return [
         f"{laid.channel}, measured in {laid.file}: {len(laid.measured)} revolutions.",
         f"The nearest of {wording.count(laid.compared, 'case')} is {case}.",
-        f"The measured crank angle was {math.degrees(laid.angle):.3g}° off, which is put right here.",
+        f"The measured crank angle was {math.degrees(laid.angle):.3g}° off; this page corrects it.",
         f"The mean revolutions differ by {100.0 * laid.misfit:.3g} % (rms of the difference over the rms measured).",
     ]
 

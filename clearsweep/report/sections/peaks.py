@@ -25,9 +25,9 @@ def sections(study: Study) -> list[Section]:
     if study.driven:
         blocks.append(
             Note(
-                "Peak: the largest of the window; with it the median and the 95 % quantile of the peaks of its "
-                "revolutions, which are one where the motion repeats itself. Load: normal and friction force together. "
-                "p99: exceeded during 1 % of the time, so blind to shorter impacts. Ideal peak: largest reaction of "
+                "Peak: the largest force of the window, with the median and the 95 % quantile of the peaks of its "
+                "revolutions. In periodic motion the three are equal. Load: normal and friction force together. "
+                "p99: exceeded during 1 % of the time, so it ignores shorter impacts. Ideal peak: largest reaction of "
                 "the same joint without clearance."
             )
         )
@@ -62,7 +62,7 @@ def _certainty(study: Study) -> Table:
     table = case_table(study, "certainty", "How certain the figures are", columns, first)
     return table._replace(
         note=f"{table.note} Error: difference from a run at a tenth of the tolerance. Horizon: revolutions after which "
-        "two such runs are two samples of a chaotic motion. The error checks the revolutions before the horizon alone.",
+        "two such runs are two samples of a chaotic motion. The error is meaningful only before the horizon.",
         rows=_Unchecked(table, _words_of_columns(study)) if len(table.rows) else table.rows,
     )
 
@@ -106,7 +106,7 @@ def _checks(study: Study) -> list[str]:
         if chaotic > len(beyond):
             points.append(
                 f"In {wording.count(chaotic - len(beyond), 'chaotic case')} the peak{where} lies within the horizon: "
-                "there the error is a check of the first revolutions alone."
+                "there the error checks only the first revolutions."
             )
     return points
 

@@ -1,11 +1,10 @@
 """The section on a sample: how the figures spread, how likely limits are exceeded, what drives the spread."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from matplotlib.axes import Axes
 
-from ...judging.probability import INDEPENDENT
+from ...judging import sampled
+from ...judging.probability import INDEPENDENT, Estimate
 from ...language import wording
 from ...language.errors import InputError
 from ..blocks.picture import Picture, capital
@@ -16,15 +15,15 @@ from ..draw.style import RED
 from ..samples.rank_table import correlations, rank_table
 from ..samples.sample_tables import Judged, effect_table, index_table, limit_table, limited_figures, spread_table
 from ..statistics import sensitivity
-from ..statistics.sensitivity import Estimate, Setting
+from ..statistics.sensitivity import Setting
 
 HISTOGRAMS = 12  # drawn at most
 SCATTERED = 3  # figures, and variables of each, that are drawn
 SCATTER_NOTE = (
-    "The figures over the variables that go with them most; in brackets the 95 % interval; dashed: the limit, where "
-    "one is set."
+    "Each figure against the variables with the highest correlation. In brackets: 95 % interval; dashed: the limit, "
+    "if one is set."
 )
-NOTE = "Share of the cases; dotted: 5 %, 50 % and 95 % quantiles; red: the limit, where one is set."
+NOTE = "Share of the cases. Dotted: 5 %, 50 % and 95 % quantiles; red: the limit, if one is set."
 
 
 def sections(study: Study) -> list[Section]:
@@ -49,30 +48,11 @@ def leading(study: Study) -> list[Section]:
     known = correlations(study, sample, figures[0].column)
     if not known:
         return []
-    clear = sum(_is_clear(partial) for _, _, partial in known)
-    drawn = Gallery(SCATTER_NOTE, _clouds(study, sample, figures[0])[: max(clear, 1)], small=True)
-    return [Section("sample-drivers", "What drives it", [Points(_causes(study, figures[0], known)), drawn])]
-
-
-def _causes(study: Study, figure: Judged, known: Sequence[tuple[str, Estimate, Estimate]]) -> list[str]:
-    """Return the variables that go with a figure, the strongest first, and those without a clear effect."""
+    clear = sum(sampled.is_clear(partial) for _, _, partial in known)
     names = {axis.path: axis.name for axis in study.axes}
-    clear = [(names[path], partial) for path, _, partial in known if _is_clear(partial)]
-    weak = [names[path] for path, _, partial in known if not _is_clear(partial)]
-    if not clear:
-        return [f"No variable has a clear effect on the {figure.name}."]
-    said = [
-        f"{name} ({wording.plain(each.value, 2)}; 95 %: {wording.plain(each.low, 2)} to {wording.plain(each.high, 2)})"
-        for name, each in clear
-    ]
-    text = f"What drives the {figure.name}, by rank correlation with the other variables fixed: "
-    text += f"{wording.sentence_list(said)}."
-    return [text + (f" No clear effect on it: {wording.sentence_list(weak)}." if weak else "")]
-
-
-def _is_clear(correlation: Estimate) -> bool:
-    """Return whether the interval of a correlation excludes 0."""
-    return correlation.low > 0.0 or correlation.high < 0.0
+    drawn = Gallery(SCATTER_NOTE, _clouds(study, sample, figures[0])[: max(clear, 1)], small=True)
+    said = Points([sampled.causes(f"the {figures[0].name}", known, names)])
+    return [Section("sample-drivers", "What drives it", [said, drawn])]
 
 
 def _spreads(study: Study, samples: list[Setting]) -> list[str]:
@@ -89,10 +69,7 @@ def _spreads(study: Study, samples: list[Setting]) -> list[str]:
             sure = f" (95 %: {' to '.join(texts_of[3:])})" if len(texts_of) == 5 else ""
             at = [f"{name} {text}" for name, text in _point(study, sample)]
             where = f" at {', '.join(at)}" if at else ""
-            texts.append(
-                f"{capital(figure.name)}{where}: median {texts_of[1]}{sure}; 90 % of the cases are between "
-                f"{texts_of[0]} and {texts_of[2]}."
-            )
+            texts.append(sampled.spread(capital(figure.name), texts_of[:3], sure, where))
     return texts
 
 
@@ -187,9 +164,9 @@ def _histogram(study: Study, sample: Setting, figure: Judged) -> Picture:
     values = sample.figures[figure.column]
     values = values[np.isfinite(values)]
     scale = wording.scale(figure.unit, values)
-    marks = tuple(np.quantile(values, sensitivity.QUANTILES))
+    marks = tuple(np.quantile(values, sampled.QUANTILES))
     settings = [f"{name} {text}" for name, text in _point(study, sample)]
-    quantiles = zip(sensitivity.QUANTILES, marks, strict=True)
+    quantiles = zip(sampled.QUANTILES, marks, strict=True)
     fixed = [limit.value for limit in figure.limits if not limit.times]
     alt = ", ".join(f"{share:.0%} quantile {scale.text(mark)}" for share, mark in quantiles)
     return Picture(

@@ -49,13 +49,13 @@ def sections(study: Study) -> list[Section]:
         return []
     words = f"The {'largest' if answers.largest else 'smallest'} {answers.axis.name} within the limits"
     lines = [
-        "Safe up to the first value of the border; every value tried from its second value on fails; in between, "
-        "results are mixed.",
-        "A border wider than was asked for is due to chaotic motion near it.",
+        "All values tried up to the first end of the border keep to the limits; between its ends results are mixed. "
+        "From its second end at least two tried values in a row fail; values further away may differ.",
+        "Chaotic motion near the border makes it wider than `within`.",
     ]
     if answers.axis.labels:  # all fits are tried, and some beyond the border may be safe, too
         lines = [
-            "Every fit is judged at its largest clearance. The answer is the last one before the first that fails."
+            "Every fit is tried at its largest clearance. The answer is the last fit before the first one that fails."
         ]
     sentences, pictures = Sentences(lines), Gallery("", _pictures(answers, words))  # the verdict has the answer
     blocks: list[Block] = [sentences, pictures, _table(study, answers), *_nearest(study, answers)]
@@ -72,7 +72,7 @@ def safest(study: Study) -> list[str]:
     if none:
         many = f" in {len(none)} of {len(answers.rows)} searches" if len(answers.rows) > 1 else ""
         return [
-            f"{end} safe {name}: none of the range that was looked at{many}{_because(study, answers, none[0])}.",
+            f"{end} safe {name}: none in the range{many}{_because(study, answers, none[0])}.",
             *_not_monotone(answers),
         ]
     choose = min if answers.largest else max
@@ -81,7 +81,7 @@ def safest(study: Study) -> list[str]:
     if answers.each and len(answers.rows) > 1:
         text += f", which is safe in all {len(answers.rows)} searches"
     border = answers.interval(row)
-    text += f"; the border is {border}" if border else "; the range that was looked at ends there"
+    text += f"; the border is {border}" if border else "; the range of the search ends there"
     return [f"{text}{_because(study, answers, row)}.", *_not_monotone(answers)]
 
 
@@ -188,7 +188,7 @@ def _nearest(study: Study, answers: _Answers) -> list[Block]:
         )
         for each in best
     ]
-    blocks: list[Block] = [Table("nearest", "How near the cases come to their limits", "", columns, rows)]
+    blocks: list[Block] = [Table("nearest", "How close the cases come to their limits", "", columns, rows)]
     if nearest["needed"] and len(best) > 1:
         blocks.append(Sentences([f"All of these {len(best)} would pass with {_limits(nearest['needed'])}."]))
     return [*blocks, *_effects(answers, nearest)]
@@ -205,13 +205,13 @@ def _effects(answers: _Answers, nearest: dict[str, Any]) -> list[Block]:
     if not nearest["effects"]:
         return []
     if not rows:
-        return [Sentences(["No other key of the grid moves the margin by itself."])]
+        return [Sentences(["No other key of the grid changes the margin by itself."])]
     others = [f"{other.name} {other.text(furthest['point'].get(other.path))}" for other in answers.others]
     setting = ", ".join([*others, f"{answers.axis.name} {answers.axis.text(furthest['value'])}"])
     margin = _margin(furthest["margin"]).text
     note = f"Of the case furthest from its limits ({setting}), whose margin is {margin}. One key at a time is changed."
     columns = (Column("key"), Column("value"), Column("margin with 10 % less"), Column("with 10 % more"))
-    return [Table("nearest-keys", "Other keys that move the margin", note, columns, rows)]
+    return [Table("nearest-keys", "Other keys that change the margin", note, columns, rows)]
 
 
 def _margin(margin: float | None, missing: str = "unknown") -> Quantity:
@@ -235,7 +235,7 @@ def _pictures(answers: _Answers, title: str) -> list[Picture]:
     return [
         Picture(
             capital(f"{title.removeprefix('The ')} over {other.name}"),
-            "Dot: the last value that is safe; bar: where the border is.",
+            "Dot: the last safe value; bar: the border.",
             f"{title} over {other.name}. {ends}",
             lambda ax: draw.intervals(ax, results, other, answers.axis),
         )

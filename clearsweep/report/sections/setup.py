@@ -29,8 +29,8 @@ NOT_FOR_PEOPLE = ("machine.node", "merged.mark")  # the name of a machine is nob
 CHECKSUM_SHOWN = 12  # characters of a checksum; run.json has all
 SUMS = (("steps", "accepted steps, all cases"), ("rhs_evaluations", "evaluations, all cases"))
 RESIDUAL = (
-    "Energy residual: largest imbalance of work, energy and losses over the largest kinetic energy. It says how well "
-    "the equations were solved, not how well they describe a machine."
+    "Energy residual: largest imbalance of work, energy and losses, divided by the largest kinetic energy. It shows "
+    "how accurately the equations are solved, and not how well they describe a machine."
 )
 
 
@@ -43,7 +43,7 @@ def sections(study: Study) -> list[Section]:
         Facts("Derived from these", "Derived values", _derived(study)),
     ]
     origin: list[Block] = [Facts("Provenance", "Provenance", _provenance(study)), Note(RESIDUAL)]
-    return [Section("setup", "Setup", [Columns((filled(values), origin))])]
+    return [Section("setup", "Values and origin", [Columns((filled(values), origin))])]
 
 
 def _listed(axis: Axis) -> str:

@@ -2,11 +2,13 @@
 
 import numpy as np
 
-from ...judging import verdict
+from ...judging import answer, verdict
 from ...language import wording
+from ..blocks.picture import capital
 from ..blocks.section import Cards, Section
+from ..data.answered import answer_cases
 from ..data.leading import PEAK
-from ..data.study import Joint, Study
+from ..data.study import PER_HOURS, Joint, Study
 from ..data.worst_case import question, worst_case
 from ..samples import counts
 from ..statistics import elastic_range
@@ -28,21 +30,23 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
     said = (f"{failed} failed" if failed else "none failed") + (f", {missing} not run yet" if missing else "")
     cards = [("Cases finished", f"{finished} of {finished + failed + missing}", said)]
     if study.run.marks():
-        shown = "rows at random, and those with the smallest and the largest value of each figure of all cases"
+        shown = "random rows, and the rows with the smallest and the largest value of each figure among all cases"
         cards.append(("Shown on this page", f"{len(study.cases) + len(study.failed)} cases", shown))
     if study.cases.empty:
         return cards
+    if started := answer.start_up_card(answer_cases(study)):
+        cards.append(("Start-up time", *started))
     cards += _answer(study)
     if question(study).question == "identify":
         return cards  # the others would be of machines that were only tried
     figures = (
         *(() if question(study).question == "force" else ((PEAK.figure, "Largest normal force", ""),)),
-        ("force_peak_ratio", "Peak over ideal peak", "1: as without clearance"),
+        ("force_peak_ratio", "Load over ideal peak", "1: as without clearance"),
         ("force_rms", "Largest force rms", ""),
         (ONSET, "Fastest onset", ""),
         ("error_max", f"Largest {study.run.layout.output} error", "off the ideal place"),
         ("restitution", "Measured restitution", "largest of all cases"),
-        ("wear_depth_max", "Deepest wear", "in the recorded window"),
+        (PER_HOURS, "Deepest wear in 1000 h", "of one body, at the rate of the window"),
     )
     for figure, name, suffix in figures:
         column, joint = _worst(study, figure)
@@ -70,22 +74,26 @@ def _answer(study: Study) -> list[tuple[str, str, str]]:
     if lead.question in ("seek", "limits"):
         exceeded = study.cases.at[case_id, verdict.EXCEEDED]
         limits = counts.limits(study)
+        margin, _, times = verdict.margin_words(value, study.limits, exceeded).partition(" (")
         return [
             *seek.card(study),
             ("Within the limits", f"{limits.cases - limits.exceeding} of {limits.cases}", "finished cases"),
-            ("Smallest margin", verdict.margin_words(value, study.limits, exceeded), at),
+            ("Smallest margin", margin, "; ".join(filter(None, (times.strip("( )"), at)))),
         ]
     if lead.question == "optimise":
         return [(f"Best {name}", study.text(best, name), _at(study, best)) for name, best in optimised.ends(study)]
     if lead.question == "force":
         return [("Largest normal force", study.text(case_id, candidate.columns[0]), at)]
+    outside = float(study.cases.at[case_id, f"{candidate.joint}_film_limit_fraction"])
+    at += f"; {answer.beyond_law(outside)}" if outside > 0.0 else ""
     cards = [("Thinnest film", study.text(case_id, candidate.columns[0]), at)]
     for heading, name in zip(lead.headings[1:], candidate.columns[1:], strict=True):
         known = float(study.cases.at[case_id, name])
-        if not np.isnan(known):
-            share = name.endswith("dry_load_share")
-            said = wording.percent(known) if share else study.text(case_id, name)
-            cards.append((f"{heading[0].upper()}{heading[1:]}", said, "of that case"))
+        if name.endswith("dry_load_share"):
+            said = answer.share_words(known)
+            cards.append(("Dry load share", said, "no contact behind the film" if np.isnan(known) else "of that case"))
+        elif not np.isnan(known):
+            cards.append((capital(heading), study.text(case_id, name), "of that case"))
     return cards
 
 

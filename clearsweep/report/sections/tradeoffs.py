@@ -31,7 +31,7 @@ def sections(study: Study) -> list[Section]:
     joint = study.hardest_joint()
     p99 = joint.column("force_p99")
     peak, onset = joint.column("force_peak"), joint.column("onset_rate_max")
-    chance = "Cases of equal p99 have different peaks: p99 is blind to impacts under 1 % of the time."
+    chance = "Cases of equal p99 have different peaks: p99 ignores impacts shorter than 1 % of the time."
     elastic = elastic_range.span(study, joint)
     clouds = (
         Cloud("Force peak against p99", p99, "force p99", peak, "force peak", chance),

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...judging.probability import Estimate
 from ...language import wording
 from ..blocks.picture import capital
 from ..blocks.section import Points, Section
@@ -14,17 +15,17 @@ from ..data.study import PER_STROKES, Joint, Study
 from ..one_case import worn
 from ..statistics.matching import matched
 from ..statistics.paired import power
-from ..statistics.sensitivity import Estimate, quantile
+from ..statistics.sensitivity import quantile
 
 UNEVEN = 1.5  # deepest over mean depth around a body above which its wear is called uneven
 LOOKED_AT = 200  # cases whose depths round the circle are read; ids are hashes, so the first ones are random
 SHOWN, CONTRADICTED, OPEN = "shown", "contradicted", "not decided"
 NOTE = (
-    "The literature has wear deeper with larger clearance, higher crank speed and lower stiffness, and uneven round "
-    "the circle. Depths per turn of the crank are compared, of cases that differ in one value alone. The 95 % "
-    "interval of the median change shows or contradicts a trend, whatever the distribution of depths. If it allows "
-    "both, or has no ends for lack of cases, nothing is decided. Uneven: the deepest place is at least "
-    f"{UNEVEN} times as deep as the mean round the body."
+    "The literature finds deeper wear with larger clearance, higher crank speed and lower stiffness, and uneven wear "
+    "around the circumference. The section compares the depth per turn of the crank in pairs of cases that differ in "
+    "one value only. The 95 % interval of the median change shows or contradicts a trend, whatever the distribution of "
+    "depths. If the interval allows both, or has no ends for lack of cases, the trend remains open. Wear is uneven if "
+    f"its deepest place is at least {UNEVEN} times as deep as the mean around the body."
 )
 
 

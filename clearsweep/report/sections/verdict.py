@@ -10,11 +10,12 @@ from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture, capital
 from ..blocks.section import Block, Gallery, Points, Section, filled
 from ..blocks.table import Column, Quantity, Table, counted
+from ..data.answered import answers
 from ..data.axis import Axis
 from ..data.shown import in_words
 from ..data.study import Joint, Study, largest, over_other_axes
-from ..data.worst_case import question, worst_case
-from ..draw import pass_share
+from ..data.worst_case import question
+from ..draw import heat_map, pass_share
 from ..samples import counts
 from ..samples.sample_tables import any_exceeded
 from ..statistics import sensitivity
@@ -36,8 +37,9 @@ def sections(study: Study) -> list[Section]:
         *life.ends(study),
         *safest(study),
         *optimised.answers(study),
+        *answers(study),
         *_kept(study),
-        *_worst(study),
+        *_advice(study),
         *law_check.sentences(study),
     ]
     blocks: list[Block] = [Points(points), Gallery("", [*_maps(study)[:1], *maps.first(study)])]
@@ -60,31 +62,11 @@ def _so_far(study: Study) -> list[str]:
     return [f"The run is not finished: this page has {there} of {wording.count(there + missing, 'case')}."]
 
 
-def _worst(study: Study) -> list[str]:
-    """Return the worst case of a grid without limits, and the limit to add."""
-    worst, lead = worst_case(study), question(study)
-    if lead.question not in ("film", "force"):
+def _advice(study: Study) -> list[str]:
+    """Return the limit to add to a grid without limits."""
+    if question(study).question not in ("film", "force"):
         return []
-    advice = [capital(order.no_limits(study.run.layout)) + "."]
-    if worst is None:
-        return advice
-    case_id, candidate = worst
-    joint = next(joint for joint in study.joints if joint.name == candidate.joint)
-    said = [
-        f"{heading} {_share(study, case_id, name)}"
-        for heading, name in zip(lead.headings, candidate.columns, strict=True)
-        if heading != "over ideal" and not wording.missing(study.cases.at[case_id, name])
-    ]
-    text = f"Worst case{_at(study, case_id)}{study.where(joint, ', joint {}')}: {', '.join(said)}"
-    ratio = joint.column("force_peak_ratio")
-    if ratio in candidate.columns and not wording.missing(study.cases.at[case_id, ratio]):
-        text += f"; with friction {study.text(case_id, ratio)} times the largest reaction without clearance"
-    return [f"{text} (case {wording.short_id(case_id)}).", *advice]
-
-
-def _share(study: Study, case_id: str, column: str) -> str:
-    value = float(study.cases.at[case_id, column])
-    return wording.percent(value) if column.endswith("_dry_load_share") else study.text(case_id, column)
+    return [capital(order.no_limits(study.run.layout)) + "."]
 
 
 def ratios(study: Study) -> list[str]:
@@ -109,12 +91,12 @@ def _motion(study: Study, joint: Joint, case_id: str, usual: list[str]) -> str:
     """Return the occurrence of a case's largest peak: every revolution, every period, or a single one, with `usual`."""
     period = study.cases.at[case_id, "period"] if "period" in study.cases else np.nan
     if period == 1.0:
-        return "its motion repeats itself every revolution, and so does this peak"
+        return "its motion is periodic, so this peak recurs every revolution"
     if period > 1.0:
         return f"its motion repeats itself every {period:.0f} revolutions, and so does this peak"
     if not usual or wording.missing(study.cases.at[case_id, joint.column("force_peak_median")]):
-        return "its motion was not seen to repeat itself"
-    return f"its motion was not seen to repeat itself: half of its revolutions have a force peak of {usual[0]} or more"
+        return "no period was found in its motion"
+    return f"no period was found; half of its revolutions have a force peak of {usual[0]} or more"
 
 
 def _kept(study: Study) -> list[str]:
@@ -126,7 +108,7 @@ def _kept(study: Study) -> list[str]:
     first = f"{beyond} of {cases} exceed at least one limit" if beyond else f"All of {cases} keep to the limits"
     first += f": {wording.sentence_list(_each(study))}."
     if "refine" in study.run.grid:
-        first += " Cases that refine put at the limits' border are among them, so that this is no share of designs."
+        first += " They include cases that refine placed near the boundary, so this count is not a share of designs."
     sentences = [first, *_chance(study), *_not_judged(study)]
     if study.has(verdict.MARGIN):
         margins = study.cases[verdict.MARGIN]
@@ -241,13 +223,14 @@ def _map(study: Study, across: Axis, up: Axis) -> Picture:
     caption = f"{NOTE} Worst over {wording.sentence_list(others)}." if others else f"{NOTE} One case per cell."
     if len(between.x):
         dots = wording.count(len(between.x), "dot")
-        caption += f" {capital(dots)}: cases between, put there by refine; crosses exceed a limit."
+        caption += f" {capital(dots)}: cases that refine placed between; crosses exceed a limit."
     return Picture(
         f"Within the limits: {across.name} {wording.TIMES} {up.name}",
         caption,
         f"Map of the smallest margin over {across.name} and {up.name}: {passing_cells} of {cells} cells keep to all "
         f"limits. {caption}",
         lambda ax: pass_share.cells(ax, smallest, failing, (across, up), between),
+        heat_map.SIZE,
     )
 
 

@@ -12,10 +12,10 @@ from ..one_case import worn
 from . import maps
 
 NOTE = (
-    "Depth round each body in its own frame: angles count counter-clockwise from its x axis, which points along a "
-    "crank or rod. Bearing and journal of a case have one scale; dotted: the mean depth; dot: the deepest place."
+    "Wear depth around each body, in the frame of the body. Angles count counter-clockwise from its x axis, which "
+    "points along a crank or rod. Bearing and journal of a case share a scale. Dotted: mean depth; dot: deepest place."
 )
-MAPS_NOTE = "Over the two swept values that move each most; of the cases of a cell the worst."
+MAPS_NOTE = "Axes: the two swept values with the largest effect on the figure. Each cell shows its worst case."
 GLANCE = (  # of one case
     (PER_HOURS, "per 1000 h"),
     (PER_STROKES, "per 10⁶ strokes"),
@@ -26,9 +26,9 @@ GLANCE = (  # of one case
 )
 MAPPED = ((PER_HOURS, "wear depth per 1000 h"), ("pressure_peak", "pressure peak"), ("pv_peak", "pV peak"))
 
-IN_SPACE = " Of joints in space maps are unrolled: angle across, along the body's own axis z upwards from its middle."
+IN_SPACE = " Maps of joints in space are unrolled: the angle runs across, the body's axis z upwards from its middle."
 IN_SLOT = (
-    " Of a slot 360° are once round its wall, counter-clockwise from the middle of the end in its direction; its "
+    " In a slot, 360° are once around its wall, counter-clockwise from the middle of the end in its direction. Its "
     "journal is a pin."
 )
 
@@ -59,9 +59,7 @@ def _coarse(study: Study, joint: Joint) -> list[str]:
         return []
     coarse = study.cases[column][study.cases[column] > bins]
     enough, most = int(coarse.max()), simulation.FINEST
-    remedy = (
-        f"`bins: {enough}` would do for all" if enough <= most else f"wear is kept in {most} at most, too few for all"
-    )
+    remedy = f"`bins: {enough}` would do for all" if enough <= most else f"wear has {most} at most, too few for all"
     return [
         f"In joint {joint.title} {bins} bins are too coarse in {len(coarse):,} of "
         f"{wording.count(len(study.cases), 'case')}: more than 5 % of the wear comes from contact arcs narrower than "
@@ -84,13 +82,13 @@ def _table(study: Study, joint: Joint) -> Table:
 
 def _deepest(study: Study, joint: Joint) -> list[Block]:
     """Return the most worn case, and a selector of other cases."""
-    column = joint.column("wear_depth_max")
+    column = worn.ranked_by(study, joint)
     if not study.has(column):
         return []
     case_id = study.cases[column].idxmax()
     figures = [(name, joint.column(figure)) for figure, name in GLANCE if study.has(joint.column(figure))]
     deepest = Detail(
-        f"Deepest wear, joint {joint.title}",
+        f"Fastest wear, joint {joint.title}",
         case_id,
         study.setting(case_id),
         [(name, study.text(case_id, figure)) for name, figure in figures],

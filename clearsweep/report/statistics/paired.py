@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from .sensitivity import LEVEL, Estimate
+from ...judging.probability import LEVEL, Estimate
 
 EXACT = 3000  # comparisons up to which the distribution of orders is exact; above, it is approximated as normal
 

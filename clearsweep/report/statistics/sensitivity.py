@@ -13,26 +13,18 @@ import numpy as np
 
 from ...contracts.layout import DIFFERENCE
 from ...judging import probability
-from ...judging.probability import LEVEL
+from ...judging.probability import LEVEL, Estimate
+from ...judging.sampled import QUANTILES
 from ...judging.verdict import EXCEEDED
 from ...language.errors import InputError
 from ...store import StoredRun
 from ..data.rows import KEPT
 
-QUANTILES = (0.05, 0.5, 0.95)
 CHAOTIC = 0.5  # share of chance in a figure's variance from which its indices are meaningless
 BLURRED = 0.3  # scatter over effect from which an effect is called blurred
 MOTION = "energy_residual"  # differs whenever the motion differs, even in rounding
 RESAMPLES = 1000  # of the bootstrap
 _SEED = 1  # of the bootstrap: intervals depend only on the run
-
-
-class Estimate(NamedTuple):
-    """An estimate and its confidence interval; an end is NaN if the sample is too small."""
-
-    value: float
-    low: float
-    high: float
 
 
 class Setting(NamedTuple):
@@ -290,5 +282,5 @@ def _complete(setting: Setting, figure: str) -> np.ndarray:
         )
     values = setting.figures[figure]
     if not np.isfinite(values).all():
-        raise InputError(f"{figure}: is not known in every case of the design; choose another figure")
+        raise InputError(f"{figure}: is null in some cases of the design; choose another figure")
     return values

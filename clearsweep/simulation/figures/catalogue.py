@@ -15,6 +15,7 @@ from ..window import Window
 from . import film, life, wear
 from .peaks import PEAKS, RETURNS, ideal_peak
 from .spatial import SPATIAL
+from .start_up import START_UP_TIME
 
 
 def largest(name: str, of: str = "joint") -> Callable[[Window, int], float]:
@@ -248,6 +249,7 @@ MECHANISM = (
     ),
     crank_speed("min", "least speed"),
     crank_speed("max", "largest speed"),
+    START_UP_TIME,
     Figure(
         "crank_torque_peak",
         "N*m",

@@ -5,7 +5,7 @@ from typing import Any
 
 from ...contracts.catalogue import Figure, Shown
 from ...mechanics.joint.film.contract import film_pressure
-from ..sums import DryTime, Mean, Share
+from ..sums import DryShare, DryTime, Mean
 from ..window import Window
 
 
@@ -78,10 +78,10 @@ FILM = (
     Figure(
         "dry_load_share",
         "1",
-        "mean dry force over the mean size of the normal force, film and dry",
+        "mean dry force over the mean size of the normal force, film and dry; null: no contact behind the film",
         of="joint",
         needs=("film",),
-        sums=Share("dry_force_time", "load_time"),
+        sums=DryShare("dry_force_time", "load_time"),
         shown=(Shown("film", "dry share of the load", 5),),
     ),
     Figure(

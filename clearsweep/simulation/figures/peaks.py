@@ -116,9 +116,9 @@ PEAKS = (
         needs=("turns",),
         value=peak_ratio,
         shown=(
-            Shown("forces", "peak / ideal", 5),
-            Shown("sample", "peak / ideal", 3),
-            Shown("case", "peak / ideal", 4),
+            Shown("forces", "load / ideal", 5),
+            Shown("sample", "load / ideal", 3),
+            Shown("case", "load / ideal", 4),
         ),
     ),
 )

@@ -18,7 +18,9 @@ def text(rows: list[Row]) -> str:
         rms, largest = spread(group)
         numbers = f"{len(group):>7}{rms:>12.3g}{largest:>12.3g}"
         lines.append(f"{name:<86}{group[0].kind:<12}{numbers}  {group[0].unit}")
-    lines.append(f"{len({row[:5] for row in rows})} points; rms and largest: of computed less reference")
+    lines.append(
+        f"{len({row[:5] for row in rows})} points; rms and largest: of the difference, computed minus reference"
+    )
     return "\n".join(lines)
 
 
@@ -72,22 +74,22 @@ def write(rows: list[Row], directory: str | Path, benchmarks: Sequence[Any]) -> 
 def _head(rows: list[Row]) -> Iterator[str]:
     """Yield the introduction."""
     count = {kind: len({row[:5] for row in rows if row.kind == kind}) for kind in KINDS}
-    yield "# Beside measurements and published solutions"
+    yield "# Comparison with measurements and published solutions"
     yield ""
     yield (
         f"Written by `clearsweep verify --measured --write`: {sum(count.values())} points, of which "
         f"{count['measured']} are measured, {count['published']} published and {count['remembered']} remembered."
     )
     yield ""
-    yield "* **measured**: an experiment; **published**: a table or a computation of others that was read;"
-    yield "  **remembered**: a published table typed from memory."
-    yield "* The spread is the root mean square and the largest size of computed less reference."
-    yield "* The last column is the size of difference within which 95 % of further points of the same source"
-    yield "  are expected: the largest difference, or the interval of prediction by the rms, if that is wider."
-    yield "  It applies between the points of the page, not beyond them."
-    yield "* No parameter is fitted to the points, unless the section says which."
-    yield "* No measured force of a mechanism with clearance was available. The page tests the ingredients of such a"
-    yield "  force: contact, friction, film, linkage. What decides a peak: [how far to trust it](../docs/trust.md)."
+    yield "* **measured**: an experiment; **published**: a table or a computation by others that we read;"
+    yield "  **remembered**: a published table that we typed from memory."
+    yield "* The spread is the root mean square and the largest size of the difference, computed minus reference."
+    yield "* The last column is the size of the difference within which we expect 95 % of further points of the"
+    yield "  same source: the largest difference, or the prediction interval from the rms, if that is wider."
+    yield "  It applies between the points of this page, not beyond them."
+    yield "* We fitted no parameter to the points, unless the section names one."
+    yield "* We had no measured force of a mechanism with clearance. The page tests the ingredients of such a force:"
+    yield "  contact, friction, film, linkage. [How far to trust a peak](../docs/trust.md) says what determines it."
 
 
 def _sources(rows: list[Row]) -> Iterator[str]:

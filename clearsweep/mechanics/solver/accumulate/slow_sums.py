@@ -37,7 +37,7 @@ from ...observe.observables import (
     put_rubbed,
 )
 from ...observe.stages import END, NODES, START
-from ..collocation import WEIGHTS
+from ..collocation import WEIGHTS, dense_state
 from ..integration import IMPLICIT
 from ..radau import STAGE_WEIGHTS
 from .step_sums import (
@@ -56,7 +56,14 @@ from .totals import (
     PULLED,
     WholeTotals,
 )
-from .within_step import evaluate_between, highest_between, record_marks, refined_peak, write_samples
+from .within_step import (
+    evaluate_between,
+    highest_between,
+    record_marks,
+    refined_peak,
+    share_at,
+    write_samples,
+)
 
 
 @kernel
@@ -165,6 +172,16 @@ def seek_maxima(at):
 
 
 @kernel
+def note_awaited_speed(at):
+    """Note the time at which a free crank first passes its awaited speed."""
+    work = at[0]
+    total, index = work.totals.whole, work.independent + work.time // 2
+    if total.speed_reached == 0.0 and work.y[index] < total.speed_awaited <= work.end[index]:
+        dense_state(share_at(at, index, total.speed_awaited), work.y, work.f, work.z)
+        total.speed_reached = work.z[work.time]
+
+
+@kernel
 def note_speed(at, h):
     """Update the extreme speeds (rad/s) of a free crank, from the cubic through the ends of the step."""
     work = at[0]
@@ -227,6 +244,8 @@ def note_step(at, h):
             note_speed(at, h)
         if work.wear.code != 0 and touching:
             note_wear(at, h)
+    if work.independent != time:
+        note_awaited_speed(at)
     record_marks(at)
     i = work.counts.samples
     if i < record.times.size and record.times[i] <= work.end[record.independent]:

@@ -41,6 +41,8 @@ class WholeTotals(Fields):
     kinetic_start: float  # J, kinetic energy at the start
     kinetic_max: float  # J, its largest value
     residual: float  # J, largest imbalance of these
+    speed_awaited: float  # rad/s, of a free crank; 0: none
+    speed_reached: float  # s, when the crank first passes this speed upwards; 0: not yet
     acceleration_square: float  # integral of the square of the output's acceleration over time
     acceleration_max: float
     torque_max: float  # N m

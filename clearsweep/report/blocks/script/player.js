@@ -64,7 +64,7 @@ class Player {
     this.mark();
     (this.said || []).forEach((said, k) => {
       const chart = this.charts[k];
-      said.replaceChildren(element("strong", {}, capital(chart.name)), ...chart.lines.flatMap(line =>
+      said.replaceChildren(element("strong", {}, capital(chart.name) + (chart.unit ? ` [${chart.unit}]` : "")), ...chart.lines.flatMap(line =>
         [" ", element("span", {style: `border-bottom: 2px solid ${colour(line.colour)}`}, line.name), ` ${numberText(line.values[this.now])} ${chart.unit}`]));
     });
   }

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from .sensitivity import Estimate
+from .probability import Estimate
 
 BEYOND = 1.959963984540054  # standard deviations: 95 % of a normal distribution are within
 
