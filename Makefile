@@ -24,8 +24,11 @@ test-quick: $(READY) lint
 PLAIN := $(addprefix tests/test_,$(addsuffix .py,plain asperities compatible direction dual elastic_laws \
 	event_search every_transition every_wear_law film film_balance friction_laws friction_memory karnopp law_limit \
 	laws one_block plastic_law reynolds_film roughness spread_walls tally wear))
+# Of these only the tests marked plain: their others would take minutes.
+PLAIN_PARTS := $(addprefix tests/test_,$(addsuffix .py,shares_of_contact worn))
 test-plain: $(READY)
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest -m "not slow and not compiled" $(PLAIN)
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run --append -m pytest -m plain $(PLAIN_PARTS)
 	$(BIN)/python -m coverage report
 
 test-all: $(READY) lint docs test-plain

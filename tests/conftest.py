@@ -12,12 +12,16 @@ import pytest
 from fake_runs import load
 
 from clearsweep.language.errors import InputError
+from clearsweep.mechanics.compiled.plain import is_plain
 
-SLOW_LIMIT = 3600.0  # s, time limit of a test marked slow
+SLOW_LIMIT = 3600.0  # s, time limit of a test marked slow; `timeout` in pyproject.toml is that of the others
 
 
-def pytest_collection_modifyitems(items):
-    """Give slow tests more time than `timeout` in pyproject.toml."""
+def pytest_collection_modifyitems(config, items):
+    """Leave out tests marked plain unless kernels run as plain Python, and give slow tests more time."""
+    if not is_plain():
+        config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("plain")])
+        items[:] = [item for item in items if not item.get_closest_marker("plain")]
     for item in items:
         if item.get_closest_marker("slow") and not item.get_closest_marker("timeout"):
             item.add_marker(pytest.mark.timeout(SLOW_LIMIT))

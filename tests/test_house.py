@@ -2,6 +2,8 @@
 
 import ast
 import functools
+import os
+import re
 import shutil
 import subprocess
 import sys
@@ -231,3 +233,19 @@ def test_a_mutation_applies_whatever_the_formatter_and_the_other_functions_do():
 def test_a_mutation_that_no_longer_applies_says_why(where, old, message):
     with pytest.raises(LookupError, match=message):
         Mutation("law.py", where, old, "0.0", "").applied(SOURCE)
+
+
+def test_plain_tests_run_only_as_plain_python_and_all_of_them_do():
+    marked = {path.stem for path in (ROOT / "tests").glob("test_*.py") if "mark.plain" in path.read_text("utf-8")}
+    made = (ROOT / "Makefile").read_text("utf-8").partition("PLAIN :=")[2].partition("test-plain:")[0]
+    assert {name for name in marked if name.removeprefix("test_") not in re.findall(r"\w+", made)} == {"test_house"}
+
+    def collected(off):
+        command = [sys.executable, "-m", "pytest", "-n", "0", "--collect-only", "-m", "plain", "tests/test_plain.py"]
+        result = subprocess.run(
+            command, cwd=ROOT, env={**os.environ, "NUMBA_DISABLE_JIT": off}, capture_output=True, text=True, check=False
+        )
+        return result.returncode
+
+    assert collected("1") == 0
+    assert collected("0") == pytest.ExitCode.NO_TESTS_COLLECTED

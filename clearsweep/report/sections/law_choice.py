@@ -155,8 +155,8 @@ def _sentence(study: Study, axis: Axis, spread: Table) -> str:
     effect = next((effect for effect in effects if effect.axis is axis), None)
     if effect is not None and not effect.clear() and median >= CLEAR_FACTOR:
         sentence += (
-            " The change of the peak is within the scatter: a peak is a single event, and part of its spread is "
-            "chance. p99 and rms compare laws better."
+            " The change of the peak is within the scatter, because a peak is a single event. To compare laws, use "
+            "p99 or rms instead."
         )
     return sentence
 

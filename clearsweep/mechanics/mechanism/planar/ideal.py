@@ -167,13 +167,9 @@ class Ideal:
         """
         applied_forces = self.outside(turn, rate, time)
         multipliers_of = self._multipliers(turn)
-        reactions: dict[str, np.ndarray] = {}
         rows = self.closure.first
-        rubbing, forces = (
-            np.zeros_like(applied_forces),
-            [load for load in self.machine.loads if isinstance(load, (Rubbing, Braking))],
-        )
-        for _ in range(SWEEPS):
+
+        def solve(rubbing):
             acceleration = self.accelerated(turn, rate, time, applied_forces + rubbing)
             change = turn.second * (rate**2)[:, None] + turn.first * acceleration[:, None]
             left_side = applied_forces + rubbing - self.inertia * change
@@ -182,12 +178,26 @@ class Ideal:
                 joint.name: self.reaction_of(joint, turn, multipliers[:, first_row:last_row])
                 for joint, first_row, last_row in zip(self.machine.joints, rows, rows[1:], strict=False)
             }
+            return reactions, acceleration, left_side
+
+        reactions, acceleration, left_side = self.with_friction(turn, rate, solve)
+        return acceleration, reactions, -np.sum(turn.first * left_side, -1)
+
+    def with_friction(self, turn: Turn, rate: np.ndarray, solve: Callable[[np.ndarray], tuple]) -> tuple:
+        """Iterate over reactions and the friction that they cause; return the last result of `solve`.
+
+        solve : returns the reactions by joint, and what else follows from forces of friction (N, 3 bodies).
+        """
+        forces = [load for load in self.machine.loads if isinstance(load, (Rubbing, Braking))]
+        rubbing = np.zeros_like(turn.q)
+        for _ in range(SWEEPS):
+            result = solve(rubbing)
             if not forces:
                 break
-            previous, rubbing = rubbing, self.rubbed(forces, turn, rate, reactions)
+            previous, rubbing = rubbing, self.rubbed(forces, turn, rate, result[0])
             if np.max(np.abs(rubbing - previous)) <= SETTLED * np.max(np.abs(rubbing)):
                 break
-        return acceleration, reactions, -np.sum(turn.first * left_side, -1)
+        return result
 
     def _multipliers(self, turn: Turn) -> Callable[[np.ndarray], np.ndarray]:
         """Return a function that gives the multipliers (N, rows) of the constraints from forces (N, 3 bodies)."""

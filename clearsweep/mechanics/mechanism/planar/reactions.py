@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import Braking, Guide, Machine, Rubbing
-from .ideal import SETTLED, SWEEPS, ideal_of
+from ....contracts.machine import Guide, Machine
+from .ideal import ideal_of
 from .turn import Turn
 
 
@@ -59,19 +59,17 @@ def reactions(machine: Machine, motion: Motion, opened: Mapping[str, JointForce]
         kept[begin:end] = joint.name not in opened
     jacobian = closure.evaluate(turn.q, turn.angles)[1][:, kept]
     inverse = np.linalg.pinv(np.swapaxes(jacobian, 1, 2))
-    friction = [load for load in ideal_machine.machine.loads if isinstance(load, (Rubbing, Braking))]
-    rubbing, multipliers = np.zeros_like(applied), np.zeros((len(ones), closure.rows))
-    for _ in range(SWEEPS):
+
+    def solve(rubbing):
+        multipliers = np.zeros((len(ones), closure.rows))
         multipliers[:, kept] = np.einsum("nij,nj->ni", inverse, applied + rubbing)
         forces = {
             joint.name: ideal_machine.reaction_of(joint, turn, multipliers[:, begin:end])
             for joint, begin, end in ends
             if joint.name not in opened
         }
-        if not friction:
-            break
-        previous, rubbing = rubbing, ideal_machine.rubbed(friction, turn, ones, forces | known)
-        if np.max(np.abs(rubbing - previous)) <= SETTLED * np.max(np.abs(rubbing)):
-            break
+        return forces | known, forces, multipliers
+
+    _, forces, multipliers = ideal_machine.with_friction(turn, ones, solve)
     couples = {joint.name: -multipliers[:, begin] for joint, begin, _ in ends if isinstance(joint, Guide)}
     return Reactions(forces, {name: each for name, each in couples.items() if name in forces}, -multipliers[:, -1])
