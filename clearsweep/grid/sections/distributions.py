@@ -24,7 +24,11 @@ Texts = Mapping[str, str]  # parameter -> its value as the user wrote it
 
 
 class Distribution:
-    """The distribution of one value, with its parameters in SI."""
+    """The distribution of one value, with its parameters in SI.
+
+    Exponentials and powers are those of the C library: numpy's differ in the last bit between processors with and
+    without AVX-512, and the same grid would have other cases.
+    """
 
     name: ClassVar[str]
     form: ClassVar[str]  # of its parameters in a grid
@@ -119,8 +123,10 @@ class LogUniform(_Between):
 
     def values(self, points: "np.ndarray") -> "np.ndarray":
         """Return the quantiles at `points`, (rows,) in (0, 1)."""
+        import numpy as np
+
         low, high = self.ends
-        return (low * (high / low) ** points).clip(low, high)
+        return np.array([low * (high / low) ** point for point in points.tolist()]).clip(low, high)
 
     @classmethod
     def conditions(cls, numbers: Numbers, texts: Texts) -> Iterator[str]:
@@ -238,8 +244,8 @@ class LogNormal(_AroundMean):
 
         mean, std = self.numbers["mean"], self.numbers["std"]
         variance = math.log1p((std / mean) ** 2)  # of the logarithm
-        quantiles: np.ndarray = mean * np.exp(math.sqrt(variance) * ndtri(points) - variance / 2.0)
-        return quantiles
+        exponents = math.sqrt(variance) * ndtri(points) - variance / 2.0
+        return mean * np.array([math.exp(exponent) for exponent in exponents.tolist()])
 
     @classmethod
     def conditions(cls, numbers: Numbers, texts: Texts) -> Iterator[str]:
