@@ -98,7 +98,7 @@ line_law(
         "after Johnson 1985, Contact Mechanics; solved for F by the lower branch of Lambert's W",
         contact="line",
         needs=NEEDS,
-        notes="Half-spaces, so for contact arcs that are small.",
+        notes="Treats the bodies as half-spaces, so it is for small contact arcs.",
         merit=Merit(3, "it is the line contact of elastic half-spaces, and the arc is small"),
     ),
     _johnson,
@@ -114,7 +114,7 @@ line_law(
         "after ESDU 78035, Contact phenomena I; not compared with the original",
         contact="line",
         needs=NEEDS,
-        notes="A further factor pi, found in codes, does not belong there.",
+        notes="Some codes have a further factor pi, which is wrong.",
     ),
     lambda joint: _johnson(joint, 1.0),
 )
@@ -139,7 +139,7 @@ line_law(
             Field(
                 "curvature_factor",
                 "1",
-                "2: K_D made of diameters, as in Roark; 1: of radii, as the multibody literature prints it",
+                "2: K_D from diameters, as in Roark; 1: from radii, as printed in the multibody literature",
                 1.0,
                 2.0,
                 False,
@@ -150,9 +150,8 @@ line_law(
         ),
         contact="line",
         needs=NEEDS,
-        notes="b is the full width of contact and K_D is made of diameters.  With radii in their place, as often "
-        "printed, b is too small by sqrt(2) and the force 6 to 13 % lower; curves of the multibody literature follow "
-        "with curvature_factor 1.",
+        notes="b is the full width of contact, and K_D uses diameters.  With radii, as often printed, b is too small "
+        "by sqrt(2) and the force 6 to 13 % lower; curvature_factor 1 reproduces curves of the multibody literature.",
     ),
     _radzimovsky,
 )
@@ -172,9 +171,9 @@ line_law(
         "after Dubowsky & Freudenstein 1971, J. Eng. Ind. 93:305",
         contact="line",
         needs=NEEDS,
-        unsound="the length within its logarithm has no physical ground",
-        notes="The length within the logarithm has no physical ground; only its third power makes the argument a pure "
-        "number.",
+        unsound="the length in its logarithm has no physical basis",
+        notes="The length in the logarithm has no physical basis; only its third power makes the argument "
+        "dimensionless.",
     ),
     _dubowsky_freudenstein,
 )
@@ -190,8 +189,8 @@ line_law(
         contact="line",
         needs=NEEDS,
         unsound="dimensionally inconsistent",
-        notes="Dimensionally inconsistent: the logarithm is taken of a number in 1/m^2, here with all lengths in "
-        "metres; in millimetres the law is another.",
+        notes="Dimensionally inconsistent: the argument of the logarithm has the unit 1/m^2.  Here all lengths are in "
+        "metres; in millimetres the law gives other forces.",
     ),
     lambda joint: _dubowsky_freudenstein(joint, 1.0),
 )
@@ -216,8 +215,8 @@ register(
         contact="line",
         needs=NEEDS,
         ranges=(Range("clearance", 5e-6, 1e-2, "m", "it was fitted there"),),
-        notes="Dimensionally inconsistent: a fit with all lengths in millimetres.  n = (Y c)^-0.005, found in codes, "
-        "is wrong.",
+        notes="Dimensionally inconsistent: a fit with all lengths in millimetres.  n = (Y c)^-0.005, found in some "
+        "codes, is wrong.",
     ),
     (Power,),
     _pereira,

@@ -153,8 +153,8 @@ register(
         "materials; the scale from the balance of forces",
         (MODULUS,),
         needs=("modulus",),
-        notes="The arc follows from the load, whatever the penetration; Hertz's where it is small.  The half-angle "
-        "cannot pass 84.83 degrees.  The same arc is taken on bearing and journal.",
+        notes="The arc follows from the load, not from the penetration; a small one is that of Hertz.  The half-angle "
+        "cannot pass 84.83 degrees.  Bearing and journal have the same arc.",
     ),
     (Persson,),
     _make_persson,
