@@ -110,7 +110,7 @@ def test_films_are_told_by_the_length_of_the_bearing_and_rough_surfaces_by_their
     path = tmp_path / "oiled.yaml"
     path.write_text(GRID.replace("    contact:", f"{FILM.strip(chr(10))}\n    contact:"), encoding="utf-8")
     assert "suitable" in line_of(path, "finite")  # 20 mm on 20 mm
-    assert "a longer bearing bears less (trusted for length / diameter up to 0.5)" in line_of(path, "short")
+    assert "a longer bearing carries less (trusted for length / diameter up to 0.5)" in line_of(path, "short")
     assert "doubtful" in line_of(path, "long")
     assert "doubtful" in line_of(path, "pinkus-sternlicht")
     assert "deep under the load" in line_of(path, "fractal")

@@ -256,7 +256,7 @@ def test_an_infinite_or_undefined_figure_is_no_good_case_wherever_a_run_is_judge
     study = prepare(clearsweep.open(result.directory))
     points = section_of_verdict.sections(study)[0].blocks[0].texts
     assert points[0].startswith("3 of 3 cases exceed at least one limit")
-    assert points[1].startswith("3 cases cannot be judged by ratio")
+    assert points[1].startswith("3 cases cannot be assessed by ratio")
     rows = {row[0]: row for row in section_of_verdict._table(study).rows}
     assert [cell.value for cell in rows["ratio"][2:5]] == [3, 3, 3]
     assert [cell.value for cell in rows[PEAK][2:5]] == [0, 0, 3]

@@ -177,3 +177,42 @@ def test_whole_numbers_divide_as_those_of_python():
     for number in (-7, -6, -1, 0, 5, 7):
         objects.function_at(code.address, 1)(out.ctypes.data, out.ctypes.data, number)
         assert out.tolist() == [number // 3, number % 3]
+
+
+FAR_APART = """
+import ctypes
+import mmap
+import os
+
+from clearsweep import load_case, simulate
+from clearsweep.mechanics.trace import objects
+
+FAR, HOLE = 1 << 32, 1 << 15  # bytes; the hole takes constants but no code
+system, kept = ctypes.CDLL(None), []
+
+def take(size):
+    kept.append(mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | 0x4000))  # Linux's MAP_NORESERVE
+    return ctypes.addressof(ctypes.c_char.from_buffer(kept[-1]))
+
+def loaded(content, load=objects.loaded):
+    begin = take(FAR)
+    for size in (1 << 20, 1 << 16, mmap.PAGESIZE):
+        while take(size) > begin:  # holes above are taken first
+            pass
+    system.munmap(ctypes.c_void_p(begin + FAR - HOLE), ctypes.c_size_t(HOLE))
+    return load(content)
+
+objects.loaded = loaded
+print(simulate(load_case("../configs/one_case.yaml")).status, flush=True)
+os._exit(0)
+"""
+
+
+@pytest.mark.heavy
+@pytest.mark.compiled
+@pytest.mark.skipif(sys.platform != "linux", reason="flags of Linux")
+def test_code_is_loaded_where_memory_near_earlier_code_is_taken():
+    result = subprocess.run(
+        [sys.executable, "-c", FAR_APART], cwd=Path(__file__).parent, capture_output=True, text=True, check=False
+    )
+    assert (result.returncode, result.stdout) == (0, "ok\n"), result.stderr

@@ -51,7 +51,7 @@ def test_the_report_names_what_drives_a_sample_and_its_limits(run, tmp_path):  #
         assert float(row["rank correlation"]) == pytest.approx(stats.spearmanr(x, y).statistic, rel=1e-9)
         upper = y[x > np.median(x)] > 13.0
         assert float(row["upper half"]) == pytest.approx(upper.mean(), rel=1e-12)
-    assert float(rows[0]["others held"]) > 0.99
+    assert float(rows[0]["others fixed"]) > 0.99
     assert abs(float(rows[2]["rank correlation"])) < 0.25
     assert float(rows[0]["limits exceeded, lower half"]) < 0.2
     assert float(rows[0]["upper half"]) > 0.8

@@ -424,9 +424,9 @@ def test_cards_and_pictures_have_the_speed_at_which_the_joint_first_yields(wide_
 def test_unknown_strengths_are_not_judged(wide_run):
     prepared = study.prepare(wide_run)
     (cards,) = summary.sections(prepared)[0].blocks
-    assert {name: neighbour for name, _, neighbour in cards.cards}["Fastest onset"] == "first yield not judged"
+    assert {name: neighbour for name, _, neighbour in cards.cards}["Fastest onset"] == "first yield not computed"
     captions = [picture.caption for _, picture in tradeoffs.sections(prepared)[0].pictures]
-    assert any("is not judged: it takes a yield strength or a hardness" in caption for caption in captions)
+    assert any("is not computed: it takes a yield strength or a hardness" in caption for caption in captions)
     assert lines(wide_run) == {}
 
 
@@ -441,10 +441,10 @@ def test_a_joint_that_cannot_be_judged_is_not_asked_for_the_strength_it_has(kind
     made.grid["joints"]["rod-slider"]["contact"] = contact
     prepared = study.prepare(made)
     captions = " ".join(picture.caption for _, picture in tradeoffs.sections(prepared)[0].pictures)
-    assert "is not judged for this kind of joint or law." in captions
+    assert "is not computed for this kind of joint or law." in captions
     assert "it takes a yield strength" not in captions
     (cards,) = summary.sections(prepared)[0].blocks
-    assert {name: neighbour for name, _, neighbour in cards.cards}["Fastest onset"] == "first yield not judged"
+    assert {name: neighbour for name, _, neighbour in cards.cards}["Fastest onset"] == "first yield not computed"
 
 
 def test_closing_lines_claim_nothing_of_joints_that_cannot_be_judged():

@@ -225,6 +225,6 @@ def with_material_names(base: Mapping[str, Any], materials: Mapping[str, VariedM
 
 
 def written_material_names(materials: Mapping[str, VariedMaterial], location: WrittenValue) -> dict[str, WrittenValue]:
-    """Return the names that stand in a grid outside the section that varies them, as if written at a place."""
+    """Return the names of materials outside the section that varies them, as if written at a place."""
     spots = location.origin, location.line, location.column
     return {path: WrittenValue(material.first, *spots) for path, material in materials.items()}

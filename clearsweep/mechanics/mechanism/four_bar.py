@@ -35,7 +35,7 @@ _MOTION = ("place", "speed", "acceleration")
 _BRANCH = Choice(
     "branch",
     ("open", "crossed"),
-    "the coupler's pin on the left of the line from crank pin to rocker pivot, or not",
+    "the coupler's pin on the left of the line from crank pin to rocker pivot (open) or on the right (crossed)",
     "open",
 )
 _KEYS = (

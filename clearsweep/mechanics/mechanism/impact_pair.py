@@ -49,7 +49,7 @@ def build(bodies, drive, joints, offsets) -> Built:
 
 MECHANISM = Mechanism(
     "impact-pair",
-    "two bodies on a line with one gap: what a contact law gives back, without anything else",
+    "two bodies on a line with one gap: the restitution of a contact law alone",
     "m x'' = -F, m = m1 m2 / (m1 + m2); gap 2 x clearance in all",
     "Newton; a free impact has a closed form for most laws",
     "",

@@ -78,8 +78,8 @@ LOADS = {
             "load",
             "friction",
             "friction in a joint without clearance",
-            "in a pin a couple coefficient x |reaction| x radius, in a guide a force coefficient x |reaction|; or the "
-            "couple `torque`, or the force `force`, of a size of its own",
+            "in a pin the torque coefficient x |reaction| x radius, in a guide the force coefficient x |reaction|; or "
+            "a given `torque` or `force`",
             "",
             (_RADIUS,),
             notes="Written on: JOINT, friction: {law, ..., radius}; any friction law.  A blade, a "

@@ -64,7 +64,7 @@ def _keys(outline: Outline) -> Iterable[Keys]:
     for body in outline.bodies:
         path = f"mechanism.bodies.{body.name}"
         fixed = body.name == GROUND
-        yield Keys(path, "what does not move" if fixed else "a body", () if fixed else _BODY)
+        yield Keys(path, "the fixed body" if fixed else "a body", () if fixed else _BODY)
         if not fixed:
             center = tuple(field._replace(default=0.0) for field in _PLACE)
             yield Keys(f"{path}.center", "centre of mass in the frame of the body", center, "implied")

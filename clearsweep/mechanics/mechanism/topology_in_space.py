@@ -30,7 +30,7 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
     for body in outline.bodies:
         path, fixed = f"mechanism.bodies.{body.name}", body.name == GROUND
         mass = Field("mass", "kg", "mass")
-        keys.append(Keys(path, "what does not move" if fixed else "a body", () if fixed else (mass,)))
+        keys.append(Keys(path, "the fixed body" if fixed else "a body", () if fixed else (mass,)))
         if not fixed:
             description = "principal moments of inertia about the centre of mass, on the axes of its frame"
             keys += [

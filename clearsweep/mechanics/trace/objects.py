@@ -134,6 +134,9 @@ def object_of(module: ir.Module) -> bytes:
     return _machine().emit_object(optimised(module))
 
 
+_LOADED = itertools.count()  # objects
+
+
 class Code(NamedTuple):
     """Machine code in memory."""
 
@@ -143,10 +146,18 @@ class Code(NamedTuple):
 
 def loaded(content: bytes) -> Code:
     """Return the machine code of an object."""
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
-    engine.add_object_file(llvm.ObjectFileRef.from_data(content))
-    engine.finalize_object()
-    return Code(engine.get_function_address("entry"), engine)
+    library = llvm.JITLibraryBuilder().add_object_img(content).add_current_process().export_symbol("entry")
+    tracker = library.link(_linker(), f"code {next(_LOADED)}")
+    return Code(tracker["entry"], tracker)
+
+
+@functools.cache
+def _linker() -> Any:
+    """Return LLVM's JITLink, which allocates code and constants in one piece.
+
+    The older loader, MCJIT, aborts where a large process leaves it addresses more than 2 GB apart only.
+    """
+    return llvm.create_lljit_compiler(_machine(), use_jit_link=True)
 
 
 def compiled(function: Callable, scene: Any, kinds: tuple, items: str) -> Code | None:

@@ -43,7 +43,7 @@ def _gather(directory: Path, place: Path, catalogue: Catalogue) -> None:
     record, source = store.read_record(directory), store.RunDirectory(directory)
     source.load_batches()
     if not source.batches:
-        raise DirectoryError(f"{directory}: no case of its run is finished yet; `status` tells how far it is")
+        raise DirectoryError(f"{directory}: no case of its run is finished yet; `status` prints its progress")
     grid = grids.load(store.keys_so_far(record, source), catalogue)
     store.check_version(directory, record, grid)
     grid = dataclasses.replace(grid, **grids.as_written(record))

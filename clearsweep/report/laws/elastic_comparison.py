@@ -139,10 +139,10 @@ def _table(
         Column("used here", file_only=len(used) == len(sections)),
         *(Column(f"at {depth}", "N") for depth in at),
         Column(f"at {at[FIRST]}, over the softest"),
-        Column("holds up to", "m"),
+        Column("valid up to", "m"),
         Column("in this joint"),
     )
-    note = f"{_joint_text(sections[ordered[0]])}. Holds up to {wording.DASH}: any penetration."
+    note = f"{_joint_text(sections[ordered[0]])}. Valid up to {wording.DASH}: any penetration."
     title = f"Elastic force against penetration, joint {joint.title}"
     return Table(f"elastic_force_{joint.name}", title, note, columns, rows)
 

@@ -32,7 +32,7 @@ def rank_table(study: Study, samples: list[Setting]) -> Table:
         *figure_columns(study),
         Column("variable"),
         *estimate_columns("rank correlation"),
-        *estimate_columns("others held"),
+        *estimate_columns("others fixed"),
     ]
     if limited:
         columns += [*estimate_columns("limits exceeded, lower half"), *estimate_columns("upper half")]

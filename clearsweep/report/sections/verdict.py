@@ -82,7 +82,7 @@ def ratios(study: Study) -> list[str]:
             load, ideal, *usual = study.texts(*((worst, name) for name in compared if study.has(name)))
             sentences.append(
                 f"At most {study.text(worst, column)} times the largest reaction without clearance"
-                f"{study.where(joint, ' in joint {}')}: {load} beside {ideal}{at}; "
+                f"{study.where(joint, ' in joint {}')}: {load} against {ideal}{at}; "
                 f"{_motion(study, joint, worst, usual)}."
             )
     return sentences
@@ -156,7 +156,7 @@ def _not_judged(study: Study) -> list[str]:
     )
     which = wording.sentence_list([in_words(study, name) for name in names])
     return [
-        f"{wording.count(count, 'case')} cannot be judged by {which}: the figure or its limit is null (infinite, 0/0 "
+        f"{wording.count(count, 'case')} cannot be assessed by {which}: the figure or its limit is null (infinite, 0/0 "
         "or not computed). Such a case counts as exceeding the limit and has no margin."
     ]
 
@@ -171,7 +171,7 @@ def _table(study: Study) -> Table:
         Column("column", file_only=True),
         Column("limit"),
         Column("cases that exceed it"),
-        Column("cannot be judged"),
+        Column("cannot be assessed"),
         Column("of"),
         Column("smallest margin"),
         *axis_columns(study, study.swept()),
@@ -191,7 +191,7 @@ def _table(study: Study) -> Table:
         rows.append((limit.column, _limit(study, limit), *of_cases, margin, *values, case_id))
     note = (
         "Margin: 1 - value/limit, of at least value/limit - 1; negative where the limit is exceeded. A case that "
-        "cannot be judged, because its figure is null, counts as exceeding the limit."
+        "cannot be assessed, because its figure is null, counts as exceeding the limit."
     )
     return Table("limits_kept", "Limits", note, columns, rows)
 

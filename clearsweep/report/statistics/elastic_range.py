@@ -16,7 +16,7 @@ def remark(study: Study, joint: Joint, case_id: str) -> str:
     column = joint.column(YIELD_SPEED)
     speed = study.cases.at[case_id, column] if study.has(column) else np.nan
     if np.isnan(speed):
-        return "first yield not judged"
+        return "first yield not computed"
     return f"its contact first yields at {wording.scale('m/s', speed).text(speed, 2)}"
 
 
@@ -25,7 +25,7 @@ def span(study: Study, joint: Joint) -> str:
     column = joint.column(YIELD_SPEED)
     if not study.has(column):
         reason = " for this kind of joint or law" if _has_strength(study, joint) else _NO_STRENGTH
-        return f"At which speed the contact first yields is not judged{reason}."
+        return f"At which speed the contact first yields is not computed{reason}."
     ends = (study.cases[column].min(), study.cases[column].max())
     scale = wording.scale("m/s", ends)
     words = " to ".join(dict.fromkeys(scale.number(end, 2) for end in ends))

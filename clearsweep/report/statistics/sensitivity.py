@@ -191,7 +191,7 @@ def quantile(ordered: np.ndarray, share: float) -> Estimate:
 
 
 def exceedance(beyond: np.ndarray) -> Estimate:
-    """Return the probability of a condition that holds in some cases, with Clopper and Pearson's exact interval."""
+    """Return the probability of a condition that is true in some cases, with Clopper and Pearson's exact interval."""
     return Estimate(*probability.share(int(beyond.sum()), len(beyond)))
 
 

@@ -32,7 +32,7 @@ from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
 from ..material import line_modulus
 from ..recipe import register
-from .contract import NEEDS, NODES, elastic_energy, elastic_force, elastic_form
+from .contract import CYLINDER_NEEDS, NODES, elastic_energy, elastic_force, elastic_form
 from .cylinders import inverse_lambert
 from .power import Power, derived_power
 
@@ -109,12 +109,12 @@ register(
     Law(
         "elastic",
         "compatible",
-        "conformal contact over the arc that the elastic displacements leave",
+        "conformal contact, with the arc from the elastic displacements",
         "pen / (c + pen) = q (ln(4 / q) - 1), F_elastic = (pi/2) E* L (c + pen) q (2 - q), q = sin^2(theta / 2)",
         "half-space compatibility over the arc, in the manner of 'A continuous contact force model for planar revolute "
         "joint based on fitting method' 2017, Adv. Mech. Eng. 9(2), whose equations were not read; derived here",
         contact="line",
-        needs=NEEDS,
+        needs=CYLINDER_NEEDS,
         notes="Johnson's law for small arcs.  Its pressure is half an ellipse over sin(phi / 2), the first term of "
         "Persson's.  Over the same arc its load is within 4 % of Persson's up to a half-angle of 40 degrees.  At 45, "
         "the end of its range, it is 9 % lower.  From 77.3 degrees on, where the tangent stiffness is twice "
@@ -167,19 +167,18 @@ register(
     Law(
         "elastic",
         "compatible-fit",
-        "a power fitted to compatible, or to points of one's own",
+        "a power law fitted to compatible, or to user-defined points",
         "F_elastic = K_f pen^n_f, K_f = k(n_f, range / c) E* L c^(1 - n_f); ln K_f and n_f the least squares of ln F "
         "over fit_from to fit_to, evenly in ln pen, or over the points of `fit`",
         "in the manner of 'A continuous contact force model for planar revolute joint based on fitting method' 2017, "
         "Adv. Mech. Eng. 9(2); the coefficients are fitted here, not the paper's",
         (FROM, TO),
         contact="line",
-        needs=NEEDS,
+        needs=CYLINDER_NEEDS,
         orders=(Order("fit_from", "fit_to", "there would be nothing to fit"),),
         tables=(FIT,),
         notes="K_f, n_f and the rms of the relative error are among the derived values of a run.  The power law "
-        "continues outside its range, beyond which a remark says so.  Points of `fit` take the place of fit_from and "
-        "fit_to.",
+        "continues outside its range; a remark then says so.  Points of `fit` replace fit_from and fit_to.",
         merit=Merit(2, "it is a power fitted to `compatible`, which models the arc of elastic bodies"),
     ),
     (Power,),

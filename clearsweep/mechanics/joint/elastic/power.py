@@ -110,8 +110,8 @@ register(
         contact="ball",
         trusted=(_BALL,),
         notes="With `material`, K = (4/3) E* sqrt(R_b R_j / (R_b - R_j)): a ball in a socket, whatever the length of "
-        "the pin; it grows without bound as the clearance shrinks.  Papers that write h = (1 - nu^2) / (pi E) "
-        "have a pi in K; mixing the two is a factor of pi.",
+        "the pin; it grows without bound as the clearance shrinks.  Papers that write h = (1 - nu^2) / (pi E) have a "
+        "pi in K; mixing the two conventions is an error of a factor pi.",
     ),
     POWERS,
     lambda joint: power_of(_given_stiffness(joint), joint.contact.values["exponent"]),
@@ -134,7 +134,8 @@ register(
         needs=("material",),
         contact="ball",
         trusted=(_BALL,),
-        notes="Dimensionally inconsistent unless n = 1.5: the penetration is in metres.  It knows no length.",
+        notes="Dimensionally inconsistent unless n = 1.5: the penetration is in metres.  It does not depend on the "
+        "length.",
     ),
     POWERS,
     lambda joint: power_of(material_stiffness(joint), joint.contact.values["exponent"]),

@@ -121,12 +121,16 @@ register(
         ),
         trusted=(
             Range(
-                "length / diameter", 0.125, 1.0, "1", "its fits of a steady wedge and of a pure squeeze hold within 7 %"
+                "length / diameter",
+                0.125,
+                1.0,
+                "1",
+                "its fits of a steady wedge and of a pure squeeze are accurate within 7 %",
             ),
         ),
-        notes="It adds a wedge and a squeeze that were fitted each alone.  Together, a closing film is up to a third "
+        notes="It adds a wedge and a squeeze that were fitted separately.  With both, a closing film is up to a third "
         "off.  From an eccentricity ratio of 0.6 on, an opening film may push where it should pull and so generate "
-        "energy; the message of such a case says so.  The law reynolds does not.  It gives no pressure.",
+        "energy; the message of such a case says so.  The law reynolds generates none.  This law gives no pressure.",
     ),
     (Finite,),
     _finite,

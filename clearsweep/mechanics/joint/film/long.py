@@ -11,7 +11,9 @@ from ..recipe import register
 from .contract import arc_from, film_force, film_pressure, highest
 from .corners import bends
 
-LENGTHY = Range("length / diameter", 4.0, inf, "1", "the oil is to flow round the pin; a shorter bearing bears less")
+LENGTHY = Range(
+    "length / diameter", 4.0, inf, "1", "it assumes flow around the pin only; a shorter bearing carries less"
+)
 
 
 class Long(NamedTuple):
@@ -81,15 +83,15 @@ register(
     Law(
         "film",
         "long",
-        "a long bearing: the oil flows round the pin",
+        "a long bearing: the oil flows around the pin",
         "p = (6 mu R^2 / c^2) (w eps sin(theta) (2 + eps cos(theta)) / ((2 + eps^2) H^2) + eps' / (eps H^2) + p_0), "
         "H = 1 + eps cos(theta), over the half circle from tan(theta_1) = eps' (2 + eps^2) / (w eps) at whose ends it "
         "is 0; w = w_j + w_b - 2 gamma'; force in closed form",
-        "Sommerfeld 1904's pressure over half the circumference, as Pinkus & Sternlicht 1961 take it; integrated anew",
+        "Sommerfeld 1904's pressure over half the circumference, as in Pinkus & Sternlicht 1961; integrated "
+        "independently",
         needs=("length",),
         trusted=(LENGTHY,),
-        notes="Pressure counts over "
-        "the half circle alone, where near its ends it can be negative while the film opens.",
+        notes="Pressure counts only over the half circle; near its ends it can be negative while the film opens.",
     ),
     (Long,),
     lambda joint: Long(*_sizes(joint)),
@@ -130,12 +132,12 @@ register(
     Law(
         "film",
         "pinkus-sternlicht",
-        "a long bearing, in the form in use in multibody dynamics",
+        "a long bearing, in the form used in multibody dynamics",
         "F_r = -6 mu L R^3 / c^2 |eps'| (4 k eps^2 +- (2 + eps^2) pi q) / ((2 + eps^2) (1 - eps^2)^(3/2)), F_t = 6 pi "
         "mu L R^3 / c^2 eps w q / ((2 + eps^2) (1 - eps^2)^(1/2)), k^2 = (1 - eps^2) (w^2 / (4 eps'^2) + 1 / eps^2), q "
         "= (k + 3) / (k + 3/2) and + for eps' > 0, q = k / (k + 3/2) and - for eps' < 0; w = w_j + w_b - 2 gamma'",
         "after Pinkus & Sternlicht 1961, Theory of Hydrodynamic Lubrication, as reported by Ravn 1998 and Flores, "
-        "Ambrosio, Claro & Lankarani 2006; printed signs and brackets put right so that F is continuous at eps' = 0",
+        "Ambrosio, Claro & Lankarani 2006; printed signs and brackets corrected so that F is continuous at eps' = 0",
         needs=("length",),
         trusted=(LENGTHY,),
         notes="Approximates the law `long`: within 11 % while the film closes, off by 8 to 26 % while it opens and "

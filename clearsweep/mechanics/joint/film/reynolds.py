@@ -159,8 +159,8 @@ register(
         ),
         notes="Within 1 % of the equation's solution up to an eccentricity ratio of 0.97, in every direction of "
         "motion, and within 2 % at 0.998; its largest pressure within 3 %, within a tenth while the film opens.  The "
-        "power that its pressure takes is above 0 at any motion.  The film begins wherever pressure can be above 0; "
-        "published tables begin it where it is thickest, which turns a light load on a long bearing by up to 5 deg.",
+        "pressure dissipates energy in any motion.  The film begins wherever pressure can be above 0.  In published "
+        "tables it begins where it is thickest, which turns a light load on a long bearing by up to 5 deg.",
     ),
     (Reynolds,),
     _reynolds,

@@ -36,7 +36,7 @@ register(
     Law(
         "film-friction",
         "none",
-        "no couple: the film's force acts through the centres alone",
+        "no shear torque: the film's force acts through the centres",
         "M_j = M_b = 0",
         "a convention of multibody papers",
         notes="The moment e F_t of the force is not balanced.  So film_loss depends on how fast both bodies turn "
@@ -70,7 +70,7 @@ register(
         "shear as in a concentric bearing",
         BALANCED + "2 pi mu R^3 L (w_j - w_b) / c",
         "Petroff 1883 for C; the balance of moments for the rest",
-        notes="Its C knows no eccentricity: the least that a full film drags.",
+        notes="C does not depend on the eccentricity: it is the smallest drag of a full film.",
     ),
     (Petroff,),
     lambda joint: Petroff(drag(joint)),
@@ -96,7 +96,7 @@ register(
         BALANCED + "2 pi mu R^3 L (w_j - w_b) / (c (1 - eps^2)^(1/2))",
         "Sommerfeld 1904; C = his couple on the journal, 4 pi mu R^3 L w (1 + 2 eps^2) / (c (2 + eps^2) (1 - "
         "eps^2)^(1/2)), less e F_t / 2 of his full film, 6 pi mu R^3 L w eps^2 / (c (2 + eps^2) (1 - eps^2)^(1/2))",
-        notes="The same C as of butenschoen: of any film whose gap is filled.",
+        notes="C is that of butenschoen and is valid for any full film.",
     ),
     (Couette,),
     lambda joint: Couette(drag(joint)),
@@ -111,8 +111,8 @@ register(
         BALANCED + "2 pi mu R^3 L (w_j - w_b) / (c (1 - eps^2)^(1/2))",
         "after Butenschoen 1976: mu_f = psi (pi |w_j - w_b| / (|w| (1 - eps^2)^(1/2) So_D) + eps sin(beta) / 2), M = "
         "mu_f So_D L D mu |w| R / psi^2, as in the public multibody program MBDyn",
-        notes="Exact for the pressure of any law that obeys Reynolds' equation, with oil in the cavity, too; an empty "
-        "cavity drags about half as much.  For the journal of a bearing at rest this is the published formula.",
+        notes="Exact for the pressure of any law that obeys Reynolds' equation, if oil fills the cavity; an empty "
+        "cavity has about half the drag.  For the journal of a bearing at rest this is the published formula.",
     ),
     (Couette,),
     lambda joint: Couette(drag(joint)),

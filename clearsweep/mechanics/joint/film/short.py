@@ -64,13 +64,15 @@ register(
         "a short bearing: the oil flows along the pin",
         "p = (3 mu / c^2) (L^2 / 4 - z^2) (w eps sin(theta) - 2 eps' cos(theta)) / (1 + eps cos(theta))^3 over the "
         "half circle where p > 0, w = w_j + w_b - 2 gamma'; force in closed form",
-        "after Ocvirk 1952, NACA TN 2808, and Booker 1965, J. Basic Eng. 87:537; the integrals derived anew",
+        "after Ocvirk 1952, NACA TN 2808, and Booker 1965, J. Basic Eng. 87:537; the integrals derived independently",
         needs=("length",),
         trusted=(
-            Range("length / diameter", 0.0, 0.5, "1", "the oil is to flow along the pin; a longer bearing bears less"),
+            Range(
+                "length / diameter", 0.0, 0.5, "1", "it assumes flow along the pin only; a longer bearing carries less"
+            ),
         ),
-        notes="At length / diameter 1 and eps = 0.8 it bears 3.2 times too much.  Pressure is 0 outside "
-        "the half circle: no suction.",
+        notes="At length / diameter 1 and eps = 0.8 its load is 3.2 times too large.  Pressure is 0 outside the half "
+        "circle: no suction.",
     ),
     (Short,),
     _short,

@@ -96,10 +96,11 @@ register(
     Law(
         "transition",
         "ramp",
-        "from film to dry contact evenly over a width",
+        "linear transition from film to dry contact over a width",
         "F = (1 - w) F_film + w F_dry, w = min(1, max(0, (e - clearance - from) / width))",
         "after Ravn 1998, Multibody Syst. Dyn. 2:1, and Flores, Ambrosio, Claro & Lankarani 2006, as cited by others",
-        notes="The width is to be a few times the surfaces' roughness, 0.5 to 5 um, not a share of the clearance.",
+        notes="The width should be a few times the roughness of the surfaces, 0.5 to 5 um, not a fraction of the "
+        "clearance.",
     ),
     (Ramp,),
     lambda joint: Ramp(joint.film.begin, joint.film.width),
@@ -120,7 +121,7 @@ register(
     Law(
         "transition",
         "greenwood-tripp",
-        "asperities bear a part of the load through the film, then as ramp",
+        "asperities carry part of the load through the film, then as ramp",
         "F = (1 - w) (F_film + F_asperities) + w F_dry, p_asperities = (16 sqrt(2) pi / 15) density^2 sharpness^(1/2) "
         "E* F_5/2((h - mean_height) / roughness) over the arc, F_5/2(x) the integral of (s - x)^(5/2) exp(-s^2 / 2) / "
         "(2 pi)^(1/2) over s > x, 1 / E* = (1 - nu_1^2) / E_1 + (1 - nu_2^2) / E_2",
@@ -133,8 +134,7 @@ register(
             Field(
                 "mean_height",
                 "m",
-                "mean height of the asperities of both surfaces together above where the film's thickness is counted "
-                "from; left out: 0",
+                "mean height of the asperities of both surfaces above the zero of the film thickness; left out: 0",
                 low_open=False,
                 optional=True,
             ),
@@ -143,8 +143,8 @@ register(
             ),
         ),
         notes="Sources that take E' = 2 E* have half the factor.  F_5/2 is a fit, within 0.15 % from h = 0 to 4 "
-        "roughnesses; from 5 on asperities bear nothing.  Their load is elastic, and the joint's friction acts on it. "
-        "What they bear counts as dry.",
+        "roughnesses; from 5 on asperities carry nothing.  Their load is elastic, and the joint's friction acts on "
+        "it. Their load counts as dry contact.",
     ),
     (GreenwoodTripp,),
     _greenwood,

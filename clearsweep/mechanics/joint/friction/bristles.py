@@ -15,7 +15,7 @@ from .pieces import at_rest
 from .sliding import stribeck_coefficient
 
 SLIDING = COEFFICIENT._replace(low_open=True)
-BRISTLES = Field("bristle_stiffness", "1/m", "force of the bristles per load and bend, sigma0")
+BRISTLES = Field("bristle_stiffness", "1/m", "force of the bristles per load and deflection, sigma0")
 
 
 @kernel
@@ -66,7 +66,7 @@ register(
     Law(
         "friction",
         "dahl",
-        "bristles that bend: elastic before it slides",
+        "bending bristles: elastic before sliding",
         "T = -N sigma0 z, z' = slip sgn(1 - x) |1 - x|^shape with x = sigma0 z sgn(slip) / mu",
         "after Dahl 1968, A Solid Friction Model, Aerospace Corp. TOR-0158(3107-18)-1; per load",
         (
@@ -75,11 +75,11 @@ register(
             Field("shape", "1", "1: exponential approach to sliding; larger: slower", 1.0, low_open=False, default=1.0),
         ),
         remembers=True,
-        notes="z, the bend of the bristles, begins at 0 with every contact.  No static friction above the kinetic "
-        "one; creeps under a load that comes and goes.  A shape below 1, which reaches sliding with a corner, is not "
-        "offered.  Friction settles within mu / sigma0 of sliding: 1 um with mu = 0.1 and 1e5 1/m, which is stiff.  "
-        "What the bristles store counts as rubbed off until they give it back; as the force goes with the load, a "
-        "load that changes can draw energy from bent bristles, up to mu^2 / (2 sigma0) of it.",
+        notes="z, the deflection of the bristles, begins at 0 with every contact.  No static friction above the "
+        "kinetic one; creeps under an alternating load.  A shape below 1, with a corner at the onset of sliding, is "
+        "not available.  Friction settles within mu / sigma0 of sliding: 1 um with mu = 0.1 and 1e5 1/m, which is "
+        "stiff.  Energy in the bristles counts as friction loss until they return it.  The force is proportional to "
+        "the load, so a varying load can draw energy from bent bristles, up to mu^2 / (2 sigma0) times its change.",
     ),
     (Dahl,),
     from_values(Dahl),
@@ -164,7 +164,7 @@ DAMPED_BRISTLES = (
     Field(
         "damping_velocity",
         "m/s",
-        "sliding speed over which the damping falls; left out: the largest with which it never drives",
+        "sliding speed over which the damping falls; left out: the largest at which the bristles never drive",
         optional=True,
     ),
 )
@@ -174,19 +174,20 @@ register(
     Law(
         "friction",
         "lugre",
-        "bristles that bend, with Stribeck's fall: sticks, breaks away, slides",
+        "bending bristles with the Stribeck effect: sticks, breaks away, slides",
         "T = -N (sigma0 z + sigma1 exp(-(slip / damping_velocity)^2) z' + viscous slip), z' = slip - sigma0 |slip| z "
         "/ g, g = mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape)",
         "after Canudas de Wit, Olsson, Astrom & Lischinsky 1995, IEEE Trans. Autom. Control 40:419; per load, the "
         "falling damping after Olsson 1996, Control Systems with Friction, Lund",
         DAMPED_BRISTLES,
         remembers=True,
-        notes="z, the bend of the bristles, begins at 0 with every contact.  With a damping that does not fall, a "
-        "large damping_velocity, the bristles drive where sigma1 > 4 g / |slip|: from 1.3 mm/s on with mu = 0.1, "
+        notes="z, the deflection of the bristles, begins at 0 with every contact.  With a damping that does not fall, "
+        "a large damping_velocity, the bristles drive where sigma1 > 4 g / |slip|: from 1.3 mm/s on with mu = 0.1, "
         "sigma1 = 316 s/m; left out, damping_velocity is 4 sqrt(2 e) min(mu, mu_s) / sigma1 and they never do under a "
-        "steady load.  In use are sigma0 = 1e5 1/m, sigma1 = 316 s/m.  Friction settles within g / sigma0 of sliding: "
-        "1 um, which is stiff.  What the bristles store counts as rubbed off until they give it back; as the force "
-        "goes with the load, a load that changes can draw energy from bent bristles, up to g^2 / (2 sigma0) of it.",
+        "steady load.  Common values are sigma0 = 1e5 1/m and sigma1 = 316 s/m.  Friction settles within g / sigma0 "
+        "of sliding: 1 um, which is stiff.  Energy in the bristles counts as friction loss until they return it.  The "
+        "force is proportional to the load, so a varying load can draw energy from bent bristles, up to g^2 / (2 "
+        "sigma0) times its change.",
         orders=(KINETIC_FIRST,),
     ),
     (LuGre,),
@@ -232,11 +233,11 @@ register(
     Law(
         "friction",
         "elasto-plastic",
-        "bristles as lugre's that do not creep: elastic up to a share of the friction",
+        "the bristles of lugre without creep: elastic up to a fraction of the friction",
         "T = -N (sigma0 z + sigma1 exp(-(slip / damping_velocity)^2) z' + viscous slip), z' = slip (1 - a x / g), x = "
         "sigma0 z sgn(slip), g = mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape); a = 0 up to x = "
-        "elastic_share mu, 1 from x = g on, (1 + sin(pi (x - m) / d)) / 2 between, m the middle of these two and d "
-        "what they differ by",
+        "elastic_share mu, 1 from x = g on, (1 + sin(pi (x - m) / d)) / 2 between, m the mean of these two and d "
+        "their difference",
         "after Dupont, Hayward, Armstrong & Altpeter 2002, IEEE Trans. Autom. Control 47:787, as in public programs "
         "that quote it; per load, the falling damping after Olsson 1996, Control Systems with Friction, Lund",
         (
@@ -244,18 +245,18 @@ register(
             Field(
                 "elastic_share",
                 "1",
-                "friction over mu N up to which nothing slides for good; the default is a choice",
+                "friction over mu N up to which all displacement is elastic; the default is a choice",
                 0.0,
                 1.0,
                 default=0.7,
             ),
         ),
         remembers=True,
-        notes="Under a load that comes and goes but stays below elastic_share mu N nothing is displaced for good; "
-        "lugre, whose a is 1 throughout, creeps.  Else as lugre: z begins at 0 with every contact; left out, "
-        "damping_velocity is 4 sqrt(2 e) mu / sigma1, with which the bristles never drive under a steady load; "
-        "friction settles within g / sigma0 of sliding: 1 um with mu = 0.1 and sigma0 = 1e5 1/m, which is stiff; what "
-        "the bristles store counts as rubbed off until they give it back.",
+        notes="Under an alternating force below elastic_share mu N no displacement remains; lugre, whose a is 1 "
+        "throughout, creeps.  Otherwise as lugre: z begins at 0 with every contact; left out, damping_velocity is 4 "
+        "sqrt(2 e) mu / sigma1, with which the bristles never drive under a steady load; friction settles within g / "
+        "sigma0 of sliding: 1 um with mu = 0.1 and sigma0 = 1e5 1/m, which is stiff; energy in the bristles counts as "
+        "friction loss until they return it.",
         orders=(KINETIC_FIRST,),
     ),
     (ElastoPlastic,),

@@ -49,7 +49,8 @@ register(
         "T = -mu N sgn(slip), the sign smoothed to tanh(slip / velocity_scale)",
         "Coulomb 1785; regularised",
         (COEFFICIENT, SCALE),
-        notes="The jump at rest is smoothed: it creeps where it should stick, the less the smaller velocity_scale.",
+        notes="The jump at rest is smoothed: it creeps where it should stick; a smaller velocity_scale reduces this "
+        "creep.",
     ),
     (Tanh,),
     from_values(Tanh),
@@ -208,7 +209,7 @@ register(
     Law(
         "friction",
         "brown-mcphee",
-        "smooth friction with Stribeck's fall, all derivatives continuous",
+        "smooth friction with the Stribeck effect, all derivatives continuous",
         "T = -N (mu tanh(4 x) + (mu_s - mu) x / (x^2 / 4 + 3/4)^2 + viscous slip), x = slip / stribeck_velocity",
         "after Brown & McPhee 2016, J. Comput. Nonlinear Dyn. 11:054502, as in public programs that quote it",
         (
@@ -263,13 +264,13 @@ register(
     Law(
         "friction",
         "stribeck",
-        "smooth friction with Stribeck's fall and a viscous part",
+        "smooth friction with the Stribeck effect and a viscous part",
         "T = -N ((mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape)) tanh(slip / velocity_scale) + viscous slip)",
         "Stribeck 1902, Z. VDI 46:1341, in the form of Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica "
         "30:1083; regularised",
         (COEFFICIENT, STATIC, *STRIBECK, SCALE),
-        notes="Creeps where it should stick; velocity_scale should be well below stribeck_velocity, else the static "
-        "friction is never reached.",
+        notes="Creeps where it should stick; velocity_scale should be well below stribeck_velocity, otherwise the "
+        "static friction is never reached.",
     ),
     (Stribeck,),
     from_values(Stribeck),

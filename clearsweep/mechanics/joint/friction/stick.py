@@ -82,11 +82,11 @@ register(
     Law(
         "friction",
         "karnopp",
-        "sticks: below a sliding speed the surfaces hold each other",
+        "stick-slip: below a sliding speed the surfaces stick",
         "above band: T = -N sgn(slip) (mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape) + viscous |slip|); "
-        "below: T is what stops the sliding, at most mu_s N either way, or what slides at the edge of the band if "
-        "that is more",
-        "after Karnopp 1985, J. Dyn. Syst. Meas. Control 107:100; with Stribeck's fall",
+        "below: T stops the sliding, at most mu_s N either way, or the friction at the edge of the band if that is "
+        "larger",
+        "after Karnopp 1985, J. Dyn. Syst. Meas. Control 107:100; with the Stribeck effect",
         (
             COEFFICIENT,
             STATIC,
@@ -97,7 +97,7 @@ register(
         sticks=True,
         notes="T in the band follows from the motion: it makes the sliding speed decay at the crank's rate.  The "
         "remaining creep, below band, has no physical meaning.  The edge of the band is located; T jumps there.  "
-        "Static friction is bounded by the load alone, so surfaces let go when the load on them falls.",
+        "Static friction is bounded by the load alone, so surfaces start to slide when their load falls.",
         orders=(
             KINETIC_FIRST,
             Order("band", "stribeck_velocity", "friction falls beyond what counts as sticking", equal=True),

@@ -90,7 +90,7 @@ register(
     Law(
         "law",
         "jankowski",
-        "damped Hertzian spring, damped on the approach alone",
+        "Hertzian spring, damped only during the approach",
         "F = F_elastic + 2 xi sqrt(mass F_elastic / pen) rate while rate > 0, else F_elastic; "
         "xi = (9 sqrt(5) / 2) (1 - e^2) / (e (e (9 pi - 16) + 16))",
         "after Jankowski 2005, Earthq. Eng. Struct. Dyn. 34:595, and 2006, 35:517",
@@ -154,9 +154,8 @@ register(
         (SPRING, DAMPER),
         uses_elastic=False,
         notes="The force jumps to c times the onset rate at contact and pulls before the surfaces part.  The "
-        "restitution of a free impact is exp(-pi zeta / sqrt(1 - zeta^2)), zeta = c / (2 sqrt(k m)) < 1; from zeta = 1 "
-        "on the "
-        "surfaces never part.  Friction takes a pulling force for none.",
+        "restitution of a free impact is exp(-pi zeta / sqrt(1 - zeta^2)), zeta = c / (2 sqrt(k m)) < 1; from zeta = "
+        "1 on the surfaces never part.  A pulling force causes no friction.",
     ),
     (PullingSpring,),
     lambda joint: PullingSpring(joint.contact.values["damping"]),
@@ -267,7 +266,7 @@ register(
         "MSC Adams/Solver, functions IMPACT and STEP",
         (
             DAMPER,
-            Field("depth", "m", "penetration from which on all damping acts"),
+            Field("depth", "m", "penetration from which on the full damping acts"),
         ),
         notes="With elastic: power its K and e are `stiffness` and `exponent`, c_max is `damping`, d is `depth`.  The "
         "restitution depends on the speed.",

@@ -193,8 +193,8 @@ factor_law(
         f"{FACTOR}3 (1 - e) / (2 e)",
         "after Hu & Guo 2015, Multibody Syst. Dyn. 35:131",
         (RESTITUTION,),
-        notes="Second-order exact as e -> 1.  Half this chi, 3 (1 - e) / (4 e), is also in circulation; its "
-        "restitution is about (1 + e) / 2.",
+        notes="Second-order exact as e -> 1.  Half this chi, 3 (1 - e) / (4 e), is also in use; its restitution is "
+        "about (1 + e) / 2.",
     ),
     lambda e: 1.5 * (1.0 - e) / e,
 )
@@ -208,7 +208,7 @@ factor_law(
         f"{FACTOR}5 (1 - e) / (4 e)",
         "after Safaeifar & Farshidianfar 2020, Multibody Syst. Dyn. 50",
         (RESTITUTION,),
-        notes="A sixth too little loss as e -> 1; not compared with the paper.",
+        notes="Its loss is a sixth too small as e -> 1; not compared with the paper.",
     ),
     lambda e: 1.25 * (1.0 - e) / e,
 )
@@ -218,12 +218,12 @@ factor_law(
     Law(
         "law",
         "carvalho-martins",
-        "a fraction that is all but exact above 0.4",
+        "a rational function, nearly exact above 0.4",
         f"{FACTOR}3 (1 - e) (11 - e) / (2 (1 + 9 e))",
         "after Carvalho & Martins 2019, Mech. Mach. Theory 139:174",
         (ANY_RESTITUTION,),
-        notes="Within 0.04 % of the specified restitution at 0.5 and above; not for less than 0.2, and never below "
-        "0.061.",
+        notes="Within 0.04 % of the specified restitution at 0.5 and above; not valid below 0.2; the restitution is "
+        "never below 0.061.",
     ),
     lambda e: 1.5 * (1.0 - e) * (11.0 - e) / (1.0 + 9.0 * e),
 )
@@ -303,12 +303,12 @@ register(
     Law(
         "law",
         "pant-wijeyewickrema",
-        "a loss on the approach alone, made for a linear spring",
+        "loss only during the approach, made for a linear spring",
         "F = F_elastic (1 + chi rate / onset_rate) while rate > 0, else F_elastic; chi = 3 (1 - e^2) / (2 e^2)",
         "after Pant & Wijeyewickrema 2012, Earthq. Eng. Struct. Dyn. 41:1709",
         (RESTITUTION,),
-        notes="Damped while the bodies approach only: damped in both phases, as also found, the restitution would be "
-        "0.22 instead of 0.5.  The paper's elastic force is linear: write `exponent: 1`.",
+        notes="Damped only while the bodies approach.  With damping in both phases, as also published, the "
+        "restitution would be 0.22 instead of 0.5.  The paper's elastic force is linear: write `exponent: 1`.",
         uses_onset=True,
     ),
     (ApproachHysteresis,),

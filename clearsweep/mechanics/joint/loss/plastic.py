@@ -158,7 +158,7 @@ register(
     Law(
         "law",
         "lankarani-nikravesh-plastic",
-        "yields while it deepens, springs back from an indentation",
+        "yields during loading, unloads elastically from an indentation",
         "F = F_elastic(pen) while pen deepens; below the deepest, pen_m, where it last turned back: "
         "F = F_elastic((pen - pen_p) / e^2), pen_p = (1 - e^2) pen_m, 0 below pen_p; for a power n that is "
         "F = F_m ((pen - pen_p) / (pen_m - pen_p))^n, F_m = K pen_m^n",
@@ -168,11 +168,11 @@ register(
             RESTITUTION,
             Field("yield_rate", "m/s", "onset rate up to which the contact is elastic", low_open=False, default=0.0),
         ),
-        notes="For impacts that leave the elastic range.  Left out, yield_rate is 0: every contact yields.  The "
-        "column J_yield_speed of the same joint with a law that does not yield says where that begins.  At "
-        "separation (pen < 0) pen_m is reset, so the next contact meets a fresh surface.  A journal that moves along "
-        "the wall within one contact takes its indentation along.  There pen < pen_p counts as contact without force, "
-        "each entry into it as a clip.  A contact that stays shakes down to an elastic one.",
+        notes="For impacts that leave the elastic range.  Left out, yield_rate is 0: every contact yields.  With a "
+        "law that does not yield, the column J_yield_speed of the joint is the speed of first yield.  At separation "
+        "(pen < 0) pen_m is reset, so the next contact meets a fresh surface.  A journal that moves along the wall "
+        "within one contact carries its indentation along.  There pen < pen_p counts as contact without force, each "
+        "entry into it as a clip.  A contact that stays shakes down to an elastic one.",
         yields=True,
     ),
     (Plastic,),
@@ -196,7 +196,7 @@ register(
     Law(
         "law",
         "kogut-etsion",
-        "a ball in a socket that yields as finite elements of a sphere do, from a hardness",
+        "a ball in a socket that yields as a finite-element model of a sphere, from a hardness",
         "F = F_elastic least(1, 1.03 x^-0.075, 1.40 x^-0.237, (3 / K) x^-0.5) while pen deepens, x = max(1, pen / "
         "w_c), w_c = (pi K H / (2 E*))^2 R, K = 0.454 + 0.41 nu, R = R_b R_j / (R_b - R_j); below the deepest, pen_m, "
         "where it last turned back: F = F_m ((pen - pen_p) / (pen_m - pen_p))^1.5, 0 below pen_p = pen_m - 3 F_m / (4 "
@@ -207,15 +207,14 @@ register(
         (Field("hardness", "Pa", "H, of the softer body"),),
         needs=("material", "hertz"),
         notes="The restitution decreases with speed: no energy is lost up to 1.48 w_c.  Three pieces are published, F "
-        "/ "
-        "F_elastic = 1.03 x^-0.075 for x = 1 to 6, 1.40 x^-0.237 to 110 and full plasticity, 2 pi R pen H, beyond.  "
+        "/ F_elastic = 1.03 x^-0.075 for x = 1 to 6, 1.40 x^-0.237 to 110 and full plasticity, 2 pi R pen H, beyond.  "
         "They do not meet; here the least of them and Hertz's force acts, which is continuous: at most 3 % below the "
         "first piece, up to x = 1.48, 2 % below the second, up to 6.7, and 8 % below the third, up to some 150 (nu = "
         "0.3).  The published area, 0.93 x^0.136 of Hertz's up to 6 and 0.94 x^0.146 beyond, is the latter "
-        "throughout, within 3 %.  Made for a sphere and a rigid flat; nu is the bearing's.  In a close socket R and "
-        "with it w_c are large: where the derived contact.yield_depth passes the clearance nothing yields.  At "
-        "separation pen_m is reset, so the next contact meets a fresh surface.  Within a contact pen < pen_p counts "
-        "as contact without force, each entry into it as a clip.",
+        "throughout, within 3 %.  Made for a sphere and a rigid flat; nu is the bearing's.  In a close-fitting socket "
+        "R and therefore w_c are large: where the derived contact.yield_depth passes the clearance nothing yields.  "
+        "At separation pen_m is reset, so the next contact meets a fresh surface.  Within a contact pen < pen_p "
+        "counts as contact without force, each entry into it as a clip.",
         yields=True,
     ),
     (YieldingSphere,),

@@ -12,10 +12,10 @@ from .spots import Piece, Surface, critical_area
 HARDNESS = Field("hardness", "Pa", "H, of the softer body")
 SERIES = (
     "In series with the elastic law: pen = bulk(F) + approach(F), approach = G^(D-1) a_L^((2-D)/2) with the a_L at "
-    "which the spots bear F; solved beforehand for each joint, a table of ln(bulk / pen) over ln pen.  Where the area "
-    "A_r = psi^((2-D)/2) D / (2-D) a_L of the spots nears that of the arc of contact, A_n = 2 R_b theta L with the "
+    "which the spots carry F; tabulated for each joint as ln(bulk / pen) over ln pen.  Where the area A_r = "
+    "psi^((2-D)/2) D / (2-D) a_L of the spots nears that of the arc of contact, A_n = 2 R_b theta L with the "
     "half-angle theta of Persson's load, it is kept below it, A_r (1 + (A_r / A_n)^8)^(-1/8); from A_r = A_n on a "
-    "remark says so.  The asperities are springs: what they lose is left to the contact law."
+    "remark says so.  The asperities are springs; the contact law accounts for all losses."
 )
 NEEDED = ("length", "material", "bearing_radius")  # from the contact arc and E*
 
@@ -46,10 +46,10 @@ register(
         (DIMENSION, SCALE, HARDNESS),
         needs=NEEDED,
         tables=(PROFILE,),
-        notes=f"{SERIES}  The areas a are real ones; papers that take them for those of Hertz have 4/(3 pi) for "
-        "4 sqrt(pi)/3.  An elastic spot here bears pi^1.5 = 5.57 times as much as one of kogut-etsion with the same a, "
-        "D and G, which takes a for the base of an asperity: do not compare the two at equal G.  E* is that of the "
-        "pair.  That small spots yield and large ones do not is the model's; kogut-etsion has what is between.",
+        notes=f"{SERIES}  The areas a are real contact areas; papers that use those of Hertz have 4/(3 pi) instead of "
+        "4 sqrt(pi)/3.  An elastic spot here carries pi^1.5 = 5.57 times as much as one of kogut-etsion with the "
+        "same a, D and G, where a is the base of an asperity: do not compare the two at equal G.  E* is that of the "
+        "pair.  In this model small spots yield and large ones do not; kogut-etsion has the regimes between.",
     ),
     (Surface,),
     _make,

@@ -54,9 +54,9 @@ register(
         needs=NEEDED,
         tables=(PROFILE,),
         notes=f"{SERIES}  nu is the bearing's.  A spot's force jumps where the published fits meet, by 3 % at r = 1, "
-        "1.7 % at 6 and 7.9 % (nu 0.3) at 110; the sum over all spots does not.  a is the base of an asperity, a / pi "
-        "its elastic contact.  So an elastic spot bears 1 / pi^1.5 of one of fractal with the same a, D and G, 5.57 "
-        "times less: do not compare the two at equal G.",
+        "1.7 % at 6 and 7.9 % (nu 0.3) at 110; the sum over all spots does not.  a is the base of an asperity, a / "
+        "pi its elastic contact.  So an elastic spot carries 1 / pi^1.5 of one of fractal with the same a, D and G, "
+        "5.57 times less: do not compare the two at equal G.",
     ),
     (Surface,),
     _make,

@@ -32,7 +32,7 @@ DIMENSION = Field("dimension", "1", "D, fractal dimension of a profile", 1.0, 2.
 SCALE = Field("scale", "m", "G, the length that scales its heights", optional=True)
 PROFILE = Columns(
     "from_profile",
-    "a measured profile, which gives dimension and scale in their place; in even steps, at least 1000 rows",
+    "a measured profile that replaces dimension and scale; even steps, at least 1000 rows",
     (Field("x", "m", "along the surface", -math.inf),),
     (Field("height", "m", "of the surface", -math.inf),),
 )

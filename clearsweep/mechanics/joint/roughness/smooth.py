@@ -17,7 +17,8 @@ register(
         "no roughness: the elastic law alone",
         "pen = bulk(F)",
         "the limit of surfaces whose scale goes to zero",
-        notes="The same as a joint without the section, but for the case's identity.  For sweeps over rough surfaces.",
+        notes="The same as a joint without the section, except for the identity of the case.  For sweeps over rough "
+        "surfaces.",
     ),
     (Smooth,),
     lambda joint: Smooth(),

@@ -85,8 +85,8 @@ register(
         "depth grows with pressure and sliding",
         "dh = k p |slip| dt",
         "Archard 1953, J. Appl. Phys. 24:981",
-        notes="k in m^2/N; 1 mm^3/(N m) = 1e-9 m^2/N.  k times the hardness must be far below 1.  A bare coefficient "
-        "with a hardness is that product, K = k H.",
+        notes="k in m^2/N; 1 mm^3/(N m) = 1e-9 m^2/N.  k times the hardness must be far below 1.  A coefficient "
+        "without a unit, with a hardness, is that product, K = k H.",
     ),
     (Archard, RunningIn),
     lambda joint: _make(Archard, joint),
@@ -102,8 +102,8 @@ register(
         "Fouvry, Liskiewicz, Kapsa, Hannel & Sauger 2003, Wear 255:287, worn volume over dissipated energy; that the "
         "work is spread like the pressure is an assumption",
         needs=("friction",),
-        notes="`coefficient` is alpha in m^3/J, the volume worn off a body per work of friction: with Coulomb friction "
-        "mu that of archard is mu alpha.  What bristles store counts as work until they give it back.",
+        notes="`coefficient` is alpha in m^3/J, the volume worn off a body per work of friction: with Coulomb "
+        "friction mu that of archard is mu alpha.  Energy in bristles counts as work until they return it.",
     ),
     (Energy, RunningIn),
     lambda joint: _make(Energy, joint),

@@ -13,12 +13,12 @@ from numpy.polynomial import Chebyshev, Polynomial, chebyshev
 
 from ....contracts.case import Joint
 from ....contracts.catalogue import Law
-from ..elastic.conformal import WIDEST, load_arc
+from ..elastic.conformal import WIDEST_B2, load_arc
 from ..recipe import register
 from .contract import half_arc, peak_over_mean, share_before, smooth_within, sum_over_load
 from .pressure import MODULUS, modulus_of
 
-LIMIT = 2.0 * math.atan(math.sqrt(WIDEST))  # rad: half of the arc at an infinite load
+LIMIT = 2.0 * math.atan(math.sqrt(WIDEST_B2))  # rad: half of the arc at an infinite load
 HALFWAY = 2.0  # E* c: load mapped to half of the interval of `_arc`, chosen for the closest fit
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(40)
 
@@ -153,8 +153,8 @@ register(
         "materials; the scale from the balance of forces",
         (MODULUS,),
         needs=("modulus",),
-        notes="The arc follows from the load, whatever the penetration; Hertz's where it is small.  The half-angle "
-        "cannot pass 84.83 degrees.  The same arc is taken on bearing and journal.",
+        notes="The arc follows from the load, not from the penetration; a small one is that of Hertz.  The half-angle "
+        "cannot pass 84.83 degrees.  Bearing and journal have the same arc.",
     ),
     (Persson,),
     _make_persson,

@@ -91,8 +91,8 @@ register(
         (MODULUS,),
         needs=("modulus",),
         trusted=(SMALL_ARC,),
-        notes="The pressure where `material` or `pressure_modulus` is given and none is named.  The arc is a / R_b on "
-        "the bearing and a / R_j on the journal.",
+        notes="The default where `material` or `pressure_modulus` is given.  The arc is a / R_b on the bearing and a "
+        "/ R_j on the journal.",
     ),
     (HertzLine,),
     _make_hertz_line,
@@ -155,11 +155,11 @@ register(
     Law(
         "pressure",
         "mean",
-        "even over the contact arc",
+        "uniform over the contact arc",
         "p = f / (2 R sin theta0), cos theta0 = c / (c + pen), f = F / length, R the radius of the body",
-        "geometry of rigid circles; that the pressure is even over their arc is an assumption",
-        notes="The pressure where neither `material` nor `pressure_modulus` is given.  Needs no modulus: the arc "
-        "follows from the penetration alone.",
+        "geometry of rigid circles; that the pressure is uniform over their arc is an assumption",
+        notes="The default where neither `material` nor `pressure_modulus` is given.  Needs no modulus: the arc "
+        "follows only from the penetration.",
     ),
     (Mean,),
     lambda joint: Mean(),
@@ -211,11 +211,11 @@ register(
     Law(
         "pressure",
         "winkler",
-        "as deep as the circles overlap",
+        "proportional to the overlap of the circles",
         "p = f (cos phi - cos theta0) / (R (theta0 - sin theta0 cos theta0)), cos theta0 = c / (c + pen), "
         "f = F / length, R the radius of the body",
         "elastic foundation: Johnson 1985, Contact Mechanics, section 4.3; the scale from the balance of forces",
-        notes="Needs no modulus: a thin layer on a stiff back, which gives way to the pressure above it alone.  The "
+        notes="Needs no modulus: a thin layer on a stiff backing, which deforms only under the pressure on it.  The "
         "arc is that of rigid circles.",
     ),
     (Winkler,),
