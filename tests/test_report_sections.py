@@ -378,6 +378,19 @@ def test_a_sentence_has_one_unit_of_force(wide_run):
     assert units(message[-1]) == {"kN"}  # of a median of some kN the peak and the ideal one, both less, take the unit
 
 
+def test_the_strongest_axis_of_another_figure_of_the_question_is_named():
+    made = Run(SPEEDS)
+    prepared = study.prepare(made)
+    (joint,) = prepared.joints
+    said = drivers.sentences(prepared, joint)
+    assert not any("force rms" in sentence for sentence in said)
+    made.summary["slider_error_max"] = made.summary["drive.speed"] * 1e-6
+    said = [sentence.replace("\u00a0", " ") for sentence in drivers.sentences(study.prepare(made), joint)]
+    assert sum(sentence.startswith("The slider error is driven most by crank speed: ") for sentence in said) == 1
+    made.summary["slider_error_max"] = 1e-6  # no axis moves it
+    assert not any("slider error" in sentence for sentence in drivers.sentences(study.prepare(made), joint))
+
+
 def test_the_rows_of_a_figure_have_one_unit(wide_run):
     (table,) = drivers.more(study.prepare(wide_run))[0].tables
     cells = [cell.text for row in table.rows if row[0] == "force peak" for cell in (row[4], row[6])]

@@ -33,7 +33,7 @@ def sections(study: Study) -> list[Section]:
     if not samples:
         return []
     if study.run.grid["sample"]["method"] in INDEPENDENT:
-        blocks: list[Block] = [limit_table(study, every), Points(_spreads(study, samples))]
+        blocks: list[Block] = [Points(_spreads(study, samples)), limit_table(study, every)]
         return [Section("sample", "Probabilistic study", filled(blocks))]
     return [Section("sample", "What drives the spread", filled(_sensitivity(study, samples)))]
 
