@@ -516,7 +516,7 @@ MUTATIONS = (
     Mutation(f"{FILMS}/transition.py", "FIT", "0.05308344", "0.05408344", TIPS),
     Mutation(
         "grid/reading/machine_checks.py",
-        "_extremes",
+        "_most_and_least_slender",
         "(min(lengths), max(radii))",
         "(max(lengths), max(radii))",
         REYNOLDS,

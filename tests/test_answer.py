@@ -78,16 +78,53 @@ def film(**changed):
 
 def test_a_film_that_its_law_does_not_cover_is_said_to_be_so_beside_it():
     first, loss = film()
-    assert first == "Thinnest film: 1 at speed 2, dry load share 20 %, loss 5 (case 00000000)."
-    assert loss == "Largest loss: 9 at speed 1; smallest: 1 at speed 3."
+    assert first == "Thinnest film: 1 at speed 2 (case 00000000). There: loss 5, dry load share 20 %."
+    assert loss == "Largest loss: 9 at speed 1. Smallest: 1 at speed 3."
     first, second, _ = film(film_limit_fraction=[0.0, 0.04, 0.0])
-    assert first.endswith("; thinner than its law covers for 4 % of the time.")
+    assert first.endswith(" The film is thinner than its law covers for 4 % of the time.")
     assert second == "Thinnest film within the range of its law: 2 at speed 3."
+
+
+def test_sentences_of_the_answer_have_at_most_25_words():
+    figures = ("force_peak", "force_peak_ratio", "load_peak", "wear_rate_max", "wear_depth_max", "film_loss", *FILM)
+    paths = (SPEED, FIT, "mechanism.rod.mass", "joints.pin.contact.restitution")
+    columns = {f"{PIN}_{name}": np.array([1.5, 2.5]) for name in figures} | {"headroom": [3.5, 4.5]}
+    columns |= {path: [1.25, 2.25] for path in paths}
+    made = cases(columns, paths, figures=figures, record={"figures": {"headroom": ""}})
+    said = [*answer.largest_force(made), *answer.films(made), *answer.wear(made), *answer.own_figures(made)]
+    assert len(said) == 5
+    for sentence in " ".join(said).split(". "):
+        assert len(sentence.split()) <= 25, sentence
 
 
 def test_a_dry_share_without_contact_is_not_modelled():
     first, *_ = film(dry_load_share=[np.nan] * 3)
     assert "dry load share not modelled" in first
+
+
+def test_the_position_error_is_part_of_the_answer_on_forces():
+    known = layout("force_peak")
+    known = known._replace(
+        output="rocker", columns=(*known.columns, Column("rocker_error_max", "rad", "", figure="error_max"))
+    )
+    columns = {"pin_force_peak": [3.0, 5.0, 4.0], "rocker_error_max": [0.1, 0.2, 0.4], SPEED: [1, 2, 3]}
+    made = cases(columns, (SPEED,))._replace(layout=known, lead=lead_of(known, ()))
+    assert answer.sentences(made) == [
+        "Largest normal force: 5 at speed 2 (case 00000000).",
+        "Largest rocker error: 0.4 at speed 3.",
+    ]
+    assert answer.position_error(cases(columns, (SPEED,))) == []  # no output body
+
+
+def test_a_measured_restitution_is_compared_with_the_requested_one_where_this_varies():
+    path = f"joints.{PIN}.contact.restitution"
+    columns = {"pin_force_peak": [1.0, 2.0], "pin_restitution": [0.48, 0.89], path: [0.5, 0.9]}
+    figures = ("force_peak", "restitution")
+    first, last = answer.largest_force(cases(columns, (path,), figures=figures, lead=lead_of(layout(*figures), ())))
+    assert first.startswith("Largest normal force: 2")
+    assert last == "Measured restitution differs from the requested one by at most 0.020: 0.480 at restitution 0.5."
+    columns[SPEED] = [1, 2]
+    assert len(answer.largest_force(cases(columns, (SPEED,), figures=figures, lead=lead_of(layout(*figures), ())))) == 1
 
 
 MOTOR = """
@@ -166,4 +203,4 @@ def test_wear_is_that_of_the_fastest_rate_not_of_the_deepest_window():
 def test_the_figures_of_a_grid_are_answered_with_the_cases_at_their_ends():
     columns = {"headroom": [2.0, 5.0, 3.0], SPEED: [1, 2, 3]}
     (sentence,) = answer.own_figures(cases(columns, (SPEED,), record={"figures": {"headroom": ""}}))
-    assert sentence == "headroom: smallest 2 at speed 1; largest 5 at speed 2."
+    assert sentence == "headroom: smallest 2 at speed 1. Largest: 5 at speed 2."

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from clearsweep.contracts.layout import Column, Layout
-from clearsweep.judging.lifetime import COLUMNS, Lifetime, interval_text
+from clearsweep.judging.lifetime import COLUMNS, Lifetime, hours_text, interval_sentences
 from clearsweep.sweeping.lives import Lives, life_lines
 
 
@@ -20,14 +20,19 @@ def plainly(text):
     return text.replace("\u00a0", " ")
 
 
+def sentences(life):
+    """Return what is said on the interval of a life, with ordinary spaces."""
+    return [plainly(sentence) for sentence in interval_sentences(life)]
+
+
 @pytest.mark.parametrize("share", [0.3, 0.02, 2e-3, 1.3e-4, 2.5e-5, 1e-7, 0.0])
 def test_the_ends_of_an_interval_differ_or_it_is_reported_by_its_width(share):
-    text = plainly(interval_text(life(share)))
-    assert text.startswith("85.5 h (95 %, numerics alone: ")
+    (text,) = sentences(life(share))
+    assert text.startswith("95 % interval of the numerics alone: ")
     numbers = [float(number) for number in re.findall(r"([\d.]+) h", text)]
-    if len(numbers) > 1:
-        hours, low, high = numbers
-        assert low < hours < high
+    if numbers:
+        low, high = numbers
+        assert low < 85.5 < high
         assert (low, high) == pytest.approx((85.5 / (1.0 + share), 85.5 / (1.0 - share)), rel=0.5 * share)
     else:
         known = float(re.search(r"± (?:under )?([\d.]+) %", text)[1])
@@ -35,29 +40,34 @@ def test_the_ends_of_an_interval_differ_or_it_is_reported_by_its_width(share):
 
 
 def test_a_life_without_an_upper_end_says_so():
-    assert "85.0 h to no end" in plainly(interval_text(Lifetime(85.5, 1000.0, 994.0, math.inf)))
-    assert "no end" in interval_text(Lifetime(85.5, 1000.0, 994.0, math.nan))
+    assert sentences(Lifetime(85.5, 1000.0, 994.0, math.inf))[0].endswith(": 85.0 h to no end.")
+    assert "no end" in sentences(Lifetime(85.5, 1000.0, 994.0, math.nan))[0]
 
 
 def test_an_end_that_is_not_known_is_not_said_to_be_endless():
-    low = plainly(interval_text(life(0.02, low_uncertain=1000.0 / 3.0)))
-    high = plainly(interval_text(life(0.02, high_uncertain=3000.0)))
-    assert "no end" not in low + high
-    assert "from 28.5 h, the other end not known, with the uncertain wear coefficients" in low
-    assert "to 256 h, the other end not known, with the uncertain wear coefficients" in high
+    low = sentences(life(0.02, low_uncertain=1000.0 / 3.0))[-1]
+    high = sentences(life(0.02, high_uncertain=3000.0))[-1]
+    assert low == "With the uncertain wear coefficients: from 28.5 h, other end unknown."
+    assert high == "With the uncertain wear coefficients: to 256 h, other end unknown."
 
 
 def test_an_uncertain_coefficient_is_reported_next_to_the_numerics():
-    text = plainly(interval_text(life(0.02, low_uncertain=1000.0 / 3.0, high_uncertain=3100.0)))
-    assert text.endswith("; 28.5 h to 265 h with the uncertain wear coefficients")
-    assert "uncertain" not in interval_text(life(0.02))
+    text = sentences(life(0.02, low_uncertain=1000.0 / 3.0, high_uncertain=3100.0))[-1]
+    assert text == "With the uncertain wear coefficients: 28.5 h to 265 h."
+    assert "uncertain" not in " ".join(sentences(life(0.02)))
 
 
 def test_wide_smoothing_is_reported_next_to_the_interval():
-    assert plainly(interval_text(life(0.02, smoothing=math.radians(11.0)))).endswith(
-        "; its worn shapes are smoothed over 11 deg, an effect that the interval does not contain"
-    )
-    assert "smoothed" not in interval_text(life(0.02, smoothing=math.radians(3.0)))
+    last = sentences(life(0.02, smoothing=math.radians(11.0)))[-1]
+    assert last == "Not included: the effect of smoothing the worn shapes over 11 deg."
+    assert len(sentences(life(0.02, smoothing=math.radians(3.0)))) == 1
+
+
+def test_no_sentence_on_a_life_has_more_than_25_words():
+    known = life(0.02, low_uncertain=1000.0 / 3.0, high_uncertain=3100.0, smoothing=0.3)
+    assert len(sentences(known)) == 3
+    assert max(len(sentence.split()) for sentence in sentences(known)) <= 25
+    assert hours_text(known) == "85.5 h"
 
 
 def test_the_closing_lines_name_the_shortest_and_the_longest_life():
@@ -69,7 +79,9 @@ def test_the_closing_lines_name_the_shortest_and_the_longest_life():
     lives.add(block, lambda place: {"case_id": f"{place}" * 16, "swept": {"drive.speed": place}})
     lines = [plainly(line) for line in life_lines(lives.facts(), lambda point: f"speed {point['drive.speed']}")]
     assert lines[1] == "Life of pin, until wear of one body reaches 20.0 \u00b5m"
-    assert lines[2] == "  shortest 20.0 h (95 %, numerics alone: 19.8 h to 20.2 h): case 33333333, speed 3"
+    assert lines[2] == (
+        "  shortest 20.0 h at speed 3 (case 33333333). 95 % interval of the numerics alone: 19.8 h to 20.2 h."
+    )
     assert lines[3].startswith("  longest 85.5 h")
     assert lines[4] == "  1 case did not reach the limit"
     assert life_lines(Lives(Layout("planar", True, "", (), columns, ()), {}).facts(), str) == []

@@ -141,7 +141,8 @@ def test_a_table_in_markdown_says_where_its_other_rows_are_and_escapes_what_divi
 
 
 @pytest.mark.parametrize(
-    ("enough", "remedy"), [(100, None), (640, "`bins: 640` would do for all"), (5000, "720 at most")]
+    ("enough", "remedy"),
+    [(100, None), (640, "`bins: 640` is enough for all"), (5000, "even 720 bins, the maximum, are too few")],
 )
 def test_bins_that_are_too_coarse_for_the_arcs_are_reported_with_how_many_would_do(enough, remedy):
     run = Run()
@@ -375,6 +376,19 @@ def test_a_sentence_has_one_unit_of_force(wide_run):
     assert sum(bool(units(sentence)) for sentence in message) >= 4
     assert all(len(units(sentence)) < 2 for sentence in message), message
     assert units(message[-1]) == {"kN"}  # of a median of some kN the peak and the ideal one, both less, take the unit
+
+
+def test_the_strongest_axis_of_another_figure_of_the_question_is_named():
+    made = Run(SPEEDS)
+    prepared = study.prepare(made)
+    (joint,) = prepared.joints
+    said = drivers.sentences(prepared, joint)
+    assert not any("force rms" in sentence for sentence in said)
+    made.summary["slider_error_max"] = made.summary["drive.speed"] * 1e-6
+    said = [sentence.replace("\u00a0", " ") for sentence in drivers.sentences(study.prepare(made), joint)]
+    assert sum(sentence.startswith("The slider error is driven most by crank speed: ") for sentence in said) == 1
+    made.summary["slider_error_max"] = 1e-6  # no axis moves it
+    assert not any("slider error" in sentence for sentence in drivers.sentences(study.prepare(made), joint))
 
 
 def test_the_rows_of_a_figure_have_one_unit(wide_run):

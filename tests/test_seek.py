@@ -14,6 +14,7 @@ from clearsweep.judging.verdict import Limit
 from clearsweep.language.errors import InputError
 from clearsweep.report.blocks.table import Quantity, Table
 from clearsweep.report.data import study
+from clearsweep.report.data.axis import axes_of
 from clearsweep.report.sections import seek as page
 from clearsweep.report.sections.seek import sections
 from clearsweep.sweeping import run_summary
@@ -278,6 +279,7 @@ def test_where_all_cases_count_they_are_compared_at_one_value_and_all_would_pass
     assert len({each["value"] for each in best}) == 1
     text = run_summary.run_text(facts)
     assert "All of these 2 would pass with" in text
+    assert "  at every gravity: none in the range" in text
     loosened = {"rod_slider_force_peak": 0.1, "weight": {"at_least": 0.3}}
     assert facts["seek"]["needed"] == {"rod_slider_force_peak": "at most 0.1\u00a0N", "weight": "at least 0.3\u00a0N"}
     quiet(source | {"limits": loosened}, tmp_path / "run")
@@ -331,6 +333,9 @@ def test_fits_are_tried_completely_at_their_largest_clearances(at):
     assert grid.axes[PLAY] == tuple(fit.high for fit in grid.seek.fits)
     assert grid.fits == {}  # they name means
     assert PLAY not in grid.written_units  # they are shown in units that suit them
+    for among, scattered in (({"fits": []}, False), (None, True)):  # only fits are all tried at all other values
+        record = grid.resolved() | {"seek": {"among": among}}
+        assert axes_of(record, {PLAY: grid.axes[PLAY]}, {}, 1)[-1].scattered == scattered
     assert grid.labels[PLAY] == {fit.name: fit.high for fit in grid.seek.fits}
     assert grid.axes[PLAY][1] == pytest.approx(31e-6)  # of 20 mm: the contract's 10 to 31 um
     again = grid_load(grid.resolved())

@@ -93,7 +93,7 @@ def test_what_is_worn_keeps_its_volume_and_its_harmonics_and_nothing_stays_nothi
         assert spline(phi, 2) == pytest.approx(BEARING(phi, 2), rel=1e-3, abs=1e-4 * C)
     bins = np.random.default_rng(3).random(BINS) * C
     shape = shapes_of(bins, NOTHING, C, AT_POINT)[0]
-    assert shape.whole == pytest.approx(bins.mean() * 2.0 * math.pi, rel=1e-12)
+    assert shape.integral == pytest.approx(bins.mean() * 2.0 * math.pi, rel=1e-12)
     for low, high in ((0.2, 1.7), (-3.0, 8.0), (6.2, 6.4)):
         total = quad(lambda phi: worn_at(shape.table, phi)[0], low, high, limit=500, epsabs=1e-9 * C)[0]
         assert integral_at(shape, high) - integral_at(shape, low) == pytest.approx(total, rel=1e-6)
@@ -111,7 +111,7 @@ def test_a_groove_narrower_than_the_journal_is_widened_until_the_journal_reaches
     rows = [np.array([worn_at(body.table, angle) for angle in angles]) for body in (bearing, journal)]
     assert C + sum(np.min(row[:, 0] + row[:, 2]) for row in rows) >= AT_POINT * C * (1.0 - 1e-9)
     assert width > WIDTH
-    assert bearing.whole == pytest.approx(bins.mean() * 2.0 * math.pi, rel=1e-12)
+    assert bearing.integral == pytest.approx(bins.mean() * 2.0 * math.pi, rel=1e-12)
 
 
 def test_the_deepest_point_of_an_oval_bearing_is_that_of_the_closed_form():

@@ -13,7 +13,7 @@ from .. import MODEL_VERSION
 from .keys.kinds import Shape, Word, value_key
 from .resolve import Shared
 
-KEPT = 4096  # rows of a factor kept in memory while all cases are enumerated
+MOST_CACHED_ROWS = 4096  # rows of a factor kept in memory while all cases are enumerated
 
 Words = frozenset[tuple[str, str]]  # swept paths and their law names
 
@@ -39,9 +39,9 @@ class Factor(NamedTuple):
 
     def point(self, index: int, axes: Mapping[str, tuple[Any, ...]]) -> dict[str, Any]:
         """Return the values of these axes at `index`; the last axis varies fastest."""
-        factor_index = bisect_right(self.ends, index)
-        block = self.blocks[factor_index]
-        index -= self.ends[factor_index] - block.size
+        block_index = bisect_right(self.ends, index)
+        block = self.blocks[block_index]
+        index -= self.ends[block_index] - block.size
         values: dict[str, Any] = dict(block.words)
         for path in reversed(block.paths):
             index, k = divmod(index, len(axes[path]))
@@ -81,13 +81,13 @@ def factor_of(
     blocks = {}
     for choice in product(*(axes[path] for path in word_paths)):
         names = dict(names_in_grid) | {path: frozenset({word}) for path, word in zip(word_paths, choice, strict=True)}
-        numbers_chosen = {
+        words_in_use = {
             path: word if value_key(shape, path).used(names) else None
             for path, word in zip(word_paths, choice, strict=True)
         }
-        used_paths = tuple(path for path in paths if path not in numbers_chosen and value_key(shape, path).used(names))
-        blocks[tuple(numbers_chosen.values())] = Block(
-            numbers_chosen, used_paths, math.prod(len(axes[path]) for path in used_paths)
+        used_paths = tuple(path for path in paths if path not in words_in_use and value_key(shape, path).used(names))
+        blocks[tuple(words_in_use.values())] = Block(
+            words_in_use, used_paths, math.prod(len(axes[path]) for path in used_paths)
         )
     return Factor(tuple(blocks.values()), tuple(accumulate(block.size for block in blocks.values())))
 
@@ -117,12 +117,12 @@ def combined(
         points = (last.point(k, axes) for k in indices)
         return ((words_at(point), texts_of(point)) for point in points)
 
-    cached_rows = list(rows(range(last.size))) if last.size <= KEPT else None
+    cached_rows = list(rows(range(last.size))) if last.size <= MOST_CACHED_ROWS else None
     outer = range(interval.start // last.size, -(-interval.stop // last.size))
-    for k, (word_paths, texts) in zip(outer, combined(outer_factors, axes, texts_of, outer), strict=True):
+    for k, (outer_words, outer_texts) in zip(outer, combined(outer_factors, axes, texts_of, outer), strict=True):
         start, end = max(interval.start - k * last.size, 0), min(interval.stop - k * last.size, last.size)
-        for row_words, row_values in rows(range(start, end)) if cached_rows is None else cached_rows[start:end]:
-            yield word_paths | row_words, texts | row_values
+        for row_words, row_texts in rows(range(start, end)) if cached_rows is None else cached_rows[start:end]:
+            yield outer_words | row_words, outer_texts | row_texts
 
 
 Value = Any  # value of a key: a number in SI, a word, True for a flag
@@ -137,7 +137,7 @@ _OF_BOTH = {
     "running_in.initial": ("running_in.bearing_initial", "running_in.journal_initial"),
 }
 _WEAR = ".wear."
-_SHOWN = "\0{}\0"  # placeholder of a varied value; no written value contains such characters
+_PLACEHOLDER = "\0{}\0"  # placeholder of a varied value; no written value contains such characters
 
 
 class Slot(NamedTuple):
@@ -199,10 +199,10 @@ def _tree(values_by_path: Mapping[str, Any]) -> dict[str, Any]:
     tree: dict[str, Any] = {}
     for path, value in values_by_path.items():
         *parents, key = path.split(".")
-        inside = tree
+        section = tree
         for parent in parents:
-            inside = inside.setdefault(parent, {})
-        inside[key] = value
+            section = section.setdefault(parent, {})
+        section[key] = value
     return tree
 
 
@@ -210,11 +210,11 @@ def _listed(tree: dict[str, Any], pairs: Collection[str]) -> dict[str, Any]:
     """Return the tree, changed in place, with lists at the paths `pairs`."""
     for path in pairs:
         *parents, key = path.split(".")
-        inside = tree
+        section = tree
         for parent in parents:
-            inside = inside.get(parent, {})
-        if inside.get(key):
-            inside[key] = [inside[key][index] for index in sorted(inside[key])]
+            section = section.get(parent, {})
+        if section.get(key):
+            section[key] = [section[key][index] for index in sorted(section[key])]
     return tree
 
 
@@ -284,21 +284,21 @@ class Pattern:
         """Return the case at a point, swept path -> value, in the form of a grid file."""
         tree = dict(self._tree)
         for *parents, key in self._changing:
-            inside = tree
+            section = tree
             for parent in parents:
-                inside = inside[parent]
-            inside[key] = dict(inside[key])
+                section = section[parent]
+            section[key] = dict(section[key])
         for (*parents, key), source, follow in self._places:
-            inside = tree
+            section = tree
             for parent in parents:
-                inside = inside[parent]
-            inside[key] = follow(point[source])
+                section = section[parent]
+            section[key] = follow(point[source])
         return _listed(tree, self._pairs)
 
     @cached_property
     def text(self) -> str:
         """Return the text of the identity with %(path)s for every varied value."""
-        placeholders = {slot.path: _SHOWN.format(slot.path) for slot in self.slots}
+        placeholders = {slot.path: _PLACEHOLDER.format(slot.path) for slot in self.slots}
         text = identity_text(nested(self.values | placeholders, self._pairs)).replace("%", "%%")
         for path, placeholder in placeholders.items():
             text = text.replace(json.dumps(placeholder), f"%({path})s")

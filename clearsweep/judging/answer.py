@@ -59,8 +59,8 @@ def sentences(cases: Cases) -> list[str]:
     """Return the answer: start-up, force or film, designs within the limits, figures of the grid."""
     if not len(cases.case_ids):
         return []
-    by_question = {"film": films, "force": largest_force, "limits": limited}
-    specific = by_question[cases.lead.question](cases) if cases.lead.question in by_question else []
+    by_question = {"film": (films,), "force": (largest_force, position_error), "limits": (limited,)}
+    specific = [line for answer in by_question.get(cases.lead.question, ()) for line in answer(cases)]
     return [*start_up(cases), *specific, *own_figures(cases)]
 
 
@@ -77,7 +77,8 @@ def start_up(cases: Cases) -> list[str]:
         first, last = cases.extremes(START_UP)
         ends = cases.texts(START_UP, [float(times[first]), float(times[last])])
         text = f"Start-up to {target}, 95 % of the motor's no-load speed, takes {ends[0]}"
-        span = f" to {ends[1]}. Fastest{cases.at(first)}; slowest{cases.at(last)}"
+        slowest = "slowest of those that reach it" if np.isnan(times).any() else "slowest"
+        span = f" to {ends[1]}. Fastest{cases.at(first)}; {slowest}{cases.at(last)}"
         lines.append(f"{text}{span if first != last else cases.at(first)}.")
     if count := int(np.isnan(times).sum()):
         highest = int(np.argmax(np.where(np.isnan(times), speeds, -np.inf)))
@@ -111,13 +112,41 @@ def largest_force(cases: Cases) -> list[str]:
     if worst is None:
         return []
     index, (peak, *_), joint = worst
-    text = f"Largest normal force{_where(cases, joint)}: {cases.text(peak, index)}{cases.at(index)}"
+    text = (
+        f"Largest normal force{_where(cases, joint)}: {cases.text(peak, index)}{cases.at(index)}{cases.named(index)}."
+    )
     ratio, load = f"{joint}_force_peak_ratio", f"{joint}_load_peak"
     if cases.has(ratio) and np.isfinite(cases.column(ratio)[index]):
         rubs = cases.has(load) and cases.column(load)[index] > cases.column(peak)[index]
-        name = "with friction, " if rubs else ""
-        text += f"; {name}{cases.text(ratio, index)} times the largest reaction without clearance"
-    return [f"{text}{cases.named(index)}."]
+        subject = "With friction, the load" if rubs else "It"
+        text += f" {subject} is {cases.text(ratio, index)} times the largest reaction without clearance."
+    return [text, *_restitutions(cases)]
+
+
+def _restitutions(cases: Cases) -> list[str]:
+    """Return how far the measured restitution of each joint is from the requested one, where that varies."""
+    lines = []
+    for joint in cases.layout.joints:
+        figure, path = f"{joint.name}_restitution", f"joints.{wording.joint_name(joint.name)}.contact.restitution"
+        if path not in cases.axes or not cases.has(figure):
+            continue
+        measured, wanted = cases.column(figure).astype(float), cases.column(path).astype(float)
+        worst = int(np.nanargmax(np.abs(measured - wanted)))
+        lines.append(
+            f"Measured restitution{_where(cases, joint.name)} differs from the requested one by at most "
+            f"{wording.plain(abs(float(measured[worst] - wanted[worst])), 2)}: "
+            f"{wording.plain(float(measured[worst]))}{cases.at(worst)}."
+        )
+    return lines
+
+
+def position_error(cases: Cases) -> list[str]:
+    """Return the largest error of the output's position."""
+    error = next((column.name for column in cases.layout.columns if column.figure == "error_max"), "")
+    if not error or not cases.has(error):
+        return []
+    worst = cases.extremes(error)[1]
+    return [f"Largest {cases.layout.output} error: {cases.text(error, worst)}{cases.at(worst)}."]
 
 
 def films(cases: Cases) -> list[str]:
@@ -127,13 +156,13 @@ def films(cases: Cases) -> list[str]:
         return []
     index, (thinnest, *_), joint = worst
     share, loss = f"{joint}_dry_load_share", f"{joint}_film_loss"
-    parts = [f"dry load share {share_words(float(cases.column(share)[index]))}"]
-    parts += [f"loss {cases.text(loss, index)}"] if cases.has(loss) else []
-    head = f"Thinnest film{_where(cases, joint)}: {cases.text(thinnest, index)}{cases.at(index)}"
-    lines = [f"{head}, {', '.join(parts)}{cases.named(index)}."]
+    parts = [f"loss {cases.text(loss, index)}"] if cases.has(loss) else []
+    parts += [f"dry load share {share_words(float(cases.column(share)[index]))}"]
+    head = f"Thinnest film{_where(cases, joint)}: {cases.text(thinnest, index)}{cases.at(index)}{cases.named(index)}."
+    lines = [f"{head} There: {', '.join(parts)}."]
     outside = cases.column(f"{joint}_film_limit_fraction")
     if outside[index] > 0.0:
-        lines[0] = lines[0][:-1] + f"; {beyond_law(float(outside[index]))}."
+        lines[0] += f" The film is {beyond_law(float(outside[index]))}."
         within = np.where(outside > 0.0, np.nan, cases.column(thinnest))
         if np.isfinite(within).any():
             least = int(np.nanargmin(within))
@@ -141,7 +170,7 @@ def films(cases: Cases) -> list[str]:
     if cases.has(loss) and len(cases.case_ids) > 1:
         low, high = cases.extremes(loss)
         lines.append(
-            f"Largest loss{_where(cases, joint)}: {cases.text(loss, high)}{cases.at(high)}; smallest: "
+            f"Largest loss{_where(cases, joint)}: {cases.text(loss, high)}{cases.at(high)}. Smallest: "
             f"{cases.text(loss, low)}{cases.at(low)}."
         )
     return lines
@@ -185,7 +214,7 @@ def own_figures(cases: Cases) -> list[str]:
         if np.isfinite(values).any():
             low, high = (int(pick(values)) for pick in (np.nanargmin, np.nanargmax))
             text = f"{name}: smallest {cases.text(name, low)}{cases.at(low)}"
-            text += f"; largest {cases.text(name, high)}{cases.at(high)}"
+            text += f". Largest: {cases.text(name, high)}{cases.at(high)}"
             lines.append(f"{text}." if values[low] != values[high] else f"{name}: {cases.text(name, low)}.")
     return lines
 
@@ -205,7 +234,7 @@ def wear(cases: Cases) -> list[str]:
             grown = 1000.0 * float(cases.column(growth)[worst]) / float(cases.column(hours)[worst])
             if np.isfinite(grown):
                 (per_hours,) = cases.texts(f"{joint.name}_wear_depth_max", [grown])
-                text += f"; both bodies together widen the clearance by {per_hours} per 1000 h of its life"
+                text += f". Both bodies together widen the clearance by {per_hours} per 1000 h of its life"
         lines.append(f"{text}.")
     return lines
 

@@ -45,25 +45,29 @@ def criterion(section: Mapping[str, Any]) -> str:
     return f"until {_ENDS[section['of']]} {value}"
 
 
-def interval_text(life: Lifetime) -> str:
-    """Return a life in hours with the numerical interval only, and a remark on what this omits."""
-    parts = [f"{wording.plain(life.hours)} h ({_numerics(life)})"]
+def hours_text(life: Lifetime) -> str:
+    """Return a life in hours."""
+    return f"{wording.plain(life.hours)} h"
+
+
+def interval_sentences(life: Lifetime) -> list[str]:
+    """Return sentences on the interval of a life: of numerics, of uncertain wear coefficients, what they omit."""
+    sentences = [f"95{wording.BLANK}% interval of the numerics alone: {_numerics(life)}."]
     if math.isfinite(life.low_uncertain) or math.isfinite(life.high_uncertain):
         bounds = [
             f"{preposition}{_hours(life, revolutions, DIGITS[0])}"
             for preposition, revolutions in (("from ", life.low_uncertain), ("to ", life.high_uncertain))
             if math.isfinite(revolutions)
         ]
-        range_text = (
-            " ".join(bounds).removeprefix("from ") if len(bounds) == 2 else f"{bounds[0]}, the other end not known,"
-        )
-        parts.append(f"{range_text} with the uncertain wear coefficients")
+        range_text = " ".join(bounds).removeprefix("from ") if len(bounds) == 2 else f"{bounds[0]}, other end unknown"
+        sentences.append(f"With the uncertain wear coefficients: {range_text}.")
     if life.smoothing > WIDE_SMOOTHING:
-        parts.append(
-            f"its worn shapes are smoothed over {math.degrees(life.smoothing):.2g} deg, an effect that the interval "
-            "does not contain"
-        )
-    return "; ".join(parts)
+        sentences.append(f"Not included: the effect of smoothing the worn shapes over {_degrees(life.smoothing)}.")
+    return sentences
+
+
+def _degrees(angle: float) -> str:
+    return f"{math.degrees(angle):.2g} deg"
 
 
 def _hours(life: Lifetime, revolutions: float, digits: int) -> str:
@@ -73,14 +77,13 @@ def _hours(life: Lifetime, revolutions: float, digits: int) -> str:
 
 def _numerics(life: Lifetime) -> str:
     """Return the numerical 95 % interval: its ends if five digits distinguish them, else its half-width."""
-    percent = f"95{wording.BLANK}%, numerics alone"
     if not math.isfinite(life.high):
-        return f"{percent}: {_hours(life, life.low, DIGITS[0])} to no end"
+        return f"{_hours(life, life.low, DIGITS[0])} to no end"
     for digits in DIGITS:
         texts = [_hours(life, revolutions, digits) for revolutions in (life.low, life.revolutions, life.high)]
         if len({*texts}) == len(texts):
-            return f"{percent}: {texts[0]} to {texts[2]}"
+            return f"{texts[0]} to {texts[2]}"
     share = 0.5 * (life.high - life.low) / life.revolutions
     if share < SMALLEST_INTERVAL:
-        return f"{percent}: \u00b1 under {wording.plain(100.0 * SMALLEST_INTERVAL, 1)}{wording.BLANK}%"
-    return f"{percent}: \u00b1 {wording.plain(100.0 * share, 2)}{wording.BLANK}%"
+        return f"\u00b1 under {wording.plain(100.0 * SMALLEST_INTERVAL, 1)}{wording.BLANK}%"
+    return f"\u00b1 {wording.plain(100.0 * share, 2)}{wording.BLANK}%"

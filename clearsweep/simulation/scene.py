@@ -83,10 +83,10 @@ def load_case(source: str | PathLike | Mapping, overrides: Mapping[str, Any] | N
 
 def layout_of(case: Case) -> Layout:
     """Return the layout of a case; cases with the same features share one, since creating it takes 70 us."""
-    features, origin = features_of(case), (figures.FIGURES, MECHANISMS[case.mechanism.type])
+    features, sources = features_of(case), (figures.FIGURES, MECHANISMS[case.mechanism.type])
     stored = _LAYOUTS.get(features)
-    if stored is None or any(previous is not current for previous, current in zip(stored[0], origin, strict=True)):
-        stored = _LAYOUTS[features] = origin, Layout.with_features(features, catalogue())
+    if stored is None or any(previous is not current for previous, current in zip(stored[0], sources, strict=True)):
+        stored = _LAYOUTS[features] = sources, Layout.with_features(features, catalogue())
     return stored[1]
 
 
@@ -95,7 +95,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
 
     `worn` maps names of joints to their earlier wear; the run adds to it.
     """
-    begin, worn = time.perf_counter(), dict(worn or {})
+    started, worn = time.perf_counter(), dict(worn or {})
     mechanism = mechanism_of(case)
     machine = mechanism.machine(case) if mechanism.machine and not mechanism.build else None
     joints = {
@@ -115,8 +115,8 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
         for index, angles in enumerate(body_angles(built.value, built.start)):
             if has_worn_shape(terms[index]):
                 name, side = case.joints[index].name, terms[index].side
-                where, depth = seat(terms[index], side * seated[name], angles)
-                offsets[name], roots[index] = side * where, math.sqrt(depth)
+                position, depth = seat(terms[index], side * seated[name], angles)
+                offsets[name], roots[index] = side * position, math.sqrt(depth)
         built = _built(case, mechanism, machine, joints, offsets)
     if mechanism.spatial:
         _check_apart(built, joints)
@@ -126,8 +126,10 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
     start = np.array([*built.start.tolist(), *roots.tolist(), *[began for _, _, began in every_state(value)]])
     layout, time_source = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
-    spent = time.perf_counter() - begin
-    return Scene(case, mechanism, built, value, layout, start, in_contact, machine, time_source, worn, build_time=spent)
+    elapsed = time.perf_counter() - started
+    return Scene(
+        case, mechanism, built, value, layout, start, in_contact, machine, time_source, worn, build_time=elapsed
+    )
 
 
 def state_units(scene: Scene) -> np.ndarray:
@@ -209,10 +211,10 @@ def signature(case: Case) -> tuple:
     joints = tuple(
         (
             joint.name,
-            *map(_types, registry.contact_terms(joint) if joint.is_dry else ()),
-            *map(_types, registry.film_terms(joint) if joint.film else ()),
-            _types(registry.friction_term(joint)),
-            _types(registry.wear_term(joint)),
+            *map(_type_text, registry.contact_terms(joint) if joint.is_dry else ()),
+            *map(_type_text, registry.film_terms(joint) if joint.film else ()),
+            _type_text(registry.friction_term(joint)),
+            _type_text(registry.wear_term(joint)),
             joint.wear is not None and joint.wear.evolve,
         )
         for joint in case.joints
@@ -220,10 +222,10 @@ def signature(case: Case) -> tuple:
     return case.mechanism.type, case.outline, joints
 
 
-def _types(term: tuple) -> str:
+def _type_text(term: tuple) -> str:
     """Return the name of a compiled type with those of the types in it: 'Archard(Mean)'."""
-    types = ", ".join(_types(part) for part in term if isinstance(part, tuple))
-    return f"{type(term).__name__}({types})" if types else type(term).__name__
+    parts = ", ".join(_type_text(part) for part in term if isinstance(part, tuple))
+    return f"{type(term).__name__}({parts})" if parts else type(term).__name__
 
 
 def derived(case: Case) -> dict[str, tuple[float, str]]:
@@ -245,7 +247,7 @@ def warnings(case: Case) -> list[str]:
         if joint.contact.law and registry.beyond_hertz(joint):  # a film may have no dry contact
             sentences.append(
                 f"joints.{joint.name}.contact.law: {joint.contact.law} is made for Hertz's force; with rough surfaces "
-                "in series a free impact gives back something else than is asked for"
+                "in series the restitution of a free impact differs from the specified one"
             )
         if joint.wear is None:
             continue

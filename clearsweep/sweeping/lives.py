@@ -40,7 +40,11 @@ class Lives:
             )
             for key, is_better in BETTER.items():
                 if key not in self.ends or is_better(life.hours, self.ends[key]["hours"]):
-                    self.ends[key] = describe(index) | {"hours": life.hours, "words": lifetime.interval_text(life)}
+                    self.ends[key] = describe(index) | {
+                        "hours": life.hours,
+                        "text": lifetime.hours_text(life),
+                        "remarks": lifetime.interval_sentences(life),
+                    }
 
     def facts(self) -> dict[str, Any] | None:
         """Return both lives and the number of cases that did not reach their limit, for JSON; None without a life."""
@@ -61,8 +65,9 @@ def life_lines(life: dict[str, Any] | None, setting: Callable[[dict[str, Any]], 
         if key in life and life[key]["case_id"] not in listed_ids:
             listed_ids.append(life[key]["case_id"])
             case_setting = setting(life[key]["swept"])
-            case = f"case {wording.short_id(life[key]['case_id'])}" + (f", {case_setting}" if case_setting else "")
-            lines.append(f"  {key} {life[key]['words']}: {case}")
+            at = f" at {case_setting}" if case_setting else ""
+            case = f"{at} (case {wording.short_id(life[key]['case_id'])})"
+            lines.append(f"  {key} {life[key]['text']}{case}. {' '.join(life[key]['remarks'])}")
     if life["unreached"]:
         lines.append(f"  {wording.count(life['unreached'], 'case')} did not reach the limit")
     return lines

@@ -89,7 +89,7 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
         setting = setting_text(limits["worst"]["swept"], facts)
         lines.append(
             f"  smallest margin: {limits['worst']['margin_words']}, case {wording.short_id(limits['worst']['case_id'])}"
-            + (f", {setting}" if setting else "")
+            + (f", {setting}" if setting and len(limits["worst"]["swept"]) <= MANY_AXES else "")
         )
     return lines
 

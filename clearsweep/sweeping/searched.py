@@ -53,7 +53,14 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
         limiting = answer["limiting"]
         answered += f", limited by {limiting}" if limiting else ", the end of the range: no limit is reached"
         setting = setting_text(answer["point"], facts)
-        lines.append(f"  {setting}: {answered}" if setting else f"  {answered}")
+        if setting and question.get("for") == "all":
+            conditions = wording.sentence_list(
+                [wording.axis_name(key, number_of_joints(paths)) for key in answer["point"]]
+            )
+            worst = f" at {setting}" if limiting else ""
+            lines.append(f"  at every {conditions}: {answered}{worst}")
+        else:
+            lines.append(f"  {setting}: {answered}" if setting else f"  {answered}")
         if answer["beyond"]:
             names = wording.sentence_list(list(answer["beyond"]))
             lines.append(f"    not monotone: {names} beyond it also meet the limits")

@@ -13,16 +13,16 @@ from ..simulation.trajectory import simulate
 from .extremes import Extreme
 
 HORIZON = 0.25  # revolutions, within which it shall happen
-SCAN = 64  # values of the parameter among which a change is looked for
-HALVINGS = 60
-FAINT = 1e-4  # of the largest onset rate: a graze closes slower
+SCAN_VALUES = 64  # values of the parameter among which a change is looked for
+MOST_HALVINGS = 60
+GRAZE_RATIO = 1e-4  # of the largest onset rate: a graze closes slower
 
 
 def tuned(case: Extreme) -> tuple[dict[str, Any], str]:
     """Return the grid of a case with its parameter tuned, and a note that says to what."""
     kind, path, low, high = case.tuning
-    find = _graze if kind == "graze" else _meeting
-    value, rate = find(case, path, low, high)
+    search = _graze if kind == "graze" else _meeting
+    value, rate = search(case, path, low, high)
     return changed(case.grid, path, value), f"{path} = {value!r}; {rate}"
 
 
@@ -47,17 +47,17 @@ def onsets(source: dict[str, Any], path: str, value: float) -> np.ndarray:
 
 def bisected(predicate: Callable[[float], bool], low: float, high: float) -> tuple[float, float]:
     """Return neighbours between `low`, where `predicate`, and `high`, where it does not."""
-    for _ in range(HALVINGS):
-        mid = 0.5 * (low + high)
-        if mid in (low, high):
+    for _ in range(MOST_HALVINGS):
+        midpoint = 0.5 * (low + high)
+        if midpoint in (low, high):
             break
-        low, high = (mid, high) if predicate(mid) else (low, mid)
+        low, high = (midpoint, high) if predicate(midpoint) else (low, midpoint)
     return low, high
 
 
 def _graze(case: Extreme, path: str, low: float, high: float) -> tuple[float, str]:
     """Return the value at which an onset is about to vanish, closing ever slower."""
-    values = np.geomspace(low, high, SCAN)
+    values = np.geomspace(low, high, SCAN_VALUES)
     counts = [len(onsets(case.grid, path, value)) for value in values]
     for i in np.flatnonzero(np.diff(counts)):
         smaller_count = counts[i] if counts[i] < counts[i + 1] else counts[i + 1]
@@ -68,7 +68,7 @@ def _graze(case: Extreme, path: str, low: float, high: float) -> tuple[float, st
 
         value, _ = bisected(has_more, *bounds)
         rates = onsets(case.grid, path, value)["rate"]
-        if rates.min() < FAINT * rates.max():  # else an onset crossed the horizon
+        if rates.min() < GRAZE_RATIO * rates.max():  # else an onset crossed the horizon
             return float(value), f"onset at {rates.min():.1e} m/s after {rates.max():.1e} m/s"
     raise LookupError(f"{case.name}: no graze between {low:g} and {high:g}")
 
@@ -82,16 +82,16 @@ def _meeting(case: Extreme, path: str, low: float, high: float) -> tuple[float, 
         own_rows = np.flatnonzero(log["joint"] == joint)
         return int(own_rows[0]) if own_rows.size else len(log)
 
-    values = np.geomspace(low, high, SCAN)
+    values = np.geomspace(low, high, SCAN_VALUES)
     counts = [onsets_before(value) for value in values]
     for i in np.flatnonzero(np.diff(counts)):
         if counts[i + 1] < counts[i]:
             continue
 
-        def at_most(value: float, count: int = counts[i]) -> bool:
+        def has_at_most(value: float, count: int = counts[i]) -> bool:
             return onsets_before(value) <= count
 
-        value, _ = bisected(at_most, values[i], values[i + 1])
+        value, _ = bisected(has_at_most, values[i], values[i + 1])
         log = onsets(case.grid, path, value)
         own_times, other_times = (log["t"][log["joint"] == joint], log["t"][log["joint"] != joint])
         if own_times.size and other_times.size > counts[i]:

@@ -7,15 +7,15 @@ from ...contracts.outline import GROUND, JointOutline
 from ..keys.kinds import Section
 from ..sections.reader import Reader
 
-_REACHES = "no chain of joints connects it with the ground; connect it with a joint, or remove it"
+_UNCONNECTED = "no chain of joints connects it with the ground; connect it with a joint, or remove it"
 
 
 def check_machine(reader: Reader, catalogue: Catalogue) -> None:
     """Report values that conflict with each other."""
     if reader.outline.bodies and "mechanism.bodies" in reader.shape:
-        _bodies(reader)
-        _driven(reader)
-        _initial(reader)
+        _check_bodies(reader)
+        _check_drive(reader)
+        _check_initial(reader)
     for load in reader.outline.loads:
         path = f"loads.{load.name}"
         if path not in reader.shape:
@@ -24,15 +24,16 @@ def check_machine(reader: Reader, catalogue: Catalogue) -> None:
             sentence = "has no force and no torque; for example: force: [-2 kN, 0 N] or torque: -3 N*m, or a table"
             reader.problems.add(reader.place(path), path, sentence)
         if load.form == "friction":
-            _rubbing(reader, path, load.on, load.given)
-        if load.form == "friction":
-            _sticking(reader, f"{path}.friction.law", {law.name for law in catalogue.of("friction") if law.sticks})
+            _check_friction_load(reader, path, load.on, load.given)
+            _check_sticking(
+                reader, f"{path}.friction.law", {law.name for law in catalogue.of("friction") if law.sticks}
+            )
     for site in reader.mechanism.joints:
         if site.kind == "spatial" and f"joints.{site.name}" in reader.shape:
-            _flanges(reader, f"joints.{site.name}")
+            _check_flanges(reader, f"joints.{site.name}")
     for body in sorted(reader.outline.elastic):
-        _elastic(reader, body)
-    _guides(reader)
+        _check_elastic_link(reader, body)
+    _check_guides(reader)
 
 
 def _bodies_of_joint(reader: Reader, joint: JointOutline) -> tuple[str, str] | None:
@@ -41,7 +42,7 @@ def _bodies_of_joint(reader: Reader, joint: JointOutline) -> tuple[str, str] | N
     return joint.bodies if known.issuperset(joint.bodies) else None
 
 
-def _bodies(reader: Reader) -> None:
+def _check_bodies(reader: Reader) -> None:
     """Check that there is a ground, that no joint connects a body with itself, and that every body is connected."""
     outline, section = reader.outline, "mechanism.bodies"
     if GROUND not in {body.name for body in outline.bodies}:
@@ -63,17 +64,17 @@ def _bodies(reader: Reader) -> None:
         if ends[0] == ends[1]:
             reader.problems.add(reader.place(path), f"{path}.between", f"joins {ends[0]} with itself; name two bodies")
         links.append(set(ends))
-    reached, before = {GROUND}, 0
-    while len(reached) > before:
-        before = len(reached)
-        reached |= {body for link in links if link & reached for body in link}
+    connected, count_before = {GROUND}, 0
+    while len(connected) > count_before:
+        count_before = len(connected)
+        connected |= {body for link in links if link & connected for body in link}
     for body in outline.bodies:
-        if body.name not in reached:
+        if body.name not in connected:
             path = f"{section}.{body.name}"
-            reader.problems.add(reader.place(path), path, f"is not connected: {_REACHES}")
+            reader.problems.add(reader.place(path), path, f"is not connected: {_UNCONNECTED}")
 
 
-def _driven(reader: Reader) -> None:
+def _check_drive(reader: Reader) -> None:
     """Check that the driven body is on the ground, in a joint without clearance."""
     path = "mechanism.driven"
     joint = next((joint for joint in reader.outline.joints if joint.name == reader.values.get(path)), None)
@@ -88,7 +89,7 @@ def _driven(reader: Reader) -> None:
         reader.problems.add(reader.place(f"joints.{joint.name}"), f"joints.{joint.name}", sentence)
 
 
-def _initial(reader: Reader) -> None:
+def _check_initial(reader: Reader) -> None:
     """Check that a body with a given initial state is determined by no ideal joint and nothing else."""
     for body in reader.outline.bodies:
         path = f"mechanism.bodies.{body.name}.initial"
@@ -106,22 +107,22 @@ def _initial(reader: Reader) -> None:
             reader.problems.add(reader.place("simulate.start"), "simulate.start", sentence)
 
 
-def _rubbing(reader: Reader, path: str, joint: str, given: str) -> None:
+def _check_friction_load(reader: Reader, path: str, joint: str, given: str) -> None:
     """Check that friction acts in a joint without clearance and, in a pin, has a radius or a couple."""
     site = next((site for site in reader.mechanism.joints if site.name == joint), None)
     if site is None:
         return
     if joint in reader.outline.clearances:
-        rest = f"write the friction as joints.{joint}.friction"
+        remedy = f"write the friction as joints.{joint}.friction"
         if given and site.kind in ("revolute", "guide"):
-            rest += ": {law, coefficient, ...}, and give it `preload`"
-        sentence = f"{joint} has clearance; {rest}"
+            remedy += ": {law, coefficient, ...}, and give it `preload`"
+        sentence = f"{joint} has clearance; {remedy}"
         reader.problems.add(reader.place(f"{path}.on"), f"{path}.on", sentence)
     radius = f"{path}.friction.radius"
-    wanted = "force" if site.kind == "guide" else "torque"
-    if given and given != wanted:
+    expected = "force" if site.kind == "guide" else "torque"
+    if given and given != expected:
         kind = "guide, in which friction is a force" if site.kind == "guide" else "pin, in which friction is a couple"
-        sentence = f"{joint} is a {kind}; write {wanted}"
+        sentence = f"{joint} is a {kind}; write {expected}"
         reader.problems.add(reader.place(f"{path}.friction"), f"{path}.friction.{given}", sentence)
     if given:
         return
@@ -134,7 +135,7 @@ def _rubbing(reader: Reader, path: str, joint: str, given: str) -> None:
         )
 
 
-def _elastic(reader: Reader, body: str) -> None:
+def _check_elastic_link(reader: Reader, body: str) -> None:
     """Check that an elastic link has a mass, a pin at each of two different points, and nothing else attached."""
     section = f"mechanism.{'bodies.' if reader.outline.bodies else ''}{body}"
     path = f"{section}.elastic"
@@ -148,10 +149,12 @@ def _elastic(reader: Reader, body: str) -> None:
         sentence = f"lies between {ends[0]} and itself; name the points of its two pins"
         reader.problems.add(reader.place(path), f"{path}.between", sentence)
     for joint in reader.outline.joints:
-        at = next((end for end in (joint.proximal, joint.distal) if end.partition(".")[0] == body), None)
-        if at is not None and (joint.type != "revolute" or at not in ends):
-            what = {"prismatic": "a guide", "slot": "a slot"}.get(joint.type, f"at {at}")
-            sentence = f"{joint.name}, {what}, is on it, which is not available: elastic links deform between two pins"
+        attached_point = next((end for end in (joint.proximal, joint.distal) if end.partition(".")[0] == body), None)
+        if attached_point is not None and (joint.type != "revolute" or attached_point not in ends):
+            location = {"prismatic": "a guide", "slot": "a slot"}.get(joint.type, f"at {attached_point}")
+            sentence = (
+                f"{joint.name}, {location}, is on it, which is not available: elastic links deform between two pins"
+            )
             reader.problems.add(reader.place(path), path, sentence)
     for load in reader.outline.loads:
         values = (reader.values.get(f"loads.{load.name}.{key}") for key in ("point", "between.0"))
@@ -164,7 +167,7 @@ def _elastic(reader: Reader, body: str) -> None:
             reader.problems.add(reader.place(f"loads.{load.name}"), f"loads.{load.name}", sentence)
 
 
-def _sticking(reader: Reader, path: str, sticking: set[str]) -> None:
+def _check_sticking(reader: Reader, path: str, sticking: set[str]) -> None:
     """Check that no clearance joint uses sticking friction together with sticking friction of a load."""
     others = (other for other in reader.names if other.startswith("joints.") and other.endswith(".friction.law"))
     if reader.names.get(path, frozenset()) & sticking and any(reader.names[other] & sticking for other in others):
@@ -172,7 +175,7 @@ def _sticking(reader: Reader, path: str, sticking: set[str]) -> None:
         reader.problems.add(reader.place(path), path, sentence)
 
 
-def _flanges(reader: Reader, joint: str) -> None:
+def _check_flanges(reader: Reader, joint: str) -> None:
     """Check that a journal fits between its flanges."""
     longest, lengths = reader.values_of(f"{joint}.journal_length"), reader.values_of(f"{joint}.length")
     play = reader.values_of(f"{joint}.axial_clearance")
@@ -185,7 +188,7 @@ def _flanges(reader: Reader, joint: str) -> None:
     reader.problems.add(reader.place(f"{joint}.journal_length"), f"{joint}.journal_length", sentence)
 
 
-def _guides(reader: Reader) -> None:
+def _check_guides(reader: Reader) -> None:
     """Check that a body in an open guide can turn, and that the guide has no unsupported key."""
     for site in reader.mechanism.joints:
         path = f"joints.{site.name}"
@@ -209,20 +212,20 @@ def check_films(reader: Reader, catalogue: Catalogue) -> None:
     films = [path for path, node in reader.shape.items() if isinstance(node, Section) and _is_film(path)]
     for film in films:
         joint = film.removesuffix(".film")
-        _sizes(reader, joint, catalogue)
-        _heat(reader, film)
-        _modulus(reader, joint)
+        _check_film_size(reader, joint, catalogue)
+        _check_temperature(reader, film)
+        _check_modulus(reader, joint)
         if f"{joint}.contact" not in reader.shape and f"{joint}.contact" not in reader.broken:
-            _nothing_behind(reader, joint)
+            _check_unused_contact_keys(reader, joint)
     if films:
-        _beside_films(reader, films[0].removesuffix(".film"), catalogue)
+        _check_film_conflicts(reader, films[0].removesuffix(".film"), catalogue)
 
 
 def _is_film(path: str) -> bool:
     return path.startswith("joints.") and path.endswith(".film") and path.count(".") == 2
 
 
-def _sizes(reader: Reader, joint: str, catalogue: Catalogue) -> None:
+def _check_film_size(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that length and radius are given and that the film's laws are valid for them."""
     length, radius, law = f"{joint}.length", f"{joint}.bearing_radius", f"{joint}.film.law"
     for path, example in ((length, "length along the pin, such as 40 mm"), (radius, "bearing's radius, such as 20 mm")):
@@ -232,18 +235,20 @@ def _sizes(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     if law in reader.unsure or not lengths or not radii:
         return
     pairs = (
-        list(zip(lengths, radii, strict=False)) if reader.vary_in_step(length, radius) else _extremes(lengths, radii)
+        list(zip(lengths, radii, strict=False))
+        if reader.vary_in_step(length, radius)
+        else _most_and_least_slender(lengths, radii)
     )
     for chosen in (chosen for chosen in catalogue.of("film") if chosen.name in reader.names[law]):
-        _slenderness(reader, joint, chosen, [axial_length / (2.0 * radius) for axial_length, radius in pairs])
+        _check_slenderness(reader, joint, chosen, [axial_length / (2.0 * radius) for axial_length, radius in pairs])
 
 
-def _extremes(lengths: Sequence[float], radii: Sequence[float]) -> list[tuple[float, float]]:
+def _most_and_least_slender(lengths: Sequence[float], radii: Sequence[float]) -> list[tuple[float, float]]:
     """Return length and radius of the most and the least slender bearing of all combinations."""
     return [(max(lengths), min(radii)), (min(lengths), max(radii))]
 
 
-def _slenderness(reader: Reader, joint: str, law: Law, values: list[float]) -> None:
+def _check_slenderness(reader: Reader, joint: str, law: Law, values: list[float]) -> None:
     """Check that a law is valid for the ratios of length to diameter."""
     limits = ((limit, value) for limit in law.ranges for value in values if not limit.contains(value))
     limit, value = next(limits, (None, 0.0))
@@ -258,7 +263,7 @@ def _slenderness(reader: Reader, joint: str, law: Law, values: list[float]) -> N
         )
 
 
-def _heat(reader: Reader, film: str) -> None:
+def _check_temperature(reader: Reader, film: str) -> None:
     """Check that viscosity falls with temperature, and that a temperature is given only with an oil."""
     if f"{film}.thermal" in reader.sections and not reader.mechanism.turns:
         sentence = "needs a mechanism with revolutions; give a temperature instead"
@@ -284,7 +289,7 @@ def _heat(reader: Reader, film: str) -> None:
         reader.problems.add(reader.place(film), temperature, sentence)
 
 
-def _modulus(reader: Reader, joint: str) -> None:
+def _check_modulus(reader: Reader, joint: str) -> None:
     """Check that asperity contact has a modulus."""
     law, modulus = f"{joint}.film.transition.law", f"{joint}.film.transition.modulus"
     is_known = reader.is_given(modulus) or reader.is_given(f"{joint}.contact.material")
@@ -293,12 +298,12 @@ def _modulus(reader: Reader, joint: str) -> None:
         reader.problems.add(reader.place(f"{joint}.film"), modulus, sentence)
 
 
-def _nothing_behind(reader: Reader, joint: str) -> None:
+def _check_unused_contact_keys(reader: Reader, joint: str) -> None:
     """Check that a joint without dry contact has no keys of a dry contact."""
     for part in ("friction", "wear", "film.transition"):
         if f"{joint}.{part}" in reader.sections and reader.is_given(f"{joint}.{part}"):
             path = f"{joint}.{part}"
-            if part == "film.transition" and not _written(reader, joint):
+            if part == "film.transition" and not _is_transition_written(reader, joint):
                 continue
             sentence = (
                 "applies to the dry contact under a film, but the joint has no contact; add contact, or remove the key"
@@ -306,12 +311,12 @@ def _nothing_behind(reader: Reader, joint: str) -> None:
             reader.problems.add(reader.place(path), path, sentence)
 
 
-def _written(reader: Reader, joint: str) -> bool:
+def _is_transition_written(reader: Reader, joint: str) -> bool:
     film = reader.sections[f"{joint}.film"].value
     return isinstance(film, dict) and "transition" in film
 
 
-def _beside_films(reader: Reader, joint: str, catalogue: Catalogue) -> None:
+def _check_film_conflicts(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that a joint with a film has no key that conflicts with it."""
     sticking = {law.name for law in catalogue.of("friction") if law.sticks}
     for path in (path for path in reader.names if path.endswith(".friction.law")):

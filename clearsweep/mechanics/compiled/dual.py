@@ -169,8 +169,8 @@ def _cos(a):
 
 
 def _tanh(a):
-    share = math.tanh(a.value)
-    return Dual(share, (1.0 - share * share) * a.slope)
+    result = math.tanh(a.value)
+    return Dual(result, (1.0 - result * result) * a.slope)
 
 
 def _exp(a):
@@ -196,8 +196,8 @@ def _atan(a):
 
 def _copysign(a, b):
     """Only the sign of `b` is used, so a slope of `b` does not matter."""
-    size = math.copysign(value(a), value(b))
-    return Dual(size, slope(a) if size == value(a) else -slope(a))
+    result = math.copysign(value(a), value(b))
+    return Dual(result, slope(a) if result == value(a) else -slope(a))
 
 
 def turned(a):

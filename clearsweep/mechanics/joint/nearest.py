@@ -157,8 +157,8 @@ def last_step_bound(x):
 def deepest_angle(joint, x, y, body_angles, close):
     """Return the angle (rad) of the nearest point, before the last step."""
     surfaces = surfaces_of(joint)
-    steep, bent = joint.bearing.steepest + joint.journal.steepest, joint.bearing.bent + joint.journal.bent
-    least_radius = -(joint.bearing.sharpest + joint.journal.sharpest)
+    steep, bent = joint.bearing.steepest + joint.journal.steepest, joint.bearing.most_bent + joint.journal.most_bent
+    least_radius = -(joint.bearing.least_radius_change + joint.journal.least_radius_change)
     square, angle, is_converged = x * x + y * y, 0.0 * x, False
     if square > 0.0:
         start_angle = rough_angle(y, x)

@@ -89,10 +89,10 @@ def separate_load(joint, gap):
     eccentricity, speed = math.sqrt(square), math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
     _, _, bearing_spin, journal_spin = bodies_of(joint, gap)
     surface_speed = speed + joint.bearing.steepest * abs(bearing_spin) + joint.journal.steepest * abs(journal_spin)
-    least_wear = joint.bearing.least + joint.journal.least
+    least_wear = joint.bearing.shallowest + joint.journal.shallowest
     depth = eccentricity - (joint.clearance + least_wear)
     rate = (gap.x * gap.vx + gap.y * gap.vy) / eccentricity if eccentricity > 0.0 else speed
-    if depth > least_wear - (joint.bearing.most + joint.journal.most):
+    if depth > least_wear - (joint.bearing.deepest + joint.journal.deepest):
         nearest_point = nearest(joint, gap)
         depth, rate = nearest_point.depth, nearest_point.rate
     zero = as_type_of(0.0, eccentricity)

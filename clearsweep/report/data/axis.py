@@ -93,11 +93,11 @@ def position(axis: Axis, values: pd.Series) -> np.ndarray:
 def axes_of(record: Mapping, tried: dict, units: Mapping[str, str], joints: int) -> tuple[Axis, ...]:
     """Return the axes of a run: swept, parallel, drawn, and `tried` by a search; without values added by `refine`."""
     swept, step = record.get("sweep") or {}, (record.get("zip") or {}) | (record.get("cases") or {}) | tried
-    drawn = (record.get("sample") or {}).get("drawn", {})
+    drawn, among = (record.get("sample") or {}).get("drawn", {}), bool((record.get("seek") or {}).get("among"))
     axes = [_axis(path, tuple(values), units.get(path, "1"), joints) for path, values in swept.items()]
     for path, values in (step | drawn).items():
         different = tuple(dict.fromkeys(values))
-        if path in drawn or path in tried or len(different) > MANY:
+        if path in drawn or (path in tried and not among) or len(different) > MANY:
             ordered = tuple(sorted(different))
             ends = _axis(path, ordered[:: max(len(ordered) - 1, 1)], units.get(path, "1"), joints)
             axes.append(ends._replace(values=ordered, digits=DIGITS, scattered=True))

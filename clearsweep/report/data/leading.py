@@ -17,6 +17,7 @@ class Lead(NamedTuple):
 
 
 PEAK = Lead("force_peak", "force peak")
+NAMES = {"onset_rate_max": "fastest onset"}  # of figures whose name is not theirs in words
 LEADS = {
     "life": Lead("life_hours", "life", smallest=True),
     "film": Lead("film_thickness_min", "least film", smallest=True),
@@ -37,5 +38,6 @@ def led_by(layout: Layout, limits: Iterable[Limit], has: Callable[[str], bool], 
     for limit in limits:
         column = known.get(limit.column)
         if column and column.joint and column.figure and has(column.name):
-            return Lead(column.figure, column.figure.replace("_", " "), limit.kind == "at_least")
+            name = NAMES.get(column.figure, column.figure.replace("_", " "))
+            return Lead(column.figure, name, limit.kind == "at_least")
     return PEAK

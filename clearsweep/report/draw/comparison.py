@@ -172,9 +172,9 @@ def returned(ax: Axes, rows: Sequence[tuple[str, float, float]]) -> None:
             markerfacecolor="white",
             color=INK,
             markersize=6,
-            label="asked for" if number == 0 else None,
+            label="specified" if number == 0 else None,
         )
-        ax.plot(given, place, "D", color=RED, markersize=4.5, label="given back" if number == 0 else None)
+        ax.plot(given, place, "D", color=RED, markersize=4.5, label="computed" if number == 0 else None)
     _rows(ax, names)
     ax.set_xlabel("restitution")
     ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.2)

@@ -9,7 +9,7 @@ from ...language.wording import Scale
 from ..data.axis import Axis
 from .style import colour_bar, name_values
 
-WRITTEN = (9, 8)  # largest rows and columns of a map with numbers in its cells
+LARGEST_LABELLED = (9, 8)  # largest rows and columns of a map with numbers in its cells
 SIZE = (3.4, 2.7)  # inches, of a map: small, so that its letters are large on the page
 CELLS_WIDTH, LETTER = 170.0, 0.62  # points, width of all cells; width of a letter over the font size
 SMALLEST_LETTERS, LARGEST_LETTERS = 6.0, 8.5  # points
@@ -45,7 +45,7 @@ def heat_map(
         edgecolors="face",
         linewidth=0.3,
     )
-    if all(size <= most for size, most in zip(shown.shape, WRITTEN, strict=True)):
+    if all(size <= most for size, most in zip(shown.shape, LARGEST_LABELLED, strict=True)):
         texts = [wording.plain(value, 3) if np.isfinite(value) else wording.DASH for value in shown.flat]
         size = letters(shown.shape[1], max(map(len, texts)))
         for (row, column), value in np.ndenumerate(shown):

@@ -13,15 +13,15 @@ from ...language import wording
 from ..data.axis import Axis
 from ..statistics.spectrum import Spectrum
 from ..statistics.strobe import Points
-from .heat_map import CELLS_VECTOR, WRITTEN
+from .heat_map import CELLS_VECTOR, LARGEST_LABELLED
 from .pass_share import UNKNOWN
 from .style import BLUE, GREY, INK, PALE, RED, colour_bar, logarithmic, name_values, plain_axes, stems
 
 KIND_COLOURS = ("#cfe3f1", "#86b8dc", "#f0c48c", "#e0824a")  # from regular to irregular, distinguishable in grey, too
 SHARE_COLOURS = {"free flight": "#f0c48c", "impacts": "#e0824a", "lasting contact": "#86b8dc", "contact": "#86b8dc"}
-ORDERS = 40  # crank orders shown in a spectrum
-FLOOR = 1e-5  # of the largest amplitude, lower limit of the drawing
-ABOVE: dict[str, Any] = {
+HIGHEST_ORDER = 40  # crank orders shown in a spectrum
+LEAST_AMPLITUDE = 1e-5  # of the largest amplitude, lower limit of the drawing
+LEGEND_ABOVE: dict[str, Any] = {
     "loc": "lower left",
     "bbox_to_anchor": (0.0, 1.0),
     "frameon": False,
@@ -34,19 +34,19 @@ ABOVE: dict[str, Any] = {
 def bifurcation(ax: Axes, points: Points, axis: Axis) -> None:
     """Draw journal positions at crank angle 0 of every revolution over the values of an axis, with the clearance."""
     scale = wording.scale("m", [*np.abs(points.x), *np.abs(points.y), *points.clearance])
-    over = axis.scale.of(points.value)
-    style: dict[str, Any] = {"markersize": 2.4, "markeredgewidth": 0, "alpha": 0.7, "rasterized": over.size > 60}
+    abscissae = axis.scale.of(points.value)
+    style: dict[str, Any] = {"markersize": 2.4, "markeredgewidth": 0, "alpha": 0.7, "rasterized": abscissae.size > 60}
     if np.isfinite(points.clearance).all():
         for sign in (-1.0, 1.0):
-            ax.plot(over, sign * points.clearance / scale.factor, color=GREY, linewidth=0.8, linestyle=":")
+            ax.plot(abscissae, sign * points.clearance / scale.factor, color=GREY, linewidth=0.8, linestyle=":")
     for values, name, colour in ((points.x, "x", BLUE), (points.y, "y", RED)):
-        ax.plot(over, values / scale.factor, "o", color=colour, label=name, **style)
-    known = np.unique(over)
-    if known.min() > 0.0 and known.max() >= 8.0 * known.min():
+        ax.plot(abscissae, values / scale.factor, "o", color=colour, label=name, **style)
+    distinct = np.unique(abscissae)
+    if distinct.min() > 0.0 and distinct.max() >= 8.0 * distinct.min():
         logarithmic(ax, "x")
     ax.set(xlabel=axis.label(), ylabel=f"journal centre [{scale.unit}]")
     plain_axes(ax)
-    ax.legend(ncols=2, markerscale=2.0, **ABOVE)
+    ax.legend(ncols=2, markerscale=2.0, **LEGEND_ABOVE)
 
 
 def section(ax: Axes, revolution: np.ndarray, x: np.ndarray, y: np.ndarray, clearance: float | None) -> None:
@@ -55,8 +55,8 @@ def section(ax: Axes, revolution: np.ndarray, x: np.ndarray, y: np.ndarray, clea
     if clearance is not None:
         ax.add_patch(Circle((0.0, 0.0), clearance / scale.factor, facecolor="#f3f6f9", edgecolor=INK, zorder=0))
     _coloured(ax, x / scale.factor, y / scale.factor, revolution)
-    reach = 1.08 * max(float(np.hypot(x, y).max()), clearance or 0.0) / scale.factor
-    ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
+    half_width = 1.08 * max(float(np.hypot(x, y).max()), clearance or 0.0) / scale.factor
+    ax.set(xlim=(-half_width, half_width), ylim=(-half_width, half_width), aspect="equal")
     ax.set(xlabel=f"journal x [{scale.unit}]", ylabel=f"journal y [{scale.unit}]")
 
 
@@ -77,35 +77,35 @@ def _coloured(ax: Axes, x: np.ndarray, y: np.ndarray, revolution: np.ndarray) ->
 
 def harmonics(ax: Axes, actual: Spectrum, ideal: Spectrum | None, unit: str, name: str) -> None:
     """Draw amplitudes (SI) over the crank's orders, with its harmonics marked, and those of the ideal mechanism."""
-    most = float(actual.amplitude.max())
-    scale = wording.scale(unit, most)
-    seen = actual.order <= ORDERS
-    marks = stems(np.arange(1, ORDERS + 1), 0.0, 1.0)
-    ax.plot(*marks, transform=ax.get_xaxis_transform(), color=PALE, linewidth=0.5)
-    floor = FLOOR * most / scale.factor
-    height = actual.amplitude[seen] / scale.factor
-    lines = stems(actual.order[seen], floor, height.clip(min=floor))
+    largest = float(actual.amplitude.max())
+    scale = wording.scale(unit, largest)
+    in_range = actual.order <= HIGHEST_ORDER
+    gridlines = stems(np.arange(1, HIGHEST_ORDER + 1), 0.0, 1.0)
+    ax.plot(*gridlines, transform=ax.get_xaxis_transform(), color=PALE, linewidth=0.5)
+    floor = LEAST_AMPLITUDE * largest / scale.factor
+    height = actual.amplitude[in_range] / scale.factor
+    lines = stems(actual.order[in_range], floor, height.clip(min=floor))
     ax.plot(*lines, color=BLUE, linewidth=1.1, label="with clearance")
     if ideal is not None:
-        whole = (ideal.order <= ORDERS) & (ideal.amplitude > FLOOR * most)
-        ax.plot(ideal.order[whole], ideal.amplitude[whole] / scale.factor, "_", color=RED, markersize=6, label="ideal")
-    ax.set(yscale="log", xlim=(0.0, ORDERS + 0.5), ylim=(floor, 3.0 * most / scale.factor))
+        drawn = (ideal.order <= HIGHEST_ORDER) & (ideal.amplitude > LEAST_AMPLITUDE * largest)
+        ax.plot(ideal.order[drawn], ideal.amplitude[drawn] / scale.factor, "_", color=RED, markersize=6, label="ideal")
+    ax.set(yscale="log", xlim=(0.0, HIGHEST_ORDER + 0.5), ylim=(floor, 3.0 * largest / scale.factor))
     ax.set(xlabel="order of the crank [1 / turn]", ylabel=f"amplitude of {name} [{scale.unit}]")
     ax.spines[["top", "right"]].set_visible(False)
     if ideal is not None:
-        ax.legend(ncols=2, **ABOVE)
+        ax.legend(ncols=2, **LEGEND_ABOVE)
 
 
 def shares(ax: Axes, axis: Axis, parts: np.ndarray, names: Sequence[str], colours: Sequence[str]) -> None:
     """Draw stacked bars of shares, (names, values of the axis), one bar per value."""
-    places, under = np.arange(len(axis.values), dtype=float), np.zeros(len(axis.values))
+    positions, bottom = np.arange(len(axis.values), dtype=float), np.zeros(len(axis.values))
     for part, name, colour in zip(parts, names, colours, strict=True):
-        ax.bar(places, 100.0 * part, 0.86, under, color=colour, label=name, linewidth=0)
-        under += 100.0 * part
-    name_values(ax.xaxis, axis, places)
+        ax.bar(positions, 100.0 * part, 0.86, bottom, color=colour, label=name, linewidth=0)
+        bottom += 100.0 * part
+    name_values(ax.xaxis, axis, positions)
     ax.set(xlabel=axis.label(), ylabel="share [%]", ylim=(0.0, 100.0))
     plain_axes(ax)
-    ax.legend(ncols=4, **ABOVE)
+    ax.legend(ncols=4, **LEGEND_ABOVE)
 
 
 def kinds(ax: Axes, table: np.ndarray, written: np.ndarray, axes: tuple[Axis, Axis], names: Sequence[str]) -> None:
@@ -123,16 +123,16 @@ def kinds(ax: Axes, table: np.ndarray, written: np.ndarray, axes: tuple[Axis, Ax
         vmin=-0.5,
         vmax=len(names) - 0.5,
         rasterized=table.size > CELLS_VECTOR,
-        edgecolors="white" if table.size <= WRITTEN[0] * WRITTEN[1] else "face",
+        edgecolors="white" if table.size <= LARGEST_LABELLED[0] * LARGEST_LABELLED[1] else "face",
         linewidth=0.8,
     )
-    if all(size <= most for size, most in zip(table.shape, WRITTEN, strict=True)):
-        for (row, column), words in np.ndenumerate(written):
-            ax.text(column, row, words, ha="center", va="center", fontsize=7, color="black")
+    if all(size <= limit for size, limit in zip(table.shape, LARGEST_LABELLED, strict=True)):
+        for (row, column), text in np.ndenumerate(written):
+            ax.text(column, row, text, ha="center", va="center", fontsize=7, color="black")
     name_values(ax.xaxis, across, np.arange(len(across.values), dtype=float))
     name_values(ax.yaxis, up, np.arange(len(up.values), dtype=float))
     ax.set(xlabel=across.label(), ylabel=up.label())
     ax.tick_params(length=0)
-    there = [place for place in range(len(names)) if (table == place).any()]
-    patches = [Patch(color=KIND_COLOURS[place], label=names[place]) for place in there]
-    ax.legend(handles=patches, ncols=4, **ABOVE)
+    present = [kind for kind in range(len(names)) if (table == kind).any()]
+    patches = [Patch(color=KIND_COLOURS[kind], label=names[kind]) for kind in present]
+    ax.legend(handles=patches, ncols=4, **LEGEND_ABOVE)

@@ -8,7 +8,7 @@ from matplotlib.colors import ListedColormap
 
 from ...language import wording
 from ..data.axis import Axis
-from .heat_map import CELLS_VECTOR, WRITTEN, letters
+from .heat_map import CELLS_VECTOR, LARGEST_LABELLED, letters
 from .style import INK, name_values
 
 GOOD, BAD, UNKNOWN = "#9fd0e8", "#f2b28c", "#e8ebee"  # pale blue and orange: distinguished by any eye, and in grey
@@ -44,7 +44,7 @@ def cells(ax: Axes, margins: np.ndarray, failing: np.ndarray, axes: tuple[Axis, 
         linewidth=0.3,
     )
     _border(ax, failing)
-    if all(size <= most for size, most in zip(failing.shape, WRITTEN, strict=True)):
+    if all(size <= most for size, most in zip(failing.shape, LARGEST_LABELLED, strict=True)):
         for (row, column), fails in np.ndenumerate(failing):
             margin = margins[row, column]
             number = wording.plain(float(100.0 * margin), 2) if np.isfinite(margin) else ""

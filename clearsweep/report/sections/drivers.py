@@ -9,7 +9,7 @@ from ..blocks.section import Gallery, Points, Section, filled
 from ..blocks.table import Column, Quantity, Table
 from ..data.leading import PEAK
 from ..data.shown import shown
-from ..data.study import RATIO, Joint, Study
+from ..data.study import PER_HOURS, RATIO, Joint, Study
 from ..draw import comparison
 from ..draw.comparison import Curve
 from ..draw.style import BLUE, JOINT_COLOURS, RED
@@ -18,6 +18,7 @@ from ..statistics.main_effects import MainEffect, main_effects
 _FORCE = ((PEAK.figure, "peak"), ("force_rms", "rms"))
 MOST = 4  # axes that are drawn at once, the strongest; the rest is folded
 LEAST_SHARE = 0.01  # of the variation: an axis with less is folded, unless it is the only one
+OTHERS = 2  # other figures at most whose strongest axis is named
 NOTED = 9  # values of an axis up to which the text of a picture gives each median
 
 
@@ -46,18 +47,32 @@ def sentences(study: Study, joint: Joint) -> list[str]:
     strong = [effect for effect in effects if effect.clear()]
     weak = [effect.axis.name for effect in effects if not effect.clear()]
     if not strong:
-        return [f"None of the swept values moves the {study.lead.name} clearly."]
-    text = f"What drives the {study.lead.name}, strongest first: {wording.sentence_list(_causes(strong, study))}."
+        text = f"None of the swept values moves the {study.lead.name} clearly."
+        return [text, *_others(study, joint)]
+    if len(effects) == 1:
+        text = f"The {study.lead.name} varies with {_cause(strong[0], study)}."
+        return [text, *_others(study, joint)]
+    listed = [f"{effect.axis.name} ({wording.percent(effect.share)})" for effect in strong]
+    text = f"What drives the {study.lead.name}, strongest first: {wording.sentence_list(listed)} of its variation."
     if weak:
         text += f" No clear effect on it: {wording.sentence_list(weak)}."
-    others = {"force_rms": "force rms"} if study.lead is PEAK else {"force_peak": "largest peak"}
-    others = {figure: name for figure, name in others.items() if study.has(joint.column(figure))}
-    if not others:
-        return [text]
-    most = [main_effects(study, joint.column(figure))[0] for figure in others]
-    named = zip(others.values(), _causes(most, study), strict=True)
-    text += f" The {', the '.join(f'{name} is driven most by {cause}' for name, cause in named)}."
-    return [text, *_relative_to_ideal(study, joint)]
+    text += f" Its median is {_medians(strong[0], wording.scale(study.unit(strong[0].column), strong[0].medians))}."
+    return [text, *_others(study, joint), *_relative_to_ideal(study, joint)]
+
+
+def _others(study: Study, joint: Joint) -> list[str]:
+    """Return a sentence each on what drives the other figures of the grid's question most, where that is clear."""
+    others = {"start_up_time": "start-up time", joint.column("film_loss"): "loss"}
+    others[study.column("error_max")] = f"{study.run.layout.output} error"
+    others[joint.column(PER_HOURS)] = "wear depth"
+    sentences = []
+    for column, name in others.items():
+        if not column or column not in study.cases or not study.has(column):
+            continue
+        strongest = main_effects(study, column)[0]
+        if strongest.clear():
+            sentences.append(f"The {name} is driven most by {_cause(strongest, study)}.")
+    return sentences[:OTHERS]
 
 
 def _relative_to_ideal(study: Study, joint: Joint) -> list[str]:
@@ -69,25 +84,27 @@ def _relative_to_ideal(study: Study, joint: Joint) -> list[str]:
     if not strongest.clear():
         return []
     return [
-        "Measured against the largest reaction of the ideal joint, which itself depends on the swept values, "
-        f"the peak is driven most by {strongest.axis.name} (ratio: {_span(strongest, wording.Scale(1.0, ''))})."
+        f"The peak over the largest reaction without clearance is driven most by {strongest.axis.name}: "
+        f"{_span(strongest, wording.Scale(1.0, ''))}."
     ]
 
 
-def _causes(effects: list[MainEffect], study: Study) -> list[str]:
-    """Return the name of each axis with its smallest and largest median, all in one unit."""
-    known = [median for effect in effects for median in effect.medians]
-    scale = wording.scale(study.unit(effects[0].column), known)
-    return [f"{effect.axis.name} ({_span(effect, scale)})" for effect in effects]
+def _cause(effect: MainEffect, study: Study) -> str:
+    """Return the name of an axis with its smallest and largest median."""
+    return f"{effect.axis.name}: {_span(effect, wording.scale(study.unit(effect.column), effect.medians))}"
 
 
 def _span(effect: MainEffect, scale: wording.Scale) -> str:
+    medians = _medians(effect, scale)
+    return medians if np.isnan(effect.share) else f"median {medians}"
+
+
+def _medians(effect: MainEffect, scale: wording.Scale) -> str:
+    """Return the smallest and the largest median of an effect, in the order of the axis."""
     low, high = sorted(effect.extremes())
     axis = effect.axis
     first, last = (f"{scale.text(effect.medians[place])} at {axis.text(axis.values[place])}" for place in (low, high))
-    if np.isnan(effect.share):
-        return f"{first}, {last}"
-    return f"median {first}, {last}, {wording.percent(effect.share)} of the variation"
+    return f"{first}, {last}"
 
 
 def _comparable(study: Study) -> bool:

@@ -42,19 +42,21 @@ def _points(study: Study, joint: Joint) -> list[str]:
         known = study.cases[hours]
         ends = dict.fromkeys((known.idxmin(), known.idxmax()))
         for case_id, word in zip(ends, ("Shortest life", "Longest life"), strict=False):
-            at = f", at {study.setting(case_id)}" if study.swept() else ""
-            points.append(f"{word} {until}: {_told(study, joint, case_id)}{at}.")
+            at = f" at {study.setting(case_id)}" if study.swept() else ""
+            life = _life(study, joint, case_id)
+            first = f"{word} {until}: {lifetime.hours_text(life)}{at}."
+            turns = f"This is {wording.plain(life.revolutions)} revolutions."
+            points.append(" ".join([first, turns, *lifetime.interval_sentences(life)]))
     short = int(study.cases[hours].isna().sum())
     if short:
         points.append(f"{wording.count(short, 'case')} did not come to the limit: the lower end is as far as was run.")
     return points
 
 
-def _told(study: Study, joint: Joint, case_id: str) -> str:
-    """Return a life in hours with its interval, and in revolutions."""
+def _life(study: Study, joint: Joint, case_id: str) -> lifetime.Lifetime:
+    """Return the life of a case."""
     known = {name: joint.column(name) for name in lifetime.COLUMNS if joint.column(name) in study.cases}
-    life = lifetime.lifetime_of({name: float(study.cases.at[case_id, column]) for name, column in known.items()})
-    return f"{lifetime.interval_text(life)}, {wording.plain(life.revolutions)} revolutions"
+    return lifetime.lifetime_of({name: float(study.cases.at[case_id, column]) for name, column in known.items()})
 
 
 def _pictures(study: Study, joint: Joint) -> list[Picture]:

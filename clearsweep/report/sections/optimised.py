@@ -141,8 +141,8 @@ def _told_apart(study: Study, rows: list[dict[str, Any]], names: list[str]) -> l
             f"{within} cannot be distinguished from it, as their intervals overlap."
         )
     lines += [
-        f"{name} is the largest peak of a window, which is random in chaotic motion; {name}_median and {name}_p95 "
-        "have intervals."
+        f"In chaotic motion {name}, the largest peak of a window, is random; {name}_median and {name}_p95 have "
+        "intervals."
         for name in names
         if name.endswith("_force_peak") and study.has(f"{name}_median")
     ]

@@ -20,8 +20,8 @@ from ..statistics.sensitivity import Setting
 HISTOGRAMS = 12  # drawn at most
 SCATTERED = 3  # figures, and variables of each, that are drawn
 SCATTER_NOTE = (
-    "Each figure against the variables with the highest correlation. In brackets: 95 % interval; dashed: the limit, "
-    "if one is set."
+    "Each figure over the variables with the highest correlation. Brackets: 95 % interval; dashed line: the limit, if "
+    "one is set."
 )
 NOTE = "Share of the cases. Dotted: 5 %, 50 % and 95 % quantiles; red: the limit, if one is set."
 
@@ -33,7 +33,7 @@ def sections(study: Study) -> list[Section]:
     if not samples:
         return []
     if study.run.grid["sample"]["method"] in INDEPENDENT:
-        blocks: list[Block] = [limit_table(study, every), Points(_spreads(study, samples))]
+        blocks: list[Block] = [Points(_spreads(study, samples)), limit_table(study, every)]
         return [Section("sample", "Probabilistic study", filled(blocks))]
     return [Section("sample", "What drives the spread", filled(_sensitivity(study, samples)))]
 

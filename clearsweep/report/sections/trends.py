@@ -17,15 +17,15 @@ from ..statistics.matching import matched
 from ..statistics.paired import power
 from ..statistics.sensitivity import quantile
 
-UNEVEN = 1.5  # deepest over mean depth around a body above which its wear is called uneven
-LOOKED_AT = 200  # cases whose depths round the circle are read; ids are hashes, so the first ones are random
+UNEVEN_RATIO = 1.5  # deepest over mean depth around a body above which its wear is called uneven
+MOST_CASES_READ = 200  # cases whose depths round the circle are read; ids are hashes, so the first ones are random
 SHOWN, CONTRADICTED, OPEN = "shown", "contradicted", "not decided"
 NOTE = (
     "The literature finds deeper wear with larger clearance, higher crank speed and lower stiffness, and uneven wear "
     "around the circumference. The section compares the depth per turn of the crank in pairs of cases that differ in "
     "one value only. The 95 % interval of the median change shows or contradicts a trend, whatever the distribution of "
     "depths. If the interval allows both, or has no ends for lack of cases, the trend remains open. Wear is uneven if "
-    f"its deepest place is at least {UNEVEN} times as deep as the mean around the body."
+    f"its deepest place is at least {UNEVEN_RATIO} times as deep as the mean around the body."
 )
 
 
@@ -33,7 +33,7 @@ class Claim(NamedTuple):
     """A trend of wear depth with a swept value that the literature names."""
 
     title: str
-    ends: tuple[str, ...]  # last parts of the paths concerned
+    path_endings: tuple[str, ...]  # last parts of the paths concerned
     sign: float  # 1: deeper with a larger value, -1: with a smaller one
 
 
@@ -69,18 +69,18 @@ def sections(study: Study) -> list[Section]:
 def _answers(study: Study, joint: Joint) -> list[Answer]:
     if not study.has(joint.column(PER_STROKES)):
         return []
-    pairs = [(claim, axis) for claim in CLAIMS for axis in study.levels() if _about(claim, axis, joint)]
-    return [_with_value(study, joint, *pair) for pair in pairs] + _round_the_circle(study, joint)
+    pairs = [(claim, axis) for claim in CLAIMS for axis in study.levels() if _concerns(claim, axis, joint)]
+    return [_answer_for_axis(study, joint, *pair) for pair in pairs] + _unevenness(study, joint)
 
 
-def _about(claim: Claim, axis: Axis, joint: Joint) -> bool:
+def _concerns(claim: Claim, axis: Axis, joint: Joint) -> bool:
     """Return whether an axis is that of a claim, in this joint or the drive."""
-    own = axis.path.startswith(f"joints.{joint.title}.") or axis.path == "drive.speed"
-    numbers = axis.numeric and min(axis.values) > 0.0
-    return own and numbers and axis.path.endswith(claim.ends)
+    in_scope = axis.path.startswith(f"joints.{joint.title}.") or axis.path == "drive.speed"
+    is_positive = axis.numeric and min(axis.values) > 0.0
+    return in_scope and is_positive and axis.path.endswith(claim.path_endings)
 
 
-def _with_value(study: Study, joint: Joint, claim: Claim, axis: Axis) -> Answer:
+def _answer_for_axis(study: Study, joint: Joint, claim: Claim, axis: Axis) -> Answer:
     """Return the answer to a claim from pairs of cases that differ only in the value of one axis."""
     table = matched(study, axis).table(study, joint.column(PER_STROKES))
     estimate, pairs = power(table.columns.to_numpy(float), table.to_numpy(float))
@@ -90,18 +90,18 @@ def _with_value(study: Study, joint: Joint, claim: Claim, axis: Axis) -> Answer:
     return Answer(claim.title, joint, measure, factor, pairs, "pairs", _verdict(*ends, border=0.0))
 
 
-def _round_the_circle(study: Study, joint: Joint) -> list[Answer]:
+def _unevenness(study: Study, joint: Joint) -> list[Answer]:
     """Return the unevenness of the wear of each body."""
-    some = study.cases.index[study.cases[joint.column("wear_depth_max")].to_numpy() > 0.0][:LOOKED_AT]
-    depths = [[worn.round_it(depth) for depth in study.run.wear(case_id)[joint.name]] for case_id in some]
+    case_ids = study.cases.index[study.cases[joint.column("wear_depth_max")].to_numpy() > 0.0][:MOST_CASES_READ]
+    depths = [[worn.round_it(depth) for depth in study.run.wear(case_id)[joint.name]] for case_id in case_ids]
     answers = []
-    for place, body in enumerate(("bearing", "journal")):
-        ratios = np.sort([depth[place].max() / depth[place].mean() for depth in depths if depth[place].max() > 0.0])
+    for index, body in enumerate(("bearing", "journal")):
+        ratios = np.sort([depth[index].max() / depth[index].mean() for depth in depths if depth[index].max() > 0.0])
         if len(ratios):
-            middle = quantile(ratios, 0.5) if len(ratios) > 1 else Estimate(ratios[0], math.nan, math.nan)
-            answer = _verdict(middle.low, middle.high, border=UNEVEN)
+            median = quantile(ratios, 0.5) if len(ratios) > 1 else Estimate(ratios[0], math.nan, math.nan)
+            answer = _verdict(median.low, median.high, border=UNEVEN_RATIO)
             title = f"uneven round the {body}"
-            answers.append(Answer(title, joint, "deepest over mean depth", middle, len(ratios), "cases", answer))
+            answers.append(Answer(title, joint, "deepest over mean depth", median, len(ratios), "cases", answer))
     return answers
 
 
@@ -112,11 +112,11 @@ def _verdict(low: float, high: float, *, border: float) -> str:
 
 def _points(study: Study, answers: list[Answer]) -> list[str]:
     """Return one sentence for each answer."""
-    said = []
+    sentences = []
     for word in (SHOWN, CONTRADICTED, OPEN):
         titles = [answer.title + study.where(answer.joint, " ({})") for answer in answers if answer.answer == word]
-        said += [f"{capital(word)}: {wording.sentence_list(titles)}."] if titles else []
-    return said
+        sentences += [f"{capital(word)}: {wording.sentence_list(titles)}."] if titles else []
+    return sentences
 
 
 def _table(study: Study, answers: list[Answer]) -> Table:

@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 
 from ...judging import order, probability, verdict
+from ...judging.answer import MANY_AXES
 from ...language import wording
 from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture, capital
@@ -119,8 +120,10 @@ def _kept(study: Study) -> list[str]:
             margin = verdict.margin_words(
                 float(study.cases.at[case_id, verdict.MARGIN]), study.limits, study.cases.at[case_id, verdict.EXCEEDED]
             )
-            case = f", case {wording.short_id(case_id)}" if study.swept() else ""
-            sentences.append(f"{word} margin: {margin}{_at(study, case_id)}{case}{remark}.")
+            case = f"case {wording.short_id(case_id)}"
+            many = len(study.swept()) > MANY_AXES
+            where = f" in {case}" if many else f"{_at(study, case_id)}, {case}" if study.swept() else ""
+            sentences.append(f"{word} margin: {margin}{where}{remark}.")
     return sentences
 
 

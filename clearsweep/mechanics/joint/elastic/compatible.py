@@ -32,7 +32,7 @@ from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
 from ..material import line_modulus
 from ..recipe import register
-from .contract import NEEDS, NODES, elastic_energy, elastic_force, elastic_form
+from .contract import CYLINDER_NEEDS, NODES, elastic_energy, elastic_force, elastic_form
 from .cylinders import inverse_lambert
 from .power import Power, derived_power
 
@@ -114,7 +114,7 @@ register(
         "half-space compatibility over the arc, in the manner of 'A continuous contact force model for planar revolute "
         "joint based on fitting method' 2017, Adv. Mech. Eng. 9(2), whose equations were not read; derived here",
         contact="line",
-        needs=NEEDS,
+        needs=CYLINDER_NEEDS,
         notes="Johnson's law for small arcs.  Its pressure is half an ellipse over sin(phi / 2), the first term of "
         "Persson's.  Over the same arc its load is within 4 % of Persson's up to a half-angle of 40 degrees.  At 45, "
         "the end of its range, it is 9 % lower.  From 77.3 degrees on, where the tangent stiffness is twice "
@@ -174,7 +174,7 @@ register(
         "Adv. Mech. Eng. 9(2); the coefficients are fitted here, not the paper's",
         (FROM, TO),
         contact="line",
-        needs=NEEDS,
+        needs=CYLINDER_NEEDS,
         orders=(Order("fit_from", "fit_to", "there would be nothing to fit"),),
         tables=(FIT,),
         notes="K_f, n_f and the rms of the relative error are among the derived values of a run.  The power law "

@@ -16,7 +16,7 @@ from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..material import line_modulus, plane_strain_modulus
 from ..recipe import register
-from .contract import NEEDS, WIDE_ARC, elastic_form
+from .contract import CYLINDER_NEEDS, WIDE_ARC, elastic_form
 from .power import Power, derived_power
 
 _ARC = "The contact arc is that of rigid circles, cos theta = c / (c + pen)."
@@ -46,7 +46,7 @@ register(
         "F_elastic = (1/2) pi E* L pen sqrt(pen / (2 (c + pen)))",
         "after Liu, Zhang & Yang 2007, Mech. Mach. Theory 42:183",
         contact="line",
-        needs=NEEDS,
+        needs=CYLINDER_NEEDS,
         trusted=(WIDE_ARC,),
         notes=f"{_ARC}  Softer than the laws of line contact by an order of magnitude at small penetration.",
     ),
@@ -63,7 +63,7 @@ register(
         "F_elastic = (1/2) pi E* L pen sqrt(pen / (2 (c + pen))), its derivative K_n L",
         "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; the integral of their K_n",
         contact="line",
-        needs=NEEDS,
+        needs=CYLINDER_NEEDS,
         trusted=(WIDE_ARC,),
         notes="Their K_n = (1/8) pi E* sqrt(2 pen (3 c + 2 pen)^2 / (c + pen)^3) is exactly dF/dpen of liu per "
         "length, a tangent stiffness, and this law uses it as such.  With contact.law zhiying-qishao it is their "
@@ -85,8 +85,8 @@ class LiuTangent(NamedTuple):
 @elastic_form(LiuTangent, is_odd=False)
 def _liu_tangent(elastic, pen):
     clearance_and_depth = elastic.clearance + pen
-    share = (1.5 * elastic.clearance + pen) / clearance_and_depth
-    return elastic.modulus * pen**elastic.exponent * share * math.sqrt(0.5 * pen / clearance_and_depth)
+    factor = (1.5 * elastic.clearance + pen) / clearance_and_depth
+    return elastic.modulus * pen**elastic.exponent * factor * math.sqrt(0.5 * pen / clearance_and_depth)
 
 
 def _make_literal(joint):
@@ -161,7 +161,7 @@ register(
         "elastic foundation: Johnson 1985, Contact Mechanics, section 4.3; integrated over p = k ((c + pen) cos phi - "
         "c)",
         (Field("thickness", "m", "t, of the compliant layer"),),
-        needs=NEEDS,
+        needs=CYLINDER_NEEDS,
         ranges=(Range("contact.material.bearing.poisson", -1.0, 0.499, "1", "an incompressible layer is rigid"),),
         notes="E and nu of the layer are those of the bearing.  Without a real layer the thickness is a guess.  "
         "Considered valid up to a tenth of the thickness; beyond, the same formula applies.",
@@ -201,12 +201,12 @@ def _conformal(elastic, pen):
 
 
 #: Squared tangent of half of 84.83 degrees, the half-angle at which Persson's load becomes infinite.
-WIDEST = 0.8346152454776572
+WIDEST_B2 = 0.8346152454776572
 
 
 def load_arc(load: np.ndarray) -> np.ndarray:
     """Return the half-angle (rad) of contact by Persson, for loads in units of E* clearance length."""
-    low, high = np.zeros(np.shape(load)), np.full(np.shape(load), WIDEST)  # of b^2
+    low, high = np.zeros(np.shape(load)), np.full(np.shape(load), WIDEST_B2)  # of b^2
     for _ in range(60):
         b2 = 0.5 * (low + high)
         overshoot = 2.0 * np.pi * b2 * (b2 + 1.0) < load * (2.0 - np.log1p(b2) - 2.0 * b2 * b2)
@@ -228,7 +228,7 @@ register(
         "after Persson 1964 (thesis, Chalmers) and Ciavarella & Decuzzi 2001, Int. J. Solids Struct. 38:4507, like "
         "materials; the scale from Hertz's limit, the arc over penetration an assumption made here",
         contact="line",
-        needs=NEEDS,
+        needs=CYLINDER_NEEDS,
         trusted=(WIDE_ARC,),
         notes=f"The load over the half-angle theta is that of the theory, which has no penetration.  {_ARC}  It makes "
         "the force linear at small penetration, (pi/2) E* L pen: 4.4 times johnson's at 1 um and 0.5 mm clearance.  "
@@ -277,7 +277,7 @@ register(
         "in the manner of 'A continuous contact force model for planar revolute joint based on fitting method' 2017, "
         "Adv. Mech. Eng. 9(2); the coefficients are fitted here, not the paper's",
         contact="line",
-        needs=NEEDS,
+        needs=CYLINDER_NEEDS,
         trusted=(WIDE_ARC,),
         notes="Has the rigid contact arc of persson, and is therefore 4.4 times as stiff as johnson at 1 um and 0.5 "
         "mm clearance; compatible-fit is fitted to an elastic arc.  Continues as a power law beyond c / 2.  "

@@ -68,11 +68,11 @@ def elastic_form(form, *, is_odd: bool):
     `is_odd` : whether the force at small penetration is an odd power of the root of the penetration.
     """
 
-    def register(body):
+    def decorate(function):
         parity.member(form)(_odd if is_odd else _even)
-        return elastic_force.member(form)(body)
+        return elastic_force.member(form)(function)
 
-    return register
+    return decorate
 
 
 def _odd(elastic):
@@ -97,7 +97,7 @@ def static_penetration(elastic, load: float) -> float:
     return high
 
 
-NEEDS = ("length", "material")  # of the laws of cylinders
+CYLINDER_NEEDS = ("length", "material")  # of the laws of cylinders
 #: Half the contact arc (rad) under the load, by Hertz's line contact: up to about 10 degrees the bodies are
 #: approximately half-spaces (Johnson 1985, section 4.2).
 _HALF_SPACES = math.radians(10.0)

@@ -13,7 +13,7 @@ from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..material import line_modulus
 from ..recipe import register
-from .contract import NEEDS, SMALL_ARC, elastic_energy, elastic_force, elastic_form
+from .contract import CYLINDER_NEEDS, SMALL_ARC, elastic_energy, elastic_force, elastic_form
 from .power import Power, derived_power
 
 #: Where the tangent of pen = g F ln(S / F) is twice the secant, in units of g S.  The law folds back at exp(-1).
@@ -97,7 +97,7 @@ line_law(
         "pen = F / (pi E* L) (ln(4 pi E* c L / F) - 1); F = pen / (g v), v the root of v exp(-v) = pen / (g S), v > 1",
         "after Johnson 1985, Contact Mechanics; solved for F by the lower branch of Lambert's W",
         contact="line",
-        needs=NEEDS,
+        needs=CYLINDER_NEEDS,
         notes="Treats the bodies as half-spaces, so it is for small contact arcs.",
         merit=Merit(3, "it is the line contact of elastic half-spaces, and the arc is small"),
     ),
@@ -113,7 +113,7 @@ line_law(
         "pen = F (h_b + h_j) / L (ln(4 L c / (F (h_b + h_j))) + 1), h = (1 - nu^2) / (pi E)",
         "after ESDU 78035, Contact phenomena I; not compared with the original",
         contact="line",
-        needs=NEEDS,
+        needs=CYLINDER_NEEDS,
         notes="Some codes have a further factor pi, which is wrong.",
     ),
     lambda joint: _johnson(joint, 1.0),
@@ -149,7 +149,7 @@ line_law(
             ),
         ),
         contact="line",
-        needs=NEEDS,
+        needs=CYLINDER_NEEDS,
         notes="b is the full width of contact, and K_D uses diameters.  With radii, as often printed, b is too small "
         "by sqrt(2) and the force 6 to 13 % lower; curvature_factor 1 reproduces curves of the multibody literature.",
     ),
@@ -170,7 +170,7 @@ line_law(
         "pen = F (h_b + h_j) / L (ln(L^3 c / (F R_b R_j (h_b + h_j))) + 1), h = (1 - nu^2) / (pi E)",
         "after Dubowsky & Freudenstein 1971, J. Eng. Ind. 93:305",
         contact="line",
-        needs=NEEDS,
+        needs=CYLINDER_NEEDS,
         unsound="the length in its logarithm has no physical basis",
         notes="The length in the logarithm has no physical basis; only its third power makes the argument "
         "dimensionless.",
@@ -187,7 +187,7 @@ line_law(
         "pen = F (h_b + h_j) / L (ln(L c / (F R_b R_j (h_b + h_j)) m^2) + 1), h = (1 - nu^2) / (pi E)",
         "after Goldsmith 1960, Impact",
         contact="line",
-        needs=NEEDS,
+        needs=CYLINDER_NEEDS,
         unsound="dimensionally inconsistent",
         notes="Dimensionally inconsistent: the argument of the logarithm has the unit 1/m^2.  Here all lengths are in "
         "metres; in millimetres the law gives other forces.",
@@ -213,7 +213,7 @@ register(
         "c < 0.34954 mm, else 0.0151 c + 1.151",
         "after Pereira, Ramalho & Ambrosio 2011, Nonlinear Dyn. 63:681, internal contact",
         contact="line",
-        needs=NEEDS,
+        needs=CYLINDER_NEEDS,
         ranges=(Range("clearance", 5e-6, 1e-2, "m", "it was fitted there"),),
         notes="Dimensionally inconsistent: a fit with all lengths in millimetres.  n = (Y c)^-0.005, found in some "
         "codes, is wrong.",

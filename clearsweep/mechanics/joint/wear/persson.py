@@ -13,12 +13,12 @@ from numpy.polynomial import Chebyshev, Polynomial, chebyshev
 
 from ....contracts.case import Joint
 from ....contracts.catalogue import Law
-from ..elastic.conformal import WIDEST, load_arc
+from ..elastic.conformal import WIDEST_B2, load_arc
 from ..recipe import register
 from .contract import half_arc, peak_over_mean, share_before, smooth_within, sum_over_load
 from .pressure import MODULUS, modulus_of
 
-LIMIT = 2.0 * math.atan(math.sqrt(WIDEST))  # rad: half of the arc at an infinite load
+LIMIT = 2.0 * math.atan(math.sqrt(WIDEST_B2))  # rad: half of the arc at an infinite load
 HALFWAY = 2.0  # E* c: load mapped to half of the interval of `_arc`, chosen for the closest fit
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(40)
 

@@ -34,7 +34,7 @@ STEP = 2.0 * math.pi / PLACES  # rad
 PER_STEP = 1.0 / STEP
 #: Numbers of a piece of the table: coefficients of h (m) by powers of the share of the piece, and the integral of h
 #: (m rad) over all previous pieces.
-CONSTANT, FIRST, SECOND, THIRD, BEFORE, NUMBERS = range(6)
+CONSTANT, FIRST, SECOND, THIRD, INTEGRAL_BEFORE, ROW_LENGTH = range(6)
 WIDTH = math.radians(2.0)  # standard deviation of the Gaussian
 WIDER = 1.1  # factor by which it grows if it is too small
 AT_POINT, ON_SPRINGS = 0.1, -0.02  # clearances: minimum difference of the radii of curvature
@@ -43,13 +43,13 @@ AT_POINT, ON_SPRINGS = 0.1, -0.02  # clearances: minimum difference of the radii
 class Shape(NamedTuple):
     """Wear depth of a body, by the angle in its frame."""
 
-    table: float  # address of (PLACES, NUMBERS)
-    least: float  # m, of h
-    most: float  # m
+    table: float  # address of (PLACES, ROW_LENGTH)
+    shallowest: float  # m, of h
+    deepest: float  # m
     steepest: float  # m/rad, of |h'|
-    bent: float  # m/rad^2, of -h''
-    sharpest: float  # m, the least h + h''
-    whole: float  # m rad, integral of h over the circumference
+    most_bent: float  # m/rad^2, of -h''
+    least_radius_change: float  # m, the least h + h''
+    integral: float  # m rad, integral of h over the circumference
 
 
 def smoothed(depths: np.ndarray, width: float) -> "CubicSpline":
@@ -58,9 +58,9 @@ def smoothed(depths: np.ndarray, width: float) -> "CubicSpline":
 
     count = len(depths)
     m = np.arange(min(count, PLACES) // 2)  # higher ones would alias
-    means = np.fft.rfft(depths)[: m.size] * np.exp(-1j * math.pi * m / count)  # of the middle of the first bin
-    waves = means / np.sinc(m / count) * np.exp(-0.5 * (m * width) ** 2)
-    values = np.fft.irfft(waves, PLACES) * (PLACES / count)
+    spectrum = np.fft.rfft(depths)[: m.size] * np.exp(-1j * math.pi * m / count)  # of the middle of the first bin
+    filtered = spectrum / np.sinc(m / count) * np.exp(-0.5 * (m * width) ** 2)
+    values = np.fft.irfft(filtered, PLACES) * (PLACES / count)
     return CubicSpline(np.arange(PLACES + 1) * STEP, np.append(values, values[0]), bc_type="periodic")
 
 
@@ -83,11 +83,11 @@ def shapes_of(
 
 def shape_of(spline: "CubicSpline") -> Shape:
     """Return the Shape of a spline through PLACES values around the body."""
-    table = np.empty((PLACES, NUMBERS))
+    table = np.empty((PLACES, ROW_LENGTH))
     for power in range(4):
         table[:, power] = spline.c[3 - power] * STEP**power
-    pieces = table[:, :BEFORE] @ (1.0 / np.arange(1, 5)) * STEP
-    table[:, BEFORE] = np.concatenate([[0.0], np.cumsum(pieces)[:-1]])
+    pieces = table[:, :INTEGRAL_BEFORE] @ (1.0 / np.arange(1, 5)) * STEP
+    table[:, INTEGRAL_BEFORE] = np.concatenate([[0.0], np.cumsum(pieces)[:-1]])
     fine_angles = np.linspace(0.0, 2.0 * math.pi, 16 * PLACES, endpoint=False)
     values = spline(fine_angles)
     return Shape(
@@ -105,7 +105,7 @@ def shape_of(spline: "CubicSpline") -> Shape:
 def within_piece(position):
     """Return the share of its piece before a `position`, counted in pieces, and the offset of its numbers."""
     shifted = (position - 0.5) + SHIFT  # rounded to an integer, which is then in its last bits
-    return position - (shifted - SHIFT), (bits_of(shifted) & (PLACES - 1)) * NUMBERS
+    return position - (shifted - SHIFT), (bits_of(shifted) & (PLACES - 1)) * ROW_LENGTH
 
 
 @inlined
@@ -115,9 +115,9 @@ def worn_at(table, angle):
     For automatic differentiation, h and its first derivative carry the slopes of the angle.
     """
     position = plain(angle) * PER_STEP
-    x, piece = within_piece(position)
-    a, b = load_item(table, piece + CONSTANT), load_item(table, piece + FIRST)
-    c, d = load_item(table, piece + SECOND), load_item(table, piece + THIRD)
+    x, offset = within_piece(position)
+    a, b = load_item(table, offset + CONSTANT), load_item(table, offset + FIRST)
+    c, d = load_item(table, offset + SECOND), load_item(table, offset + THIRD)
     h = a + x * (b + x * (c + x * d))
     slope = (b + x * (2.0 * c + 3.0 * x * d)) * PER_STEP
     curvature = (2.0 * c + 6.0 * x * d) * (PER_STEP * PER_STEP)
@@ -129,9 +129,9 @@ def worn_at(table, angle):
 def integral_at(shape, angle):
     """Return the integral of h (m rad) from 0 to an angle (rad) in the frame of the body."""
     position = angle * PER_STEP
-    x, piece = within_piece(position)
-    a, b = load_item(shape.table, piece + CONSTANT), load_item(shape.table, piece + FIRST)
-    c, d = load_item(shape.table, piece + SECOND), load_item(shape.table, piece + THIRD)
+    x, offset = within_piece(position)
+    a, b = load_item(shape.table, offset + CONSTANT), load_item(shape.table, offset + FIRST)
+    c, d = load_item(shape.table, offset + SECOND), load_item(shape.table, offset + THIRD)
     whole_turns = math.floor(position * (1.0 / PLACES))
     integral_in_piece = x * (a + x * (0.5 * b + x * (c * (1.0 / 3.0) + x * (0.25 * d)))) * STEP
-    return load_item(shape.table, piece + BEFORE) + integral_in_piece + whole_turns * shape.whole
+    return load_item(shape.table, offset + INTEGRAL_BEFORE) + integral_in_piece + whole_turns * shape.integral
