@@ -133,8 +133,8 @@ def ideal_varies(study: Study, joint: Joint) -> bool:
 
 
 def _note(study: Study) -> str:
-    band = "; band: the middle 80 % of them" if len(study.swept()) > 1 else ""
-    note = f"Median over all cases that share the value{band}. Panels of one row share their scale."
+    band = "; band: the middle 80 %" if len(study.swept()) > 1 else ""
+    note = f"Median of the cases with the value{band}. Panels share their scale."
     if len(study.joints) > 1 and study.lead is PEAK:
         note += " Solid or dots: peak of each joint; dashed or squares: its rms."
     return note
