@@ -275,7 +275,7 @@ def status(directory: Path, every_file: bool, as_json: bool) -> int:
 @click.option("--dry-run", is_flag=True, help="Only print what would be removed.")
 @_json
 def clean(directory: Path, batches: bool, dry_run: bool, as_json: bool) -> None:
-    """Remove the files that a run no longer needs, and print their number and size."""
+    """Remove the files that a run no longer needs. Print their number and size."""
     from . import store
 
     facts = store.clean(directory, batches=batches, dry_run=dry_run)
@@ -288,7 +288,7 @@ def clean(directory: Path, batches: bool, dry_run: bool, as_json: bool) -> None:
 @click.option("--write", is_flag=True, help=f"Also write the tables, with figures, to {RESULTS}/.")
 @click.option("--measured", is_flag=True, help="Compare the model with measurements and published solutions instead.")
 def verify(quick: bool, as_json: bool, write: bool, measured: bool) -> None:
-    """Measure error and run time on problems with known answers, and test the stability of extreme cases."""
+    """Measure error and run time on problems with known answers. Test the stability of extreme cases."""
     from . import verify as verification
     from .verify import measured as comparison
 
@@ -319,7 +319,7 @@ def list_(name: str | None, grid: Path | None) -> None:
 @click.argument("grid", type=_PATH)
 @click.option("--out", type=_PATH, metavar="FILE", help="SVG or PNG file; default: GRID.svg in the current directory.")
 def draw(grid: Path, out: Path | None) -> None:
-    """Draw the mechanism of a grid in its initial position, with the names of bodies, joints and loads."""
+    """Draw the mechanism of a grid in its initial position. Label its bodies, joints and loads."""
     from . import report as reports
 
     with writing():

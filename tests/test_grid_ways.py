@@ -286,7 +286,7 @@ MISTAKES = {
     "drawn exponent": (
         sample({f"{CONTACT}.exponent": "{uniform: [1, 2]}"}),
         "",
-        f"grid.yaml:22:3: sample.over.{CONTACT}.exponent: cannot be drawn, because units depend on it",
+        f"grid.yaml:22:3: sample.over.{CONTACT}.exponent: cannot be drawn, because units of other keys depend on it",
     ),
     "drawn where a law does not use it": (
         sample({RESTITUTION: "{uniform: [0.8, 0.9]}"}, more=f"sweep: {{{CONTACT}.law: [hertz, flores]}}\n"),

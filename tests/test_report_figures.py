@@ -686,7 +686,7 @@ def test_laws_of_another_version_leave_the_rest_of_the_page(tmp_path):
     message = text(run, tmp_path)
     assert "Spread between the contact laws" in message
     assert "This version does not know every law of this run" in message
-    assert "given back" not in message
+    assert "Specified and computed restitution" not in message
 
 
 @pytest.mark.heavy

@@ -141,7 +141,8 @@ def test_a_table_in_markdown_says_where_its_other_rows_are_and_escapes_what_divi
 
 
 @pytest.mark.parametrize(
-    ("enough", "remedy"), [(100, None), (640, "`bins: 640` would do for all"), (5000, "720 at most")]
+    ("enough", "remedy"),
+    [(100, None), (640, "`bins: 640` is enough for all"), (5000, "even 720 bins, the maximum, are too few")],
 )
 def test_bins_that_are_too_coarse_for_the_arcs_are_reported_with_how_many_would_do(enough, remedy):
     run = Run()

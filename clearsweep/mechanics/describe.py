@@ -141,7 +141,7 @@ def _table(heading: str, columns: tuple[str, str], rows: list[tuple[str, str]]) 
 
 def _restitutions(recipe: Recipe) -> str:
     rows = [(f"{e:g}", f"{recipe.returned(e):.4f}") for e in ASKED]
-    return _table("restitution of a free impact", ("asked for", "returned"), rows)
+    return _table("restitution of a free impact", ("specified", "returned"), rows)
 
 
 def reference_joint(law: Law) -> Joint:

@@ -247,7 +247,7 @@ def warnings(case: Case) -> list[str]:
         if joint.contact.law and registry.beyond_hertz(joint):  # a film may have no dry contact
             sentences.append(
                 f"joints.{joint.name}.contact.law: {joint.contact.law} is made for Hertz's force; with rough surfaces "
-                "in series a free impact gives back something else than is asked for"
+                "in series the restitution of a free impact differs from the specified one"
             )
         if joint.wear is None:
             continue

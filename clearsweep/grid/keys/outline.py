@@ -82,9 +82,9 @@ def wrong_names(path: str, names: Iterable[str]) -> Iterable[tuple[str, str]]:
         if not NAME.fullmatch(name):
             yield name, NAMING
         elif path == "mechanism.bodies" and column in _RESERVED:
-            yield name, "is the name of something else in the results; call the body something else"
+            yield name, "is a reserved name in the results; rename the body"
         elif column in columns:
-            yield name, f"is '{columns[column]}' again, a hyphen being an underscore in columns; rename one of them"
+            yield name, f"has the same column as '{columns[column]}', because columns have _ for -; rename one of them"
         elif number > MOST:
             yield name, f"is number {number}; at most {MOST} can be named here"
         columns.setdefault(column, name)

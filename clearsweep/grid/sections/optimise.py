@@ -186,7 +186,7 @@ def check_range(reader: Reader, path: str, section: str) -> None:
         sentence = "the first value is not below the second; swap them"
         reader.problems.add(reader.swept[path], f"{section}.over.{path}", sentence)
     if path.endswith(".exponent"):
-        sentence = f"cannot vary under `{section}`, because units depend on it"
+        sentence = f"cannot vary under `{section}`, because units of other keys depend on it"
         reader.problems.add(reader.swept[path], f"{section}.over.{path}", sentence)
 
 

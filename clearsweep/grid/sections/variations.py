@@ -85,7 +85,7 @@ def _enter_seek(reader: Reader, path: str, location: WrittenValue, between: Writ
         sentence = f"{path} is {noun}, which has nothing in between; write it under `sweep`"
         reader.problems.add(location, SEEK, sentence)
     elif path.endswith(".exponent"):
-        reader.problems.add(location, SEEK, f"{path} cannot be searched for, because units depend on it")
+        reader.problems.add(location, SEEK, f"{path} cannot be searched for, because units of other keys depend on it")
     else:
         _enter(reader, SEEK, path, location, between, complete)
 
@@ -109,7 +109,9 @@ def _enter(reader: Reader, variation: str, path: str, key: WrittenValue, values:
     ):
         reader.problems.add(key, where, "is a whole number, which cannot be drawn; write it under `sweep`")
     elif path in free_paths and variation == "sample" and path.endswith(".exponent"):
-        reader.problems.add(key, where, "cannot be drawn, because units depend on it; write it under `sweep`")
+        reader.problems.add(
+            key, where, "cannot be drawn, because units of other keys depend on it; write it under `sweep`"
+        )
     elif path in free_paths:
         reader.swept[path], reader.varied_by[path] = values, variation
     elif isinstance(node, Section):

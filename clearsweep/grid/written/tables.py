@@ -363,5 +363,5 @@ def _check_steps(file: str, over: str, places: "np.ndarray", lines: list[int]) -
         raise InputError(f"{file}:{line}: {over} does not ascend; sort the rows, and write an unwrapped angle")
     if steps.max() > GAP * np.median(steps):
         line = lines[int(np.argmax(steps)) + 1]
-        sentence = f"a step of {over} is {steps.max() / np.median(steps):.3g} times the usual one"
+        sentence = f"a step of {over} is {steps.max() / np.median(steps):.3g} times the median step"
         raise InputError(f"{file}:{line}: {sentence}; samples are missing; cut the file there")

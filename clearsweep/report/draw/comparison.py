@@ -66,10 +66,10 @@ def family(ax: Axes, drawn: Family, unit: str, name: str) -> None:
     scale, (places, spacing) = wording.scale(unit, known), _places(drawn.axis)
     shades = colormaps["viridis"](np.linspace(0.0, 0.85, len(drawn.names)))
     for curve, word, shade in zip(drawn.curves, drawn.names, shades, strict=True):
-        there = np.isfinite(curve)
+        is_known = np.isfinite(curve)
         marker = "o" if len(places) <= TICKS_NAMED else None
         style: dict[str, Any] = {"marker": marker, "markersize": 3.5, "linewidth": 1.4}
-        ax.plot(places[there], curve[there] / scale.factor, color=shade, label=word or None, **style)
+        ax.plot(places[is_known], curve[is_known] / scale.factor, color=shade, label=word or None, **style)
     if drawn.limit_values is not None:
         ax.plot(places, drawn.limit_values / scale.factor, color=RED, linewidth=1.4, linestyle="--", label="limit")
         known = np.concatenate([known, drawn.limit_values[np.isfinite(drawn.limit_values)]])
@@ -172,9 +172,9 @@ def returned(ax: Axes, rows: Sequence[tuple[str, float, float]]) -> None:
             markerfacecolor="white",
             color=INK,
             markersize=6,
-            label="asked for" if number == 0 else None,
+            label="specified" if number == 0 else None,
         )
-        ax.plot(given, place, "D", color=RED, markersize=4.5, label="given back" if number == 0 else None)
+        ax.plot(given, place, "D", color=RED, markersize=4.5, label="computed" if number == 0 else None)
     _rows(ax, names)
     ax.set_xlabel("restitution")
     ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.2)

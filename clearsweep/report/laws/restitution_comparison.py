@@ -87,7 +87,7 @@ def _measured(study: Study, points: pd.DataFrame, joint: Joint, law: str, specif
 
 
 def _table(study: Study, axis: Axis, joint: Joint, rows: list[EffectiveRestitution]) -> Table:
-    columns = [Column(axis.name), Column("asked for"), Column("given back"), Column("difference")]
+    columns = [Column(axis.name), Column("specified"), Column("computed"), Column("difference")]
     cells: list[tuple] = [
         (row.law, row.specified, row.effective, Quantity(row.difference, _signed(row.difference))) for row in rows
     ]
@@ -95,7 +95,7 @@ def _table(study: Study, axis: Axis, joint: Joint, rows: list[EffectiveRestituti
         columns.append(Column("measured here"))
         cells = [(*cell, row.measured) for cell, row in zip(cells, rows, strict=True)]
     note = (
-        f"Computed for a free impact in closed form; the elastic law has no influence. {wording.DASH}: the law has no "
+        f"Computed in closed form for a free impact; the elastic law has no effect. {wording.DASH}: the law has no "
         "restitution, or mass and speed determine the result (kelvin-voigt and others)."
     )
     key = f"{axis_key(axis)}_restitution"

@@ -26,9 +26,9 @@ def sections(study: Study) -> list[Section]:
     """Return the section with pictures of the strongest axes, or [] if no two cases share the value of an axis."""
     if not _comparable(study):
         return []
-    said = Points(sentences(study, study.hardest_joint()))
+    points = Points(sentences(study, study.hardest_joint()))
     drawn = Gallery(_note(study), _leading(study)[: _at_once(study)], small=True)
-    return [Section("drivers", "What drives it", filled([said, drawn]))]
+    return [Section("drivers", "What drives it", filled([points, drawn]))]
 
 
 def more(study: Study) -> list[Section]:

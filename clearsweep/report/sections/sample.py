@@ -20,8 +20,8 @@ from ..statistics.sensitivity import Setting
 HISTOGRAMS = 12  # drawn at most
 SCATTERED = 3  # figures, and variables of each, that are drawn
 SCATTER_NOTE = (
-    "Each figure against the variables with the highest correlation. In brackets: 95 % interval; dashed: the limit, "
-    "if one is set."
+    "Each figure over the variables with the highest correlation. Brackets: 95 % interval; dashed line: the limit, if "
+    "one is set."
 )
 NOTE = "Share of the cases. Dotted: 5 %, 50 % and 95 % quantiles; red: the limit, if one is set."
 
@@ -51,8 +51,8 @@ def leading(study: Study) -> list[Section]:
     clear = sum(sampled.is_clear(partial) for _, _, partial in known)
     names = {axis.path: axis.name for axis in study.axes}
     drawn = Gallery(SCATTER_NOTE, _clouds(study, sample, figures[0])[: max(clear, 1)], small=True)
-    said = Points([sampled.causes(f"the {figures[0].name}", known, names)])
-    return [Section("sample-drivers", "What drives it", [said, drawn])]
+    causes = Points([sampled.causes(f"the {figures[0].name}", known, names)])
+    return [Section("sample-drivers", "What drives it", [causes, drawn])]
 
 
 def _spreads(study: Study, samples: list[Setting]) -> list[str]:
@@ -138,7 +138,7 @@ def _cloud(study: Study, sample: Setting, figure: Judged, path: str, correlation
     scale = wording.scale(figure.unit, y[np.isfinite(y)])
     bounds = [limit.value / scale.factor for limit in figure.limits if not limit.times]
     low, high = (wording.plain(end, 2) for end in correlation[1:])
-    said = f"Rank correlation {wording.plain(correlation.value, 2)} ({low} to {high})."
+    caption = f"Rank correlation {wording.plain(correlation.value, 2)} ({low} to {high})."
 
     def paint(ax: Axes) -> None:
         comparison.cloud(ax, x, y, None, (axis.name, figure.name), (axis.scale, scale))
@@ -146,7 +146,7 @@ def _cloud(study: Study, sample: Setting, figure: Judged, path: str, correlation
             ax.axhline(limit_line, color=RED, linewidth=1.2, linestyle="--")
 
     title = f"{capital(figure.name)} over {axis.name}"
-    return Picture(title, said, f"{title}, {len(y)} cases. {said}", paint, size=(3.3, 2.8))
+    return Picture(title, caption, f"{title}, {len(y)} cases. {caption}", paint, size=(3.3, 2.8))
 
 
 def _histograms(study: Study, samples: list[Setting]) -> list[Picture]:

@@ -59,11 +59,11 @@ def _coarse(study: Study, joint: Joint) -> list[str]:
         return []
     coarse = study.cases[column][study.cases[column] > bins]
     enough, most = int(coarse.max()), simulation.FINEST
-    remedy = f"`bins: {enough}` would do for all" if enough <= most else f"wear has {most} at most, too few for all"
+    remedy = f"`bins: {enough}` is enough for all" if enough <= most else f"even {most} bins, the maximum, are too few"
     return [
         f"In joint {joint.title} {bins} bins are too coarse in {len(coarse):,} of "
         f"{wording.count(len(study.cases), 'case')}: more than 5 % of the wear comes from contact arcs narrower than "
-        f"five bins. Depths there are means over the bins, not peaks; {remedy}."
+        f"five bins. Their depths are means over the bins, not peaks; {remedy}."
     ]
 
 

@@ -163,7 +163,7 @@ def _start(ideal_machine: Ideal, state: list[Coordinate], offsets: Mapping) -> n
     machine, angle = ideal_machine.whole, ideal_machine.machine.drive.start_angle
     turn = ideal_machine.apart(offsets, angle)
     if not np.all(np.isfinite(turn.q)):
-        raise ClosureError("its joints cannot begin as far apart as asked for", _moving(machine)[0], angle)
+        raise ClosureError("its joints cannot begin as far apart as specified", _moving(machine)[0], angle)
     values = [ideal_machine.read(item, turn) for item in state]
     speed = crank_speed(machine)
     coordinates, rates = [float(value) for value, _ in values], [speed * float(slope) for _, slope in values]
