@@ -52,7 +52,7 @@ def unrolled(ax: Axes, depth: np.ndarray, length: float) -> None:
     mesh = ax.pcolormesh(
         angles, edges, depth.T / scale.factor, cmap="viridis", vmin=0.0, vmax=largest / scale.factor, rasterized=True
     )
-    ax.set(xlabel="angle from the body's x axis [°]", ylabel=f"along the axis [{along.unit}]")
+    ax.set(xlabel="angle from the body's x axis [°]", ylabel=f"along the axis [{length_scale.unit}]")
     ax.xaxis.set_major_locator(MultipleLocator(90))
     colour_bar(ax, mesh, f"depth [{scale.unit}]")
 
