@@ -490,7 +490,7 @@ AXES = {
     ),
     "geomspace over 0": (
         "mechanism.gravity: {geomspace: [-1, 1, 3]}",
-        "22:34: sweep.mechanism.gravity: geomspace: first and last have to be both",
+        "22:34: sweep.mechanism.gravity: geomspace: first and last must be both",
     ),
     "huge exponent": (
         "drive.speed: {logspace: [0, 400, 3]}",

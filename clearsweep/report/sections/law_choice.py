@@ -139,7 +139,7 @@ def _sentence(study: Study, axis: Axis, spread: Table) -> str:
     hardest = study.hardest_joint()
     rows = {name: rest for name, title, *rest in spread.rows if title == hardest.title}
     if "force peak" not in rows:
-        return f"No two finished cases differ in the {axis.name} alone, so this section compares unlike cases."
+        return f"No two finished cases differ only in the {axis.name}, so this section compares unlike cases."
     factors = [
         f"the {name} by a factor of {wording.plain(median)} (at most {wording.plain(largest)})"
         for name, (_, median, largest, *_) in rows.items()
