@@ -64,14 +64,15 @@ def _others(study: Study, joint: Joint) -> list[str]:
     """Return a sentence each on what drives the other figures of the grid's question most, where that is clear."""
     others = {"start_up_time": "start-up time", joint.column("film_loss"): "loss"}
     others[study.column("error_max")] = f"{study.run.layout.output} error"
-    others[joint.column(PER_HOURS)] = "wear depth"
+    others[joint.column(PER_HOURS)] = "wear depth per 1000 h"
     sentences = []
     for column, name in others.items():
         if not column or column not in study.cases or not study.has(column):
             continue
         strongest = main_effects(study, column)[0]
         if strongest.clear():
-            sentences.append(f"The {name} is driven most by {_cause(strongest, study)}.")
+            verb = "varies with" if len(study.levels()) == 1 else "is driven most by"
+            sentences.append(f"The {name} {verb} {_cause(strongest, study)}.")
     return sentences[:OTHERS]
 
 
