@@ -85,6 +85,21 @@ def test_a_film_that_its_law_does_not_cover_is_said_to_be_so_beside_it():
     assert second == "Thinnest film within the range of its law: 2 at speed 3."
 
 
+@pytest.mark.parametrize(
+    ("settled", "words"),
+    [
+        ([1, 1], "Each reached its accuracy or a periodic motion."),
+        ([1, 0], "1 of 2 cases reached neither the accuracy nor a periodic motion."),
+    ],
+)
+def test_the_lengths_of_runs_until_a_figure_is_known_are_part_of_the_answer(settled, words):
+    known = layout()._replace(columns=(Column("revolutions_run", "1", ""), Column("settled", "1", "")))
+    columns = {"revolutions_run": [6.0, 300.0], "settled": settled, SPEED: [1, 2]}
+    made = cases(columns, (SPEED,))._replace(layout=known)
+    assert answer.lengths(made) == [f"A case ran 6 to 300 revolutions. {words}"]
+    assert answer.lengths(cases(columns, (SPEED,))) == []
+
+
 def test_sentences_of_the_answer_have_at_most_25_words():
     figures = ("force_peak", "force_peak_ratio", "load_peak", "wear_rate_max", "wear_depth_max", "film_loss", *FILM)
     paths = (SPEED, FIT, "mechanism.rod.mass", "joints.pin.contact.restitution")

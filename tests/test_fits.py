@@ -144,6 +144,7 @@ MISTAKES = {
         {CLEARANCE: {"fit": "H7/f7"}, RADIUS: "4.9 mm"},
         "fits are known from 10 to 500 mm: write the radial",
     ),
+    "no unit": ({CLEARANCE: {"fit": "H7/f7"}, RADIUS: 40}, "10 to 500 mm: a bearing_radius without a unit is in m"),
     "too large": ({CLEARANCE: {"fit": "H7/f7"}, RADIUS: "251 mm"}, "a nominal diameter of 502 mm, twice the bearing"),
     "number": ({CLEARANCE: {"fit": 7}}, "found 7; expected a fit of ISO 286"),
     "axis as value": ({CLEARANCE: {"fits": ["H7/f7"]}}, "expected {fit: H7/f7}"),

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearsweep.grid.resolve import case_of
-from clearsweep.language.errors import InputError
+from clearsweep.language.errors import InputError, nearest
 
 
 @pytest.fixture
@@ -208,6 +208,11 @@ MISTAKES = {
         "speed: 5000 RPM",
         "7:16: drive.speed: found '5000 RPM'; unknown unit 'RPM'; did you mean 'rpm'?",
     ),
+    "decimal comma": (
+        "speed: 5000 rpm",
+        "speed: 5,5 rpm",
+        "7:18: drive.5 rpm: unknown key '5 rpm'; a number has a decimal point, not a comma",
+    ),
     "not a shaft speed": (
         "speed: 5000 rpm",
         "speed: 5000 1/s",
@@ -279,13 +284,20 @@ def test_keys_of_the_other_mechanism_are_unknown(problems_in):
     assert "joints.pair: found '3'; expected a section with the keys clearance, contact" in problems[3]
 
 
+def test_the_nearest_name_has_the_same_words_in_another_order():
+    names = ["rod_slider_pv_peak", "rod_slider_load_peak"]
+    assert nearest("rod_slider_peak_load", names) == "; did you mean 'rod_slider_load_peak'?"
+    assert nearest("rod_slider_pv_peek", names) == "; did you mean 'rod_slider_pv_peak'?"
+
+
 UNREADABLE = {
     "empty": ("", "grid.yaml:1:1: the file is empty"),
     "comment": ("# nothing\n", "grid.yaml:1:1: the file is empty"),
     "list": ("- 1\n", "grid.yaml:1:1: found a list; expected a grid"),
     "text": ("hello\n", "grid.yaml:1:1: found 'hello'; expected a grid"),
     "syntax": ("a: [1, 2\nb: 3\n", "grid.yaml:2:"),
-    "tab": ("a:\n\tb: 1\n", "grid.yaml:2:1: not valid YAML"),
+    "tab": ("a:\n\tb: 1\n", "grid.yaml:2:1: not valid YAML: a tab in the indentation; indent with spaces"),
+    "one space less": ("a:\n  b: 1\n c: 2\n", "grid.yaml:3:2: not valid YAML: this line is indented differently"),
     "two documents": ("a: 1\n---\nb: 2\n", "grid.yaml:2:1: not valid YAML"),
     "unknown alias": ("a: *b\n", "grid.yaml:1:4: not valid YAML"),
     "control": ("a: \x00\n", "grid.yaml: not valid YAML"),
@@ -478,7 +490,7 @@ AXES = {
     ),
     "geomspace over 0": (
         "mechanism.gravity: {geomspace: [-1, 1, 3]}",
-        "22:34: sweep.mechanism.gravity: geomspace: first and last have to be both",
+        "22:34: sweep.mechanism.gravity: geomspace: first and last must be both",
     ),
     "huge exponent": (
         "drive.speed: {logspace: [0, 400, 3]}",

@@ -316,7 +316,7 @@ MISTAKES = {
     "loguniform from zero": (
         sample({"mechanism.gravity": "{loguniform: [0, 1]}"}),
         "",
-        "grid.yaml:22:35: sample.over.mechanism.gravity: loguniform: found 0 m/s^2; both ends have to be above 0",
+        "grid.yaml:22:35: sample.over.mechanism.gravity: loguniform: found 0 m/s^2; both ends must be above 0",
     ),
     "no spread": (
         sample({SPEED: "{normal: {mean: 100}}"}),
@@ -366,7 +366,7 @@ MISTAKES = {
     "negative lognormal": (
         sample({"mechanism.gravity": "{lognormal: {mean: -1, cv: 0.1}}"}),
         "",
-        "grid.yaml:22:34: sample.over.mechanism.gravity: lognormal: found the mean -1 m/s^2; it has to be above 0",
+        "grid.yaml:22:34: sample.over.mechanism.gravity: lognormal: found the mean -1 m/s^2; it must be above 0",
     ),
     "draws that do not fit together": (
         sample({CLEARANCE: "{uniform: [1 mm, 15 mm]}"}),

@@ -399,10 +399,9 @@ SEEN = """
 
 
 @pytest.mark.slow
-def test_the_page_of_the_readme_is_two_screens_and_six_printed_pages(browse, tmp_path):
-    result = clearsweep.sweep(
-        Path(__file__).parents[1] / "configs/slider_crank.yaml", tmp_path / "run", show_progress=False
-    )
+@pytest.mark.parametrize("name", ["slider_crank", "until"])  # that of the README, and one with many remarks
+def test_a_page_is_two_screens_and_six_printed_pages(browse, tmp_path, name):
+    result = clearsweep.sweep(Path(__file__).parents[1] / f"configs/{name}.yaml", tmp_path / "run", show_progress=False)
     page = report.write(result.open(), tmp_path / "page.html")
     seen = browse(page.read_text(encoding="utf-8"), SEEN, width=1600)
     assert seen["figures"] <= 12 < seen["whole"]

@@ -481,7 +481,7 @@ def test_a_life_without_an_end_says_so_and_runs_without_a_life_say_nothing():
     run = living()
     run.summary.loc[0, ["rod_slider_life_hours", "rod_slider_life_high"]] = np.nan
     (part,) = sections.life.sections(study.prepare(run))
-    assert part.blocks[0].texts[-1].startswith("1 case did not come to the limit")
+    assert part.blocks[0].texts[-1].startswith("1 case did not reach the limit")
     assert sections.life.sections(study.prepare(Run(sweep=SWEEP))) == []
 
 
@@ -576,7 +576,7 @@ def test_laws_that_never_meet_at_equal_values_are_not_compared():
     run.grid["zip"] = run.grid.pop("sweep")
     run.summary = run.summary[(run.summary[LAW] == "exact") == (run.summary["drive.speed"] > 200.0)]
     run.summary = run.summary.reset_index(drop=True)
-    assert "No two finished cases differ in the contact law alone" in blocks(run, Sentences)[0].texts[0]
+    assert "No two finished cases differ only in the contact law" in blocks(run, Sentences)[0].texts[0]
     assert not any(first.key.endswith("spread") for first in tables(run))
 
 

@@ -170,7 +170,7 @@ def test_killed_at_any_round_it_continues_to_the_same_answers(tmp_path, after):
         ({"largest": None}, "seek.largest: is missing"),
         ({"smallest": MASS}, "seek.largest: has both largest and smallest"),
         ({"largest": GRAVITY}, "is under 'sweep' already"),
-        ({"largest": "simulate.step_budget"}, "is a whole number, which has nothing in between"),
+        ({"largest": "simulate.step_budget"}, "is a whole number, which has no values in between"),
         ({"between": ["0.9 kg", "0.1 kg"]}, "seek.between: the first value is not below the second"),
         ({"between": ["0.1 kg", 0.9]}, "found 0.9 without a unit next to '0.1 kg'"),
         ({"between": ["0.1 mm", "0.2 mm"]}, "has another dimension"),

@@ -15,7 +15,7 @@ from clearsweep.judging import sampled
 from clearsweep.language.errors import InputError
 from clearsweep.report.data import study
 from clearsweep.report.samples import sample_tables
-from clearsweep.report.sections import verdict
+from clearsweep.report.sections import sample, verdict
 from clearsweep.report.statistics import sensitivity
 
 pytestmark = pytest.mark.heavy
@@ -334,7 +334,7 @@ def test_the_report_shows_spread_and_limits(run, tmp_path):
     page = report.write(made, tmp_path / "page.html").read_text(encoding="utf-8")
     for text in ("Probabilistic study", "How likely limits are exceeded", "Histogram of force peak, 64 cases"):
         assert text in page
-    assert "Median over all cases that share the value" not in page  # hardly two drawn cases share one
+    assert "Median of the cases with the value" not in page  # hardly two drawn cases share one
     report.tables(made, tmp_path / "tables")
     with open(tmp_path / "tables" / "limits.csv", encoding="utf-8") as stream:
         (row,) = csv.DictReader(stream)
@@ -355,3 +355,15 @@ def test_a_report_without_a_sample_has_no_such_section(tmp_path):
     page = report.write(Run(text, linear), tmp_path / "page.html").read_text(encoding="utf-8")
     assert "Probabilistic study" not in page
     assert "What drives the force" in page
+
+
+def test_the_spread_of_wear_is_that_of_1000_hours(run):
+    made = run(linear)
+    rate = PEAK.replace("force_peak", "wear_rate_max")
+    made.summary[rate] = 1e-3 / 3.6e6
+    prepared = study.prepare(made)
+    for wears in (True, False):
+        joints = tuple(joint._replace(wears=wears) for joint in prepared.joints)
+        (section,) = sample.sections(prepared._replace(joints=joints))
+        said = " ".join(section.blocks[0].texts)
+        assert ("Wear depth per 1000 h: median 1.00\u00a0mm" in said) == wears

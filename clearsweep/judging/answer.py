@@ -12,6 +12,7 @@ from .order import Lead
 from .validity import THOUSAND_HOURS
 
 START_UP, FASTEST = "start_up_time", "crank_speed_max"  # columns
+RUN_LENGTH = "revolutions_run"  # column
 NOT_MODELLED = "not modelled"
 MANY_AXES = 4  # varied values of a case above which a sentence has its identity instead
 
@@ -61,7 +62,20 @@ def sentences(cases: Cases) -> list[str]:
         return []
     by_question = {"film": (films,), "force": (largest_force, position_error), "limits": (limited,)}
     specific = [line for answer in by_question.get(cases.lead.question, ()) for line in answer(cases)]
-    return [*start_up(cases), *specific, *own_figures(cases)]
+    return [*start_up(cases), *specific, *own_figures(cases), *lengths(cases)]
+
+
+def lengths(cases: Cases) -> list[str]:
+    """Return how long the cases ran under `until`, and how many did not reach its accuracy."""
+    if not cases.has(RUN_LENGTH):
+        return []
+    fewest, most = (f"{cases.column(RUN_LENGTH)[index]:.0f}" for index in cases.extremes(RUN_LENGTH))
+    text = f"A case ran {fewest}{f' to {most}' if most != fewest else ''} revolutions."
+    count, unsettled = len(cases.case_ids), int(np.sum(cases.column("settled") == 0))
+    reached = "" if unsettled else "Each reached its accuracy or a periodic motion."
+    if unsettled:
+        reached = f"{unsettled} of {wording.count(count, 'case')} reached neither the accuracy nor a periodic motion."
+    return [f"{text} {reached}"]
 
 
 def start_up(cases: Cases) -> list[str]:
@@ -77,7 +91,7 @@ def start_up(cases: Cases) -> list[str]:
         first, last = cases.extremes(START_UP)
         ends = cases.texts(START_UP, [float(times[first]), float(times[last])])
         text = f"Start-up to {target}, 95 % of the motor's no-load speed, takes {ends[0]}"
-        slowest = "slowest of those that reach it" if np.isnan(times).any() else "slowest"
+        slowest = "slowest, of those that reach it," if np.isnan(times).any() else "slowest"
         span = f" to {ends[1]}. Fastest{cases.at(first)}; {slowest}{cases.at(last)}"
         lines.append(f"{text}{span if first != last else cases.at(first)}.")
     if count := int(np.isnan(times).sum()):

@@ -65,8 +65,8 @@ def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | N
     objective, best first.  The cases of `identify` are not ranked.
     """
     search = next((name for name in SEARCHES if (grid or {}).get(name)), "")
-    there = {column.name for column in layout.columns}
-    if (hours := f"{layout.life}_life_hours") in there:
+    column_names = {column.name for column in layout.columns}
+    if (hours := f"{layout.life}_life_hours") in column_names:
         return Lead("life", "Shortest life", ("life",), _SMALLEST_IS_WORST, (Candidate(layout.life, (hours,)),))
     limited = tuple(dict.fromkeys(limit.column for limit in limits))
     if search == "optimise":
@@ -78,11 +78,11 @@ def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | N
         return Lead(search or "limits", "Smallest margin", names, _SMALLEST_IS_WORST, (Candidate("", names),))
     joints = [joint.name for joint in layout.joints]
     for question, title, smallest, figures in _BY_CONTENT:
-        matching = [name for name in joints if f"{name}_{next(iter(figures))}" in there]
+        matching = [name for name in joints if f"{name}_{next(iter(figures))}" in column_names]
         shown = {
             figure: heading
             for figure, heading in figures.items()
-            if all(f"{name}_{figure}" in there for name in matching)
+            if all(f"{name}_{figure}" in column_names for name in matching)
         }
         if matching:
             candidates = tuple(Candidate(name, tuple(f"{name}_{figure}" for figure in shown)) for name in matching)

@@ -45,12 +45,12 @@ def causes(figure: str, known: Sequence[tuple[str, Estimate, Estimate]], names: 
     weak = [names[path] for path, _, partial in known if not is_clear(partial)]
     if not clear:
         return f"No variable has a clear effect on {figure}."
-    said = [
+    correlations_text = [
         f"{name} ({wording.plain(each.value, 2)}; 95 %: {wording.plain(each.low, 2)} to {wording.plain(each.high, 2)})"
         for name, each in clear
     ]
     text = f"What drives {figure}, by rank correlation with the other variables fixed: "
-    text += f"{wording.sentence_list(said)}."
+    text += f"{wording.sentence_list(correlations_text)}."
     return text + (f" No clear effect on it: {wording.sentence_list(weak)}." if weak else "")
 
 

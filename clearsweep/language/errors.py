@@ -72,8 +72,14 @@ def nearest(word: str, names: Iterable[str]) -> str:
     """Return `; did you mean 'hertz'?` for the known word nearest to `word`, or ''."""
     names = list(names)
     equal_names = [name for name in names if name.lower() == word.lower()]
-    matches = equal_names or get_close_matches(word, names, 1, 0.7)
+    matches = equal_names or [name for name in names if _parts(name) == _parts(word)]
+    matches = matches or get_close_matches(word, names, 1, 0.7)
     return f"; did you mean '{matches[0]}'?" if matches else ""
+
+
+def _parts(name: str) -> list[str]:
+    """Return the words of a name in a fixed order: 'peak_load' has those of 'load_peak'."""
+    return sorted(name.lower().replace("-", "_").split("_"))
 
 
 def similar_words(word: str, names: Iterable[str]) -> list[str]:

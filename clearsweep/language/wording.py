@@ -226,6 +226,8 @@ def axis_name(path: str, joints: int = 1) -> str:
     parts = path.split(".")
     if path == "drive.speed":
         return "crank speed"
+    if path == "drive.inertia":  # in addition to that of the crank
+        return "drive inertia"
     if path.endswith(".contact.elastic"):
         parts = [*parts[:-2], "elastic", "law"]
     if parts[-2:-1] == ["masses"]:

@@ -75,7 +75,7 @@ class Optimising:
                 null = [name for name, value in values.items() if not math.isfinite(value)]
                 raise InputError(
                     f"optimise: {', '.join(null)} is null in case {grid.case_id(index)}, so that cases cannot be "
-                    "compared; take another objective, or a `figures` expression that is never null"
+                    "compared; choose another objective, or a `figures` expression that is never null"
                 )
             intervals = {name: _interval(results.columns, name, k) for name in names}
             margins = {name: float(margin[k]) for name, margin in results.margins.items()}

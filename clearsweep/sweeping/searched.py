@@ -86,7 +86,7 @@ def _effect_lines(path: str, facts: dict[str, Any]) -> list[str]:
             value = grid_text(effect["value"], effect["unit"], speed=effect["path"].endswith("speed"))
             texts.append(f"    {effect['path']} ({value}): {lower} with {step} less, {upper} with {step} more")
     if not texts:
-        return ["  No other key of the grid changes the margin by itself."] if effects else []
+        return ["  No other single key of the grid changes the margin."] if effects else []
     setting = setting_text({**furthest["point"], path: furthest["value"]}, facts)
     heading = f"  Effect of other keys on the worst margin, {_margin(furthest['margin'])} at {setting}:"
     return [heading, *texts[:LISTED_EFFECTS]]

@@ -38,7 +38,7 @@ def cases() -> list[Extreme]:
     """Return all cases."""
     draw = np.random.default_rng(SEED)
     return [
-        Extreme(f"{family}/{number:02d} {_said(levels)}", _grid(levels, dry=family == "mixed film"))
+        Extreme(f"{family}/{number:02d} {_levels_text(levels)}", _grid(levels, dry=family == "mixed film"))
         for family in ("film", "mixed film")
         for number, levels in enumerate(_levels(draw))
     ]
@@ -51,7 +51,7 @@ def _levels(draw: np.random.Generator) -> Iterator[Levels]:
         yield {name: float(column[row]) for name, column in columns.items()}
 
 
-def _said(levels: Levels) -> str:
+def _levels_text(levels: Levels) -> str:
     law, joints = LAWS[int(levels["law"])], " and ".join(OPENINGS[int(levels["opening"])])
     return f"{law} in {joints}, {levels['speed']:g} rpm, {levels['clearance']:.0e} m, load {levels['scarcity']:g}"
 

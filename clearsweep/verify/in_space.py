@@ -41,11 +41,11 @@ def cases() -> list[Extreme]:
             levels = {key: float(column[number]) for key, column in columns.items()}
             grid = _grid(levels, clearance_joint, ideal)
             grid["joints"][clearance_joint] |= _ends(levels, flange=flange)
-            cases.append(Extreme(f"in space/{name} {number} {_said(levels)}", grid))
+            cases.append(Extreme(f"in space/{name} {number} {_levels_text(levels)}", grid))
     return cases
 
 
-def _said(levels: Levels) -> str:
+def _levels_text(levels: Levels) -> str:
     return f"{levels['speed']:g} rpm, {levels['clearance']:.0e} m, e {levels['restitution']:g}, tilt {levels['tilt']:g}"
 
 

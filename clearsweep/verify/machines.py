@@ -31,7 +31,7 @@ def cases() -> list[Extreme]:
     families = {"loaded": _loaded, "free crank": _free, "four-bar": _four_bar, "guide": _guide, "elastic rod": _elastic}
     draw = np.random.default_rng(SEED)
     return [
-        Extreme(f"{name}/{number:02d} {_said(levels)}", family(levels))
+        Extreme(f"{name}/{number:02d} {_levels_text(levels)}", family(levels))
         for name, family in families.items()
         for number, levels in enumerate(_levels(draw))
     ]
@@ -44,7 +44,7 @@ def _levels(draw: np.random.Generator) -> Iterator[Levels]:
         yield {name: float(column[row]) for name, column in columns.items()}
 
 
-def _said(levels: Levels) -> str:
+def _levels_text(levels: Levels) -> str:
     return f"{levels['speed']:g} rpm, {levels['clearance']:.0e} m, e {levels['restitution']:g}, load {levels['load']:g}"
 
 

@@ -81,9 +81,11 @@ def fit(name: str, diameter: Fraction) -> Fit:
     if not slash or not hole_class[:1].isupper() or not shaft_class[:1].islower():
         raise InputError(f"found {shown(name)}; expected a fit of ISO 286, hole before shaft, such as H7/f7")
     if not SMALLEST <= diameter <= LARGEST:
+        in_metres = diameter > 20.0 * LARGEST  # the size in mm, read as m
+        remedy = "a bearing_radius without a unit is in m" if in_metres else "write the radial clearance"
         raise InputError(
             f"found {name} at a nominal diameter of {float(diameter):g} mm, twice the bearing_radius; fits are known "
-            f"from {SMALLEST} to {LARGEST} mm: write the radial clearance"
+            f"from {SMALLEST} to {LARGEST} mm: {remedy}"
         )
     hole, shaft = limits(hole_class, diameter), limits(shaft_class, diameter)
     low, high = hole[0] - shaft[1], hole[1] - shaft[0]  # diametral, um

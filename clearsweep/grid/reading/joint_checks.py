@@ -17,14 +17,14 @@ from .values import COEFFICIENTS, exponent_values
 def check_values(reader: Reader, catalogue: Catalogue) -> None:
     """Report values that conflict with each other."""
     for order in reader.mechanism.orders:
-        _below(reader, order.low, order.high, order.reason, equal=order.equal)
-    _below(reader, "simulate.discard", "simulate.revolutions", "nothing would be left")
-    _below(reader, "save.revolutions", "simulate.revolutions", "more cannot be saved than is run", equal=True)
-    _until(reader)
+        _check_below(reader, order.low, order.high, order.reason, equal=order.equal)
+    _check_below(reader, "simulate.discard", "simulate.revolutions", "nothing would be left")
+    _check_below(reader, "save.revolutions", "simulate.revolutions", "more cannot be saved than is run", equal=True)
+    _check_until(reader)
     check_life(reader)
     check_machine(reader, catalogue)
     check_films(reader, catalogue)
-    _friction(reader, catalogue)
+    _check_friction(reader, catalogue)
     joints = [path for path, node in reader.shape.items() if isinstance(node, Section) and _is_joint(path)]
     complete = reader.shape.get("joints")
     if not joints and isinstance(complete, Section) and complete.need == "implied":
@@ -33,21 +33,21 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
         )
         reader.problems.add(reader.place("joints"), "joints", text)
     for path in joints:
-        _below(reader, f"{path}.clearance", f"{path}.bearing_radius", "the journal would have no radius")
-        _material(reader, path)
-        _elastic(reader, path, catalogue)
+        _check_below(reader, f"{path}.clearance", f"{path}.bearing_radius", "the journal would have no radius")
+        _check_material(reader, path)
+        _check_elastic_law(reader, path, catalogue)
         if f"{path}.roughness" in reader.shape:
-            _roughness(reader, path, catalogue)
+            _check_roughness(reader, path, catalogue)
         if f"{path}.wear" in reader.shape:
-            _wear(reader, path, catalogue)
-            _pressure(reader, path, catalogue)
+            _check_wear(reader, path, catalogue)
+            _check_pressure(reader, path, catalogue)
         if f"{path}.thermal" in reader.shape:
-            _thermal(reader, path)
+            _check_heat_balance(reader, path)
         if f"{path}.wear.evolve" in reader.values:
-            _evolving(reader, path, catalogue)
+            _check_evolving(reader, path, catalogue)
 
 
-def _thermal(reader: Reader, joint: str) -> None:
+def _check_heat_balance(reader: Reader, joint: str) -> None:
     """Check that a heat balance exists in a dry joint with friction."""
     thermal = f"{joint}.thermal"
     if f"{joint}.film" in reader.shape:
@@ -58,16 +58,16 @@ def _thermal(reader: Reader, joint: str) -> None:
         reader.problems.add(reader.place(thermal), thermal, sentence)
 
 
-def _friction(reader: Reader, catalogue: Catalogue) -> None:
+def _check_friction(reader: Reader, catalogue: Catalogue) -> None:
     """Check that the keys of friction laws are in order, in joints and in loads."""
     frictions = {f"loads.{load.name}.friction": load.given for load in reader.outline.loads if load.given}
     for path in [path for path in reader.shape if path.endswith(".friction")]:
         for law in catalogue.of("friction"):
             if law.name in reader.names.get(f"{path}.law", ()):
-                _in_order(reader, path, sized(law, frictions[path]) if path in frictions else law)
+                _check_order(reader, path, sized(law, frictions[path]) if path in frictions else law)
 
 
-def _until(reader: Reader) -> None:
+def _check_until(reader: Reader) -> None:
     """Check that the grid has the figure in `until` and that the longest run is not shorter than the shortest."""
     smallest, largest = reader.values_of("simulate.revolutions"), reader.values_of("simulate.until.max_revolutions")
     if smallest and largest and min(largest) < max(smallest):
@@ -89,7 +89,7 @@ def _is_joint(path: str) -> bool:
     return path.startswith("joints.") and path.count(".") == 1
 
 
-def _below(reader: Reader, low: str, high: str, reason: str, *, equal: bool = False) -> None:
+def _check_below(reader: Reader, low: str, high: str, reason: str, *, equal: bool = False) -> None:
     """Report a problem unless every value of `low` is below every value of `high`; missing values are fine."""
     lows, highs = reader.values_of(low), reader.values_of(high)
     if not lows or not highs or max(lows) < min(highs) or (equal and max(lows) == min(highs)):
@@ -109,10 +109,10 @@ def _below(reader: Reader, low: str, high: str, reason: str, *, equal: bool = Fa
     )
 
 
-def _in_order(reader: Reader, section: str, law: Law) -> None:
+def _check_order(reader: Reader, section: str, law: Law) -> None:
     """Check the order of two keys of a law where its description requires one."""
     for order in law.orders:
-        _below(reader, f"{section}.{order.low}", f"{section}.{order.high}", order.reason, equal=order.equal)
+        _check_below(reader, f"{section}.{order.low}", f"{section}.{order.high}", order.reason, equal=order.equal)
 
 
 _EXAMPLES = {
@@ -122,7 +122,7 @@ _EXAMPLES = {
 }
 
 
-def _material(reader: Reader, joint: str) -> None:
+def _check_material(reader: Reader, joint: str) -> None:
     """Check that materials are complete: one for both bodies, or one for each."""
     material = f"{joint}.contact.material"
     if material not in reader.shape or not value_key(reader.shape, f"{material}.young").used(reader.names):
@@ -146,7 +146,7 @@ def _material(reader: Reader, joint: str) -> None:
                 reader.problems.add(reader.place(material), f"{material}.{key}", sentence)
 
 
-def _elastic(reader: Reader, joint: str, catalogue: Catalogue) -> None:
+def _check_elastic_law(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that the joint has the values that its stiffness laws need, within their valid range."""
     law, elastic = f"{joint}.contact.law", f"{joint}.contact.elastic"
     is_known = elastic in reader.shape and reader.unsure.isdisjoint((law, elastic))
@@ -155,13 +155,13 @@ def _elastic(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     families = {law: catalogue.of("law"), elastic: catalogue.of("elastic")}
     candidates = [law for path, laws in families.items() for law in laws if law.name in reader.names[path]]
     for chosen in sorted(candidates, key=lambda law: law.name):
-        for path in _needed(reader, joint, chosen):
+        for path in _keys_needed(reader, joint, chosen):
             if not reader.is_given(f"{joint}.{path}"):
                 sentence = f"is missing; {chosen.family} '{chosen.name}' needs {_EXAMPLES[path]}"
                 reader.problems.add(reader.place(elastic), f"{joint}.{path}", sentence)
-        _in_order(reader, f"{joint}.contact", chosen)
+        _check_order(reader, f"{joint}.contact", chosen)
         if "hertz" in chosen.needs:
-            _hertzian(reader, elastic, chosen)
+            _check_hertzian(reader, elastic, chosen)
         for given_bodies, low, high, unit, reason in chosen.ranges:
             path = (
                 given_bodies if f"{joint}.{given_bodies}" in reader.shape else given_bodies.replace(".bearing.", ".")
@@ -175,7 +175,7 @@ def _elastic(reader: Reader, joint: str, catalogue: Catalogue) -> None:
                 reader.problems.add(reader.place(f"{joint}.{path}"), f"{joint}.{path}", sentence)
 
 
-def _hertzian(reader: Reader, elastic: str, law: Law) -> None:
+def _check_hertzian(reader: Reader, elastic: str, law: Law) -> None:
     """Check that the elastic force is Hertz's, where a law of the normal force requires that."""
     other_laws = sorted(reader.names[elastic] - {"power"})
     exponents = [x for x in exponent_values(reader, elastic) if not math.isclose(x, 1.5)]
@@ -185,7 +185,7 @@ def _hertzian(reader: Reader, elastic: str, law: Law) -> None:
         reader.problems.add(reader.place(elastic), elastic, sentence)
 
 
-def _needed(reader: Reader, joint: str, law: Law) -> tuple[str, ...]:
+def _keys_needed(reader: Reader, joint: str, law: Law) -> tuple[str, ...]:
     """Return the further keys, as paths within the joint, that a contact law needs."""
     if any(reader.is_given(f"{joint}.contact.{columns.name}") for columns in law.tables):
         return ()  # the key table covers it
@@ -197,7 +197,7 @@ def _needed(reader: Reader, joint: str, law: Law) -> tuple[str, ...]:
     return ("bearing_radius", *parameter) if sized and optional else parameter
 
 
-def _roughness(reader: Reader, joint: str, catalogue: Catalogue) -> None:
+def _check_roughness(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that rough surfaces have the joint's dimensions and a texture or a profile."""
     rough = f"{joint}.roughness"
     for law in [law for law in catalogue.of("roughness") if law.name in reader.names[f"{rough}.law"]]:
@@ -218,7 +218,7 @@ def _roughness(reader: Reader, joint: str, catalogue: Catalogue) -> None:
                     reader.problems.add(reader.place(path), path, sentence)
 
 
-def _wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
+def _check_wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that the joint has the keys that wear needs, with plausible coefficients."""
     wear = f"{joint}.wear"
     if not reader.is_given(f"{joint}.length"):
@@ -239,17 +239,17 @@ def _wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
         sentence = "is missing; a dimensionless wear coefficient is k times the hardness; for example: 2 GPa"
         reader.problems.add(reader.place(wear), f"{wear}.hardness", sentence)
     steady_key = "running_in.steady" if reader.is_given(f"{wear}.running_in.steady") else "coefficient"
-    _of_both(reader, wear, steady_key, ("bearing_coefficient", "journal_coefficient"), "2e-14 m^2/N")
+    _check_common_or_each(reader, wear, steady_key, ("bearing_coefficient", "journal_coefficient"), "2e-14 m^2/N")
     if steady_key != "coefficient" and reader.is_given(f"{wear}.coefficient"):
         sentence = "conflicts with running_in.steady, which means the same; remove one of the two"
         reader.problems.add(reader.place(f"{wear}.coefficient"), f"{wear}.coefficient", sentence)
     if f"{wear}.running_in" in reader.shape:
         overriding = ("running_in.bearing_initial", "running_in.journal_initial")
-        _of_both(reader, wear, "running_in.initial", overriding, "1e-13 m^2/N")
-    _wear_numbers(reader, wear)
+        _check_common_or_each(reader, wear, "running_in.initial", overriding, "1e-13 m^2/N")
+    _check_wear_magnitude(reader, wear)
 
 
-def _of_both(reader: Reader, wear: str, key: str, overriding: tuple[str, str], example: str) -> None:
+def _check_common_or_each(reader: Reader, wear: str, key: str, overriding: tuple[str, str], example: str) -> None:
     """Check that there is a common coefficient or one for each body, and that a varied one is used."""
     overridden = all(reader.is_given(f"{wear}.{given_bodies}") for given_bodies in overriding)
     if not reader.is_given(f"{wear}.{key}") and not overridden:
@@ -260,7 +260,7 @@ def _of_both(reader: Reader, wear: str, key: str, overriding: tuple[str, str], e
         reader.problems.add(reader.swept[f"{wear}.{key}"], f"{wear}.{key}", sentence)
 
 
-def _wear_numbers(reader: Reader, wear: str) -> None:
+def _check_wear_magnitude(reader: Reader, wear: str) -> None:
     """Check that wear coefficients times hardness have a realistic magnitude."""
     is_dimensionless = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
     hardness = 1.0 if is_dimensionless else max(reader.values_of(f"{wear}.hardness"), default=0.0)
@@ -279,7 +279,7 @@ def _wear_numbers(reader: Reader, wear: str) -> None:
             reader.problems.add(reader.place(path), path, description)
 
 
-def _evolving(reader: Reader, joint: str, catalogue: Catalogue) -> None:
+def _check_evolving(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that a joint whose worn shape affects contact has no conflicting key."""
     evolve = f"{joint}.wear.evolve"
     if f"{joint}.film" in reader.shape:
@@ -292,7 +292,7 @@ def _evolving(reader: Reader, joint: str, catalogue: Catalogue) -> None:
             reader.problems.add(reader.place(path), path, sentence)
 
 
-def _pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
+def _check_pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that a pressure law that needs a modulus has one."""
     path, contact = f"{joint}.wear.pressure", f"{joint}.contact"
     needing = [law for law in catalogue.of("pressure") if "modulus" in law.needs and law.name in reader.names[path]]

@@ -170,6 +170,8 @@ def _unknown(path: str, key: str, known: list[str]) -> str:
     if key == "elastic" and path.startswith("mechanism."):
         stretches = "an elastic link stretches along the line between two pins of a plane"
         return f"{stretches}; this one is rigid: leave `elastic` out"
+    if key[:1].isdigit() and not any(name[:1].isdigit() for name in known):
+        return f"unknown key '{key}'; a number has a decimal point, not a comma"
     allowed_text = f"(allowed: {', '.join(known)})" if known else "(nothing is named here that could have any)"
     return f"unknown key '{key}'{nearest(key, known)} {allowed_text}"
 

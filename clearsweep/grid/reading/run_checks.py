@@ -56,7 +56,7 @@ def check_life(reader: Reader) -> None:
         return
     joint = reader.values.get(f"{LIFE}.joint")
     if joint is not None:
-        _limited_joint(reader, str(joint))
+        _check_limited_joint(reader, str(joint))
     for path, reason in (
         ("simulate.until", "a life makes its blocks as long as the wear rate needs"),
         ("simulate.error_check", "a life gives its own error, in the interval of its revolutions"),
@@ -64,17 +64,17 @@ def check_life(reader: Reader) -> None:
     ):
         if path in reader.sections or path in reader.values:
             reader.problems.add(reader.place(path), path, f"has no effect with `life`: {reason}; leave it out")
-    _blocks(reader)
-    _repeats(reader)
+    _check_blocks(reader)
+    _check_periodicity(reader)
 
 
-def _limited_joint(reader: Reader, joint: str) -> None:
+def _check_limited_joint(reader: Reader, joint: str) -> None:
     """Check that the limited joint wears, and that its limit is a small change of shape."""
     path, own = f"{LIFE}.joint", f"joints.{joint}"
     if own not in reader.shape:
         wearing = [name.split(".")[1] for name in reader.shape if name.startswith("joints.") and name.endswith(".wear")]
-        some = f"name one that wears ({', '.join(wearing)})" if wearing else "give it clearance and wear"
-        reader.problems.add(reader.place(path), path, f"{joint} has no clearance here; {some}")
+        remedy = f"name one that wears ({', '.join(wearing)})" if wearing else "give it clearance and wear"
+        reader.problems.add(reader.place(path), path, f"{joint} has no clearance here; {remedy}")
         return
     if f"{own}.wear" not in reader.shape:
         sentence = "is missing; life needs the wear of its joint; for example: {law: archard, coefficient: 2e-14 m^2/N}"
@@ -89,7 +89,7 @@ def _limited_joint(reader: Reader, joint: str) -> None:
         reader.problems.add(reader.place(path), path, sentence)
 
 
-def _blocks(reader: Reader) -> None:
+def _check_blocks(reader: Reader) -> None:
     """Check that blocks are whole revolutions, and that the longest is not below the shortest."""
     path = f"{LIFE}.max_revolutions"
     least, most = reader.values_of("simulate.revolutions"), reader.values_of(path)
@@ -113,7 +113,7 @@ def _blocks(reader: Reader) -> None:
                 return
 
 
-def _repeats(reader: Reader) -> None:
+def _check_periodicity(reader: Reader) -> None:
     """Check that drive and loads repeat every revolution."""
     tables = {path: values for path, values in reader.values.items() if isinstance(values, dict)}
     for path, table in tables.items():

@@ -148,7 +148,7 @@ def _between(kind: str, items: list[WrittenValue], count: int, unit: str) -> lis
         start, stop = first.numerator * last.denominator, last.numerator * first.denominator
         return [(start * (steps - k) + stop * k) / below for k in range(count)]
     if first * last <= 0:
-        raise InputError("first and last have to be both above 0 or both below; use linspace")
+        raise InputError("first and last must be both above 0 or both below; use linspace")
     low, high = float(first), float(last)
     return [low, *(low * (high / low) ** (k / steps) for k in range(1, steps)), high]
 

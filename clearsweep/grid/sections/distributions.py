@@ -133,7 +133,7 @@ class LogUniform(_Between):
         """Yield what is wrong with the parameters."""
         yield from super().conditions(numbers, texts)
         if numbers["low"] <= 0.0:
-            yield f"found {texts['low']}; both ends have to be above 0; use uniform"
+            yield f"found {texts['low']}; both ends must be above 0; use uniform"
 
 
 class _AroundMean(Distribution):
@@ -255,7 +255,7 @@ class LogNormal(_AroundMean):
         if std > _WIDEST * mean > 0.0:
             yield f"found a std of {std / mean:.3g} times the mean; at most {_WIDEST:g}"
         if mean <= 0.0:
-            yield f"found the mean {texts['mean']}; it has to be above 0; use normal"
+            yield f"found the mean {texts['mean']}; it must be above 0; use normal"
 
 
 #: Name of a distribution -> its section in a grid, from a fit.

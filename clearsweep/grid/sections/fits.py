@@ -55,7 +55,7 @@ def fits_among(
             return None
     readers = [_Reader(grid_reader, path, values_of) for path in paths]
     if not names or len({reader.radii for reader in readers}) > 1:
-        sentence = "names no fit" if not names else "the clearances have different bearing radii; seek each by itself"
+        sentence = "names no fit" if not names else "the clearances have different bearing radii; seek each separately"
         grid_reader.problems.add(names[0] if names else grid_reader.sections["seek"], "seek.among", sentence)
         return None
     fits = []

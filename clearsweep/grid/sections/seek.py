@@ -257,7 +257,7 @@ def read_refine(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -
     if section is None:
         return None
     if SEEK in root.value:
-        sentence = "conflicts with `seek`, which finds a border by itself; remove one of the two"
+        sentence = "conflicts with `seek`, which finds the limit automatically; remove one of the two"
         reader.problems.add(section, REFINE, sentence)
     if not limits:
         reader.problems.add(section, REFINE, "needs limits, whose border it refines; add `limits`")

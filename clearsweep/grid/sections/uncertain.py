@@ -63,8 +63,8 @@ def _refused(reader: Reader, path: str, paths: list[str]) -> str:
     match = _PATH.fullmatch(path)
     if not match:
         return (
-            "is no wear coefficient; `uncertain` takes joints.J.wear.coefficient, bearing_coefficient and "
-            "journal_coefficient alone: draw other values with `sample`"
+            "is no wear coefficient; `uncertain` accepts only joints.J.wear.coefficient, bearing_coefficient and "
+            "journal_coefficient; draw other values with `sample`"
         )
     wear = f"joints.{match[1]}.wear"
     if wear not in reader.shape:

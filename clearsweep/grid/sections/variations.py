@@ -82,7 +82,7 @@ def _enter_seek(reader: Reader, path: str, location: WrittenValue, between: Writ
     node = complete.get(path)
     if isinstance(node, Word) or (isinstance(node, Number) and any(key_use.field.whole for key_use in node.uses)):
         noun = "a name" if isinstance(node, Word) else "a whole number"
-        sentence = f"{path} is {noun}, which has nothing in between; write it under `sweep`"
+        sentence = f"{path} is {noun}, which has no values in between; write it under `sweep`"
         reader.problems.add(location, SEEK, sentence)
     elif path.endswith(".exponent"):
         reader.problems.add(location, SEEK, f"{path} cannot be searched for, because units of other keys depend on it")

@@ -80,6 +80,18 @@ class Problems:
             raise InputError(*sorted(self._places, key=self._places.__getitem__))
 
 
+#: Part of a problem in the words of YAML -> what a reader of the grid can see of it.
+_SEEN = {
+    "character '\\t'": "a tab in the indentation; indent with spaces",
+    "expected <block end>, but found '<block": "this line is indented differently from the lines above it",
+}
+
+
+def _explained(problem: str) -> str:
+    """Return a problem of YAML, in plain words where its own are those of a parser."""
+    return next((text for part, text in _SEEN.items() if part in problem), problem)
+
+
 def read(source: str | PathLike | Mapping, problems: Problems) -> WrittenValue:
     """Return the document in a file or a dict; raise InputError if it cannot be read at all."""
     if not isinstance(source, (str, PathLike)):
@@ -99,7 +111,7 @@ def read(source: str | PathLike | Mapping, problems: Problems) -> WrittenValue:
     except MarkedYAMLError as error:
         error_mark = error.problem_mark or error.context_mark
         where = f"{name}:{error_mark.line + 1}:{error_mark.column + 1}" if error_mark else name
-        raise InputError(f"{where}: not valid YAML: {error.problem or error.context}") from error
+        raise InputError(f"{where}: not valid YAML: {_explained(error.problem or error.context or '')}") from error
     except (YAMLError, RecursionError, ValueError) as error:
         first_line = str(error).strip().splitlines()[0] if str(error).strip() else "nested too deeply"
         raise InputError(f"{name}: not valid YAML: {first_line}") from error

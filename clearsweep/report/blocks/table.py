@@ -106,8 +106,8 @@ class Table(NamedTuple):
         body = [[in_markdown(cell) for cell in cells] for cells in view.rows]
         rows = [f"| {' | '.join(cells)} |" for cells in (heads, rules, *body)]
         cut = f" The first {SHOWN} of {view.total} rows; {self.key}.csv has all." if view.total > SHOWN else ""
-        said = in_markdown(f"{self.note}{cut}".strip())
-        return "\n".join([f"### {in_markdown(self.title)}", "", *([said, ""] if said else []), *rows, ""])
+        note = in_markdown(f"{self.note}{cut}".strip())
+        return "\n".join([f"### {in_markdown(self.title)}", "", *([note, ""] if note else []), *rows, ""])
 
 
 def in_markdown(text: str) -> str:

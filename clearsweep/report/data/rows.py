@@ -98,8 +98,10 @@ class Rows:
 
     def ranked(self, column: str) -> tuple[str, ...]:
         """Return the cases with the largest, the median and the smallest value of a column, without repetition."""
-        there = self.ordered(column)[: int(self[column].count())]
-        return tuple(self.index[there[k]] for k in dict.fromkeys((0, len(there) // 2, len(there) - 1)) if len(there))
+        places = self.ordered(column)[: int(self[column].count())]
+        return tuple(
+            self.index[places[k]] for k in dict.fromkeys((0, len(places) // 2, len(places) - 1)) if len(places)
+        )
 
     def once(self, key: Hashable, find: Callable[[], Found]) -> Found:
         """Return the result of `find`, cached by key, for small results that several sections need."""

@@ -66,10 +66,10 @@ def family(ax: Axes, drawn: Family, unit: str, name: str) -> None:
     scale, (places, spacing) = wording.scale(unit, known), _places(drawn.axis)
     shades = colormaps["viridis"](np.linspace(0.0, 0.85, len(drawn.names)))
     for curve, word, shade in zip(drawn.curves, drawn.names, shades, strict=True):
-        there = np.isfinite(curve)
+        is_known = np.isfinite(curve)
         marker = "o" if len(places) <= TICKS_NAMED else None
         style: dict[str, Any] = {"marker": marker, "markersize": 3.5, "linewidth": 1.4}
-        ax.plot(places[there], curve[there] / scale.factor, color=shade, label=word or None, **style)
+        ax.plot(places[is_known], curve[is_known] / scale.factor, color=shade, label=word or None, **style)
     if drawn.limit_values is not None:
         ax.plot(places, drawn.limit_values / scale.factor, color=RED, linewidth=1.4, linestyle="--", label="limit")
         known = np.concatenate([known, drawn.limit_values[np.isfinite(drawn.limit_values)]])

@@ -52,16 +52,16 @@ def cells(ax: Axes, margins: np.ndarray, failing: np.ndarray, axes: tuple[Axis, 
             text = f"{word}\n{number}".strip()
             ax.text(column, row, text, ha="center", va="center", fontsize=letters(failing.shape[1], 5), color="black")
     for fails, colour, mark in ((False, DOT_GOOD, "o"), (True, DOT_BAD, "X")):
-        there = between.failing == fails
+        matching = between.failing == fails
         ax.scatter(
-            between.x[there],
-            between.y[there],
+            between.x[matching],
+            between.y[matching],
             s=14,
             c=colour,
             marker=mark,
             linewidths=0.3,
             edgecolors="white",
-            rasterized=bool(there.sum() > CELLS_VECTOR),
+            rasterized=bool(matching.sum() > CELLS_VECTOR),
         )
     name_values(ax.xaxis, across, np.arange(len(across.values), dtype=float))
     name_values(ax.yaxis, up, np.arange(len(up.values), dtype=float))

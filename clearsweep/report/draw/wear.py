@@ -46,13 +46,13 @@ def along_length(ax: Axes, depths: tuple[np.ndarray, np.ndarray], scale: Scale) 
 
 def unrolled(ax: Axes, depth: np.ndarray, length: float) -> None:
     """Draw wear depths (bins, length bins) m around a body and along it, unrolled; length : m, of the body."""
-    scale, along = wording.scale("m", depth.ravel()), wording.scale("m", length)
-    edges = np.linspace(-0.5, 0.5, depth.shape[1] + 1) * length / along.factor
+    scale, length_scale = wording.scale("m", depth.ravel()), wording.scale("m", length)
+    edges = np.linspace(-0.5, 0.5, depth.shape[1] + 1) * length / length_scale.factor
     angles, largest = np.linspace(0.0, 360.0, depth.shape[0] + 1), max(depth.max(initial=0.0), np.finfo(float).tiny)
     mesh = ax.pcolormesh(
         angles, edges, depth.T / scale.factor, cmap="viridis", vmin=0.0, vmax=largest / scale.factor, rasterized=True
     )
-    ax.set(xlabel="angle from the body's x axis [°]", ylabel=f"along the axis [{along.unit}]")
+    ax.set(xlabel="angle from the body's x axis [°]", ylabel=f"along the axis [{length_scale.unit}]")
     ax.xaxis.set_major_locator(MultipleLocator(90))
     colour_bar(ax, mesh, f"depth [{scale.unit}]")
 

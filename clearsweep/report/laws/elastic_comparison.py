@@ -130,9 +130,9 @@ def _table(
         limit = simulation.penetration_limit(sections[law])
         chosen = "yes" if law in used else ""
         word, reason = verdicts.get(law, HOLDING)
-        said = word if word == HOLDING[0] else f"{word}: {reason}"
+        verdict_text = word if word == HOLDING[0] else f"{word}: {reason}"
         deepest = limit if np.isfinite(limit) else np.nan
-        rows.append((law, chosen, *forces[law], forces[law][FIRST] / softest, deepest, said))
+        rows.append((law, chosen, *forces[law], forces[law][FIRST] / softest, deepest, verdict_text))
     at = [wording.scale("m", depth).given(depth) for depth in DEPTHS]
     columns = (
         Column("elastic law"),

@@ -131,9 +131,9 @@ class Axes:
         coloured.autoscale_None()
         shades = np.round(np.asarray(coloured.norm(values), float) * 63.0) / 63.0
         for shade in np.unique(shades[np.isfinite(shades)]):
-            there = shades == shade
+            matching = shades == shade
             self.items.append(
-                Item("points", x[there], y[there], Marks(shape, to_hex(coloured.cmap(shade)), size, alpha), order)
+                Item("points", x[matching], y[matching], Marks(shape, to_hex(coloured.cmap(shade)), size, alpha), order)
             )
         return coloured
 
@@ -142,8 +142,8 @@ class Axes:
     ) -> None:
         """Fill the area between two lines."""
         x, low, high = (np.asarray(array, float) for array in np.broadcast_arrays(x, low, high))
-        there = np.isfinite(low) & np.isfinite(high)
-        x, low, high = x[there], low[there], high[there]
+        finite = np.isfinite(low) & np.isfinite(high)
+        x, low, high = x[finite], low[finite], high[finite]
         self._area(np.r_[x, x[::-1]], np.r_[low, high[::-1]], to_hex(color), alpha)
 
     def fill(

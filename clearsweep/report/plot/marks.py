@@ -36,11 +36,11 @@ def drawn(item: Item, ax: Axes, box: Box) -> str:
 
 def path(x: np.ndarray, y: np.ndarray, *, closed: bool = False) -> str:
     """Return the lines between points, with gaps where they are not finite."""
-    there = np.isfinite(x) & np.isfinite(y)
-    if not there.any():
+    finite = np.isfinite(x) & np.isfinite(y)
+    if not finite.any():
         return ""
     digits = 1 if len(x) > LONG else 2
-    parts, ends = [], np.flatnonzero(np.diff(np.r_[0, there.astype(int), 0]))
+    parts, ends = [], np.flatnonzero(np.diff(np.r_[0, finite.astype(int), 0]))
     for first, last in zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True):
         corners = [
             f"{a:g} {b:g}"
@@ -62,9 +62,9 @@ def line(shape: str, stroke: Stroke) -> str:
 
 def points(x: np.ndarray, y: np.ndarray, marks: Marks) -> str:
     """Return points of one style as one path."""
-    there = np.isfinite(x) & np.isfinite(y)
-    digits = 1 if there.sum() > LONG else 2
-    places = list(zip(x[there].round(digits).tolist(), y[there].round(digits).tolist(), strict=True))
+    finite = np.isfinite(x) & np.isfinite(y)
+    digits = 1 if finite.sum() > LONG else 2
+    places = list(zip(x[finite].round(digits).tolist(), y[finite].round(digits).tolist(), strict=True))
     if not places:
         return ""
     half, faint = 0.5 * marks.size, f"; stroke-opacity: {marks.alpha:g}" if marks.alpha < 1.0 else ""

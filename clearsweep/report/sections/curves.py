@@ -85,8 +85,10 @@ def _picture(study: Study, drawn: Drawn, across: Axis, second: Axis | None) -> P
     ends = " to ".join(wording.in_common_unit((float(np.nanmin(table)), float(np.nanmax(table))), unit))
     others = [axis.name for axis in study.swept() if axis not in (across, second)]
     word = CALLED[reduced]
-    some = f"{len(kept)} of {len(table)} values of {second.name}. " if second and len(kept) < len(table) else ""
-    caption = some + (f"{word} over {wording.sentence_list(others)}." if others else "")
+    selection_note = (
+        f"{len(kept)} of {len(table)} values of {second.name}. " if second and len(kept) < len(table) else ""
+    )
+    caption = selection_note + (f"{word} over {wording.sentence_list(others)}." if others else "")
     return Picture(
         f"{capital(drawn.name)} over {across.name}",
         caption,

@@ -26,9 +26,9 @@ def sections(study: Study) -> list[Section]:
     """Return the section with pictures of the strongest axes, or [] if no two cases share the value of an axis."""
     if not _comparable(study):
         return []
-    said = Points(sentences(study, study.hardest_joint()))
+    points = Points(sentences(study, study.hardest_joint()))
     drawn = Gallery(_note(study), _leading(study)[: _at_once(study)], small=True)
-    return [Section("drivers", "What drives it", filled([said, drawn]))]
+    return [Section("drivers", "What drives it", filled([points, drawn]))]
 
 
 def more(study: Study) -> list[Section]:
@@ -64,14 +64,15 @@ def _others(study: Study, joint: Joint) -> list[str]:
     """Return a sentence each on what drives the other figures of the grid's question most, where that is clear."""
     others = {"start_up_time": "start-up time", joint.column("film_loss"): "loss"}
     others[study.column("error_max")] = f"{study.run.layout.output} error"
-    others[joint.column(PER_HOURS)] = "wear depth"
+    others[joint.column(PER_HOURS)] = "wear depth per 1000 h"
     sentences = []
     for column, name in others.items():
         if not column or column not in study.cases or not study.has(column):
             continue
         strongest = main_effects(study, column)[0]
         if strongest.clear():
-            sentences.append(f"The {name} is driven most by {_cause(strongest, study)}.")
+            verb = "varies with" if len(study.levels()) == 1 else "is driven most by"
+            sentences.append(f"The {name} {verb} {_cause(strongest, study)}.")
     return sentences[:OTHERS]
 
 
@@ -133,8 +134,8 @@ def ideal_varies(study: Study, joint: Joint) -> bool:
 
 
 def _note(study: Study) -> str:
-    band = "; band: the middle 80 % of them" if len(study.swept()) > 1 else ""
-    note = f"Median over all cases that share the value{band}. Panels of one row share their scale."
+    band = "; band: the middle 80 %" if len(study.swept()) > 1 else ""
+    note = f"Median of the cases with the value{band}. Panels share their scale."
     if len(study.joints) > 1 and study.lead is PEAK:
         note += " Solid or dots: peak of each joint; dashed or squares: its rms."
     return note

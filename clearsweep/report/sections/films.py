@@ -1,4 +1,4 @@
-"""Films of oil: least thickness, losses, and the time for which the film bears alone."""
+"""Films of oil: least thickness, losses, and the time in which only the film carries load."""
 
 from ..blocks.case_table import case_table
 from ..blocks.section import Block, Section

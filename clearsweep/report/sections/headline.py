@@ -42,11 +42,11 @@ def _hardest(study: Study) -> list[str]:
     column = joint.column(PEAK.figure)
     worst, mildest = study.cases[column].idxmax(), study.cases[column].idxmin()
     where, suffix = study.where(joint, " in joint {}"), {"force_p99": "p99", "force_peak_ideal": "without clearance"}
-    there = {joint.column(name): word for name, word in suffix.items() if study.has(joint.column(name))}
-    peak, *others = study.texts((worst, column), *((worst, name) for name in there))
-    others_text = wording.sentence_list([f"{word} {text}" for word, text in zip(there.values(), others, strict=True)])
+    columns = {joint.column(name): word for name, word in suffix.items() if study.has(joint.column(name))}
+    peak, *others = study.texts((worst, column), *((worst, name) for name in columns))
+    others_text = wording.sentence_list([f"{word} {text}" for word, text in zip(columns.values(), others, strict=True)])
     points = [f"Largest force peak{where}: {peak}{_at(study, worst)}{f' ({others_text})' if others_text else ''}."]
-    if "force_p99" in {name.removeprefix(f"{joint.name}_") for name in there}:
+    if "force_p99" in {name.removeprefix(f"{joint.name}_") for name in columns}:
         points.append("p99 is exceeded during 1 % of the time, so it ignores shorter impacts.")
     if worst != mildest:
         points.append(f"Smallest force peak{where}: {study.text(mildest, column)} at {study.setting(mildest)}.")

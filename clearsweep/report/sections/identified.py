@@ -26,7 +26,7 @@ def sections(study: Study) -> list[Section]:
     axes = {axis.path: axis for axis in study.axes}
     joints = _joints(identified)
     blocks: list[Block] = [
-        Sentences([*(f"{_said(axes[each['path']], each)}." for each in identified["parameters"])]),
+        Sentences([*(f"{_estimate_text(axes[each['path']], each)}." for each in identified["parameters"])]),
         Sentences(machine.sentences(identified, joints)),
         Gallery("Dashed: the ends of the 95 % interval; solid: the median.", _pictures(identified, sample, axes)),
         _parameters(identified, axes),
@@ -62,7 +62,7 @@ def _interval(axis: Axis, each: dict[str, Any]) -> str:
     return f"95 %: {axis.scale.number(each['low'])} to {axis.scale.text(each['high'])}"
 
 
-def _said(axis: Axis, each: dict[str, Any]) -> str:
+def _estimate_text(axis: Axis, each: dict[str, Any]) -> str:
     """Return a value, its interval, and its certainty."""
     text = f"{axis.name} {axis.scale.text(each['value'])} ({_interval(axis, each)}){machine.certainty(each)}"
     return text[0].upper() + text[1:]
@@ -78,7 +78,7 @@ def _pictures(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[str, 
         def paint(ax: Any) -> None:
             posterior.density(ax, sample[axis.path].to_numpy(), weights, ends, axis)
 
-        return Picture(f"How likely: {axis.name}", "", f"{_said(axis, each)}.", paint)
+        return Picture(f"How likely: {axis.name}", "", f"{_estimate_text(axis, each)}.", paint)
 
     return [single(each) for each in identified["parameters"]]
 

@@ -112,8 +112,8 @@ def _spread(study: Study, matched_cases: Matched) -> Table:
             weakest, strongest = worst.idxmin(), worst.idxmax()
             at = study.setting(matched_cases.case(factor.idxmax(), weakest), without=matched_cases.axis)
             ends: list[Quantity | str] = []
-            said = wording.in_common_unit((worst[law] for law in (weakest, strongest)), study.unit(column))
-            for law, text in zip((weakest, strongest), said, strict=True):
+            extremes = wording.in_common_unit((worst[law] for law in (weakest, strongest)), study.unit(column))
+            for law, text in zip((weakest, strongest), extremes, strict=True):
                 ends += [Quantity(worst[law], f"{text}, {law}"), law]
             factors = (float(factor.median()), float(factor.max()))
             rows.append((name, joint.title, counted(len(table)), *factors, *ends, at))
@@ -139,7 +139,7 @@ def _sentence(study: Study, axis: Axis, spread: Table) -> str:
     hardest = study.hardest_joint()
     rows = {name: rest for name, title, *rest in spread.rows if title == hardest.title}
     if "force peak" not in rows:
-        return f"No two finished cases differ in the {axis.name} alone, so this section compares unlike cases."
+        return f"No two finished cases differ only in the {axis.name}, so this section compares unlike cases."
     factors = [
         f"the {name} by a factor of {wording.plain(median)} (at most {wording.plain(largest)})"
         for name, (_, median, largest, *_) in rows.items()

@@ -49,7 +49,9 @@ def _points(study: Study, joint: Joint) -> list[str]:
             points.append(" ".join([first, turns, *lifetime.interval_sentences(life)]))
     short = int(study.cases[hours].isna().sum())
     if short:
-        points.append(f"{wording.count(short, 'case')} did not come to the limit: the lower end is as far as was run.")
+        points.append(
+            f"{wording.count(short, 'case')} did not reach the limit: the lower end of the life is the end of the run."
+        )
     return points
 
 

@@ -81,14 +81,14 @@ def _shares(study: Study, joint: Joint) -> list[Picture]:
     if axis is None:
         return []
     names, rows = kinds.by_value(study, joint, axis)
-    there = axis._replace(values=tuple(row[0] for row in rows))
+    shown_axis = axis._replace(values=tuple(row[0] for row in rows))
     parts = np.array([row[2:] for row in rows], float).T
     times, periods = parts[: len(names)], parts[len(names) :]
     pictures = []
     if not _oiled(study, joint):
-        pictures.append(_bars("Share of time", there, times, names, [draw.SHARE_COLOURS[name] for name in names]))
+        pictures.append(_bars("Share of time", shown_axis, times, names, [draw.SHARE_COLOURS[name] for name in names]))
     if periods.any():
-        pictures.append(_bars("Cases by period", there, periods, PERIODS, draw.KIND_COLOURS))
+        pictures.append(_bars("Cases by period", shown_axis, periods, PERIODS, draw.KIND_COLOURS))
     return pictures
 
 

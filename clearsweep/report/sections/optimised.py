@@ -111,12 +111,12 @@ def _beside_start(study: Study, rows: list[dict[str, Any]], names: list[str], st
     """Return the improvement of the best case over the case as written in the grid."""
     if start is None or len(rows) > 1:
         return []
-    said = []
+    sentences = []
     for name in names:
         best, before = rows[0][name], float(study.cases.at[start, name])
         change = f" ({100.0 * (best / before - 1.0):+.3g} %)" if before else ""
-        said.append(f"{name} {study.text(rows[0]['case_id'], name)} instead of {study.text(start, name)}{change}")
-    return [f"Compared with the case of the grid: {wording.sentence_list(said)}."]
+        sentences.append(f"{name} {study.text(rows[0]['case_id'], name)} instead of {study.text(start, name)}{change}")
+    return [f"Compared with the case of the grid: {wording.sentence_list(sentences)}."]
 
 
 def _told_apart(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[str]:

@@ -5,6 +5,7 @@ from matplotlib.axes import Axes
 
 from ...judging import sampled
 from ...judging.probability import INDEPENDENT, Estimate
+from ...judging.validity import THOUSAND_HOURS
 from ...language import wording
 from ...language.errors import InputError
 from ..blocks.picture import Picture, capital
@@ -51,26 +52,34 @@ def leading(study: Study) -> list[Section]:
     clear = sum(sampled.is_clear(partial) for _, _, partial in known)
     names = {axis.path: axis.name for axis in study.axes}
     drawn = Gallery(SCATTER_NOTE, _clouds(study, sample, figures[0])[: max(clear, 1)], small=True)
-    said = Points([sampled.causes(f"the {figures[0].name}", known, names)])
-    return [Section("sample-drivers", "What drives it", [said, drawn])]
+    causes = Points([sampled.causes(f"the {figures[0].name}", known, names)])
+    return [Section("sample-drivers", "What drives it", [causes, drawn])]
 
 
 def _spreads(study: Study, samples: list[Setting]) -> list[str]:
-    """Return median and 90 % range of the leading figure and of those with a limit."""
+    """Return median and 90 % range of the leading figure, of those with a limit, and of wear."""
     texts = []
     for figure in dict.fromkeys([*_scattered(study)[:1], *(each for each in limited_figures(study) if each.limits)]):
-        for sample in samples:
-            values = sample.figures[figure.column]
-            if not np.isfinite(values).any():
-                continue
-            low, middle, high = sensitivity.spread(values).quantiles
-            ends = [low.value, middle.value, high.value, *(end for end in middle[1:] if np.isfinite(end))]
-            texts_of = wording.in_common_unit(ends, figure.unit)
-            sure = f" (95 %: {' to '.join(texts_of[3:])})" if len(texts_of) == 5 else ""
-            at = [f"{name} {text}" for name, text in _point(study, sample)]
-            where = f" at {', '.join(at)}" if at else ""
-            texts.append(sampled.spread(capital(figure.name), texts_of[:3], sure, where))
-    return texts
+        texts += [_spread(study, sample, figure, sample.figures[figure.column]) for sample in samples]
+    for joint in study.joints:
+        rate = joint.column("wear_rate_max")
+        if joint.wears and study.has(rate):
+            worn = Judged(rate, f"wear depth per 1000 h{study.where(joint, ' ({})')}", "m", ())
+            texts += [_spread(study, sample, worn, THOUSAND_HOURS * sample.figures[rate]) for sample in samples]
+    return [text for text in texts if text]
+
+
+def _spread(study: Study, sample: Setting, figure: Judged, values: np.ndarray) -> str:
+    """Return the sentence on the spread of a figure's values in a sample; '' if all are null."""
+    if not np.isfinite(values).any():
+        return ""
+    low, middle, high = sensitivity.spread(values).quantiles
+    ends = [low.value, middle.value, high.value, *(end for end in middle[1:] if np.isfinite(end))]
+    texts_of = wording.in_common_unit(ends, figure.unit)
+    sure = f" (95 %: {' to '.join(texts_of[3:])})" if len(texts_of) == 5 else ""
+    at = [f"{name} {text}" for name, text in _point(study, sample)]
+    where = f" at {', '.join(at)}" if at else ""
+    return sampled.spread(capital(figure.name), texts_of[:3], sure, where)
 
 
 def _point(study: Study, sample: Setting) -> list[tuple[str, str]]:
@@ -138,7 +147,7 @@ def _cloud(study: Study, sample: Setting, figure: Judged, path: str, correlation
     scale = wording.scale(figure.unit, y[np.isfinite(y)])
     bounds = [limit.value / scale.factor for limit in figure.limits if not limit.times]
     low, high = (wording.plain(end, 2) for end in correlation[1:])
-    said = f"Rank correlation {wording.plain(correlation.value, 2)} ({low} to {high})."
+    caption = f"Rank correlation {wording.plain(correlation.value, 2)} ({low} to {high}), all variables varying."
 
     def paint(ax: Axes) -> None:
         comparison.cloud(ax, x, y, None, (axis.name, figure.name), (axis.scale, scale))
@@ -146,7 +155,7 @@ def _cloud(study: Study, sample: Setting, figure: Judged, path: str, correlation
             ax.axhline(limit_line, color=RED, linewidth=1.2, linestyle="--")
 
     title = f"{capital(figure.name)} over {axis.name}"
-    return Picture(title, said, f"{title}, {len(y)} cases. {said}", paint, size=(3.3, 2.8))
+    return Picture(title, caption, f"{title}, {len(y)} cases. {caption}", paint, size=(3.3, 2.8))
 
 
 def _histograms(study: Study, samples: list[Setting]) -> list[Picture]:

@@ -205,7 +205,7 @@ def _effects(answers: _Answers, nearest: dict[str, Any]) -> list[Block]:
     if not nearest["effects"]:
         return []
     if not rows:
-        return [Sentences(["No other key of the grid changes the margin by itself."])]
+        return [Sentences(["No other single key of the grid changes the margin."])]
     others = [f"{other.name} {other.text(furthest['point'].get(other.path))}" for other in answers.others]
     setting = ", ".join([*others, f"{answers.axis.name} {answers.axis.text(furthest['value'])}"])
     margin = _margin(furthest["margin"]).text

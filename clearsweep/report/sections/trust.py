@@ -8,8 +8,7 @@ from ..samples import counts
 from . import budget, elastic_laws, elastic_links, headline, law_choice
 
 NO_BUDGET = Markup(
-    "No error budget: this run does not change one unknown at a time from a base case, as "
-    "<code>configs/error_budget.yaml</code> does."
+    "No error budget: this run does not vary each unknown by itself, as <code>configs/error_budget.yaml</code> does."
 )
 
 
@@ -36,7 +35,8 @@ def _warnings(study: Study) -> list[str]:
 
 
 def _of_finished(study: Study) -> list[str]:
-    sentences = [*headline.limits(study), *headline.repeating(study), *elastic_laws.recommended(study)]
+    repeating = " ".join(headline.repeating(study))
+    sentences = [*headline.limits(study), *([repeating] if repeating else []), *elastic_laws.recommended(study)]
     for section in (*law_choice.sections(study), *elastic_laws.sections(study)):
         sentences += [_linked(section, sentence) for sentence in section.sentences[:1]]
     for section in elastic_links.sections(study):

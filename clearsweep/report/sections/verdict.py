@@ -59,8 +59,8 @@ def _so_far(study: Study) -> list[str]:
     missing = study.run.grid.get("counts", {}).get("missing", 0)
     if not missing:
         return []
-    there = len(study.cases) + len(study.failed)
-    return [f"The run is not finished: this page has {there} of {wording.count(there + missing, 'case')}."]
+    finished = len(study.cases) + len(study.failed)
+    return [f"The run is not finished: this page has {finished} of {wording.count(finished + missing, 'case')}."]
 
 
 def _advice(study: Study) -> list[str]:

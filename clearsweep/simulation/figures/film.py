@@ -60,7 +60,7 @@ FILM = (
     Figure(
         "film_fraction",
         "1",
-        "share of the window's time in which the film bears alone: all but dry_fraction",
+        "share of the window's time in which only the film carries load: 1 - dry_fraction",
         of="joint",
         needs=("film",),
         sums=DryTime(bears=False),

@@ -127,7 +127,7 @@ RETURNS = (
     Figure(
         "period",
         "1",
-        "revolutions after which the motion repeats itself; null: it was not seen to within the window",
+        "revolutions after which the motion repeats itself; null: no repetition within the window",
         needs=("turns",),
         kind="int",
         value=lambda window, _: window.period,

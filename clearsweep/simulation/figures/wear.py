@@ -121,7 +121,7 @@ WEAR = (
     Figure(
         "wear_bins_enough",
         "1",
-        "wear bins with which all but 5 % of the worn volume come from contact arcs of at least five bins; 0: no wear",
+        "wear bins with which at least 95 % of the worn volume comes from arcs of at least five bins; 0: no wear",
         of="joint",
         needs=("wear",),
         kind="int",
