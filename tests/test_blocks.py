@@ -65,6 +65,8 @@ def test_the_closing_table_says_the_same(pair):
     cut, whole = (run_summary.of_run(result) for result in pair)
     for name in ("directory", "seconds", "case_seconds", "files", "failures", "derived", "warnings", "slowest"):
         cut.pop(name), whole.pop(name)
+    assert not cut.pop("answer")  # its sentences need all rows in memory
+    assert whole.pop("answer")
     assert cut == whole
     assert whole["limits"]["exceeding"] > 0
     assert run_summary.run_text(run_summary.of_run(pair[0])).count("Smallest margin")

@@ -175,7 +175,7 @@ MISTAKES = {
     "a name": (changed(PLANAR, mechanism__bodies={"a.b": {}}), "mechanism.bodies.a.b: 'a.b' is no name"),
     "a joint twice": (
         changed(PLANAR, loads={"a-b": {"on": "rod", "torque": 1}, "a_b": {"on": "rod", "torque": 1}}),
-        "loads.a_b: 'a_b' is 'a-b' again",
+        "loads.a_b: 'a_b' has the same column as 'a-b'",
     ),
     "load on nothing": (
         changed(PLANAR, loads={"gas": {"on": "piston", "torque": 1}}),
