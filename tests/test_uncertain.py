@@ -72,7 +72,7 @@ def test_it_is_part_of_what_a_case_is_and_of_what_a_run_holds():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ({"joints.rod-slider.clearance": {"factor": 3}}, "is no wear coefficient; `uncertain` accepts only joints.J.wear"),
+        ({"joints.rod-slider.clearance": {"factor": 3}}, "is no wear coefficient; `uncertain` accepts only joints.J"),
         ({"joints.crank-rod.wear.coefficient": {"factor": 3}}, "there is no section 'joints.crank-rod.wear'"),
         ({COEFFICIENT: {"factor": 1}}, "found 1; allowed: above 1 and at most 1000"),
         ({COEFFICIENT: {"factor": "3 mm"}}, f"uncertain.{COEFFICIENT}.factor"),
