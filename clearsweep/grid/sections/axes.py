@@ -163,4 +163,4 @@ def _powers(items: list[WrittenValue], count: int, unit: str) -> list[float]:
     try:
         return [scale * 10.0 ** (first + (last - first) * (k / (count - 1))) for k in range(count)]
     except OverflowError:
-        raise InputError(f"the exponents {first:.15g} and {last:.15g} lead beyond every float") from None
+        raise InputError(f"the exponents {first:.15g} and {last:.15g} exceed the range of numbers") from None

@@ -50,7 +50,7 @@ def fits_among(
         node = grid_reader.shape.get(path)
         if not isinstance(node, Number) or not node.uses[0].field.fit:
             grid_reader.problems.add(
-                names[0] if names else grid_reader.sections[""], path, "is no clearance that a fit could have"
+                names[0] if names else grid_reader.sections[""], path, "is not a clearance, so it cannot have a fit"
             )
             return None
     readers = [_Reader(grid_reader, path, values_of) for path in paths]

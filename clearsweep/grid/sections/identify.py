@@ -31,7 +31,7 @@ FINEST = 2880  # samples of a revolution that are kept then
 _COLUMNS = {"type": "object", "minProperties": 1, "additionalProperties": {"type": "string"}}
 IDENTIFY_SECTION = KeySection(
     IDENTIFY,
-    "values of keys that reproduce measured signals",
+    "the values of keys that reproduce measured signals",
     "{over: {joints.rod-slider.clearance: [20 um, 300 um]}, from: {rig.csv: {slider/a: acceleration}}, cases: 400}",
     (
         Key(
@@ -114,7 +114,9 @@ def find_identify_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[Wr
         node = reader.shape.get(path)
         complete = isinstance(node, Number) and any(key_use.field.whole for key_use in node.uses)
         if not isinstance(written.value, list) or len(written.value) != 2 or complete:
-            allowed = "a quantity that is no whole number" if complete else "[low, high], the range of its prior"
+            allowed = (
+                ("a path of a quantity that may have a fraction") if complete else "[low, high], the range of its prior"
+            )
             sentence = f"found {shown(written.value)}; expected {allowed}"
             reader.problems.add(written, f"{IDENTIFY}.over.{path}", sentence)
         else:
@@ -184,7 +186,9 @@ def _features(reader: Reader, section: WrittenValue) -> tuple[str, ...]:
     invalid = [item for item in items if item.value not in FEATURES]
     for item in invalid:
         suggestion = nearest(str(item.value), FEATURES) or f" (known: {', '.join(FEATURES)})"
-        reader.problems.add(item, f"{IDENTIFY}.features", f"{shown(item.value)} is no feature of a signal{suggestion}")
+        reader.problems.add(
+            item, f"{IDENTIFY}.features", (f"{shown(item.value)} is not a feature of a signal{suggestion}")
+        )
     if not items:
         reader.problems.add(written, f"{IDENTIFY}.features", f"is empty; allowed: {', '.join(FEATURES)}")
     return tuple(name for name in FEATURES if name in [item.value for item in items])
@@ -273,7 +277,8 @@ def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turne
         if content.over == "time":
             if rate is None:
                 raise InputError(
-                    f"{file}:1: has time, but drive.speed is not one number here; write a column crank_angle [deg]"
+                    f"{file}:1: has the column time, but drive.speed is not constant here; add a column "
+                    "crank_angle [deg]"
                 )
             angle = features.angle_of_time(content.places, values, rate)
             speed = float((angle[-1] - angle[0]) / (content.places[-1] - content.places[0]))

@@ -72,7 +72,7 @@ def _taken(reader: Reader, name: str) -> str:
         return "is a column already; give the figure another name"
     if name in (EXCEEDED, MARGIN, "case_id", "status", "message", *expression.FUNCTIONS):
         return "is a reserved name; rename the figure"
-    return "" if name.isidentifier() else "found a name that is none; expected letters, digits and _, no digit first"
+    return "" if name.isidentifier() else "is not a valid name; expected letters, digits and _, and a letter or _ first"
 
 
 def _unreadable(text: Any, units: dict[str, str]) -> str:

@@ -15,11 +15,11 @@ _MOST_CASES = 1_000_000
 _NUDGE = 1e-9  # of the distance between the 5 % and 95 % quantiles; a disturbance without physical effect
 _POWERS_OF_TWO = ("sobol", "saltelli")  # a Sobol sequence is balanced only for powers of two
 METHODS = {
-    "sobol": "a scrambled Sobol sequence; n a power of 2, and a larger n keeps the cases of a smaller one",
+    "sobol": "scrambled Sobol sequence; n is a power of 2, and a larger n keeps the cases of a smaller one",
     "latin-hypercube": "a Latin hypercube of n points",
     "random": "n independent points; a larger n keeps the cases of a smaller one",
     "saltelli": "n (variables + 2) points from which Sobol indices follow; n a power of 2",
-    "one-at-a-time": "the middle, and each variable alone at its 5 % and 95 % quantile and disturbed a little; no n",
+    "one-at-a-time": "the medians, and each variable alone at its 5 % and 95 % quantile and slightly changed; no n",
 }
 SAMPLE = "sample"
 _FIT_FORM = FIT_FORM | {"properties": FIT_NAME | {"distribution": {"enum": list(FROM_FIT), "default": "uniform"}}}

@@ -26,7 +26,7 @@ SEEK_SECTION = KeySection(
     "the largest or smallest value of one key with which cases keep to `limits`",
     _SEEK_EXAMPLE,
     (
-        Key("largest", "the path whose largest value is wanted, or several paths with a common value", form=NAMES),
+        Key("largest", "path whose largest value is searched for, or several paths with a common value", form=NAMES),
         Key("smallest", "the same for the smallest value", form=NAMES),
         Key("between", "[low, high]: the range of the search", form=PAIR | {"items": QUANTITY}),
         Key("within", "accuracy of the answer, at most a quarter of the range", form=QUANTITY),
@@ -133,7 +133,9 @@ def _paths(reader: Reader, written: WrittenValue, where: str) -> list[WrittenVal
     invalid = [path for path in paths if not isinstance(path.value, str)]
     if invalid or not paths:
         culprit = invalid[0] if invalid else written
-        reader.problems.add(culprit, where, f"found {shown(culprit.value)}; expected a dotted path, or a list of such")
+        reader.problems.add(
+            culprit, where, (f"found {shown(culprit.value)}; expected a dotted path, or a list of dotted paths")
+        )
         return None
     names = [path.value for path in paths]
     twice = [path for k, path in enumerate(paths) if path.value in names[:k]]
@@ -179,12 +181,14 @@ def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> 
         if _unit(reader, other_path) != _unit(reader, path):
             units = f"in {_unit(reader, other_path)}, {path} in {_unit(reader, path)}"
             reader.problems.add(
-                content[sense], f"{SEEK}.{sense}", f"{other_path} is {units}; paths in step have one unit"
+                content[sense],
+                f"{SEEK}.{sense}",
+                (f"{other_path} is {units}; paths that vary together need the same unit"),
             )
     if low >= high and not reader.searched_fits:
         reader.problems.add(content["between"], f"{SEEK}.between", "the first value is not below the second; swap them")
     if not limits:
-        reader.problems.add(section, SEEK, "there are no limits to meet; write the section 'limits'")
+        reader.problems.add(section, SEEK, "needs limits that the cases must meet; add the section 'limits'")
     words = SEEK_SECTION.read(reader.problems, section)
     for other_path in reader.axes:
         check_always_used(reader, content[sense], SEEK, other_path)
@@ -209,7 +213,7 @@ def _within(reader: Reader, section: WrittenValue, path: str) -> float | None:
     """Return the width of the answer that is good enough (SI), or None if it is missing or invalid."""
     written = section.value.get("within")
     if written is None:
-        reader.problems.add(section, f"{SEEK}.within", "is missing; write how close the answer has to be, such as 1 um")
+        reader.problems.add(section, f"{SEEK}.within", "is missing; write the accuracy of the answer, such as 1 um")
         return None
     try:
         return quantity.read(written.value, _unit(reader, path))
@@ -230,7 +234,7 @@ REFINE_ALONG = "limits"
 MOST_CASES = 1_000_000
 REFINE_SECTION = KeySection(
     REFINE,
-    "further cases between those of `sweep`, where the border of `limits` runs",
+    "further cases between those of `sweep`, along the border of `limits`",
     "{along: limits, cases: 200}",
     (
         Key("along", "`limits`, the default: the border to follow", words=(REFINE_ALONG,), default=REFINE_ALONG),
@@ -263,7 +267,7 @@ def read_refine(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -
         reader.problems.add(section, REFINE, "needs limits, whose border it refines; add `limits`")
     paths = tuple(path for path in reader.axes if reader.varied_by[path] == "sweep" and _divisible(reader, path))
     if not paths:
-        sentence = "no cases can be added between the cases: `sweep` at least one quantity with two or more values"
+        sentence = "cannot add cases between those of the grid; `sweep` at least one quantity with two or more values"
         reader.problems.add(section, REFINE, sentence)
     for path in reader.axes:
         check_always_used(reader, section, REFINE, path)

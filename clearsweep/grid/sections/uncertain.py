@@ -48,7 +48,7 @@ def read_uncertain(reader: Reader, root: WrittenValue) -> None:
         return
     section = root.value[UNCERTAIN]
     if LIFE not in reader.shape:
-        sentence = "is of no use without `life`, whose interval it widens; write life: {limit, joint}, or leave it out"
+        sentence = "needs `life`, whose interval it widens; write life: {limit, joint}, or remove this key"
         reader.problems.add(section, UNCERTAIN, sentence)
         return
     for path, written in entries.items():
@@ -63,7 +63,7 @@ def _refused(reader: Reader, path: str, paths: list[str]) -> str:
     match = _PATH.fullmatch(path)
     if not match:
         return (
-            "is no wear coefficient; `uncertain` accepts only joints.J.wear.coefficient, bearing_coefficient and "
+            "is not a wear coefficient; `uncertain` accepts only joints.J.wear.coefficient, bearing_coefficient and "
             "journal_coefficient; draw other values with `sample`"
         )
     wear = f"joints.{match[1]}.wear"
