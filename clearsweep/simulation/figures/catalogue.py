@@ -331,7 +331,7 @@ COST = (
     Figure("run_time", "s", "time spent integrating", value=lambda window, _: window.seconds, differs=False),
 )
 #: Known last; the caller that solves a case sets it.
-SETUP = Figure("setup_time", "s", "time for the ideal mechanism and the figures, in addition to run_time", differs=False)
+SETUP = Figure("setup_time", "s", "further time: ideal mechanism and figures; not part of run_time", differs=False)
 FIGURES = (*JOINT, *MECHANISM, *RETURNS, *WATCHED, RESIDUAL, *COST, SETUP)
 
 
