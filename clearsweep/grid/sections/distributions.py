@@ -11,7 +11,7 @@ from ...contracts.catalogue import Field
 from ...language import quantity
 from ...language.errors import InputError, nearest, shown
 from ..written.document import Problems, WrittenValue
-from .axes import Reading, half_bare
+from .section import Reading, half_bare
 
 if TYPE_CHECKING:
     import numpy as np  # imported only when values are drawn

@@ -11,9 +11,8 @@ from ..keys.kinds import Number
 from ..keys.run_keys import CHANNELS
 from ..written.document import WrittenValue
 from ..written.tables import read_signals
-from .added_cases import check_always_used, over_of
 from .optimise import OPTIMISE, ROUND, SEED, Choice, check_range, start_of
-from .reader import Reader
+from .reader import Reader, check_always_used, over_of
 from .section import PAIR, Key, KeySection, cases_key, section_in
 
 if TYPE_CHECKING:

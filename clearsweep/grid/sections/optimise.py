@@ -9,8 +9,7 @@ from ...language.errors import nearest, shown
 from ..keys.kinds import Number, Word
 from ..keys.library_names import name_path
 from ..written.document import WrittenValue
-from .added_cases import check_always_used, over_of
-from .reader import Reader
+from .reader import Reader, check_always_used, over_of
 from .section import FITS_FORM, NAMES, PAIR, Key, KeySection, cases_key, named_forms, section_in
 
 OPTIMISE = "optimise"

@@ -3,9 +3,10 @@
 The JSON Schema and the page of keys follow from the same tables.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
+from ...contracts.catalogue import Field
 from ...language import quantity
 from ...language.errors import InputError, nearest, shown
 from ..written.document import Problems, WrittenValue
@@ -185,3 +186,36 @@ class NameSection(NamedTuple):
 def section_in(root: WrittenValue, name: str) -> WrittenValue | None:
     """Return the section of that name, or None."""
     return root.value.get(name) if isinstance(root.value, dict) else None
+
+
+class Reading(NamedTuple):
+    """How the values of one key are read."""
+
+    value: Callable[[WrittenValue], Any]  # in SI, or a word; None, and a problem, where it is wrong
+    unit: str  # SI; '' for words
+    fields: tuple[Field, ...] = ()  # meanings of the key; drawn values must stay within their ranges
+
+
+def half_bare(problems: Problems, where: str, items: Iterable[WrittenValue], unit: str) -> bool:
+    """Report numbers without a unit next to others that have one, and return whether there are any.
+
+    `[200 rpm, 500]` would mean 500 rad/s, which is hardly ever intended.
+    """
+    items = list(items)
+    named = next((item for item in items if _reads(item.value, unit)), None) if unit not in ("", "1") else None
+    bare = [item for item in items if quantity.is_bare(item.value)] if named else []
+    for item in bare:
+        sentence = (
+            f"found {item.value} without a unit next to {shown(named.value if named else '')}; alone it would mean "
+            f"{item.value} {unit}: write the unit of each, or of none"
+        )
+        problems.add(item, where, sentence)
+    return bool(bare)
+
+
+def _reads(value: Any, unit: str) -> bool:
+    """Return whether a quantity is written with a unit of the right dimension."""
+    try:
+        return quantity.has_unit(value) and quantity.exact(value, unit) is not None
+    except InputError:
+        return False

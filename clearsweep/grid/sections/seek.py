@@ -10,9 +10,8 @@ from ...language.errors import InputError, shown
 from ..keys.kinds import Number, value_key
 from ..library.iso286 import Fit
 from ..written.document import WrittenValue
-from .added_cases import check_always_used
 from .fits import fits_among
-from .reader import Reader
+from .reader import Reader, check_always_used
 from .section import FITS_FORM, NAMES, PAIR, QUANTITY, Key, KeySection, cases_key, section_in
 
 SEEK = "seek"
