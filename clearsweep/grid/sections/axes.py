@@ -6,7 +6,18 @@ from ...language import quantity
 from ...language.errors import InputError, shown
 from ..written.document import Problems, WrittenValue
 from .distributions import FROM_FIT, parameter_forms
-from .section import FIT_FORM, FIT_NAME, Key, KeySection, Reading, half_bare, named_forms
+from .section import (
+    FIT_FORM,
+    FIT_NAME,
+    CountKey,
+    EntriesKey,
+    Key,
+    KeySection,
+    Reading,
+    WordKey,
+    half_bare,
+    named_forms,
+)
 
 if TYPE_CHECKING:
     import numpy as np  # imported only when values are drawn
@@ -147,6 +158,7 @@ METHODS = {
     "saltelli": "n (variables + 2) points from which Sobol indices follow; n a power of 2",
     "one-at-a-time": "the middle, and each variable alone at its 5 % and 95 % quantile and disturbed a little; no n",
 }
+_MISSING_N = "; write the number of points, such as 64"
 SAMPLE = "sample"
 _FIT_FORM = FIT_FORM | {"properties": FIT_NAME | {"distribution": {"enum": list(FROM_FIT), "default": "uniform"}}}
 SAMPLE_SECTION = KeySection(
@@ -154,7 +166,7 @@ SAMPLE_SECTION = KeySection(
     "cases drawn from distributions",
     "{method: sobol, n: 64, over: {joints.rod-slider.clearance: {uniform: [20 um, 80 um]}}}",
     (
-        Key(
+        WordKey(
             "method",
             "one of the designs below",
             words=tuple(METHODS),
@@ -162,21 +174,17 @@ SAMPLE_SECTION = KeySection(
             required=True,
             form={"description": "; ".join(map(": ".join, METHODS.items()))},
         ),
-        Key("n", "number of points, at least 2", whole=(2, _MOST_CASES)),
-        Key("seed", "a whole number, default 0; the same seed gives the same cases", whole=(0, 2**63 - 1), default=0),
-        Key(
+        CountKey("n", "number of points, at least 2", low=2, high=_MOST_CASES, missing=_MISSING_N),
+        CountKey(
+            "seed", "a whole number, default 0; the same seed gives the same cases", low=0, high=2**63 - 1, default=0
+        ),
+        EntriesKey(
             "over",
             "dotted path -> distribution",
             required=True,
-            form={
-                "type": "object",
-                "minProperties": 1,
-                "additionalProperties": {
-                    "anyOf": [*named_forms({k: {"description": v} for k, v in parameter_forms().items()}), _FIT_FORM]
-                },
-            },
+            entry={"anyOf": [*named_forms({k: {"description": v} for k, v in parameter_forms().items()}), _FIT_FORM]},
         ),
-        Key("drawn", "values drawn before, as run.json keeps them", form={"type": "object"}, internal=True),
+        Key("drawn", "values drawn before, as run.json keeps them", {"type": "object"}, internal=True),
     ),
     adds_cases=False,
 )
@@ -194,26 +202,25 @@ class Sample(NamedTuple):
 
 def read_sample(problems: Problems, written: WrittenValue, variables: int) -> Sample | None:
     """Return the section `sample` for a number of variables, or None if it is missing or invalid."""
-    moments, problems_before = written.value, len(problems)
-    values = SAMPLE_SECTION.read(problems, written)
-    method, n, seed = values["method"], values["n"], values["seed"]
+    content, problems_before = written.value, len(problems)
+    method = SAMPLE_SECTION.value(problems, written, "method")
     if method == "one-at-a-time":
         for key in ("n", "seed"):
-            if key in moments:
+            if key in content:
                 sentence = "is not used by one-at-a-time, whose cases follow from the variables; leave it out"
                 problems.add(written.key_place(key), f"sample.{key}", sentence)
-        n = 1
-    elif "n" not in moments:
-        problems.add(written, "sample.n", "is missing; write the number of points, such as 64")
+        n, seed = 1, 0
+    else:
+        n, seed = (SAMPLE_SECTION.value(problems, written, key) for key in ("n", "seed"))
     if n and method in _POWERS_OF_TWO and n & (n - 1):
         low = 1 << (n.bit_length() - 1)
-        problems.add(moments["n"], "sample.n", f"found {n}; {method} needs a power of 2, such as {low} or {2 * low}")
+        problems.add(content["n"], "sample.n", f"found {n}; {method} needs a power of 2, such as {low} or {2 * low}")
     if n and method == "saltelli" and n * (variables + 2) > _MOST_CASES:
         sentence = f"found {n}; with {variables} variables these are {n * (variables + 2)} cases, at most {_MOST_CASES}"
-        problems.add(moments["n"], "sample.n", sentence)
-    drawn = moments.get("drawn", WrittenValue({})).value
+        problems.add(content["n"], "sample.n", sentence)
+    drawn = content.get("drawn", WrittenValue({})).value
     if not isinstance(drawn, dict):
-        problems.add(moments["drawn"], "sample.drawn", f"found {shown(drawn)}; expected the values of each variable")
+        problems.add(content["drawn"], "sample.drawn", f"found {shown(drawn)}; expected the values of each variable")
     if len(problems) > problems_before or method is None or n is None or seed is None:
         return None
     return Sample(method, n, seed, _points(method, n, seed, variables), drawn)

@@ -5,17 +5,17 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ...contracts.case import Uncertain, column_name
-from ...contracts.catalogue import Catalogue, Mechanism
+from ...contracts.catalogue import Catalogue, Field, Mechanism
 from ...contracts.layout import columns_of, rubbing_joints
 from ...judging.verdict import EXCEEDED, KINDS, MARGIN
-from ...language import expression, quantity
+from ...language import expression
 from ...language.errors import InputError, nearest, shown
 from ..keys.kinds import Number, Section
 from ..keys.run_keys import LIFE
 from ..written.document import WrittenValue
 from .distributions import LAWS, Distribution, distribution_of, forms_text, parameter_forms, read_distribution
 from .reader import Reader
-from .section import QUANTITY, NameSection, Reading, named_forms
+from .section import QUANTITY, NameSection, QuantityKey, Reading, named_forms, read_quantity, report_unknown_keys
 
 _TIMES = "times"
 _FIGURE = 'headroom: "1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)"'
@@ -60,7 +60,7 @@ def read_limits(reader: Reader, root: WrittenValue) -> None:
         elif isinstance(written.value, dict):
             _bounds(reader, column, written, units)
         else:
-            limit = _quantity(reader, written, f"limits.{column}", units[column])
+            limit = read_quantity(reader.problems, f"limits.{column}", written, units[column])
             reader.limits |= {} if limit is None else {column: limit}
 
 
@@ -93,11 +93,8 @@ def _bounds(reader: Reader, column: str, written: WrittenValue, units: dict[str,
     """Read a limit written as a section: at_most, at_least, times."""
     path, entries = f"limits.{column}", written.value
     known = (*KINDS, _TIMES)
-    for key in entries:
-        if key not in known:
-            sentence = f"unknown key{nearest(key, known)} (known: {', '.join(known)})"
-            reader.problems.add(written.key_place(key), f"{path}.{key}", sentence)
-    if not any(kind in entries for kind in KINDS) and all(key in known for key in entries):
+    unknown = report_unknown_keys(reader.problems, path, written, known)
+    if not unknown and not any(kind in entries for kind in KINDS):
         reader.problems.add(written, path, f"contains no limit; add {' or '.join(KINDS)}, such as {{at_most: 5 kN}}")
         return
     unit, bounds = units[column], dict[str, Any]()
@@ -110,7 +107,7 @@ def _bounds(reader: Reader, column: str, written: WrittenValue, units: dict[str,
         bounds[_TIMES] = times
     for kind in KINDS:
         if kind in entries:
-            limit = _quantity(reader, entries[kind], f"{path}.{kind}", unit)
+            limit = read_quantity(reader.problems, f"{path}.{kind}", entries[kind], unit)
             bounds |= {} if limit is None else {kind: limit}
     if any(kind in bounds for kind in KINDS):
         reader.limits[column] = bounds
@@ -121,14 +118,6 @@ def quotient(unit: str, by: str) -> str:
     if by in ("1", unit):
         return unit if by == "1" else "1"
     return expression.unit_of("a / b", {"a": unit, "b": by})
-
-
-def _quantity(reader: Reader, written: WrittenValue, path: str, unit: str) -> float | None:
-    try:
-        return quantity.read(written.value, unit)
-    except InputError as error:
-        reader.problems.add(written, path, str(error))
-        return None
 
 
 def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue) -> dict[str, str]:
@@ -173,6 +162,11 @@ LARGEST_FACTOR = 1e3  # factor
 BODIES = ("bearing_coefficient", "journal_coefficient")
 _PATH = re.compile(r"joints\.([^.]+)\.wear\.(coefficient|bearing_coefficient|journal_coefficient)")
 _TAILS = (0.025, 0.975)  # ends of a 95 % interval
+_FACTOR_KEY = QuantityKey(
+    FACTOR,
+    "95 % of the values are between the coefficient divided and multiplied by it",
+    bounds=Field(FACTOR, "1", low=1.0, high=LARGEST_FACTOR, high_open=False),
+)
 UNCERTAIN_SECTION = NameSection(
     UNCERTAIN,
     "dotted path of a wear coefficient -> {factor: 3}, lognormal with 95 % between a third and three times its value; "
@@ -231,16 +225,8 @@ def _spread(reader: Reader, path: str, written: WrittenValue) -> dict[str, Any] 
     """Return the distribution of a coefficient, in SI, or None if it is invalid."""
     where = f"{UNCERTAIN}.{path}"
     if isinstance(written.value, dict) and [*written.value] == [FACTOR]:
-        try:
-            factor = quantity.read(written.value[FACTOR].value, "1")
-        except InputError as error:
-            reader.problems.add(written.value[FACTOR], f"{where}.{FACTOR}", str(error))
-            return None
-        if 1.0 < factor <= LARGEST_FACTOR:
-            return {FACTOR: factor}
-        sentence = f"found {factor:.6g}; allowed: above 1 and at most {LARGEST_FACTOR:g}"
-        reader.problems.add(written.value[FACTOR], f"{where}.{FACTOR}", sentence)
-        return None
+        factor = _FACTOR_KEY.read(reader.problems, f"{where}.{FACTOR}", written.value[FACTOR], "1")
+        return None if factor is None else {FACTOR: factor}
     if written.value == PUBLISHED:
         library_value = reader.library_values.get(path)
         if library_value is None:
@@ -263,14 +249,8 @@ def _spread(reader: Reader, path: str, written: WrittenValue) -> dict[str, Any] 
     assert isinstance(node, Number)  # a single coefficient
     (field, *_) = node.fields(reader.names)
 
-    def value(item: WrittenValue) -> float | None:
-        try:
-            return quantity.read(item.value, field.unit)
-        except InputError as error:
-            reader.problems.add(item, where, str(error))
-            return None
-
-    spread = read_distribution(reader.problems, where, written, Reading(value, field.unit, (field,)))
+    reading = Reading(lambda item: read_quantity(reader.problems, where, item, field.unit), field.unit, (field,))
+    spread = read_distribution(reader.problems, where, written, reading)
     if spread is None:
         return None
     if _ends(spread)[0] <= 0.0:

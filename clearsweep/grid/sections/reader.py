@@ -146,11 +146,7 @@ def over_of(
             sentence = f"conflicts with `{other}`; `{table.name}` chooses all cases itself; remove one of the two"
             reader.problems.add(section, table.name, sentence)
             return None
-    over: WrittenValue | None = section.value.get("over")
-    if over is None or not isinstance(over.value, dict) or not over.value:
-        sentence = f"is empty; name at least one key to vary, for example: {table.example}"
-        reader.problems.add(over or section, f"{table.name}.over", sentence)
-        return None
+    over: WrittenValue | None = table.value(reader.problems, section, "over")
     return over
 
 
