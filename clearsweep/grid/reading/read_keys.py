@@ -2,7 +2,7 @@
 
 from ...contracts.catalogue import Catalogue, Mechanism
 from ...contracts.layout import ALWAYS_STORED, Layout
-from ...language.errors import nearest, shown
+from ...language.errors import nearest, nearest_words, shown
 from ..keys.key_table import shape
 from ..keys.kinds import Flag, Name, NameList, Number, Section, Shape, Table, Use, Word
 from ..keys.library_names import find_varied_materials, keys_of_materials, put_library_numbers, written_material_names
@@ -135,23 +135,33 @@ def _walk(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> None
         reader.broken.add(path)
         return
     invalid = dict(wrong_names(path, content)) if is_open(path) else {}
+    misspelt: dict[str, WrittenValue] = {}  # by the intended key
     for key, child in content.items():
         nested = f"{path}.{key}" if path else key
         if key in invalid:
             reader.problems.add(written.key_place(key), nested, f"'{key}' {invalid[key]}")
-            continue
-        node = None if "." in key else tree.get(nested)
-        instead = isinstance(node, Number) and isinstance(child.value, dict) and _has_keys_below(tree, nested)
-        if isinstance(node, Section) or instead:  # a section, or a section that replaces a quantity
-            _walk(reader, child, nested, tree)
-        elif node is not None:
-            reader.written[nested] = child
+        elif "." not in key and nested in tree:
+            _enter(reader, child, nested, tree)
         elif key not in allowed and not _misnamed(reader, nested, child):
             reader.problems.add(written.key_place(key), nested, _unknown(path, key, allowed))
+            misspelt |= {intended: child for intended in nearest_words(key, allowed) if intended not in content}
+    for key, child in misspelt.items():  # its content is read as that of the intended key, so that nothing is missing
+        _enter(reader, child, f"{path}.{key}" if path else key, tree)
+    content = content | misspelt
     for nested, node in tree.items():
         if isinstance(node, Section) and nested.rpartition(".")[0] == path and _missing_section(nested, node, content):
             key = nested.rpartition(".")[2]
             reader.problems.add(written, nested, f"is missing; write the section '{key}' ({node.text})")
+
+
+def _enter(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> None:
+    """Record the value of a known key, or what a section contains, also one that replaces a quantity."""
+    node = tree.get(path)
+    is_replaced = isinstance(node, Number) and isinstance(written.value, dict) and _has_keys_below(tree, path)
+    if isinstance(node, Section) or is_replaced:
+        _walk(reader, written, path, tree)
+    elif node is not None:
+        reader.written[path] = written
 
 
 def _misnamed(reader: Reader, path: str, written: WrittenValue) -> bool:
