@@ -16,9 +16,9 @@ from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import Joint
+from clearsweep.mechanics.joint.wear.arc_over_step import ON_BEARING, POINTS
 from clearsweep.mechanics.joint.wear.archard import Archard, Energy, RunningIn
-from clearsweep.mechanics.joint.wear.contract import PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLID
-from clearsweep.mechanics.joint.wear.passage import ON_BEARING, POINTS
+from clearsweep.mechanics.joint.wear.contract import PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLIDING_DISTANCE
 from clearsweep.mechanics.joint.wear.persson import Persson
 from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean, Winkler
 
@@ -62,7 +62,7 @@ def test_running_in_takes_off_the_integral_of_its_falling_coefficient(steps):
     depths, account = slide(law, steps=steps)
     way = SPEED * 0.1
     expected = LOAD * (1e-14 * way + 4e-14 * 0.01 * (1.0 - math.exp(-way / 0.01)))
-    assert account[SLID] == pytest.approx(way, rel=1e-12)
+    assert account[SLIDING_DISTANCE] == pytest.approx(way, rel=1e-12)
     assert volume(depths) == pytest.approx(expected, rel=1e-6)
 
 
@@ -218,15 +218,15 @@ MISTAKES = {
     "energy by hardness": (
         {"law": "energy", "coefficient": 1e-5, "hardness": "1 GPa"},
         TANH,
-        "the wear law 'energy' takes m^3/J, whatever the hardness",
+        "the wear law 'energy' needs a coefficient in m^3/J",
     ),
     "no hardness": (
         {"coefficient": 1e-5, "coefficient_unit": "dimensionless"},
         None,
         "hardness: is missing; a dimension",
     ),
-    "unit forgotten": ({"coefficient": 2e-14, "hardness": "2 GPa"}, None, "found 2e-14, dimensionless; allowed: 1e-10"),
-    "impossible": ({"coefficient": 0.2, "hardness": "2 GPa"}, None, "found 0.2, dimensionless; allowed: 1e-10 to 0.1"),
+    "unit forgotten": ({"coefficient": 2e-14, "hardness": "2 GPa"}, None, "found 2e-14 without a unit; allowed: 1e-10"),
+    "impossible": ({"coefficient": 0.2, "hardness": "2 GPa"}, None, "found 0.2 without a unit; allowed: 1e-10 to 0.1"),
     "in mm^2": ({"coefficient": "2e-8 m^2/N", "hardness": "2 GPa"}, None, "is the coefficient in mm^2/N?"),
     "no steady": ({"running_in": {"initial": 1e-13, "distance": 1}}, None, "wear.coefficient: is missing"),
     "no initial": ({"running_in": {"steady": 1e-13, "distance": 1}}, None, "running_in.initial: is missing"),

@@ -47,7 +47,7 @@ _STATUS = {
     ),
     integration.STEP_UNDERFLOW: (
         "step-underflow",
-        "no step is small enough at {time:.6g} s; try a looser tolerance, or a force law without jumps",
+        "the step became too small at {time:.6g} s; try a larger tolerance, or a force law without jumps",
     ),
     integration.TIME_LIMIT: (
         "time-limit",
@@ -272,7 +272,9 @@ def window_of(outcome: Outcome, period: int | None) -> Window:
         turns=settings.revolutions - settings.discard if scene.mechanism.turns else 1.0,
         spreads=peak_spreads(scene, outcome.marks, outcome.revolutions),
         period=period,
-        slid=[scene.worn[joint.name].slid if joint.name in scene.worn else 0.0 for joint in scene.case.joints],
+        sliding_distance=[
+            scene.worn[joint.name].sliding_distance if joint.name in scene.worn else 0.0 for joint in scene.case.joints
+        ],
         onset=onset_rates(outcome.ends),
     )
 
