@@ -182,7 +182,7 @@ def guarded(contact):
     """Return a further quantity of a contact, which only guards use, 0 if they use none.
 
     Of a dry contact the tangential force (N) that would stop the sliding of surfaces that stick; of a film its spin
-    (rad/s).
+    times the square of its eccentricity ratio (rad/s).
     """
 
 

@@ -348,8 +348,9 @@ def _power_lost_film_contact(contact):
 
 @guarded.member(FilmContact)
 def _guarded_film_contact(contact):
+    """Return the spin, infinite at the centre of the bearing, times a factor that makes it smooth there."""
     _, motion = contact.highest
-    return motion.spin
+    return motion.ratio * motion.ratio * motion.spin
 
 
 @extra_observables.member(FilmContact)

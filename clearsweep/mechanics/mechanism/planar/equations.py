@@ -6,6 +6,7 @@ first call: plain code without loops or tables, which consists only of sums and 
 
 import functools
 import linecache
+import operator
 from collections.abc import Callable
 
 from ...compiled import calculus
@@ -19,14 +20,13 @@ from ..contract import Motion
 from . import dynamics, rubbing
 from .cycle import at_angle
 from .drive import driven, torque_at
-from .dynamics import mass_of
+from .expressions import ZERO, Expr, FunctionCode, PlaneVector, sum_of, tuple_code
 from .kinematics import Bodies
 from .loads import by_table
-from .machine_type import MachineType, Vector, kinds_of, machine_type
+from .machine_type import MachineType, kinds_of, machine_type
 from .placing import closed, loops, place, step
 from .pose import Pose, Turn
 from .spanning_tree import RUN, Coordinate
-from .writer import Lines, number, tupled
 
 
 def function_of(mechanism, name: str) -> Callable:
@@ -34,7 +34,7 @@ def function_of(mechanism, name: str) -> Callable:
     return _functions(kinds_of(mechanism))[name]
 
 
-def written(name: str) -> Callable:
+def generated(name: str) -> Callable:
     """Return the function `name`, generated for the type of machine at its first call."""
 
     def dispatch(mechanism, *remainder):
@@ -97,89 +97,89 @@ def source(kinds: tuple) -> str:
     machine = machine_type(kinds)
     solvers = (step, closed) if machine.dependent else (loops,) if machine.spanning_tree.loop_joints else ()
     accelerate_source = rubbing.accelerate if machine.friction_loads else dynamics.accelerate
-    return "\n\n".join(write(machine) for write in (*solvers, accelerate_source, *_WRITERS))
+    return "\n\n".join(generate(machine) for generate in (*solvers, accelerate_source, *_GENERATORS))
 
 
 # ---------------------------------------------------------------------------------------------- observables
 
 
 def _gaps(machine: MachineType) -> str:
-    write = Bodies(machine, "mechanism", "pose")
+    bodies = Bodies(machine, "mechanism", "pose")
     gaps = []
     for j in machine.open:
-        between, link = write.between(*write.site(j)), machine.sites[j].link
-        position, velocity = write.place(between), write.combination(write.columns(between), write.rate)
-        spins = (write.spin(link.proximal), write.spin(link.distal))
+        link, path = machine.sites[j].link, bodies.gap(j)
+        position, velocity = bodies.position(path), bodies.velocity(path)
         if link.slides:
-            gaps.append(f"GuideGap({', '.join(map(number, _between_walls(write, j, position, velocity)))})")
+            gaps.append(_guide_gap(bodies, j, position, velocity))
         else:
-            gaps.append(f"Gap({', '.join(map(number, (*position, *velocity, *spins)))})")
-    return write.lines.function("gaps", tupled(gaps))
+            gaps.append(_call("Gap", *position, *velocity, bodies.spin(link.proximal), bodies.spin(link.distal)))
+    return bodies.code.function("gaps", tuple_code(gaps))
 
 
-def _between_walls(write: Bodies, j: int, position: Vector, velocity: Vector) -> tuple:
-    """Return the fields of a GuideGap."""
-    lines, link = write.lines, write.machine.sites[j].link
-    guide_axis = write.axis(j)
-    left_side, spin = write.left(guide_axis), write.spin(link.proximal)
-    x, y = (lines.total(*lines.dot(axis, position)) for axis in (guide_axis, left_side))
-    vx, vy = (
-        lines.total(*lines.dot(axis, velocity)) for axis in (guide_axis, left_side)
-    )  # minus the rotation of the walls
-    observed = (lines.total(vx, lines.product(spin, y)), lines.total(vy, lines.minus(lines.product(spin, x))))
-    (c, s), (cd, sd) = (write.direction(body) for body in (link.proximal, link.distal))
-    cosine = lines.total(lines.product(c, cd), lines.product(s, sd))
-    sine = lines.total(lines.product(c, sd), lines.minus(lines.product(s, cd)))
-    return (x, y, *observed, spin, write.spin(link.distal), *guide_axis, cosine, sine)
+def _guide_gap(bodies: Bodies, j: int, position: PlaneVector, velocity: PlaneVector) -> str:
+    """Return the code of a GuideGap."""
+    link, axis, spin = bodies.machine.sites[j].link, bodies.axis(j), bodies.spin(bodies.machine.sites[j].link.proximal)
+    normal = axis.left()
+    x, y = axis.dot(position), normal.dot(position)
+    vx, vy = axis.dot(velocity), normal.dot(velocity)
+    relative_vx, relative_vy = vx + spin * y, vy - spin * x  # as seen from the rotating walls
+    proximal, distal = bodies.direction(link.proximal), bodies.direction(link.distal)
+    cosine, sine = proximal.dot(distal), proximal.cross(distal)
+    return _call("GuideGap", x, y, relative_vx, relative_vy, spin, bodies.spin(link.distal), *axis, cosine, sine)
+
+
+def _call(function: str, *arguments: Expr) -> str:
+    """Return the code of a call."""
+    return f"{function}({', '.join(map(str, arguments))})"
 
 
 def _energy(machine: MachineType) -> str:
-    write = Bodies(machine, "mechanism", "pose")
-    lines, doubled, falling = write.lines, [], []
+    bodies = Bodies(machine, "mechanism", "pose")
+    code, doubled, falling = bodies.code, [], []
     for body in range(1, machine.bodies):
-        mass, inertia = mass_of(lines, body)
-        velocity = write.combination(write.columns(write.path_to(body)), write.rate)
-        doubled += [lines.product(mass, component, component) for component in velocity]
-        spin = write.spin(body)
-        doubled.append(lines.product(inertia, spin, spin))
-        falling.append(lines.product(mass, velocity[1]))
-    kinetic, potential_terms = lines.product("0.5", lines.total(*doubled)), lines.total(*falling)
-    power = [lines.minus(lines.product("mechanism.gravity", potential_terms))]
-    for body, point, force, torque in write.applied():
-        velocity = write.combination(write.columns(write.path_to(body, point)), write.rate)
-        power += [*lines.dot(force, velocity), lines.product(torque, write.spin(body))]
+        mass, inertia = bodies.inertia_of(body)
+        velocity, spin = bodies.velocity(bodies.path_to(body)), bodies.spin(body)
+        doubled += [mass * component * component for component in velocity]
+        doubled.append(inertia * spin * spin)
+        falling.append(mass * velocity.y)
+    kinetic, momentum = 0.5 * sum_of(doubled), sum_of(falling)
+    power = [-(code.expression("mechanism.gravity") * momentum)]
+    for load in bodies.applied():
+        velocity = bodies.velocity(bodies.path_to(load.body, load.point))
+        power += [*load.force.products(velocity), load.torque * bodies.spin(load.body)]
     for j in machine.sprung:
-        power.append(lines.minus(lines.product(write.tension(j), write.rate[Coordinate(RUN, j)])))
-    return lines.function("energy", f"({number(kinetic)}, {number(lines.total(*power))})")
+        power.append(-(bodies.tension(j) * bodies.rate[Coordinate(RUN, j)]))
+    return code.function("energy", f"({kinetic}, {sum_of(power)})")
 
 
 def _describe(machine: MachineType) -> str:
-    write = Bodies(machine, "mechanism", "pose", "motion", "out")
-    lines, crank = write.lines, machine.groups.index(machine.spanning_tree.crank)
-    position, velocity = _aim(write)
+    bodies = Bodies(machine, "mechanism", "pose", "motion", "out")
+    code, crank = bodies.code, machine.groups.index(machine.spanning_tree.crank)
+    position, velocity = _aim(bodies)
     values = ["pose.time", f"pose.turns[{crank}].angle", "motion.torque", position, velocity, "motion.output"]
     for masses in machine.whole:
         group = machine.spanning_tree.group[masses[0]]
-        values += _center(write, masses)
-        values += [f"pose.turns[{machine.groups.index(group)}].angle", write.spin(masses[0])] if group else [None, None]
+        values += _centre_of_mass(bodies, masses)
+        values += (
+            [f"pose.turns[{machine.groups.index(group)}].angle", bodies.spin(masses[0])] if group else [ZERO, ZERO]
+        )
         if masses[1:]:
-            runs = (write.run[j] for j in machine.sprung if machine.sites[j].link.distal in masses)
-            values.append(lines.total(*runs))
-    for i, name in enumerate(values):
-        lines.text.append(f"out[{i}] = {number(name)}")
-    return lines.function("describe", str(len(values)))
+            values.append(sum_of(bodies.run[j] for j in machine.sprung if machine.sites[j].link.distal in masses))
+    for i, item in enumerate(values):
+        code.write(f"out[{i}] = {item}")
+    return code.function("describe", str(len(values)))
 
 
-def _center(write: Bodies, masses: tuple[int, ...]) -> list[str | None]:
+def _centre_of_mass(bodies: Bodies, masses: tuple[int, ...]) -> list[Expr]:
     """Return position and velocity of the centre of mass of a body or of an elastic link's masses."""
-    lines, paths = write.lines, [write.path_to(body) for body in masses]
-    centers = [(*write.place(path), *write.combination(write.columns(path), write.rate)) for path in paths]
+    paths = [bodies.path_to(body) for body in masses]
+    centres = [(*bodies.position(path), *bodies.velocity(path)) for path in paths]
     if not masses[1:]:
-        return list(centers[0])
-    weights = [mass_of(lines, body)[0] for body in masses]
-    share = lines.let(f"1.0 / {number(lines.total(*weights))}")
-    parts = zip(*centers, strict=True)
-    return [lines.product(share, lines.total(*map(lines.product, weights, component))) for component in parts]
+        return list(centres[0])
+    weights = [bodies.inertia_of(body)[0] for body in masses]
+    inverse = 1.0 / sum_of(weights)
+    components = zip(*centres, strict=True)
+    return [inverse * sum_of(map(operator.mul, weights, component)) for component in components]
 
 
 def _body_angles(machine: MachineType) -> str:
@@ -187,7 +187,7 @@ def _body_angles(machine: MachineType) -> str:
     for j in machine.open:
         link = machine.sites[j].link
         pairs.append(f"({_angle(machine, link.proximal)}, {_angle(machine, link.distal)})")
-    return Lines("mechanism", "pose").function("body_angles", tupled(pairs))
+    return FunctionCode("mechanism", "pose").function("body_angles", tuple_code(pairs))
 
 
 def _angle(machine: MachineType, body: int) -> str:
@@ -196,21 +196,19 @@ def _angle(machine: MachineType, body: int) -> str:
 
 
 def _output_and_crank(machine: MachineType) -> str:
-    write = Bodies(machine, "mechanism", "pose")
-    crank = f"pose.turns[{machine.groups.index(machine.spanning_tree.crank)}]"
-    values = (*map(number, _aim(write)), f"{crank}.angle", f"{crank}.rate")
-    return write.lines.function("output", f"({', '.join(values)})")
+    bodies = Bodies(machine, "mechanism", "pose")
+    crank, (position, rate) = f"pose.turns[{machine.groups.index(machine.spanning_tree.crank)}]", _aim(bodies)
+    return bodies.code.function("output", f"({position}, {rate}, {crank}.angle, {crank}.rate)")
 
 
 def _crank_rate(machine: MachineType) -> str:
     crank = machine.groups.index(machine.spanning_tree.crank)
-    return Lines("mechanism", "pose").function("crank_rate", f"pose.turns[{crank}].rate")
+    return FunctionCode("mechanism", "pose").function("crank_rate", f"pose.turns[{crank}].rate")
 
 
 def _rubs(machine: MachineType) -> str:
-    return Lines("mechanism").function(
-        "rubs", tupled([f"mechanism.loads[{friction_load.load}].friction" for friction_load in machine.friction_loads])
-    )
+    laws = tuple_code(f"mechanism.loads[{friction_load.load}].friction" for friction_load in machine.friction_loads)
+    return FunctionCode("mechanism").function("rubs", laws)
 
 
 def _with_rubs(machine: MachineType) -> str:
@@ -218,22 +216,21 @@ def _with_rubs(machine: MachineType) -> str:
     loads = [f"mechanism.loads[{i}]" for i in range(len(machine.loads))]
     for i, friction_load in enumerate(machine.friction_loads):
         loads[friction_load.load] = f"mechanism.loads[{friction_load.load}]._replace(friction=laws[{i}])"
-    return Lines("mechanism", "laws").function("with_rubs", f"mechanism._replace(loads={tupled(loads)})")
+    return FunctionCode("mechanism", "laws").function("with_rubs", f"mechanism._replace(loads={tuple_code(loads)})")
 
 
-def _aim(write: Bodies) -> tuple[str | None, str | None]:
+def _aim(bodies: Bodies) -> tuple[Expr, Expr]:
     """Return the output's position and its rate."""
-    machine, lines = write.machine, write.lines
-    body, point, guide_axis = machine.aim
+    machine = bodies.machine
+    body, point, direction = machine.aim
     if point is None:
-        group = machine.spanning_tree.group[body]
-        return (f"pose.turns[{machine.groups.index(group)}].angle", write.spin(body)) if group else (None, None)
-    path = write.path_to(body, point)
-    velocity = write.combination(write.columns(path), write.rate)
-    return lines.total(*lines.dot(write.place(path), guide_axis)), lines.total(*lines.dot(velocity, guide_axis))
+        return bodies.code.expression(_angle(machine, body)), bodies.spin(body)
+    path, axis = bodies.path_to(body, bodies.code.vector(point)), bodies.code.vector(direction)
+    velocity = bodies.velocity(path)
+    return bodies.position(path).dot(axis), velocity.dot(axis)
 
 
-_WRITERS = (
+_GENERATORS = (
     place,
     _gaps,
     dynamics.impact_masses,

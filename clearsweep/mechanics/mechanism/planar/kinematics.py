@@ -8,224 +8,235 @@ so its derivative by the angle of g is R_g p_g turned by 90 degrees, and its acc
 is -omega_g^2 R_g p_g + 2 omega_g x (velocity of the runs).
 """
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
+from .expressions import NO_VECTOR, ONE, ZERO, Expr, FunctionCode, PlaneVector, vector_sum
 from .loads import ByAngle, Pushing, Springing
-from .machine_type import LoadKind, MachineType, Vector
+from .machine_type import LoadKind, MachineType
 from .spanning_tree import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
-from .writer import Lines
 
-Columns = dict[Coordinate, Vector]  # derivatives of a place by coordinates
+Columns = dict[Coordinate, PlaneVector]  # derivatives of a position by coordinates
+CENTRE = NO_VECTOR  # centre of mass of a body, from which its points are given
 
 
 class Path(NamedTuple):
-    """The path to a point: the arms, guides and floating body on it, with signs for directions."""
+    """The path to a point: the arms, guides and floating body on it, with signs (1 or -1) for directions."""
 
-    arms: dict[int, Vector]  # of each group
-    runs: dict[int, str]  # guide -> sign
-    roots: dict[int, str]  # floating body -> sign
+    arms: dict[int, PlaneVector]  # of each group
+    runs: dict[int, int]  # guide -> sign
+    roots: dict[int, int]  # floating body -> sign
+
+
+class JointVectors(NamedTuple):
+    """The points of a joint, each from the centre of mass of its body and in its frame."""
+
+    near: PlaneVector  # on the proximal body
+    far: PlaneVector
+    axis: PlaneVector  # of a guide, in the frame of the proximal body
+
+
+class Load(NamedTuple):
+    """An external load."""
+
+    body: int
+    point: PlaneVector  # of the body
+    force: PlaneVector
+    torque: Expr
 
 
 class Kinematics:
-    """Positions and their derivatives in the lines of a function; subclasses define the source of angles and rates."""
+    """Positions and their derivatives in the code of a function; subclasses define the source of angles and rates."""
 
-    def __init__(self, machine: MachineType, lines: Lines):
-        self.machine, self.lines, self.spanning_tree = machine, lines, machine.spanning_tree
-        self.cosine: dict[int, str] = {}
-        self.sine: dict[int, str] = {}
-        self.rate: dict[Coordinate, str | None] = {}  # of every coordinate, the driven crank's angle among them
-        self.run: dict[int, str] = {}
-        self.shift: dict[int, Vector] = {}
+    def __init__(self, machine: MachineType, code: FunctionCode):
+        self.machine, self.code, self.spanning_tree = machine, code, machine.spanning_tree
+        self.joints = [JointVectors(*map(code.vector, (site.near, site.far, site.axis))) for site in machine.sites]
+        self.cosine: dict[int, Expr] = {}
+        self.sine: dict[int, Expr] = {}
+        self.rate: dict[Coordinate, Expr] = {}  # of every coordinate, the driven crank's angle among them
+        self.run: dict[int, Expr] = {}
+        self.shift: dict[int, PlaneVector] = {}
 
     def from_pose(self) -> None:
         """Take angles, rates and positions from the Pose `pose`."""
+        assign = self.code.assign
         for i, g in enumerate(self.machine.groups):
-            self.cosine[g], self.sine[g] = (self.lines.let(f"pose.turns[{i}].{k}") for k in ("c", "s"))
-            self.rate[Coordinate(ANGLE, g)] = self.lines.let(f"pose.turns[{i}].rate")
+            self.cosine[g], self.sine[g] = (assign(f"pose.turns[{i}].{k}") for k in ("c", "s"))
+            self.rate[Coordinate(ANGLE, g)] = assign(f"pose.turns[{i}].rate")
         runs = [item.of for item in self.spanning_tree.coordinates if item.kind == RUN]
         for i, j in enumerate(runs):
-            self.run[j] = self.lines.let(f"pose.runs[{i}][0]")
-            self.rate[Coordinate(RUN, j)] = self.lines.let(f"pose.runs[{i}][1]")
+            self.run[j] = assign(f"pose.runs[{i}][0]")
+            self.rate[Coordinate(RUN, j)] = assign(f"pose.runs[{i}][1]")
         for i, body in enumerate(self.spanning_tree.roots()):
-            self.shift[body] = tuple(self.lines.let(f"pose.roots[{i}][{k}]") for k in range(2))
+            self.shift[body] = PlaneVector(*(assign(f"pose.roots[{i}][{k}]") for k in range(2)))
             for k, kind in enumerate((SHIFT_X, SHIFT_Y)):
-                self.rate[Coordinate(kind, body)] = self.lines.let(f"pose.roots[{i}][{2 + k}]")
-
-    # ------------------------------------------------------------------------------------------ vectors
-
-    def sum(self, *vectors: Vector) -> Vector:
-        """Return the sum of vectors."""
-        return tuple(self.lines.total(*parts) for parts in zip(*vectors, strict=True))
-
-    def scaled(self, factor: str | None, vector: Vector) -> Vector:
-        """Return a vector times a number."""
-        return tuple(self.lines.product(factor, component) for component in vector)
-
-    def minus(self, vector: Vector) -> Vector:
-        """Return the negative of a vector."""
-        return tuple(self.lines.minus(component) for component in vector)
-
-    def signed(self, sign: str, vector: Vector) -> Vector:
-        """Return a vector, or its negative."""
-        return vector if sign == "+" else self.minus(vector)
-
-    def turned(self, group: int, vector: Vector) -> Vector:
-        """Return a vector fixed in a group, in the fixed frame."""
-        if group == 0:
-            return vector
-        lines, c, s = self.lines, self.cosine[group], self.sine[group]
-        x, y = vector
-        return (
-            lines.total(lines.product(c, x), lines.minus(lines.product(s, y))),
-            lines.total(lines.product(s, x), lines.product(c, y)),
-        )
-
-    def left(self, vector: Vector) -> Vector:
-        """Return a vector rotated by 90 degrees, counter-clockwise."""
-        return self.lines.minus(vector[1]), vector[0]
+                self.rate[Coordinate(kind, body)] = assign(f"pose.roots[{i}][{2 + k}]")
 
     # ------------------------------------------------------------------------------------------ paths
 
-    def path_to(self, body: int, point: Vector = (None, None)) -> Path:
-        """Return the path to a point of a body, or to its centre of mass."""
-        arms: dict[int, Vector] = {}
-        runs: dict[int, str] = {}
-        roots: dict[int, str] = {}
+    def path_to(self, body: int, point: PlaneVector = CENTRE) -> Path:
+        """Return the path to a point of a body."""
+        arms: dict[int, PlaneVector] = {}
+        runs: dict[int, int] = {}
+        roots: dict[int, int] = {}
         group = self.spanning_tree.group[body]
         if body != 0 and self.spanning_tree.parents[body] is None:
-            roots[body] = "+"
+            roots[body] = 1
         elif body != 0:
             parent, j = self.spanning_tree.parents[body]
-            site = self.machine.sites[j]
-            forward = site.link.proximal == parent
-            outer_end, inner_end = (site.far, site.near) if forward else (site.near, site.far)
+            link, joint = self.machine.sites[j].link, self.joints[j]
+            forward = link.proximal == parent
+            outer_end, inner_end = (joint.far, joint.near) if forward else (joint.near, joint.far)
             path_to_parent = self.path_to(parent, inner_end)
             arms, runs, roots = dict(path_to_parent.arms), dict(path_to_parent.runs), dict(path_to_parent.roots)
-            arms[group] = self.sum(arms.get(group, (None, None)), self.minus(outer_end))
-            if site.link.slides:
-                runs[j] = "+" if forward else "-"
-                unit = self.scaled(self.run[j], site.axis)
-                arms[group] = self.sum(arms[group], self.signed(runs[j], unit))
-        arms[group] = self.sum(arms.get(group, (None, None)), point)
+            arms[group] = arms.get(group, NO_VECTOR) - outer_end
+            if link.slides:
+                runs[j] = 1 if forward else -1
+                arms[group] += signed(runs[j], self.run[j] * joint.axis)
+        arms[group] = arms.get(group, NO_VECTOR) + point
         return Path(arms, runs, roots)
 
     def between(self, first: Path, second: Path) -> Path:
         """Return the path from one point to another."""
         arms = dict(second.arms)
         for g, arm in first.arms.items():
-            other_arm = arms.get(g, (None, None))
-            arms[g] = (None, None) if arm == other_arm else self.sum(other_arm, self.minus(arm))
-        return Path(arms, _less(second.runs, first.runs), _less(second.roots, first.roots))
+            other_arm = arms.get(g, NO_VECTOR)
+            arms[g] = NO_VECTOR if arm == other_arm else other_arm - arm
+        return Path(arms, _difference(second.runs, first.runs), _difference(second.roots, first.roots))
 
-    def site(self, j: int) -> tuple[Path, Path]:
-        """Return the paths to both points of a joint."""
-        site = self.machine.sites[j]
-        return self.path_to(site.link.proximal, site.near), self.path_to(site.link.distal, site.far)
+    def gap(self, j: int) -> Path:
+        """Return the path from the proximal to the distal point of a joint."""
+        link, joint = self.machine.sites[j].link, self.joints[j]
+        return self.between(self.path_to(link.proximal, joint.near), self.path_to(link.distal, joint.far))
 
-    def direction(self, body: int) -> Vector:
+    def direction(self, body: int) -> PlaneVector:
         """Return cosine and sine of a body's angle."""
         group = self.spanning_tree.group[body]
-        return (self.cosine[group], self.sine[group]) if group else ("1.0", None)
+        return PlaneVector(self.cosine[group], self.sine[group]) if group else PlaneVector(ONE, ZERO)
 
-    def spin(self, body: int) -> str | None:
+    def spin(self, body: int) -> Expr:
         """Return the rate of a body's angle."""
-        return self.rate.get(Coordinate(ANGLE, self.spanning_tree.group[body]))
+        return self.rate.get(Coordinate(ANGLE, self.spanning_tree.group[body]), ZERO)
 
     # ------------------------------------------------------------------------------------------ motion
 
-    def place(self, path: Path) -> Vector:
-        """Return the position at the end of a path."""
-        shifts = (self.signed(sign, self.shift[body]) for body, sign in path.roots.items())
-        return self.sum((None, None), *shifts, *(self.turned(g, arm) for g, arm in path.arms.items()))
+    def in_fixed(self, group: int, vector: PlaneVector) -> PlaneVector:
+        """Return a vector fixed in a group, in the fixed frame."""
+        return vector.rotated(self.cosine[group], self.sine[group]) if group else vector
 
-    def axis(self, j: int) -> Vector:
+    def position(self, path: Path) -> PlaneVector:
+        """Return the position at the end of a path."""
+        shifts = [signed(sign, self.shift[body]) for body, sign in path.roots.items()]
+        return vector_sum([*shifts, *(self.in_fixed(g, arm) for g, arm in path.arms.items())])
+
+    def axis(self, j: int) -> PlaneVector:
         """Return the direction of a guide in the fixed frame."""
-        site = self.machine.sites[j]
-        return self.turned(self.spanning_tree.group[site.link.proximal], site.axis)
+        return self.in_fixed(self.spanning_tree.group[self.machine.sites[j].link.proximal], self.joints[j].axis)
 
     def columns(self, path: Path) -> Columns:
         """Return the derivatives of the position at the end of a path."""
-        columns = {Coordinate(ANGLE, g): self.left(self.turned(g, arm)) for g, arm in path.arms.items() if g != 0}
+        columns = {Coordinate(ANGLE, g): self.in_fixed(g, arm).left() for g, arm in path.arms.items() if g != 0}
         for j, sign in path.runs.items():
-            columns[Coordinate(RUN, j)] = self.signed(sign, self.axis(j))
+            columns[Coordinate(RUN, j)] = signed(sign, self.axis(j))
         for body, sign in path.roots.items():
-            columns[Coordinate(SHIFT_X, body)] = self.signed(sign, ("1.0", None))
-            columns[Coordinate(SHIFT_Y, body)] = self.signed(sign, (None, "1.0"))
-        return {item: vector for item, vector in columns.items() if vector != (None, None)}
+            columns[Coordinate(SHIFT_X, body)] = signed(sign, self.code.vector(("1.0", None)))
+            columns[Coordinate(SHIFT_Y, body)] = signed(sign, self.code.vector((None, "1.0")))
+        return {item: vector for item, vector in columns.items() if vector != NO_VECTOR}
 
-    def combination(self, columns: Columns, rates: dict) -> Vector:
-        """Return the sum of columns times rates."""
-        return self.sum((None, None), *(self.scaled(rates[item], column) for item, column in columns.items()))
+    def velocity(self, path: Path) -> PlaneVector:
+        """Return the velocity at the end of a path."""
+        return combination(self.columns(path), self.rate)
 
-    def bias(self, path: Path) -> Vector:
+    def bias(self, path: Path) -> PlaneVector:
         """Return the acceleration at the end of a path from rates only."""
         terms = []
         for g, arm in path.arms.items():
-            if g != 0 and arm != (None, None):
+            if g != 0 and arm != NO_VECTOR:
                 rate = self.rate[Coordinate(ANGLE, g)]
-                square = self.lines.product(rate, rate)
-                terms.append(self.minus(self.scaled(square, self.turned(g, arm))))
+                square = self.code.assign(rate * rate)
+                terms.append(-(square * self.in_fixed(g, arm)))
         for j, sign in path.runs.items():
             g = self.spanning_tree.group[self.machine.sites[j].link.proximal]
             if g != 0:
-                swept = self.lines.product("2.0", self.rate[Coordinate(ANGLE, g)], self.rate[Coordinate(RUN, j)])
-                transverse = self.scaled(swept, self.left(self.axis(j)))
-                terms.append(self.signed(sign, transverse))
-        return self.sum((None, None), *terms)
+                coriolis = self.code.assign(2.0 * self.rate[Coordinate(ANGLE, g)] * self.rate[Coordinate(RUN, j)])
+                terms.append(signed(sign, coriolis * self.axis(j).left()))
+        return vector_sum(terms)
+
+    def acceleration(self, path: Path, accelerations: Mapping[Coordinate, Expr]) -> PlaneVector:
+        """Return the acceleration at the end of a path; coordinates without an entry do not accelerate."""
+        return self.bias(path) + combination(self.columns(path), accelerations)
 
 
 class Bodies(Kinematics):
     """Positions of all bodies in a generated function of their pose."""
 
     def __init__(self, machine: MachineType, *arguments: str):
-        super().__init__(machine, Lines(*arguments))
+        super().__init__(machine, FunctionCode(*arguments))
         self.from_pose()
 
-    def applied(self) -> list[tuple[int, Vector, Vector, str | None]]:
-        """Return body, point, force and torque of every external load except gravity."""
-        lines, terms = self.lines, []
+    def inertia_of(self, body: int) -> tuple[Expr, Expr]:
+        """Return mass and moment of inertia of a body."""
+        mass, inertia = (self.code.assign(f"mechanism.bodies[{body - 1}].{key}") for key in ("mass", "inertia"))
+        return mass, inertia
+
+    def applied(self) -> list[Load]:
+        """Return every external load except gravity."""
+        loads: list[Load] = []
         for i, load in enumerate(self.machine.loads):
-            path = f"mechanism.loads[{i}]"
-            if load is None:
-                continue
-            if load.form is Springing:
-                terms += self._springing(path, load)
-                continue
-            if load.form is Pushing:
-                parts = tuple(lines.let(f"{path}.{component}") for component in ("fx", "fy", "torque"))
-            else:
-                crank = f"pose.turns[{self.machine.groups.index(self.spanning_tree.crank)}].angle"
-                argument = crank if load.form is ByAngle else "pose.time"
-                parts = tuple(f"{component}_{i}" for component in ("fx", "fy", "torque"))
-                lines.once(f"{', '.join(parts)} = by_table({path}.table, {argument})")
-            ((body, point),) = load.ends
-            terms.append((body, point, parts[:2], parts[2]))
-        return terms
+            if load is not None:
+                loads += self._spring(i, load) if load.form is Springing else [self._push(i, load)]
+        return loads
 
-    def tension(self, j: int) -> str:
+    def _push(self, i: int, load: LoadKind) -> Load:
+        """Return the load number `i`: a force and torque on one body, constant or by a table."""
+        path = f"mechanism.loads[{i}]"
+        if load.form is Pushing:
+            fx, fy, torque = (self.code.assign(f"{path}.{component}") for component in ("fx", "fy", "torque"))
+        else:
+            crank = f"pose.turns[{self.machine.groups.index(self.spanning_tree.crank)}].angle"
+            argument = crank if load.form is ByAngle else "pose.time"
+            names = [f"{component}_{i}" for component in ("fx", "fy", "torque")]
+            line = f"{', '.join(names)} = by_table({path}.table, {argument})"
+            if line not in self.code.lines:
+                self.code.write(line)
+            fx, fy, torque = map(self.code.expression, names)
+        ((body, point),) = load.ends
+        return Load(body, self.code.vector(point), PlaneVector(fx, fy), torque)
+
+    def tension(self, j: int) -> Expr:
         """Return the force (N) with which the spring number `j` of an elastic link pulls its ends together."""
-        lines, path = self.lines, f"mechanism.joints[{j}].site"
-        stretched = lines.product(f"{path}.stiffness", self.run[j])
-        return lines.let(lines.total(stretched, lines.product(f"{path}.damping", self.rate[Coordinate(RUN, j)])))
+        stiffness, damping = (
+            self.code.expression(f"mechanism.joints[{j}].site.{name}") for name in ("stiffness", "damping")
+        )
+        return stiffness * self.run[j] + damping * self.rate[Coordinate(RUN, j)]
 
-    def _springing(self, path: str, load: LoadKind) -> list[tuple[int, Vector, Vector, None]]:
-        """Return the forces of a spring and damper at both ends."""
-        lines = self.lines
-        (first, near_end), (second, far_end) = load.ends
-        between = self.between(self.path_to(first, near_end), self.path_to(second, far_end))
-        distance, velocity = self.place(between), self.combination(self.columns(between), self.rate)
-        length = lines.let(f"math.sqrt({lines.total(*lines.dot(distance, distance))})")
-        unit = self.scaled(lines.let(f"1.0 / {length}"), distance)
-        rate = lines.total(*lines.dot(tuple(map(lines.let, unit)), velocity))
-        longer = lines.total(length, lines.minus(lines.let(f"{path}.free_length")))
-        tension = lines.total(lines.product(f"{path}.stiffness", longer), lines.product(f"{path}.damping", rate))
-        force = tuple(lines.let(component) for component in self.scaled(tension, unit))
-        return [(first, near_end, force, None), (second, far_end, self.minus(force), None)]
+    def _spring(self, i: int, load: LoadKind) -> list[Load]:
+        """Return the forces of the load number `i`, a spring and damper, at both ends."""
+        path_code = f"mechanism.loads[{i}]"
+        stiffness, damping = (self.code.expression(f"{path_code}.{name}") for name in ("stiffness", "damping"))
+        (first, near), (second, far) = ((body, self.code.vector(point)) for body, point in load.ends)
+        path = self.between(self.path_to(first, near), self.path_to(second, far))
+        distance, velocity = self.position(path), self.velocity(path)
+        length = self.code.call("math.sqrt", distance.dot(distance))
+        unit = (1.0 / length) * distance
+        rate = unit.assigned().dot(velocity)
+        extension = length - self.code.assign(f"{path_code}.free_length")
+        force = ((stiffness * extension + damping * rate) * unit).assigned()
+        return [Load(first, near, force, ZERO), Load(second, far, -force, ZERO)]
 
 
-def _less(signs: dict, removed: dict) -> dict:
+def signed(sign: int, vector: PlaneVector) -> PlaneVector:
+    """Return a vector times a sign."""
+    return vector if sign > 0 else -vector
+
+
+def combination(columns: Columns, rates: Mapping[Coordinate, Expr]) -> PlaneVector:
+    """Return the sum of columns times rates; a missing rate is zero."""
+    return vector_sum([rates[item] * column for item, column in columns.items() if item in rates])
+
+
+def _difference(signs: dict, removed: dict) -> dict:
     """Return the difference of two signed collections."""
-    opposite = {"+": "-", "-": "+"}
     return {item: sign for item, sign in signs.items() if item not in removed} | {
-        item: opposite[sign] for item, sign in removed.items() if item not in signs
+        item: -sign for item, sign in removed.items() if item not in signs
     }

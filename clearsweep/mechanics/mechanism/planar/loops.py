@@ -7,121 +7,134 @@ stabilisation.
 """
 
 import itertools
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from .expressions import NO_VECTOR, ONE, ZERO, Expr, sum_of
 from .kinematics import Kinematics
 from .spanning_tree import ANGLE, Coordinate
-from .writer import Lines
 
-Row = dict[Coordinate, str | None]
+Row = dict[Coordinate, Expr]
 
 
 class Equation(NamedTuple):
     """An equation of a loop: value = 0."""
 
-    value: str | None
+    value: Expr
     columns: Row  # its derivatives
-    bias: str | None  # its second derivative in time without accelerations
+    bias: Expr  # its second derivative in time without accelerations
 
 
-def equations(write: Kinematics, *, with_rates: bool = True) -> list[Equation]:
+def equations(kinematics: Kinematics, *, with_rates: bool = True) -> list[Equation]:
     """Return the equations of all loops; without their bias where rates are not known."""
-    lines, closing_rows = write.lines, []
-    for j in write.spanning_tree.loop_joints:
-        link = write.machine.sites[j].link
-        path = write.between(*write.site(j))
-        position, columns = write.place(path), write.columns(path)
-        bias = write.bias(path) if with_rates else (None, None)
-        if not link.slides:
-            for k in range(2):
-                row = {item: column[k] for item, column in columns.items() if column[k] is not None}
-                closing_rows.append(Equation(position[k], row, bias[k]))
-            continue
-        group, direction = write.spanning_tree.group[link.proximal], write.axis(j)
-        normal = write.left(direction)
-        row = {item: lines.total(*lines.dot(normal, column)) for item, column in columns.items()}
-        terms = [*lines.dot(normal, bias)]
-        if group != 0:
-            angle = Coordinate(ANGLE, group)
-            axial = lines.minus(lines.total(*lines.dot(direction, position)))
-            row[angle] = lines.total(row.get(angle), axial)
-            if with_rates:
-                rate = lines.total(*lines.dot(direction, write.combination(columns, write.rate)))
-                terms.append(lines.minus(lines.product("2.0", write.rate[angle], rate)))
-        closing_rows.append(Equation(lines.total(*lines.dot(normal, position)), row, lines.total(*terms)))
-    return closing_rows
+    loop_equations: list[Equation] = []
+    for j in kinematics.spanning_tree.loop_joints:
+        slides = kinematics.machine.sites[j].link.slides
+        loop_equations += [_guide(kinematics, j, with_rates)] if slides else _pin(kinematics, j, with_rates)
+    return loop_equations
+
+
+def _pin(kinematics: Kinematics, j: int, with_rates: bool) -> list[Equation]:
+    """Return the equations of a pin: both of its points are at the same position."""
+    path = kinematics.gap(j)
+    position, columns = kinematics.position(path), kinematics.columns(path)
+    bias = kinematics.bias(path) if with_rates else NO_VECTOR
+    rows = ({item: getattr(column, axis) for item, column in columns.items()} for axis in "xy")
+    return [
+        Equation(value, {item: entry for item, entry in row.items() if entry != ZERO}, second)
+        for value, row, second in zip(position, rows, bias, strict=True)
+    ]
+
+
+def _guide(kinematics: Kinematics, j: int, with_rates: bool) -> Equation:
+    """Return the equation of a guide: the distal point is on the line through the proximal one."""
+    path, group = kinematics.gap(j), kinematics.spanning_tree.group[kinematics.machine.sites[j].link.proximal]
+    position, columns = kinematics.position(path), kinematics.columns(path)
+    bias = kinematics.bias(path) if with_rates else NO_VECTOR
+    direction = kinematics.axis(j)
+    normal = direction.left()
+    row = {item: normal.dot(column) for item, column in columns.items()}
+    terms = [*normal.products(bias)]
+    if group != 0:
+        angle = Coordinate(ANGLE, group)
+        row[angle] = row.get(angle, ZERO) - direction.dot(position)
+        if with_rates:
+            sliding_rate = direction.dot(kinematics.velocity(path))
+            terms.append(-(2.0 * kinematics.rate[angle] * sliding_rate))
+    return Equation(normal.dot(position), row, sum_of(terms))
 
 
 class Solver:
     """Solution of the linear loop equations for dependent coordinates, by blocks of coupled equations."""
 
-    def __init__(self, lines: Lines, rows: list[Row], dependent: tuple[Coordinate, ...]):
-        self.lines, self.rows = lines, rows
+    def __init__(self, rows: Sequence[Row], dependent: tuple[Coordinate, ...]):
+        self.rows = rows
         self.blocks = [(block, unknown, self._inverse(block, unknown)) for block, unknown in _blocks(rows, dependent)]
 
     def _inverse(self, block: tuple[int, ...], unknown: tuple[Coordinate, ...]) -> dict:
         """Return the inverse of the matrix of some equations and unknowns, by minors: entries (unknown, equation)."""
-        lines, minors = self.lines, {}
+        minors: dict[tuple, Expr] = {}
 
-        def minor(rows: tuple[int, ...], among: tuple[Coordinate, ...]) -> str | None:
+        def minor(rows: tuple[int, ...], columns: tuple[Coordinate, ...]) -> Expr:
             if not rows:
-                return "1.0"
-            if (rows, among) not in minors:
+                return ONE
+            if (rows, columns) not in minors:
                 terms = []
-                for k, item in enumerate(among):
-                    remainder = minor(rows[1:], among[:k] + among[k + 1 :])
-                    term = lines.product(self.rows[rows[0]].get(item), remainder)
-                    terms.append(term if k % 2 == 0 else lines.minus(term))
-                minors[rows, among] = lines.total(*terms)
-            return minors[rows, among]
+                for k, item in enumerate(columns):
+                    entry, cofactor = self._entry(rows[0], item), minor(rows[1:], columns[:k] + columns[k + 1 :])
+                    terms.append(entry * cofactor if k % 2 == 0 else -(entry * cofactor))
+                minors[rows, columns] = sum_of(terms)
+            return minors[rows, columns]
 
-        scale = lines.let(f"1.0 / {minor(block, unknown)}")
+        scale = 1.0 / minor(block, unknown)
         inverse = {}
         for (i, row), (k, item) in itertools.product(enumerate(block), enumerate(unknown)):
-            cofactor = lines.product(minor(block[:i] + block[i + 1 :], unknown[:k] + unknown[k + 1 :]), scale)
-            inverse[item, row] = lines.let(cofactor if (i + k) % 2 == 0 else lines.minus(cofactor))
+            entry = minor(block[:i] + block[i + 1 :], unknown[:k] + unknown[k + 1 :]) * scale
+            inverse[item, row] = (entry if (i + k) % 2 == 0 else -entry).assigned()
         return inverse
 
-    def solved(self, right_side: list[str | None]) -> dict[Coordinate, str | None]:
+    def _entry(self, row: int, item: Coordinate) -> Expr:
+        """Return the derivative of an equation by a coordinate."""
+        return self.rows[row].get(item, ZERO)
+
+    def solved(self, right_side: Sequence[Expr]) -> Row:
         """Return the unknowns for right-hand sides, one for each equation."""
-        lines = self.lines
-        solution: dict[Coordinate, str | None] = {}
+        solution: Row = {}
         for block, unknown, inverse in self.blocks:
-            left_side = {}
+            residual = {}
             for row in block:
-                known_values = (lines.product(self.rows[row].get(item), value) for item, value in solution.items())
-                left_side[row] = lines.total(right_side[row], *map(lines.minus, known_values))
+                eliminated = [-(self._entry(row, item) * value) for item, value in solution.items()]
+                residual[row] = sum_of([right_side[row], *eliminated])
             for item in unknown:
-                solution[item] = lines.total(*(lines.product(inverse[item, row], left_side[row]) for row in block))
+                solution[item] = sum_of(inverse[item, row] * residual[row] for row in block)
         return solution
 
-    def transposed(self, right_side: dict[Coordinate, str | None]) -> list[str | None]:
+    def transposed(self, right_side: Mapping[Coordinate, Expr]) -> list[Expr]:
         """Return the multipliers, one for each equation, from the transposed equations."""
-        lines = self.lines
-        solution: dict[int, str | None] = {}
+        solution: dict[int, Expr] = {}
         for block, unknown, inverse in reversed(self.blocks):
-            left_side = {}
+            residual = {}
             for item in unknown:
-                known_values = (lines.product(self.rows[row].get(item), value) for row, value in solution.items())
-                left_side[item] = lines.total(right_side[item], *map(lines.minus, known_values))
+                eliminated = [-(self._entry(row, item) * value) for row, value in solution.items()]
+                residual[item] = sum_of([right_side[item], *eliminated])
             for row in block:
-                solution[row] = lines.total(*(lines.product(inverse[item, row], left_side[item]) for item in unknown))
+                solution[row] = sum_of(inverse[item, row] * residual[item] for item in unknown)
         return [solution[row] for row in range(len(self.rows))]
 
 
-def _blocks(rows: list[Row], dependent: tuple[Coordinate, ...]) -> list[tuple[tuple[int, ...], tuple[Coordinate, ...]]]:
+def _blocks(
+    rows: Sequence[Row], dependent: tuple[Coordinate, ...]
+) -> list[tuple[tuple[int, ...], tuple[Coordinate, ...]]]:
     """Return blocks of equations with as many new unknowns as equations, smallest first."""
-    left_side, known_values, blocks = list(range(len(rows))), set(), []
-    while left_side:
+    open_rows, solved, blocks = list(range(len(rows))), set(), []
+    while open_rows:
         for candidate in (
-            subset for size in range(1, len(left_side) + 1) for subset in itertools.combinations(left_side, size)
+            subset for size in range(1, len(open_rows) + 1) for subset in itertools.combinations(open_rows, size)
         ):
-            unknown = {
-                item for row in candidate for item in rows[row] if item in dependent and item not in known_values
-            }
+            unknown = {item for row in candidate for item in rows[row] if item in dependent and item not in solved}
             if len(unknown) == len(candidate):
                 break
         blocks.append((candidate, tuple(item for item in dependent if item in unknown)))
-        known_values |= unknown
-        left_side = [row for row in left_side if row not in candidate]
+        solved |= unknown
+        open_rows = [row for row in open_rows if row not in candidate]
     return blocks

@@ -5,27 +5,26 @@ from typing import Any, NamedTuple
 from ...joint.friction.stick import Karnopp
 from ..contract import Open
 from .drive import Free, Steady
+from .expressions import Components
 from .form import AlongX, Centre, OnAxis, Planar, PointAim, Segment, Slide, Sprung
 from .loads import Braked, Rubbed, Springing
 from .spanning_tree import Coordinate, Link, SpanningTree, spanning_tree
 
-Vector = tuple[str | None, str | None]
-
 
 class Site(NamedTuple):
-    """A joint, and the expressions of its points."""
+    """A joint, and the code of its points."""
 
     link: Link
-    near: Vector  # on the proximal body, from its centre of mass
-    far: Vector
-    axis: Vector  # of a guide
+    near: Components  # on the proximal body, from its centre of mass
+    far: Components
+    axis: Components  # of a guide
 
 
 class LoadKind(NamedTuple):
     """A load and its points of action."""
 
     form: type
-    ends: tuple[tuple[int, Vector], ...]  # bodies and points
+    ends: tuple[tuple[int, Components], ...]  # bodies and points
 
 
 class FrictionLoad(NamedTuple):
@@ -108,8 +107,8 @@ def machine_type(kinds: tuple) -> MachineType:
     loads = tuple(_load(kind, f"mechanism.loads[{i}]") for i, kind in enumerate(_of(kinds, "loads")[1:]))
     aim, path = _of(kinds, "aim"), "mechanism.aim"
     assert kinds[0] is Planar
-    point = _vector(_of(aim, "at"), f"{path}.at") if aim[0] is PointAim else None
-    direction = _vector(_of(aim, "direction"), f"{path}.direction") if aim[0] is PointAim else None
+    point = _components(_of(aim, "at"), f"{path}.at") if aim[0] is PointAim else None
+    direction = _components(_of(aim, "direction"), f"{path}.direction") if aim[0] is PointAim else None
     dependent = tuple(tree.coordinates[_number(kind)] for kind in _of(kinds, "dependent")[1:])
     return MachineType(
         sites,
@@ -137,8 +136,10 @@ def _site(kinds: tuple, path: str) -> Site:
     slides = kinds[0] is Slide
     site, bodies = _of(kinds, "site")[0], (_number(_of(kinds, "proximal")), _number(_of(kinds, "distal")))
     link = Link(slides, site is Open, *bodies, site is Sprung)
-    axis = _vector(_of(kinds, "axis"), f"{path}.axis") if slides else (None, None)
-    return Site(link, _vector(_of(kinds, "near"), f"{path}.near"), _vector(_of(kinds, "far"), f"{path}.far"), axis)
+    axis = _components(_of(kinds, "axis"), f"{path}.axis") if slides else (None, None)
+    return Site(
+        link, _components(_of(kinds, "near"), f"{path}.near"), _components(_of(kinds, "far"), f"{path}.far"), axis
+    )
 
 
 def _load(kinds: tuple, path: str) -> LoadKind | None:
@@ -146,12 +147,12 @@ def _load(kinds: tuple, path: str) -> LoadKind | None:
         return None
     pairs = (("first", "near"), ("second", "far")) if kinds[0] is Springing else (("body", "at"),)
     endpoints = tuple(
-        (_number(_of(kinds, body)), _vector(_of(kinds, point), f"{path}.{point}")) for body, point in pairs
+        (_number(_of(kinds, body)), _components(_of(kinds, point), f"{path}.{point}")) for body, point in pairs
     )
     return LoadKind(kinds[0], endpoints)
 
 
-def _vector(kinds: tuple, path: str) -> Vector:
+def _components(kinds: tuple, path: str) -> Components:
     form = kinds[0]
     if form is Centre:
         return None, None

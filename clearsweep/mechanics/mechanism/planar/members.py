@@ -17,13 +17,13 @@ from ..contract import (
     with_friction_laws,
 )
 from .cycle import at_angle
-from .equations import written
+from .equations import generated
 from .form import Planar
 from .rubbing import rubbed_powers, rubbed_slips
 
 _placed, _gaps_of, _accelerated, _masses, _energy_of, _described, _angles, _judged, _rate_of, _rubs_of, _with_rubs = (
     map(
-        written,
+        generated,
         (
             "place",
             "gaps",

@@ -9,16 +9,16 @@ from typing import NamedTuple
 
 from ...compiled.family import family
 from ..contract import Motion
-from .dynamics import Dynamics, Row, mass_of
-from .kinematics import Bodies
-from .loops import Solver, equations
-from .machine_type import FrictionLoad, MachineType, Vector
+from .dynamics import Dynamics
+from .expressions import NO_VECTOR, ZERO, Expr, PlaneVector, sum_of, tuple_code, vector_sum
+from .kinematics import Bodies, combination, signed
+from .loops import Row, Solver, equations
+from .machine_type import FrictionLoad, MachineType
 from .spanning_tree import ANGLE, Coordinate
-from .writer import number, tupled
 
 SWEEPS = 200  # over friction and reactions
 LEAST_YIELD = 1e-6  # rad/s^2 per N m, m/s^2 per N: a less compliant joint follows the crank and cannot stick
-SETTLED = 1e-15  # tolerance, relative to the largest friction
+CONVERGED = 1e-15  # tolerance, relative to the largest friction
 JAMS = 1e-9  # the same after all sweeps: a larger change means that the joint jams
 
 _SOLVED = """def accelerate(mechanism, pose, loads):
@@ -32,7 +32,7 @@ _SOLVED = """def accelerate(mechanism, pose, loads):
         for i in range({count}):
             change = max(change, abs(plain(rub[i]) - plain(before[i])))
             largest = max(largest, abs(plain(rub[i])))
-        if change <= {near} * largest:
+        if change <= {converged} * largest:
             break
     motion = under_friction(mechanism, pose, loads, rub)[0]
     valid = 1.0 if change <= {jams} * largest else math.nan
@@ -63,7 +63,7 @@ _STICKING = """def accelerate(mechanism, pose, loads):
         for i in range({count}):
             change = max(change, abs(plain(rub[i]) - plain(before[i])))
             largest = max(largest, abs(plain(rub[i])))
-        if change <= {near} * largest:
+        if change <= {converged} * largest:
             break
     motion = under_friction(mechanism, pose, loads, rub)[0]
     valid = 1.0 if change <= {jams} * largest else math.nan
@@ -111,162 +111,147 @@ def _rubbed_slips_rubbed_motion(motion):
     return motion.slips
 
 
-class Reacting(Dynamics):
+class FrictionDynamics(Dynamics):
     """Accelerations under given friction, and the corresponding reactions."""
 
-    def forces(self):
+    def forces(self) -> tuple[dict[int, list[PlaneVector]], dict[int, list[Expr]]]:
         """Return the terms of the forces on the bodies and of the moments about their centres of mass."""
         force, moment = super().forces()
         for i, friction_load in enumerate(self.machine.friction_loads):
-            site, size = self.machine.sites[friction_load.joint], self.lines.let(f"rub[{i}]")
-            endpoints = ((site.link.distal, site.far, "+"), (site.link.proximal, site.near, "-"))
-            for body, point, sign in endpoints:
-                if not site.link.slides:
-                    moment[body].append(size if sign == "+" else self.lines.minus(size))
-                    continue
-                friction_force = self.signed(sign, self.scaled(size, self.axis(friction_load.joint)))
+            j, size = friction_load.joint, self.code.assign(f"rub[{i}]")
+            link, joint = self.machine.sites[j].link, self.joints[j]
+            if not link.slides:
+                moment[link.distal].append(size)
+                moment[link.proximal].append(-size)
+                continue
+            for body, point, sign in ((link.distal, joint.far, 1), (link.proximal, joint.near, -1)):
+                friction_force = signed(sign, size * self.axis(j))
                 force[body].append(friction_force)
                 moment[body].append(self.moment(body, point, friction_force))
-            if (
-                site.link.slides and friction_load.joint in self.machine.open
-            ):  # the walls are loaded at the position of the block
-                moment[site.link.proximal].append(self.lines.product(size, _offset(self, friction_load.joint)))
+            if j in self.machine.open:  # the walls are loaded at the position of the block
+                moment[link.proximal].append(size * _offset(self, j))
         return force, moment
 
-    def normals(self, accelerations: Row) -> list[str | None]:
+    def normals(self, accelerations: Row) -> list[Expr]:
         """Return the magnitude of the reaction in each joint with friction, for the accelerations of all coordinates.
 
         It is 0 for friction of given size.
         """
-        lines, machine = self.lines, self.machine
-        if all(friction_load.given for friction_load in machine.friction_loads):
-            return ["0.0"] * len(machine.friction_loads)
-        missing, couples = self._missing(accelerations)
-        reactions = self._multipliers(missing, couples)
-        for j, known_reaction in reactions.items():
-            link = machine.sites[j].link
-            missing[link.distal] = self.sum(missing[link.distal], self.minus(known_reaction))
-            missing[link.proximal] = self.sum(missing[link.proximal], known_reaction)
+        friction_loads = self.machine.friction_loads
+        if all(friction_load.given for friction_load in friction_loads):
+            return [ZERO] * len(friction_loads)
+        force, moment = self._joint_loads(accelerations)
+        loop_reactions = self._loop_reactions(force, moment)
+        for j, reaction in loop_reactions.items():
+            link = self.machine.sites[j].link
+            force[link.distal] -= reaction
+            force[link.proximal] += reaction
         sizes = []
-        for friction_load in machine.friction_loads:
+        for friction_load in friction_loads:
+            j = friction_load.joint
+            reaction = loop_reactions[j] if j in loop_reactions else self._tree_reaction(j, force)
             if friction_load.given:
-                sizes.append("0.0")
-                continue
-            reaction = reactions.get(friction_load.joint) or self._through(friction_load.joint, missing)
-            if machine.sites[friction_load.joint].link.slides:
-                transverse = lines.total(*lines.dot(self.left(self.axis(friction_load.joint)), reaction))
-                sizes.append(f"abs({transverse})")
+                sizes.append(ZERO)
+            elif self.machine.sites[j].link.slides:
+                sizes.append(f"abs({self.axis(j).left().dot(reaction)})")
             else:
-                sizes.append(f"math.sqrt({lines.total(*lines.dot(reaction, reaction))})")
-        return [size if size == "0.0" else lines.let(size) for size in sizes]
+                sizes.append(f"math.sqrt({reaction.dot(reaction)})")
+        return [self.code.assign(size) for size in sizes]
 
-    def pace(self, friction_load: FrictionLoad, accelerations: Row) -> str | None:
+    def slip_rate(self, friction_load: FrictionLoad, accelerations: Row) -> Expr:
         """Return the derivative of a joint's slip (rad/s^2 or m/s^2), for the accelerations of all coordinates."""
-        lines, link = self.lines, self.machine.sites[friction_load.joint].link
+        link = self.machine.sites[friction_load.joint].link
         if not link.slides:
-            relative_turn = (
-                accelerations.get(Coordinate(ANGLE, self.spanning_tree.group[body]))
+            distal, proximal = (
+                accelerations.get(Coordinate(ANGLE, self.spanning_tree.group[body]), ZERO)
                 for body in (link.distal, link.proximal)
             )
-            distal, proximal = relative_turn
-            return lines.total(distal, lines.minus(proximal))
-        path, axis = self.between(*self.site(friction_load.joint)), self.axis(friction_load.joint)
-        columns = self.columns(path)
-        change = self.sum(
-            self.bias(path),
-            self.combination({item: columns[item] for item in columns if item in accelerations}, accelerations),
-        )
-        transverse = lines.total(*lines.dot(self.left(axis), self.combination(columns, self.rate)))
-        return lines.total(*lines.dot(axis, change), lines.product(self.spin(link.proximal), transverse))
+            return distal - proximal
+        path, axis = self.gap(friction_load.joint), self.axis(friction_load.joint)
+        acceleration = self.acceleration(path, accelerations)
+        transverse = axis.left().dot(self.velocity(path))
+        return sum_of([*axis.products(acceleration), self.spin(link.proximal) * transverse])
 
-    def _missing(self, accelerations: Row) -> tuple[dict[int, Vector], dict[int, str | None]]:
-        """Return force and moment of the joints on each body."""
-        lines = self.lines
-        force, moment = self.forces()
-        missing: dict[int, Vector] = {0: (None, None)}
-        couples: dict[int, str | None] = {0: None}
+    def _joint_loads(self, accelerations: Row) -> tuple[dict[int, PlaneVector], dict[int, Expr]]:
+        """Return force and moment of the joints without clearance on each body."""
+        applied_force, applied_moment = self.forces()
+        force: dict[int, PlaneVector] = {0: NO_VECTOR}
+        moment: dict[int, Expr] = {0: ZERO}
         for body, path in self.paths.items():
-            mass, inertia = mass_of(lines, body)
-            change = self.sum(self.bias(path), self.combination(self.tree[body], accelerations))
-            safe_yield = [tuple(map(lines.minus, force_vector)) for force_vector in force[body]]
-            missing[body] = self.sum(self.scaled(mass, change), *safe_yield)
-            spun = lines.product(inertia, accelerations.get(Coordinate(ANGLE, self.spanning_tree.group[body])))
-            couples[body] = lines.total(spun, *map(lines.minus, moment[body]))
-        return missing, couples
+            mass, inertia = self.inertia_of(body)
+            acceleration = self.bias(path) + combination(self.tree_columns[body], accelerations)
+            force[body] = vector_sum([mass * acceleration, *(-term for term in applied_force[body])])
+            angular = accelerations.get(Coordinate(ANGLE, self.spanning_tree.group[body]), ZERO)
+            moment[body] = sum_of([inertia * angular, *(-term for term in applied_moment[body])])
+        return force, moment
 
-    def _multipliers(self, missing: dict, couples: dict) -> dict[int, Vector]:
+    def _loop_reactions(self, force: dict[int, PlaneVector], moment: dict[int, Expr]) -> dict[int, PlaneVector]:
         """Return the force on the distal body of each joint that closes a loop."""
-        lines, machine, right_side = self.lines, self.machine, {}
+        machine = self.machine
         if not machine.dependent:
             return {}
+        right_side: Row = {}
         for item in machine.dependent:
-            terms = [part for body in self.paths for part in self._work(item, body, missing)]
+            terms: list[Expr] = []
+            for body, columns in self.tree_columns.items():
+                terms += columns[item].products(force[body]) if item in columns else ()
             if item.kind == ANGLE:
-                terms += [couples[body] for body in self.paths if self.spanning_tree.group[body] == item.of]
-            right_side[item] = lines.total(*terms)
+                terms += [moment[body] for body in self.paths if self.spanning_tree.group[body] == item.of]
+            right_side[item] = sum_of(terms)
         rows = [equation.columns for equation in equations(self, with_rates=False)]
-        multipliers = Solver(lines, rows, machine.dependent).transposed(right_side)
-        results, row = {}, 0
+        multipliers = Solver(rows, machine.dependent).transposed(right_side)
+        reactions: dict[int, PlaneVector] = {}
+        row = 0
         for j in self.spanning_tree.loop_joints:
             if machine.sites[j].link.slides:
-                results[j] = self.scaled(multipliers[row], self.left(self.axis(j)))
+                reactions[j] = multipliers[row] * self.axis(j).left()
                 row += 1
             else:
-                results[j] = (multipliers[row], multipliers[row + 1])
+                reactions[j] = PlaneVector(multipliers[row], multipliers[row + 1])
                 row += 2
-        return results
+        return reactions
 
-    def _work(self, item: Coordinate, body: int, missing: dict) -> tuple:
-        column = self.tree[body].get(item)
-        return self.lines.dot(column, missing[body]) if column else ()
-
-    def _through(self, joint: int, missing: dict) -> Vector:
+    def _tree_reaction(self, joint: int, force: dict[int, PlaneVector]) -> PlaneVector:
         """Return the force that a tree joint transmits to its subtree."""
-        hung = [body for body in self.paths if self._hangs(body, joint)]
-        return self.sum((None, None), *(missing[body] for body in hung))
+        return vector_sum([force[body] for body in self.paths if self._in_subtree(body, joint)])
 
-    def _hangs(self, body: int, joint: int) -> bool:
+    def _in_subtree(self, body: int, joint: int) -> bool:
+        """Return whether the path from the ground to a body passes a tree joint."""
         while self.spanning_tree.parents[body] is not None:
-            body, through = self.spanning_tree.parents[body]
-            if through == joint:
+            body, passed = self.spanning_tree.parents[body]
+            if passed == joint:
                 return True
         return False
 
 
 def accelerate(machine: MachineType) -> str:
     """Return the code of `accelerate` for machines with friction in joints without clearance."""
-    write = Reacting(machine, "mechanism", "pose", "loads", "rub")
-    motion, accelerations = write.motion()
-    sizes, paces = (
-        write.normals(accelerations),
-        [write.pace(friction_load, accelerations) for friction_load in machine.friction_loads if friction_load.sticks],
-    )
-    returned = (motion, tupled(sizes), tupled([number(pace) for pace in paces])) if paces else (motion, tupled(sizes))
-    function_name = write.lines.function("under_friction", tupled(list(returned)))
-    kinematics = Bodies(machine, "mechanism", "pose")
-    frictions = [_friction_code(kinematics, i, friction_load) for i, friction_load in enumerate(machine.friction_loads)]
-    friction, power = (
-        [code.force for code in frictions],
-        [f"rub[{i}] * {code.slip}" for i, code in enumerate(frictions)],
-    )
-    places = {
-        "zeros": tupled(["0.0"] * len(frictions)),
-        "friction": tupled(friction),
+    dynamics = FrictionDynamics(machine, "mechanism", "pose", "loads", "rub")
+    motion, accelerations = dynamics.motion()
+    normals = dynamics.normals(accelerations)
+    slip_rates = [dynamics.slip_rate(load, accelerations) for load in machine.friction_loads if load.sticks]
+    returned = [motion, tuple_code(normals), *([tuple_code(slip_rates)] if slip_rates else [])]
+    under_friction = dynamics.code.function("under_friction", tuple_code(returned))
+    bodies = Bodies(machine, "mechanism", "pose")
+    frictions = [_friction_code(bodies, i, friction_load) for i, friction_load in enumerate(machine.friction_loads)]
+    powers = [f"rub[{i}] * {code.slip}" for i, code in enumerate(frictions)]
+    fields = {
+        "zeros": tuple_code(["0.0"] * len(frictions)),
+        "friction": tuple_code(code.force for code in frictions),
         "sweeps": SWEEPS,
         "count": len(frictions),
-        "near": SETTLED,
+        "converged": CONVERGED,
         "jams": JAMS,
-        "speeds": tupled([code.speed for code in frictions]),
+        "speeds": tuple_code(code.speed for code in frictions),
     }
-    if any(friction_load.sticks for friction_load in machine.friction_loads):
-        template, places = _STICKING, places | _sticking(machine, frictions)
+    if slip_rates:
+        template, fields = _STICKING, fields | _sticking(machine, frictions)
     else:
         template = _GIVEN if all(friction_load.given for friction_load in machine.friction_loads) else _SOLVED
+    fields["power"] = tuple_code(powers if template is _GIVEN else (f"valid * ({power})" for power in powers))
     header, body = template.split("\n", 1)
-    valid = template is not _GIVEN
-    text = body.format(power=tupled([f"valid * ({power_term})" for power_term in power] if valid else power), **places)
-    slips = "".join(f"    {line}\n" for line in kinematics.lines.text)
-    return f"{function_name}\n\n{header}\n{slips}{text}"
+    slips = "".join(f"    {line}\n" for line in bodies.code.lines)
+    return f"{under_friction}\n\n{header}\n{slips}{body.format(**fields)}"
 
 
 class _FrictionCode(NamedTuple):
@@ -291,9 +276,9 @@ class _FrictionCode(NamedTuple):
         return f"{self.arm} * {static_limit_text}" if self.arm else static_limit_text
 
 
-def _friction_code(kinematics: Bodies, i: int, friction_load: FrictionLoad) -> _FrictionCode:
-    path, slip = f"mechanism.loads[{friction_load.load}]", _slip(kinematics, friction_load)
-    arm = "" if kinematics.machine.sites[friction_load.joint].link.slides else f"{path}.radius"
+def _friction_code(bodies: Bodies, i: int, friction_load: FrictionLoad) -> _FrictionCode:
+    path, slip = f"mechanism.loads[{friction_load.load}]", str(_slip(bodies, friction_load))
+    arm = "" if bodies.machine.sites[friction_load.joint].link.slides else f"{path}.radius"
     normal = f"{path}.normal" if friction_load.given else f"normal[{i}]"
     return _FrictionCode(path, arm, normal, slip, f"{arm} * {slip}" if arm else slip)
 
@@ -304,7 +289,7 @@ def _sticking(machine: MachineType, frictions: list[_FrictionCode]) -> dict[str,
     rate = f"abs(pose.turns[{machine.groups.index(machine.spanning_tree.crank)}].rate)"
 
     def with_one(i: int, value: str) -> str:
-        return tupled([value if j == i else f"rub[{j}]" for j in range(len(frictions))])
+        return tuple_code([value if j == i else f"rub[{j}]" for j in range(len(frictions))])
 
     sliding, yields, stuck, turns = [code.force for code in frictions], [], [], []
     for k, i in enumerate(sticking):
@@ -322,29 +307,26 @@ def _sticking(machine: MachineType, frictions: list[_FrictionCode]) -> dict[str,
             f"rub = {with_one(i, f'where(stuck[{k}], bounded, rub[{i}])')}",
         ]
     return {
-        "sliding": tupled(sliding),
-        "yields": tupled(yields),
-        "stuck": tupled(stuck),
-        "slips": tupled([frictions[i].slip for i in sticking]),
+        "sliding": tuple_code(sliding),
+        "yields": tuple_code(yields),
+        "stuck": tuple_code(stuck),
+        "slips": tuple_code([frictions[i].slip for i in sticking]),
         "turns": "\n".join(f"        {turn}" for turn in turns),
     }
 
 
-def _slip(write: Bodies, friction_load: FrictionLoad) -> str:
+def _slip(bodies: Bodies, friction_load: FrictionLoad) -> Expr:
     """Return the rate at which the distal body turns or slides on the proximal one."""
-    lines, link = write.lines, write.machine.sites[friction_load.joint].link
+    j = friction_load.joint
+    link = bodies.machine.sites[j].link
     if not link.slides:
-        couples = lines.total(write.spin(link.distal), lines.minus(write.spin(link.proximal)))
-        return number(lines.let(couples))
-    velocity = write.combination(write.columns(write.between(*write.site(friction_load.joint))), write.rate)
-    terms = lines.dot(write.axis(friction_load.joint), velocity)
-    if friction_load.joint in write.machine.open:
-        terms = (*terms, lines.product(write.spin(link.proximal), _offset(write, friction_load.joint)))
-    return number(lines.total(*terms))
+        return bodies.spin(link.distal) - bodies.spin(link.proximal)
+    terms = [*bodies.axis(j).products(bodies.velocity(bodies.gap(j)))]
+    if j in bodies.machine.open:
+        terms.append(bodies.spin(link.proximal) * _offset(bodies, j))
+    return sum_of(terms)
 
 
-def _offset(write: Bodies, joint: int) -> str | None:
-    """Return the offset (m) of a block from the middle of its guide."""
-    lines = write.lines
-    offset = tuple(map(lines.let, write.place(write.between(*write.site(joint)))))
-    return lines.total(*lines.dot(write.left(write.axis(joint)), offset))
+def _offset(bodies: Bodies, joint: int) -> Expr:
+    """Return the offset (m) of a block from the middle of its guide, normal to the walls."""
+    return bodies.axis(joint).left().dot(bodies.position(bodies.gap(joint)).assigned())

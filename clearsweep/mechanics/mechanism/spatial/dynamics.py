@@ -6,250 +6,230 @@ factors.  The speeds are the rates of the coordinates; for a quaternion they are
 own frame, as is its inertia.
 """
 
-from typing import Any
+from typing import NamedTuple
 
-from ..planar.writer import number, tupled
+from ..planar.expressions import ZERO, Expr, sum_of, tuple_code
+from ..planar.ldl import LDL
+from .expressions import AXES, NO_VECTOR, SpatialVector, vector_sum
 from .form import AngleAim, Ball, Driven, Hinge, Loose, Sleeve, Slide
 from .machine_type import SPEEDS, MachineType
-from .writer import AXES, UP, ZERO, Posed
+from .tree_code import PosedTreeCode
+
+Vectors = dict[int, SpatialVector]  # by the number of a speed
 
 
-class Unit:
-    """An axis of a body's own frame, as an angular velocity."""
+class BodyAxis(NamedTuple):
+    """A unit vector along an axis of a body's own frame."""
 
-    def __init__(self, axis: int):
-        self.axis = axis
+    axis: int
 
 
-class Dynamics(Posed):
+class Dynamics(PosedTreeCode):
     """The equations of motion; the last speed is that of the crank, which the drive prescribes."""
 
     def __init__(self, tree: MachineType):
         super().__init__(tree, "mechanism", "pose", "loads")
         self.known = tree.speeds  # the crank's speed
-        self.angular: list[dict[int, Any]] = [{}]  # for each body: speed -> angular velocity in its own frame
-        self.spinning: list[dict[int, str]] = [{}]  # the same in the fixed frame
-        self.moving: list[dict[int, str]] = [{}]  # velocity of its centre of mass
-        self.alpha: list[str | None] = [None]  # acceleration without those of the speeds
-        self.bias: list[str | None] = [None]
+        #: Derivatives by the speeds, for each body; the ground is body 0.
+        self.own_angular: list[dict[int, BodyAxis | SpatialVector]] = [{}]  # angular velocity in its own frame
+        self.angular: list[Vectors] = [{}]  # the same in the fixed frame
+        self.linear: list[Vectors] = [{}]  # velocity of its centre of mass
+        self.angular_bias: list[SpatialVector] = [NO_VECTOR]  # angular acceleration without those of the speeds
+        self.bias: list[SpatialVector] = [NO_VECTOR]  # acceleration of its centre of mass without those of the speeds
         for body in range(1, len(tree.parts) + 1):
-            self._hang(body)
-        self.force: list[list] = [[] for _ in range(len(tree.parts) + 1)]
-        self.moment: list[list] = [[] for _ in range(len(tree.parts) + 1)]
-        self._load()
+            self._derive_loose(body) if tree.part(body).form is Loose else self._derive_attached(body)
+        self.force: list[list[SpatialVector]] = [[] for _ in range(len(tree.parts) + 1)]
+        self.moment: list[list[SpatialVector]] = [[] for _ in range(len(tree.parts) + 1)]
+        self._add_inertia_and_gravity()
+        self._add_joint_loads()
 
-    def _hang(self, body: int) -> None:
-        """Derive the motion of a body from the speeds."""
-        part = self.tree.part(body)
-        p, first = part.parent, part.speed
-        if part.form is Loose:
-            axes = {first + i: self.let(f"axis_{AXES[i]}({self.frame(body)})") for i in range(3)}
-            self.spinning.append(axes)
-            self.angular.append({first + i: Unit(i) for i in range(3)})
-            fixed = {
-                first + 3 + i: f"Vector({', '.join('1.0' if i == k else '0.0' for k in range(3))})" for i in range(3)
-            }
-            self.moving.append(fixed)
-            self.alpha.append(None)
-            self.bias.append(None)
-            return
-        own_values, near_end = self.own(body), self.near(body)
-        shift = self.shift(body, f"pose.q[{part.coordinate}]")
-        arm_to_body = self.all_of(near_end, shift)
-        moving = dict(self.moving[p])
-        spinning: dict[int, str] = {}
-        for u, spin in self.spinning[p].items():
-            moving[u] = self.all_of(moving.get(u), self.cross(spin, arm_to_body))
-        if not part.turns_freely:
-            spinning = dict(self.spinning[p])
-        at_hinge = self._carried(p, arm_to_body)
-        alpha = None if part.turns_freely else self.alpha[p]
-        rising = self.shift(body, f"pose.rates[{part.coordinate}]")
-        if rising is not None and p:
-            at_hinge = self.all_of(at_hinge, self.let(f"times(2.0, {self.cross(self.spin(p), rising)})"))
-        angular = self._own_speeds(body, moving, spinning)
-        if part.form in (Hinge, Sleeve) and p and not self.tree.up(p):
-            at = part.coordinate + (part.form is Sleeve)
-            turned = self.let(f"times(pose.rates[{at}], {self.z_of(p)})")
-            alpha = self.all_of(alpha, self.cross(self.spin(p), turned))
-        for u, spin in spinning.items():
-            moving[u] = self.all_of(moving.get(u), self.cross(spin, own_values))
-        self.spinning.append(spinning)
-        self.moving.append({u: v for u, v in moving.items() if v is not None})
-        self.angular.append({u: angular.get(u) or self._in_own(body, u, spin) for u, spin in spinning.items()})
-        self.alpha.append(alpha)
-        spun = None if part.form is Slide and not p else self.spin(body)
-        if spun is None:
-            self.bias.append(at_hinge)
+    def _derive_loose(self, body: int) -> None:
+        """Derive the motion of a body without attachment from the speeds."""
+        first = self.tree.part(body).speed
+        self.angular.append({first + i: self.call(f"axis_{AXES[i]}", self.frame(body)) for i in range(3)})
+        self.own_angular.append({first + i: BodyAxis(i) for i in range(3)})
+        units = [f"Vector({', '.join('1.0' if i == k else '0.0' for k in range(3))})" for i in range(3)]
+        self.linear.append({first + 3 + i: self.vector(unit) for i, unit in enumerate(units)})
+        self.angular_bias.append(NO_VECTOR)
+        self.bias.append(NO_VECTOR)
+
+    def _derive_attached(self, body: int) -> None:
+        """Derive the motion of a body from the speeds and from the motion of its parent."""
+        part, parent = self.tree.part(body), self.tree.part(body).parent
+        own_arm, slide = self.own_arm(body), self.along_axis(body, f"pose.q[{part.coordinate}]")
+        arm = self.near_arm(body) + slide
+        linear, angular = dict(self.linear[parent]), {} if part.turns_freely else dict(self.angular[parent])
+        for u, spin in self.angular[parent].items():
+            linear[u] = linear.get(u, NO_VECTOR) + spin.cross(arm)
+        attachment_bias = self._point_bias(parent, arm)
+        slide_rate = self.along_axis(body, f"pose.rates[{part.coordinate}]")
+        if slide_rate != NO_VECTOR and parent:
+            attachment_bias += 2.0 * self.spin(parent).cross(slide_rate)
+        own_axes = self._add_own_speeds(body, linear, angular)
+        for u, spin in angular.items():
+            linear[u] = linear.get(u, NO_VECTOR) + spin.cross(own_arm)
+        self.angular.append(angular)
+        self.linear.append({u: velocity for u, velocity in linear.items() if velocity != NO_VECTOR})
+        self.own_angular.append({u: own_axes.get(u) or self.in_body(body, spin) for u, spin in angular.items()})
+        angular_bias = self._angular_bias(body)
+        self.angular_bias.append(angular_bias)
+        if part.form is Slide and not parent:
+            self.bias.append(attachment_bias)
         else:
-            self.bias.append(self.let(f"transported({at_hinge or ZERO}, {alpha or ZERO}, {spun}, {own_values})"))
+            self.bias.append(self.call("transported", attachment_bias, angular_bias, self.spin(body), own_arm))
 
-    def _carried(self, body: int, arm: str | None) -> str | None:
+    def _point_bias(self, body: int, arm: SpatialVector) -> SpatialVector:
         """Return the acceleration of a point of a body, without the accelerations of the speeds."""
-        if not body or self.spin_free(body):
+        if self.never_turns(body):
             return self.bias[body]
-        return self.let(f"transported({self.bias[body] or ZERO}, {self.alpha[body] or ZERO}, {self.spin(body)}, {arm})")
+        return self.call("transported", self.bias[body], self.angular_bias[body], self.spin(body), arm)
 
-    def spin_free(self, body: int) -> bool:
-        """Return whether a body does not turn."""
+    def _angular_bias(self, body: int) -> SpatialVector:
+        """Return the angular acceleration of an attached body, without the accelerations of the speeds."""
+        part, parent = self.tree.part(body), self.tree.part(body).parent
+        if part.turns_freely:
+            return NO_VECTOR
+        bias = self.angular_bias[parent]
+        if part.form in (Hinge, Sleeve) and not self.tree.up(parent):
+            rate = self.code.expression(f"pose.rates[{part.coordinate + (part.form is Sleeve)}]")
+            bias += self.spin(parent).cross(rate * self.z_axis(parent))
+        return bias
+
+    def never_turns(self, body: int) -> bool:
+        """Return whether a body, or the ground, does not turn."""
         while body and self.tree.part(body).form is Slide:
             body = self.tree.part(body).parent
         return body == 0
 
-    def _own_speeds(self, body: int, moving: dict, spinning: dict) -> dict:
+    def _add_own_speeds(self, body: int, linear: Vectors, angular: Vectors) -> dict[int, BodyAxis]:
         """Add a body's own speeds at its attachment; return angular velocities that are axes of its frame."""
-        part, p = self.tree.part(body), self.tree.part(body).parent
+        part, parent = self.tree.part(body), self.tree.part(body).parent
         first, axes = part.speed, {}
         if part.form is Driven:
-            spinning[self.known], axes[self.known] = UP, Unit(2)
+            angular[self.known], axes[self.known] = self.up, BodyAxis(2)
         elif part.form is Slide:
-            moving[first] = self.axis(body)
+            linear[first] = self.axis(body)
         elif part.form is Ball:
             for i in range(3):
-                spinning[first + i] = self.let(f"axis_{AXES[i]}({self.frame(body)})")
-                axes[first + i] = Unit(i)
+                angular[first + i] = self.call(f"axis_{AXES[i]}", self.frame(body))
+                axes[first + i] = BodyAxis(i)
         else:
             if part.form is Sleeve:
-                moving[first] = self.z_of(p)
+                linear[first] = self.axis(body)
             turn = first + (part.form is Sleeve)
-            spinning[turn], axes[turn] = self.z_of(p), Unit(2)
+            angular[turn], axes[turn] = self.z_axis(parent), BodyAxis(2)
         if not part.turns_freely:  # it shares its z axis with its parent
-            axes |= {
-                u: observed
-                for u, observed in self.angular[p].items()
-                if isinstance(observed, Unit) and observed.axis == 2
-            }
+            axes |= {u: axis for u, axis in self.own_angular[parent].items() if axis == BodyAxis(2)}
         return axes
 
-    def _in_own(self, body: int, u: int, spin: str) -> str | None:
-        return self.let(f"in_body({self.frame(body)}, {spin})")
+    # ------------------------------------------------------------------------------------------ forces
 
-    def _load(self) -> None:
-        """Add gravity, known accelerations, and the loads of the joints with clearance."""
+    def _add_inertia_and_gravity(self) -> None:
+        """Add gravity and the inertia of known accelerations to the forces and moments."""
         for body in range(1, len(self.tree.parts) + 1):
-            part = f"mechanism.parts[{body - 1}]"
-            lifted = "mechanism.gravity" if self.bias[body] is None else f"minus(mechanism.gravity, {self.bias[body]})"
-            self.force[body].append(self.let(f"times({part}.mass, {lifted})"))
-            if self.spin_free(body):
+            mass, inertia = self.inertia_of(body)
+            self.force[body].append(mass * (self.vector("mechanism.gravity") - self.bias[body]))
+            if self.never_turns(body):
                 continue
-            spin = self.let(f"in_body({self.frame(body)}, {self.spin(body)})")
-            self.moment[body].append(self.let(f"cross(elementwise_product({part}.inertia, {spin}), {spin})"))
-            if self.alpha[body] is not None:
-                turned = self.let(
-                    f"elementwise_product({part}.inertia, in_body({self.frame(body)}, {self.alpha[body]}))"
-                )
-                self.moment[body].append(self.let(f"times(-1.0, {turned})"))
+            spin = self.in_body(body, self.spin(body))
+            self.moment[body].append(inertia.componentwise(spin).cross(spin))
+            if self.angular_bias[body] != NO_VECTOR:
+                self.moment[body].append(-inertia.componentwise(self.in_body(body, self.angular_bias[body])))
+
+    def _add_joint_loads(self) -> None:
+        """Add the loads of the joints with clearance."""
         for j, (bearing, journal) in enumerate(self.tree.openings):
-            site, frame = f"mechanism.openings[{j}]", self.frame(journal)
-            force = self.let(f"in_fixed({frame}, loads[{j}].force)")
-            reaction = self.let(f"times(-1.0, {force})")
-            for body, at, push, couple in (
+            opening = f"mechanism.openings[{j}]"
+            frame = self.frame(journal)
+            force = self.call("in_fixed", frame, f"loads[{j}].force")
+            for body, point, joint_force, couple in (
                 (journal, "at_journal", force, "on_journal"),
-                (bearing, "at_bearing", reaction, "on_bearing"),
+                (bearing, "at_bearing", -force, "on_bearing"),
             ):
-                if not body:
-                    continue
-                self.force[body].append(push)
-                moment = self.all_of(
-                    self.let(f"in_fixed({frame}, loads[{j}].{couple})"),
-                    self.cross(self.arm(body, f"{site}.{at}"), push),
-                )
-                self.moment[body].append(self.let(f"in_body({self.frame(body)}, {moment})"))
+                if body:
+                    self.force[body].append(joint_force)
+                    moment = self.call("in_fixed", frame, f"loads[{j}].{couple}")
+                    moment += self.arm(body, f"{opening}.{point}").cross(joint_force)
+                    self.moment[body].append(self.in_body(body, moment))
 
-    def entry(self, a: int, b: int) -> str | None:
-        """Return an entry of the mass matrix."""
-        terms = []
-        for body in range(1, len(self.tree.parts) + 1):
-            part = f"mechanism.parts[{body - 1}]"
-            moving, angular = self.moving[body], self.angular[body]
-            if a in moving and b in moving:
-                terms.append(f"{part}.mass * dot({moving[a]}, {moving[b]})")
-            if a in angular and b in angular:
-                terms.append(self._turned(angular[a], angular[b], f"{part}.inertia"))
-        return self.lines.total(*terms)
+    def inertia_of(self, body: int) -> tuple[Expr, SpatialVector]:
+        """Return mass and principal moments of inertia of a body."""
+        part = f"mechanism.parts[{body - 1}]"
+        return self.code.expression(f"{part}.mass"), self.vector(f"{part}.inertia")
 
-    def _turned(self, a: Any, b: Any, inertia: str) -> str | None:
-        if isinstance(a, Unit) and isinstance(b, Unit):
-            return f"{inertia}.{AXES[a.axis]}" if a.axis == b.axis else None
-        if isinstance(b, Unit):
-            a, b = b, a
-        if isinstance(a, Unit):
-            return f"{inertia}.{AXES[a.axis]} * {b}.{AXES[a.axis]}"
-        return f"dot({a}, elementwise_product({inertia}, {b}))"
-
-    def right(self, a: int) -> str | None:
+    def generalised(self, speed: int) -> Expr:
         """Return the generalised force of a speed."""
         terms = []
         for body in range(1, len(self.tree.parts) + 1):
-            force, moment = self.all_of(*self.force[body]), self.all_of(*self.moment[body])
-            if a in self.moving[body]:
-                terms.append(f"dot({self.moving[body][a]}, {force})")
-            if a in self.angular[body] and moment is not None:
-                observed = self.angular[body][a]
-                terms.append(
-                    f"{moment}.{AXES[observed.axis]}" if isinstance(observed, Unit) else f"dot({observed}, {moment})"
-                )
-        return self.lines.total(*terms)
+            force, moment = vector_sum(self.force[body]), vector_sum(self.moment[body])
+            if speed in self.linear[body]:
+                terms.append(self.linear[body][speed].dot(force))
+            if speed in self.own_angular[body] and moment != NO_VECTOR:
+                spin = self.own_angular[body][speed]
+                terms.append(moment[spin.axis] if isinstance(spin, BodyAxis) else spin.dot(moment))
+        return sum_of(terms)
 
-    def solved(self) -> list[str | None]:
-        """Return the accelerations of the speeds, by the LDL factors of the mass matrix."""
-        lines, count = self.lines, self.tree.speeds
-        lower: dict[tuple[int, int], str | None] = {}
-        scaled: dict[tuple[int, int], str | None] = {}
-        inverse: list[str | None] = []
-        left_side: list[str | None] = []
-        for j in range(count):
-            eliminated = [lines.minus(lines.product(scaled[j, k], lower[j, k])) for k in range(j)]
-            inverse.append(lines.let(f"1.0 / {number(lines.total(self.entry(j, j), *eliminated))}"))
-            for a in range(j + 1, count):
-                eliminated = [lines.minus(lines.product(scaled[a, k], lower[j, k])) for k in range(j)]
-                scaled[a, j] = lines.total(self.entry(a, j), *eliminated)
-                lower[a, j] = lines.let(lines.product(scaled[a, j], inverse[j]))
-        for a in range(count):
-            eliminated = [lines.minus(lines.product(lower[a, k], left_side[k])) for k in range(a)]
-            left_side.append(lines.total(self.right(a), *eliminated))
-        accelerations: list[str | None] = [None] * count
-        for a in range(count - 1, -1, -1):
-            eliminated = [lines.minus(lines.product(lower[k, a], accelerations[k])) for k in range(a + 1, count)]
-            accelerations[a] = lines.total(lines.product(left_side[a], inverse[a]), *eliminated)
-        return accelerations
+    # ------------------------------------------------------------------------------------------ mass matrix
 
-    def coordinates(self, accelerations: list[str | None]) -> list[str]:
-        """Return the accelerations of the coordinates."""
-        values = []
+    def entry(self, first: int, second: int) -> Expr:
+        """Return an entry of the mass matrix."""
+        terms = []
+        for body in range(1, len(self.tree.parts) + 1):
+            mass, inertia = self.inertia_of(body)
+            linear, angular = self.linear[body], self.own_angular[body]
+            if first in linear and second in linear:
+                terms.append(mass * linear[first].dot(linear[second]))
+            if first in angular and second in angular:
+                terms.append(_inertia_product(inertia, angular[first], angular[second]))
+        return sum_of(terms)
+
+    # ------------------------------------------------------------------------------------------ motion
+
+    def coordinates(self, accelerations: dict[int, Expr]) -> list[Expr]:
+        """Return the accelerations of the coordinates from those of the speeds."""
+        values: list[Expr] = []
         for i, part in enumerate(self.tree.parts):
-            own_values = [number(accelerations[part.speed + k]) for k in range(SPEEDS[part.form])]
+            own_values = [accelerations[part.speed + k] for k in range(SPEEDS[part.form])]
             if part.turns_freely:
-                body, alpha = i + 1, f"Vector({', '.join(own_values[:3])})"
-                spin = self.let(f"in_body({self.frame(body)}, {self.spin(body)})")
-                turned = f"accelerated(pose.turnings[{i}], {spin}, {alpha}, mechanism.speed)"
-                values += [f"{self.let(turned)}[{k}]" for k in range(4)]
+                body, angular = i + 1, f"Vector({', '.join(map(str, own_values[:3]))})"
+                spin = self.in_body(body, self.spin(body))
+                quaternion = self.code.call("accelerated", f"pose.turnings[{i}]", str(spin), angular, "mechanism.speed")
+                values += [self.code.expression(f"{quaternion}[{k}]") for k in range(4)]
                 own_values = own_values[3:]
             values += own_values
         return values
 
-    def output(self, accelerations: list[str | None]) -> str | None:
+    def output(self, accelerations: dict[int, Expr]) -> Expr:
         """Return the acceleration of the output."""
-        tree, lines, body = self.tree, self.lines, self.tree.aimed
+        tree, body = self.tree, self.tree.aimed
         if tree.aim is AngleAim:
-            return lines.total(*(lines.product(accelerations[u]) for u in self.spinning[body] if u != self.known))
-        arm = self.arm(body, "mechanism.aim.at")
-        terms = []
-        without_rates = self._carried(body, arm)
-        if without_rates is not None:
-            terms.append(f"dot(mechanism.aim.direction, {without_rates})")
-        for u in {**self.moving[body], **self.spinning[body]}:
+            return sum_of(accelerations[u] for u in self.angular[body] if u != self.known)
+        arm, direction = self.arm(body, "mechanism.aim.at"), self.vector("mechanism.aim.direction")
+        bias = self._point_bias(body, arm)
+        terms = [ZERO if bias == NO_VECTOR else direction.dot(bias)]
+        for u in {**self.linear[body], **self.angular[body]}:
             if u != self.known:
-                change = self.all_of(self.moving[body].get(u), self.cross(self.spinning[body].get(u), arm))
-                terms.append(f"{number(accelerations[u])} * dot(mechanism.aim.direction, {change})")
-        return lines.total(*terms)
+                column = self.linear[body].get(u, NO_VECTOR) + self.angular[body].get(u, NO_VECTOR).cross(arm)
+                terms.append(accelerations[u] * direction.dot(column))
+        return sum_of(terms)
+
+
+def _inertia_product(inertia: SpatialVector, first: BodyAxis | SpatialVector, second: BodyAxis | SpatialVector) -> Expr:
+    """Return first . I second for two angular velocities in the frame of the principal moments I."""
+    if isinstance(first, BodyAxis) and isinstance(second, BodyAxis):
+        return inertia[first.axis] if first == second else ZERO
+    if isinstance(first, BodyAxis):
+        return inertia[first.axis] * second[first.axis]
+    if isinstance(second, BodyAxis):
+        return inertia[second.axis] * first[second.axis]
+    return first.dot(inertia.componentwise(second))
 
 
 def accelerate(tree: MachineType) -> str:
     """Return the code of the family member of that name."""
-    write = Dynamics(tree)
-    lines, solution = write.lines, write.solved()
-    known_terms = (lines.product(write.entry(write.known, u), solution[u]) for u in range(tree.speeds))
-    torque = lines.total(*known_terms, lines.minus(write.right(write.known)))
-    accelerations = tupled(write.coordinates(solution))
-    return lines.function("accelerate", f"Motion({accelerations}, {number(write.output(solution))}, {number(torque)})")
+    dynamics, speeds = Dynamics(tree), range(tree.speeds)
+    solution = LDL(speeds, dynamics.entry).solved({u: dynamics.generalised(u) for u in speeds})
+    inertia_terms = [dynamics.entry(dynamics.known, u) * solution[u] for u in speeds]
+    torque = sum_of([*inertia_terms, -dynamics.generalised(dynamics.known)])
+    accelerations = tuple_code(dynamics.coordinates(solution))
+    return dynamics.code.function("accelerate", f"Motion({accelerations}, {dynamics.output(solution)}, {torque})")

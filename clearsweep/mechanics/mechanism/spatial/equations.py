@@ -10,11 +10,11 @@ from ..contract import Motion
 from ..planar.machine_type import kinds_of
 from . import pose
 from .dynamics import accelerate
+from .kinematics import across, describe, energy, gaps, output, place
 from .machine_type import MachineType
-from .places import across, describe, energy, gaps, output, place
 
 
-def written(name: str) -> Callable:
+def generated(name: str) -> Callable:
     """Return the function `name`, generated for the type of tree at its first call."""
 
     def body_of(mechanism):
@@ -30,7 +30,7 @@ def written(name: str) -> Callable:
 def source(kinds: tuple) -> str:
     """Return the code of all functions of a type of tree."""
     tree = MachineType(kinds)
-    return "\n\n".join(write(tree) for write in (place, gaps, across, energy, describe, output, accelerate))
+    return "\n\n".join(generate(tree) for generate in (place, gaps, across, energy, describe, output, accelerate))
 
 
 @functools.lru_cache(maxsize=1024)

@@ -2,11 +2,11 @@
 
 from ..contract import accelerate, body_angles, describe, energy, gaps, output_error, place
 from ..planar.cycle import at_angle
-from .equations import written
+from .equations import generated
 from .form import Tree
 
 _placed, _gaps_of, _across, _energy_of, _described, _judged, _accelerated = map(
-    written, ("place", "gaps", "across", "energy", "describe", "output", "accelerate")
+    generated, ("place", "gaps", "across", "energy", "describe", "output", "accelerate")
 )
 
 
