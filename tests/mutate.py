@@ -270,23 +270,45 @@ MUTATIONS = (
         BINS,
     ),
     Mutation(PERSSON, "_half_arc_persson", "return total * math.sqrt(z)", "return 3.0 * total * math.sqrt(z)", BINS),
-    Mutation(PRESSURE, "_share_before_mean", "0.5 + 0.5 * x, 0.0", "0.5 + 1.5 * x, 0.0", BINS),
-    Mutation(PRESSURE, "_share_before_winkler", "0.5 + 0.5 * _overlap_before", "0.5 + 1.5 * _overlap_before", BINS),
+    Mutation(PRESSURE, "_cumulative_pressure_mean", "0.5 + 0.5 * x, 0.0", "0.5 + 1.5 * x, 0.0", BINS),
     Mutation(
-        PRESSURE, "_share_before_hertz_line", "0.5 - share * edge_distance", "0.5 - 3.0 * share * edge_distance", BINS
+        PRESSURE, "_cumulative_pressure_winkler", "0.5 + 0.5 * _overlap_before", "0.5 + 1.5 * _overlap_before", BINS
     ),
     Mutation(
-        PERSSON, "_share_before_persson", "0.5 - share * edge_distance", "0.5 - 3.0 * share * edge_distance", BINS
+        PRESSURE,
+        "_cumulative_pressure_hertz_line",
+        "0.5 - share * edge_distance",
+        "0.5 - 3.0 * share * edge_distance",
+        BINS,
     ),
-    Mutation(ARCHARD, "_wear_rate_archard", "sliding = rubbing.pressed", "sliding = 3.0 * rubbing.pressed", BINS),
+    Mutation(
+        PERSSON,
+        "_cumulative_pressure_persson",
+        "0.5 - share * edge_distance",
+        "0.5 - 3.0 * share * edge_distance",
+        BINS,
+    ),
+    Mutation(
+        ARCHARD,
+        "_wear_rate_archard",
+        "pressed_speed = sliding.pressure_sum",
+        "pressed_speed = 3.0 * sliding.pressure_sum",
+        BINS,
+    ),
     Mutation(
         ARCHARD,
         "_wear_rate_energy",
-        "bearing_coefficient * rubbing.work",
-        "bearing_coefficient * 3.0 * rubbing.work",
+        "bearing_coefficient * sliding.work",
+        "bearing_coefficient * 3.0 * sliding.work",
         BINS,
     ),
-    Mutation(ARCHARD, "_wear_rate_running_in", "math.exp(-rubbing.slid /", "math.exp(-3.0 * rubbing.slid /", BINS),
+    Mutation(
+        ARCHARD,
+        "_wear_rate_running_in",
+        "math.exp(-sliding.sliding_distance /",
+        "math.exp(-3.0 * sliding.sliding_distance /",
+        BINS,
+    ),
     # from film to dry contact
     Mutation(
         PASSING,

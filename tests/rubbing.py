@@ -5,19 +5,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearsweep.mechanics.joint.wear.arc_over_step import WORKSPACE_SIZE
+from clearsweep.mechanics.joint.wear.binning import accumulate_wear
 from clearsweep.mechanics.joint.wear.contract import ACCOUNT, Bins
-from clearsweep.mechanics.joint.wear.entering import enter_wear
-from clearsweep.mechanics.joint.wear.passage import ROOM
 from clearsweep.mechanics.joint.wear.step import (
     ALONG,
+    POSITIONS,
     SLOPES,
     STRIP,
-    WHERE,
     Step,
-    fit_courses,
+    accumulate_distance,
+    accumulate_pressure,
     fit_places,
-    note_pressure,
-    note_way,
+    fit_profiles,
 )
 from clearsweep.mechanics.observe.histogram import (
     BETWEEN,
@@ -52,7 +52,7 @@ def steady(duration, load, slip, depth, work, angle) -> History:
 
 def _step_of(history, begin, length, workspace):
     """Return the Step of a History that starts at `begin` (s)."""
-    step_values, places = np.zeros((1, COURSES, PARTS + 1)), np.zeros((1, WHERE + SLOPES, MOMENTS))
+    step_values, positions = np.zeros((1, COURSES, PARTS + 1)), np.zeros((1, POSITIONS + SLOPES, MOMENTS))
     even = begin + length * np.arange(PARTS + 1) / PARTS
     quarters = begin + length * np.arange(BETWEEN + 2) / (BETWEEN + 1)
     step_values[0, KAPPA_COURSE] = 1.0
@@ -60,24 +60,26 @@ def _step_of(history, begin, length, workspace):
     for row, function in zip(rows, (history.load, history.slip, history.depth, history.work), strict=True):
         step_values[0, row] = function(even)
     for row, angle in enumerate((history.on_bearing, history.on_journal)):
-        places[0, row, : BETWEEN + 2] = angle(quarters)
+        positions[0, row, : BETWEEN + 2] = angle(quarters)
         ends, nearby = quarters[[0, -1]], 1e-3 * length
         slopes = length * (angle(ends + nearby) - angle(ends - nearby)) / (2.0 * nearby)
-        places[0, SLOPES + row, [0, BETWEEN + 1]] = slopes
+        positions[0, SLOPES + row, [0, BETWEEN + 1]] = slopes
     neighbour = np.zeros((1, ALONG, MOMENTS)), np.zeros((STRIP, PARTS + 1)), workspace, np.zeros(0)
-    return Step(step_values, length, np.zeros(1), places, *neighbour)
+    return Step(step_values, length, np.zeros(1), positions, *neighbour)
 
 
 def worn_off(joint, history, steps=1):
     """Return the depths (m) of bearing and journal, the account, and the workspace of the last of `steps` steps."""
-    law, account, workspace = joint.wear, np.zeros(ACCOUNT), np.zeros(ROOM)
+    law, account, workspace = joint.wear, np.zeros(ACCOUNT), np.zeros(WORKSPACE_SIZE)
     count, length = int(law.bins), history.duration / steps
     depths = np.zeros(2 * count)
     for k in range(steps):
         step = _step_of(history, k * length, length, workspace)
-        fit_courses(step, 0, law.length)
+        fit_profiles(step, 0, law.length)
         fit_places(step, 0)
-        note_way(step, 0, account)
-        note_pressure(joint, step, 0, account)
-        enter_wear(joint, workspace, step.step_values[0], length, (Bins(depths, 0, count), Bins(depths, count, count)))
+        accumulate_distance(step, 0, account)
+        accumulate_pressure(joint, step, 0, account)
+        accumulate_wear(
+            joint, workspace, step.step_values[0], length, (Bins(depths, 0, count), Bins(depths, count, count))
+        )
     return depths[:count], depths[count:], account, workspace

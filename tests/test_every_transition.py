@@ -12,7 +12,7 @@ from clearsweep.mechanics.joint import dry, lubricated, registry
 from clearsweep.mechanics.joint.contract import JointState, contact_modes, every_latched, load
 from clearsweep.mechanics.joint.film.contract import asperity_load, dry_share
 from clearsweep.mechanics.joint.film.transition import bounds
-from clearsweep.mechanics.joint.places import first_place
+from clearsweep.mechanics.joint.offsets import first_place
 
 CLEARANCE, RADIUS, ONSET = 50e-6, 0.01, 0.05  # m, m, m/s
 BEGIN, WIDTH = 0.5e-6, 2e-6  # m

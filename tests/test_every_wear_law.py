@@ -21,10 +21,10 @@ from clearsweep.mechanics.joint.wear.contract import (
     PRESSURE_MAX,
     PRESSURE_TIME,
     PV_MAX,
-    Rubbing,
+    SlidingContact,
+    cumulative_pressure,
     half_arc,
     peak_over_mean,
-    share_before,
     smooth_within,
     sum_over_load,
 )
@@ -65,16 +65,16 @@ def term_of(case):
     return registry.joint_term(case._replace(friction=None), "slider")
 
 
-def rubbing(load, depth, clearance=CLEARANCE, **changes):
-    """Return the Rubbing of a line load (N/m) at a penetration (m)."""
-    return Rubbing(load, depth, 0.3, 0.0, 0.0, load, clearance)._replace(**changes)
+def sliding(load, depth, clearance=CLEARANCE, **changes):
+    """Return the SlidingContact of a line load (N/m) at a penetration (m)."""
+    return SlidingContact(load, depth, 0.3, 0.0, 0.0, load, clearance)._replace(**changes)
 
 
 def arcs_of(name):
     """Return the compiled pressure and half of its arcs (rad) at the POINTS."""
     joint = term_of(case_of(name))
     pressure = joint.wear.pressure
-    return pressure, [half_arc(pressure, joint, BEARING, rubbing(*point)) for point in POINTS]
+    return pressure, [half_arc(pressure, joint, BEARING, sliding(*point)) for point in POINTS]
 
 
 # ---------------------------------------------------------------------------------------------- pressures
@@ -83,14 +83,14 @@ def arcs_of(name):
 @pytest.mark.parametrize("name", names("pressure"))
 def test_the_share_of_a_pressure_before_a_place_grows_from_zero_to_one(name):
     pressure, halves = arcs_of(name)
-    places = np.linspace(-1.3, 1.3, 521)
+    positions = np.linspace(-1.3, 1.3, 521)
     for half in halves:
-        shares = np.array([share_before(pressure, x, half) for x in places])
-        assert np.all(shares[places <= -1.0] == pytest.approx(0.0, abs=1e-9))
-        assert np.all(shares[places >= 1.0] == pytest.approx(1.0, abs=1e-9))
+        shares = np.array([cumulative_pressure(pressure, x, half) for x in positions])
+        assert np.all(shares[positions <= -1.0] == pytest.approx(0.0, abs=1e-9))
+        assert np.all(shares[positions >= 1.0] == pytest.approx(1.0, abs=1e-9))
         assert np.all(np.diff(shares) >= -1e-9)
         assert shares + shares[::-1] == pytest.approx(1.0, abs=1e-8)  # the load is in the middle of the arc
-        assert np.all(np.diff(shares[np.abs(places) < 0.99]) > 0.0)
+        assert np.all(np.diff(shares[np.abs(positions) < 0.99]) > 0.0)
     assert 0.0 < smooth_within(pressure) <= 1.0
 
 
@@ -107,7 +107,9 @@ def test_the_resultant_of_a_pressure_is_the_load(name):
     for half in halves:
         if flat and half > SMALL_ARC.high:
             continue
-        distance = quad(lambda x, h=half: math.sin(h * x) * share_before(pressure, x, h), -1.0, 1.0, epsrel=1e-9)[0]
+        distance = quad(
+            lambda x, h=half: math.sin(h * x) * cumulative_pressure(pressure, x, h), -1.0, 1.0, epsrel=1e-9
+        )[0]
         resultant = sum_over_load(pressure, half) * (math.cos(half) + half * distance)
         assert resultant == pytest.approx(1.0, abs=1e-6 + (0.5 * half * half if flat else 0.0))
 
@@ -118,7 +120,7 @@ def test_the_peak_of_a_pressure_is_the_steepest_of_its_shares(name):
     pressure, halves = arcs_of(name)
     span = 2e-3
     for half in halves:
-        shares = [share_before(pressure, x, half) for x in np.arange(-0.9, 0.9, span)]
+        shares = [cumulative_pressure(pressure, x, half) for x in np.arange(-0.9, 0.9, span)]
         assert peak_over_mean(pressure, half) == pytest.approx(2.0 * np.diff(shares).max() / span, rel=1e-5)
 
 
@@ -126,16 +128,16 @@ def test_the_peak_of_a_pressure_is_the_steepest_of_its_shares(name):
 def test_an_arc_widens_with_load_and_penetration_and_knows_no_unit(name):
     joint, in_mm = term_of(case_of(name)), term_of(case_of(name, scale=1e3))
     pressure = joint.wear.pressure
-    halves = [half_arc(pressure, joint, BEARING, rubbing(*point)) for point in POINTS]
+    halves = [half_arc(pressure, joint, BEARING, sliding(*point)) for point in POINTS]
     assert all(b >= a > 0.0 for a, b in itertools.pairwise(halves))
     assert halves[3] > halves[0]
     assert halves[-1] <= 0.5 * math.pi + 1e-12
     for (load, depth), half in zip(POINTS, halves, strict=True):
-        there = rubbing(load, depth * 1e3, CLEARANCE * 1e3)  # mm, kg, s: a load per length keeps its number
+        there = sliding(load, depth * 1e3, CLEARANCE * 1e3)  # mm, kg, s: a load per length keeps its number
         assert half_arc(in_mm.wear.pressure, in_mm, BEARING * 1e3, there) == pytest.approx(half, rel=1e-9)
-        wider = half_arc(pressure, joint, BEARING, rubbing(load, depth, 0.1 * CLEARANCE))  # surfaces that fit closer
+        wider = half_arc(pressure, joint, BEARING, sliding(load, depth, 0.1 * CLEARANCE))  # surfaces that fit closer
         assert wider >= half * (1.0 - 1e-12)
-    assert half_arc(pressure, joint, BEARING, rubbing(0.0, 0.0)) == pytest.approx(0.0, abs=1e-12)
+    assert half_arc(pressure, joint, BEARING, sliding(0.0, 0.0)) == pytest.approx(0.0, abs=1e-12)
 
 
 SIZES = Sizes(CLEARANCE, BEARING)
@@ -201,12 +203,14 @@ def quadrature(history, pressure, wear, modulus, running_in=None):
     times = (spans * (np.arange(40)[:, None] + 0.5 * (nodes + 1.0))).ravel()
     weights = np.tile(0.5 * spans * weights, 40)
     fine = np.linspace(0.0, history.duration, 100_001)
-    slid = np.interp(times, fine, np.concatenate([[0.0], cumulative_trapezoid(np.abs(history.slip(fine)), fine)]))
+    sliding_distance = np.interp(
+        times, fine, np.concatenate([[0.0], cumulative_trapezoid(np.abs(history.slip(fine)), fine)])
+    )
     worn = np.zeros((2, 72))
     for body, (radius, angle) in enumerate(((BEARING, history.on_bearing), (JOURNAL, history.on_journal))):
         steady_k = list(COEFFICIENTS.values())[body]
         first = list(RUNNING_IN.values())[body]
-        for t, weight, way in zip(times, weights, slid, strict=True):
+        for t, weight, way in zip(times, weights, sliding_distance, strict=True):
             load, depth = history.load(t) / LENGTH, history.depth(t)
             arcs = [PRESSURES[pressure](load, r, depth, modulus, SIZES) for r in (BEARING, radius)]
             on_bearing = spread(arcs[0][1], arcs[0][0], BEARING, np.zeros(1))[1]

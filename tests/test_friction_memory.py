@@ -14,7 +14,7 @@ from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.contract import Contact, every_internal_state, internal_rates, internal_state
 from clearsweep.mechanics.joint.dry import FREE, PRESSED
 from clearsweep.mechanics.joint.friction.contract import friction_force
-from clearsweep.mechanics.joint.places import with_internal_state
+from clearsweep.mechanics.joint.offsets import with_internal_state
 from clearsweep.mechanics.mechanism.contract import gaps, place
 from clearsweep.simulation.run import integration_of
 
@@ -58,7 +58,7 @@ def bend_rate(law, slip):
     return rate
 
 
-def slid(law, slip, distance):
+def sliding_distance(law, slip, distance):
     """Return the bend (m) of bristles straight at first, after sliding at an even speed: an independent integration."""
     done = solve_ivp(
         lambda t, z: [bend_rate(with_internal_state(law, z, 0), slip)],
@@ -75,10 +75,10 @@ def slid(law, slip, distance):
 
 
 def test_lugre_settles_at_stribeck_s_curve():
-    bend = slid(term(**LUGRE), 1e-3, 1e-4)
+    bend = sliding_distance(term(**LUGRE), 1e-3, 1e-4)
     assert bend == pytest.approx(1.1839397e-6, rel=1e-7, abs=0.0)
     assert friction_force(term(bend, **LUGRE), 100.0, 1e-3) == pytest.approx(-11.839397, rel=1e-6)
-    assert slid(term(**LUGRE), -5.0, 1e-4) == pytest.approx(-1e-6, rel=1e-7, abs=0.0)
+    assert sliding_distance(term(**LUGRE), -5.0, 1e-4) == pytest.approx(-1e-6, rel=1e-7, abs=0.0)
 
 
 def test_lugre_s_viscous_part_is_added():
@@ -88,9 +88,9 @@ def test_lugre_s_viscous_part_is_added():
 
 def test_dahl_is_elastic_at_first_and_ends_at_the_kinetic_coefficient():
     law = term(**DAHL)
-    bend = slid(law, 0.01, 1e-9)
+    bend = sliding_distance(law, 0.01, 1e-9)
     assert friction_force(term(bend, **DAHL), 100.0, 0.01) == pytest.approx(-100.0 * 1e5 * 1e-9, rel=1e-3)
-    bend = slid(law, 0.01, 1e-4)
+    bend = sliding_distance(law, 0.01, 1e-4)
     assert friction_force(term(bend, **DAHL), 100.0, 0.01) == pytest.approx(-10.0, rel=1e-9)
 
 
@@ -100,8 +100,8 @@ def test_dahl_is_elastic_at_first_and_ends_at_the_kinetic_coefficient():
 def test_dahl_approaches_sliding_as_its_closed_form(shape, bent):
     law = term(**DAHL, shape=shape)
     for reach in (0.1, 1.0, 4.0):  # sliding over mu / sigma0
-        assert slid(law, 2.0, reach * 1e-6) == pytest.approx(1e-6 * bent(reach), rel=1e-8, abs=0.0)
-        assert slid(law, -2.0, reach * 1e-6) == pytest.approx(-1e-6 * bent(reach), rel=1e-8, abs=0.0)
+        assert sliding_distance(law, 2.0, reach * 1e-6) == pytest.approx(1e-6 * bent(reach), rel=1e-8, abs=0.0)
+        assert sliding_distance(law, -2.0, reach * 1e-6) == pytest.approx(-1e-6 * bent(reach), rel=1e-8, abs=0.0)
 
 
 @pytest.mark.parametrize("shape", [1.0, 1.5, 2.0])
@@ -130,11 +130,11 @@ def test_damped_bristles_never_drive_unless_their_damping_lasts(damped):
 def test_elasto_plastic_bristles_only_bend_up_to_their_share_of_the_friction():
     law = term(**ELASTO_PLASTIC)
     for distance in (1e-9, 1e-7, 0.59e-6):  # mu / sigma0 is 1 um, the share 0.6
-        assert slid(law, 1e-4, distance) == pytest.approx(distance, rel=1e-9, abs=0.0)
-        assert slid(law, -0.5, distance) == pytest.approx(-distance, rel=1e-9, abs=0.0)
+        assert sliding_distance(law, 1e-4, distance) == pytest.approx(distance, rel=1e-9, abs=0.0)
+        assert sliding_distance(law, -0.5, distance) == pytest.approx(-distance, rel=1e-9, abs=0.0)
         bent = term(distance, **ELASTO_PLASTIC | {"bristle_damping": 0.0})
         assert friction_force(bent, 100.0, 0.0) == pytest.approx(-100.0 * 1e5 * distance, rel=1e-12)
-    assert slid(law, 1e-4, 1.2e-6) < 1.15e-6
+    assert sliding_distance(law, 1e-4, 1.2e-6) < 1.15e-6
     for bend in (0.7e-6, 1.4e-6):  # back, the bristles unbend alone, however far they are bent
         assert bend_rate(term(bend, **ELASTO_PLASTIC), -2.0) == -2.0
         assert bend_rate(term(-bend, **ELASTO_PLASTIC), 2.0) == 2.0
@@ -143,7 +143,7 @@ def test_elasto_plastic_bristles_only_bend_up_to_their_share_of_the_friction():
 def test_elasto_plastic_bristles_break_away_at_static_friction_and_settle_at_stribeck_s_curve():
     law = term(**ELASTO_PLASTIC)
     for slip, coefficient in ((1e-7, 0.15), (1e-3, 0.11839397), (-5.0, 0.1)):
-        bend = slid(law, slip, 1e-4)
+        bend = sliding_distance(law, slip, 1e-4)
         assert bend == pytest.approx(math.copysign(1e-5 * coefficient, slip), rel=1e-6, abs=0.0)
         settled = -friction_force(term(bend, **ELASTO_PLASTIC), 100.0, slip)
         assert settled == pytest.approx(math.copysign(100.0 * coefficient, slip), rel=1e-5)

@@ -32,7 +32,7 @@ from clearsweep.mechanics.coupling import trial_step
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.loss.contract import contact_force, lowest_force
-from clearsweep.mechanics.joint.places import with_internal_state
+from clearsweep.mechanics.joint.offsets import with_internal_state
 from clearsweep.mechanics.mechanism import MECHANISMS
 from clearsweep.mechanics.trace import objects
 

@@ -133,7 +133,7 @@ def test_a_law_without_its_declarations_is_refused_when_it_is_entered(recipes):
         entered(Law("elastic", "bare", "", "", ""), Bare)
     with pytest.raises(TypeError, match="wear 'bare': Bare declares no wear_rate"):
         entered(Law("wear", "bare", "", "", ""), Bare)
-    with pytest.raises(TypeError, match="pressure 'bare': Bare declares no half_arc, share_before"):
+    with pytest.raises(TypeError, match="pressure 'bare': Bare declares no half_arc, cumulative_pressure"):
         entered(Law("pressure", "bare", "", "", ""), Bare)
     with pytest.raises(TypeError, match="Forgetful declares one of internal_state and internal_rates"):
         entered(Law("friction", "forgetful", "", "", ""), Forgetful)

@@ -12,7 +12,7 @@ from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.contract import every_latched
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.loss.contract import contact_force
-from clearsweep.mechanics.joint.places import with_internal_state
+from clearsweep.mechanics.joint.offsets import with_internal_state
 from clearsweep.simulation.outcome import trajectory_of
 from clearsweep.simulation.run import integration_of
 

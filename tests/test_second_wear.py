@@ -54,7 +54,9 @@ class Rubbed:
         off = end - states[:, 6:8]  # the journal, on the rod, in the bearing of the slider
         angle = np.arctan2(off[:, 1], off[:, 0])
         self.angles = angle, angle - states[:, 5]
-        self.slid = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(self.times) * (self.slip[1:] + self.slip[:-1]))])
+        self.sliding_distance = np.concatenate(
+            [[0.0], np.cumsum(0.5 * np.diff(self.times) * (self.slip[1:] + self.slip[:-1]))]
+        )
         self.states = states
 
     @functools.cached_property
@@ -78,7 +80,7 @@ class Rubbed:
     def falling(self, body):
         """Return the coefficient (m^2/N) of a body at each time while it runs in."""
         steady, first = list(STEADY.values())[body], list(RUNNING_IN.values())[body]
-        return steady + (first - steady) * np.exp(-self.slid / RUNNING_IN["distance"])
+        return steady + (first - steady) * np.exp(-self.sliding_distance / RUNNING_IN["distance"])
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +113,7 @@ def test_perssons_pressure_wears_both_bodies_of_a_joint_that_runs_in_as_the_seco
 def test_a_joint_that_runs_in_lives_as_long_as_the_second_program_says(both):
     """The motion does not change, so the deepest bin is a sum over revolutions of a coefficient that falls."""
     _, own = both
-    per_turn, distance, limit = own.slid[-1], 150.0, 2e-5
+    per_turn, distance, limit = own.sliding_distance[-1], 150.0, 2e-5
     once = np.ones(len(own.times))
     bins = [own.worn(body, once).max() for body in range(2)]  # m per revolution and m^2/N
 
@@ -249,8 +251,8 @@ def test_springs_on_worn_surfaces_press_and_wear_as_the_second_program_says():
         for body, (turned, radius) in enumerate(((0.0, OPEN.bearing), (y[5], OPEN.bearing - OPEN.clearance))):
             edges = bin_edges(0.5 * (low + high) - turned, 360)
             order = np.argsort(edges[:, 0])
-            places = np.append(edges[order, 0], math.inf) + 0.5 * (low + high)
-            lost = 2e-14 * abs(slip) * (times[1] - times[0]) * np.diff(np.interp(places, phi, sums))
+            positions = np.append(edges[order, 0], math.inf) + 0.5 * (low + high)
+            lost = 2e-14 * abs(slip) * (times[1] - times[0]) * np.diff(np.interp(positions, phi, sums))
             worn[body, order] += lost / (radius * 2.0 * math.pi / 360)
     for depths, expected in zip(result.wear["rod_slider"], worn, strict=True):
         assert depths.sum() == pytest.approx(expected.sum(), rel=5e-4)

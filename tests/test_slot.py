@@ -287,9 +287,9 @@ def test_a_pin_wears_the_wall_where_it_slides_along_it(worn):
 def seen_at(x, y, axis=0.0):
     """Return the angles on wall and pin that a contact is noted at, with their rates, for a motion along x of 1 m/s."""
     places = np.zeros((1, 6, 1))
-    moment = step.Moment((), (), 0, step.Step(None, 0.0, np.array([PRESSED]), places, None, None, None, None))
+    moment = step.Instant((), (), 0, step.Step(None, 0.0, np.array([PRESSED]), places, None, None, None, None))
     gap = GuideGap(x, y, 1.0, 0.0, 3.0, 5.0, math.cos(axis), math.sin(axis), 1.0, 0.0)
-    step.see(JOINT, gap, (0.2, 0.7), 0, moment)
+    step.record(JOINT, gap, (0.2, 0.7), 0, moment)
     return places[0, :, 0]
 
 

@@ -22,7 +22,7 @@ from clearsweep.mechanics.joint.contract import JointState, Offsets, contact_mod
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.modes import ACTS, CLIPPED, FREE, PRESSED
 from clearsweep.mechanics.joint.spatial import strips
-from clearsweep.mechanics.joint.wear import along_walls
+from clearsweep.mechanics.joint.wear import wall_strips
 from clearsweep.mechanics.mechanism.contract import gaps, place
 
 HERTZ = {"law": "hertz", "stiffness": 1e9, "exponent": 1.5}
@@ -384,16 +384,16 @@ def test_walls_are_spread_unless_said_otherwise_or_the_law_keeps_an_indentation(
 
 def test_wear_follows_the_elastic_force_over_the_strip():
     joint = joint_of()
-    strip = along_walls.Slope(0.01, 1e-3)
+    strip = wall_strips.Slope(0.01, 1e-3)
     for low, high in ((0.0, 1e-3), (1e-3, 2e-3), (3e-3, 4e-3)):  # 4 um deep: pressed over 4 mm
         known = ((4e-3 - low) ** 2.5 - (4e-3 - high) ** 2.5) / 4e-3**2.5
-        result = along_walls.load_share(joint.walls, joint, strip, 4e-6, (low, high))
+        result = wall_strips.load_share(joint.walls, joint, strip, 4e-6, (low, high))
         assert result == pytest.approx(known, rel=1e-12)
-    inside = along_walls.Slope(0.01, -1e-3)  # of an end that is apart: pressed from 6 mm on
-    assert along_walls.pressed_ways(inside, -6e-6) == pytest.approx((6e-3, 1e-2), rel=1e-12)
-    result = along_walls.load_share(joint.walls, joint, inside, -6e-6, (0.0, 8e-3))
+    inside = wall_strips.Slope(0.01, -1e-3)  # of an end that is apart: pressed from 6 mm on
+    assert wall_strips.pressed_range(inside, -6e-6) == pytest.approx((6e-3, 1e-2), rel=1e-12)
+    result = wall_strips.load_share(joint.walls, joint, inside, -6e-6, (0.0, 8e-3))
     assert result == pytest.approx(0.5**2.5, rel=1e-12)
-    loads = along_walls.loads_along(joint.walls, joint, strip, 4e-6, 100.0)
+    loads = wall_strips.loads_along(joint.walls, joint, strip, 4e-6, 100.0)
     assert loads.even == pytest.approx(100.0 / 4e-3, rel=1e-12)
     assert loads.most == pytest.approx(2.5 * 100.0 / 4e-3, rel=1e-12)
 

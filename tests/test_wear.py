@@ -10,10 +10,18 @@ import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import Joint
+from clearsweep.mechanics.joint.wear.arc_over_step import ON_BEARING, ON_JOURNAL, POINTS, ROWS, WORKSPACE_SIZE
 from clearsweep.mechanics.joint.wear.archard import Archard
-from clearsweep.mechanics.joint.wear.contract import FINEST, SLID, Bins, Rubbing, Worn, half_arc, sum_over_load
-from clearsweep.mechanics.joint.wear.entering import enter_wear
-from clearsweep.mechanics.joint.wear.passage import ON_BEARING, ON_JOURNAL, POINTS, ROOM, ROWS
+from clearsweep.mechanics.joint.wear.binning import accumulate_wear
+from clearsweep.mechanics.joint.wear.contract import (
+    MAX_BINS,
+    SLIDING_DISTANCE,
+    Bins,
+    SlidingContact,
+    Worn,
+    half_arc,
+    sum_over_load,
+)
 from clearsweep.mechanics.joint.wear.persson import Persson
 from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean, Winkler
 from clearsweep.mechanics.observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
@@ -51,9 +59,9 @@ def slide(joint, force, *, turns=0.0, way=0.0, pen=1e-6, at=(0.3, 0.0)):
 
 def both(joint, polynomials, step_values):
     """Return the depths of bearing and journal after a step with these courses."""
-    depths, workspace = np.zeros(2 * BINS), np.zeros(ROOM)
+    depths, workspace = np.zeros(2 * BINS), np.zeros(WORKSPACE_SIZE)
     workspace[: polynomials.size] = polynomials.ravel()
-    enter_wear(joint, workspace, step_values, 1.0, (Bins(depths, 0, BINS), Bins(depths, BINS, BINS)))
+    accumulate_wear(joint, workspace, step_values, 1.0, (Bins(depths, 0, BINS), Bins(depths, BINS, BINS)))
     return depths[:BINS], depths[BINS:]
 
 
@@ -94,7 +102,7 @@ def test_the_profile_is_that_of_the_pressure_on_an_arc_of_the_bodys_own_radius(b
 @pytest.mark.parametrize(("force", "pen"), [(1e-12, 1e-18), (10.0, 1e-8), (1e5, 1e-5), (1e9, 0.4)])
 def test_a_step_loses_nothing_wherever_the_arc_lies(pressure, angle, force, pen):
     joint = worn_joint(1e-14, 1e-14, pressure)
-    arc = half_arc(pressure, joint, joint.bearing_radius, Rubbing(force / 0.02, pen, 0.0, 0.0, 0.0, 0.0, 0.5e-3))
+    arc = half_arc(pressure, joint, joint.bearing_radius, SlidingContact(force / 0.02, pen, 0.0, 0.0, 0.0, 0.0, 0.5e-3))
     pressed = force / 0.02 * sum_over_load(pressure, arc)
     for depths, radius in zip(slide(joint, force, turns=0.01, pen=pen, at=(angle, angle)), (0.01, 0.0095), strict=True):
         way = 2.0 * math.pi * 0.0095 * 0.01
@@ -162,7 +170,7 @@ def test_the_bins_of_an_arc_that_travels_sum_to_the_volume_of_the_step(pressure,
     force, deep, slip = (np.polyval(values[::-1], x) for values in (load, depth, sliding))
     pressed = []
     for f, d in zip(force, deep, strict=True):
-        half = half_arc(pressure, joint, joint.bearing_radius, Rubbing(f, d, 0.0, 0.0, 0.0, 0.0, 0.5e-3))
+        half = half_arc(pressure, joint, joint.bearing_radius, SlidingContact(f, d, 0.0, 0.0, 0.0, 0.0, 0.5e-3))
         pressed.append(f * sum_over_load(pressure, half))
     rubbed = np.sum(weights * pressed * np.abs(slip))
     for depths, radius, coefficient in zip(
@@ -173,10 +181,10 @@ def test_the_bins_of_an_arc_that_travels_sum_to_the_volume_of_the_step(pressure,
 
 
 def test_finer_bins_keep_the_means_of_those_that_wear_is_summed_up_in():
-    means = np.maximum(0.0, np.sin(np.arange(FINEST) * 0.05)) ** 2
-    depths = finer(means, 5 * FINEST)
+    means = np.maximum(0.0, np.sin(np.arange(MAX_BINS) * 0.05)) ** 2
+    depths = finer(means, 5 * MAX_BINS)
     assert depths.min() >= 0.0
-    assert depths.reshape(FINEST, 5).mean(axis=1) == pytest.approx(means, rel=1e-9, abs=1e-12)
+    assert depths.reshape(MAX_BINS, 5).mean(axis=1) == pytest.approx(means, rel=1e-9, abs=1e-12)
 
 
 def run(**changes):
@@ -273,8 +281,8 @@ def test_the_pressure_that_a_grid_names_acts():
     theta = np.arccos(np.minimum(0.5e-3 / size, 1.0))
     tenth = np.exp(10j * np.arctan2(y, x)) * np.sinc(10.0 * theta / math.pi)
     sampled = np.sum(work * tenth) / work.sum()
-    places = (np.arange(BINS) + 0.5) * 2.0 * math.pi / BINS
-    binned = {name: np.sum(each.wear["rod_slider"][0] * np.exp(10j * places)) for name, each in worn.items()}
+    positions = (np.arange(BINS) + 0.5) * 2.0 * math.pi / BINS
+    binned = {name: np.sum(each.wear["rod_slider"][0] * np.exp(10j * positions)) for name, each in worn.items()}
     binned = {name: value / worn[name].wear["rod_slider"][0].sum() for name, value in binned.items()}
     assert abs(binned["mean"] - sampled) < 0.01
     assert abs(binned["hertz-line"] - sampled) > 0.05
@@ -372,8 +380,8 @@ def test_a_body_with_coefficient_zero_keeps_its_shape():
 def test_a_run_begins_with_the_way_that_its_joints_have_slid_before():
     case = case_of().case(0)
     scene = simulation.build(case, {"rod-slider": Worn(np.zeros(BINS), np.zeros(BINS), 7.0)})
-    assert Run(start_of(scene, np.empty(0))).totals.account[0, SLID] == 7.0
-    assert Run(start_of(simulation.build(case), np.empty(0))).totals.account[0, SLID] == 0.0
+    assert Run(start_of(scene, np.empty(0))).totals.account[0, SLIDING_DISTANCE] == 7.0
+    assert Run(start_of(simulation.build(case), np.empty(0))).totals.account[0, SLIDING_DISTANCE] == 0.0
 
 
 def test_shapes_that_act_are_part_of_a_case_and_those_that_do_not_are_as_if_left_out():

@@ -15,23 +15,23 @@ from clearsweep.mechanics.compiled.vector import Vector
 from clearsweep.mechanics.joint.modes import FREE, PRESSED
 from clearsweep.mechanics.joint.spatial import SpatialGap, wall_point
 from clearsweep.mechanics.joint.spatial.form import APART
-from clearsweep.mechanics.joint.wear import along_walls, slices
-from clearsweep.mechanics.joint.wear.contract import ACCOUNT, SLID, Bins
-from clearsweep.mechanics.joint.wear.passage import ROOM
+from clearsweep.mechanics.joint.wear import slices, wall_strips
+from clearsweep.mechanics.joint.wear.arc_over_step import WORKSPACE_SIZE
+from clearsweep.mechanics.joint.wear.contract import ACCOUNT, SLIDING_DISTANCE, Bins
 from clearsweep.mechanics.joint.wear.step import (
     ALONG,
     BEARING_START,
     FACING,
     JOURNAL_START,
     LEAN,
+    POSITIONS,
     REACH,
     SLOPES,
     STRIP,
-    WHERE,
-    Moment,
+    Instant,
     Step,
     Worn,
-    see,
+    record,
     wear_joint,
 )
 from clearsweep.mechanics.mechanism.contract import body_angles, place
@@ -48,7 +48,7 @@ from clearsweep.mechanics.observe.histogram import (
 
 WEAR = {"law": "archard", "bearing_coefficient": 2e-13, "journal_coefficient": 1e-13, "bins": 90, "length_bins": 10}
 EVEN = np.arange(PARTS + 1) / PARTS
-LEANING = along_walls.Slope(0.01, 1e-3)
+LEANING = wall_strips.Slope(0.01, 1e-3)
 
 
 def joint_of(**keys):
@@ -65,10 +65,10 @@ def empty(joint):
         np.zeros((6, COURSES, PARTS + 1)),
         1e-5,
         np.array([PRESSED, PRESSED, FREE, FREE, FREE, FREE]),
-        np.zeros((6, WHERE + SLOPES, MOMENTS)),
+        np.zeros((6, POSITIONS + SLOPES, MOMENTS)),
         distance,
         np.zeros((STRIP, PARTS + 1)),
-        np.zeros(ROOM),
+        np.zeros(WORKSPACE_SIZE),
         np.zeros(3 * stride),
     )
     return step, Worn(np.zeros(12 * stride), stride, np.zeros((6, ACCOUNT)))
@@ -84,19 +84,19 @@ def volumes(joint, worn):
 
 
 def test_the_load_follows_the_depth_along_the_strip():
-    even = along_walls.Slope(0.01, 0.0)
-    assert along_walls.pressed_ways(even, 1e-5) == (0.0, 0.01)
-    assert along_walls.share_of(even, 1e-5, 0.002, 0.005) == pytest.approx(0.3, rel=1e-12)
-    assert along_walls.pressed_ways(LEANING, 2e-6) == pytest.approx(
+    even = wall_strips.Slope(0.01, 0.0)
+    assert wall_strips.pressed_range(even, 1e-5) == (0.0, 0.01)
+    assert wall_strips.share_of(even, 1e-5, 0.002, 0.005) == pytest.approx(0.3, rel=1e-12)
+    assert wall_strips.pressed_range(LEANING, 2e-6) == pytest.approx(
         (0.0, 2e-3), rel=1e-12
     )  # the depth is gone after 2 mm
-    assert along_walls.share_of(LEANING, 2e-6, 0.0, 1e-3) == pytest.approx(
+    assert wall_strips.share_of(LEANING, 2e-6, 0.0, 1e-3) == pytest.approx(
         0.75, rel=1e-12
     )  # of a triangle, its thicker half
-    assert along_walls.share_of(LEANING, 2e-6, 2e-3, 1e-2) == 0.0
-    deeper_inside = along_walls.Slope(0.01, -1e-3)
-    assert along_walls.share_of(deeper_inside, 1e-5, 0.0, 5e-3) == pytest.approx((10 + 2.5) / (2 * (10 + 5)), rel=1e-12)
-    assert along_walls.share_of(LEANING, 0.0, 0.0, 1e-4) == 1.0  # a point, where it begins
+    assert wall_strips.share_of(LEANING, 2e-6, 2e-3, 1e-2) == 0.0
+    deeper_inside = wall_strips.Slope(0.01, -1e-3)
+    assert wall_strips.share_of(deeper_inside, 1e-5, 0.0, 5e-3) == pytest.approx((10 + 2.5) / (2 * (10 + 5)), rel=1e-12)
+    assert wall_strips.share_of(LEANING, 0.0, 0.0, 1e-4) == 1.0  # a point, where it begins
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_the_load_follows_the_depth_along_the_strip():
 )
 def test_a_slice_goes_to_the_bins_in_which_it_lies_and_what_is_beyond_an_end_to_the_last(begin, end, where):
     bins = Bins(np.zeros(30), 0, 3)
-    slices.enter_along(np.array([1.0, 0.0, 2.0]), 1.0, bins, slices.Lies(begin, end, 0.01, 10))
+    slices.accumulate_axially(np.array([1.0, 0.0, 2.0]), 1.0, bins, slices.AxialRange(begin, end, 0.01, 10))
     expected = np.zeros((10, 3))
     for row, part in where.items():
         expected[row] = part * np.array([1.0, 0.0, 2.0])
@@ -131,8 +131,8 @@ def test_a_step_loses_nothing_however_the_journal_leans(walls, pressure, rows, l
         step.step_values[wall, FORCE], step.step_values[wall, SLIP_COURSE] = share * load, slip * (1.0 - 2.0 * wall)
         step.step_values[wall, KAPPA_COURSE], step.step_values[wall, DEPTH_COURSE] = 1.0, 4e-6 * (1.0 + EVEN)
         quarters = np.arange(BETWEEN + 2) / (BETWEEN + 1)
-        step.places[wall, 0, : BETWEEN + 2] = 0.3 + 0.02 * quarters + 3.0 * wall
-        step.places[wall, 1, : BETWEEN + 2] = -3.0 - 0.3 * quarters
+        step.positions[wall, 0, : BETWEEN + 2] = 0.3 + 0.02 * quarters + 3.0 * wall
+        step.positions[wall, 1, : BETWEEN + 2] = -3.0 - 0.3 * quarters
         end = 1.0 - 2.0 * wall
         step.axial[wall, LEAN, : BETWEEN + 2] = lean * (1.0 + 0.1 * quarters)
         step.axial[wall, BEARING_START], step.axial[wall, JOURNAL_START] = end * 0.01 + 1e-4, end * 0.01
@@ -148,7 +148,7 @@ def test_a_step_loses_nothing_however_the_journal_leans(walls, pressure, rows, l
     assert depths.min() >= 0.0
     assert np.all(step.scratch[: 2 * worn.stride] == 0.0)
     way = step.length * 0.85
-    assert worn.account[:2, SLID] == pytest.approx([way, way], rel=1e-12)
+    assert worn.account[:2, SLIDING_DISTANCE] == pytest.approx([way, way], rel=1e-12)
 
 
 def test_a_leaning_journal_wears_at_its_edge_and_a_parallel_one_evenly():
@@ -179,7 +179,7 @@ def test_strips_begin_where_the_surfaces_are_deepest_and_lean_as_they_do(keys):
     gap = SpatialGap(Vector(1.5e-4, 1e-4, 2e-4), None, Vector(*axis), None, None, None)
     step, _ = empty(joint)
     across = np.array([1.0, 0.0, -axis[0] / axis[2]])
-    see(joint, gap, Vector(*(across / np.linalg.norm(across))), 0, Moment((), (), 0, step))
+    record(joint, gap, Vector(*(across / np.linalg.norm(across))), 0, Instant((), (), 0, step))
     for wall, end in enumerate((1.0, -1.0)):
         point = wall_point(joint.ends, joint, gap, end)
         size = "half_journal" if not keys else "half_length"
@@ -188,8 +188,10 @@ def test_strips_begin_where_the_surfaces_are_deepest_and_lean_as_they_do(keys):
         assert step.axial[wall, LEAN, 0] == pytest.approx(lean, rel=1e-2, abs=1e-7)
         assert step.axial[wall, BEARING_START, 0] == pytest.approx(np.dot(point.at, axis), rel=1e-3, abs=1e-5)
         assert step.axial[wall, JOURNAL_START, 0] == pytest.approx(point.at.z - 2e-4, rel=1e-9, abs=0.0)
-        assert step.places[wall, 1, 0] == pytest.approx(math.atan2(point.normal.y, point.normal.x), rel=1e-12)
-        assert step.places[wall, 0, 0] == pytest.approx(step.places[wall, 1, 0], rel=0.0, abs=1e-4)  # no turn between
+        assert step.positions[wall, 1, 0] == pytest.approx(math.atan2(point.normal.y, point.normal.x), rel=1e-12)
+        assert step.positions[wall, 0, 0] == pytest.approx(
+            step.positions[wall, 1, 0], rel=0.0, abs=1e-4
+        )  # no turn between
 
 
 @pytest.mark.parametrize(("opened", "frame"), [("rod-slider", "slider"), ("crank-rod", "crank")])
@@ -243,7 +245,7 @@ def test_the_strip_of_an_end_that_is_apart_wears_where_what_is_pressed_reaches_i
         assert bearing == pytest.approx(2e-13 * (1000.0 + force) * 1e-5, rel=2e-2, abs=0.0)
         distance = depths[0].sum(axis=1)
         assert np.flatnonzero(distance[:6] > 0.0).tolist() == rows
-        assert (worn.account[1, SLID] > 0.0) == (force > 0.0)
+        assert (worn.account[1, SLIDING_DISTANCE] > 0.0) == (force > 0.0)
 
 
 # ---------------------------------------------------------------------------------------------- depth of slices
@@ -260,9 +262,9 @@ def worn_by_quadrature(joint, depths, lean, angle):
     """
     rows, count, half = int(joint.wear_rows), int(joint.wear.bins), joint.half_journal
     edges, result = np.arange(count + 1) * 2.0 * math.pi / count, np.zeros((rows, count))
-    places = (np.arange(200) + 0.5) * half / 200  # from the end inwards
+    positions = (np.arange(200) + 0.5) * half / 200  # from the end inwards
     for depth in depths:
-        for z, here in zip(places, np.maximum(depth - lean * places, 0.0), strict=True):
+        for z, here in zip(positions, np.maximum(depth - lean * positions, 0.0), strict=True):
             arc = math.acos(joint.clearance / (joint.clearance + here))
             if arc == 0.0:
                 continue
@@ -292,15 +294,15 @@ def test_a_step_from_an_onset_or_to_a_separation_wears_like_its_moments(before, 
     joint = joint_of(walls="spread", contact=HERTZ, wear={"pressure": "mean", "bins": 360})
     step, worn = empty(joint)
     distance, half = np.linspace(before, after, PARTS + 1), joint.half_journal
-    places = (np.arange(200) + 0.5) * half / 200
+    positions = (np.arange(200) + 0.5) * half / 200
     step.step_values[0, DEPTH_COURSE], step.step_values[0, KAPPA_COURSE], step.step_values[0, SLIP_COURSE] = (
         distance,
         1.0,
         1.0,
     )
-    step.step_values[0, FORCE] = [1e9 * float(np.mean(np.maximum(d - lean * places, 0.0) ** 1.5)) for d in distance]
+    step.step_values[0, FORCE] = [1e9 * float(np.mean(np.maximum(d - lean * positions, 0.0) ** 1.5)) for d in distance]
     step.mode[0] = PRESSED if max(before, after) > 1e-15 else APART
-    step.places[0, 0, : BETWEEN + 2], step.axial[0, LEAN] = 1.0, lean
+    step.positions[0, 0, : BETWEEN + 2], step.axial[0, LEAN] = 1.0, lean
     step.axial[0, BEARING_START], step.axial[0, JOURNAL_START] = half, half
     wear_joint(joint, 0, (step, worn))
     _, depths = volumes(joint, worn)
@@ -326,7 +328,7 @@ def test_a_journal_partly_outside_the_bore_wears_only_where_both_overlap(walls, 
     for i in range(BETWEEN + 2):
         middle = Vector(joint.clearance + depth, 0.0, away + sliding * i / (BETWEEN + 1))
         gap = SpatialGap(middle, still, Vector(0.0, 0.0, 1.0), still, still, None)
-        see(joint, gap, Vector(1.0, 0.0, 0.0), 0, Moment((), (), i, step))
+        record(joint, gap, Vector(1.0, 0.0, 0.0), 0, Instant((), (), i, step))
     step.step_values[:2, FORCE], step.step_values[:2, SLIP_COURSE] = 500.0, 1.0
     step.step_values[:2, KAPPA_COURSE], step.step_values[:2, DEPTH_COURSE] = 1.0, depth
     wear_joint(joint, 0, (step, worn))

@@ -16,9 +16,9 @@ from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import Joint
+from clearsweep.mechanics.joint.wear.arc_over_step import ON_BEARING, POINTS
 from clearsweep.mechanics.joint.wear.archard import Archard, Energy, RunningIn
-from clearsweep.mechanics.joint.wear.contract import PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLID
-from clearsweep.mechanics.joint.wear.passage import ON_BEARING, POINTS
+from clearsweep.mechanics.joint.wear.contract import PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLIDING_DISTANCE
 from clearsweep.mechanics.joint.wear.persson import Persson
 from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean, Winkler
 
@@ -62,7 +62,7 @@ def test_running_in_takes_off_the_integral_of_its_falling_coefficient(steps):
     depths, account = slide(law, steps=steps)
     way = SPEED * 0.1
     expected = LOAD * (1e-14 * way + 4e-14 * 0.01 * (1.0 - math.exp(-way / 0.01)))
-    assert account[SLID] == pytest.approx(way, rel=1e-12)
+    assert account[SLIDING_DISTANCE] == pytest.approx(way, rel=1e-12)
     assert volume(depths) == pytest.approx(expected, rel=1e-6)
 
 

@@ -23,18 +23,18 @@ from clearsweep.mechanics.joint.contract import every_contact
 from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
 from clearsweep.mechanics.joint.modes import PRESSED
 from clearsweep.mechanics.joint.nearest import TurnedGap, nearest
-from clearsweep.mechanics.joint.wear.bed import arc_at, enter_arc, sum_over_force
+from clearsweep.mechanics.joint.wear.arc_over_step import DEEPEST, ON_BEARING, ON_JOURNAL, POINTS, WORKSPACE_SIZE
+from clearsweep.mechanics.joint.wear.bed import accumulate_arc, arc_at, sum_over_force
 from clearsweep.mechanics.joint.wear.contract import Bins, Worn, local_clearance
-from clearsweep.mechanics.joint.wear.passage import DEEPEST, ON_BEARING, ON_JOURNAL, POINTS, ROOM
 from clearsweep.mechanics.joint.wear.shape import (
-    AT_POINT,
-    PLACES,
+    KNOTS,
+    POINT_MARGIN,
+    SMOOTHING_WIDTH,
     STEP,
-    WIDTH,
-    integral_at,
     shapes_of,
     smoothed,
-    worn_at,
+    wear_depth_at,
+    wear_integral_at,
 )
 from clearsweep.mechanics.joint.worn import WornJoint, WornOnBed, pressing, worn_load
 
@@ -59,7 +59,7 @@ class Wave:
         """Return h or a derivative of it, smoothed."""
         total = sum(a for _, a, _ in self.parts) if order == 0 else 0.0
         for m, a, b in self.parts:
-            total = total + a * math.exp(-0.5 * (m * WIDTH) ** 2) * m**order * np.cos(
+            total = total + a * math.exp(-0.5 * (m * SMOOTHING_WIDTH) ** 2) * m**order * np.cos(
                 m * phi + b + order * 0.5 * math.pi
             )
         return total
@@ -87,36 +87,36 @@ def overlap(x, y, angles, phi, shapes=(BEARING, JOURNAL)):
 
 def test_what_is_worn_keeps_its_volume_and_its_harmonics_and_nothing_stays_nothing():
     for count in (45, 360, 1000):
-        spline = smoothed(BEARING.bins(count), WIDTH)
+        spline = smoothed(BEARING.bins(count), SMOOTHING_WIDTH)
         phi = np.linspace(0.0, 2.0 * math.pi, 701)
         assert spline(phi) == pytest.approx(BEARING(phi), rel=1e-6, abs=1e-7 * C)
         assert spline(phi, 2) == pytest.approx(BEARING(phi, 2), rel=1e-3, abs=1e-4 * C)
     bins = np.random.default_rng(3).random(BINS) * C
-    shape = shapes_of(bins, NOTHING, C, AT_POINT)[0]
+    shape = shapes_of(bins, NOTHING, C, POINT_MARGIN)[0]
     assert shape.integral == pytest.approx(bins.mean() * 2.0 * math.pi, rel=1e-12)
     for low, high in ((0.2, 1.7), (-3.0, 8.0), (6.2, 6.4)):
-        total = quad(lambda phi: worn_at(shape.table, phi)[0], low, high, limit=500, epsabs=1e-9 * C)[0]
-        assert integral_at(shape, high) - integral_at(shape, low) == pytest.approx(total, rel=1e-6)
-    circle, _, width = shapes_of(NOTHING, NOTHING, C, AT_POINT)
-    assert width == WIDTH
-    assert all(worn_at(circle.table, angle) == (0.0, 0.0, 0.0, 0.0) for angle in (0.0, 3.0, 1e4))
+        total = quad(lambda phi: wear_depth_at(shape.table, phi)[0], low, high, limit=500, epsabs=1e-9 * C)[0]
+        assert wear_integral_at(shape, high) - wear_integral_at(shape, low) == pytest.approx(total, rel=1e-6)
+    circle, _, width = shapes_of(NOTHING, NOTHING, C, POINT_MARGIN)
+    assert width == SMOOTHING_WIDTH
+    assert all(wear_depth_at(circle.table, angle) == (0.0, 0.0, 0.0, 0.0) for angle in (0.0, 3.0, 1e4))
 
 
 @pytest.mark.parametrize("depth", [0.05 * C, C, 20.0 * C])
 def test_a_groove_narrower_than_the_journal_is_widened_until_the_journal_reaches_its_bottom(depth):
     bins = np.zeros(BINS)
     bins[40:60] = depth
-    bearing, journal, width = shapes_of(bins, np.roll(bins, 100), C, AT_POINT)
-    angles = np.arange(PLACES) * STEP
-    rows = [np.array([worn_at(body.table, angle) for angle in angles]) for body in (bearing, journal)]
-    assert C + sum(np.min(row[:, 0] + row[:, 2]) for row in rows) >= AT_POINT * C * (1.0 - 1e-9)
-    assert width > WIDTH
+    bearing, journal, width = shapes_of(bins, np.roll(bins, 100), C, POINT_MARGIN)
+    angles = np.arange(KNOTS) * STEP
+    rows = [np.array([wear_depth_at(body.table, angle) for angle in angles]) for body in (bearing, journal)]
+    assert C + sum(np.min(row[:, 0] + row[:, 2]) for row in rows) >= POINT_MARGIN * C * (1.0 - 1e-9)
+    assert width > SMOOTHING_WIDTH
     assert bearing.integral == pytest.approx(bins.mean() * 2.0 * math.pi, rel=1e-12)
 
 
 def test_the_deepest_point_of_an_oval_bearing_is_that_of_the_closed_form():
     """e cos(phi) - a (1 + cos 2 phi) is largest at 0 for e > 4 a, and at cos(phi) = e / (4 a) below."""
-    worn, a = joint(OVAL.bins()), 0.1 * C * math.exp(-2.0 * WIDTH**2)
+    worn, a = joint(OVAL.bins()), 0.1 * C * math.exp(-2.0 * SMOOTHING_WIDTH**2)
     for e in (0.3 * C, 0.39 * C, 0.5 * C, 1.3 * C):
         cosine = min(e / (4.0 * a), 1.0)
         expected = e * cosine - 0.1 * C - a * (2.0 * cosine**2 - 1.0) - C
@@ -154,7 +154,10 @@ def test_the_least_penetration_is_known_wherever_the_normal_is_far_from_the_ecce
     worn = joint(*grooves, BEDDED, elastic="winkler")
 
     def gap_at(x, y, phi):
-        h = worn_at(worn.bearing.table, phi - angles[0])[0] + worn_at(worn.journal.table, phi - angles[1])[0]
+        h = (
+            wear_depth_at(worn.bearing.table, phi - angles[0])[0]
+            + wear_depth_at(worn.journal.table, phi - angles[1])[0]
+        )
         return x * math.cos(phi) + y * math.sin(phi) - C - h
 
     far = 0.0
@@ -272,7 +275,7 @@ def test_where_nothing_is_worn_springs_press_as_the_closed_form_of_circles_has_i
 
 def room_at(on_bearing, on_journal, depth):
     """Return what a step knows of a contact that rests still."""
-    workspace = np.zeros(ROOM)
+    workspace = np.zeros(WORKSPACE_SIZE)
     workspace[[ON_BEARING * POINTS, ON_JOURNAL * POINTS, DEEPEST * POINTS]] = on_bearing, on_journal, depth
     return workspace
 
@@ -287,7 +290,7 @@ def test_springs_wear_every_bin_by_how_deep_they_are_pressed_there():
     fine = np.linspace(0.0, 2.0 * math.pi, 100 * BINS + 1)
     for body, angle in enumerate(angles):
         depths = np.zeros(BINS)
-        enter_arc(worn, arc, body, 2e-9, Bins(depths, 0, BINS))
+        accumulate_arc(worn, arc, body, 2e-9, Bins(depths, 0, BINS))
         assert depths.sum() * 2.0 * math.pi / BINS == pytest.approx(2e-9, rel=1e-12)
         before = np.append(0.0, np.cumsum(np.maximum(overlap(x, y, angles, fine[:-1] + angle + 0.5 * fine[1]), 0.0)))
         expected = np.diff(np.interp(edges, fine, before)) / before[-1] * 2e-9 / edges[1]
@@ -311,19 +314,19 @@ def run_in(bins, cycles, step=0.035):
             arc = arc_at(worn, room_at(0.0, 0.0, nearest(worn, gap(e, 0.0, (0.0, 0.0))).depth), 0.5)
             return worn.elastic.stiffness * arc.total / sum_over_force(worn, arc) - load
 
-        e = brentq(missing, C + worn_at(worn.bearing.table, 0.0)[0] + 1e-3 * C, 6.0 * C, xtol=1e-9 * C)
+        e = brentq(missing, C + wear_depth_at(worn.bearing.table, 0.0)[0] + 1e-3 * C, 6.0 * C, xtol=1e-9 * C)
         depth = nearest(worn, gap(e, 0.0, (0.0, 0.0))).depth
         arc = arc_at(worn, room_at(0.0, 0.0, depth), 0.5)
-        enter_arc(worn, arc, 0, step * C, Bins(depths, 0, bins))
+        accumulate_arc(worn, arc, 0, step * C, Bins(depths, 0, bins))
     return depths
 
 
 @pytest.mark.slow
 def test_a_bearing_run_in_under_springs_continues_as_the_circle_of_its_journal_shifts():
     """h = h_m cos(phi): once it has run in, every cycle takes off as much along the load, whatever the place."""
-    places = (np.arange(180) + 0.5) * 2.0 * math.pi / 180
-    within = np.cos(places) > math.cos(math.radians(40.0))
-    shift = np.cos(places[within]) / math.cos(places[0])
+    positions = (np.arange(180) + 0.5) * 2.0 * math.pi / 180
+    within = np.cos(positions) > math.cos(math.radians(40.0))
+    shift = np.cos(positions[within]) / math.cos(positions[0])
     new, worn = run_in(180, 1), run_in(180, 60)
     taken = run_in(180, 61) - worn
     assert worn[0] > 1.3 * C

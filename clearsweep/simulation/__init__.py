@@ -6,7 +6,7 @@ Sweeps and reports reach the mechanics through these functions only.
 from ..contracts.case import Case
 from ..contracts.results import Trajectory
 from ..mechanics.joint.registry import elastic_choices, elastic_forces, jam_angle, penetration_limit, restitution
-from ..mechanics.joint.wear.contract import FINEST
+from ..mechanics.joint.wear.contract import MAX_BINS
 from ..mechanics.mechanism.contract import IdealMotion
 from .advice import HOLDS, laws_text
 from .ensemble import solve_each
@@ -29,8 +29,8 @@ from .sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
 from .trajectory import compile_for, compile_loop, simulate
 
 __all__ = [
-    "FINEST",
     "HOLDS",
+    "MAX_BINS",
     "ElasticLink",
     "IdealMotion",
     "PinReactions",

@@ -42,7 +42,7 @@ class LifeRun:
         """
         assert scene.case.life is not None  # only for cases with a life
         self.scene, self.log, self.life, self.worn_joints = scene, log, scene.case.life, worn_joints_of(scene.case)
-        self.size = self.worn_joints[-1].slid + 2
+        self.size = self.worn_joints[-1].sliding_distance + 2
         self.number, self.lives, self.failure = number, number, ""  # status of a block that failed
         stored = read(log.read() if log else None, self.size)
         self.earlier_records = [record for record in stored if record.life < number]
@@ -84,7 +84,7 @@ class LifeRun:
             first_growth[worn.both] = FIRST_WEAR * min(joint.clearance for joint in case.joints)
             wear = case.joints[worn.joint_index].wear
             if wear and wear.running_in:
-                first_growth[worn.slid] = FIRST_SLIDING * wear.running_in["distance"]
+                first_growth[worn.sliding_distance] = FIRST_SLIDING * wear.running_in["distance"]
         return StepControl(
             limit=life.limit,
             tolerance=life.tolerance,
@@ -106,7 +106,7 @@ class LifeRun:
     @staticmethod
     def _worn(worn: WornJoint, state: np.ndarray) -> Worn:
         """Return the wear of a joint in a worn state."""
-        return Worn(state[worn.bearing], state[worn.journal], state[worn.slid])
+        return Worn(state[worn.bearing], state[worn.journal], state[worn.sliding_distance])
 
     def recall(self, state: np.ndarray) -> BlockRecord | None:
         """Return the result of the next block from an earlier process, or None if it has not been run."""

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ..contracts.case import Case
-from ..mechanics.joint.wear.contract import FINEST, SLID
+from ..mechanics.joint.wear.contract import MAX_BINS, SLIDING_DISTANCE
 from ..mechanics.mechanism.contract import body_angles
 from ..mechanics.solver.integration import Work
 from .batch_means import Blocks, Interval
@@ -31,7 +31,7 @@ class WornJoint(NamedTuple):
     column: str
     bins: int  # of each body
     first: int  # first bin of the bearing; the journal's bins follow
-    slid: int  # m, sliding distance
+    sliding_distance: int  # m, sliding distance
 
     @property
     def bearing(self) -> slice:
@@ -52,7 +52,7 @@ class WornJoint(NamedTuple):
 def worn_joints_of(case: Case) -> tuple[WornJoint, ...]:
     """Return the joints with wear; the worn state is the bins of all, their sliding distances, then the time."""
     wearing = [(place, joint, joint.wear) for place, joint in enumerate(case.joints) if joint.wear]
-    bins = [min(wear.bins, FINEST) for *_, wear in wearing]
+    bins = [min(wear.bins, MAX_BINS) for *_, wear in wearing]
     firsts = [2 * sum(bins[:k]) for k in range(len(bins))]
     return tuple(
         WornJoint(place, joint.name, joint.column, bins[k], firsts[k], 2 * sum(bins) + k)
@@ -133,12 +133,12 @@ def block_record_of(scene: Scene, run: Run, observer: RateObserver, process_time
     whole: Any = run.totals  # mypy takes it for a tuple of anything
     totals = by_joint(whole, scene.layout)
     depths = totals.wear.reshape(len(scene.layout.joints), 2, -1)
-    rate, width = np.zeros(worn_joints[-1].slid + 2), np.zeros(worn_joints[-1].slid + 2)
+    rate, width = np.zeros(worn_joints[-1].sliding_distance + 2), np.zeros(worn_joints[-1].sliding_distance + 2)
     rate[-1] = (float(run.work.end[run.work.time]) - float(whole.whole.opened)) / turns
     for worn in worn_joints:
         rate[worn.both] = depths[worn.joint_index, :, : worn.bins].ravel() / turns
-        earlier_slid = scene.worn[worn.name].slid
-        rate[worn.slid] = (totals.account[worn.joint_index, SLID] - earlier_slid) / turns
+        earlier_slid = scene.worn[worn.name].sliding_distance
+        rate[worn.sliding_distance] = (totals.account[worn.joint_index, SLIDING_DISTANCE] - earlier_slid) / turns
         width[worn.both] = _half_widths(observer.blocks, worn) * rate[-1]
     peaks = np.array(totals.joint.column("force_max"))
     seconds = np.array([run.duration, process_time])

@@ -272,7 +272,9 @@ def window_of(outcome: Outcome, period: int | None) -> Window:
         turns=settings.revolutions - settings.discard if scene.mechanism.turns else 1.0,
         spreads=peak_spreads(scene, outcome.marks, outcome.revolutions),
         period=period,
-        slid=[scene.worn[joint.name].slid if joint.name in scene.worn else 0.0 for joint in scene.case.joints],
+        sliding_distance=[
+            scene.worn[joint.name].sliding_distance if joint.name in scene.worn else 0.0 for joint in scene.case.joints
+        ],
         onset=onset_rates(outcome.ends),
     )
 

@@ -20,8 +20,8 @@ from ..mechanics.coupling.wear import room_of, wear_of
 from ..mechanics.joint.contract import contact_modes, every_contact, every_latched
 from ..mechanics.joint.loss.contract import awaits_mass, keeps_onset
 from ..mechanics.joint.modes import touches
-from ..mechanics.joint.places import Offsets, after_joint, first_place, with_current_state
-from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
+from ..mechanics.joint.offsets import Offsets, after_joint, first_place, with_current_state
+from ..mechanics.joint.wear.contract import ACCOUNT, MAX_BINS, SLIDING_DISTANCE
 from ..mechanics.mechanism.contract import friction_laws
 from ..mechanics.observe import histogram
 from ..mechanics.observe.histogram import MOMENTS
@@ -48,7 +48,7 @@ def _accumulators_of(
     """Return the accumulators of `contacts` with some arrays; `zeros` creates the others."""
     parts = scene.layout.joints
     worn = any(part.wear_bins for part in parts)
-    bins = max(min(part.wear_bins, FINEST) * part.wear_rows for part in parts)
+    bins = max(min(part.wear_bins, MAX_BINS) * part.wear_rows for part in parts)
     return total_columns.Totals(
         **arrays,
         histogram=np.zeros((contacts, histogram.BINS, 2)),
@@ -147,8 +147,8 @@ class Run:
         arrays["mode"][:], arrays["rubs"][:] = work.pressed if scene.in_contact else work.apart, start.rubs
         put_numbers(value, start.first[: self.parameters.size], self.parameters)
         self.totals.whole.speed_awaited = start_up_speed(scene.machine)
-        if start.slid:
-            self.totals.account[:, SLID] = start.slid
+        if start.sliding_distance:
+            self.totals.account[:, SLIDING_DISTANCE] = start.sliding_distance
         self.kept.put(reference_rate=value.reference_rate, sigma=value.sigma, longest=start.longest)
         self.work = self.kept.value
         self.value, self.deadline, self.marks = value, scene.deadline, start.marks

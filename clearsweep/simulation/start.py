@@ -88,7 +88,7 @@ class Start(NamedTuple):
     given: np.ndarray  # the arrays of a RunInputs, concatenated
     first: np.ndarray  # the arrays of an InitialState, concatenated
     rubs: list[bool]  # by contact
-    slid: list[float]  # m, earlier wear by contact, or []
+    sliding_distance: list[float]  # m, earlier wear by contact, or []
     longest: float  # s, longest step
 
     @property
@@ -125,7 +125,11 @@ def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
         given=np.concatenate([times, given]),
         first=np.array(list(chain.from_iterable(first))),
         rubs=[described.friction is not None or described.film is not None for _, described in contacts],
-        slid=[scene.worn[part.name].slid if part.name in scene.worn else 0.0 for _, part in contacts if scene.worn],
+        sliding_distance=[
+            scene.worn[part.name].sliding_distance if part.name in scene.worn else 0.0
+            for _, part in contacts
+            if scene.worn
+        ],
         longest=LONGEST * period(scene) if scene.mechanism.turns else math.inf,
     )
 

@@ -10,7 +10,15 @@ from ..contracts.case import Case
 from ..contracts.catalogue import Mechanism
 from ..contracts.layout import WALLS, JointLayout, Layout
 from ..mechanics.joint import dry
-from ..mechanics.joint.wear.contract import ARCS, FINEST, PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLID
+from ..mechanics.joint.wear.contract import (
+    ARC_COUNT,
+    MAX_BINS,
+    PRESSURE_MAX,
+    PRESSURE_TIME,
+    PV_BEYOND,
+    PV_MAX,
+    SLIDING_DISTANCE,
+)
 from ..mechanics.solver.accumulate.totals import (
     ContactTotals,
     Totals,
@@ -73,7 +81,7 @@ class Window(NamedTuple):
     turns: float  # revolutions; 1 where nothing turns
     spreads: tuple[Spread, ...]  # of each joint's force peaks over the revolutions
     period: int | None  # period in revolutions, or None
-    slid: list[float]  # (joints,) m, sliding distance before the run
+    sliding_distance: list[float]  # (joints,) m, sliding distance before the run
     onset: list[float]  # (joints,) m/s, onset rate in the law at the end; nan: none
 
 
@@ -152,9 +160,9 @@ def worn_together(accounts: np.ndarray, contacts: ContactTotals) -> np.ndarray:
     in contact of each.  contacts : their sums.
     """
     combined: np.ndarray = accounts.sum(axis=0)
-    for column in (PRESSURE_MAX, PV_MAX, PV_BEYOND, SLID):
+    for column in (PRESSURE_MAX, PV_MAX, PV_BEYOND, SLIDING_DISTANCE):
         combined[column] = accounts[:, column].max()
-    time = contacts.column("contact_time")[accounts[:, ARCS] > 0.0]
+    time = contacts.column("contact_time")[accounts[:, ARC_COUNT] > 0.0]
     if time.size:
         combined[PRESSURE_TIME] *= time.max() / time.sum()
     return combined
@@ -188,9 +196,9 @@ def wear_of(layout: Layout, totals: Totals | Summed) -> dict[str, tuple[np.ndarr
     for joint, depths in zip(layout.joints, totals.wear.reshape(len(layout.joints), 2, -1), strict=True):
         bins = joint.wear_bins
         if bins:
-            bins_kept, rows = min(bins, FINEST), joint.wear_rows
+            bins_kept, rows = min(bins, MAX_BINS), joint.wear_rows
             bearing, journal = depths[:, : bins_kept * rows].reshape(2, rows, bins_kept).swapaxes(1, 2).copy()
             if not joint.auxiliary:
                 bearing, journal = bearing[:, 0], journal[:, 0]
-            wear[joint.name] = (bearing, journal) if bins <= FINEST else (finer(bearing, bins), finer(journal, bins))
+            wear[joint.name] = (bearing, journal) if bins <= MAX_BINS else (finer(bearing, bins), finer(journal, bins))
     return wear

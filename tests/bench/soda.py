@@ -31,7 +31,7 @@ GRID = 48  # samples of a stretch that LSODA runs through at once
 AHEAD, FLIGHT = 1.2, 0.1  # how far such a stretch reaches: last contact's durations, turns of the crank
 STEPS = 100_000
 AT_ONCE = 8  # cases that a thread takes
-FINE, FINEST = 400, 1e-5  # samples of a stretch whose force peaks are searched for, and turns between them; not timed
+FINE, MAX_BINS = 400, 1e-5  # samples of a stretch whose force peaks are searched for, and turns between them; not timed
 NUMBER, NUMBERS = types.float64, types.CPointer(types.float64)
 SIGNATURE = types.void(NUMBER, NUMBERS, NUMBERS, types.CPointer(from_dtype(RECORD)))
 
@@ -276,7 +276,7 @@ def solve(problem, tolerance, method) -> Solution:
     samples, peaks = [], np.zeros(model.joints)
     for (t, u), stop, event in zip(bounds, [*log[:, 0], problem.end], [*log, None], strict=True):
         wanted = problem.times[(problem.times > t) & (problem.times <= stop)]
-        fine = max(FINE, math.ceil((stop - t) / (FINEST * turn)))
+        fine = max(FINE, math.ceil((stop - t) / (MAX_BINS * turn)))
         grid = np.unique(np.concatenate([np.linspace(t, stop, fine + 1), wanted]))
         result, _ = dop853(slope, np.ascontiguousarray(u), grid / TICK, record, RELATIVE, tolerance, STEPS)
         samples += [result[np.searchsorted(grid, time)] * unit for time in wanted]

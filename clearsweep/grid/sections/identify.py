@@ -27,7 +27,7 @@ LEAST_TURNS = 3  # revolutions that have to be measured, and computed of every c
 LEAST_SAMPLES = 20  # an impact
 MOST_CASES = 20_000  # the time of an emulator grows with their third power
 SAVED = 12_000  # samples of a signal that every case keeps where the grid does not say how many
-FINEST = 2880  # samples of a revolution that are kept then
+MAX_BINS = 2880  # samples of a revolution that are kept then
 _COLUMNS = {"type": "object", "minProperties": 1, "additionalProperties": {"type": "string"}}
 IDENTIFY_SECTION = KeySection(
     IDENTIFY,
@@ -205,7 +205,7 @@ def put_saved_signals(reader: Reader) -> None:
         angle = signals.places if signals.over == "crank_angle" else signals.places * (rate or 1.0)
         densest = max(densest, features.density(angle))
     if "save.samples" not in reader.written:
-        reader.values["save.samples"] = int(min(max(features.SAMPLES, 2.0 * densest), FINEST))
+        reader.values["save.samples"] = int(min(max(features.SAMPLES, 2.0 * densest), MAX_BINS))
     if "save.revolutions" not in reader.written:
         samples = reader.values["save.samples"]
         total = min(reader.values_of("simulate.revolutions") or (10.0,))

@@ -17,7 +17,7 @@ from .section import FITS_FORM, NAMES, PAIR, QUANTITY, Key, KeySection, cases_ke
 
 SEEK = "seek"
 SEEK_ENDS, SEEK_FOR = ("largest", "smallest"), ("each", "all")
-FINEST = 40  # times a range can be halved: what is left is near the rounding of floats
+MAX_BINS = 40  # times a range can be halved: what is left is near the rounding of floats
 FIRST_STRETCHES = 4  # of the range, whose ends are tried first
 _SEEK_EXAMPLE = "{largest: joints.rod-slider.clearance, between: [5 um, 200 um], within: 1 um}"
 _AMONG = "{fits: [H7/g6, H7/f7]}"
@@ -195,7 +195,7 @@ def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> 
     tolerance = _within(reader, section, path)
     if tolerance is None or len(reader.problems) > problems_before:
         return None
-    if not (high - low) / 2.0**FINEST < tolerance <= (high - low) / FIRST_STRETCHES:
+    if not (high - low) / 2.0**MAX_BINS < tolerance <= (high - low) / FIRST_STRETCHES:
         smallest, largest = (
             quantity.said(size, _unit(reader, path)) for size in ((high - low) / 1e12, (high - low) / 4.0)
         )

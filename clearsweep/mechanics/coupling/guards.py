@@ -10,7 +10,7 @@ import numpy as np
 from ..compiled.choosing import rolled_range
 from ..compiled.family import NO_ENTRY, Entry, entry, form_number, kernel, map_joints, shaped
 from ..joint.contract import every_guard, every_part, guard_values, latched, parts
-from ..joint.places import (
+from ..joint.offsets import (
     after_joint,
     after_number,
     after_part,

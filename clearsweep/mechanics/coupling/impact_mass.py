@@ -8,7 +8,7 @@ from ..joint.dry import Joint
 from ..joint.loss.contract import awaits_mass, with_mass
 from ..joint.lubricated import Lubricated
 from ..joint.modes import touches
-from ..joint.places import after_joint, after_number, first_place, with_current_state
+from ..joint.offsets import after_joint, after_number, first_place, with_current_state
 from ..joint.worn import WornJoint, WornOnBed
 from ..mechanism.contract import gaps, impact_masses, place
 

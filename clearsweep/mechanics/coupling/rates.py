@@ -32,7 +32,7 @@ from ..joint.contract import (
 from ..joint.loads import loads_of, put_internal_rates
 from ..joint.modes import touches
 from ..joint.nearest import with_angles, with_body_angles
-from ..joint.places import (
+from ..joint.offsets import (
     after_joint,
     after_number,
     channels_beside_those,

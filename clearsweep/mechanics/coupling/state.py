@@ -11,7 +11,7 @@ import numpy as np
 from ..compiled.dual import rate_or_slope
 from ..compiled.family import form_number, inlined, kernel, map_joints
 from ..joint.contract import every_internal_state, integrated, internal_rates, internal_state, states_of
-from ..joint.places import after_number, extent, form_of, with_internal_state
+from ..joint.offsets import after_number, extent, form_of, with_internal_state
 from ..mechanism.contract import friction_laws, friction_slips, with_friction_laws
 
 NEVER_RESET = -1  # in the place of a contact whose separation resets a number

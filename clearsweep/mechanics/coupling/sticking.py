@@ -16,7 +16,7 @@ from ..compiled.dual import as_type_of, plain
 from ..compiled.family import kernel, map_joints
 from ..joint.friction.contract import static_limit
 from ..joint.gripping import grips_of, is_sticking, limited_side, slip_rate, sticks, with_tangential
-from ..joint.places import after_joint, after_number, extent, first_place
+from ..joint.offsets import after_joint, after_number, extent, first_place
 from ..mechanism.contract import accelerate, gap_accelerations
 
 SWEEPS = 100  # over the grips that stick; coupling between joints is weak, so a dozen suffice

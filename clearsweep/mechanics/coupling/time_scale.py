@@ -4,7 +4,7 @@ from ..compiled.choosing import where
 from ..compiled.dual import as_type_of
 from ..compiled.family import kernel
 from ..joint.modes import touches
-from ..joint.places import extent
+from ..joint.offsets import extent
 
 
 @kernel

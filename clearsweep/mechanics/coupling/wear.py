@@ -3,10 +3,22 @@
 from ..compiled.choosing import abreast
 from ..compiled.family import Entry, entry, kernel, shaped
 from ..joint.nearest import with_body_angles
-from ..joint.places import extent, first_place
+from ..joint.offsets import extent, first_place
+from ..joint.wear.arc_over_step import WORKSPACE_SIZE
 from ..joint.wear.contract import ACCOUNT
-from ..joint.wear.passage import ROOM
-from ..joint.wear.step import ALONG, SEEN, SLOPES, STRIP, WHERE, Moment, Step, Whose, Worn, see_each, wear_each
+from ..joint.wear.step import (
+    ALONG,
+    POSITIONS,
+    RECORDED,
+    SLOPES,
+    STRIP,
+    Instant,
+    JointCursor,
+    Step,
+    Worn,
+    record_positions,
+    wear_each,
+)
 from ..mechanism.contract import body_angles, gaps, place
 from ..observe.histogram import COURSES, MOMENTS, PARTS
 
@@ -19,8 +31,8 @@ def _look(scene, between, step):
         pose = place(scene.mechanism, y)
         angles = body_angles(scene.mechanism, y)
         relative = with_body_angles(scene.joints, gaps(scene.mechanism, pose), angles)
-        moment = Moment(relative, angles, i, step)
-        see_each(scene.joints, moment.gaps, Whose(0, first_place(scene.joints, 0)), moment)
+        moment = Instant(relative, angles, i, step)
+        record_positions(scene.joints, moment.gaps, JointCursor(0, first_place(scene.joints, 0)), moment)
 
 
 def wear_entry(scene, between, mode, step_values, length, workspace, depths, account, stride):
@@ -32,17 +44,20 @@ def wear_entry(scene, between, mode, step_values, length, workspace, depths, acc
     """
     parameters = scene[0]
     contacts, size = extent(parameters.joints).contact, 2 * len(parameters.coordinates) + 1
-    rooms, angles = shaped(workspace, (room_of(contacts, stride),)), ROOM + contacts * (WHERE + SLOPES) * MOMENTS
+    rooms, angles = (
+        shaped(workspace, (room_of(contacts, stride),)),
+        WORKSPACE_SIZE + contacts * (POSITIONS + SLOPES) * MOMENTS,
+    )
     axial = angles + contacts * ALONG * MOMENTS
     scratch = axial + STRIP * (PARTS + 1)
     step = Step(
         shaped(step_values, (contacts, COURSES, PARTS + 1)),
         shaped(length, (1,))[0],
         shaped(mode, (contacts,)),
-        rooms[ROOM:angles].reshape(contacts, WHERE + SLOPES, MOMENTS),
+        rooms[WORKSPACE_SIZE:angles].reshape(contacts, POSITIONS + SLOPES, MOMENTS),
         rooms[angles:axial].reshape(contacts, ALONG, MOMENTS),
         rooms[axial:scratch].reshape(STRIP, PARTS + 1),
-        rooms[:ROOM],
+        rooms[:WORKSPACE_SIZE],
         rooms[scratch:],
     )
     _look(parameters, shaped(between, (size, MOMENTS)), step)
@@ -53,7 +68,7 @@ def wear_entry(scene, between, mode, step_values, length, workspace, depths, acc
 @kernel
 def room_of(contacts, stride):
     """Return the size of the workspace for the wear of `contacts`; stride : largest number of bins of a body."""
-    return ROOM + contacts * SEEN + STRIP * (PARTS + 1) + 3 * stride
+    return WORKSPACE_SIZE + contacts * RECORDED + STRIP * (PARTS + 1) + 3 * stride
 
 
 def wear_of(scene, parameters) -> Entry:

@@ -19,7 +19,7 @@ from .contract import Contact, ContactModes, Guard, Load, Part, contact_modes, g
 from .friction.contract import friction_force
 from .loss.contract import contact_force, lowest_force, sign_beyond
 from .modes import CLIPPED, FREE, PRESSED, STICKING
-from .places import with_laws_as_they_are
+from .offsets import with_laws_as_they_are
 
 
 class Joint(NamedTuple):

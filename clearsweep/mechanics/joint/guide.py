@@ -19,7 +19,7 @@ from .dry import Clip
 from .friction.contract import friction_force
 from .loss.contract import contact_force, lowest_force, sign_beyond
 from .modes import CLIPPED, FREE, PRESSED
-from .places import after_law, after_number, with_current_state
+from .offsets import after_law, after_number, with_current_state
 
 CORNERS = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))  # signs of half the length and half the height
 

@@ -8,7 +8,7 @@ from ..compiled.dual import as_type_of, rate_or_slope
 from ..compiled.family import inlined, kernel, map_joints
 from .contract import Load, internal_rates, internal_state, load, parts
 from .modes import touches
-from .places import after_joint, after_number, after_part, first_place, room_of_part, with_current_state
+from .offsets import after_joint, after_number, after_part, first_place, room_of_part, with_current_state
 
 
 @kernel

@@ -31,7 +31,7 @@ from .film.corners import AFLOAT, NEAR, Corners, Reversals, bends
 from .film.transition import GreenwoodTripp, bears_from
 from .friction.contract import friction_force
 from .modes import ACTS, PRESSED, touches
-from .places import with_laws_as_they_are
+from .offsets import with_laws_as_they_are
 
 
 class Film(NamedTuple):

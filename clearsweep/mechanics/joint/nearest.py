@@ -18,8 +18,8 @@ from ..compiled.choosing import rolled_range
 from ..compiled.direction import direction
 from ..compiled.dual import Dual, plain
 from ..compiled.family import family, inlined, kernel, map_joints
-from .places import after_number
-from .wear.shape import worn_at
+from .offsets import after_number
+from .wear.shape import wear_depth_at
 
 LAST_STEP = 0.02  # rad, over half of what shapes are smoothed by: a step after which the next is the last
 CLOSE_FOR_SLOPES = 1e-4  # rad: bound of the last step, which is differentiated
@@ -109,8 +109,8 @@ def halley(surfaces, angle, body_angles, radial, tangential_distance):
     body_angles : the angles of bearing and journal, rad
     radial, tangential_distance : m, components of the eccentricity in the direction `angle`
     """
-    h, slope, bearing_curvature, third = worn_at(surfaces.bearing, angle - body_angles[0])
-    h_journal, journal_slope, journal_curvature, journal_third = worn_at(surfaces.journal, angle - body_angles[1])
+    h, slope, bearing_curvature, third = wear_depth_at(surfaces.bearing, angle - body_angles[0])
+    h_journal, journal_slope, journal_curvature, journal_third = wear_depth_at(surfaces.journal, angle - body_angles[1])
     curvature = radial + (bearing_curvature + journal_curvature)
     per_sharp = 1.0 / curvature
     step = (tangential_distance - (slope + journal_slope)) * per_sharp
@@ -124,15 +124,15 @@ def searched(surfaces, x, y, body_angles):
     greatest_depth, deepest_at, width = -math.inf, 0.0, 2.0 * math.pi / LOOKS
     for i in rolled_range(LOOKS):
         c, s = direction(i * width)
-        h, _, _, _ = worn_at(surfaces.bearing, i * width - body_angles[0])
-        journal_wear, _, _, _ = worn_at(surfaces.journal, i * width - body_angles[1])
+        h, _, _, _ = wear_depth_at(surfaces.bearing, i * width - body_angles[0])
+        journal_wear, _, _, _ = wear_depth_at(surfaces.journal, i * width - body_angles[1])
         if x * c + y * s - (h + journal_wear) > greatest_depth:
             greatest_depth, deepest_at = x * c + y * s - (h + journal_wear), i * width
     angle, low, high = deepest_at, deepest_at - width, deepest_at + width
     for _ in range(BISECTIONS):
         c, s = direction(angle)
-        _, slope, bearing_curvature, _ = worn_at(surfaces.bearing, angle - body_angles[0])
-        _, journal_slope, journal_curvature, _ = worn_at(surfaces.journal, angle - body_angles[1])
+        _, slope, bearing_curvature, _ = wear_depth_at(surfaces.bearing, angle - body_angles[0])
+        _, journal_slope, journal_curvature, _ = wear_depth_at(surfaces.journal, angle - body_angles[1])
         residual, curvature = (
             y * c - x * s - (slope + journal_slope),
             x * c + y * s + bearing_curvature + journal_curvature,
@@ -157,7 +157,10 @@ def last_step_bound(x):
 def deepest_angle(joint, x, y, body_angles, close):
     """Return the angle (rad) of the nearest point, before the last step."""
     surfaces = surfaces_of(joint)
-    steep, bent = joint.bearing.steepest + joint.journal.steepest, joint.bearing.most_bent + joint.journal.most_bent
+    steep, bent = (
+        joint.bearing.greatest_slope + joint.journal.greatest_slope,
+        joint.bearing.greatest_curvature + joint.journal.greatest_curvature,
+    )
     least_radius = -(joint.bearing.least_radius_change + joint.journal.least_radius_change)
     square, angle, is_converged = x * x + y * y, 0.0 * x, False
     if square > 0.0:
@@ -185,8 +188,10 @@ def nearest(joint, gap):
     on_bearing, on_journal, bearing_spin, journal_spin = bodies_of(joint, gap)
     angle = deepest_angle(joint, plain(x), plain(y), (plain(on_bearing), plain(on_journal)), last_step_bound(x))
     c, s = direction(angle)
-    h, slope, bearing_curvature, third = worn_at(joint.bearing.table, angle - on_bearing)
-    journal_wear, journal_slope, journal_curvature, journal_third = worn_at(joint.journal.table, angle - on_journal)
+    h, slope, bearing_curvature, third = wear_depth_at(joint.bearing.table, angle - on_bearing)
+    journal_wear, journal_slope, journal_curvature, journal_third = wear_depth_at(
+        joint.journal.table, angle - on_journal
+    )
     radial, tangential_distance = x * c + y * s, y * c - x * s
     residual = tangential_distance - (slope + journal_slope)
     curvature = plain(radial) + bearing_curvature + journal_curvature

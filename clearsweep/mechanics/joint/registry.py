@@ -27,7 +27,7 @@ from .recipe import RECIPES, Recipe, compiled_term
 from .roughness.series import Arc, Series, in_series
 from .roughness.spots import Surface
 from .wear.contract import NoWear, Worn
-from .wear.shape import AT_POINT, ON_SPRINGS, Shape, shapes_of
+from .wear.shape import FOUNDATION_MARGIN, POINT_MARGIN, Shape, shapes_of
 
 # Each import registers its laws, which are listed in this order.
 # isort: off
@@ -35,7 +35,7 @@ from .loss import hysteresis, plastic, dampers  # noqa: F401
 from .elastic import power, cylinders, conformal, compatible  # noqa: F401
 from .roughness import smooth, fractal, kogut_etsion  # noqa: F401
 from .friction import sliding, stick, bristles  # noqa: F401
-from .wear import archard, bed, even, persson, pressure, slices  # noqa: F401
+from .wear import archard, bed, persson, pressure, slices, uniform  # noqa: F401
 from .film import reynolds, finite, short, long, shear, transition  # noqa: F401
 # isort: on
 
@@ -150,7 +150,9 @@ def _shapes(joint: Joint, elastic: tuple, worn: Worn | None) -> tuple[Shape, Sha
     assert joint.wear is not None  # only joints with wear
     unworn = np.zeros(joint.wear.bins)
     bearing, journal = worn[:2] if worn else (unworn, unworn)
-    return shapes_of(bearing, journal, joint.clearance, ON_SPRINGS if _on_springs(joint, elastic) else AT_POINT)
+    return shapes_of(
+        bearing, journal, joint.clearance, FOUNDATION_MARGIN if _on_springs(joint, elastic) else POINT_MARGIN
+    )
 
 
 def smoothing(joint: Joint, worn: Worn) -> float | None:

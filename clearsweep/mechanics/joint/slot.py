@@ -25,10 +25,10 @@ from .contract import Contact, ContactModes, Load, Part, contact_modes, load, pa
 from .dry import Clip, normal_forces
 from .friction.contract import friction_force
 from .modes import FREE, PRESSED, touches
-from .places import after_law, with_current_state
+from .offsets import after_law, with_current_state
+from .wear.arc_over_step import sliding_contact_at
 from .wear.contract import local_clearance, middle_arc
-from .wear.passage import rubbing_at
-from .wear.step import SLOPES, see
+from .wear.step import SLOPES, record
 
 
 class SlotJoint(NamedTuple):
@@ -128,7 +128,7 @@ def _load_slot_joint(joint, gap, offsets, state):
 # ---------------------------------------------------------------------------------------------- wear
 
 
-@see.member(SlotJoint)
+@record.member(SlotJoint)
 def _see_slot_joint(joint, gap, rotations, j, moment):
     if touches(moment.step.mode[j]):
         note_contact(joint, gap, rotations, j, moment)
@@ -148,12 +148,12 @@ def note_contact(joint, gap, rotations, j, moment):
     spins = travels / eccentricity if abs(gap.x) > half_length_ else 0.0  # of the normal, from the slot
     pace = radius * spins if abs(gap.x) > half_length_ else travels
     _, distal = rotations
-    step.places[j, 0, i] = wall_distance / joint.bearing_radius
-    step.places[j, 1, i] = angle + math.atan2(gap.axis_y, gap.axis_x) - distal
-    step.places[j, 2, i] = 0.0
-    step.places[j, SLOPES, i] = pace / joint.bearing_radius
-    step.places[j, SLOPES + 1, i] = spins + gap.spin_proximal - gap.spin_distal
-    step.places[j, SLOPES + 2, i] = 0.0
+    step.positions[j, 0, i] = wall_distance / joint.bearing_radius
+    step.positions[j, 1, i] = angle + math.atan2(gap.axis_y, gap.axis_x) - distal
+    step.positions[j, 2, i] = 0.0
+    step.positions[j, SLOPES, i] = pace / joint.bearing_radius
+    step.positions[j, SLOPES + 1, i] = spins + gap.spin_proximal - gap.spin_distal
+    step.positions[j, SLOPES + 2, i] = 0.0
 
 
 @local_clearance.member(SlotJoint)
@@ -184,4 +184,4 @@ def local_by_way(joint, on_wall):
 @middle_arc.member(SlotJoint)
 def _middle_arc_slot_joint(joint, workspace):
     """Return an arc wide enough for the bins: the pin moves along the wall, so its wear is even within a bin."""
-    return 2.0 * math.pi, rubbing_at(joint, workspace, 0.5)
+    return 2.0 * math.pi, sliding_contact_at(joint, workspace, 0.5)

@@ -23,9 +23,9 @@ from .dry import Clip, Joint, normal_forces
 from .friction.contract import friction_force
 from .modes import FREE, PRESSED
 from .nearest import bodies_of, nearest, turned_gap, with_angles
-from .places import with_laws_as_they_are
+from .offsets import with_laws_as_they_are
 from .wear.contract import contact_angle, local_clearance
-from .wear.shape import Shape, worn_at
+from .wear.shape import Shape, wear_depth_at
 
 _FIELDS = [*Joint.__annotations__.items(), ("bearing", Shape), ("journal", Shape)]
 
@@ -88,11 +88,13 @@ def separate_load(joint, gap):
     square = gap.x * gap.x + gap.y * gap.y
     eccentricity, speed = math.sqrt(square), math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
     _, _, bearing_spin, journal_spin = bodies_of(joint, gap)
-    surface_speed = speed + joint.bearing.steepest * abs(bearing_spin) + joint.journal.steepest * abs(journal_spin)
-    least_wear = joint.bearing.shallowest + joint.journal.shallowest
+    surface_speed = (
+        speed + joint.bearing.greatest_slope * abs(bearing_spin) + joint.journal.greatest_slope * abs(journal_spin)
+    )
+    least_wear = joint.bearing.least_depth + joint.journal.least_depth
     depth = eccentricity - (joint.clearance + least_wear)
     rate = (gap.x * gap.vx + gap.y * gap.vy) / eccentricity if eccentricity > 0.0 else speed
-    if depth > least_wear - (joint.bearing.deepest + joint.journal.deepest):
+    if depth > least_wear - (joint.bearing.greatest_depth + joint.journal.greatest_depth):
         nearest_point = nearest(joint, gap)
         depth, rate = nearest_point.depth, nearest_point.rate
     zero = as_type_of(0.0, eccentricity)
@@ -187,8 +189,8 @@ def _seat_worn_joint(joint, eccentricity, angles):
     nx, ny = eccentricity / size
     bearing, journal = angles if joint.side > 0.0 else angles[::-1]
     angle = math.atan2(ny, nx)
-    h, slope, _, _ = worn_at(joint.bearing.table, angle - bearing)
-    journal_wear, journal_slope, _, _ = worn_at(joint.journal.table, angle - journal)
+    h, slope, _, _ = wear_depth_at(joint.bearing.table, angle - bearing)
+    journal_wear, journal_slope, _, _ = wear_depth_at(joint.journal.table, angle - journal)
     radial, tangential_load = size + h + journal_wear, slope + journal_slope
     return np.array([radial * nx - tangential_load * ny, radial * ny + tangential_load * nx]), size - joint.clearance
 
@@ -205,8 +207,8 @@ def _contact_angle_worn_joint_or_worn_on_bed(joint, gap):
 
 @local_clearance.member(WornJoint)
 def _local_clearance_worn_joint(joint, on_bearing, on_journal):
-    h, _, bearing_curvature, _ = worn_at(joint.bearing.table, on_bearing)
-    journal_wear, _, journal_curvature, _ = worn_at(joint.journal.table, on_journal)
+    h, _, bearing_curvature, _ = wear_depth_at(joint.bearing.table, on_bearing)
+    journal_wear, _, journal_curvature, _ = wear_depth_at(joint.journal.table, on_journal)
     return joint.clearance + (h + bearing_curvature + journal_wear + journal_curvature)
 
 

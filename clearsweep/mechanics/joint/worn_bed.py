@@ -23,7 +23,7 @@ from ..compiled.dual import as_type_of, plain
 from ..compiled.family import inlined, kernel
 from .elastic.contract import elastic_force
 from .nearest import TurnedGap, bodies_of, nearest, surfaces_of
-from .wear.shape import worn_at
+from .wear.shape import wear_depth_at
 from .worn import Pressing, WornJoint, WornOnBed, pressing, seat
 
 COUNT = 7  # points of Gauss's rule: to 1e-10 over half an arc of 60 degrees
@@ -66,8 +66,8 @@ STORED, PRESSED_BY = (
 def overlap(surfaces, x, y, angle, body_angles):
     """Return f (m) at an angle (rad), its slope and curvature; x, y : m, journal's centre; body_angles : (2,) rad."""
     c, s = direction(angle)
-    h, slope, bearing_curvature, _ = worn_at(surfaces.bearing, angle - body_angles[0])
-    journal_wear, journal_slope, journal_curvature, _ = worn_at(surfaces.journal, angle - body_angles[1])
+    h, slope, bearing_curvature, _ = wear_depth_at(surfaces.bearing, angle - body_angles[0])
+    journal_wear, journal_slope, journal_curvature, _ = wear_depth_at(surfaces.journal, angle - body_angles[1])
     radial = x * c + y * s
     return (
         radial - (surfaces.clearance + (h + journal_wear)),
@@ -143,8 +143,8 @@ def _pressing_worn_on_bed(joint, nearest_point, gap, pen):
     for i in range(COUNT):
         angle = arc_middle + half_width * NODES[i]
         ux, uy = direction(angle)
-        h, slope, _, _ = worn_at(joint.bearing.table, angle - on_bearing)
-        journal_wear, journal_slope, _, _ = worn_at(joint.journal.table, angle - on_journal)
+        h, slope, _, _ = wear_depth_at(joint.bearing.table, angle - on_bearing)
+        journal_wear, journal_slope, _, _ = wear_depth_at(joint.journal.table, angle - on_journal)
         f = x * ux + y * uy - (c + (h + journal_wear))
         weighted = WEIGHTS[i] * f
         along_x, along_y = along_x + weighted * ux, along_y + weighted * uy

@@ -28,12 +28,23 @@ from .dry import Clip, normal_forces
 from .friction.contract import friction_force
 from .modes import FREE, PRESSED, touches
 from .nearest import rough_angle, with_angles
-from .places import with_laws_as_they_are
+from .offsets import with_laws_as_they_are
 from .slot import SlotJoint, load_at_pin, local_by_way, normal_of, note_contact, on_flat_wall
+from .wear.arc_over_step import sliding_contact_at
 from .wear.contract import local_clearance, middle_arc
-from .wear.passage import rubbing_at
-from .wear.shape import AT_POINT, PLACES, STEP, WIDER, WIDTH, Shape, shape_of, shapes_of, smoothed, worn_at
-from .wear.step import see
+from .wear.shape import (
+    KNOTS,
+    POINT_MARGIN,
+    SMOOTHING_WIDTH,
+    STEP,
+    WIDENING,
+    Shape,
+    shape_of,
+    shapes_of,
+    smoothed,
+    wear_depth_at,
+)
+from .wear.step import record
 
 _FIELDS = [*SlotJoint.__annotations__.items(), ("bearing", Shape), ("journal", Shape)]
 WornSlot = NamedTuple("WornSlot", _FIELDS)
@@ -96,9 +107,9 @@ def _worn_at_the_pin(joint, gap):
     angle = _angle_of(normal.x, normal.y)
     wall_distance = radius * angle + where(normal.y >= 0.0, half_length - nearest_x, nearest_x - half_length)
     at_end, inverse = abs(gap.x) > half_length, 1.0 / (normal.depth + joint.clearance)
-    g, slope, _, _ = worn_at(joint.bearing.table, wall_distance / joint.bearing_radius)
+    g, slope, _, _ = wear_depth_at(joint.bearing.table, wall_distance / joint.bearing_radius)
     on_pin = angle + _angle_of(gap.axis_x, gap.axis_y) - gap.angle_distal
-    h, journal_slope, _, _ = worn_at(joint.journal.table, on_pin)
+    h, journal_slope, _, _ = wear_depth_at(joint.journal.table, on_pin)
     sideways = slope / joint.bearing_radius * where(at_end, radius * inverse, 1.0) + where(
         at_end, journal_slope * inverse, 0.0
     )
@@ -122,9 +133,9 @@ def _load_worn_slot(joint, gap, offsets, state):
     pin_contact, mode = _worn_at_the_pin(joint, gap), state.mode[offsets.contact]
     if mode == FREE:
         zero = as_type_of(0.0, pin_contact.depth)
-        steep = 1.0 + (joint.bearing.steepest + joint.journal.steepest) / joint.clearance
+        steep = 1.0 + (joint.bearing.greatest_slope + joint.journal.greatest_slope) / joint.clearance
         speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy) * steep
-        surface_speed = speed + joint.journal.steepest * abs(gap.spin_proximal - gap.spin_distal)
+        surface_speed = speed + joint.journal.greatest_slope * abs(gap.spin_proximal - gap.spin_distal)
         no_contact = Contact(
             zero, zero, as_type_of(surface_speed, pin_contact.depth), pin_contact.rate, pin_contact.depth, zero, zero
         )
@@ -145,7 +156,7 @@ def _load_worn_slot(joint, gap, offsets, state):
 # ---------------------------------------------------------------------------------------------- its wear
 
 
-@see.member(WornSlot)
+@record.member(WornSlot)
 def _see_worn_slot(joint, gap, journal_slope, j, moment):
     if touches(moment.step.mode[j]):
         note_contact(joint, gap, journal_slope, j, moment)
@@ -155,15 +166,15 @@ def _see_worn_slot(joint, gap, journal_slope, j, moment):
 def _local_clearance_worn_slot(joint, on_wall, on_pin):
     """The curvatures differ by K + h'' = K^2 / (K - g''), over K as the clearances."""
     clearance = local_by_way(joint, on_wall)
-    _, _, curvature, _ = worn_at(joint.bearing.table, on_wall)
+    _, _, curvature, _ = wear_depth_at(joint.bearing.table, on_wall)
     radii = (joint.journal_radius + joint.clearance) * joint.journal_radius
     residual_sine = clearance - radii / (joint.bearing_radius * joint.bearing_radius) * curvature
-    return clearance * clearance / max(residual_sine, AT_POINT * clearance)
+    return clearance * clearance / max(residual_sine, POINT_MARGIN * clearance)
 
 
 @middle_arc.member(WornSlot)
 def _middle_arc_worn_slot(joint, workspace):
-    return 2.0 * math.pi, rubbing_at(joint, workspace, 0.5)
+    return 2.0 * math.pi, sliding_contact_at(joint, workspace, 0.5)
 
 
 # ---------------------------------------------------------------------------------------------- its shapes
@@ -177,20 +188,20 @@ def slot_shapes(joint: SlotJoint, bearing: np.ndarray, journal: np.ndarray) -> t
     from scipy.interpolate import CubicSpline
 
     mean_radius, radii = joint.bearing_radius, (joint.journal_radius + joint.clearance) * joint.journal_radius
-    places, width = np.arange(PLACES) * STEP, WIDTH
-    flat_places = np.array([on_flat_wall(joint, offsets) for offsets in places])
+    positions, width = np.arange(KNOTS) * STEP, SMOOTHING_WIDTH
+    flat_places = np.array([on_flat_wall(joint, offsets) for offsets in positions])
     curvature = np.where(flat_places, 1.0 / joint.journal_radius, joint.clearance / radii) * mean_radius**2  # per rad^2
     while True:
         h = smoothed(bearing, width)
-        if np.all(curvature + h(places, 2) >= AT_POINT * curvature):
+        if np.all(curvature + h(positions, 2) >= POINT_MARGIN * curvature):
             break
-        width *= WIDER
-    shift = np.zeros(PLACES)
+        width *= WIDENING
+    shift = np.zeros(KNOTS)
     for _ in range(NEWTON):
-        shift -= (curvature * shift + h(places + shift, 1)) / (curvature + np.maximum(h(places + shift, 2), 0.0))
-    shifted_wear = 0.5 * curvature * shift**2 + h(places + shift)
+        shift -= (curvature * shift + h(positions + shift, 1)) / (curvature + np.maximum(h(positions + shift, 2), 0.0))
+    shifted_wear = 0.5 * curvature * shift**2 + h(positions + shift)
     spline = CubicSpline(
-        np.append(places, 2.0 * plain_math.pi), np.append(shifted_wear, shifted_wear[0]), bc_type="periodic"
+        np.append(positions, 2.0 * plain_math.pi), np.append(shifted_wear, shifted_wear[0]), bc_type="periodic"
     )
-    _, pin, pin_shape = shapes_of(np.zeros_like(journal), journal, joint.clearance, AT_POINT)
+    _, pin, pin_shape = shapes_of(np.zeros_like(journal), journal, joint.clearance, POINT_MARGIN)
     return shape_of(spline), pin, max(width, pin_shape)

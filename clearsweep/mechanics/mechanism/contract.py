@@ -19,7 +19,7 @@ import numpy as np
 from ..compiled.dual import as_type_of, slope
 from ..compiled.family import family, inlined, kernel, map_joints
 from ..compiled.moving import Moving
-from ..joint.places import after_number
+from ..joint.offsets import after_number
 
 
 class IdealMotion(NamedTuple):

@@ -22,7 +22,7 @@ from ..observe.stages import SHARES, STAGES
 DEGREE = STAGES
 COEFFICIENTS = DEGREE + 1
 NOWHERE = 2.0  # share of a step that means: no crossing
-FINEST = 2.0**-40  # of a step: crossings closer to each other are ignored
+MAX_BINS = 2.0**-40  # of a step: crossings closer to each other are ignored
 FINE = 1e-12  # of a step: accuracy of the location of a crossing
 #: Rows of `Work.polynomials`: values at the nodes, the coefficients of the whole step, those of a part of the step.
 VALUES, WHOLE, PART, ROWS = range(4)
@@ -210,7 +210,7 @@ def first_crossing(p):
     while start < 1.0:
         cut(p, start, width)
         changes = changes_of_sign(p)
-        if changes > 1 and width > FINEST:
+        if changes > 1 and width > MAX_BINS:
             width *= 0.5
         elif changes == 1 and p[PART, 0] < 0.0:
             return start + width * only_crossing(p)

@@ -58,7 +58,7 @@ def _coarse(study: Study, joint: Joint) -> list[str]:
     if not study.has(column) or study.cases[column].max() <= bins:
         return []
     coarse = study.cases[column][study.cases[column] > bins]
-    enough, most = int(coarse.max()), simulation.FINEST
+    enough, most = int(coarse.max()), simulation.MAX_BINS
     remedy = f"`bins: {enough}` is enough for all" if enough <= most else f"even {most} bins, the maximum, are too few"
     return [
         f"In joint {joint.title} {bins} bins are too coarse in {len(coarse):,} of "

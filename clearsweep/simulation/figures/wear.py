@@ -8,15 +8,15 @@ import numpy as np
 from ...contracts.catalogue import Figure, Shown
 from ...mechanics.joint.spatial.form import KINDS as SPATIAL
 from ...mechanics.joint.wear.contract import (
-    ARCS,
+    ARC_COUNT,
     FIRST_CLASS,
-    NARROW,
+    NARROW_COUNT,
     PRESSURE_MAX,
     PRESSURE_TIME,
     PV_BEYOND,
     PV_MAX,
-    SLID,
-    WIDE,
+    RESOLVED_WIDTH,
+    SLIDING_DISTANCE,
     class_width,
 )
 from ..sums import DepthRate
@@ -49,14 +49,14 @@ def _cells(joint: Any) -> tuple[float, float]:
 def narrow_arcs(window: Window, place: int) -> float:
     """Return the share of the wear steps whose arc was narrower than five bins."""
     account = window.totals.account[place]
-    return float(account[NARROW] / account[ARCS]) if account[ARCS] else 0.0
+    return float(account[NARROW_COUNT] / account[ARC_COUNT]) if account[ARC_COUNT] else 0.0
 
 
 def bins_enough(window: Window, place: int) -> int:
     """Return how many bins resolve 95 % of the worn volume by arcs of at least five bins; 0 without wear."""
     by_width = window.totals.account[place, FIRST_CLASS:]
     narrowest = int(np.searchsorted(np.cumsum(by_width), RESOLVED * by_width.sum()))
-    return int(np.ceil(WIDE * 2.0 * math.pi / class_width(narrowest))) if by_width.any() else 0
+    return int(np.ceil(RESOLVED_WIDTH * 2.0 * math.pi / class_width(narrowest))) if by_width.any() else 0
 
 
 def pressure_mean(window: Window, place: int) -> float:
@@ -69,7 +69,7 @@ def pv_mean(window: Window, place: int) -> float:
     """Return the mean normal force over diameter and length (Pa) times the mean sliding speed (m/s), W/m^2."""
     case = window.case.joints[place]
     force = window.totals.joint[place].force_time / window.duration
-    speed = (window.totals.account[place, SLID] - window.slid[place]) / window.duration
+    speed = (window.totals.account[place, SLIDING_DISTANCE] - window.sliding_distance[place]) / window.duration
     assert case.length is not None  # joints with wear have both
     assert case.bearing_radius is not None
     return float(force / (2.0 * case.bearing_radius * case.length) * speed)

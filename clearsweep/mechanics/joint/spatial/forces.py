@@ -12,7 +12,7 @@ from ..contract import Contact, Offsets, gap_histories, histories, load, load_hi
 from ..friction.contract import friction_force
 from ..loss.contract import contact_force, lowest_force, sign_beyond
 from ..modes import CLIPPED, FREE
-from ..places import after_law, with_current_state
+from ..offsets import after_law, with_current_state
 from .form import EndContacts, Flanged, SpatialGap, SpatialLoad, Spread, SpreadContact, Through, Touch
 from .points import flange_point, overlap_of, sine_of_tilt, tilt_of, wall_point
 from .spread import as_spread, spread_walls

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from ....contracts.case import Joint
 from ....contracts.catalogue import Law
 from ..recipe import compiled_term, register
-from .contract import FINEST, wear_rate
+from .contract import MAX_BINS, wear_rate
 
 
 class Archard(NamedTuple):
@@ -17,14 +17,14 @@ class Archard(NamedTuple):
     journal_coefficient: float  # m^2/N
     bins: float  # of each body
     length: float  # m, of the joint along its pin
-    pressure: tuple  # half_arc, share_before
+    pressure: tuple  # half_arc, cumulative_pressure
     pv_limit: float  # W/m^2, inf: none
 
 
 @wear_rate.member(Archard)
-def _wear_rate_archard(law, rubbing):
-    sliding = rubbing.pressed * rubbing.slip
-    return law.bearing_coefficient * sliding, law.journal_coefficient * sliding
+def _wear_rate_archard(law, sliding):
+    pressed_speed = sliding.pressure_sum * sliding.slip
+    return law.bearing_coefficient * pressed_speed, law.journal_coefficient * pressed_speed
 
 
 class Energy(NamedTuple):
@@ -34,13 +34,13 @@ class Energy(NamedTuple):
     journal_coefficient: float  # m^3/J
     bins: float  # of each body
     length: float  # m, of the joint along its pin
-    pressure: tuple  # half_arc, share_before
+    pressure: tuple  # half_arc, cumulative_pressure
     pv_limit: float  # W/m^2, inf: none
 
 
 @wear_rate.member(Energy)
-def _wear_rate_energy(law, rubbing):
-    return law.bearing_coefficient * rubbing.work, law.journal_coefficient * rubbing.work
+def _wear_rate_energy(law, sliding):
+    return law.bearing_coefficient * sliding.work, law.journal_coefficient * sliding.work
 
 
 class RunningIn(NamedTuple):
@@ -52,14 +52,14 @@ class RunningIn(NamedTuple):
     distance: float  # m
     bins: float  # of each body
     length: float  # m, of the joint along its pin
-    pressure: tuple  # half_arc, share_before
+    pressure: tuple  # half_arc, cumulative_pressure
     pv_limit: float  # W/m^2
 
 
 @wear_rate.member(RunningIn)
-def _wear_rate_running_in(law, rubbing):
-    bearing, journal = wear_rate(law.law, rubbing)
-    fresh = math.exp(-rubbing.slid / law.distance)
+def _wear_rate_running_in(law, sliding):
+    bearing, journal = wear_rate(law.law, sliding)
+    fresh = math.exp(-sliding.sliding_distance / law.distance)
     (steady, initial), (steady_journal, initial_journal) = law.bearing, law.journal
     return (
         (steady + (initial - steady) * fresh) * bearing,
@@ -70,7 +70,7 @@ def _wear_rate_running_in(law, rubbing):
 def _make(form, joint: Joint):
     """Return the wear law `form` of a joint, or its running-in law."""
     wear = joint.wear
-    pressure, bins = compiled_term("pressure", wear.pressure, joint), float(min(wear.bins, FINEST))
+    pressure, bins = compiled_term("pressure", wear.pressure, joint), float(min(wear.bins, MAX_BINS))
     common = bins, joint.length, pressure, wear.values.get("pv_limit", math.inf)
     bearing, journal = wear.coefficients().values()
     if wear.running_in is None:

@@ -21,9 +21,9 @@ from ...observe.histogram import FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP
 from ..nearest import surfaces_of
 from ..worn import WornOnBed
 from ..worn_bed import BLUNT, arc_ends, overlap
-from .contract import Rubbing, enter_span, middle_arc, pressure_on, wear_rate
-from .passage import DEEPEST, ON_BEARING, ON_JOURNAL, PLACES, POINTS, WAY, WEIGHTS, value
-from .shape import integral_at, worn_at
+from .arc_over_step import DEEPEST, DISTANCE, NODES, ON_BEARING, ON_JOURNAL, POINTS, WEIGHTS, polynomial
+from .contract import SlidingContact, accumulate_span, middle_arc, pressure_on, wear_rate
+from .shape import wear_depth_at, wear_integral_at
 
 
 class Arc(NamedTuple):
@@ -31,7 +31,7 @@ class Arc(NamedTuple):
 
     x: float  # m, coefficient of cos psi in f
     y: float  # m, coefficient of sin psi in f
-    turned: tuple  # rad, angles of bearing and journal in the frame of the deepest point
+    body_angles: tuple  # rad, angles of bearing and journal in the frame of the deepest point
     start: float  # rad, first end of the arc
     stop: float  # rad, last end of the arc
     depth: float  # m, the maximum of f
@@ -41,7 +41,9 @@ class Arc(NamedTuple):
 @inlined
 def antiderivative(joint, arc, psi):
     """Return the antiderivative of f at psi (m rad); its constant cancels in differences.  psi : angle (rad)."""
-    worn = integral_at(joint.bearing, psi - arc.turned[0]) + integral_at(joint.journal, psi - arc.turned[1])
+    worn = wear_integral_at(joint.bearing, psi - arc.body_angles[0]) + wear_integral_at(
+        joint.journal, psi - arc.body_angles[1]
+    )
     return arc.x * math.sin(psi) - arc.y * math.cos(psi) - joint.clearance * psi - worn
 
 
@@ -49,12 +51,12 @@ def antiderivative(joint, arc, psi):
 def arc_at(joint, workspace, share):
     """Return the Arc at a share (0 to 1) of a step."""
     body_angles, depth = (
-        (-value(workspace, ON_BEARING, share), -value(workspace, ON_JOURNAL, share)),
-        value(workspace, DEEPEST, share),
+        (-polynomial(workspace, ON_BEARING, share), -polynomial(workspace, ON_JOURNAL, share)),
+        polynomial(workspace, DEEPEST, share),
     )
     surfaces = surfaces_of(joint)
-    depth_b, slope_b, curvature_b, _ = worn_at(surfaces.bearing, -body_angles[0])
-    depth_j, slope_j, curvature_j, _ = worn_at(surfaces.journal, -body_angles[1])
+    depth_b, slope_b, curvature_b, _ = wear_depth_at(surfaces.bearing, -body_angles[0])
+    depth_j, slope_j, curvature_j, _ = wear_depth_at(surfaces.journal, -body_angles[1])
     x, y = depth + joint.clearance + (depth_b + depth_j), slope_b + slope_j
     if depth <= 0.0:
         return Arc(x, y, body_angles, 0.0, 0.0, 0.0, 0.0)
@@ -70,8 +72,8 @@ def sum_over_force(joint, arc):
     """Return the integral of the pressure over an Arc divided by the magnitude of its resultant (Lobatto's rule)."""
     normal_sum, tangential_sum, half_arc_ = 0.0, 0.0, 0.5 * (arc.stop - arc.start)
     for i in rolled_range(POINTS):
-        psi = arc.start + half_arc_ * (1.0 + PLACES[i])
-        f, _, _ = overlap(surfaces_of(joint), arc.x, arc.y, psi, arc.turned)
+        psi = arc.start + half_arc_ * (1.0 + NODES[i])
+        f, _, _ = overlap(surfaces_of(joint), arc.x, arc.y, psi, arc.body_angles)
         normal_sum += WEIGHTS[i] * f * math.cos(psi)
         tangential_sum += WEIGHTS[i] * f * math.sin(psi)
     return (
@@ -82,55 +84,55 @@ def sum_over_force(joint, arc):
 
 
 @kernel
-def rubbing_on(joint, workspace, arc, share):
-    """Return the Rubbing on an Arc at a share (0 to 1) of a step."""
+def sliding_contact_on(joint, workspace, arc, share):
+    """Return the SlidingContact on an Arc at a share (0 to 1) of a step."""
     load, sliding_distance = (
-        max(value(workspace, FORCE, share), 0.0),
-        workspace[WAY * POINTS] + workspace[WAY * POINTS + 1] * share,
+        max(polynomial(workspace, FORCE, share), 0.0),
+        workspace[DISTANCE * POINTS] + workspace[DISTANCE * POINTS + 1] * share,
     )
-    return Rubbing(
+    return SlidingContact(
         line_load=load,
         depth=arc.depth,
-        slip=abs(value(workspace, SLIP_COURSE, share)),
-        work=max(value(workspace, RUBBED_COURSE, share), 0.0),
-        slid=sliding_distance,
-        pressed=load * sum_over_force(joint, arc),
+        slip=abs(polynomial(workspace, SLIP_COURSE, share)),
+        work=max(polynomial(workspace, RUBBED_COURSE, share), 0.0),
+        sliding_distance=sliding_distance,
+        pressure_sum=load * sum_over_force(joint, arc),
         clearance=joint.clearance,
     )
 
 
 @kernel
-def enter_arc(joint, arc, body, area, bins):
+def accumulate_arc(joint, arc, body, area, bins):
     """Add the wear of a body under an Arc to its bins.
 
     body : 0 bearing, 1 journal; area : worn cross-section over the radius of the body (m rad)
     """
     width, per_width, worn_so_far = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
-    start, stop_angle = arc.start - arc.turned[body], arc.stop - arc.turned[body]
+    start, stop_angle = arc.start - arc.body_angles[body], arc.stop - arc.body_angles[body]
     first, last = math.floor(start / width), math.floor(stop_angle / width)
     at_start, per_total = antiderivative(joint, arc, arc.start), area / arc.total
     bin_index = first % bins.count
     for edge in range(first + 1, last + 2):
         cumulative = area
         if edge <= last:
-            cumulative = (antiderivative(joint, arc, edge * width + arc.turned[body]) - at_start) * per_total
+            cumulative = (antiderivative(joint, arc, edge * width + arc.body_angles[body]) - at_start) * per_total
             cumulative = min(max(cumulative, worn_so_far), area)
         bins.depths[bins.first + bin_index] += (cumulative - worn_so_far) * per_width
         worn_so_far = cumulative
         bin_index = bin_index + 1 if bin_index + 1 < bins.count else 0
 
 
-@enter_span.member(WornOnBed)
-def _enter_span_worn_on_bed(joint, workspace, length, span, bins):
+@accumulate_span.member(WornOnBed)
+def _accumulate_span_worn_on_bed(joint, workspace, length, span, bins):
     half_arc_ = 0.5 * (span[1] - span[0])
     for i in rolled_range(POINTS):
-        share = span[0] + half_arc_ * (1.0 + PLACES[i])
+        share = span[0] + half_arc_ * (1.0 + NODES[i])
         arc = arc_at(joint, workspace, share)
         if arc.total > 0.0:
-            bearing, journal = wear_rate(joint.wear, rubbing_on(joint, workspace, arc, share))
-            pace = length * half_arc_ * WEIGHTS[i] * max(value(workspace, KAPPA_COURSE, share), 0.0)
-            enter_arc(joint, arc, 0, pace * bearing / joint.bearing_radius, bins[0])
-            enter_arc(joint, arc, 1, pace * journal / joint.journal_radius, bins[1])
+            bearing, journal = wear_rate(joint.wear, sliding_contact_on(joint, workspace, arc, share))
+            pace = length * half_arc_ * WEIGHTS[i] * max(polynomial(workspace, KAPPA_COURSE, share), 0.0)
+            accumulate_arc(joint, arc, 0, pace * bearing / joint.bearing_radius, bins[0])
+            accumulate_arc(joint, arc, 1, pace * journal / joint.journal_radius, bins[1])
 
 
 @pressure_on.member(WornOnBed)
@@ -139,11 +141,11 @@ def _pressure_on_worn_on_bed(joint, step, j, sample):
     if not arc.total > 0.0:
         return 0.0, 0.0
     load = max(step.step_values[j, FORCE, sample], 0.0) / joint.wear.length
-    pressed = load * sum_over_force(joint, arc) / joint.bearing_radius
-    return pressed / (arc.stop - arc.start), pressed * arc.depth / arc.total
+    pressure_sum = load * sum_over_force(joint, arc) / joint.bearing_radius
+    return pressure_sum / (arc.stop - arc.start), pressure_sum * arc.depth / arc.total
 
 
 @middle_arc.member(WornOnBed)
 def _middle_arc_worn_on_bed(joint, workspace):
     arc = arc_at(joint, workspace, 0.5)
-    return arc.stop - arc.start, rubbing_on(joint, workspace, arc, 0.5)
+    return arc.stop - arc.start, sliding_contact_on(joint, workspace, arc, 0.5)

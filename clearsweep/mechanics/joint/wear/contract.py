@@ -1,8 +1,8 @@
 """The interface of wear laws and contact pressures.
 
 A wear law is a member of `wear_rate` and has the fields `bins` (of each body), `length` (m, along the pin), `pv_limit`
-(W/m^2, inf for none) and `pressure`, a member of `half_arc`, `share_before`, `smooth_within`, `sum_over_load` and
-`peak_over_mean`.
+(W/m^2, inf for none) and `pressure`, a member of `half_arc`, `cumulative_pressure`, `smooth_within`, `sum_over_load`
+and `peak_over_mean`.
 """
 
 import math
@@ -13,14 +13,13 @@ import numpy as np
 from ...compiled.family import family, kernel
 
 #: Largest number of bins in the sums; finer bins are interpolated from these, see `clearsweep.simulation.window`.
-FINEST = 720
-WIDE = 5.0  # bins: a narrower arc is not resolved, and is counted
+MAX_BINS = 720
+RESOLVED_WIDTH = 5.0  # bins: a narrower arc counts as unresolved
 #: Columns of the account of a joint's wear: steps with wear, steps with a narrow arc; sliding distance in contact (m),
 #: largest pressure (Pa), integral of the arc's mean pressure over time (Pa s), largest pressure times sliding speed
-#: (W/m^2), duration above its limit (s); then the volume per length (m^2) removed from both bodies by arcs of each
-#: class
-#: of width.  From class to class the width decreases by a factor of root two.
-ARCS, NARROW, SLID, PRESSURE_MAX, PRESSURE_TIME, PV_MAX, PV_BEYOND, FIRST_CLASS = range(8)
+#: (W/m^2), duration above its limit (s).  Then follows the volume per length (m^2) removed from both bodies by arcs of
+#: each class of width; from class to class the width decreases by a factor of root two.
+ARC_COUNT, NARROW_COUNT, SLIDING_DISTANCE, PRESSURE_MAX, PRESSURE_TIME, PV_MAX, PV_BEYOND, FIRST_CLASS = range(8)
 CLASSES = 48
 ACCOUNT = FIRST_CLASS + CLASSES
 
@@ -30,26 +29,26 @@ class Worn(NamedTuple):
 
     bearing: np.ndarray  # (bins,) m, mean depth of each bin, in the frame of its body
     journal: np.ndarray  # (bins,) m
-    slid: float = 0.0  # m, sliding distance in contact
+    sliding_distance: float = 0.0  # m, sliding distance in contact
 
 
 class Bins(NamedTuple):
-    """Destination of the wear of a body."""
+    """Bins of a body, to which its wear is added."""
 
     depths: np.ndarray  # (joints, 2, stride) m, mean depth of each bin, flat
     first: int
     count: int
 
 
-class Rubbing(NamedTuple):
-    """Load and sliding of a contact."""
+class SlidingContact(NamedTuple):
+    """Load and sliding of a contact at one time."""
 
     line_load: float  # N/m
     depth: float  # m, penetration
     slip: float  # m/s, at least 0
     work: float  # W/m, dissipated by friction, at least 0
-    slid: float  # m, sliding distance in contact so far
-    pressed: float  # N/m, integral of the pressure over the arc, regardless of direction
+    sliding_distance: float  # m, sliding distance in contact so far
+    pressure_sum: float  # N/m, integral of the scalar pressure over the arc
     clearance: float  # m, difference of the radii of curvature of both surfaces where they touch
 
 
@@ -83,33 +82,33 @@ def pressure_on(joint, step, j, index):
 
 
 @family
-def enter_span(joint, workspace, length, span, bins):
+def accumulate_span(joint, workspace, length, span, bins):
     """Add the wear of bearing and journal between two shares of a step of `length`, in the unit of kappa."""
 
 
 @family
 def middle_arc(joint, workspace):
-    """Return the width (rad) of the arc in the middle of a step, and its Rubbing."""
+    """Return the width (rad) of the arc in the middle of a step, and its SlidingContact."""
 
 
 @family
-def wear_rate(law, rubbing):
-    """Return the area (m^2/s) that a Rubbing removes from the cross-sections of bearing and journal."""
+def wear_rate(law, sliding):
+    """Return the area (m^2/s) that a SlidingContact removes from the cross-sections of bearing and journal."""
 
 
 @family
-def half_arc(pressure, joint, radius, rubbing):
-    """Return half the angle (rad) of the contact arc of a Rubbing, on the body of `radius` (m)."""
+def half_arc(pressure, joint, radius, sliding):
+    """Return half the angle (rad) of the contact arc of a SlidingContact, on the body of `radius` (m)."""
 
 
 @family
-def share_before(pressure, x, half_angle):
-    """Return the share of the pressure before `x` (-1 to 1) on an arc of half-angle `half_angle` (rad)."""
+def cumulative_pressure(pressure, x, half_angle):
+    """Return the share of the load before `x` (-1 to 1) on an arc of half-angle `half_angle` (rad)."""
 
 
 @family
 def smooth_within(pressure):
-    """Return the largest |x| up to which `share_before` is smooth enough for quadrature with few points."""
+    """Return the largest |x| up to which `cumulative_pressure` is smooth enough for quadrature with few points."""
 
 
 @family
@@ -124,7 +123,7 @@ def peak_over_mean(pressure, half_angle):
 
 PRESSURE_FAMILIES = (
     half_arc,
-    share_before,
+    cumulative_pressure,
     smooth_within,
     sum_over_load,
     peak_over_mean,

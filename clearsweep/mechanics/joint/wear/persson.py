@@ -15,7 +15,7 @@ from ....contracts.case import Joint
 from ....contracts.catalogue import Law
 from ..elastic.conformal import WIDEST_B2, load_arc
 from ..recipe import register
-from .contract import half_arc, peak_over_mean, share_before, smooth_within, sum_over_load
+from .contract import cumulative_pressure, half_arc, peak_over_mean, smooth_within, sum_over_load
 from .pressure import MODULUS, modulus_of
 
 LIMIT = 2.0 * math.atan(math.sqrt(WIDEST_B2))  # rad: half of the arc at an infinite load
@@ -97,16 +97,16 @@ SHARE = _share_powers(8, 7)  # (9, 8), to 1e-9
 
 
 @half_arc.member(Persson)
-def _half_arc_persson(pressure, joint, radius, rubbing):
-    q = rubbing.line_load / (pressure.modulus * rubbing.clearance)
+def _half_arc_persson(pressure, joint, radius, sliding):
+    q = sliding.line_load / (pressure.modulus * sliding.clearance)
     z, total = q / (q + HALFWAY), 0.0
     for i in range(ARC.size - 1, -1, -1):
         total = total * z + ARC[i]
     return total * math.sqrt(z)
 
 
-@share_before.member(Persson)
-def _share_before_persson(pressure, x, half_angle):
+@cumulative_pressure.member(Persson)
+def _cumulative_pressure_persson(pressure, x, half_angle):
     edge_distance, square, share = max(1.0 - abs(x), 0.0), half_angle * half_angle * (1.0 / (LIMIT * LIMIT)), 0.0
     for i in range(SHARE.shape[0] - 1, -1, -1):
         column = 0.0

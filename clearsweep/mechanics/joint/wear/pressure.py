@@ -13,7 +13,7 @@ from ..elastic.conformal import arc_excess
 from ..elastic.contract import SMALL_ARC
 from ..material import plane_strain_modulus, relative_radius
 from ..recipe import register
-from .contract import half_arc, peak_over_mean, share_before, smooth_within, sum_over_load
+from .contract import cumulative_pressure, half_arc, peak_over_mean, smooth_within, sum_over_load
 
 
 class HertzLine(NamedTuple):
@@ -23,8 +23,8 @@ class HertzLine(NamedTuple):
 
 
 @half_arc.member(HertzLine)
-def _half_arc_hertz_line(pressure, joint, radius, rubbing):
-    load = rubbing.line_load * (joint.clearance / rubbing.clearance)  # R varies as the inverse of the clearance
+def _half_arc_hertz_line(pressure, joint, radius, sliding):
+    load = sliding.line_load * (joint.clearance / sliding.clearance)  # R varies as the inverse of the clearance
     return min(pressure.spread * math.sqrt(load) / radius, 0.5 * math.pi)
 
 
@@ -38,8 +38,8 @@ def _beyond(edge_distance):
 BEYOND = Chebyshev.interpolate(_beyond, 9, domain=(0.0, 1.0)).convert(kind=Polynomial).coef
 
 
-@share_before.member(HertzLine)
-def _share_before_hertz_line(pressure, x, half_angle):
+@cumulative_pressure.member(HertzLine)
+def _cumulative_pressure_hertz_line(pressure, x, half_angle):
     edge_distance = max(1.0 - abs(x), 0.0)
     share = 0.0
     for i in range(BEYOND.size - 1, -1, -1):
@@ -118,10 +118,10 @@ class Winkler(NamedTuple):
 
 @half_arc.member(Mean)
 @half_arc.member(Winkler)
-def _half_arc_mean_or_winkler(pressure, joint, radius, rubbing):
-    pen = max(rubbing.depth, 0.0)
+def _half_arc_mean_or_winkler(pressure, joint, radius, sliding):
+    pen = max(sliding.depth, 0.0)
     square = pen / (
-        2.0 * rubbing.clearance + pen
+        2.0 * sliding.clearance + pen
     )  # of the tangent of half of it: the arc's cosine, without cancellation
     total = 0.0
     for i in range(ARCTANGENT.size - 1, -1, -1):
@@ -129,8 +129,8 @@ def _half_arc_mean_or_winkler(pressure, joint, radius, rubbing):
     return 2.0 * total * math.sqrt(square)
 
 
-@share_before.member(Mean)
-def _share_before_mean(pressure, x, half_angle):
+@cumulative_pressure.member(Mean)
+def _cumulative_pressure_mean(pressure, x, half_angle):
     return min(max(0.5 + 0.5 * x, 0.0), 1.0)
 
 
@@ -182,8 +182,8 @@ def _overlap_before(x, half_angle):
     return x * first - x * x * x * last
 
 
-@share_before.member(Winkler)
-def _share_before_winkler(pressure, x, half_angle):
+@cumulative_pressure.member(Winkler)
+def _cumulative_pressure_winkler(pressure, x, half_angle):
     x = min(max(x, -1.0), 1.0)
     return 0.5 + 0.5 * _overlap_before(x, half_angle) / _overlap_before(1.0, half_angle)
 

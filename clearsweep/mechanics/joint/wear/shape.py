@@ -1,8 +1,9 @@
 """The shape of a worn surface, smooth enough for contact.
 
 The wear depth h by angle changes the support function of a surface, the distance of the tangent whose normal has that
-angle: R_b + h of the bearing, R_j - h of the journal.  (Angles of normals and of places differ by h' / R, which is
-neglected.)  A surface with the support function q has the radius of curvature q + q'', so bearing and journal differ by
+angle: R_b + h of the bearing, R_j - h of the journal.  (The angle of a normal and the polar angle of its point differ
+by h' / R, which is neglected.)  A surface with the support function q has the radius of curvature q + q'', so bearing
+and journal differ by
 
     c + h + h'',   h = h_bearing + h_journal ,
 
@@ -29,25 +30,25 @@ from ...compiled.family import inlined
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-PLACES = 256  # of a shape's table, a power of 2
-STEP = 2.0 * math.pi / PLACES  # rad
+KNOTS = 256  # intervals of a Shape's table, a power of 2
+STEP = 2.0 * math.pi / KNOTS  # rad
 PER_STEP = 1.0 / STEP
-#: Numbers of a piece of the table: coefficients of h (m) by powers of the share of the piece, and the integral of h
-#: (m rad) over all previous pieces.
+#: Columns of an interval of the table: coefficients of h (m) by powers of the share of the interval, and the integral
+#: of h (m rad) over all previous intervals.
 CONSTANT, FIRST, SECOND, THIRD, INTEGRAL_BEFORE, ROW_LENGTH = range(6)
-WIDTH = math.radians(2.0)  # standard deviation of the Gaussian
-WIDER = 1.1  # factor by which it grows if it is too small
-AT_POINT, ON_SPRINGS = 0.1, -0.02  # clearances: minimum difference of the radii of curvature
+SMOOTHING_WIDTH = math.radians(2.0)  # standard deviation of the Gaussian
+WIDENING = 1.1  # factor by which the width grows until the difference is large enough
+POINT_MARGIN, FOUNDATION_MARGIN = 0.1, -0.02  # clearances: minimum difference of the radii of curvature
 
 
 class Shape(NamedTuple):
     """Wear depth of a body, by the angle in its frame."""
 
     table: float  # address of (PLACES, ROW_LENGTH)
-    shallowest: float  # m, of h
-    deepest: float  # m
-    steepest: float  # m/rad, of |h'|
-    most_bent: float  # m/rad^2, of -h''
+    least_depth: float  # m, of h
+    greatest_depth: float  # m
+    greatest_slope: float  # m/rad, of |h'|
+    greatest_curvature: float  # m/rad^2, of -h''
     least_radius_change: float  # m, the least h + h''
     integral: float  # m rad, integral of h over the circumference
 
@@ -57,11 +58,11 @@ def smoothed(depths: np.ndarray, width: float) -> "CubicSpline":
     from scipy.interpolate import CubicSpline
 
     count = len(depths)
-    m = np.arange(min(count, PLACES) // 2)  # higher ones would alias
+    m = np.arange(min(count, KNOTS) // 2)  # higher ones would alias
     spectrum = np.fft.rfft(depths)[: m.size] * np.exp(-1j * math.pi * m / count)  # of the middle of the first bin
     filtered = spectrum / np.sinc(m / count) * np.exp(-0.5 * (m * width) ** 2)
-    values = np.fft.irfft(filtered, PLACES) * (PLACES / count)
-    return CubicSpline(np.arange(PLACES + 1) * STEP, np.append(values, values[0]), bc_type="periodic")
+    values = np.fft.irfft(filtered, KNOTS) * (KNOTS / count)
+    return CubicSpline(np.arange(KNOTS + 1) * STEP, np.append(values, values[0]), bc_type="periodic")
 
 
 def shapes_of(
@@ -71,24 +72,24 @@ def shapes_of(
 
     least_share : AT_POINT or ON_SPRINGS.
     """
-    width = WIDTH
+    width = SMOOTHING_WIDTH
     while True:
         splines = smoothed(bearing, width), smoothed(journal, width)
         knots = splines[0].x
         sharpest = math.fsum(float(np.min(spline(knots) + spline(knots, 2))) for spline in splines)
         if clearance + sharpest >= least_share * clearance:
             return shape_of(splines[0]), shape_of(splines[1]), width
-        width *= WIDER
+        width *= WIDENING
 
 
 def shape_of(spline: "CubicSpline") -> Shape:
     """Return the Shape of a spline through PLACES values around the body."""
-    table = np.empty((PLACES, ROW_LENGTH))
+    table = np.empty((KNOTS, ROW_LENGTH))
     for power in range(4):
         table[:, power] = spline.c[3 - power] * STEP**power
     pieces = table[:, :INTEGRAL_BEFORE] @ (1.0 / np.arange(1, 5)) * STEP
     table[:, INTEGRAL_BEFORE] = np.concatenate([[0.0], np.cumsum(pieces)[:-1]])
-    fine_angles = np.linspace(0.0, 2.0 * math.pi, 16 * PLACES, endpoint=False)
+    fine_angles = np.linspace(0.0, 2.0 * math.pi, 16 * KNOTS, endpoint=False)
     values = spline(fine_angles)
     return Shape(
         array_handle(table),
@@ -102,20 +103,20 @@ def shape_of(spline: "CubicSpline") -> Shape:
 
 
 @inlined
-def within_piece(position):
-    """Return the share of its piece before a `position`, counted in pieces, and the offset of its numbers."""
+def table_position(position):
+    """Return the share of its interval before a `position`, counted in intervals, and the offset of its row."""
     shifted = (position - 0.5) + SHIFT  # rounded to an integer, which is then in its last bits
-    return position - (shifted - SHIFT), (bits_of(shifted) & (PLACES - 1)) * ROW_LENGTH
+    return position - (shifted - SHIFT), (bits_of(shifted) & (KNOTS - 1)) * ROW_LENGTH
 
 
 @inlined
-def worn_at(table, angle):
+def wear_depth_at(table, angle):
     """Return h (m) and its first three derivatives at an angle (rad) in the frame of the body, from a Shape's table.
 
     For automatic differentiation, h and its first derivative carry the slopes of the angle.
     """
     position = plain(angle) * PER_STEP
-    x, offset = within_piece(position)
+    x, offset = table_position(position)
     a, b = load_item(table, offset + CONSTANT), load_item(table, offset + FIRST)
     c, d = load_item(table, offset + SECOND), load_item(table, offset + THIRD)
     h = a + x * (b + x * (c + x * d))
@@ -126,12 +127,12 @@ def worn_at(table, angle):
 
 
 @inlined
-def integral_at(shape, angle):
+def wear_integral_at(shape, angle):
     """Return the integral of h (m rad) from 0 to an angle (rad) in the frame of the body."""
     position = angle * PER_STEP
-    x, offset = within_piece(position)
+    x, offset = table_position(position)
     a, b = load_item(shape.table, offset + CONSTANT), load_item(shape.table, offset + FIRST)
     c, d = load_item(shape.table, offset + SECOND), load_item(shape.table, offset + THIRD)
-    whole_turns = math.floor(position * (1.0 / PLACES))
+    whole_turns = math.floor(position * (1.0 / KNOTS))
     integral_in_piece = x * (a + x * (0.5 * b + x * (c * (1.0 / 3.0) + x * (0.25 * d)))) * STEP
     return load_item(shape.table, offset + INTEGRAL_BEFORE) + integral_in_piece + whole_turns * shape.integral

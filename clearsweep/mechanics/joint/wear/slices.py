@@ -1,6 +1,6 @@
 """Wear of a spatial joint over angle and length: the contact strip of each wall is cut into slices.
 
-`along_walls` gives the position and load of the strips.  Each slice wears like a planar joint under its share of the
+`wall_strips` gives the position and load of the strips.  Each slice wears like a planar joint under its share of the
 load; over a step its share is that of the work, so the total is conserved.  The bins of each body are along its own
 axis, around its own x axis.  Wear beyond a body's end is added at its end.
 """
@@ -16,16 +16,8 @@ from ...compiled.vector import cross, dot, plus_scaled
 from ...observe.histogram import BETWEEN, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
 from ..modes import touches
 from ..spatial import ENDS, Flanged, Through, bearing_length, wall_point
-from .along_walls import (
-    Slope,
-    bears,
-    depth_at_end,
-    load_share,
-    loads_along,
-    max_depth,
-    placed,
-    pressed_ways,
-)
+from .arc_over_step import FIT, POINTS, sliding_contact_of
+from .binning import accumulate_wear
 from .contract import (
     PRESSURE_MAX,
     PRESSURE_TIME,
@@ -33,12 +25,10 @@ from .contract import (
     PV_MAX,
     Bins,
     NoWear,
-    Rubbing,
+    SlidingContact,
     half_arc,
     peak_over_mean,
 )
-from .entering import enter_wear
-from .passage import FIT, POINTS, rubbing_of
 from .step import (
     BEARING_START,
     FACING,
@@ -48,61 +38,71 @@ from .step import (
     REACH,
     SLOPES,
     SMALLEST_ARC,
-    fit_courses,
+    accumulate_arc_width,
+    accumulate_distance,
     fit_places,
-    note_arc,
-    note_way,
-    see,
+    fit_profiles,
+    record,
+    unwrap_angles,
     wear_joint,
-    without_leaps,
+)
+from .wall_strips import (
+    Slope,
+    bears,
+    depth_at_end,
+    load_share,
+    loads_along,
+    max_depth,
+    placed,
+    pressed_range,
 )
 
 SAME_LOAD = 0.2  # of the largest load per length: slices with smaller differences share one arc width
-EDGE_TOLERANCE = 1e-9  # of a bin's length: a slice that comes closer to its edge ends there
+EDGE_TOLERANCE = 1e-9  # of a bin's length: a slice that ends closer to an edge ends at it
 _QUARTERS = np.arange(BETWEEN + 2) / (BETWEEN + 1)
 _POWERS = np.linalg.inv(np.vander(_QUARTERS, increasing=True))
-#: (PARTS + 1, BETWEEN + 2): values at even places of a step from those at its quarters.
-EVENLY = np.vander(np.arange(PARTS + 1) / PARTS, BETWEEN + 2, increasing=True) @ _POWERS
+#: (PARTS + 1, BETWEEN + 2): values at equidistant times of a step from those at its quarters.
+FROM_QUARTERS = np.vander(np.arange(PARTS + 1) / PARTS, BETWEEN + 2, increasing=True) @ _POWERS
 #: (2, BETWEEN + 2): slopes at both ends of a step, per its length.
 END_SLOPES = np.array([[float(p * at ** max(p - 1, 0)) for p in range(BETWEEN + 2)] for at in (0.0, 1.0)]) @ _POWERS
 
 
-@see.member(Through)
-@see.member(Flanged)
-def _see_through_or_flanged(joint, gap, body_angles, j, moment):
+@record.member(Through)
+@record.member(Flanged)
+def _record_through_or_flanged(joint, gap, body_angles, j, moment):
     for wall in range(len(ENDS)):
         if bears(joint.walls, moment.step, j, wall):
-            _see_wall(joint, gap, body_angles, (j + wall, ENDS[wall]), moment)
+            _record_wall(joint, gap, body_angles, (j + wall, ENDS[wall]), moment)
 
 
 @kernel
-def _see_wall(joint, gap, body_angles, contact, moment):
+def _record_wall(joint, gap, body_angles, contact, moment):
     """Record the position of a contact at one of the ENDS: its number, its end."""
     step, i, (c, end) = moment.step, moment.number, contact
     point = wall_point(joint.ends, joint, gap, end)
     transverse = plus_scaled(point.normal, -dot(point.normal, gap.axis), gap.axis)
-    step.places[c, 0, i] = math.atan2(dot(transverse, cross(gap.axis, body_angles)), dot(transverse, body_angles))
-    step.places[c, 1, i] = math.atan2(point.normal.y, point.normal.x)
+    step.positions[c, 0, i] = math.atan2(dot(transverse, cross(gap.axis, body_angles)), dot(transverse, body_angles))
+    step.positions[c, 1, i] = math.atan2(point.normal.y, point.normal.x)
     placement = placed(joint.ends, joint, gap, point, end)
     step.axial[c, LEAN, i], step.axial[c, REACH, i] = placement.lean, bearing_length(joint.ends, joint, gap).half
     step.axial[c, BEARING_START, i], step.axial[c, JOURNAL_START, i] = placement.on_bearing, placement.on_journal
     step.axial[c, FACING, i] = placement.facing
 
 
-# ---------------------------------------------------------------------------------------------- what is worn
+# ---------------------------------------------------------------------------------------------- slices
 
 
 class Slice(NamedTuple):
-    """What a slice is over a step: means by the work that rubs."""
+    """A slice over a step: means weighted by the work of friction."""
 
     share: float  # of the load
-    cover: float  # m, over which it bears
+    cover: float  # m, length that carries load
     depth: float  # of the strip's largest depth, mean over that length: 0 to 1
-    begin: float  # m, from its near end to where it bears
+    begin: float  # m, from its near end to the part that carries load
 
 
 class Strips(NamedTuple):
-    """The strip of a contact at the even places of a step."""
+    """The strip of a contact at equidistant times of a step."""
 
     reach: float  # m, the largest
     at: np.ndarray  # (STRIP, PARTS + 1)
@@ -111,7 +111,7 @@ class Strips(NamedTuple):
 
 @kernel
 def _strip_at(joint, strips, i):
-    """Return the Slope of a strip and its depth (m) at an even place."""
+    """Return the Slope of a strip and its depth (m) at equidistant time number `i`."""
     return Slope(strips.at[REACH, i], strips.at[LEAN, i]), depth_at_end(
         joint.walls, strips.step_values[DEPTH_COURSE, i]
     )
@@ -119,9 +119,9 @@ def _strip_at(joint, strips, i):
 
 @kernel
 def slice_of(joint, strips, low, high):
-    """Return the Slice between two ways (m) along the strip of a contact; what is beyond its reach bears nothing.
+    """Return the Slice between two distances (m) along the strip of a contact; beyond its reach there is no load.
 
-    Its depth is compared to the strip's largest one.  That is above 0 while the strip bears; the depth at the strip's
+    Its depth is relative to the strip's largest one.  That is above 0 under load; the depth at the strip's
     begin is 0 at every onset and separation of an end.
     """
     step_values, work, load = strips.step_values, 0.0, 0.0
@@ -134,7 +134,7 @@ def slice_of(joint, strips, low, high):
         strip, depth_at = _strip_at(joint, strips, i)
         near_end, far_end, max_depth_ = min(low, strip.reach), min(high, strip.reach), strips.at[MAX_DEPTH, i]
         slice_share = load_share(joint.walls, joint, strip, depth_at, (near_end, far_end))
-        cover_start, cover_end = pressed_ways(strip, depth_at)
+        cover_start, cover_end = pressed_range(strip, depth_at)
         cover_start, cover_end = max(cover_start, near_end), min(cover_end, far_end)
         share += weight * slice_share
         work += weight
@@ -150,7 +150,7 @@ def slice_of(joint, strips, low, high):
 
 
 @kernel
-def note_edges(joint, step, strips, account):
+def accumulate_strip_pressure(joint, step, strips, account):
     """Record pressure and pressure times sliding speed of a wall contact at equidistant places of the step."""
     law, step_values = joint.wear, strips.step_values
     for i in rolled_range(PARTS + 1):
@@ -159,14 +159,16 @@ def note_edges(joint, step, strips, account):
         loads = loads_along(joint.walls, joint, strip, depth_at, load)
         if loads.deepest <= 0.0:
             continue
-        mean_rubbing = rubbing_of(joint, (loads.even, 0.0, slip, loads.depth, 0.0), 0.0, joint.clearance)
-        max_depth_ = rubbing_of(joint, (loads.most, 0.0, slip, loads.deepest, 0.0), 0.0, joint.clearance)
-        half_angle, half_most = _half(joint, mean_rubbing), _half(joint, max_depth_)
+        mean_sliding = sliding_contact_of(joint, (loads.even, 0.0, slip, loads.depth, 0.0), 0.0, joint.clearance)
+        max_depth_ = sliding_contact_of(joint, (loads.most, 0.0, slip, loads.deepest, 0.0), 0.0, joint.clearance)
+        half_angle, half_most = _half(joint, mean_sliding), _half(joint, max_depth_)
         if min(half_angle, half_most) < SMALLEST_ARC:
             continue
-        peak = max_depth_.pressed / (2.0 * joint.bearing_radius * half_most) * peak_over_mean(law.pressure, half_most)
+        peak = (
+            max_depth_.pressure_sum / (2.0 * joint.bearing_radius * half_most) * peak_over_mean(law.pressure, half_most)
+        )
         time = (0.5 if i in (0, PARTS) else 1.0) / PARTS * step.length * step_values[KAPPA_COURSE, i]
-        account[PRESSURE_TIME] += mean_rubbing.pressed / (2.0 * joint.bearing_radius * half_angle) * time
+        account[PRESSURE_TIME] += mean_sliding.pressure_sum / (2.0 * joint.bearing_radius * half_angle) * time
         account[PRESSURE_MAX] = max(account[PRESSURE_MAX], peak)
         account[PV_MAX] = max(account[PV_MAX], peak * max_depth_.slip)
         if peak * max_depth_.slip > law.pv_limit:
@@ -174,11 +176,11 @@ def note_edges(joint, step, strips, account):
 
 
 @kernel
-def _half(joint, rubbing: Rubbing):
-    return half_arc(joint.wear.pressure, joint, joint.bearing_radius, rubbing)
+def _half(joint, sliding: SlidingContact):
+    return half_arc(joint.wear.pressure, joint, joint.bearing_radius, sliding)
 
 
-class Lies(NamedTuple):
+class AxialRange(NamedTuple):
     """Position of a slice on a body."""
 
     begin: float  # m, from the body's middle
@@ -188,7 +190,7 @@ class Lies(NamedTuple):
 
 
 @kernel
-def enter_along(depths, factor, bins, placement):
+def accumulate_axially(depths, factor, bins, placement):
     """Add `depths` (m) around a body, times a factor, to its bins over angle and length.
 
     placement : position on the body; each bin is the mean over its length.
@@ -229,20 +231,20 @@ def fit_strip(joint, c, step):
     """Write the profiles of the angles of contact `c` to `step.workspace`; return its Strips."""
     observed, strip_values, strips = step.axial[c], step.strip, Strips(0.0, step.strip, step.step_values[c])
     for body in range(2):
-        angles = step.places[c, body]
-        without_leaps(angles)
+        angles = step.positions[c, body]
+        unwrap_angles(angles)
         for side in range(2):
             slope = 0.0
             for i in rolled_range(BETWEEN + 2):
                 slope += END_SLOPES[side, i] * angles[i]
-            step.places[c, SLOPES + body, side * (BETWEEN + 1)] = slope
+            step.positions[c, SLOPES + body, side * (BETWEEN + 1)] = slope
     fit_places(step, c)
     longest_slice = 0.0
     for i in rolled_range(PARTS + 1):
         strip_values[LEAN, i] = strip_values[REACH, i] = 0.0
         for k in rolled_range(BETWEEN + 2):
-            strip_values[LEAN, i] += EVENLY[i, k] * observed[LEAN, k]
-            strip_values[REACH, i] += EVENLY[i, k] * observed[REACH, k]
+            strip_values[LEAN, i] += FROM_QUARTERS[i, k] * observed[LEAN, k]
+            strip_values[REACH, i] += FROM_QUARTERS[i, k] * observed[REACH, k]
         strip_values[REACH, i] = max(strip_values[REACH, i], 0.0)
         longest_slice = max(longest_slice, strip_values[REACH, i])
         strip, depth_at = _strip_at(joint, strips, i)
@@ -261,7 +263,7 @@ def fit_depth(strips, workspace, share):
 
 
 @kernel
-def put_slices(joint, strips, step):
+def write_slices(joint, strips, step):
     """Write the Slices of a strip to `step.scratch`, after the bins; return the largest load per length (1/m)."""
     rows = int(joint.wear_rows)
     cover_start, slice_length, largest = 2 * step.scratch.size // 3, 2.0 * strips.reach / rows, 0.0
@@ -293,7 +295,7 @@ class Group(NamedTuple):
 
 @kernel
 def group_from(step, begin, slices, largest):
-    """Return the Group of slices from slice `begin`, of `slices` in all; largest : result of put_slices."""
+    """Return the Group of slices from slice `begin`, of `slices` in all; largest : result of write_slices."""
     share = cover = depth = load = 0.0
     end = begin
     while end < slices:
@@ -311,15 +313,15 @@ def group_from(step, begin, slices, largest):
 
 
 @kernel
-def enter_group(joint, end, c, shared, strips, group):
+def accumulate_group(joint, end, c, shared, strips, group):
     """Add the wear of a Group of slices of the Strips of contact `c` at one of the ENDS."""
     step, worn = shared
     workspace, count, rows, total = step.workspace, int(joint.wear.bins), int(joint.wear_rows), group.whole
-    fit_courses(step, c, total.cover / total.share)
+    fit_profiles(step, c, total.cover / total.share)
     fit_depth(strips, workspace, total.depth)
     scratch = Bins(step.scratch, 0, count), Bins(step.scratch, worn.stride, count)
-    enter_wear(joint, workspace, step.step_values[c], step.length, scratch)
-    note_arc(joint, step, worn.account[c], total.cover / joint.wear.length)
+    accumulate_wear(joint, workspace, step.step_values[c], step.length, scratch)
+    accumulate_arc_width(joint, step, worn.account[c], total.cover / joint.wear.length)
     observed, cover_start = step.axial[c, :, BETWEEN // 2 + 1], 2 * (c if end == ENDS[0] else c - 1) * worn.stride
     slice_length = 2.0 * strips.reach / rows
     for body in range(2):
@@ -332,7 +334,9 @@ def enter_group(joint, end, c, shared, strips, group):
             near_end = observed[BEARING_START + body] + direction * (k * slice_length + slice_share.begin)
             far_end = near_end + direction * slice_share.cover
             factor = slice_share.share * total.cover / (slice_share.cover * total.share)
-            enter_along(depths, factor, bins, Lies(min(near_end, far_end), max(near_end, far_end), half_angle, rows))
+            accumulate_axially(
+                depths, factor, bins, AxialRange(min(near_end, far_end), max(near_end, far_end), half_angle, rows)
+            )
         for k in rolled_range(count):
             depths[k] = 0.0
 
@@ -341,16 +345,16 @@ def enter_group(joint, end, c, shared, strips, group):
 def _default_wear_wall(law, joint, wall, c, shared):
     step, worn = shared
     strips = fit_strip(joint, c, step)
-    fit_courses(step, c, 1.0)
-    note_way(step, c, worn.account[c])
+    fit_profiles(step, c, 1.0)
+    accumulate_distance(step, c, worn.account[c])
     if touches(step.mode[c]):  # the mean pressure is over the times in contact
-        note_edges(joint, step, strips, worn.account[c])
-    largest = put_slices(joint, strips, step)
+        accumulate_strip_pressure(joint, step, strips, worn.account[c])
+    largest = write_slices(joint, strips, step)
     begin, slices = 0, (int(joint.wear_rows) + 1) // 2
     while begin < slices:
         group = group_from(step, begin, slices, largest)
         if group.whole.share > 0.0:
-            enter_group(joint, ENDS[wall], c, shared, strips, group)
+            accumulate_group(joint, ENDS[wall], c, shared, strips, group)
         begin = group.end
 
 

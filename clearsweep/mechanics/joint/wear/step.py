@@ -20,17 +20,30 @@ from ...observe.histogram import (
 )
 from ..contract import Offsets
 from ..modes import touches
-from ..places import after_joint
+from ..offsets import after_joint
+from .arc_over_step import (
+    DEGREE,
+    DISTANCE,
+    FIRST_BODY,
+    FIT,
+    ON_BEARING,
+    POINTS,
+    clearance_at,
+    polynomial,
+    sliding_contact_at,
+    sliding_contact_of,
+)
+from .binning import accumulate_wear
 from .contract import (
-    ARCS,
+    ARC_COUNT,
     FIRST_CLASS,
-    NARROW,
+    NARROW_COUNT,
     PRESSURE_MAX,
     PRESSURE_TIME,
     PV_BEYOND,
     PV_MAX,
-    SLID,
-    WIDE,
+    RESOLVED_WIDTH,
+    SLIDING_DISTANCE,
     Bins,
     NoWear,
     contact_angle,
@@ -41,31 +54,18 @@ from .contract import (
     wear_rate,
     width_class,
 )
-from .entering import enter_wear
-from .passage import (
-    DEGREE,
-    FIRST,
-    FIT,
-    ON_BEARING,
-    POINTS,
-    WAY,
-    clearance_at,
-    rubbing_at,
-    rubbing_of,
-    value,
-)
 
-SMALLEST_ARC = 1e-7  # rad, of half an arc that is looked at
-ANGLES = BETWEEN + 4  # numbers that describe the course of an angle: at the quarters, then its slopes at both ends
-WHERE = 3  # such courses of a contact: its angles on both bodies (rad) and, of worn surfaces, how deep it is (m)
-SLOPES = WHERE  # of these courses, per share of the step; from `see` the rates, per second
-#: What a joint in space notes of a contact at the quarters, see `along_walls.Placed`.
+SMALLEST_ARC = 1e-7  # rad: half-angle below which the pressure of an arc is not evaluated
+ANGLES = BETWEEN + 4  # numbers that determine the profile of an angle: at the quarters, then its slopes at both ends
+POSITIONS = 3  # such profiles of a contact: its angles on both bodies (rad) and, of worn surfaces, its depth (m)
+SLOPES = POSITIONS  # of these profiles, per share of the step; `record` writes the rates per second
+#: What a joint in space notes of a contact at the quarters, see `wall_strips.Placed`.
 LEAN, REACH, BEARING_START, JOURNAL_START, FACING, ALONG = range(6)
-#: Of the strip of one contact at even places: LEAN and REACH, as at the quarters, and its largest depth (m).
+#: Of the strip of one contact at equidistant times: LEAN and REACH, as at the quarters, and its largest depth (m).
 MAX_DEPTH, STRIP = REACH + 1, REACH + 2
-SEEN = (WHERE + SLOPES + ALONG) * MOMENTS  # numbers of room for a contact
+RECORDED = (POSITIONS + SLOPES + ALONG) * MOMENTS  # numbers stored per contact
 _QUARTERS = np.arange(BETWEEN + 2) / (BETWEEN + 1)
-#: (ANGLES, POINTS): the coefficients of an angle's course from its values at the quarters and its end slopes.
+#: (ANGLES, POINTS): the coefficients of an angle's profile from its values at the quarters and its end slopes.
 FROM_ANGLES = np.zeros((ANGLES, POINTS))
 FROM_ANGLES[:, : DEGREE + 1] = np.linalg.inv(
     np.vstack(
@@ -78,42 +78,42 @@ FROM_ANGLES[:, : DEGREE + 1] = np.linalg.inv(
 
 
 class Step(NamedTuple):
-    """A step of the motion."""
+    """Profiles and positions of the contacts over a step of the motion, and workspaces."""
 
     step_values: np.ndarray  # (contacts, COURSES, PARTS + 1) see observe.histogram
     length: float  # of the step
-    mode: np.ndarray  # (contacts,) int64, what each contact is doing
-    places: np.ndarray  # (contacts, WHERE + SLOPES, MOMENTS)
+    mode: np.ndarray  # (contacts,) int64, mode of each contact
+    positions: np.ndarray  # (contacts, WHERE + SLOPES, MOMENTS)
     axial: np.ndarray  # (contacts, ALONG, MOMENTS) of joints in space
-    strip: np.ndarray  # (STRIP, PARTS + 1) of one of their contacts, at even places
-    workspace: np.ndarray  # (ROOM,) see passage
+    strip: np.ndarray  # (STRIP, PARTS + 1) of one of their contacts, at equidistant times
+    workspace: np.ndarray  # (WORKSPACE_SIZE,) see arc_over_step
     scratch: np.ndarray  # (3 stride,) bins (m) of both bodies, at 0 between the contacts; slices of one contact
 
 
 class Worn(NamedTuple):
-    """Where the wear of all joints is entered: the depths of a joint at its first contact."""
+    """Wear of all joints, to which each step adds; the depths of a joint are at its first contact."""
 
     depths: np.ndarray  # (2 contacts stride,) m, the bins of bearing and journal
     stride: int
     account: np.ndarray  # (contacts, ACCOUNT)
 
 
-class Moment(NamedTuple):
-    """Where the bodies are at a moment of a step."""
+class Instant(NamedTuple):
+    """Positions of the bodies at one time of a step."""
 
     gaps: tuple  # a gap per joint
-    turned: tuple  # what body_angles says of every joint
+    body_angles: tuple  # body_angles of every joint
     number: int
     step: Step
 
 
 @family
-def see(joint, gap, body_angles, j, moment):
+def record(joint, gap, body_angles, j, moment):
     """Record the positions of a joint's contacts, the first being `j`, at a Moment; body_angles : (2,) rad."""
 
 
-@see.member(None)
-def _default_see(joint, gap, body_angles, j, moment):
+@record.member(None)
+def _default_record(joint, gap, body_angles, j, moment):
     step, i = moment.step, moment.number
     if not touches(step.mode[j]):
         return
@@ -121,15 +121,15 @@ def _default_see(joint, gap, body_angles, j, moment):
     angle, correction, depth, rate = contact_angle(joint, gap)
     proximal, distal = body_angles
     bearing, journal = (proximal, distal) if side > 0.0 else (distal, proximal)
-    step.places[j, 0, i], step.places[j, 1, i], step.places[j, 2, i] = angle - bearing, angle - journal, depth
+    step.positions[j, 0, i], step.positions[j, 1, i], step.positions[j, 2, i] = angle - bearing, angle - journal, depth
     on_proximal, on_distal = correction - gap.spin_proximal, correction - gap.spin_distal
-    step.places[j, SLOPES, i] = on_proximal if side > 0.0 else on_distal
-    step.places[j, SLOPES + 1, i] = on_distal if side > 0.0 else on_proximal
-    step.places[j, SLOPES + 2, i] = rate
+    step.positions[j, SLOPES, i] = on_proximal if side > 0.0 else on_distal
+    step.positions[j, SLOPES + 1, i] = on_distal if side > 0.0 else on_proximal
+    step.positions[j, SLOPES + 2, i] = rate
 
 
-class Whose(NamedTuple):
-    """Which joint it is."""
+class JointCursor(NamedTuple):
+    """Number of a joint, and its Offsets."""
 
     number: int
     place: Offsets
@@ -137,20 +137,20 @@ class Whose(NamedTuple):
 
 @kernel
 def _after(whose, joint):
-    return Whose(whose.number + 1, after_joint(whose.place, joint))
+    return JointCursor(whose.number + 1, after_joint(whose.place, joint))
 
 
 @kernel
 def _see(joint, gap, whose, moment):
-    see(joint, gap, moment.turned[whose.number], whose.place.contact, moment)
+    record(joint, gap, moment.body_angles[whose.number], whose.place.contact, moment)
 
 
-see_each = map_joints(_see, _after)
+record_positions = map_joints(_see, _after)
 
 
 @kernel
-def fit_courses(step, j, length):
-    """Put the coefficients of the courses of contact `j`, its forces over this length, into `step.workspace`."""
+def fit_profiles(step, j, length):
+    """Write the coefficients of the profiles of contact `j`, its forces per `length` (m), to `step.workspace`."""
     workspace, step_values, per_length = step.workspace, step.step_values[j], 1.0 / length
     for i in abreast(POINTS):
         for row in range(COURSES):
@@ -161,7 +161,7 @@ def fit_courses(step, j, length):
 
 
 @kernel
-def without_leaps(angles):
+def unwrap_angles(angles):
     """Remove jumps by full turns from angles (rad) at the quarters of a step."""
     correction, offset, previous = 2.0 * math.pi, 0.0, angles[0]
     for i in range(1, BETWEEN + 2):
@@ -173,19 +173,19 @@ def without_leaps(angles):
 @kernel
 def fit_places(step, j):
     """Write the coefficients of the profiles of the position of contact `j` to `step.workspace`."""
-    workspace, places = step.workspace, step.places[j]
+    workspace, positions = step.workspace, step.positions[j]
     for i in abreast(POINTS):
-        for row in range(WHERE):
+        for row in range(POSITIONS):
             total = 0.0
             for k in range(BETWEEN + 2):
-                total += FROM_ANGLES[k, i] * places[row, k]
-            total += FROM_ANGLES[ANGLES - 2, i] * places[SLOPES + row, 0]
-            total += FROM_ANGLES[ANGLES - 1, i] * places[SLOPES + row, BETWEEN + 1]
+                total += FROM_ANGLES[k, i] * positions[row, k]
+            total += FROM_ANGLES[ANGLES - 2, i] * positions[SLOPES + row, 0]
+            total += FROM_ANGLES[ANGLES - 1, i] * positions[SLOPES + row, BETWEEN + 1]
             workspace[(ON_BEARING + row) * POINTS + i] = total
 
 
 @kernel
-def note_way(step, j, account):
+def accumulate_distance(step, j, account):
     """Write the sliding distance (m) of joint `j` at equidistant places to `step.workspace`, and add the step's
     distance.
 
@@ -196,17 +196,17 @@ def note_way(step, j, account):
         weight = 1.0 if i in (0, PARTS) else 4.0 if i % 2 else 2.0
         distance += weight * step_values[KAPPA_COURSE, i] * abs(step_values[SLIP_COURSE, i])
     distance *= step.length / (3.0 * PARTS)
-    workspace[WAY * POINTS], workspace[WAY * POINTS + 1] = account[SLID], distance
-    account[SLID] += distance
+    workspace[DISTANCE * POINTS], workspace[DISTANCE * POINTS + 1] = account[SLIDING_DISTANCE], distance
+    account[SLIDING_DISTANCE] += distance
 
 
 @kernel
-def put_end_slopes(step, j):
+def write_end_slopes(step, j):
     """Write the slopes of the profiles of the position of contact `j` at both ends of the step, from their rates."""
     for end, part_index in ((0, 0), (BETWEEN + 1, PARTS)):
         pace = step.length * step.step_values[j, KAPPA_COURSE, part_index]
-        for row in range(WHERE):
-            step.places[j, SLOPES + row, end] *= pace
+        for row in range(POSITIONS):
+            step.positions[j, SLOPES + row, end] *= pace
 
 
 @pressure_on.member(None)
@@ -218,22 +218,22 @@ def _default_pressure_on(joint, step, j, part_index):
         step_values[SLIP_COURSE, part_index],
     )
     clearance = clearance_at(joint, step.workspace, part_index / PARTS)
-    rubbing = rubbing_of(joint, (load, 0.0, slip, depth, 0.0), 0.0, clearance)
-    half_angle = half_arc(law.pressure, joint, joint.bearing_radius, rubbing)
+    sliding = sliding_contact_of(joint, (load, 0.0, slip, depth, 0.0), 0.0, clearance)
+    half_angle = half_arc(law.pressure, joint, joint.bearing_radius, sliding)
     if half_angle < SMALLEST_ARC:  # at an onset or a separation, where there is no load either
         return 0.0, 0.0
-    mean_pressure = rubbing.pressed / (2.0 * joint.bearing_radius * half_angle)
+    mean_pressure = sliding.pressure_sum / (2.0 * joint.bearing_radius * half_angle)
     return mean_pressure, mean_pressure * peak_over_mean(law.pressure, half_angle)
 
 
 @kernel
-def note_pressure(joint, step, j, account):
+def accumulate_pressure(joint, step, j, account):
     """Record pressure, and pressure times sliding speed, on the bearing of joint `j` at even places of the step."""
     step_values, workspace, means, peaks = (
         step.step_values[j],
         step.workspace,
-        FIRST,
-        FIRST + 2 * POINTS,
+        FIRST_BODY,
+        FIRST_BODY + 2 * POINTS,
     )  # in the workspace used by the bodies later
     for batch_start in range(2):  # the first places, as many as are processed at once, then the last
         for i in abreast(POINTS):
@@ -255,19 +255,19 @@ def note_pressure(joint, step, j, account):
 
 @middle_arc.member(None)
 def _default_middle_arc(joint, workspace):
-    rubbing = rubbing_at(joint, workspace, 0.5)
-    return 2.0 * half_arc(joint.wear.pressure, joint, joint.bearing_radius, rubbing), rubbing
+    sliding = sliding_contact_at(joint, workspace, 0.5)
+    return 2.0 * half_arc(joint.wear.pressure, joint, joint.bearing_radius, sliding), sliding
 
 
 @kernel
-def note_arc(joint, step, account, share):
-    """Add the width of the arc in the middle of a step, and its wear over `share` of the length, to an account."""
-    width, rubbing = middle_arc(joint, step.workspace)
-    bearing, journal = wear_rate(joint.wear, rubbing)
-    account[ARCS] += 1.0
-    if width < WIDE * 2.0 * math.pi / joint.wear.bins:
-        account[NARROW] += 1.0
-    pace = step.length * value(step.workspace, KAPPA_COURSE, 0.5)
+def accumulate_arc_width(joint, step, account, share):
+    """Add the arc's width in the middle of a step, and the wear over a share of the length, to an account."""
+    width, sliding = middle_arc(joint, step.workspace)
+    bearing, journal = wear_rate(joint.wear, sliding)
+    account[ARC_COUNT] += 1.0
+    if width < RESOLVED_WIDTH * 2.0 * math.pi / joint.wear.bins:
+        account[NARROW_COUNT] += 1.0
+    pace = step.length * polynomial(step.workspace, KAPPA_COURSE, 0.5)
     account[FIRST_CLASS + width_class(width)] += share * pace * (bearing + journal)
 
 
@@ -284,17 +284,17 @@ def _wear_contact_no_wear(law, joint, j, shared):
 @wear_contact.member(None)
 def _default_wear_contact(law, joint, j, shared):
     step, worn = shared
-    fit_courses(step, j, law.length)
+    fit_profiles(step, j, law.length)
     for body in range(2):
-        without_leaps(step.places[j, body])
-    put_end_slopes(step, j)
+        unwrap_angles(step.positions[j, body])
+    write_end_slopes(step, j)
     fit_places(step, j)
-    note_way(step, j, worn.account[j])
-    note_pressure(joint, step, j, worn.account[j])
+    accumulate_distance(step, j, worn.account[j])
+    accumulate_pressure(joint, step, j, worn.account[j])
     count, batch_start = int(law.bins), 2 * j * worn.stride
     bins = Bins(worn.depths, batch_start, count), Bins(worn.depths, batch_start + worn.stride, count)
-    enter_wear(joint, step.workspace, step.step_values[j], step.length, bins)
-    note_arc(joint, step, worn.account[j], 1.0)
+    accumulate_wear(joint, step.workspace, step.step_values[j], step.length, bins)
+    accumulate_arc_width(joint, step, worn.account[j], 1.0)
 
 
 @family

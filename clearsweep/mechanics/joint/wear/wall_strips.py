@@ -33,7 +33,7 @@ class Slope(NamedTuple):
 
 
 @kernel
-def pressed_ways(strip, depth):
+def pressed_range(strip, depth):
     """Return (begin, end) (m) of the pressed part of a strip `depth` (m) deep at its begin; (0, 0) without contact."""
     pressed_range = pressed_between((depth, depth - strip.lean * strip.reach))
     return strip.reach * pressed_range.first, strip.reach * (pressed_range.first + pressed_range.length)
@@ -42,7 +42,7 @@ def pressed_ways(strip, depth):
 @kernel
 def depth_before(strip, depth, distance):
     """Return the integral of the depth (m^2) up to `distance` (m) along a strip; depth : at its begin, at least 0."""
-    stop_distance = min(distance, pressed_ways(strip, depth)[1])
+    stop_distance = min(distance, pressed_range(strip, depth)[1])
     return stop_distance * (depth - 0.5 * strip.lean * stop_distance)
 
 
@@ -83,14 +83,14 @@ def _load_share_end_contacts(walls, joint, strip, depth, ways):
 @load_share.member(Spread)
 def _load_share_spread(walls, joint, strip, depth, ways):
     low, high = ways
-    total = _borne(joint, strip, depth, 0.0, strip.reach)
+    total = _elastic_load(joint, strip, depth, 0.0, strip.reach)
     if total <= 0.0:
         return 1.0 if low <= 0.0 else 0.0
-    return _borne(joint, strip, depth, low, high) / total
+    return _elastic_load(joint, strip, depth, low, high) / total
 
 
 @kernel
-def _borne(joint, strip, depth, low, high):
+def _elastic_load(joint, strip, depth, low, high):
     """Return the integral (N m) of the elastic force of the whole joint between two places (m) along a strip."""
     end_depths = depth - strip.lean * low, depth - strip.lean * high
     return (high - low) * mean_elastic(joint.elastic, joint.walls.rule, end_depths)
@@ -112,7 +112,7 @@ def loads_along(walls, joint, strip, depth, load):
 
 @loads_along.member(EndContacts)
 def _loads_along_end_contacts(walls, joint, strip, depth, load):
-    cover, area = pressed_ways(strip, depth)[1], depth_before(strip, depth, strip.reach)
+    cover, area = pressed_range(strip, depth)[1], depth_before(strip, depth, strip.reach)
     if area <= 0.0:
         return Loads(0.0, 0.0, 0.0, 0.0)
     deepest_point = max_depth(strip, depth)
@@ -121,7 +121,7 @@ def _loads_along_end_contacts(walls, joint, strip, depth, load):
 
 @loads_along.member(Spread)
 def _loads_along_spread(walls, joint, strip, depth, load):
-    (cover_start, cover_end), total = pressed_ways(strip, depth), _borne(joint, strip, depth, 0.0, strip.reach)
+    (cover_start, cover_end), total = pressed_range(strip, depth), _elastic_load(joint, strip, depth, 0.0, strip.reach)
     cover, deepest_point = cover_end - cover_start, max_depth(strip, depth)
     if total <= 0.0 or cover <= 0.0:
         return Loads(0.0, 0.0, 0.0, 0.0)

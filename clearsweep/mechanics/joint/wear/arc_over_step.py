@@ -1,0 +1,332 @@
+"""A contact arc over a step: it grows, shrinks and travels, and its ends pass the edges of bins.
+
+The integral over the step of the load before an edge is split where an end of the arc passes the edge, as the pressure
+is not smooth at the ends of the arc.  `binning` adds the wear to the bins.
+
+The values at the points of a step are in one array, point by point, and are processed together, each in a lane of a
+register.
+
+Within the part of a step between two reversals of sliding, the time is counted from -1 to 1.
+"""
+
+import numpy as np
+
+from ...compiled.choosing import abreast, rolled_range, where
+from ...compiled.family import family, inlined, kernel
+from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
+from .contract import (
+    SlidingContact,
+    cumulative_pressure,
+    half_arc,
+    local_clearance,
+    sum_over_load,
+    wear_rate,
+)
+
+DEGREE = 6  # of the polynomials over the share of the step, as many as its stages determine
+POINTS = 8  # vector width, and sufficient for the DEGREE
+ON_BEARING, ON_JOURNAL, DEEPEST, DISTANCE, ROWS = range(
+    COURSES, COURSES + 5
+)  # after the courses: angles, depth, way slid
+#: Rows of a body's workspace, each of POINTS numbers.  At the nodes: worn area, half-angle of the arc and its inverse,
+#: angles of the arc's middle and of both ends.  Then coefficients over the time: of the wear rate, of the arc's middle
+#: and of its half-angle.
+AREA, HALF, PER_HALF, MIDDLE, START, STOP, RATE, COURSE, HALF_COURSE = range(9)
+#: Rows of an end of the arc: its angle at the previous node, time per angle, coefficients, those of its slope, times
+#: at which it passes edges; then the wear before edges, and terms of sums.
+END, TIME_PER_ANGLE, END_COURSE, END_SLOPE, PASSINGS, WORN, TERM = range(9, 16)
+BODY_SIZE = (TERM + 2) * POINTS
+FIRST_BODY = ROWS * POINTS  # offset of the workspace of the bearing
+#: The workspace has the coefficients over the share of the step, then the rows of bearing and journal.
+WORKSPACE_SIZE = FIRST_BODY + 2 * BODY_SIZE
+
+
+def _lobatto(count):
+    """Return `count` nodes from -1 to 1, both included, and the weights of their Lobatto rule."""
+    legendre = np.polynomial.legendre.Legendre.basis(count - 1)
+    nodes = np.concatenate([[-1.0], np.sort(legendre.deriv().roots().real), [1.0]])
+    return nodes, 2.0 / (count * (count - 1) * legendre(nodes) ** 2)
+
+
+NODES, WEIGHTS = _lobatto(POINTS)
+INVERSE_WEIGHTS, UNIT_WEIGHTS = 1.0 / WEIGHTS, np.ones(POINTS)
+#: (PARTS + 1, POINTS): from values at equidistant times of the step to coefficients over its share.
+FIT = np.zeros((PARTS + 1, POINTS))
+FIT[:, : DEGREE + 1] = np.linalg.pinv(np.vander(np.arange(PARTS + 1) / PARTS, DEGREE + 1, increasing=True)).T
+PAIRS = POINTS // 2  # of points symmetric to the middle
+_FROM_POINTS = np.linalg.inv(np.vander(NODES, increasing=True))
+#: (PAIRS, POINTS): from sums and differences of pairs' values to even and odd coefficients over the time.
+EVEN, ODD = np.zeros((2, PAIRS, POINTS))
+EVEN[:, ::2], ODD[:, 1::2] = _FROM_POINTS[::2, PAIRS:].T, _FROM_POINTS[1::2, PAIRS:].T
+#: Nodes and weights of Gauss's rule on 0 to 1 after x = u^2 (3 - 2 u), in which the load is smooth at the ends of the
+#: arc, where it varies as x^(3/2).
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
+_NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
+SMOOTHED_NODES, SMOOTHED_WEIGHTS = _NODES**2 * (3.0 - 2.0 * _NODES), 6.0 * _NODES * (1.0 - _NODES) * _WEIGHTS
+SMALLEST_HALF_ANGLE = 1e-300  # rad, of an arc without width
+#: Of each node: its distance from the previous one; one plus the power of its coefficient; its number.
+SPACINGS, POWERS, INDICES = (
+    np.diff(NODES, prepend=-1.0),
+    np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 0.0]),
+    np.arange(8.0),
+)
+
+
+@inlined
+def polynomial(workspace, row, x):
+    """Return the polynomial of a row of coefficients at `x`."""
+    total = workspace[row * POINTS + POINTS - 1]
+    for i in range(POINTS - 2, -1, -1):
+        total = total * x + workspace[row * POINTS + i]
+    return total
+
+
+@inlined
+def row_sum(workspace, row):
+    """Return the sum of a row, in an order with few dependent additions."""
+    a = workspace[row * POINTS] + workspace[row * POINTS + 1]
+    b = workspace[row * POINTS + 2] + workspace[row * POINTS + 3]
+    c = workspace[row * POINTS + 4] + workspace[row * POINTS + 5]
+    d = workspace[row * POINTS + 6] + workspace[row * POINTS + 7]
+    return (a + b) + (c + d)
+
+
+@inlined
+def clearance_at(joint, workspace, x):
+    """Return the difference (m) of the radii of curvature at the share `x` (0 to 1) of the step."""
+    return local_clearance(joint, polynomial(workspace, ON_BEARING, x), polynomial(workspace, ON_JOURNAL, x))
+
+
+@inlined
+def sliding_contact_of(joint, values, sliding_distance, clearance):
+    """Return the SlidingContact of a joint from its profiles' values at one time, in the order of the profiles."""
+    (load, _, slip, depth, work), pressure = values, joint.wear.pressure
+    load, slip, work = max(load, 0.0), abs(slip), max(work, 0.0)
+    sliding = SlidingContact(load, depth, slip, work, sliding_distance, 0.0, clearance)
+    load_sum = sum_over_load(pressure, half_arc(pressure, joint, joint.bearing_radius, sliding))
+    return SlidingContact(load, depth, slip, work, sliding_distance, load * load_sum, clearance)
+
+
+@inlined
+def sliding_contact_at(joint, workspace, x):
+    """Return the SlidingContact of a joint at the share `x` (0 to 1) of the step."""
+    load, depth, slip = (
+        polynomial(workspace, FORCE, x),
+        polynomial(workspace, DEPTH_COURSE, x),
+        polynomial(workspace, SLIP_COURSE, x),
+    )
+    sliding_distance = workspace[DISTANCE * POINTS] + workspace[DISTANCE * POINTS + 1] * x
+    values = load, 0.0, slip, depth, polynomial(workspace, RUBBED_COURSE, x)
+    return sliding_contact_of(joint, values, sliding_distance, clearance_at(joint, workspace, x))
+
+
+@inlined
+def _write_arc(workspace, first_edge, i, area, angle, half_angle):
+    """Write the arc of a body at a point to `workspace`, whose part for the body begins at `first_edge`."""
+    half_angle = max(half_angle, SMALLEST_HALF_ANGLE)
+    workspace[first_edge + AREA * POINTS + i], workspace[first_edge + MIDDLE * POINTS + i] = area, angle
+    workspace[first_edge + HALF * POINTS + i], workspace[first_edge + PER_HALF * POINTS + i] = (
+        half_angle,
+        1.0 / half_angle,
+    )
+    workspace[first_edge + START * POINTS + i], workspace[first_edge + STOP * POINTS + i] = (
+        angle - half_angle,
+        angle + half_angle,
+    )
+
+
+@kernel
+def evaluate_arc(joint, workspace, length, low, high):
+    """Write the position of the arc and its wear (m rad) at the nodes between two shares of a step to `workspace`.
+
+    length : of the step, in the unit of kappa.
+    """
+    arc_middle, half_width, pressure = 0.5 * (low + high), 0.5 * (high - low), joint.wear.pressure
+    on_bearing, on_journal = length * half_width / joint.bearing_radius, length * half_width / joint.journal_radius
+    for i in abreast(POINTS):
+        x = arc_middle + half_width * NODES[i]
+        sliding = sliding_contact_at(joint, workspace, x)
+        bearing, journal = wear_rate(joint.wear, sliding)
+        pace = WEIGHTS[i] * max(polynomial(workspace, KAPPA_COURSE, x), 0.0)
+        half_angle = half_arc(pressure, joint, joint.bearing_radius, sliding)
+        _write_arc(
+            workspace, FIRST_BODY, i, on_bearing * pace * bearing, polynomial(workspace, ON_BEARING, x), half_angle
+        )
+        half_angle = half_arc(pressure, joint, joint.journal_radius, sliding)
+        _write_arc(
+            workspace,
+            FIRST_BODY + BODY_SIZE,
+            i,
+            on_journal * pace * journal,
+            polynomial(workspace, ON_JOURNAL, x),
+            half_angle,
+        )
+
+
+@inlined
+def row_range(workspace, row):
+    """Return the least and the largest value of a row, compared in pairs for few dependent operations."""
+    low = [min(workspace[row * POINTS + i], workspace[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
+    high = [max(workspace[row * POINTS + i], workspace[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
+    lowest, largest = min(low[0], low[1]), max(high[0], high[1])
+    return min(lowest, min(low[2], low[3])), max(largest, max(high[2], high[3]))  # noqa: PLW3301 - in pairs
+
+
+@inlined
+def fit(workspace, row, values, weights):
+    """Write to the row `values` the coefficients over the time of the polynomial through a row times `weights`."""
+    for i in abreast(POINTS):
+        total = 0.0
+        for k in range(PAIRS):
+            last_terms = workspace[row * POINTS + PAIRS + k] * weights[PAIRS + k]
+            early = workspace[row * POINTS + PAIRS - 1 - k] * weights[PAIRS - 1 - k]
+            total += EVEN[k, i] * (last_terms + early) + ODD[k, i] * (last_terms - early)
+        workspace[values * POINTS + i] = total
+
+
+@family
+def fit_arc(pressure, workspace):
+    """Write the coefficients that the other families of this file need.
+
+    By default these are the polynomials over the time of the wear rate, of the arc's middle and of its half-angle:
+    RATE, COURSE and HALF_COURSE.
+    """
+
+
+@fit_arc.member(None)
+def _default_fit_arc(pressure, workspace):
+    fit(workspace, AREA, RATE, INVERSE_WEIGHTS)
+    fit(workspace, MIDDLE, COURSE, UNIT_WEIGHTS)
+    fit(workspace, HALF, HALF_COURSE, UNIT_WEIGHTS)
+
+
+@inlined
+def is_monotonic(workspace, row):
+    """Return whether a row is monotonic."""
+    grows = 0
+    for i in range(1, POINTS):
+        grows += workspace[row * POINTS + i] > workspace[row * POINTS + i - 1]
+    return grows in (0, POINTS - 1)
+
+
+@kernel
+def find_passings(workspace, end, edge, width):
+    """Write the places at which an end (-1, 1) of the arc passes edges, `width` (rad) apart, to PASSING.
+
+    The end moves in one direction only.  The place is interpolated linearly and corrected by one Newton step.  The
+    remaining error enters squared at most, as the load is zero at the ends.
+    """
+    row = START if end < 0.0 else STOP
+    for i in abreast(POINTS):
+        previous = workspace[row * POINTS + i - 1]  # before the first point is the previous row, which is not used
+        change = workspace[row * POINTS + i] - previous
+        workspace[END * POINTS + i] = previous
+        workspace[TIME_PER_ANGLE * POINTS + i] = where(
+            change != 0.0, SPACINGS[i] / where(change != 0.0, change, 1.0), 0.0
+        )
+        workspace[END_COURSE * POINTS + i] = workspace[COURSE * POINTS + i] + end * workspace[HALF_COURSE * POINTS + i]
+    for i in abreast(POINTS):
+        workspace[END_SLOPE * POINTS + i] = POWERS[i] * workspace[END_COURSE * POINTS + i + 1]
+    workspace[END_SLOPE * POINTS + POINTS - 1] = 0.0  # the value after the last coefficient is undefined
+    for k in abreast(POINTS):
+        angle, x = edge + INDICES[k] * width, NODES[0]
+        for i in range(1, POINTS):
+            change = (angle - workspace[END * POINTS + i]) * workspace[TIME_PER_ANGLE * POINTS + i]
+            x += min(max(change, 0.0), SPACINGS[i])
+        slope = polynomial(workspace, END_SLOPE, x)
+        step = (angle - polynomial(workspace, END_COURSE, x)) * slope / (slope * slope + SMALLEST_HALF_ANGLE)
+        workspace[PASSINGS * POINTS + k] = min(max(x + min(max(step, -0.1), 0.1), -1.0), 1.0)
+
+
+@inlined
+def inner_side(workspace, end):
+    """Return the time, -1 or 1, at which the edges that an end (-1, 1) of the arc passes are within the arc."""
+    row = START if end < 0.0 else STOP
+    rises = workspace[row * POINTS + POINTS - 1] > workspace[row * POINTS]
+    return -1.0 if rises == (end < 0.0) else 1.0
+
+
+@family
+def write_worn_before_passed(pressure, workspace, end, edge, width):
+    """Write the wear before edges, `width` (rad) apart, that an end (-1, 1) of the arc has passed, to WORN.
+
+    Their places are in PASSING.  The end moves in one direction only, and the other end does not meet these edges.
+    """
+
+
+@write_worn_before_passed.member(None)
+def _default_write_worn_before_passed(pressure, workspace, end, edge, width):
+    edge_side = inner_side(workspace, end)
+    whole_area = row_sum(workspace, AREA) if end > 0.0 else 0.0
+    for k in abreast(POINTS):
+        swept, angle, total = workspace[PASSINGS * POINTS + k], edge + INDICES[k] * width, 0.0
+        for j in rolled_range(SMOOTHED_NODES.size):
+            x = swept + (edge_side - swept) * SMOOTHED_NODES[j]
+            offset = angle - polynomial(workspace, COURSE, x)
+            half_angle = max(polynomial(workspace, HALF_COURSE, x), SMALLEST_HALF_ANGLE)
+            share = cumulative_pressure(pressure, -end * offset / half_angle, half_angle)
+            total += SMOOTHED_WEIGHTS[j] * polynomial(workspace, RATE, x) * share
+        workspace[WORN * POINTS + k] = whole_area - end * abs(edge_side - swept) * total
+
+
+@kernel
+def passing_time(workspace, edge, end, i):
+    """Return the time at which an end (-1, 1) of the arc is at `edge` (rad), between nodes `i - 1` and `i`.
+
+    An error e of it changes the integral by e^(5/2): one step of regula falsi and a parabola through all three suffice.
+    """
+    row, low, high = START if end < 0 else STOP, NODES[i - 1], NODES[i]
+    a, b = edge - workspace[row * POINTS + i - 1], edge - workspace[row * POINTS + i]
+    if a == b:
+        return low
+    x = (low * b - high * a) / (b - a)
+    c = edge - polynomial(workspace, COURSE, x) - end * polynomial(workspace, HALF_COURSE, x)
+    if c in (a, b):
+        return x
+    x = low * b * c / ((a - b) * (a - c)) + high * a * c / ((b - a) * (b - c)) + x * a * b / ((c - a) * (c - b))
+    return min(max(x, low), high)
+
+
+@family
+def worn_in_interval(pressure, workspace, edge, side, span):
+    """Return the wear before `edge` between two times, a `span`, in which the edge is on one side of the arc's ends.
+
+    side : -1 before the arc, 1 behind it, 0 in it.
+    """
+
+
+@worn_in_interval.member(None)
+def _default_worn_in_interval(pressure, workspace, edge, side, span):
+    low, length = span[0], span[1] - span[0]
+    if side < 0 or length <= 0.0:
+        return 0.0
+    for i in abreast(POINTS):
+        position = low + length * SMOOTHED_NODES[i]
+        half_angle = max(polynomial(workspace, HALF_COURSE, position), SMALLEST_HALF_ANGLE)
+        share = cumulative_pressure(pressure, (edge - polynomial(workspace, COURSE, position)) / half_angle, half_angle)
+        workspace[TERM * POINTS + i] = (
+            SMOOTHED_WEIGHTS[i] * polynomial(workspace, RATE, position) * where(side == 0, share, 1.0)
+        )
+    return length * row_sum(workspace, TERM)
+
+
+@inlined
+def side_of(workspace, edge, i):
+    """Return -1 if an `edge` (rad) is before the arc of point `i`, 1 if behind it, 0 if in it."""
+    if edge <= workspace[START * POINTS + i]:
+        return -1
+    return 1 if edge >= workspace[STOP * POINTS + i] else 0
+
+
+@kernel
+def worn_before_edge(pressure, workspace, edge):
+    """Return the wear (m rad) before an `edge` (rad) that the arc's ends pass."""
+    total, low, side = 0.0, NODES[0], side_of(workspace, edge, 0)
+    for i in range(1, POINTS):
+        side_now = side_of(workspace, edge, i)
+        while side != side_now:
+            end = side if side != 0 else side_now  # the end of the arc that passes the edge
+            x = max(low, passing_time(workspace, edge, end, i))
+            total += worn_in_interval(pressure, workspace, edge, side, (low, x))
+            low, side = x, (0 if side != 0 else side_now)
+    return total + worn_in_interval(pressure, workspace, edge, side, (low, NODES[POINTS - 1]))
