@@ -198,7 +198,10 @@ def limited(cases: Cases) -> list[str]:
         return []
     words = [cases.limit_label(limit) for limit in limits]
     shown = wording.sentence_list(words) if len(words) <= LISTED_LIMITS else f"{len(words)} limits"
-    lines = [" ".join(designs.sentences(cases, shown))]
+    kept = designs.sentences(cases, shown)
+    if not kept:
+        return []
+    lines = [" ".join(kept)]
     for limit in _deciding(cases, limits):
         moved = _limit_effects(cases, limit, 1 if len(limits) > 1 else effects.MOST_EFFECTS)
         lines += [" ".join(moved)] if moved else []

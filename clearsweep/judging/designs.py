@@ -69,7 +69,7 @@ def sentences(cases: Cases, limits: str) -> list[str]:
     passing = sum(margin >= 0.0 for margin in designs.margins)
     total = len(designs.margins)
     if not passing and not np.isfinite(designs.margins[0]):
-        return [f"No {noun} can be assessed{every}."]
+        return [f"No design can be assessed{every}."] if every else []
     number = {0: "No", total: "All"}.get(passing, f"{passing} of {total}") if total > 1 else "The"
     nouns = noun if not passing or total == 1 else f"{noun}s" if passing == total else wording.count(total, noun)
     head = f"{number} {nouns}" if number in ("No", "All", "The") else f"{passing} of {nouns}"
