@@ -341,7 +341,7 @@ MISTAKES = {
     "unknown moment": (
         sample({SPEED: "{normal: {mean: 100, stdd: 1}}"}),
         "",
-        f"grid.yaml:22:37: sample.over.{SPEED}.normal: unknown key 'stdd'; did you mean 'std'?",
+        f"grid.yaml:22:37: sample.over.{SPEED}.normal.stdd: unknown key 'stdd'; did you mean 'std'?",
     ),
     "normal out of range": (
         sample({RESTITUTION: "{normal: {mean: 0.9, std: 0.05}}"}),

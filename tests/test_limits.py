@@ -147,7 +147,7 @@ def test_all_else_is_refused_and_nothing_is_run(text):
 
 MISTAKES = {
     "limits: {rod_slider_force_peak: {at_mots: 5 kN}}\n": "21:34: limits.rod_slider_force_peak.at_mots: unknown "
-    "key; did you mean 'at_most'?",
+    "key 'at_mots'; did you mean 'at_most'?",
     "limits: {rod_slider_force_peak: {times: steps}}\n": "21:33: limits.rod_slider_force_peak: contains no limit; add",
     "limits: {rod_slider_force_peak: {at_most: 2, times: rod_slider_force_peak_idael}}\n": "21:53: limits."
     "rod_slider_force_peak.times: 'rod_slider_force_peak_idael' is not a column of this grid; did you mean 'rod_slider",

@@ -13,12 +13,10 @@ from ..contracts.layout import MOST_REVOLUTIONS, Column, Layout
 from ..language.errors import InputError, shown
 from .grid import Grid
 from .reading.joint_checks import check_values
-from .reading.read_keys import read_keys
-from .reading.run_checks import check_channels
+from .reading.read_keys import check_channels, read_keys
 from .reading.values import assumed_units, written_units
-from .sections.added_cases import added_rows, checked_law_paths
 from .sections.identify import check_identify
-from .sections.reader import Reader
+from .sections.reader import Reader, added_rows, checked_law_paths
 from .sections.variations import axes_in_step, first_values, labels_of_axes, paths_of_search
 from .written.document import Changed, Problems, apply_overrides, name_of_run, override, read
 

@@ -48,6 +48,14 @@ def life_effects(cases: Cases) -> list[str]:
     return [" ".join(moved)] if moved else []
 
 
+def extremes(cases: Cases) -> list[str]:
+    """Return the part of the answer that needs only the cases with the extremes of each column."""
+    if not len(cases.case_ids):
+        return []
+    force = (*peak_force(cases), *position_error(cases)) if cases.lead.question == "force" else ()
+    return [*force, *own_figures(cases)]
+
+
 def lengths(cases: Cases) -> list[str]:
     """Return how long the cases ran under `until`, and how many did not reach its accuracy."""
     if not cases.has(RUN_LENGTH):

@@ -29,6 +29,7 @@ class Cases(NamedTuple):
     column: Callable[[str], np.ndarray]  # values (n,) of a column or a path; SI, NaN for null
     texts: Callable[[str, Sequence[float]], list[str]]  # column and values -> words, in the unit of the column
     named_value: Callable[[int, str], tuple[str, str] | None]  # index, path -> name and value in words; None: unused
+    with_effects: bool = True  # whether the cases are all, so that medians over varied values are known
 
     def setting(self, index: int, paths: Sequence[str]) -> str:
         """Return the values of a case at some paths in words: 'crank speed 60 rpm, clearance 0.1 mm'."""

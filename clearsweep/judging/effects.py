@@ -54,7 +54,7 @@ def sentences(cases: Cases, label: str, values: np.ndarray, texts: Texts, most: 
 
     label : of the figure; texts : its values -> words, in one unit
     """
-    effects = on(cases, values)
+    effects = on(cases, values) if cases.with_effects else []
     if not effects or not np.isfinite(values).any():
         return []
     clear = [effect for effect in effects if is_clear(effect.medians, effect.contrast)]

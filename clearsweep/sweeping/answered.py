@@ -1,4 +1,4 @@
-"""The answer of a run in its closing lines: sentences that the report has, too, for runs that are read at once."""
+"""The answer of a run in its closing lines: sentences that the report also has."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,9 +11,11 @@ from ..judging.cases import Cases, column_texts
 from ..judging.order import BY_CONTENT, Lead
 from ..judging.verdict import units_of
 from ..language import wording
-from ..store import StoredRun
+from ..store import BlockedRun, SampledRun, StoredRun
 from .law_checks import LawChecks
 from .settings import setting_name, value_text
+
+MOST_READ = 500_000  # cases whose columns are read; 4 MB a column
 
 
 class _Columns:
@@ -21,8 +23,9 @@ class _Columns:
 
     def __init__(self, run: StoredRun, checks: LawChecks):
         self.run, self.known = run, dict[str, np.ndarray]()
-        block = {name: self._all(name) for name in ("status", *checks.base)}
-        self.rows = np.flatnonzero((block["status"] == "ok") & checks.of_grid(block))
+        block = {name: self._all(name) for name in ("case_id", "status", *checks.base)}
+        rows = np.flatnonzero((block["status"] == "ok") & checks.of_grid(block))
+        self.rows = rows[np.argsort(block["case_id"][rows])]  # as in one piece; blocks have an order of their own
 
     def _all(self, name: str) -> np.ndarray:
         return np.concatenate([block[name] for block in self.run.blocks([name])])
@@ -35,18 +38,21 @@ class _Columns:
 
 
 def sentences(run: StoredRun, lead: Lead, checks: LawChecks, facts: dict[str, Any]) -> list[str]:
-    """Return the answer to the question of a grid; [] for a run in blocks and for questions with lines of their own.
+    """Return the answer to the question of a grid, [] for questions with lines of their own.
 
+    Of a run in blocks with more than MOST_READ cases, only the sentences on extremes: its sample has their cases.
     facts : as for `setting_text`
     """
-    if run.marks() or lead.question not in ("life", "limits", *BY_CONTENT) or not len(run):
+    if lead.question not in ("life", "limits", *BY_CONTENT) or not len(run):
         return []
-    columns = _Columns(run, checks)
+    sample = SampledRun(run) if isinstance(run, BlockedRun) and len(run) > MOST_READ else None
+    columns = _Columns(sample or run, checks)
     if not len(columns.rows):
         return []
     cases = _cases(run, lead, columns, facts)
+    cases = cases._replace(with_effects=sample is None)
     worn = [] if sampled.is_one_sample(cases.record) else wear.sentences(cases)
-    return [*answer.sentences(cases), *worn]
+    return [*(answer.extremes(cases) if sample else answer.sentences(cases)), *worn]
 
 
 def _cases(run: StoredRun, lead: Lead, columns: _Columns, facts: dict[str, Any]) -> Cases:

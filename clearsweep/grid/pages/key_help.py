@@ -8,11 +8,10 @@ from ...contracts.catalogue import Catalogue
 from ...contracts.outline import ANY
 from ..keys.kinds import Word
 from ..keys.outline import KeyTree, key_trees
-from ..sections.added_cases import CHECK_LAWS
-from ..sections.axes import FORMS
+from ..sections.axes import FORMS, METHODS
 from ..sections.distributions import parameter_forms
 from ..sections.fits import FORM
-from ..sections.sample import METHODS
+from ..sections.reader import CHECK_LAWS
 from .reference import SPACE, Part, Row, parts, quoted
 from .schema import KEY_SECTIONS, NAME_SECTIONS, schema
 

@@ -8,14 +8,13 @@ from ...language import quantity
 from ..keys.kinds import ITEMS, Flag, Name, NameList, Number, Section, Shape, Table, Word
 from ..keys.library_names import MATERIAL
 from ..keys.outline import key_trees
-from ..sections.added_cases import CHECK_LAWS, CHECK_LAWS_TEXT
+from ..sections.axes import SAMPLE_SECTION
 from ..sections.identify import IDENTIFY_SECTION
-from ..sections.limits import FIGURES_SECTION, LIMITS_SECTION
+from ..sections.named_sections import FIGURES_SECTION, LIMITS_SECTION, UNCERTAIN_SECTION
 from ..sections.optimise import OPTIMISE_SECTION
-from ..sections.sample import SAMPLE_SECTION
+from ..sections.reader import CHECK_LAWS, CHECK_LAWS_TEXT
 from ..sections.section import ADDED, FIT_FORM, FITS_FORM
 from ..sections.seek import REFINE_SECTION, SEEK_SECTION
-from ..sections.uncertain import UNCERTAIN_SECTION
 from ..sections.variations import LONGEST, RESERVED
 from ..written.definitions import DEFINE, DEFINE_TEXT
 

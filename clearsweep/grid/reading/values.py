@@ -11,10 +11,9 @@ from ...language.quantity import WrittenUnit, is_bare, written_unit
 from ..keys.key_table import DIMENSIONLESS
 from ..keys.kinds import ITEMS, Flag, Number, Section, Shape, Table, Word
 from ..keys.outline import unit_of_number
-from ..sections.added_cases import put_law_axis
-from ..sections.axes import Reading, half_bare
 from ..sections.fits import recorded_fits
-from ..sections.reader import Reader
+from ..sections.reader import Reader, put_law_axis
+from ..sections.section import Reading, half_bare
 from ..sections.variations import recorded_labels, values_of_axis
 from ..written.document import Problems, WrittenValue
 from ..written.tables import read_table

@@ -12,12 +12,12 @@ from ..keys.library_names import BODIES, name_path
 from ..written.definitions import DEFINE, DEFINE_TEXT, START, Definitions
 from ..written.document import WrittenValue
 from ..written.tables import read_cases
-from .axes import FORMS, Reading, axis
+from .axes import FORMS, SAMPLE_SECTION, axis, read_sample
 from .distributions import LAWS, draw_values, read_distribution
 from .identify import IDENTIFY, find_identify_axes
 from .optimise import OPTIMISE, find_optimise_axes
 from .reader import Reader
-from .sample import SAMPLE_SECTION, read_sample
+from .section import Reading
 from .seek import SEEK, range_of_seek
 
 #: The sections that vary values, in the order in which their axes appear; those after `sweep` go in step.
