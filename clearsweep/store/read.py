@@ -350,7 +350,9 @@ class StoredRun:
         if last - first > 1:
             examples = [case_id.decode() for case_id in self._ids[first : min(last, first + 3)].tolist()]
             listed = ", ".join([*examples, *(["..."] if last - first > 3 else [])])
-            raise InputError(f"{self.directory}: {last - first} cases begin with {prefix!r} ({listed}); write more")
+            raise InputError(
+                f"{self.directory}: {last - first} cases begin with {prefix!r} ({listed}); write more characters"
+            )
         return first
 
     def _frame(self, case_id: str, item: str, paths: list[str]) -> "pd.DataFrame":
@@ -385,7 +387,7 @@ def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FIN
 def _unfinished(path: Path) -> DirectoryError:
     return DirectoryError(
         f"{path.parent}: its run is not finished, or {path.name} was moved away; run the grid again with "
-        f"--out {path.parent}, which computes only missing cases, or read the finished ones: report --partial, "
+        f"--out {path.parent}, which computes only missing cases. To read the finished cases, use report --partial or "
         "clearsweep.open(..., partial=True)"
     )
 

@@ -206,15 +206,17 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
 def _refuse_shard(grid: grids.Grid) -> None:
     """Raise InputError for a grid whose cases follow from one another, so that no part of it can run alone."""
     if grid.seek:
-        raise InputError("shard: the probes of `seek` follow from one another; divide the values of the other axes")
+        raise InputError(
+            "shard: the probes of `seek` depend on one another; divide the values of the other axes instead"
+        )
     if grid.optimise:
         raise InputError("shard: the cases of `optimise` depend on one another; run it without shards")
     if grid.identify:
         raise InputError("shard: the cases of `identify` depend on one another; run it without shards")
     if grid.refine:
         raise InputError(
-            "shard: the cases that `refine` adds follow from all others; run the shards of the grid without it, merge "
-            "them, and run the grid with it in the merged directory"
+            "shard: the cases that `refine` adds depend on all others; run the shards without `refine` and merge them, "
+            "then run the grid with it in the merged directory"
         )
     if grid.checked_laws:
         raise InputError("shard: check_laws needs the worst of all cases; run the shards without it")
@@ -367,7 +369,7 @@ def check(options: Options) -> None:
             "executor: nodes needs the address of a scheduler, each of whose workers is a node: --scheduler"
         )
     if scheduler and executor not in ("dask", executors.NODES):
-        raise InputError(f"scheduler: the {executor} executor has none; write --executor dask, too")
+        raise InputError(f"scheduler: the {executor} executor uses none; add --executor dask")
     executors.allow_files(executor, jobs or executors.cores())
     if executor in ("dask", executors.NODES):
         executors.check_scheduler(scheduler)

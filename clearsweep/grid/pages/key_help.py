@@ -2,7 +2,8 @@
 
 import re
 import textwrap
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 
 from ...contracts.catalogue import Catalogue
 from ...contracts.outline import ANY
@@ -51,7 +52,8 @@ SECTION_EXAMPLES = {
 }
 
 
-def section_texts(catalogue: Catalogue) -> dict[str, str]:
+@cache
+def section_texts(catalogue: Catalogue) -> Mapping[str, str]:
     """Return section -> description, in the order of the page."""
     top = schema(catalogue)
     while "else" in top:  # those of any mechanism
@@ -86,7 +88,7 @@ def sections_markdown(catalogue: Catalogue) -> str:
     )
 
 
-def _two_columns(first_heading: str, second_heading: str, rows: dict[str, str]) -> list[str]:
+def _two_columns(first_heading: str, second_heading: str, rows: Mapping[str, str]) -> list[str]:
     return [
         f"| {first_heading} | {second_heading} |",
         "| --- | --- |",

@@ -21,8 +21,16 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
     """Report values that conflict with each other."""
     for order in reader.mechanism.orders:
         _check_below(reader, order.low, order.high, order.reason, equal=order.equal)
-    _check_below(reader, "simulate.discard", "simulate.revolutions", "nothing would be left")
-    _check_below(reader, "save.revolutions", "simulate.revolutions", "more cannot be saved than is run", equal=True)
+    _check_below(
+        reader, "simulate.discard", "simulate.revolutions", ("at least one revolution must remain for the figures")
+    )
+    _check_below(
+        reader,
+        "save.revolutions",
+        "simulate.revolutions",
+        ("a run cannot save more revolutions than it simulates"),
+        equal=True,
+    )
     _check_until(reader)
     _check_life(reader)
     check_machine(reader, catalogue)
@@ -36,7 +44,7 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
         )
         reader.problems.add(reader.position_of("joints"), "joints", text)
     for path in joints:
-        _check_below(reader, f"{path}.clearance", f"{path}.bearing_radius", "the journal would have no radius")
+        _check_below(reader, f"{path}.clearance", f"{path}.bearing_radius", "the radius of the journal must be above 0")
         _check_material(reader, path)
         _check_elastic_law(reader, path, catalogue)
         if f"{path}.roughness" in reader.shape:
@@ -54,7 +62,7 @@ def _check_heat_balance(reader: Reader, joint: str) -> None:
     """Check that a heat balance exists in a dry joint with friction."""
     thermal = f"{joint}.thermal"
     if f"{joint}.film" in reader.shape:
-        sentence = "is for dry joints, but this joint has a film; use film.thermal"
+        sentence = "applies to dry joints, but this joint has a film; use film.thermal instead"
         reader.problems.add(reader.position_of(thermal), thermal, sentence)
     elif f"{joint}.friction" not in reader.shape:
         sentence = "needs a heat source; add a friction law, or remove thermal"
@@ -234,7 +242,9 @@ def _check_wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
         sentence = f"is missing; the wear law '{by_work[0].name}' needs the work of friction; write a friction law"
         reader.problems.add(reader.position_of(wear), f"{joint}.friction", sentence)
     if by_work and is_dimensionless:
-        sentence = f"the wear law '{by_work[0].name}' takes m^3/J, whatever the hardness: write the unit"
+        sentence = (
+            f"the wear law '{by_work[0].name}' needs a coefficient in m^3/J; write this unit, also next to a hardness"
+        )
         reader.problems.add(reader.position_of(f"{wear}.coefficient_unit"), f"{wear}.coefficient_unit", sentence)
         return
     if is_dimensionless and not reader.is_given(f"{wear}.hardness"):
@@ -271,11 +281,11 @@ def _check_wear_magnitude(reader: Reader, wear: str) -> None:
         largest, smallest = max(numbers, default=0.0), min((value for value in numbers if value), default=1.0)
         if largest > LARGEST_WEAR_NUMBER or (is_dimensionless and smallest < LEAST_WEAR_NUMBER):
             description = (
-                f"found {(largest if largest > LARGEST_WEAR_NUMBER else smallest):.15g}, dimensionless; allowed: "
-                f"{LEAST_WEAR_NUMBER:g} to {LARGEST_WEAR_NUMBER:g}; write the unit, m^2/N, of one that has it"
+                f"found {(largest if largest > LARGEST_WEAR_NUMBER else smallest):.15g} without a unit; allowed: "
+                f"{LEAST_WEAR_NUMBER:g} to {LARGEST_WEAR_NUMBER:g}; if the coefficient is in m^2/N, write that unit"
                 if is_dimensionless
-                else f"found {reader.text(path, largest / hardness)}, times the hardness "
-                f"{reader.text(f'{wear}.hardness', hardness)} {largest:.3g}; "
+                else f"found {reader.text(path, largest / hardness)}; its product with the hardness "
+                f"{reader.text(f'{wear}.hardness', hardness)} is {largest:.3g}; "
                 f"allowed: at most {LARGEST_WEAR_NUMBER}; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
             )
             reader.problems.add(reader.position_of(path), path, description)
@@ -290,7 +300,7 @@ def _check_evolving(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     sticking = {law.name for law in catalogue.of("friction") if law.sticks}
     for path in (path for path in reader.names if path.endswith(".friction.law")):
         for law in sorted(reader.names[path] & sticking):
-            sentence = f"{law} sticks, which is not available with the worn shape of {joint}; choose another"
+            sentence = f"{law} cannot stick, because the worn shape of {joint} acts on the contact; choose another law"
             reader.problems.add(reader.position_of(path), path, sentence)
 
 
@@ -300,8 +310,8 @@ def _check_pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     needing = [law for law in catalogue.of("pressure") if "modulus" in law.needs and law.name in reader.names[path]]
     if needing and not any(map(reader.is_given, moduli(joint))):
         sentence = (
-            f"is missing; the pressure '{needing[0].name}' of wear needs material: {{young: 207 GPa, poisson: 0.3}} or "
-            "pressure_modulus next to it: it does not follow from a stiffness; without either write pressure: mean"
+            f"is missing; wear pressure '{needing[0].name}' needs material: {{young: 207 GPa, poisson: 0.3}} or "
+            "pressure_modulus; a stiffness does not determine it, and pressure: mean needs neither"
         )
         reader.problems.add(reader.position_of(path), f"{contact}.material", sentence)
 

@@ -182,13 +182,13 @@ def _unknown(path: str, key: str, known: list[str]) -> str:
     """Return the message for a key that does not belong in the section at `path`."""
     if path == "drive" and key in DRIVES:
         other_drive = next((drive for drive in DRIVES if drive in known), DRIVES[0])
-        return f"conflicts with {other_drive}; a drive has one of {', '.join(DRIVES)}: leave the others out"
+        return f"conflicts with {other_drive}; a drive can have only one of {', '.join(DRIVES)}; remove the others"
     if key == "elastic" and path.startswith("mechanism."):
         stretches = "an elastic link stretches along the line between two pins of a plane"
         return f"{stretches}; this one is rigid: leave `elastic` out"
     if key[:1].isdigit() and not any(name[:1].isdigit() for name in known):
-        return f"unknown key '{key}'; a number has a decimal point, not a comma"
-    allowed_text = f"(allowed: {', '.join(known)})" if known else "(nothing is named here that could have any)"
+        return f"unknown key '{key}'; write numbers with a decimal point, not a comma"
+    allowed_text = f"(allowed: {', '.join(known)})" if known else "(this section allows no keys here)"
     return f"unknown key '{key}'{nearest(key, known)} {allowed_text}"
 
 

@@ -145,18 +145,18 @@ def _powers(items: list[WrittenValue], count: int, unit: str) -> list[float]:
     try:
         return [scale * 10.0 ** (first + (last - first) * (k / (count - 1))) for k in range(count)]
     except OverflowError:
-        raise InputError(f"the exponents {first:.15g} and {last:.15g} lead beyond every float") from None
+        raise InputError(f"the exponents {first:.15g} and {last:.15g} exceed the range of numbers") from None
 
 
 _MOST_CASES = 1_000_000
 _NUDGE = 1e-9  # of the distance between the 5 % and 95 % quantiles; a disturbance without physical effect
 _POWERS_OF_TWO = ("sobol", "saltelli")  # a Sobol sequence is balanced only for powers of two
 METHODS = {
-    "sobol": "a scrambled Sobol sequence; n a power of 2, and a larger n keeps the cases of a smaller one",
+    "sobol": "scrambled Sobol sequence; n is a power of 2, and a larger n keeps the cases of a smaller one",
     "latin-hypercube": "a Latin hypercube of n points",
     "random": "n independent points; a larger n keeps the cases of a smaller one",
     "saltelli": "n (variables + 2) points from which Sobol indices follow; n a power of 2",
-    "one-at-a-time": "the middle, and each variable alone at its 5 % and 95 % quantile and disturbed a little; no n",
+    "one-at-a-time": "the medians, and each variable alone at its 5 % and 95 % quantile and slightly changed; no n",
 }
 _MISSING_N = "; write the number of points, such as 64"
 SAMPLE = "sample"

@@ -49,7 +49,7 @@ def fits_among(
     for path in paths:
         node = grid_reader.shape.get(path)
         if not isinstance(node, Number) or not node.uses[0].field.fit:
-            grid_reader.problems.add(names[0], path, "is no clearance that a fit could have")
+            grid_reader.problems.add(names[0], path, "is not a clearance, so it cannot have a fit")
             return None
     readers = [_Reader(grid_reader, path, values_of) for path in paths]
     if len({reader.radii for reader in readers}) > 1:

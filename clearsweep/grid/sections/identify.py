@@ -121,7 +121,9 @@ def find_identify_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[Wr
         node = reader.shape.get(path)
         is_whole = isinstance(node, Number) and any(key_use.field.whole for key_use in node.uses)
         if not isinstance(written.value, list) or len(written.value) != 2 or is_whole:
-            allowed = "a quantity that is no whole number" if is_whole else "[low, high], the range of its prior"
+            allowed = (
+                ("a path of a quantity that may have a fraction") if is_whole else "[low, high], the range of its prior"
+            )
             sentence = f"found {shown(written.value)}; expected {allowed}"
             reader.problems.add(written, f"{IDENTIFY}.over.{path}", sentence)
         else:
@@ -262,7 +264,8 @@ def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turne
         if content.over == "time":
             if rate is None:
                 raise InputError(
-                    f"{file}:1: has time, but drive.speed is not one number here; write a column crank_angle [deg]"
+                    f"{file}:1: has the column time, but drive.speed is not constant here; add a column "
+                    "crank_angle [deg]"
                 )
             angle = features.angle_of_time(content.places, values, rate)
             speed = float((angle[-1] - angle[0]) / (content.places[-1] - content.places[0]))

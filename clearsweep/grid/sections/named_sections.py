@@ -75,7 +75,7 @@ def _taken(reader: Reader, name: str) -> str:
         return "is a column already; give the figure another name"
     if name in (EXCEEDED, MARGIN, "case_id", "status", "message", *expression.FUNCTIONS):
         return "is a reserved name; rename the figure"
-    return "" if name.isidentifier() else "found a name that is none; expected letters, digits and _, no digit first"
+    return "" if name.isidentifier() else "is not a valid name; expected letters, digits and _, and a letter or _ first"
 
 
 def _unreadable(text: Any, units: dict[str, str]) -> str:
@@ -172,8 +172,9 @@ _FACTOR_KEY = QuantityKey(
 UNCERTAIN_SECTION = NameSection(
     UNCERTAIN,
     "dotted path of a wear coefficient -> {factor: 3}, lognormal with 95 % between a third and three times its value; "
-    "or a distribution of `sample`; or `published`, loguniform over the range of the named wear pair; a life gets "
-    "a second interval from two further lives at the ends",
+    "or a distribution of `sample`; or `published`, loguniform over the range of the named wear pair. Two "
+    "further lives "
+    "at the ends give a second interval of the life",
     "path",
     "joints.rod-slider.wear.coefficient: {factor: 3}",
     {
@@ -197,7 +198,7 @@ def read_uncertain(reader: Reader, root: WrittenValue) -> None:
         return
     section = root.value[UNCERTAIN]
     if LIFE not in reader.shape:
-        sentence = "is of no use without `life`, whose interval it widens; write life: {limit, joint}, or leave it out"
+        sentence = "needs `life`, whose interval it widens; write life: {limit, joint}, or remove this key"
         reader.problems.add(section, UNCERTAIN, sentence)
         return
     for path, written in entries.items():
@@ -212,7 +213,7 @@ def _refused(reader: Reader, path: str, paths: list[str]) -> str:
     match = _PATH.fullmatch(path)
     if not match:
         return (
-            "is no wear coefficient; `uncertain` accepts only joints.J.wear.coefficient, bearing_coefficient and "
+            "is not a wear coefficient; `uncertain` accepts only joints.J.wear.coefficient, bearing_coefficient and "
             "journal_coefficient; draw other values with `sample`"
         )
     wear = f"joints.{match[1]}.wear"

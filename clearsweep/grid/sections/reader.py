@@ -158,7 +158,7 @@ def check_always_used(reader: Reader, position: WrittenValue, section: str, path
     for chooser in node.choosers():
         for law in reader.axes.get(chooser, ()):
             if not node.used(reader.names | {chooser: frozenset({law})}):
-                sentence = f"{path} is not used by {law}; with `{section}` every law that is tried has to use every key"
+                sentence = f"{path} is not used by {law}; with `{section}` every law that is tried must use every key"
                 reader.problems.add(position, section, f"{sentence} that is swept")
                 return
 

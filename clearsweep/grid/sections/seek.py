@@ -36,7 +36,9 @@ SEEK_SECTION = KeySection(
     "the largest or smallest value of one key with which cases keep to `limits`",
     _SEEK_EXAMPLE,
     (
-        NamesKey("largest", "the path whose largest value is wanted, or several paths with a common value", noun=_NOUN),
+        NamesKey(
+            "largest", ("path whose largest value is searched for, or several paths with a common value"), noun=_NOUN
+        ),
         NamesKey("smallest", "the same for the smallest value", noun=_NOUN),
         RangeKey(
             "between", "[low, high]: the range of the search", missing="; write the range, such as [5 um, 200 um]"
@@ -44,7 +46,7 @@ SEEK_SECTION = KeySection(
         QuantityKey(
             "within",
             "accuracy of the answer, at most a quarter of the range",
-            missing="; write how close the answer has to be, such as 1 um",
+            missing="; write the accuracy of the answer, such as 1 um",
         ),
         Key("among", f"{_AMONG} instead of both: each fit counts with its largest clearance", FITS_FORM),
         WordKey("meeting", "`limits`, the default", words=("limits",), default="limits"),
@@ -175,11 +177,15 @@ def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> 
     for other_path in paths[1:]:
         if _unit(reader, other_path) != _unit(reader, path):
             units = f"in {_unit(reader, other_path)}, {path} in {_unit(reader, path)}"
-            reader.problems.add(content[end], f"{SEEK}.{end}", f"{other_path} is {units}; paths in step have one unit")
+            reader.problems.add(
+                content[end],
+                f"{SEEK}.{end}",
+                (f"{other_path} is {units}; paths that vary together need the same unit"),
+            )
     if low >= high and not reader.searched_fits:
         reader.problems.add(content["between"], f"{SEEK}.between", "the first value is not below the second; swap them")
     if not limits:
-        reader.problems.add(section, SEEK, "there are no limits to meet; write the section 'limits'")
+        reader.problems.add(section, SEEK, "needs limits that the cases must meet; add the section 'limits'")
     cases_limited = SEEK_SECTION.value(reader.problems, section, "for")
     SEEK_SECTION.value(reader.problems, section, "meeting")  # `limits` is the only word so far
     for other_path in reader.axes:
@@ -213,7 +219,7 @@ REFINE_ALONG = "limits"
 MOST_CASES = 1_000_000
 REFINE_SECTION = KeySection(
     REFINE,
-    "further cases between those of `sweep`, where the border of `limits` runs",
+    "further cases between those of `sweep`, along the border of `limits`",
     "{along: limits, cases: 200}",
     (
         WordKey("along", "`limits`, the default: the border to follow", words=(REFINE_ALONG,), default=REFINE_ALONG),
@@ -246,7 +252,7 @@ def read_refine(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -
         reader.problems.add(section, REFINE, "needs limits, whose border it refines; add `limits`")
     paths = tuple(path for path in reader.axes if reader.varied_by[path] == "sweep" and _divisible(reader, path))
     if not paths:
-        sentence = "no cases can be added between the cases: `sweep` at least one quantity with two or more values"
+        sentence = "cannot add cases between those of the grid; `sweep` at least one quantity with two or more values"
         reader.problems.add(section, REFINE, sentence)
     for path in reader.axes:
         check_always_used(reader, section, REFINE, path)
