@@ -351,7 +351,8 @@ def _signal_values(file: str, rows: list[TableRow], column_index: int, unit: str
         except ValueError:
             value = float("nan")
         if value - value != 0.0:
-            sentence = f"found {shown(cells[column_index])}; expected a finite number; leave cells empty where nothing was measured"
+            cell = shown(cells[column_index])
+            sentence = f"found {cell}; expected a finite number; leave cells empty where nothing was measured"
             raise InputError(f"{file}:{line}:{column_index + 1}: {sentence}")
         numbers.append(scale * value)
     return numbers
