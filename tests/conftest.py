@@ -10,9 +10,14 @@ from pathlib import Path
 
 import pytest
 from fake_runs import load
+from hypothesis import HealthCheck, settings
 
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.compiled.plain import is_plain
+
+# How long an example takes depends on the machine and on what else it does.
+settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("untimed")
 
 SLOW_LIMIT = 3600.0  # s, time limit of a test marked slow; `timeout` in pyproject.toml is that of the others
 

@@ -16,7 +16,7 @@ from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.report.blocks.section import Note, Points, Sentences
 from clearsweep.store import blocks, read_blocks, summary
 from clearsweep.store.record import checksum_of
-from clearsweep.sweeping import blockwise, estimate, run_summary
+from clearsweep.sweeping import answered, blockwise, estimate, run_summary
 from clearsweep.sweeping.all_cases import complete_run
 
 MIXED = grid(12, (GOOD, GOOD + 0.001, FAILS), wear=True)  # 36 cases, 12 of them fail
@@ -65,11 +65,19 @@ def test_the_closing_table_says_the_same(pair):
     cut, whole = (run_summary.of_run(result) for result in pair)
     for name in ("directory", "seconds", "case_seconds", "files", "failures", "derived", "warnings", "slowest"):
         cut.pop(name), whole.pop(name)
-    assert not cut.pop("answer")  # its sentences need all rows in memory
-    assert whole.pop("answer")
+    assert whole["answer"]
     assert cut == whole
     assert whole["limits"]["exceeding"] > 0
     assert run_summary.run_text(run_summary.of_run(pair[0])).count("Smallest margin")
+
+
+def test_the_answer_of_very_many_cases_has_the_sentences_on_extremes(pair, monkeypatch):
+    cut, whole = (run_summary.of_run(result) for result in pair)
+    monkeypatch.setattr(answered, "MOST_READ", 8)
+    extremes = run_summary.of_run(pair[0])["answer"]
+    assert extremes
+    assert set(extremes) <= set(cut["answer"])
+    assert run_summary.of_run(pair[1])["answer"] == whole["answer"]  # one piece is always read as a whole
 
 
 def test_a_case_is_found_and_read_as_in_one_piece(pair):

@@ -58,7 +58,7 @@ def test_sections_are_set_whole_and_nothing_takes_a_key_away(changed):
     [
         (["drive.speed=3 mm"], [], "--set drive.speed: drive.speed: found '3 mm', whose unit mm has another dimension"),
         (["drive.sped=3 rpm"], [], "--set drive.sped: drive.sped: unknown key 'sped'; did you mean 'speed'?"),
-        (["drive.speed.x=3"], [], "--set drive.speed.x: drive.speed.x: leads into the value '5000 rpm'"),
+        (["drive.speed.x=3"], [], "--set drive.speed.x: drive.speed.x: continues below '5000 rpm'"),
         ([], ["drive.speed=200rpm,500"], "--sweep drive.speed: sweep.drive.speed: found 500 without a unit next to"),
         ([], ["drive.speed=1 rpm,1 rpm"], "--sweep drive.speed: sweep.drive.speed: duplicate value '1 rpm'"),
         ([], ["drive.sped=1,2"], "--sweep drive.sped: sweep.drive.sped: names nothing; did you mean 'drive.speed'?"),

@@ -60,7 +60,7 @@ EXTREMES = {
     **{
         f"a load called {name}": (
             SLIDER_CRANK | {"loads": {name: LOAD | {"fx": 1}}},
-            f"loads.{name}: '{name}' is no name",
+            f"loads.{name}: '{name}' is not a valid name",
         )
         for name in ("a b", "é", "a.b", "=1+1", "9a", "a/b", "x" * 41)
     },

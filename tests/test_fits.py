@@ -135,9 +135,9 @@ def test_a_normal_fit_has_its_limits_at_three_standard_deviations():
 MISTAKES = {
     "interference": ({CLEARANCE: {"fit": "H7/p6"}}, "found H7/p6, an interference fit at a nominal diameter of 20 mm"),
     "transition": ({CLEARANCE: {"fit": "H7/k6"}}, "diametral clearance is -15 to 19 um, radial -7.5 to 9.5 um"),
-    "no play": ({CLEARANCE: {"fit": "H7/h6"}}, "a fit without play at worst"),
+    "no play": ({CLEARANCE: {"fit": "H7/h6"}}, "a fit that may have no clearance"),
     "shaft first": ({CLEARANCE: {"fit": "f7/H7"}}, "hole before shaft, such as H7/f7"),
-    "unknown letter": ({CLEARANCE: {"fit": "H7/q6"}}, "'q6' is no tolerance class that is known; known are holes A,"),
+    "unknown letter": ({CLEARANCE: {"fit": "H7/q6"}}, "'q6' is not a known tolerance class; known are holes A,"),
     "forced hole": ({CLEARANCE: {"fit": "K7/h6"}}, "holes from J to ZC are made for transition and interference"),
     "unknown grade": ({CLEARANCE: {"fit": "H14/f7"}}, "in the grades 1 to 13"),
     "too small": (

@@ -203,7 +203,7 @@ def test_preload_of_a_guide_that_turns_is_in_the_ledger_and_in_its_friction_powe
                     "band": "1 mm/s",
                 },
             },
-            "not available with a joint with clearance that also sticks",
+            "cannot stick, because a joint with clearance has a law that sticks, too",
         ),
         ({"loads__blade__friction": {"law": "tanh", "torque": 3, "radius": 0.01, "velocity_scale": 1}}, "radius"),
     ],

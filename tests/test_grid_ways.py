@@ -183,11 +183,11 @@ def test_limits_are_read_in_si(at):
 ROWS = f"{CLEARANCE} [mm],{SPEED} [rpm]\n0.1,60\n"
 #: further lines of the grid from line 21 on, the table, and what a message begins with
 MISTAKES = {
-    "zip of nothing": ("zip:\n", "", "grid.yaml:21:1: zip: nothing goes in step; write `dotted.path: [value, ...]`"),
+    "zip of nothing": ("zip:\n", "", "grid.yaml:21:1: zip: no values vary together; write `dotted.path: [value, ...]`"),
     "unequal lengths": (
         f"zip:\n  {CLEARANCE}: [0.1 mm, 0.2 mm]\n  {SPEED}: [1, 2, 3]\n",
         "",
-        f"grid.yaml:23:16: zip.{SPEED}: found 3 values, but {CLEARANCE} has 2 (line 22); axes in step",
+        f"grid.yaml:23:16: zip.{SPEED}: found 3 values, but {CLEARANCE} has 2 (line 22); axes that vary together",
     ),
     "equal rows": (
         f"zip:\n  {CLEARANCE}: [0.1 mm, 0.1 mm]\n  {SPEED}: [1, 1]\n",
@@ -341,7 +341,7 @@ MISTAKES = {
     "unknown moment": (
         sample({SPEED: "{normal: {mean: 100, stdd: 1}}"}),
         "",
-        f"grid.yaml:22:37: sample.over.{SPEED}.normal: unknown key 'stdd'; did you mean 'std'?",
+        f"grid.yaml:22:37: sample.over.{SPEED}.normal.stdd: unknown key 'stdd'; did you mean 'std'?",
     ),
     "normal out of range": (
         sample({RESTITUTION: "{normal: {mean: 0.9, std: 0.05}}"}),

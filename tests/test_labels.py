@@ -58,7 +58,7 @@ def test_a_grid_read_from_its_record_keeps_labels():
         ("sweep", {"tight": "1 um", "loose": "1 um"}, "duplicate value '1 um'"),
         ("sweep", {"tight": "1 um", "loose": "2 kg"}, "another dimension"),
         ("sweep", {"tight": ["1 um"], "loose": "2 um"}, "expected a list such as [a, b], {label: a, other label: b}"),
-        ("zip", {"tight": "1 um", "loose": "1 um"}, "value under two labels"),
+        ("zip", {"tight": "1 um", "loose": "1 um"}, "has two labels for one value"),
     ],
 )
 def test_wrong_labels_are_refused(way, axis, text):
@@ -68,7 +68,7 @@ def test_wrong_labels_are_refused(way, axis, text):
 
 
 def test_names_of_laws_are_their_own_labels():
-    with pytest.raises(InputError, match="labels are for numbers"):
+    with pytest.raises(InputError, match="only numbers have labels"):
         loaded(sweep={"joints.rod-slider.contact.law": {"a": "hertz", "b": "flores"}})
 
 

@@ -8,7 +8,7 @@ from mechanism_cases import slider_crank
 
 from clearsweep import cli, grid, simulation
 from clearsweep.grid import library
-from clearsweep.grid.library.oils import hot_viscosity, warm_viscosity
+from clearsweep.grid.library.entries import hot_viscosity, warm_viscosity
 from clearsweep.language.errors import InputError
 from clearsweep.sweeping.simulator import SIMULATION
 from clearsweep.sweeping.sweep import facts

@@ -147,7 +147,7 @@ def test_all_else_is_refused_and_nothing_is_run(text):
 
 MISTAKES = {
     "limits: {rod_slider_force_peak: {at_mots: 5 kN}}\n": "21:34: limits.rod_slider_force_peak.at_mots: unknown "
-    "key; did you mean 'at_most'?",
+    "key 'at_mots'; did you mean 'at_most'?",
     "limits: {rod_slider_force_peak: {times: steps}}\n": "21:33: limits.rod_slider_force_peak: contains no limit; add",
     "limits: {rod_slider_force_peak: {at_most: 2, times: rod_slider_force_peak_idael}}\n": "21:53: limits."
     "rod_slider_force_peak.times: 'rod_slider_force_peak_idael' is not a column of this grid; did you mean 'rod_slider",
@@ -157,7 +157,7 @@ MISTAKES = {
     'figures: {margin: "2 * steps"}\n': "21:11: figures.margin: is a reserved name",
     'figures: {ratio: "2 * stebs"}\n': "21:18: figures.ratio: 'stebs' is no column of this grid; did you mean 'steps'?",
     'figures: {sum: "steps + run_time"}\n': "21:16: figures.sum: 'steps' in 1 and 'run_time' in s cannot be added",
-    "figures: {double: 2}\n": "21:19: figures.double: found '2', which has no column in it",
+    "figures: {double: 2}\n": "21:19: figures.double: found '2', which contains no column",
     'figures: {b: "a + 1", a: "2 * steps"}\n': "21:14: figures.b: 'a' is no column of this grid",
     "figures: {}\n": "21:10: figures: contains no figure; for example: `headroom:",
 }

@@ -146,7 +146,7 @@ def test_a_mistake_in_a_table_is_reported_with_its_row(tmp_path):
     file = tmp_path / "grid.yaml"
     file.write_text(json.dumps(changed(SLIDER_CRANK, loads={"gas": {"on": "slider", "table": "gas.csv"}})))
     (problem,) = messages_of(file)
-    assert "gas.csv:4:1: loads.gas.table: crank_angle: found 30 after 40; it has to increase" in problem
+    assert "gas.csv:4:1: loads.gas.table: crank_angle: found 30 after 40; it must increase" in problem
 
 
 MISTAKES = {
@@ -172,7 +172,7 @@ MISTAKES = {
         changed(PLANAR, mechanism__bodies__ground=None),
         "mechanism.bodies.ground: is missing; add the body that does not move",
     ),
-    "a name": (changed(PLANAR, mechanism__bodies={"a.b": {}}), "mechanism.bodies.a.b: 'a.b' is no name"),
+    "a name": (changed(PLANAR, mechanism__bodies={"a.b": {}}), "mechanism.bodies.a.b: 'a.b' is not a valid name"),
     "a joint twice": (
         changed(PLANAR, loads={"a-b": {"on": "rod", "torque": 1}, "a_b": {"on": "rod", "torque": 1}}),
         "loads.a_b: 'a_b' has the same column as 'a-b'",
@@ -184,7 +184,7 @@ MISTAKES = {
     "load without force": (changed(FOUR_BAR, loads={"gas": {"on": "rocker"}}), "loads.gas: has no force and no torque"),
     "speed and torque": (
         changed(SLIDER_CRANK, drive__torque=5),
-        "drive.speed: conflicts with torque; a drive has one of speed, torque, motor",
+        "drive.speed: conflicts with torque; a drive can have only one of speed, torque, motor",
     ),
     "no torque": (changed(SLIDER_CRANK, drive={"initial_speed": 5}), "drive.torque: is missing"),
     "a span": (
@@ -197,7 +197,7 @@ MISTAKES = {
     ),
     "a column": (
         changed(SLIDER_CRANK, loads={"g": {"on": "slider", "table": {"tme": [0, 1], "fx": [0, 1]}}}),
-        "loads.g.table: 'tme' is no column of this table; did you mean 'time'?",
+        "loads.g.table: 'tme' is not a column of this table; did you mean 'time'?",
     ),
     "an open guide": (
         changed(

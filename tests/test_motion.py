@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from mechanism_cases import check_that_no_contact_passes_unseen, slider_crank
 from slider_crank_oracle import reactions, slider
@@ -105,7 +105,7 @@ def test_ideal_mechanism_has_its_closed_form_values():
     assert reactions(mechanism, speed, 0.0)["rod-slider"][0] == pytest.approx(-2718.71, rel=1e-6)
 
 
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=12)
 @given(
     scale=st.sampled_from([0.01, 0.1, 10.0]),
     slow=st.sampled_from([0.1, 3.0]),
@@ -229,7 +229,7 @@ def test_figures_are_those_of_the_window_alone():
 @example(("rod-slider",), 1e-6, 2926.0, 7.9e-5, 0.98, 0.0)
 @example(("rod-slider",), 1e-6, 7000.0, 1.1e-4, 0.99, 0.0)
 @example(("rod-slider",), 1e-4, 1526.0, 3.5e-5, 1.0, 9.81)
-@settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=25, derandomize=True)
 @given(
     joints=st.sampled_from(OPENINGS),
     tolerance=st.sampled_from([1e-4, 1e-6, 1e-9]),

@@ -101,7 +101,7 @@ BAD = [
     ("500 1/s", "rad/s", ["another dimension", "5000 rpm", "80 Hz (turns per second)"]),
     ("3 rad", "1", ["another dimension", "without unit", "90 %"]),
     ("5 N/m", "N/m^1.5", ["another dimension", "1e9 N/m^1.5"]),
-    ("50 %", "m", ["% belongs to quantities without a unit"]),
+    ("50 %", "m", ["% is allowed only for quantities without a unit"]),
     ("0.5 M", "m", ["unknown unit 'M'", "did you mean 'm'?"]),
     ("5 RPM", "rad/s", ["unknown unit 'RPM'", "did you mean 'rpm'?"]),
     ("5 milimetre", "m", ["unknown unit 'milimetre'", "did you mean 'millimetre'?"]),

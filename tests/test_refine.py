@@ -139,8 +139,8 @@ def test_a_refined_run_is_written_to_run_json_so_that_it_loads_again(tmp_path):
         ({"refine": {"cases": 0}}, "refine.cases: found 0; allowed: a whole number from 1"),
         ({"refine": {"cases": 2.5}}, "refine.cases: found 2.5; allowed: a whole number from 1"),
         ({"limits": None}, "refine: needs limits, whose border it refines"),
-        ({"sweep": {MASS: [0.1]}}, "refine: no cases can be added between the cases"),
-        ({"sweep": {"simulate.step_budget": [10, 20]}}, "refine: no cases can be added between the cases"),
+        ({"sweep": {MASS: [0.1]}}, "refine: cannot add cases between those of the grid"),
+        ({"sweep": {"simulate.step_budget": [10, 20]}}, "refine: cannot add cases between those of the grid"),
         (
             {"seek": {"largest": "mechanism.rod.mass", "between": ["0.1 kg", "0.9 kg"], "within": "1 g"}},
             "refine: conflicts with `seek`",

@@ -159,7 +159,7 @@ def test_a_bearing_that_turns_bears_what_raimondi_and_boyd_tabulated(place):
     assert attitude - angle == pytest.approx(0.0, abs=0.5 + 5.0 * place[0] ** 2 * (1.0 - place[1]))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.floats(0.2, 2.0), st.floats(0.0, 0.999), st.floats(-math.pi, math.pi))
 @example(1.0, 0.95, -1.0)
 @example(2.0, 0.999, -math.pi / 2.0)

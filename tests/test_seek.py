@@ -191,7 +191,7 @@ def test_a_mistake_is_reported(changes, message):
 def test_without_limits_nothing_can_be_sought():
     source = searching()
     del source["limits"]
-    with pytest.raises(InputError, match="there are no limits to meet"):
+    with pytest.raises(InputError, match="needs limits that the cases must meet"):
         loaded(source)
 
 
@@ -203,7 +203,7 @@ def test_a_grid_that_seeks_is_written_to_run_json_so_that_it_loads_again():
 
 
 def test_shards_of_a_search_are_refused(tmp_path):
-    with pytest.raises(InputError, match="follow from one another"):
+    with pytest.raises(InputError, match="depend on one another"):
         quiet(searching(), tmp_path / "run", shard="1/2")
 
 
@@ -356,7 +356,7 @@ def test_the_border_among_fits(good, border):
     [
         ("{fits: [H8/e8, H7/g6, H7/f7]}", "[H7/g6]", "expected {fits: [H7/g6, H7/f7]}"),
         ("among:", "within: 1 um, among:", "conflicts with `among`"),
-        ("joints.rod-slider.clearance, among", "drive.speed, among", "is no clearance that a fit could have"),
+        ("joints.rod-slider.clearance, among", "drive.speed, among", "is not a clearance, so it cannot have a fit"),
         ("H8/e8", "H8/q99", "seek.among"),
     ],
 )

@@ -72,7 +72,10 @@ def test_it_is_part_of_what_a_case_is_and_of_what_a_run_holds():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ({"joints.rod-slider.clearance": {"factor": 3}}, "is no wear coefficient; `uncertain` accepts only joints.J"),
+        (
+            {"joints.rod-slider.clearance": {"factor": 3}},
+            ("is not a wear coefficient; `uncertain` accepts only joints.J"),
+        ),
         ({"joints.crank-rod.wear.coefficient": {"factor": 3}}, "there is no section 'joints.crank-rod.wear'"),
         ({COEFFICIENT: {"factor": 1}}, "found 1; allowed: above 1 and at most 1000"),
         ({COEFFICIENT: {"factor": "3 mm"}}, f"uncertain.{COEFFICIENT}.factor"),
@@ -89,7 +92,7 @@ def test_mistakes_are_reported(text, message):
 
 
 def test_without_a_life_it_is_of_no_use():
-    with pytest.raises(InputError, match="is of no use without `life`"):
+    with pytest.raises(InputError, match="needs `life`, whose interval it widens"):
         loaded(FACTOR, life=None)
 
 

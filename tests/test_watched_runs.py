@@ -384,7 +384,7 @@ def test_unused_settings_are_not_in_the_identity():
         (until("rod_slider_wear_rate_max"), "rod_slider_wear_rate_max is not a column of this grid"),
         (
             until("rod_slider_force_peak"),
-            "found 'rod_slider_force_peak'; maxima, minima and totals have no interval that narrows as a run continues"
+            "found 'rod_slider_force_peak'; the intervals of maxima, minima and totals do not narrow as a run continues"
             "; did you mean 'rod_slider_force_p99'?",
         ),
         (

@@ -312,7 +312,7 @@ def test_a_pressure_left_out_is_even_and_that_of_a_line_contact_where_there_is_a
 
 def test_a_line_contact_asks_for_a_modulus_and_a_stiffness_is_none():
     assert len(case_of("mean")) == 1
-    with pytest.raises(clearsweep.InputError, match="the pressure 'hertz-line' of wear needs material"):
+    with pytest.raises(clearsweep.InputError, match="wear pressure 'hertz-line' needs material"):
         case_of("hertz-line")
 
 

@@ -218,15 +218,15 @@ MISTAKES = {
     "energy by hardness": (
         {"law": "energy", "coefficient": 1e-5, "hardness": "1 GPa"},
         TANH,
-        "the wear law 'energy' takes m^3/J, whatever the hardness",
+        "the wear law 'energy' needs a coefficient in m^3/J",
     ),
     "no hardness": (
         {"coefficient": 1e-5, "coefficient_unit": "dimensionless"},
         None,
         "hardness: is missing; a dimension",
     ),
-    "unit forgotten": ({"coefficient": 2e-14, "hardness": "2 GPa"}, None, "found 2e-14, dimensionless; allowed: 1e-10"),
-    "impossible": ({"coefficient": 0.2, "hardness": "2 GPa"}, None, "found 0.2, dimensionless; allowed: 1e-10 to 0.1"),
+    "unit forgotten": ({"coefficient": 2e-14, "hardness": "2 GPa"}, None, "found 2e-14 without a unit; allowed: 1e-10"),
+    "impossible": ({"coefficient": 0.2, "hardness": "2 GPa"}, None, "found 0.2 without a unit; allowed: 1e-10 to 0.1"),
     "in mm^2": ({"coefficient": "2e-8 m^2/N", "hardness": "2 GPa"}, None, "is the coefficient in mm^2/N?"),
     "no steady": ({"running_in": {"initial": 1e-13, "distance": 1}}, None, "wear.coefficient: is missing"),
     "no initial": ({"running_in": {"steady": 1e-13, "distance": 1}}, None, "running_in.initial: is missing"),

@@ -409,7 +409,7 @@ def test_a_joint_is_worn_as_its_grid_says_and_what_is_not_known_with_it_is_refus
     with pytest.raises(InputError, match="evolve: is not available with a film"):
         simulation.load_case(changed(source, film))
     sticks = {"law": "karnopp", "coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 2e-3, "band": 2e-4}
-    with pytest.raises(InputError, match="karnopp sticks, which is not available with the worn shape of joints"):
+    with pytest.raises(InputError, match="karnopp cannot stick, because the worn shape of joints"):
         simulation.load_case(changed(source, {"joints.rod-slider.friction": sticks}))
 
 

@@ -143,7 +143,9 @@ ATTEMPTS = (
     TrialStep("a date that is none", "SOURCE_DATE_EPOCH=x clearsweep report ok --figures f --format pdf", (0,)),
     TrialStep("a page that does not fit", "ulimit -f 40; clearsweep report ok --out page.html", said="page.html"),
     TrialStep(
-        "a load without a name", edited("drive:", "loads: {a b: {on: slider, fx: 1 N}}\ndrive:"), said="is no name"
+        "a load without a name",
+        edited("drive:", "loads: {a b: {on: slider, fx: 1 N}}\ndrive:"),
+        said="is not a valid name",
     ),
     TrialStep("a mass of 1e308 kg", edited("0.14 kg", "1e308 kg"), said="out of range"),
     TrialStep(

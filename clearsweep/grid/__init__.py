@@ -19,10 +19,10 @@ from .loading import (
 from .pages.key_help import key_names, key_text, markdown
 from .pages.schema import schema
 from .reading.values import as_written
-from .sections.added_cases import base_laws
 from .sections.fits import recorded_fits
 from .sections.identify import Identify, Turned, turns_of
 from .sections.optimise import Optimise
+from .sections.reader import base_laws
 from .sections.seek import Refine, Seek
 from .sections.variations import recorded_labels
 from .written.definitions import NOTHING, Definitions, definitions_of_resolved

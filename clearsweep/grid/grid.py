@@ -35,12 +35,12 @@ from .keys.outline import unit_of_number
 from .library.iso286 import Fit
 from .reading.values import WrittenUnit
 from .resolve import case_of
-from .sections.added_cases import CHECK_LAWS
 from .sections.identify import IDENTIFY, Identify
+from .sections.named_sections import UNCERTAIN, uncertain_leaves
 from .sections.optimise import OPTIMISE, Optimise
+from .sections.reader import CHECK_LAWS
 from .sections.section import ADDED
 from .sections.seek import REFINE, SEEK, Refine, Seek
-from .sections.uncertain import UNCERTAIN, uncertain_leaves
 from .written.definitions import NOTHING, START, Definitions
 
 #: Changes whenever the format of grid files or of results changes.

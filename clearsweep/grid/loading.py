@@ -13,12 +13,10 @@ from ..contracts.layout import MOST_REVOLUTIONS, Column, Layout
 from ..language.errors import InputError, shown
 from .grid import Grid
 from .reading.joint_checks import check_values
-from .reading.read_keys import read_keys
-from .reading.run_checks import check_channels
+from .reading.read_keys import check_channels, read_keys
 from .reading.values import assumed_units, written_units
-from .sections.added_cases import added_rows, checked_law_paths
 from .sections.identify import check_identify
-from .sections.reader import Reader
+from .sections.reader import Reader, added_rows, checked_law_paths
 from .sections.variations import axes_in_step, first_values, labels_of_axes, paths_of_search
 from .written.document import Changed, Problems, apply_overrides, name_of_run, override, read
 
@@ -177,8 +175,8 @@ def check_memory(size: float) -> None:
     memory = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
     if COPIES * size > memory:
         raise InputError(
-            f"save.orbits: the time histories of one case take {size / 1e9:,.4g} GB and twice that while it runs; this "
-            f"machine has {memory / 1e9:,.4g} GB: save the last revolutions only (orbits: last), or fewer samples"
+            f"save.orbits: the time histories of one case take {size / 1e9:,.4g} GB, twice that during the run; this "
+            f"machine has {memory / 1e9:,.4g} GB: save only the last revolutions (orbits: last), or fewer samples"
         )
 
 
@@ -186,7 +184,7 @@ def check_disk(size: float, free_bytes: float) -> None:
     """Raise InputError if all histories, `size` bytes in batches and again when merged, exceed `free_bytes` bytes."""
     if COPIES * size > free_bytes:
         raise InputError(
-            f"save.orbits: the time histories of all cases take {size / 1e9:,.4g} GB and as much again while they are "
-            f"merged; there the disk has {free_bytes / 1e9:,.4g} GB left: save fewer revolutions, samples or "
+            f"save.orbits: the time histories of all cases take {size / 1e9:,.4g} GB, twice that while they are "
+            f"merged; the disk has {free_bytes / 1e9:,.4g} GB left: save fewer revolutions, samples or "
             "channels (save.channels), or none (orbits: none)"
         )

@@ -28,7 +28,7 @@ from ..contracts.case import (
 from ..contracts.outline import LoadOutline, Outline
 from .keys.joint_keys import PRELOAD
 from .keys.key_table import DIMENSIONLESS
-from .sections.uncertain import UNCERTAIN, uncertain_of
+from .sections.named_sections import UNCERTAIN, uncertain_of
 from .written.document import leaves
 
 Tree = Mapping[str, Any]  # section of a grid file in SI: key -> number, word, list or section

@@ -65,6 +65,14 @@ def sentences(cases: Cases) -> list[str]:
     return [*start_up(cases), *specific, *own_figures(cases), *lengths(cases)]
 
 
+def extremes(cases: Cases) -> list[str]:
+    """Return the part of the answer that needs only the cases with the extremes of each column."""
+    if not len(cases.case_ids):
+        return []
+    force = (*largest_force(cases)[:1], *position_error(cases)) if cases.lead.question == "force" else ()
+    return [*force, *own_figures(cases)]
+
+
 def lengths(cases: Cases) -> list[str]:
     """Return how long the cases ran under `until`, and how many did not reach its accuracy."""
     if not cases.has(RUN_LENGTH):

@@ -165,8 +165,10 @@ class Verdict(NamedTuple):
         return unknown
 
 
-_EXCEEDED = "the columns whose limits the case exceeds, or by which it cannot be assessed, comma separated"
-_MARGIN = "smallest of 1 - value/limit, of at_least value/limit - 1; null: a limit cannot be assessed, or none has one"
+_EXCEEDED = "columns whose limits the case exceeds or cannot be assessed by, separated by commas"
+_MARGIN = (
+    "smallest of 1 - value/limit (value/limit - 1 for at_least); null: a limit cannot be assessed, or no margin exists"
+)
 NO_VERDICT = Verdict()
 
 

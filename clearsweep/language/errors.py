@@ -70,11 +70,16 @@ _UNSEEN = ("Cc", "Cf", "Zl", "Zp")
 
 def nearest(word: str, names: Iterable[str]) -> str:
     """Return `; did you mean 'hertz'?` for the known word nearest to `word`, or ''."""
+    matches = nearest_words(word, names)
+    return f"; did you mean '{matches[0]}'?" if matches else ""
+
+
+def nearest_words(word: str, names: Iterable[str]) -> list[str]:
+    """Return the known word nearest to `word` in a list, [] if none is near."""
     names = list(names)
     equal_names = [name for name in names if name.lower() == word.lower()]
     matches = equal_names or [name for name in names if _parts(name) == _parts(word)]
-    matches = matches or get_close_matches(word, names, 1, 0.7)
-    return f"; did you mean '{matches[0]}'?" if matches else ""
+    return (matches or get_close_matches(word, names, 1, 0.7))[:1]
 
 
 def _parts(name: str) -> list[str]:

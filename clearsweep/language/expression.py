@@ -47,7 +47,7 @@ DEFINED = Vocabulary("names of `define`", "not defined under `define`", "= d / 2
 def unit_of(text: str, units: Mapping[str, str]) -> str:
     """Return the SI unit of an expression of columns with the SI units `units`; InputError names the mistake."""
     if not names_in(text):
-        raise InputError(f"found {shown(text)}, which has no column in it; {_expected(COLUMNS)}")
+        raise InputError(f"found {shown(text)}, which contains no column; {_expected(COLUMNS)}")
     return _unit(text, units, COLUMNS)
 
 
@@ -80,7 +80,7 @@ def exact_value(text: str, values: Mapping[str, Fraction]) -> Fraction:
         exact = Fraction(_exact(_tree(text, DEFINED), values))
         float(exact)
     except ZeroDivisionError:
-        raise InputError(f"found {shown(text)}, which divides by zero here") from None
+        raise InputError(f"found {shown(text)}, which divides by zero") from None
     except (ArithmeticError, ValueError, TypeError) as error:
         raise InputError(f"found {shown(text)}, which has no value here: {error}") from None
     return exact
@@ -105,11 +105,9 @@ def _tree(text: str, vocabulary: Vocabulary = COLUMNS) -> ast.expr:
 def _hint(text: str, vocabulary: Vocabulary) -> str:
     """Return the likely remedy of an expression that cannot be read, '' where none is known."""
     if text.count("(") > text.count(")") and vocabulary is DEFINED:
-        return "inside {} or [] an expression with a comma is written in quotes; "
+        return "inside {} or [] write an expression with a comma in quotes; "
     bare_quantity = next((match for match in _BARE.finditer(text) if quantity.is_unit(match[2])), None)
-    return (
-        f"a number with a unit is written in quotes, '{bare_quantity[1]} {bare_quantity[2]}'; " if bare_quantity else ""
-    )
+    return f"write a number with a unit in quotes, '{bare_quantity[1]} {bare_quantity[2]}'; " if bare_quantity else ""
 
 
 def names_in(text: str, vocabulary: Vocabulary = COLUMNS) -> set[str]:
@@ -173,7 +171,8 @@ class _Checked:
             for operand, dimension in zip((left, right), dimensions, strict=True)
         ]
         raise InputError(
-            f"{texts[0]} and {texts[1]} cannot be added or compared; a number with a unit is written in quotes, '5 kN'"
+            f"{texts[0]} and {texts[1]} cannot be added or compared; write a number with a unit in quotes, "
+            "such as '5 kN'"
         )
 
 
@@ -244,7 +243,7 @@ def _number(node: ast.expr) -> float:
             return -_number(operand)
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool) and abs(value) < 1e300:
             return float(value)
-    raise InputError(f"found {shown(ast.unparse(node))}; expected one number below 1e300, written out")
+    raise InputError(f"found {shown(ast.unparse(node))}; expected a plain number below 1e300")
 
 
 def _times(left: Dimension, right: Dimension) -> Dimension:

@@ -308,7 +308,7 @@ def _measure(unit_name: str) -> tuple[Fraction, tuple] | str:
     if unit_name == "1":
         return Fraction(1), ()
     if unit_name == "%":
-        return "% belongs to quantities without a unit"
+        return "% is allowed only for quantities without a unit"
     unreadable = f"'{unit_name}' cannot be read as a unit; write units such as mm, N*s/m, kg*m^2 or N/m^1.5"
     if not _UNIT.fullmatch(unit_name):
         return unreadable

@@ -47,7 +47,7 @@ _STATUS = {
     ),
     integration.STEP_UNDERFLOW: (
         "step-underflow",
-        "no step is small enough at {time:.6g} s; try a looser tolerance, or a force law without jumps",
+        "the step became too small at {time:.6g} s; try a larger tolerance, or a force law without jumps",
     ),
     integration.TIME_LIMIT: (
         "time-limit",

@@ -31,7 +31,7 @@ def main(levels: list[str]) -> int:
     for level in levels or [objects.level()]:
         known = (*objects.LEVELS, *objects.ELSEWHERE)
         if level not in known and level != objects.level():
-            print(f"{level}: no level; known: {', '.join(known)}", file=sys.stderr)
+            print(f"{level}: unknown processor level; known: {', '.join(known)}", file=sys.stderr)
             return 2
         begin = time.perf_counter()
         with objects.shipped_for(level) as folder:

@@ -273,5 +273,5 @@ def _unchecked_wear(joint: Joint) -> list[str]:
         return []
     return [
         f"joints.{joint.name}.wear: the coefficient {largest:.2g} m^2/N is above {_LARGEST_WEAR:g}, which metals do "
-        "not reach; is it in mm^2/N? (1 mm^2/N is 1e-6 m^2/N); with `hardness` it is checked"
+        "not reach; is it in mm^2/N? (1 mm^2/N is 1e-6 m^2/N); add `hardness` to check it"
     ]

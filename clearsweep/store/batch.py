@@ -94,7 +94,7 @@ def summary_schema(result_schema: ResultSchema) -> pa.Schema:
         Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float") for axis in result_schema.axes
     ]
     columns += [
-        Column("status", "", "'ok', or the word for how the case failed", "text"),
+        Column("status", "", "'ok', or the way in which the case failed", "text"),
         Column("message", "", "description of the failure; for an ok case, remarks", "text"),
     ]
     fields = [field_of(column) for column in (*columns, *result_schema.layout.columns)]

@@ -177,7 +177,5 @@ def _table_bytes(columns: Sequence[Column], values: Sequence[Sequence[Any]]) -> 
     return content.getvalue()
 
 
-_VALUE = "the answer: it and all values tried on its safe side meet the limits; null: none does"
-_LIMITING = (
-    "the column whose limit is exceeded first beyond it, or the status of a case that fails there; null: none is"
-)
+_VALUE = "the answer: this value and all tried values on its safe side meet the limits; null: none does"
+_LIMITING = "column whose limit is exceeded first beyond the answer, or the status of a failed case there; null: none"

@@ -62,12 +62,12 @@ def section_datasets(layout: Layout) -> list[Dataset]:
 
 #: History of a life for each joint with wear: name, unit, description, and whether it has a value per bin.
 _OF_JOINT = (
-    ("wear_depth_max", "m", "largest depth worn off either body", False),
+    ("wear_depth_max", "m", "largest wear depth of either body", False),
     ("clearance", "m", "largest eccentricity, over directions, at which the surfaces touch first", False),
     ("force_peak", "N", "largest normal force of the block at this node", False),
-    ("wear_rate", "m/s", "how fast the bin wears that wears fastest", False),
-    ("profile_bearing", "m", "depth worn off the bearing in angular bins of its own frame", True),
-    ("profile_journal", "m", "depth worn off the journal in angular bins of its own frame", True),
+    ("wear_rate", "m/s", "largest wear rate of a bin", False),
+    ("profile_bearing", "m", "wear depth of the bearing in angular bins of its own frame", True),
+    ("profile_journal", "m", "wear depth of the journal in angular bins of its own frame", True),
 )
 
 

@@ -183,7 +183,7 @@ class RunDirectory:
             ) from None
         if not _HOLDER.fullmatch(lock.read(1000)):
             raise DirectoryError(
-                f"{self.path / LOCK}: is not a lock of a run; move it away or choose another directory"
+                f"{self.path / LOCK}: is not the lock file of a run; move it away or choose another directory"
             )
         lock.truncate(0)
         lock.seek(0)

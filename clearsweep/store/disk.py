@@ -133,7 +133,7 @@ def clean_text(facts: dict[str, Any]) -> str:
     lines.append(f"Disk: {use_text(facts['left'])}")
     keeps_batches = not any(fact["kind"] == "batches" for fact in facts["removed"])
     if facts["finished"] and facts["left"]["batches"] and keeps_batches:
-        lines.append("--batches also removes the batches; a changed grid then computes all its cases again")
+        lines.append("--batches also removes the batches; a changed grid then computes all cases again")
     if not facts["finished"]:
         lines.append("The run is not finished, so its batches are kept; run the same command again to continue")
     return "\n".join(lines)

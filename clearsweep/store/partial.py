@@ -10,9 +10,9 @@ import numpy as np
 import clearsweep
 
 from ..grid import Grid
-from ..grid.sections.added_cases import CHECK_LAWS
 from ..grid.sections.identify import IDENTIFY
 from ..grid.sections.optimise import OPTIMISE
+from ..grid.sections.reader import CHECK_LAWS
 from ..grid.sections.seek import REFINE, SEEK
 from ..grid.sections.variations import WAYS
 from ..language.errors import DirectoryError

@@ -350,7 +350,9 @@ class StoredRun:
         if last - first > 1:
             examples = [case_id.decode() for case_id in self._ids[first : min(last, first + 3)].tolist()]
             listed = ", ".join([*examples, *(["..."] if last - first > 3 else [])])
-            raise InputError(f"{self.directory}: {last - first} cases begin with {prefix!r} ({listed}); write more")
+            raise InputError(
+                f"{self.directory}: {last - first} cases begin with {prefix!r} ({listed}); write more characters"
+            )
         return first
 
     def _frame(self, case_id: str, item: str, paths: list[str]) -> "pd.DataFrame":

@@ -92,7 +92,7 @@ class BlockedRun(StoredRun):
         if "merged" not in self.grid and not partial:
             raise DirectoryError(
                 f"{directory}: its run is not finished; run the grid again with --out {directory}, which computes only "
-                "what is missing, or read what there is: report --partial, clearsweep.open(..., partial=True)"
+                "missing cases, or read the finished ones: report --partial, clearsweep.open(..., partial=True)"
             )
         self.layout = Layout.read(self.grid["layout"])
         stored = [int(name[:5]) for name in _names(self.directory / DATASET)]
@@ -183,7 +183,9 @@ class BlockedRun(StoredRun):
             raise InputError(f"{self.directory}: no case {prefix!r}; the case_id column of summary/ lists them")
         if len(matches) > 1:
             examples = ", ".join(case_id for case_id, _ in matches[:MOST_NAMED])
-            raise InputError(f"{self.directory}: several cases begin with {prefix!r} ({examples}, ...); write more")
+            raise InputError(
+                f"{self.directory}: several cases begin with {prefix!r} ({examples}, ...); write more characters"
+            )
         return matches[0][1]
 
     def full_id(self, prefix: str) -> str:

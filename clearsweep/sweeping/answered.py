@@ -1,4 +1,4 @@
-"""The answer of a run in its closing lines: sentences that the report has, too, for runs that are read at once."""
+"""The answer of a run in its closing lines: sentences that the report also has."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -10,11 +10,12 @@ from ..judging import answer, sampled
 from ..judging.order import Lead
 from ..judging.validity import THOUSAND_HOURS
 from ..language import wording
-from ..store import StoredRun
+from ..store import BlockedRun, SampledRun, StoredRun
 from .law_checks import LawChecks
 from .settings import grid_texts, number_of_joints, setting_text
 
 SPREADS = 2  # limited figures of a sample whose spread is printed
+MOST_READ = 500_000  # cases whose columns are read; 4 MB a column
 
 
 class _Columns:
@@ -22,8 +23,9 @@ class _Columns:
 
     def __init__(self, run: StoredRun, checks: LawChecks):
         self.run, self.known = run, dict[str, np.ndarray]()
-        block = {name: self._all(name) for name in ("status", *checks.base)}
-        self.rows = np.flatnonzero((block["status"] == "ok") & checks.of_grid(block))
+        block = {name: self._all(name) for name in ("case_id", "status", *checks.base)}
+        rows = np.flatnonzero((block["status"] == "ok") & checks.of_grid(block))
+        self.rows = rows[np.argsort(block["case_id"][rows])]  # as in one piece; blocks have an order of their own
 
     def _all(self, name: str) -> np.ndarray:
         return np.concatenate([block[name] for block in self.run.blocks([name])])
@@ -36,16 +38,20 @@ class _Columns:
 
 
 def sentences(run: StoredRun, lead: Lead, checks: LawChecks, facts: dict[str, Any]) -> list[str]:
-    """Return the answer to the question of a grid; [] for a run in blocks and for questions with lines of their own.
+    """Return the answer to the question of a grid, [] for questions with lines of their own.
 
+    Of a run in blocks with more than MOST_READ cases, only the sentences on extremes: its sample has their cases.
     facts : as for `setting_text`
     """
-    if run.marks() or lead.question not in ("life", "limits", "film", "force") or not len(run):
+    if lead.question not in ("life", "limits", "film", "force") or not len(run):
         return []
-    columns = _Columns(run, checks)
+    sample = SampledRun(run) if isinstance(run, BlockedRun) and len(run) > MOST_READ else None
+    columns = _Columns(sample or run, checks)
     if not len(columns.rows):
         return []
     cases = _cases(run, lead, columns, facts)
+    if sample:
+        return [*answer.extremes(cases), *answer.wear(cases)]
     if sampled.is_one_sample(cases.record):
         return [*answer.sentences(cases), *_of_sample(cases)]
     return [*answer.sentences(cases), *answer.wear(cases)]

@@ -121,7 +121,7 @@ class Local:
             except (OSError, BrokenExecutor) as error:
                 reason = f" ({brief(error.__cause__ or error)})"
         raise InputError(
-            f"jobs: {self.jobs} worker processes could not be started{reason}; take fewer with --jobs, or allow more "
+            f"jobs: {self.jobs} worker processes could not be started{reason}; reduce --jobs, or raise the limit "
             "(ulimit -a)"
         )
 

@@ -212,9 +212,7 @@ def _complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None])
     raise DirectoryError(
         f"{len(missing):,} of {len(ids):,} cases are in none of these directories "
         f"({_listed([store.id_text(value) for value in missing[: NAMED + 1].tolist()])}); "
-        + " ".join(
-            [*where, "merge with --partial what there is and run the grid with --out there, which computes the rest"]
-        )
+        + " ".join([*where, "merge with --partial, then run the grid with --out there to compute the rest"])
     )
 
 
@@ -235,8 +233,8 @@ def _agree(result_schema: store.ResultSchema, sources: list[store.RunDirectory],
             case_id, name, here, there = difference
             raise DirectoryError(
                 f"case {case_id}: {name} is {_short(here)} in {sources[a].path} and "
-                f"{_short(there)} in {sources[b].path}; remove the wrong one "
-                "(machines that round differently give different chaotic motion)"
+                f"{_short(there)} in {sources[b].path}; remove one of them "
+                "(chaotic motion differs between machines that round differently)"
             )
 
 

@@ -206,7 +206,9 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
 def _refuse_shard(grid: grids.Grid) -> None:
     """Raise InputError for a grid whose cases follow from one another, so that no part of it can run alone."""
     if grid.seek:
-        raise InputError("shard: the probes of `seek` follow from one another; divide the values of the other axes")
+        raise InputError(
+            "shard: the probes of `seek` depend on one another; divide the values of the other axes instead"
+        )
     if grid.optimise:
         raise InputError("shard: the cases of `optimise` depend on one another; run it without shards")
     if grid.identify:
@@ -367,7 +369,7 @@ def check(options: Options) -> None:
             "executor: nodes needs the address of a scheduler, each of whose workers is a node: --scheduler"
         )
     if scheduler and executor not in ("dask", executors.NODES):
-        raise InputError(f"scheduler: the {executor} executor has none; write --executor dask, too")
+        raise InputError(f"scheduler: the {executor} executor uses none; add --executor dask")
     executors.allow_files(executor, jobs or executors.cores())
     if executor in ("dask", executors.NODES):
         executors.check_scheduler(scheduler)

@@ -37,7 +37,7 @@ _MATERIAL = (
 
 _ONSET = Word(
     ("first", "renewed"),
-    "how long damping depends on the onset rate of a contact: to its end, or until the contact lasts",
+    "how long the damping uses the onset rate of a contact: to its end, or until the contact has lasted",
     "renewed",
     sweep=True,
     idle=True,
@@ -81,7 +81,7 @@ def add_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "")
     add_laws(tree, contact, "law", catalogue.of("law"))
     material = f"{contact}.material"
     tree[material] = Section(
-        "the material of both bodies, or its name; gives the stiffness unless that is written", "optional"
+        "material of both bodies, or its name; determines the stiffness unless that is given", "optional"
     )
     add_material_name(tree, material, "of both bodies")
     for field in _MATERIAL:
@@ -165,7 +165,7 @@ def point_laws(catalogue: Catalogue) -> tuple[Law, ...]:
 
 def first_onset(tree: Shape, contact: str) -> Word:
     """Return the key `onset` for contacts whose effective impact mass is unknown."""
-    text = "how long damping depends on the onset rate of a contact: to its end"
+    text = "how long the damping uses the onset rate of a contact: to its end"
     return word_key(tree, f"{contact}.onset")._replace(options=("first",), default="first", text=text)
 
 
@@ -181,7 +181,7 @@ FILM_LIMIT = (
         default=0.99,
     ),
 )
-VISCOSITY = Field("viscosity", "Pa*s", "dynamic viscosity of the oil; or kinematic ones at two temperatures")
+VISCOSITY = Field("viscosity", "Pa*s", "dynamic viscosity of the oil, or kinematic viscosities at two temperatures")
 OIL_VISCOSITIES = (
     Field("at_40C", "m^2/s", "kinematic viscosity of the oil at 40 degC", 2e-6),
     Field("at_100C", "m^2/s", "kinematic viscosity at 100 degC, lower", 2e-6),

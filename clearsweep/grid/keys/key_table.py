@@ -129,7 +129,14 @@ _SIMULATE = (
     _TOLERANCE,
 )
 _UNTIL = (
-    Field("relative_ci", "1", "half-width of the figure's 95 % interval divided by the figure", 0.0, 1.0, default=0.05),
+    Field(
+        "relative_ci",
+        "1",
+        ("largest half-width of the figure's 95 % interval, relative to the figure"),
+        0.0,
+        1.0,
+        default=0.05,
+    ),
     Field(
         "max_revolutions",
         "1",
@@ -140,9 +147,9 @@ _UNTIL = (
         default=500.0,
     ),
 )
-_NO_INTERVAL = "maxima, minima and totals have no interval that narrows as a run continues"
+_NO_INTERVAL = "the intervals of maxima, minima and totals do not narrow as a run continues"
 _HORIZON = Flag("find the Lyapunov exponent and the horizon of prediction, by a second run")
-_ERROR_CHECK = Flag("run each case again at a tenth of the tolerance and store the difference of every figure")
+_ERROR_CHECK = Flag("run each case again at a tenth of the tolerance, and store the difference of every figure")
 _IMPACTS = Field(
     "impacts", "1", "impacts after which the run ends", 1, 1e9, low_open=False, high_open=False, default=10, whole=True
 )
@@ -163,7 +170,7 @@ def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     if always:
         tree["joints"] = Section("the joint")
     else:
-        tree["joints"] = Section("the joints with clearance; all others are ideal", "implied")
+        tree["joints"] = Section("joints with clearance; all others are ideal", "implied")
     for site in mechanism.joints:
         _SITES[site.kind](tree, f"joints.{site.name}", site, catalogue)
     if mechanism.turns:
@@ -210,9 +217,9 @@ def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...])
     add_numbers(tree, "simulate", (TIME_BUDGET,), sweep=False)
     tree["simulate.error_check"], tree["simulate.horizon"] = _ERROR_CHECK, _HORIZON
     tree["simulate.until"] = Section(
-        "end a case when a figure is known well enough or the motion is periodic", "optional"
+        "end a case when a figure is accurate enough or the motion is periodic", "optional"
     )
-    text = "the column of the summary with the 95 % interval in question"
+    text = "column of the summary whose 95 % interval decides"
     tree["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(others, _NO_INTERVAL))
     add_numbers(tree, "simulate.until", _UNTIL, sweep=False)
     add_save_keys(tree, has_turns=True)
@@ -275,7 +282,7 @@ def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
     )
     tree[f"{wear}.coefficient_unit"] = Word(
         ("m^2/N", DIMENSIONLESS),
-        "unit of the coefficients; default dimensionless (k times the hardness) for bare numbers next to `hardness`",
+        "unit of the coefficients; default dimensionless (k times the hardness) for bare numbers with `hardness`",
         "m^2/N",
     )
     tree[f"{wear}.evolve"] = Flag("the worn shape acts on the contact")

@@ -13,7 +13,7 @@ from .kinds import Number, Shape, Word
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
 MOST = 40  # bodies, points of a body, joints or loads; compiled code grows with their number
-NAMING = "is no name; expected letters, digits, - and _ after a letter, at most 40 in all"
+NAMING = "is not a valid name; expected a letter, then letters, digits, - or _, at most 40 characters"
 DRIVES = ("speed", "torque", "motor")  # keys of `drive`, of which a grid has exactly one
 _SECTIONS = ("mechanism", "drive", "loads", "joints")
 _OPEN = re.compile(r"loads|mechanism\.(bodies|joints|bodies\.[^.]+\.points)")
@@ -82,11 +82,17 @@ def wrong_names(path: str, names: Iterable[str]) -> Iterable[tuple[str, str]]:
         if not NAME.fullmatch(name):
             yield name, NAMING
         elif path == "mechanism.bodies" and column in _RESERVED:
-            yield name, "is a reserved name in the results; rename the body"
+            yield name, "is reserved for columns of the results; rename the body"
         elif column in columns:
-            yield name, f"has the same column as '{columns[column]}', because columns have _ for -; rename one of them"
+            yield (
+                name,
+                (
+                    f"has the same column as '{columns[column]}', because columns have _ instead of -; "
+                    "rename one of them"
+                ),
+            )
         elif number > MOST:
-            yield name, f"is number {number}; at most {MOST} can be named here"
+            yield name, f"is name number {number}; at most {MOST} names are allowed here"
         columns.setdefault(column, name)
 
 

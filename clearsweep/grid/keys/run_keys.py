@@ -62,8 +62,8 @@ _FIELDS = (
     Field(
         "tolerance",
         "1",
-        "largest share of a jump's wear whose position may differ between the wear rates before and after it; also the "
-        "relative half-width of the 95 % interval of a block's wear rate",
+        "largest share of a jump's wear whose position may differ between its start and its end; also the relative "
+        "half-width of the 95 % interval of a block's wear rate",
         1e-4,
         0.5,
         low_open=False,
@@ -104,8 +104,10 @@ def add_life_keys(tree: Shape) -> None:
     wearing = tuple(path.split(".")[1] for path in tree if path.startswith("joints.") and path.endswith(".wear"))
     if not wearing or "simulate.revolutions" not in tree:
         return
-    tree[LIFE] = Section("wear on until a limit is reached, by jumps from block to block of revolutions", "optional")
-    tree[f"{LIFE}.joint"] = Word(wearing, "the joint whose wear is limited; it needs `wear`")
+    tree[LIFE] = Section(
+        ("life prediction: blocks of revolutions with jumps of wear between them, until a limit is reached"), "optional"
+    )
+    tree[f"{LIFE}.joint"] = Word(wearing, "joint whose wear is limited; it needs `wear`")
     tree[f"{LIFE}.of"] = Word(
         LIFE_OF,
         "the depth of the deepest bin of either body, or the largest increase of the eccentricity at first touch",

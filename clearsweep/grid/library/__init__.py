@@ -4,8 +4,7 @@ import textwrap
 from collections.abc import Mapping
 
 from ...language.errors import InputError, nearest, shown
-from .materials import MATERIALS, PAIRS, Entry, Value
-from .oils import OILS
+from .entries import MATERIALS, OILS, PAIRS, Entry, Value
 
 #: Names of whole libraries for `clearsweep list NAME`.
 LIBRARIES: Mapping[str, Mapping[str, Entry]] = {"materials": MATERIALS, "oils": OILS, "pairs": PAIRS}

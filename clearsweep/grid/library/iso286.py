@@ -90,11 +90,17 @@ def fit(name: str, diameter: Fraction) -> Fit:
     hole, shaft = limits(hole_class, diameter), limits(shaft_class, diameter)
     low, high = hole[0] - shaft[1], hole[1] - shaft[0]  # diametral, um
     if low <= 0:
-        kind = "an interference fit" if high <= 0 else "a transition fit" if low < 0 else "a fit without play at worst"
+        kind = (
+            "an interference fit"
+            if high <= 0
+            else "a transition fit"
+            if low < 0
+            else ("a fit that may have no clearance")
+        )
         raise InputError(
             f"found {name}, {kind} at a nominal diameter of {float(diameter):g} mm: its diametral clearance is "
             f"{float(low):g} to {float(high):g} um, radial {float(low / 2):g} to {float(high / 2):g} um; a joint needs "
-            "one above 0, such as that of H7/g6 or H7/f7"
+            "a clearance above 0, such as that of H7/g6 or H7/f7"
         )
     radial = [float(clearance / 2 / 10**6) for clearance in (low, (low + high) / 2, high)]
     return Fit(f"{hole_class}/{shaft_class}", float(diameter / 1000), *radial)
@@ -113,7 +119,7 @@ def limits(tolerance_class: str, diameter: Fraction) -> tuple[Fraction, Fraction
         forced = hole and not is_known and lower >= "j"
         why = "holes from J to ZC are made for transition and interference; " if forced else ""
         raise InputError(
-            f"{shown(tolerance_class)} is no tolerance class that is known; {why}known are {KNOWN}, in the grades "
+            f"{shown(tolerance_class)} is not a known tolerance class; {why}known are {KNOWN}, in the grades "
             f"1 to {len(_IT)}"
         )
     tolerance = _at(_IT[grade], diameter)

@@ -2,17 +2,17 @@
 
 import re
 import textwrap
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 
 from ...contracts.catalogue import Catalogue
 from ...contracts.outline import ANY
 from ..keys.kinds import Word
 from ..keys.outline import KeyTree, key_trees
-from ..sections.added_cases import CHECK_LAWS
-from ..sections.axes import FORMS
+from ..sections.axes import FORMS, METHODS
 from ..sections.distributions import parameter_forms
 from ..sections.fits import FORM
-from ..sections.sample import METHODS
+from ..sections.reader import CHECK_LAWS
 from .reference import SPACE, Part, Row, parts, quoted
 from .schema import KEY_SECTIONS, NAME_SECTIONS, schema
 
@@ -52,7 +52,8 @@ SECTION_EXAMPLES = {
 }
 
 
-def section_texts(catalogue: Catalogue) -> dict[str, str]:
+@cache
+def section_texts(catalogue: Catalogue) -> Mapping[str, str]:
     """Return section -> description, in the order of the page."""
     top = schema(catalogue)
     while "else" in top:  # those of any mechanism
@@ -87,7 +88,7 @@ def sections_markdown(catalogue: Catalogue) -> str:
     )
 
 
-def _two_columns(heading: str, second: str, rows: dict[str, str]) -> list[str]:
+def _two_columns(heading: str, second: str, rows: Mapping[str, str]) -> list[str]:
     return [f"| {heading} | {second} |", "| --- | --- |", *(f"| `{key}` | {text} |" for key, text in rows.items())]
 
 

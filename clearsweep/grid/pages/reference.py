@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from functools import cache
 from typing import NamedTuple
 
 from ...contracts.catalogue import Catalogue, Field
@@ -53,7 +54,8 @@ class Part(NamedTuple):
     rows: tuple[Row, ...]
 
 
-def parts(catalogue: Catalogue) -> list[Part]:
+@cache
+def parts(catalogue: Catalogue) -> tuple[Part, ...]:
     """Return every section of a grid file with its keys, in page order, except those that choose cases.
 
     A section that several mechanisms or joints share appears once; a row names its owners unless all have it.
@@ -72,7 +74,7 @@ def parts(catalogue: Catalogue) -> list[Part]:
     for rows, paths in equal_sections.items():
         same_as = [other_name for other_name, (path, _) in _LIKE.items() if path in paths]
         pages.append(Part((*paths, *same_as), _sentences({path: sections[path] for path in paths}), rows))
-    return pages
+    return tuple(pages)
 
 
 def _common(tree: KeyTree, path: str) -> tuple[str, str]:

@@ -8,14 +8,13 @@ from ...language import quantity
 from ..keys.kinds import ITEMS, Flag, Name, NameList, Number, Section, Shape, Table, Word
 from ..keys.library_names import MATERIAL
 from ..keys.outline import key_trees
-from ..sections.added_cases import CHECK_LAWS, CHECK_LAWS_TEXT
+from ..sections.axes import SAMPLE_SECTION
 from ..sections.identify import IDENTIFY_SECTION
-from ..sections.limits import FIGURES_SECTION, LIMITS_SECTION
+from ..sections.named_sections import FIGURES_SECTION, LIMITS_SECTION, UNCERTAIN_SECTION
 from ..sections.optimise import OPTIMISE_SECTION
-from ..sections.sample import SAMPLE_SECTION
+from ..sections.reader import CHECK_LAWS, CHECK_LAWS_TEXT
 from ..sections.section import ADDED, FIT_FORM, FITS_FORM
 from ..sections.seek import REFINE_SECTION, SEEK_SECTION
-from ..sections.uncertain import UNCERTAIN_SECTION
 from ..sections.variations import LONGEST, RESERVED
 from ..written.definitions import DEFINE, DEFINE_TEXT
 
@@ -46,8 +45,8 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
                 "additionalProperties": {"$ref": "#/$defs/quantity"},
             },
             "name": {"type": "string", "description": "name of the run; results/<name> by default"},
-            "sweep": axes("each by each: the cases are the product"),
-            "zip": axes("in step: case after case takes the next value of each"),
+            "sweep": axes("axes in all combinations"),
+            "zip": axes("axes that vary together: each case takes the next value of each"),
             "cases": {"anyOf": [{"type": "string", "description": "a .csv or .parquet file"}, axes("in step")]},
             CHECK_LAWS: {"description": CHECK_LAWS_TEXT, "anyOf": [{"type": "boolean"}, _CHECKED]},
             **{section.name: section.schema for section in (*KEY_SECTIONS, *NAME_SECTIONS)},

@@ -8,20 +8,31 @@ from ...language.errors import nearest
 from ..keys.joint_keys import moduli
 from ..keys.key_table import DIMENSIONLESS
 from ..keys.kinds import Number, Section, value_key, word_key
+from ..keys.run_keys import LIFE
 from ..sections.reader import Reader
 from .machine_checks import check_films, check_machine
-from .run_checks import check_life
 from .values import COEFFICIENTS, exponent_values
+
+SHALLOW = 0.1  # of the bearing radius; deeper wear is no longer a small change of shape
+WHOLE = 1e-9  # revolutions; tolerance on a whole number of them
 
 
 def check_values(reader: Reader, catalogue: Catalogue) -> None:
     """Report values that conflict with each other."""
     for order in reader.mechanism.orders:
         _check_below(reader, order.low, order.high, order.reason, equal=order.equal)
-    _check_below(reader, "simulate.discard", "simulate.revolutions", "nothing would be left")
-    _check_below(reader, "save.revolutions", "simulate.revolutions", "more cannot be saved than is run", equal=True)
+    _check_below(
+        reader, "simulate.discard", "simulate.revolutions", ("at least one revolution must remain for the figures")
+    )
+    _check_below(
+        reader,
+        "save.revolutions",
+        "simulate.revolutions",
+        ("a run cannot save more revolutions than it simulates"),
+        equal=True,
+    )
     _check_until(reader)
-    check_life(reader)
+    _check_life(reader)
     check_machine(reader, catalogue)
     check_films(reader, catalogue)
     _check_friction(reader, catalogue)
@@ -33,7 +44,7 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
         )
         reader.problems.add(reader.place("joints"), "joints", text)
     for path in joints:
-        _check_below(reader, f"{path}.clearance", f"{path}.bearing_radius", "the journal would have no radius")
+        _check_below(reader, f"{path}.clearance", f"{path}.bearing_radius", "the radius of the journal must be above 0")
         _check_material(reader, path)
         _check_elastic_law(reader, path, catalogue)
         if f"{path}.roughness" in reader.shape:
@@ -51,7 +62,7 @@ def _check_heat_balance(reader: Reader, joint: str) -> None:
     """Check that a heat balance exists in a dry joint with friction."""
     thermal = f"{joint}.thermal"
     if f"{joint}.film" in reader.shape:
-        sentence = "is for dry joints, but this joint has a film; use film.thermal"
+        sentence = "applies to dry joints, but this joint has a film; use film.thermal instead"
         reader.problems.add(reader.place(thermal), thermal, sentence)
     elif f"{joint}.friction" not in reader.shape:
         sentence = "needs a heat source; add a friction law, or remove thermal"
@@ -232,7 +243,9 @@ def _check_wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
         sentence = f"is missing; the wear law '{by_work[0].name}' needs the work of friction; write a friction law"
         reader.problems.add(reader.place(wear), f"{joint}.friction", sentence)
     if by_work and is_dimensionless:
-        sentence = f"the wear law '{by_work[0].name}' takes m^3/J, whatever the hardness: write the unit"
+        sentence = (
+            f"the wear law '{by_work[0].name}' needs a coefficient in m^3/J; write this unit, also next to a hardness"
+        )
         reader.problems.add(reader.place(f"{wear}.coefficient_unit"), f"{wear}.coefficient_unit", sentence)
         return
     if is_dimensionless and not reader.is_given(f"{wear}.hardness"):
@@ -269,11 +282,11 @@ def _check_wear_magnitude(reader: Reader, wear: str) -> None:
         largest, smallest = max(numbers, default=0.0), min((value for value in numbers if value), default=1.0)
         if largest > LARGEST_WEAR_NUMBER or (is_dimensionless and smallest < LEAST_WEAR_NUMBER):
             description = (
-                f"found {(largest if largest > LARGEST_WEAR_NUMBER else smallest):.15g}, dimensionless; allowed: "
-                f"{LEAST_WEAR_NUMBER:g} to {LARGEST_WEAR_NUMBER:g}; write the unit, m^2/N, of one that has it"
+                f"found {(largest if largest > LARGEST_WEAR_NUMBER else smallest):.15g} without a unit; allowed: "
+                f"{LEAST_WEAR_NUMBER:g} to {LARGEST_WEAR_NUMBER:g}; if the coefficient is in m^2/N, write that unit"
                 if is_dimensionless
-                else f"found {reader.text(path, largest / hardness)}, times the hardness "
-                f"{reader.text(f'{wear}.hardness', hardness)} {largest:.3g}; "
+                else f"found {reader.text(path, largest / hardness)}; its product with the hardness "
+                f"{reader.text(f'{wear}.hardness', hardness)} is {largest:.3g}; "
                 f"allowed: at most {LARGEST_WEAR_NUMBER}; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
             )
             reader.problems.add(reader.place(path), path, description)
@@ -288,7 +301,7 @@ def _check_evolving(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     sticking = {law.name for law in catalogue.of("friction") if law.sticks}
     for path in (path for path in reader.names if path.endswith(".friction.law")):
         for law in sorted(reader.names[path] & sticking):
-            sentence = f"{law} sticks, which is not available with the worn shape of {joint}; choose another"
+            sentence = f"{law} cannot stick, because the worn shape of {joint} acts on the contact; choose another law"
             reader.problems.add(reader.place(path), path, sentence)
 
 
@@ -298,7 +311,82 @@ def _check_pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     needing = [law for law in catalogue.of("pressure") if "modulus" in law.needs and law.name in reader.names[path]]
     if needing and not any(map(reader.is_given, moduli(joint))):
         sentence = (
-            f"is missing; the pressure '{needing[0].name}' of wear needs material: {{young: 207 GPa, poisson: 0.3}} or "
-            "pressure_modulus next to it: it does not follow from a stiffness; without either write pressure: mean"
+            f"is missing; wear pressure '{needing[0].name}' needs material: {{young: 207 GPa, poisson: 0.3}} or "
+            "pressure_modulus; a stiffness does not determine it, and pressure: mean needs neither"
         )
         reader.problems.add(reader.place(path), f"{contact}.material", sentence)
+
+
+def _check_life(reader: Reader) -> None:
+    """Report keys that conflict with `life`."""
+    if LIFE not in reader.shape:
+        return
+    joint = reader.values.get(f"{LIFE}.joint")
+    if joint is not None:
+        _check_limited_joint(reader, str(joint))
+    for path, reason in (
+        ("simulate.until", "a life makes its blocks as long as the wear rate needs"),
+        ("simulate.error_check", "a life gives its own error, in the interval of its revolutions"),
+        ("save.worst", "a life has many blocks; its history contains the peak of each"),
+    ):
+        if path in reader.sections or path in reader.values:
+            reader.problems.add(reader.place(path), path, f"has no effect with `life`: {reason}; leave it out")
+    _check_blocks(reader)
+    _check_periodicity(reader)
+
+
+def _check_limited_joint(reader: Reader, joint: str) -> None:
+    """Check that the limited joint wears, and that its limit is a small change of shape."""
+    path, own = f"{LIFE}.joint", f"joints.{joint}"
+    if own not in reader.shape:
+        wearing = [name.split(".")[1] for name in reader.shape if name.startswith("joints.") and name.endswith(".wear")]
+        remedy = f"name one that wears ({', '.join(wearing)})" if wearing else "give it clearance and wear"
+        reader.problems.add(reader.place(path), path, f"{joint} has no clearance here; {remedy}")
+        return
+    if f"{own}.wear" not in reader.shape:
+        sentence = "is missing; life needs the wear of its joint; for example: {law: archard, coefficient: 2e-14 m^2/N}"
+        reader.problems.add(reader.place(path), f"{own}.wear", sentence)
+    limits, radii = reader.values_of(f"{LIFE}.limit"), reader.values_of(f"{own}.bearing_radius")
+    if limits and radii and max(limits) > SHALLOW * min(radii):
+        path = f"{LIFE}.limit"
+        sentence = (
+            f"found {reader.text(path, max(limits))}; allowed: at most {SHALLOW:g} of {own}.bearing_radius, "
+            f"{reader.text(f'{own}.bearing_radius', min(radii))}: wear must remain a small change of the shape"
+        )
+        reader.problems.add(reader.place(path), path, sentence)
+
+
+def _check_blocks(reader: Reader) -> None:
+    """Check that blocks are whole revolutions, and that the longest is not below the shortest."""
+    path = f"{LIFE}.max_revolutions"
+    least, most = reader.values_of("simulate.revolutions"), reader.values_of(path)
+    if least and most and min(most) < max(least):
+        sentence = (
+            f"found {reader.text(path, min(most))}; allowed: at least "
+            f"{reader.text('simulate.revolutions', max(least))}, the value of simulate.revolutions, the shortest block"
+        )
+        reader.problems.add(reader.place(path), path, sentence)
+    discards = reader.values_of("simulate.discard") or (2.0,)
+    for turns in least:
+        for discard in discards:
+            window = turns - (discard if turns > 2.0 or reader.is_given("simulate.discard") else 0.0)
+            if abs(window - round(window)) > WHOLE or round(window) < 1:
+                where = "simulate.revolutions"
+                sentence = (
+                    f"found {window:.6g} revolutions after simulate.discard; with life the number must be whole, "
+                    "as their wear is extrapolated to all revolutions"
+                )
+                reader.problems.add(reader.place(where), where, sentence)
+                return
+
+
+def _check_periodicity(reader: Reader) -> None:
+    """Check that drive and loads repeat every revolution."""
+    tables = {path: values for path, values in reader.values.items() if isinstance(values, dict)}
+    for path, table in tables.items():
+        if path.startswith(("drive.", "loads.")) and "time" in table:
+            sentence = (
+                "depends on time, but `life` assumes a periodic drive: write a table over "
+                "crank_angle, or a constant speed"
+            )
+            reader.problems.add(reader.place(path), path, sentence)

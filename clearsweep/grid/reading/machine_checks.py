@@ -54,7 +54,7 @@ def _check_bodies(reader: Reader) -> None:
         if joint.type == "slot":
             path = f"mechanism.joints.{joint.name}"
             reader.problems.add(
-                reader.place(path), f"{path}.type", "a slot is not known in space; write a planar mechanism"
+                reader.place(path), f"{path}.type", "a mechanism in space cannot have a slot; write a planar mechanism"
             )
     for joint in outline.joints:
         ends = _bodies_of_joint(reader, joint)
@@ -82,7 +82,9 @@ def _check_drive(reader: Reader) -> None:
     if joint is None or ends is None:
         return
     if ends[0] != GROUND:
-        sentence = f"{joint.name} joins {ends[0]} and {ends[1]}; a drive turns a joint whose first body is the ground"
+        sentence = (
+            f"{joint.name} joins {ends[0]} and {ends[1]}; a drive must turn a joint whose first body is the ground"
+        )
         reader.problems.add(reader.place(path), path, sentence)
     if joint.name in reader.outline.clearances:
         sentence = f"{joint.name} is the driven joint, which has no clearance; leave joints.{joint.name} out"
@@ -142,7 +144,7 @@ def _check_elastic_link(reader: Reader, body: str) -> None:
     if path not in reader.shape:
         return
     if 0.0 in reader.values_of(f"{section}.mass"):
-        sentence = "found 0; an elastic link is a bar of this mass: write one above 0, or leave `elastic` out"
+        sentence = "found 0; an elastic link needs a mass above 0: write it, or remove `elastic`"
         reader.problems.add(reader.place(f"{section}.mass"), f"{section}.mass", sentence)
     ends = [f"{body}.{reader.values.get(f'{path}.between.{k}')}" for k in range(2)]
     if ends[0] == ends[1] and reader.outline.bodies:
@@ -153,7 +155,7 @@ def _check_elastic_link(reader: Reader, body: str) -> None:
         if attached_point is not None and (joint.type != "revolute" or attached_point not in ends):
             location = {"prismatic": "a guide", "slot": "a slot"}.get(joint.type, f"at {attached_point}")
             sentence = (
-                f"{joint.name}, {location}, is on it, which is not available: elastic links deform between two pins"
+                f"{joint.name}, {location}, is on this elastic link, which may have only two pins; remove `elastic`"
             )
             reader.problems.add(reader.place(path), path, sentence)
     for load in reader.outline.loads:
@@ -171,7 +173,10 @@ def _check_sticking(reader: Reader, path: str, sticking: set[str]) -> None:
     """Check that no clearance joint uses sticking friction together with sticking friction of a load."""
     others = (other for other in reader.names if other.startswith("joints.") and other.endswith(".friction.law"))
     if reader.names.get(path, frozenset()) & sticking and any(reader.names[other] & sticking for other in others):
-        sentence = "sticks, which is not available with a joint with clearance that also sticks; choose another law"
+        sentence = (
+            "cannot stick, because a joint with clearance has a law that sticks, too; choose another "
+            "law for one of them"
+        )
         reader.problems.add(reader.place(path), path, sentence)
 
 
@@ -321,7 +326,7 @@ def _check_film_conflicts(reader: Reader, joint: str, catalogue: Catalogue) -> N
     sticking = {law.name for law in catalogue.of("friction") if law.sticks}
     for path in (path for path in reader.names if path.endswith(".friction.law")):
         for law in sorted(reader.names[path] & sticking):
-            sentence = f"{law} sticks, which is not available with the film of {joint}; choose another"
+            sentence = f"{law} cannot stick, because {joint} has a film; choose another law"
             reader.problems.add(reader.place(path), path, sentence)
     if "seated" in reader.values_of("simulate.start"):
         sentence = (

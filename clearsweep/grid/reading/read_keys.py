@@ -1,19 +1,26 @@
 """Reads a document in the order in which its parts depend on each other."""
 
 from ...contracts.catalogue import Catalogue, Mechanism
-from ...language.errors import nearest, shown
+from ...contracts.layout import ALWAYS_STORED, Layout
+from ...language.errors import nearest, nearest_words, shown
 from ..keys.key_table import shape
-from ..keys.kinds import Flag, Name, NameList, Number, Section, Shape, Table, Word
+from ..keys.kinds import Flag, Name, NameList, Number, Section, Shape, Table, Use, Word
 from ..keys.library_names import find_varied_materials, keys_of_materials, put_library_numbers, written_material_names
 from ..keys.outline import DRIVES, is_open, outline_of_document, wrong_names
-from ..sections.added_cases import CHECK_LAWS, find_added_cases, read_check_laws
+from ..keys.run_keys import CHANNELS, LIFE, TIME_BUDGET, TIME_BUDGET_PATH
 from ..sections.fits import put_fit_clearances
 from ..sections.identify import IDENTIFY, put_saved_signals, read_identify
-from ..sections.limits import FIGURES_SECTION, LIMITS_SECTION, expected_columns, read_limits
+from ..sections.named_sections import (
+    FIGURES_SECTION,
+    LIMITS_SECTION,
+    UNCERTAIN,
+    expected_columns,
+    read_limits,
+    read_uncertain,
+)
 from ..sections.optimise import OPTIMISE, read_optimise
-from ..sections.reader import Reader
+from ..sections.reader import CHECK_LAWS, Reader, find_added_cases, read_check_laws
 from ..sections.seek import REFINE, SEEK, read_refine, read_seek
-from ..sections.uncertain import UNCERTAIN, read_uncertain
 from ..sections.variations import (
     WAYS,
     check_followers,
@@ -27,7 +34,6 @@ from ..sections.variations import (
 )
 from ..written.definitions import DEFINE, resolve_definitions, varied_paths
 from ..written.document import Problems, WrittenValue
-from .run_checks import put_time_budget, read_channels
 from .values import (
     list_items,
     put_wear_units,
@@ -129,23 +135,33 @@ def _walk(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> None
         reader.broken.add(path)
         return
     invalid = dict(wrong_names(path, content)) if is_open(path) else {}
+    misspelt: dict[str, WrittenValue] = {}  # by the intended key
     for key, child in content.items():
         nested = f"{path}.{key}" if path else key
         if key in invalid:
             reader.problems.add(written.key_place(key), nested, f"'{key}' {invalid[key]}")
-            continue
-        node = None if "." in key else tree.get(nested)
-        instead = isinstance(node, Number) and isinstance(child.value, dict) and _has_keys_below(tree, nested)
-        if isinstance(node, Section) or instead:  # a section, or a section that replaces a quantity
-            _walk(reader, child, nested, tree)
-        elif node is not None:
-            reader.written[nested] = child
+        elif "." not in key and nested in tree:
+            _enter(reader, child, nested, tree)
         elif key not in allowed and not _misnamed(reader, nested, child):
             reader.problems.add(written.key_place(key), nested, _unknown(path, key, allowed))
+            misspelt |= {intended: child for intended in nearest_words(key, allowed) if intended not in content}
+    for key, child in misspelt.items():  # its content is read as that of the intended key, so that nothing is missing
+        _enter(reader, child, f"{path}.{key}" if path else key, tree)
+    content = content | misspelt
     for nested, node in tree.items():
         if isinstance(node, Section) and nested.rpartition(".")[0] == path and _missing_section(nested, node, content):
             key = nested.rpartition(".")[2]
             reader.problems.add(written, nested, f"is missing; write the section '{key}' ({node.text})")
+
+
+def _enter(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> None:
+    """Record the value of a known key, or what a section contains, also one that replaces a quantity."""
+    node = tree.get(path)
+    is_replaced = isinstance(node, Number) and isinstance(written.value, dict) and _has_keys_below(tree, path)
+    if isinstance(node, Section) or is_replaced:
+        _walk(reader, written, path, tree)
+    elif node is not None:
+        reader.written[path] = written
 
 
 def _misnamed(reader: Reader, path: str, written: WrittenValue) -> bool:
@@ -166,13 +182,13 @@ def _unknown(path: str, key: str, known: list[str]) -> str:
     """Return the message for a key that does not belong in the section at `path`."""
     if path == "drive" and key in DRIVES:
         other_drive = next((drive for drive in DRIVES if drive in known), DRIVES[0])
-        return f"conflicts with {other_drive}; a drive has one of {', '.join(DRIVES)}: leave the others out"
+        return f"conflicts with {other_drive}; a drive can have only one of {', '.join(DRIVES)}; remove the others"
     if key == "elastic" and path.startswith("mechanism."):
         stretches = "an elastic link stretches along the line between two pins of a plane"
         return f"{stretches}; this one is rigid: leave `elastic` out"
     if key[:1].isdigit() and not any(name[:1].isdigit() for name in known):
-        return f"unknown key '{key}'; a number has a decimal point, not a comma"
-    allowed_text = f"(allowed: {', '.join(known)})" if known else "(nothing is named here that could have any)"
+        return f"unknown key '{key}'; write numbers with a decimal point, not a comma"
+    allowed_text = f"(allowed: {', '.join(known)})" if known else "(this section allows no keys here)"
     return f"unknown key '{key}'{nearest(key, known)} {allowed_text}"
 
 
@@ -210,3 +226,42 @@ def _exists(reader: Reader, path: str, node: Section) -> bool:
     """Return whether the section at `path` exists: written or implied, together with the sections it needs."""
     required = f"{path.rpartition('.')[0].rpartition('.')[0]}.{node.needs}"
     return (path in reader.sections or node.need == "implied") and (not node.needs or required in reader.shape)
+
+
+def read_channels(reader: Reader, path: str) -> None:
+    """Read the names of the time histories that are stored; `check_channels` knows which there are."""
+    written, node = reader.written.get(path), reader.shape[path]
+    if written is None:
+        return
+    assert isinstance(node, NameList), path
+    items = written.value if isinstance(written.value, list) else []
+    invalid = [item for item in items if not isinstance(item.value, str)]
+    for item in invalid or ([] if items else [written]):
+        sentence = f"found {shown(item.value)}; expected {node.noun}, such as {node.example}"
+        reader.problems.add(item, path, sentence)
+    if invalid or not items:
+        return
+    if reader.values.get("save.orbits") == "none":
+        sentence = "is not used, as save.orbits is none; leave one of them out"
+        reader.problems.add(written, path, sentence)
+    else:
+        reader.values[path] = list(dict.fromkeys(item.value for item in items))
+
+
+def check_channels(reader: Reader, layout: Layout) -> None:
+    """Note names in `save.channels` that no time history of these cases has."""
+    written = reader.written.get(CHANNELS)
+    if written is None or CHANNELS not in reader.values:
+        return
+    allowed = [channel.name for channel in layout.channels if channel.name not in ALWAYS_STORED]
+    for item in written.value:
+        if isinstance(item, WrittenValue) and item.value not in (*allowed, *ALWAYS_STORED):
+            suggestion = nearest(item.value, allowed) or f" (known: {', '.join(allowed)})"
+            reader.problems.add(item, CHANNELS, f"there is no channel '{item.value}'{suggestion}")
+
+
+def put_time_budget(reader: Reader) -> None:
+    """Set the default of `patience` from the time budget of a case with a life."""
+    if LIFE in reader.shape and TIME_BUDGET_PATH in reader.shape:
+        field = TIME_BUDGET._replace(default=None, optional=True)
+        reader.shape[TIME_BUDGET_PATH] = Number((Use(field),), sweep=False)

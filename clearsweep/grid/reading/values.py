@@ -11,10 +11,9 @@ from ...language.quantity import WrittenUnit, is_bare, written_unit
 from ..keys.key_table import DIMENSIONLESS
 from ..keys.kinds import ITEMS, Flag, Number, Section, Shape, Table, Word
 from ..keys.outline import unit_of_number
-from ..sections.added_cases import put_law_axis
-from ..sections.axes import Reading, half_bare
 from ..sections.fits import recorded_fits
-from ..sections.reader import Reader
+from ..sections.reader import Reader, put_law_axis
+from ..sections.section import Reading, half_bare
 from ..sections.variations import recorded_labels, values_of_axis
 from ..written.document import Problems, WrittenValue
 from ..written.tables import read_table
@@ -69,7 +68,7 @@ def read_table_key(reader: Reader, path: str, node: Table) -> None:
     if path not in reader.written and node.optional:
         return
     if path not in reader.written:
-        sentence = f"is missing; write the name of a .csv file next to the grid ({node.columns.text})"
+        sentence = f"is missing; write the name of a .csv file in the directory of the grid ({node.columns.text})"
         reader.problems.add(reader.place(path), path, sentence)
         return
     if (values := read_table(reader.problems, path, reader.written[path], node.columns)) is not None:
@@ -191,7 +190,7 @@ def _from_material(reader: Reader, path: str, missing: Field) -> bool:
     if missing.unit != "N/m^exponent" or missing.name != "stiffness" or f"{section}.material" not in reader.shape:
         return False
     if any(not math.isclose(exponent, 1.5) for exponent in exponent_values(reader, path)):
-        sentence = "is missing; the material gives the stiffness only where exponent is 1.5: write it"
+        sentence = "is missing; `material` determines the stiffness only for the exponent 1.5; write the stiffness"
         reader.problems.add(reader.place(path), path, sentence)
     return True
 

@@ -1,12 +1,27 @@
-"""Reads the values of one axis of a sweep: a list, or values evenly spaced on a linear or a logarithmic scale."""
+"""Reads the values of a varied key: a list, evenly spaced values, or the points of a `sample` design."""
 
-from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...contracts.catalogue import Field
 from ...language import quantity
 from ...language.errors import InputError, shown
 from ..written.document import Problems, WrittenValue
+from .distributions import FROM_FIT, parameter_forms
+from .section import (
+    FIT_FORM,
+    FIT_NAME,
+    CountKey,
+    EntriesKey,
+    Key,
+    KeySection,
+    Reading,
+    WordKey,
+    half_bare,
+    named_forms,
+)
+
+if TYPE_CHECKING:
+    import numpy as np  # imported only when values are drawn
+
 
 _MOST_WRITTEN = 100_000  # values in a list: as many as a person or a script may reasonably write out
 _MOST_VALUES = 1_000_000  # values on one axis; they are kept in memory
@@ -15,14 +30,6 @@ FORMS = {
     "geomspace": "[first, last, count]",
     "logspace": "[exponent of the first, exponent of the last, count] with the unit as a fourth where it is not SI",
 }
-
-
-class Reading(NamedTuple):
-    """How the values of one key are read."""
-
-    value: Callable[[WrittenValue], Any]  # in SI, or a word; None, and a problem, where it is wrong
-    unit: str  # SI; '' for words
-    fields: tuple[Field, ...] = ()  # meanings of the key; drawn values must stay within their ranges
 
 
 def axis(
@@ -53,31 +60,6 @@ def axis(
         written, where, f"found {shown(written.value)}; expected a list such as [a, b]{spaced if reading.unit else ''}"
     )
     return None
-
-
-def half_bare(problems: Problems, where: str, items: Iterable[WrittenValue], unit: str) -> bool:
-    """Report numbers without a unit next to others that have one, and return whether there are any.
-
-    `[200 rpm, 500]` would mean 500 rad/s, which is hardly ever intended.
-    """
-    items = list(items)
-    named = next((item for item in items if _reads(item.value, unit)), None) if unit not in ("", "1") else None
-    bare = [item for item in items if quantity.is_bare(item.value)] if named else []
-    for item in bare:
-        sentence = (
-            f"found {item.value} without a unit next to {shown(named.value if named else '')}; alone it would mean "
-            f"{item.value} {unit}: write the unit of each, or of none"
-        )
-        problems.add(item, where, sentence)
-    return bool(bare)
-
-
-def _reads(value: Any, unit: str) -> bool:
-    """Return whether a quantity is written with a unit of the right dimension."""
-    try:
-        return quantity.has_unit(value) and quantity.exact(value, unit) is not None
-    except InputError:
-        return False
 
 
 def _repeatable(written: WrittenValue, reading: Reading) -> list[Any] | None:
@@ -163,4 +145,122 @@ def _powers(items: list[WrittenValue], count: int, unit: str) -> list[float]:
     try:
         return [scale * 10.0 ** (first + (last - first) * (k / (count - 1))) for k in range(count)]
     except OverflowError:
-        raise InputError(f"the exponents {first:.15g} and {last:.15g} lead beyond every float") from None
+        raise InputError(f"the exponents {first:.15g} and {last:.15g} exceed the range of numbers") from None
+
+
+_MOST_CASES = 1_000_000
+_NUDGE = 1e-9  # of the distance between the 5 % and 95 % quantiles; a disturbance without physical effect
+_POWERS_OF_TWO = ("sobol", "saltelli")  # a Sobol sequence is balanced only for powers of two
+METHODS = {
+    "sobol": "scrambled Sobol sequence; n is a power of 2, and a larger n keeps the cases of a smaller one",
+    "latin-hypercube": "a Latin hypercube of n points",
+    "random": "n independent points; a larger n keeps the cases of a smaller one",
+    "saltelli": "n (variables + 2) points from which Sobol indices follow; n a power of 2",
+    "one-at-a-time": "the medians, and each variable alone at its 5 % and 95 % quantile and slightly changed; no n",
+}
+_MISSING_N = "; write the number of points, such as 64"
+SAMPLE = "sample"
+_FIT_FORM = FIT_FORM | {"properties": FIT_NAME | {"distribution": {"enum": list(FROM_FIT), "default": "uniform"}}}
+SAMPLE_SECTION = KeySection(
+    SAMPLE,
+    "cases drawn from distributions",
+    "{method: sobol, n: 64, over: {joints.rod-slider.clearance: {uniform: [20 um, 80 um]}}}",
+    (
+        WordKey(
+            "method",
+            "one of the designs below",
+            words=tuple(METHODS),
+            noun="method",
+            required=True,
+            form={"description": "; ".join(map(": ".join, METHODS.items()))},
+        ),
+        CountKey("n", "number of points, at least 2", low=2, high=_MOST_CASES, missing=_MISSING_N),
+        CountKey(
+            "seed", "a whole number, default 0; the same seed gives the same cases", low=0, high=2**63 - 1, default=0
+        ),
+        EntriesKey(
+            "over",
+            "dotted path -> distribution",
+            required=True,
+            entry={"anyOf": [*named_forms({k: {"description": v} for k, v in parameter_forms().items()}), _FIT_FORM]},
+        ),
+        Key("drawn", "values drawn before, as run.json keeps them", {"type": "object"}, internal=True),
+    ),
+    adds_cases=False,
+)
+
+
+class Sample(NamedTuple):
+    """The section `sample` without its distributions."""
+
+    method: str
+    n: int
+    seed: int
+    points: "np.ndarray"  # (rows, variables) in the open interval (0, 1); the rows of the design
+    drawn: dict[str, WrittenValue]  # values drawn earlier, which are kept
+
+
+def read_sample(problems: Problems, written: WrittenValue, variables: int) -> Sample | None:
+    """Return the section `sample` for a number of variables, or None if it is missing or invalid."""
+    content, problems_before = written.value, len(problems)
+    method = SAMPLE_SECTION.value(problems, written, "method")
+    if method == "one-at-a-time":
+        for key in ("n", "seed"):
+            if key in content:
+                sentence = "is not used by one-at-a-time, whose cases follow from the variables; leave it out"
+                problems.add(written.key_place(key), f"sample.{key}", sentence)
+        n, seed = 1, 0
+    else:
+        n, seed = (SAMPLE_SECTION.value(problems, written, key) for key in ("n", "seed"))
+    if n and method in _POWERS_OF_TWO and n & (n - 1):
+        low = 1 << (n.bit_length() - 1)
+        problems.add(content["n"], "sample.n", f"found {n}; {method} needs a power of 2, such as {low} or {2 * low}")
+    if n and method == "saltelli" and n * (variables + 2) > _MOST_CASES:
+        sentence = f"found {n}; with {variables} variables these are {n * (variables + 2)} cases, at most {_MOST_CASES}"
+        problems.add(content["n"], "sample.n", sentence)
+    drawn = content.get("drawn", WrittenValue({})).value
+    if not isinstance(drawn, dict):
+        problems.add(content["drawn"], "sample.drawn", f"found {shown(drawn)}; expected the values of each variable")
+    if len(problems) > problems_before or method is None or n is None or seed is None:
+        return None
+    return Sample(method, n, seed, _points(method, n, seed, variables), drawn)
+
+
+def _points(method: str, n: int, seed: int, variables: int) -> "np.ndarray":
+    """Return the points of a design, (rows, variables) in (0, 1)."""
+    import numpy as np
+
+    if method == "one-at-a-time":
+        return _one_at_a_time(variables)
+    chance = np.random.default_rng(seed)
+    if method == "random":
+        points = chance.random((n, variables))
+    else:
+        from scipy.stats import qmc
+
+        engine = qmc.LatinHypercube if method == "latin-hypercube" else qmc.Sobol
+        points = engine(2 * variables if method == "saltelli" else variables, seed=chance).random(n)
+    points = np.clip(points, 2.0**-54, 1.0 - 2.0**-53)  # 0 and 1 have no finite quantile
+    return _saltelli(points, variables) if method == "saltelli" else points
+
+
+def _saltelli(points: "np.ndarray", variables: int) -> "np.ndarray":
+    """Return A, B, and A with each column in turn from B: Saltelli et al. 2010, Comput. Phys. Commun. 181, 259."""
+    import numpy as np
+
+    start, second = points[:, :variables], points[:, variables:]
+    mixed = []
+    for k in range(variables):
+        mixed.append(start.copy())
+        mixed[-1][:, k] = second[:, k]
+    return np.vstack([start, second, *mixed])
+
+
+def _one_at_a_time(variables: int) -> "np.ndarray":
+    """Return the middle, then for each variable alone: its 5 % quantile, its 95 % quantile, the middle disturbed."""
+    import numpy as np
+
+    rows = np.full((1 + 3 * variables, variables), 0.5)
+    for k in range(variables):
+        rows[1 + 3 * k : 4 + 3 * k, k] = 0.05, 0.95, 0.5 + _NUDGE
+    return rows

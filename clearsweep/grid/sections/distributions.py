@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from ...contracts.catalogue import Field
 from ...language import quantity
-from ...language.errors import InputError, nearest, shown
+from ...language.errors import nearest, shown
 from ..written.document import Problems, WrittenValue
-from .axes import Reading, half_bare
+from .section import Reading, half_bare, read_quantity, report_unknown_keys
 
 if TYPE_CHECKING:
     import numpy as np  # imported only when values are drawn
@@ -172,10 +172,7 @@ class _AroundMean(Distribution):
         if not isinstance(moments, dict):
             problems.add(written, where, f"{cls.name}: found {shown(moments)}; expected {cls.form}")
             return None
-        for key in moments:
-            if key not in cls.keys:
-                sentence = f"unknown key '{key}'{nearest(key, cls.keys)} (allowed: {', '.join(cls.keys)})"
-                problems.add(written.key_place(key), f"{where}.{cls.name}", sentence)
+        report_unknown_keys(problems, f"{where}.{cls.name}", written, cls.keys)
         if ("std" in moments) == ("cv" in moments) or "mean" not in moments:
             problems.add(written, where, f"{cls.name}: expected mean and either std or cv: {cls.form}")
             return None
@@ -184,7 +181,7 @@ class _AroundMean(Distribution):
             return None
         units = {key: "1" if key == "cv" else reading.unit for key in cls.keys[1:] if key in moments}
         values = {"mean": reading.value(moments["mean"])}
-        values |= {key: _quantity(problems, where, moments[key], unit) for key, unit in units.items()}
+        values |= {key: read_quantity(problems, where, moments[key], unit) for key, unit in units.items()}
         if None in values.values():
             return None
         relative = values.pop("cv", None)
@@ -328,12 +325,3 @@ def draw_values(
             problems.add(written, where, sentence)
             return None
     return [float(value) for value in values]
-
-
-def _quantity(problems: Problems, where: str, written: WrittenValue, unit: str) -> float | None:
-    """Return a parameter in SI, or None if it is invalid."""
-    try:
-        return quantity.read(written.value, unit)
-    except InputError as error:
-        problems.add(written, where, str(error))
-        return None

@@ -45,18 +45,16 @@ def put_fit_clearances(grid_reader: Reader, values_of: Callable[[str], tuple[flo
 def fits_among(
     grid_reader: Reader, paths: list[str], names: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
 ) -> list[Fit] | None:
-    """Return the named fits, for clearances with one common bearing radius, or None if they are invalid."""
+    """Return the fits with these names, at least one, of clearances with one bearing radius; None if one is wrong."""
     for path in paths:
         node = grid_reader.shape.get(path)
         if not isinstance(node, Number) or not node.uses[0].field.fit:
-            grid_reader.problems.add(
-                names[0] if names else grid_reader.sections[""], path, "is no clearance that a fit could have"
-            )
+            grid_reader.problems.add(names[0], path, "is not a clearance, so it cannot have a fit")
             return None
     readers = [_Reader(grid_reader, path, values_of) for path in paths]
-    if not names or len({reader.radii for reader in readers}) > 1:
-        sentence = "names no fit" if not names else "the clearances have different bearing radii; seek each separately"
-        grid_reader.problems.add(names[0] if names else grid_reader.sections["seek"], "seek.among", sentence)
+    if len({reader.radii for reader in readers}) > 1:
+        sentence = "the clearances have different bearing radii; seek each separately"
+        grid_reader.problems.add(names[0], "seek.among", sentence)
         return None
     fits = []
     for name in names:

@@ -11,10 +11,9 @@ from ..keys.kinds import Number
 from ..keys.run_keys import CHANNELS
 from ..written.document import WrittenValue
 from ..written.tables import read_signals
-from .added_cases import check_always_used, over_of
-from .optimise import OPTIMISE, ROUND, SEED, Choice, check_range, start_of
-from .reader import Reader
-from .section import PAIR, Key, KeySection, cases_key, section_in
+from .optimise import MISSING_OVER, OPTIMISE, ROUND, SEED, Choice, check_range, start_of
+from .reader import Reader, check_always_used, over_of
+from .section import PAIR, EntriesKey, KeySection, WordListKey, cases_key, section_in
 
 if TYPE_CHECKING:
     import numpy as np  # loaded only where a file is read
@@ -29,28 +28,33 @@ MOST_CASES = 20_000  # the time of an emulator grows with their third power
 SAVED = 12_000  # samples of a signal that every case keeps where the grid does not say how many
 MAX_BINS = 2880  # samples of a revolution that are kept then
 _COLUMNS = {"type": "object", "minProperties": 1, "additionalProperties": {"type": "string"}}
+_SIGNAL_EXAMPLE = "{rig.csv: {slider/a: acceleration}}"
 IDENTIFY_SECTION = KeySection(
     IDENTIFY,
     "values of keys that reproduce measured signals",
     "{over: {joints.rod-slider.clearance: [20 um, 300 um]}, from: {rig.csv: {slider/a: acceleration}}, cases: 400}",
     (
-        Key(
+        EntriesKey(
             "over",
             "dotted path -> [low, high], the range of its prior",
             required=True,
-            form={"type": "object", "minProperties": 1, "additionalProperties": PAIR},
+            missing=f"{MISSING_OVER}, such as {{joints.rod-slider.clearance: [20 um, 300 um]}}",
+            entry=PAIR,
         ),
-        Key(
+        EntriesKey(
             "from",
             "CSV file next to the grid -> {channel: column} of the measured signals",
             required=True,
-            form=_COLUMNS | {"additionalProperties": _COLUMNS},
+            missing=f"; give a file, a channel and the column of the file: {_SIGNAL_EXAMPLE}",
+            entry=_COLUMNS,
         ),
         cases_key(ROUND, MOST_CASES),
-        Key(
+        WordListKey(
             "features",
             f"a list of {', '.join(FEATURES)}; default all",
-            form={"type": "array", "minItems": 1, "items": {"enum": list(FEATURES)}},
+            words=FEATURES,
+            default=FEATURES,
+            noun="feature of a signal",
         ),
         SEED,
     ),
@@ -114,7 +118,9 @@ def find_identify_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[Wr
         node = reader.shape.get(path)
         complete = isinstance(node, Number) and any(key_use.field.whole for key_use in node.uses)
         if not isinstance(written.value, list) or len(written.value) != 2 or complete:
-            allowed = "a quantity that is no whole number" if complete else "[low, high], the range of its prior"
+            allowed = (
+                ("a path of a quantity that may have a fraction") if complete else "[low, high], the range of its prior"
+            )
             sentence = f"found {shown(written.value)}; expected {allowed}"
             reader.problems.add(written, f"{IDENTIFY}.over.{path}", sentence)
         else:
@@ -136,9 +142,10 @@ def read_identify(reader: Reader, root: WrittenValue) -> Identify | None:
     for path in reader.axes.keys() & {*paths}:
         check_range(reader, path, IDENTIFY)
         check_always_used(reader, reader.swept[path], IDENTIFY, path)
-    signals, features = _signals(reader, section), _features(reader, section)
-    numbers = IDENTIFY_SECTION.read(reader.problems, section)
-    cases, seed = numbers["cases"], numbers["seed"]
+    signals = _signals(reader, section)
+    features, cases, seed = (
+        IDENTIFY_SECTION.value(reader.problems, section, key) for key in ("features", "cases", "seed")
+    )
     if reader.values.get("save.orbits") != "last":
         location = reader.place("save.orbits")
         sentence = f"found {reader.values.get('save.orbits')}; `identify` needs last: it compares time histories"
@@ -153,15 +160,11 @@ def read_identify(reader: Reader, root: WrittenValue) -> Identify | None:
 
 def _signals(reader: Reader, section: WrittenValue) -> tuple[Signal, ...]:
     """Return the signals as they are written."""
-    written, example = section.value.get("from"), "{rig.csv: {slider/a: acceleration}}"
-    if written is None or not isinstance(written.value, dict) or not written.value:
-        sentence = f"is empty; give a file, a channel and the column of the file: {example}"
-        reader.problems.add(written or section, f"{IDENTIFY}.from", sentence)
-        return ()
+    files = IDENTIFY_SECTION.value(reader.problems, section, "from")
     signals = []
-    for name, columns in written.value.items():
+    for name, columns in files.value.items() if files else ():
         if not isinstance(columns.value, dict) or not columns.value:
-            sentence = f"found {shown(columns.value)}; expected channel: column, such as {example}"
+            sentence = f"found {shown(columns.value)}; expected channel: column, such as {_SIGNAL_EXAMPLE}"
             reader.problems.add(columns, f"{IDENTIFY}.from.{name}", sentence)
             continue
         folder = Path(columns.origin).parent if columns.line else Path()
@@ -173,21 +176,6 @@ def _signals(reader: Reader, section: WrittenValue) -> tuple[Signal, ...]:
                 sentence = f"found {shown(column.value)}; expected the name of a column"
                 reader.problems.add(column, f"{IDENTIFY}.from.{name}.{channel}", sentence)
     return tuple(signals)
-
-
-def _features(reader: Reader, section: WrittenValue) -> tuple[str, ...]:
-    """Return which features count."""
-    written = section.value.get("features")
-    if written is None:
-        return FEATURES
-    items = written.value if isinstance(written.value, list) else [written]
-    invalid = [item for item in items if item.value not in FEATURES]
-    for item in invalid:
-        suggestion = nearest(str(item.value), FEATURES) or f" (known: {', '.join(FEATURES)})"
-        reader.problems.add(item, f"{IDENTIFY}.features", f"{shown(item.value)} is no feature of a signal{suggestion}")
-    if not items:
-        reader.problems.add(written, f"{IDENTIFY}.features", f"is empty; allowed: {', '.join(FEATURES)}")
-    return tuple(name for name in FEATURES if name in [item.value for item in items])
 
 
 def put_saved_signals(reader: Reader) -> None:
@@ -273,7 +261,8 @@ def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turne
         if content.over == "time":
             if rate is None:
                 raise InputError(
-                    f"{file}:1: has time, but drive.speed is not one number here; write a column crank_angle [deg]"
+                    f"{file}:1: has the column time, but drive.speed is not constant here; add a column "
+                    "crank_angle [deg]"
                 )
             angle = features.angle_of_time(content.places, values, rate)
             speed = float((angle[-1] - angle[0]) / (content.places[-1] - content.places[0]))

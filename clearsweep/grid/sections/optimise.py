@@ -9,9 +9,8 @@ from ...language.errors import nearest, shown
 from ..keys.kinds import Number, Word
 from ..keys.library_names import name_path
 from ..written.document import WrittenValue
-from .added_cases import check_always_used, over_of
-from .reader import Reader
-from .section import FITS_FORM, NAMES, PAIR, Key, KeySection, cases_key, named_forms, section_in
+from .reader import Reader, check_always_used, over_of
+from .section import FITS_FORM, PAIR, CountKey, EntriesKey, KeySection, NamesKey, cases_key, named_forms, section_in
 
 OPTIMISE = "optimise"
 SENSES = ("minimise", "maximise")
@@ -20,24 +19,22 @@ ROUND = 16  # cases that are asked for at a time, whatever the number of workers
 MOST_CASES = 100_000
 #: Ratio of the ends of a range from which on equal ratios count, not equal differences.
 RATIOS = {"range": 20.0, "prior": 4.0}
-SEED = Key("seed", "a whole number, default 0", whole=(0, 2**31), default=0)
+SEED = CountKey("seed", "a whole number, default 0", low=0, high=2**31, default=0)
+MISSING_OVER = "; name at least one key to vary"
 _AMONG_FORM = {"anyOf": [{"type": "array", "minItems": 1}, FITS_FORM]}
 OPTIMISE_SECTION = KeySection(
     OPTIMISE,
     "values that minimise or maximise columns of summary.parquet within `limits`",
     "{over: {define.play: [5 um, 100 um]}, minimise: rod_slider_load_peak, cases: 300}",
     (
-        Key(
+        EntriesKey(
             "over",
             "path -> [low, high], {among: [a, ...]} (laws, materials, fits, numbers) or {whole: [low, high]}",
             required=True,
-            form={
-                "type": "object",
-                "minProperties": 1,
-                "additionalProperties": {"anyOf": [PAIR, *named_forms({AMONG: _AMONG_FORM, WHOLE: PAIR})]},
-            },
+            missing=f"{MISSING_OVER}, such as {{define.play: [5 um, 100 um]}}",
+            entry={"anyOf": [PAIR, *named_forms({AMONG: _AMONG_FORM, WHOLE: PAIR})]},
         ),
-        *(Key(sense, f"column or columns to {sense}", form=NAMES) for sense in SENSES),
+        *(NamesKey(sense, f"column or columns to {sense}", noun="column") for sense in SENSES),
         cases_key(1, MOST_CASES),
         SEED,
     ),
@@ -169,8 +166,7 @@ def read_optimise(reader: Reader, root: WrittenValue) -> Optimise | None:
         check_range(reader, path, OPTIMISE)
         check_always_used(reader, reader.swept[path], OPTIMISE, path)
     objectives = _objectives(reader, section)
-    numbers = OPTIMISE_SECTION.read(reader.problems, section)
-    cases, seed = numbers["cases"], numbers["seed"]
+    cases, seed = (OPTIMISE_SECTION.value(reader.problems, section, key) for key in ("cases", "seed"))
     if cases is None or seed is None or not objectives or len(reader.problems) > problems_before:
         return None
     if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
@@ -195,14 +191,11 @@ def _objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, bool]
     objectives: list[tuple[str, bool]] = []
     known = {**reader.figures, **dict.fromkeys(reader.own_figures, "")}
     for sense in SENSES:
-        written = section.value.get(sense)
-        items = [] if written is None else written.value if isinstance(written.value, list) else [written]
-        for item in items:
-            if not isinstance(item.value, str) or item.value not in known:
-                near = nearest(str(item.value), known) or f" (known: {', '.join(known)})"
-                reader.problems.add(
-                    item, f"{OPTIMISE}.{sense}", f"{shown(item.value)} is not a column of this grid{near}"
-                )
+        for item in OPTIMISE_SECTION.value(reader.problems, section, sense) or ():
+            if item.value not in known:
+                suggestion = nearest(item.value, known) or f" (known: {', '.join(known)})"
+                sentence = f"{shown(item.value)} is not a column of this grid{suggestion}"
+                reader.problems.add(item, f"{OPTIMISE}.{sense}", sentence)
             elif item.value in dict(objectives):
                 reader.problems.add(item, f"{OPTIMISE}.{sense}", f"{item.value} occurs twice; remove one of them")
             else:

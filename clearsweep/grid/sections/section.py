@@ -1,11 +1,13 @@
 """Sections that choose cases: a table of keys each, and one reader for all of them.
 
-The JSON Schema and the page of keys follow from the same tables.
+A kind of key is a class with its JSON Schema and its reader; the page of keys follows from the same tables.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from ...contracts.catalogue import Field
 from ...language import quantity
 from ...language.errors import InputError, nearest, shown
 from ..written.document import Problems, WrittenValue
@@ -38,35 +40,205 @@ def named_forms(schemas: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]
     ]
 
 
-class Key(NamedTuple):
-    """A key of such a section: a word of a few, a whole number, or something that its section reads itself."""
+@dataclass(frozen=True)
+class Key:
+    """A key of such a section; this kind is read by its section."""
 
     name: str
     text: str  # its meaning
-    words: tuple[str, ...] = ()
-    whole: tuple[int, int] | None = None  # smallest and largest whole number
-    default: str | int | None = None
-    required: bool = False
-    missing: str = ""  # what to write where it is missing, of a required word or whole number
-    noun: str = ""  # what the words are, in messages
-    form: Mapping[str, Any] = {}  # JSON Schema beyond words or whole numbers
+    form: Mapping[str, Any] = field(default_factory=dict)  # JSON Schema of its values
+    required: bool = False  # for editors, too
+    missing: str = ""  # what to write where it is missing; without text, only a required key is reported
+    default: Any = None
     internal: bool = False  # a run writes it, no user
 
     @property
     def schema(self) -> dict[str, Any]:
         """Return the JSON Schema of the key."""
-        values: dict[str, Any] = {"enum": list(self.words)} if self.words else {}
-        values |= {"type": "integer", "minimum": self.whole[0]} if self.whole else {}
-        return {"description": self.text, **values, **self.form}
+        return {"description": self.text, **self.values(), **self.form}
+
+    def values(self) -> dict[str, Any]:
+        """Return the JSON Schema of the values that this kind of key may have."""
+        return {}
+
+    def choices(self) -> str:
+        """Return the known values for messages, '' where there is no list of them."""
+        return ""
+
+    def read(self, problems: Problems, where: str, written: WrittenValue, unit: str) -> Any:
+        """Return the value at the key `where`, in SI for quantities of an SI `unit`; None, and a problem, if wrong."""
+        return written
 
 
-_ADDED_KEY = Key(ADDED, "do not write it: run.json lists the added cases here", form={"type": "object"}, internal=True)
+@dataclass(frozen=True)
+class WordKey(Key):
+    """One word of a few."""
+
+    words: tuple[str, ...] = ()
+    noun: str = ""  # what the words are, in messages
+
+    def values(self) -> dict[str, Any]:
+        """Return the JSON Schema of the words."""
+        return {"enum": list(self.words)}
+
+    def choices(self) -> str:
+        """Return the known words."""
+        return f" (known: {', '.join(self.words)})"
+
+    def read(self, problems: Problems, where: str, written: WrittenValue, unit: str) -> str | None:
+        """Return the word."""
+        word = written.value
+        if word in self.words:
+            return str(word)
+        suggestion = nearest(word, self.words) if isinstance(word, str) else ""
+        sentence = f"unknown {self.noun} {shown(word)}{suggestion}{self.choices()}"
+        problems.add(
+            written, where, sentence if self.noun else f"found {shown(word)}; expected {' or '.join(self.words)}"
+        )
+        return None
 
 
-def cases_key(low: int, high: int) -> Key:
+@dataclass(frozen=True)
+class WordListKey(Key):
+    """A list of words, or a single one; without the key, all words."""
+
+    words: tuple[str, ...] = ()
+    noun: str = ""  # what one of the words is, in messages
+
+    def values(self) -> dict[str, Any]:
+        """Return the JSON Schema of the list."""
+        return {"type": "array", "minItems": 1, "items": {"enum": list(self.words)}}
+
+    def read(self, problems: Problems, where: str, written: WrittenValue, unit: str) -> tuple[str, ...]:
+        """Return the known words of the list, in the order of `words`."""
+        items = _items(written)
+        for item in items:
+            if item.value not in self.words:
+                suggestion = nearest(str(item.value), self.words) or f" (known: {', '.join(self.words)})"
+                problems.add(item, where, f"{shown(item.value)} is no {self.noun}{suggestion}")
+        if not items:
+            problems.add(written, where, f"is empty; allowed: {', '.join(self.words)}")
+        return tuple(word for word in self.words if word in [item.value for item in items])
+
+
+@dataclass(frozen=True)
+class NamesKey(Key):
+    """A name of the grid, such as a dotted path or a column, or a list of names."""
+
+    noun: str = ""  # what a name is, in messages
+
+    def values(self) -> dict[str, Any]:
+        """Return the JSON Schema of the names."""
+        return NAMES
+
+    def read(self, problems: Problems, where: str, written: WrittenValue, unit: str) -> list[WrittenValue] | None:
+        """Return the names with their positions, each once."""
+        items = _items(written)
+        invalid = [item for item in items if not isinstance(item.value, str)]
+        if invalid or not items:
+            culprit = invalid[0] if invalid else written
+            sentence = f"found {shown(culprit.value)}; expected a {self.noun}, or a list of such"
+            problems.add(culprit, where, sentence)
+            return None
+        first: dict[str, WrittenValue] = {}
+        for item in items:
+            if item.value in first:
+                problems.add(item, where, f"{item.value} occurs twice; remove one of them")
+            first.setdefault(item.value, item)
+        return list(first.values())
+
+
+@dataclass(frozen=True)
+class CountKey(Key):
+    """A whole number."""
+
+    low: int = 1  # smallest
+    high: int = 1  # largest
+
+    def values(self) -> dict[str, Any]:
+        """Return the JSON Schema of the number."""
+        return {"type": "integer", "minimum": self.low}
+
+    def read(self, problems: Problems, where: str, written: WrittenValue, unit: str) -> int | None:
+        """Return the number."""
+        try:
+            number = quantity.exact(written.value, "1")
+        except InputError as error:
+            problems.add(written, where, str(error))
+            return None
+        if number.denominator == 1 and self.low <= number <= self.high:
+            return int(number)
+        sentence = f"found {written.value}; allowed: a whole number from {self.low} to {self.high:,}"
+        problems.add(written, where, sentence)
+        return None
+
+
+@dataclass(frozen=True)
+class QuantityKey(Key):
+    """A quantity, whose unit may depend on other keys."""
+
+    bounds: Field | None = None  # range, where it is the same for every unit
+
+    def values(self) -> dict[str, Any]:
+        """Return the JSON Schema of the quantity."""
+        return QUANTITY
+
+    def read(self, problems: Problems, where: str, written: WrittenValue, unit: str) -> float | None:
+        """Return the quantity in SI."""
+        value = read_quantity(problems, where, written, unit)
+        if value is None or self.bounds is None or self.bounds.contains(value):
+            return value
+        problems.add(written, where, f"found {value:.6g}; allowed: {self.bounds.allowed(value)}")
+        return None
+
+
+@dataclass(frozen=True)
+class RangeKey(Key):
+    """The two ends of a range, which are read as the values of an axis."""
+
+    def values(self) -> dict[str, Any]:
+        """Return the JSON Schema of the range."""
+        return PAIR | {"items": QUANTITY}
+
+    def read(self, problems: Problems, where: str, written: WrittenValue, unit: str) -> WrittenValue | None:
+        """Return the ends as they are written."""
+        if isinstance(written.value, list) and len(written.value) == 2:
+            return written
+        problems.add(written, where, f"found {shown(written.value)}{self.missing}")
+        return None
+
+
+@dataclass(frozen=True)
+class EntriesKey(Key):
+    """Entries whose keys are names or paths of the grid; at least one."""
+
+    entry: Mapping[str, Any] = field(default_factory=dict)  # JSON Schema of a value
+
+    def values(self) -> dict[str, Any]:
+        """Return the JSON Schema of the entries."""
+        return {"type": "object", "minProperties": 1, "additionalProperties": dict(self.entry)}
+
+    def read(self, problems: Problems, where: str, written: WrittenValue, unit: str) -> WrittenValue | None:
+        """Return the entries with their positions."""
+        if isinstance(written.value, dict) and written.value:
+            return written
+        problems.add(written, where, f"found {shown(written.value)}{self.missing}")
+        return None
+
+
+def _items(written: WrittenValue) -> list[WrittenValue]:
+    """Return the items of a list, or the single value in its place."""
+    return written.value if isinstance(written.value, list) else [written]
+
+
+_ADDED_KEY = Key(ADDED, "do not write it: run.json lists the added cases here", {"type": "object"}, internal=True)
+
+
+def cases_key(low: int, high: int) -> CountKey:
     """Return the key for the number of cases that a search may add, from `low` to `high`."""
     text = "most cases to add, a whole number" + (f" of at least {low}" if low > 1 else "")
-    return Key("cases", text, whole=(low, high), required=True, missing="; write how many cases there may be")
+    missing = "; write how many cases there may be"
+    return CountKey("cases", text, low=low, high=high, required=True, missing=missing)
 
 
 class KeySection(NamedTuple):
@@ -111,48 +283,21 @@ class KeySection(NamedTuple):
             sentence = f"found {shown(section.value)}; expected a section such as {self.example}"
             problems.add(section, self.name, sentence)
             return None
-        for key in section.value:
-            if key not in {known.name for known in self.all_keys}:
-                sentence = f"unknown key '{key}'{nearest(key, self.known)} (allowed: {', '.join(self.known)})"
-                problems.add(section.key_place(key), f"{self.name}.{key}", sentence)
+        report_unknown_keys(problems, self.name, section, self.known, {key.name for key in self.all_keys})
         return section
 
-    def read(self, problems: Problems, section: WrittenValue) -> dict[str, Any]:
-        """Return the words and whole numbers of the section by key, None with a problem if missing or invalid."""
-        return {key.name: self._value(problems, section, key) for key in self.keys if key.words or key.whole}
+    def value(self, problems: Problems, section: WrittenValue, name: str, unit: str = "1") -> Any:
+        """Return the value of one key, its default if it is left out; None, and a problem, if it is missing or wrong.
 
-    def _value(self, problems: Problems, section: WrittenValue, key: Key) -> str | int | None:
-        """Return a word or a whole number, or None if it is missing or invalid."""
-        written, where = section.value.get(key.name), f"{self.name}.{key.name}"
-        if written is None:
-            if key.required:
-                known = f" (known: {', '.join(key.words)})" if key.words else ""
-                problems.add(section, where, f"is missing{key.missing}{known}")
-            return key.default
-        if key.words:
-            if written.value in key.words:
-                return str(written.value)
-            problems.add(written, where, _wrong_word(key, written.value))
-            return None
-        assert key.whole is not None  # `read` asks for no other key
-        low, high = key.whole
-        try:
-            number = quantity.exact(written.value, "1")
-        except InputError as error:
-            problems.add(written, where, str(error))
-            return None
-        if number.denominator == 1 and low <= number <= high:
-            return int(number)
-        problems.add(written, where, f"found {written.value}; allowed: a whole number from {low} to {high:,}")
-        return None
-
-
-def _wrong_word(key: Key, value: Any) -> str:
-    """Return what is wrong with a word."""
-    if not key.noun:
-        return f"found {shown(value)}; expected {' or '.join(key.words)}"
-    suggestion = nearest(value, key.words) if isinstance(value, str) else ""
-    return f"unknown {key.noun} {shown(value)}{suggestion} (known: {', '.join(key.words)})"
+        unit : of a quantity, SI
+        """
+        key, where = next(key for key in self.keys if key.name == name), f"{self.name}.{name}"
+        written = section.value.get(name)
+        if written is not None:
+            return key.read(problems, where, written, unit)
+        if key.required or key.missing:
+            problems.add(section, where, f"is missing{key.missing}{key.choices()}")
+        return key.default
 
 
 class NameSection(NamedTuple):
@@ -185,3 +330,56 @@ class NameSection(NamedTuple):
 def section_in(root: WrittenValue, name: str) -> WrittenValue | None:
     """Return the section of that name, or None."""
     return root.value.get(name) if isinstance(root.value, dict) else None
+
+
+def report_unknown_keys(
+    problems: Problems, where: str, section: WrittenValue, known: Collection[str], accepted: Collection[str] = ()
+) -> bool:
+    """Report keys of the section `where` that are neither known nor accepted, and return whether there are any."""
+    unknown = [key for key in section.value if key not in known and key not in accepted]
+    for key in unknown:
+        sentence = f"unknown key '{key}'{nearest(key, known)} (allowed: {', '.join(known)})"
+        problems.add(section.key_place(key), f"{where}.{key}", sentence)
+    return bool(unknown)
+
+
+def read_quantity(problems: Problems, where: str, written: WrittenValue, unit: str) -> float | None:
+    """Return a quantity in SI, or None with a problem if it is none of this unit."""
+    try:
+        return quantity.read(written.value, unit)
+    except InputError as error:
+        problems.add(written, where, str(error))
+        return None
+
+
+class Reading(NamedTuple):
+    """How the values of one key are read."""
+
+    value: Callable[[WrittenValue], Any]  # in SI, or a word; None, and a problem, where it is wrong
+    unit: str  # SI; '' for words
+    fields: tuple[Field, ...] = ()  # meanings of the key; drawn values must stay within their ranges
+
+
+def half_bare(problems: Problems, where: str, items: Iterable[WrittenValue], unit: str) -> bool:
+    """Report numbers without a unit next to others that have one, and return whether there are any.
+
+    `[200 rpm, 500]` would mean 500 rad/s, which is hardly ever intended.
+    """
+    items = list(items)
+    named = next((item for item in items if _reads(item.value, unit)), None) if unit not in ("", "1") else None
+    bare = [item for item in items if quantity.is_bare(item.value)] if named else []
+    for item in bare:
+        sentence = (
+            f"found {item.value} without a unit next to {shown(named.value if named else '')}; alone it would mean "
+            f"{item.value} {unit}: write the unit of each, or of none"
+        )
+        problems.add(item, where, sentence)
+    return bool(bare)
+
+
+def _reads(value: Any, unit: str) -> bool:
+    """Return whether a quantity is written with a unit of the right dimension."""
+    try:
+        return quantity.has_unit(value) and quantity.exact(value, unit) is not None
+    except InputError:
+        return False

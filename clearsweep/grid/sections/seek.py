@@ -6,33 +6,51 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from ...language import quantity
-from ...language.errors import InputError, shown
+from ...language.errors import shown
 from ..keys.kinds import Number, value_key
 from ..library.iso286 import Fit
 from ..written.document import WrittenValue
-from .added_cases import check_always_used
 from .fits import fits_among
-from .reader import Reader
-from .section import FITS_FORM, NAMES, PAIR, QUANTITY, Key, KeySection, cases_key, section_in
+from .reader import Reader, check_always_used
+from .section import (
+    FITS_FORM,
+    Key,
+    KeySection,
+    NamesKey,
+    QuantityKey,
+    RangeKey,
+    WordKey,
+    cases_key,
+    section_in,
+)
 
 SEEK = "seek"
 SEEK_ENDS, SEEK_FOR = ("largest", "smallest"), ("each", "all")
 MAX_BINS = 40  # times a range can be halved: what is left is near the rounding of floats
 FIRST_STRETCHES = 4  # of the range, whose ends are tried first
 _SEEK_EXAMPLE = "{largest: joints.rod-slider.clearance, between: [5 um, 200 um], within: 1 um}"
+_NOUN = "dotted path"
 _AMONG = "{fits: [H7/g6, H7/f7]}"
 SEEK_SECTION = KeySection(
     SEEK,
     "the largest or smallest value of one key with which cases keep to `limits`",
     _SEEK_EXAMPLE,
     (
-        Key("largest", "the path whose largest value is wanted, or several paths with a common value", form=NAMES),
-        Key("smallest", "the same for the smallest value", form=NAMES),
-        Key("between", "[low, high]: the range of the search", form=PAIR | {"items": QUANTITY}),
-        Key("within", "accuracy of the answer, at most a quarter of the range", form=QUANTITY),
-        Key("among", f"{_AMONG} instead of both: each fit counts with its largest clearance", form=FITS_FORM),
-        Key("meeting", "`limits`, the default", words=("limits",), default="limits"),
-        Key(
+        NamesKey(
+            "largest", ("path whose largest value is searched for, or several paths with a common value"), noun=_NOUN
+        ),
+        NamesKey("smallest", "the same for the smallest value", noun=_NOUN),
+        RangeKey(
+            "between", "[low, high]: the range of the search", missing="; write the range, such as [5 um, 200 um]"
+        ),
+        QuantityKey(
+            "within",
+            "accuracy of the answer, at most a quarter of the range",
+            missing="; write the accuracy of the answer, such as 1 um",
+        ),
+        Key("among", f"{_AMONG} instead of both: each fit counts with its largest clearance", FITS_FORM),
+        WordKey("meeting", "`limits`, the default", words=("limits",), default="limits"),
+        WordKey(
             "for",
             "`each` case of the other axes (default), or `all`: the worst case decides",
             words=SEEK_FOR,
@@ -109,37 +127,17 @@ def range_of_seek(
     if section is None:
         return None
     senses = [sense for sense in SEEK_ENDS if sense in section.value]
-    between = section.value.get("between")
     if len(senses) != 1:
         problem = "has both largest and smallest; write one of them" if senses else "is missing; write the path to vary"
         reader.problems.add(section, f"{SEEK}.{SEEK_ENDS[0]}", f"{problem}, such as {_SEEK_EXAMPLE}")
         return None
-    paths = _paths(reader, section.value[senses[0]], f"{SEEK}.{senses[0]}")
+    paths = SEEK_SECTION.value(reader.problems, section, senses[0])
     if paths is None:
         return None
-    among = section.value.get("among")
-    if among is not None:
+    if "among" in section.value:
         return _among(reader, section, paths, values_of)
-    if between is None or not isinstance(between.value, list) or len(between.value) != 2:
-        fault = "is missing" if between is None else f"found {shown(between.value)}"
-        reader.problems.add(between or section, f"{SEEK}.between", f"{fault}; write the range, such as [5 um, 200 um]")
-        return None
-    return paths, between
-
-
-def _paths(reader: Reader, written: WrittenValue, where: str) -> list[WrittenValue] | None:
-    """Return the dotted paths that take the same value, each once, or None if they cannot be read."""
-    paths = written.value if isinstance(written.value, list) else [written]
-    invalid = [path for path in paths if not isinstance(path.value, str)]
-    if invalid or not paths:
-        culprit = invalid[0] if invalid else written
-        reader.problems.add(culprit, where, f"found {shown(culprit.value)}; expected a dotted path, or a list of such")
-        return None
-    names = [path.value for path in paths]
-    twice = [path for k, path in enumerate(paths) if path.value in names[:k]]
-    for path in twice:
-        reader.problems.add(path, where, f"{path.value} occurs twice; remove one of them")
-    return None if twice else list(paths)
+    between = SEEK_SECTION.value(reader.problems, section, "between")
+    return None if between is None else (paths, between)
 
 
 def _among(
@@ -153,10 +151,11 @@ def _among(
             reader.problems.add(section.value[key], f"{SEEK}.{key}", sentence)
             return None
     content = among.value
-    if not isinstance(content, dict) or [*content] != ["fits"] or not isinstance(content["fits"].value, list):
+    names = content["fits"].value if isinstance(content, dict) and [*content] == ["fits"] else None
+    if not isinstance(names, list) or not names:
         reader.problems.add(among, f"{SEEK}.among", f"found {shown(content)}; expected {_AMONG}")
         return None
-    fits = fits_among(reader, [path.value for path in paths], content["fits"].value, values_of)
+    fits = fits_among(reader, [path.value for path in paths], names, values_of)
     if fits is None:
         return None
     reader.searched_fits = tuple(sorted(fits, key=lambda fit: fit.high))
@@ -179,20 +178,23 @@ def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> 
         if _unit(reader, other_path) != _unit(reader, path):
             units = f"in {_unit(reader, other_path)}, {path} in {_unit(reader, path)}"
             reader.problems.add(
-                content[sense], f"{SEEK}.{sense}", f"{other_path} is {units}; paths in step have one unit"
+                content[sense],
+                f"{SEEK}.{sense}",
+                (f"{other_path} is {units}; paths that vary together need the same unit"),
             )
     if low >= high and not reader.searched_fits:
         reader.problems.add(content["between"], f"{SEEK}.between", "the first value is not below the second; swap them")
     if not limits:
-        reader.problems.add(section, SEEK, "there are no limits to meet; write the section 'limits'")
-    words = SEEK_SECTION.read(reader.problems, section)
+        reader.problems.add(section, SEEK, "needs limits that the cases must meet; add the section 'limits'")
+    cases_limited = SEEK_SECTION.value(reader.problems, section, "for")
+    SEEK_SECTION.value(reader.problems, section, "meeting")  # `limits` is the only word so far
     for other_path in reader.axes:
         check_always_used(reader, content[sense], SEEK, other_path)
-    item = words["for"] == SEEK_FOR[0]
+    each = cases_limited == SEEK_FOR[0]
     if reader.searched_fits:
-        fits = Seek(sense, paths, (low, high), 0.0, item, reader.searched_fits)
+        fits = Seek(sense, paths, (low, high), 0.0, each, reader.searched_fits)
         return fits if len(reader.problems) == problems_before else None
-    tolerance = _within(reader, section, path)
+    tolerance = SEEK_SECTION.value(reader.problems, section, "within", _unit(reader, path))
     if tolerance is None or len(reader.problems) > problems_before:
         return None
     if not (high - low) / 2.0**MAX_BINS < tolerance <= (high - low) / FIRST_STRETCHES:
@@ -202,20 +204,7 @@ def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> 
         sentence = f"found {content['within'].value}; allowed: {smallest} to {largest}, a quarter of the range"
         reader.problems.add(content["within"], f"{SEEK}.within", sentence)
         return None
-    return Seek(sense, paths, (low, high), tolerance, item)
-
-
-def _within(reader: Reader, section: WrittenValue, path: str) -> float | None:
-    """Return the width of the answer that is good enough (SI), or None if it is missing or invalid."""
-    written = section.value.get("within")
-    if written is None:
-        reader.problems.add(section, f"{SEEK}.within", "is missing; write how close the answer has to be, such as 1 um")
-        return None
-    try:
-        return quantity.read(written.value, _unit(reader, path))
-    except InputError as error:
-        reader.problems.add(written, f"{SEEK}.within", str(error))
-        return None
+    return Seek(sense, paths, (low, high), tolerance, each)
 
 
 def _unit(reader: Reader, path: str) -> str:
@@ -230,10 +219,10 @@ REFINE_ALONG = "limits"
 MOST_CASES = 1_000_000
 REFINE_SECTION = KeySection(
     REFINE,
-    "further cases between those of `sweep`, where the border of `limits` runs",
+    "further cases between those of `sweep`, along the border of `limits`",
     "{along: limits, cases: 200}",
     (
-        Key("along", "`limits`, the default: the border to follow", words=(REFINE_ALONG,), default=REFINE_ALONG),
+        WordKey("along", "`limits`, the default: the border to follow", words=(REFINE_ALONG,), default=REFINE_ALONG),
         cases_key(1, MOST_CASES),
     ),
 )
@@ -263,11 +252,12 @@ def read_refine(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -
         reader.problems.add(section, REFINE, "needs limits, whose border it refines; add `limits`")
     paths = tuple(path for path in reader.axes if reader.varied_by[path] == "sweep" and _divisible(reader, path))
     if not paths:
-        sentence = "no cases can be added between the cases: `sweep` at least one quantity with two or more values"
+        sentence = "cannot add cases between those of the grid; `sweep` at least one quantity with two or more values"
         reader.problems.add(section, REFINE, sentence)
     for path in reader.axes:
         check_always_used(reader, section, REFINE, path)
-    cases = REFINE_SECTION.read(reader.problems, section)["cases"]
+    REFINE_SECTION.value(reader.problems, section, "along")
+    cases = REFINE_SECTION.value(reader.problems, section, "cases")
     return None if cases is None or len(reader.problems) > problems_before else Refine(cases, paths)
 
 

@@ -12,12 +12,12 @@ from ..keys.library_names import BODIES, name_path
 from ..written.definitions import DEFINE, DEFINE_TEXT, START, Definitions
 from ..written.document import WrittenValue
 from ..written.tables import read_cases
-from .axes import FORMS, Reading, axis
+from .axes import FORMS, SAMPLE_SECTION, axis, read_sample
 from .distributions import LAWS, draw_values, read_distribution
 from .identify import IDENTIFY, find_identify_axes
 from .optimise import OPTIMISE, find_optimise_axes
 from .reader import Reader
-from .sample import SAMPLE_SECTION, read_sample
+from .section import Reading
 from .seek import SEEK, range_of_seek
 
 #: The sections that vary values, in the order in which their axes appear; those after `sweep` go in step.
@@ -46,7 +46,9 @@ def find_variations(reader: Reader, root: WrittenValue, complete: Shape, fixed: 
                 reader.problems.add(section, where, f"is missing; write `dotted.path: {example}`")
                 continue
         if not isinstance(written.value, dict) or not written.value:
-            reason = {"sweep": "nothing is swept", "sample": "nothing is drawn"}.get(variation, "nothing goes in step")
+            reason = {"sweep": "nothing is swept", "sample": "nothing is drawn"}.get(
+                variation, "no values vary together"
+            )
             remedy = f"write `dotted.path: {example}`, or leave the key '{variation}' out"
             reader.problems.add(written, where, f"{reason}; {remedy}")
             continue
@@ -118,7 +120,9 @@ def _enter(reader: Reader, variation: str, path: str, key: WrittenValue, values:
         inside = [other_path for other_path in free_paths if other_path.startswith(f"{path}.")]
         is_named = isinstance(complete.get(f"{path}.name"), Name) and path.rpartition(".")[2] in (*BODIES, "material")
         remedy = "; a material varies by name where the grid names one: `bearing: CuSn8`" if is_named else ""
-        reader.problems.add(key, where, f"names a section, not a value; such as {', '.join(inside[:3])}{remedy}")
+        reader.problems.add(
+            key, where, (f"is a section, not a value; write a key in it, such as {', '.join(inside[:3])}{remedy}")
+        )
     elif node is not None:
         remedy_text = f"cannot be swept; write it outside `{variation}`, and a grid for each of its values"
         reader.problems.add(key, where, remedy_text)
@@ -197,7 +201,7 @@ def check_variations(reader: Reader) -> None:
             hint = f" (line {reader.swept[first_path].line})" if reader.swept[first_path].line else ""
             sentence = (
                 f"found {len(reader.axes[path])} values, but {first_path} has {len(reader.axes[first_path])}{hint}; "
-                "axes in step have equally many"
+                "axes that vary together need equally many values"
             )
             reader.problems.add(reader.swept[path], _where(variation, path), sentence)
         if not uneven and variation != "sample":
@@ -213,7 +217,7 @@ def _distinct(reader: Reader, variation: str, paths: tuple[str, ...]) -> None:
         if values in lines_seen:
             written = reader.swept[paths[0]]
             item = written.value[row] if isinstance(written.value, list) else written
-            sentence = f"row {row + 1} has the values of row {lines_seen[values] + 1}; every case may be there once"
+            sentence = f"row {row + 1} has the values of row {lines_seen[values] + 1}; each case may occur only once"
             reader.problems.add(item, variation, sentence)
         lines_seen.setdefault(values, row)
 
@@ -277,7 +281,7 @@ def _put_list(reader: Reader, path: str, written: WrittenValue) -> None:
     where = f"{reader.varied_by[path]}.{path}"
     invalid = {name: sentence for name in written.value if (sentence := _label_mistake(name))}
     if not isinstance(reader.shape[path], Number):
-        sentence = "is a word, which is its own label: write a list such as [a, b] (labels are for numbers)"
+        sentence = "is a word, and only numbers have labels; write a list such as [a, b]"
         reader.problems.add(written, where, sentence)
     for name, sentence in invalid.items():
         reader.problems.add(written.key_place(name), where, sentence)
@@ -315,7 +319,7 @@ def labels_of_axes(reader: Reader) -> dict[str, dict[str, Any]]:
             continue  # a mistake that is noted already
         labels[path] = dict(zip(names, values, strict=False))
         if len(set(labels[path].values())) < len(names):  # of axes in step, whose values may repeat
-            sentence = "has one value under two labels; write values that repeat as a list"
+            sentence = "has two labels for one value; write repeated values as a list without labels"
             reader.problems.add(reader.swept[path], f"{reader.varied_by[path]}.{path}", sentence)
     return labels
 
@@ -342,10 +346,14 @@ def check_followers(reader: Reader) -> None:
         whose = f"depends on {START}{name}, which varies"
         fields = node.fields(reader.names) if isinstance(node, Number) else ()
         if not isinstance(node, Number) or not node.sweep or path.endswith(".exponent"):
-            reader.problems.add(reader.place(path), path, f"{whose}; this value cannot: write it without that name")
+            reader.problems.add(
+                reader.place(path),
+                path,
+                (f"{whose}, but this value must be the same in all cases; write it without that name"),
+            )
             continue
         if any(field.whole for field in fields):
-            sentence = f"{whose}; a whole number cannot: use names that are not varied"
+            sentence = f"{whose}, but a whole number must be the same in all cases; write it without that name"
             reader.problems.add(reader.place(path), path, sentence)
             continue
         invalid = [(field, value) for value in reader.values_of(path) for field in fields if not field.contains(value)]

@@ -208,7 +208,10 @@ class _Reader:
             if path.split(".", 1)[0] in _OF_CASES:
                 self.follow[path] = text
             else:
-                sentence = f"depends on {START}{min(names)}, which varies; only the numbers of a case may be"
+                sentence = (
+                    f"depends on {START}{min(names)}, which varies; only mechanism, drive, loads and "
+                    "joints may depend on it"
+                )
                 self.problems.add(written, path, sentence)
         return self.with_value(written, _quantity_text(value, unit))
 
@@ -239,7 +242,7 @@ def _named(section: WrittenValue | None, name: str, problems: Problems) -> bool:
     """Return whether a name can be defined; if not, report why."""
     assert section is not None  # it has the name
     if not name.isidentifier() or keyword.iskeyword(name):
-        sentence = "is no name; expected letters, digits and _, no digit first"
+        sentence = "is not a valid name; expected letters, digits and _, and a letter or _ first"
     elif name in expression.FUNCTIONS:
         sentence = "is a function of expressions; give the quantity another name"
     elif quantity.is_unit(name):

@@ -148,7 +148,9 @@ def override(root: WrittenValue, path: str, value: Any, problems: Problems) -> W
         path.split("."),
         written,
         lambda passed: problems.add(
-            WrittenValue(None, written.origin), path, f"leads into the value {shown(passed)}, not into a section"
+            WrittenValue(None, written.origin),
+            path,
+            (f"continues below {shown(passed)}, which is a value and not a section; correct the path"),
         ),
     )
 
@@ -178,13 +180,11 @@ def from_node(
     if id(node) in nodes_read:
         earlier = nodes_read[id(node)]
         if earlier is None:
-            problems.add(WrittenValue(None, *location), path, "an alias that contains itself; write the value out")
+            problems.add(WrittenValue(None, *location), path, "an alias contains itself; write its value instead")
         return earlier or WrittenValue(None, *location)
     nodes_read[id(node)] = None
     if str(node.tag).removeprefix(_TAG) not in _PLAIN:
-        problems.add(
-            WrittenValue(None, *location), path, f"the YAML tag {node.tag} is not understood; write it without"
-        )
+        problems.add(WrittenValue(None, *location), path, f"the YAML tag {node.tag} is not supported; remove the tag")
     if isinstance(node, MappingNode):
         written = _mapping(node, location, path, problems, nodes_read)
     elif isinstance(node, SequenceNode):
@@ -269,7 +269,7 @@ def read_options(option: str, given: tuple[str, ...]) -> dict[str, str]:
         if not equals or not path or not (value or option == SET):
             invalid.append(f"{option} {text}: expected PATH=VALUE, such as {option} {example}")
         elif path in options:
-            invalid.append(f"{option} {path}: is given twice; give it once")
+            invalid.append(f"{option} {path}: is given twice; remove one of the two")
         options[path] = value
     if invalid:
         raise InputError(*invalid)
@@ -279,7 +279,7 @@ def read_options(option: str, given: tuple[str, ...]) -> dict[str, str]:
 def apply_overrides(root: WrittenValue, overrides: Changed, problems: Problems) -> WrittenValue:
     """Return the document with the overrides applied; an empty value removes the key."""
     for path in sorted(overrides.fixed.keys() & overrides.swept.keys()):
-        problems.add(WrittenValue(None, SET), path, f"is given with {SWEEP}, too; give it with one of them")
+        problems.add(WrittenValue(None, SET), path, f"is given with {SWEEP}, too; remove one of the two")
     for path, text in overrides.fixed.items():
         root = override(root, path, _read(f"{SET} {path}", path, text, problems), problems)
     for path, text in overrides.swept.items():

@@ -100,7 +100,11 @@ def _case_columns(problems: Problems, origin: str, heads: list[str], rows: list[
         cell_place = WrittenValue(None, origin, 1, column)
         path, unit = head_of(heading)
         if not path or path in columns:
-            invalid = "occurs twice; keep one of them" if path else "is no head; expected a dotted path and its unit"
+            invalid = (
+                "occurs twice; keep one of them"
+                if path
+                else ("is not a valid header; expected a dotted path and its unit")
+            )
             problems.add(cell_place, "cases", f"column {column}: '{heading}' {invalid}, such as drive.speed [rpm]")
             is_valid = False
         columns[path], places[path] = WrittenValue([], origin, 1, column), cell_place
@@ -196,7 +200,7 @@ def _columns(problems: Problems, path: str, table: WrittenValue, columns: Column
         name, unit = head_of(heading)
         field = fields.get(name)
         if field is None or name in values:
-            invalid = "occurs twice" if field else f"is no column of this table{nearest(name, fields)}"
+            invalid = "occurs twice" if field else f"is not a column of this table{nearest(name, fields)}"
             problems.add(table.key_place(heading), path, f"'{heading}' {invalid} (known: {allowed})")
         elif not isinstance(cells.value, list):
             problems.add(cells, f"{path}.{heading}", f"found {shown(cells.value)}; expected a list of values")
@@ -247,7 +251,7 @@ def _is_increasing(
     for index in range(1, len(knots)):
         if not knots[index] > knots[index - 1]:
             actual = f"found {cells[index].value} after {cells[index - 1].value}"
-            problems.add(cells[index], path, f"{abscissae[0]}: {actual}; it has to increase from row to row")
+            problems.add(cells[index], path, f"{abscissae[0]}: {actual}; it must increase from row to row")
             return False
         if knots[index] - knots[index - 1] < _FINEST * (knots[-1] - knots[0]):
             actual = f"found {cells[index].value} after {cells[index - 1].value}"
@@ -256,7 +260,7 @@ def _is_increasing(
             return False
     for name in columns.above_zero:
         if not any(values[name]):
-            problems.add(written, path, f"{name}: is 0 in every row; write at least one row in which it is above 0")
+            problems.add(written, path, f"{name}: is 0 in every row; at least one row needs a value above 0")
             return False
     return abscissae[0] != "crank_angle" or _periodic(problems, path, cells[-1], values)
 
@@ -267,8 +271,8 @@ def _periodic(problems: Problems, path: str, last: WrittenValue, values: Values)
     span = knots[-1] - knots[0]
     if not any(math.isclose(span, complete, rel_tol=1e-9) for complete in _SPANS):
         sentence = (
-            f"crank_angle: the table spans {math.degrees(span):.6g} deg, over which it repeats; expected 360 or 720 "
-            "deg, its last row being its first again"
+            f"crank_angle: the table spans {math.degrees(span):.6g} deg; expected one period of 360 or 720 deg, "
+            "whose last row repeats the first"
         )
         problems.add(last, path, sentence)
         return False
@@ -316,7 +320,7 @@ def read_signals(file: str | PathLike, units: Mapping[str, str | None], *, other
         if name not in (*OVER, *units):
             known = [*OVER, *units]
             raise InputError(
-                f"{path}:1:{place + 1}: '{head.strip()}' is no signal of this run{nearest(name, known)} "
+                f"{path}:1:{place + 1}: '{head.strip()}' is not a signal of this run{nearest(name, known)} "
                 f"(known: {', '.join(known)}); write its unit behind it, such as acceleration [m/s^2]"
             )
         if name in columns:
@@ -347,7 +351,9 @@ def _signal_values(file: str, rows: list[TableRow], place: int, unit: str, wante
         except ValueError:
             value = float("nan")
         if value - value != 0.0:
-            sentence = f"found {shown(cells[place])}; expected a finite number: leave out what was not measured"
+            sentence = (
+                f"found {shown(cells[place])}; expected a finite number; leave cells empty where nothing was measured"
+            )
             raise InputError(f"{file}:{line}:{place + 1}: {sentence}")
         numbers.append(scale * value)
     return numbers
@@ -360,7 +366,7 @@ def _check_steps(file: str, over: str, places: "np.ndarray", lines: list[int]) -
     steps = np.diff(places)
     if (steps <= 0.0).any():
         line = lines[int(np.argmax(steps <= 0.0)) + 1]
-        raise InputError(f"{file}:{line}: {over} does not ascend; sort the rows, and write an unwrapped angle")
+        raise InputError(f"{file}:{line}: {over} does not increase; sort the rows, and unwrap the angle")
     if steps.max() > GAP * np.median(steps):
         line = lines[int(np.argmax(steps)) + 1]
         sentence = f"a step of {over} is {steps.max() / np.median(steps):.3g} times the median step"

@@ -67,7 +67,7 @@ JOINT = (
     Figure(
         "force_p99",
         "N",
-        "normal force exceeded during 1 % of the window's time: blind to impacts that last for less of it",
+        "normal force exceeded during 1 % of the window's time; shorter impacts do not count",
         of="joint",
         sums=ForceExceeded(),
         shown=(
@@ -80,7 +80,7 @@ JOINT = (
     Figure(
         "impacts_per_rev",
         "1",
-        "contact onsets in the window per revolution; in all where nothing turns",
+        "contact onsets in the window per revolution; their number where nothing turns",
         of="joint",
         sums=PerRevolution("onsets"),
         shown=(
@@ -150,7 +150,7 @@ JOINT = (
     Figure(
         "force_clips",
         "1",
-        "times a contact's force law turned to traction and was clipped at zero",
+        "number of times that a contact force turned to traction and was clipped at zero",
         of="joint",
         value=largest("clips"),
         shown=(Shown("forces", "clips", 11, if_any=True),),
@@ -167,7 +167,7 @@ JOINT = (
     Figure(
         "temperature",
         "K",
-        "temperature of both bodies of a dry joint at which its heat balance settles",
+        "temperature of both bodies of a dry joint, from its heat balance",
         of="joint",
         needs=("thermal",),
         value=lambda window, place: window.case.joints[place].temperature,
@@ -236,7 +236,7 @@ MECHANISM = (
     Figure(
         "error_max",
         "{output}",
-        "largest distance of the {output} from its place in the ideal mechanism",
+        "largest distance of the {output} from its position in the ideal mechanism",
         of="output",
         value=largest("error_max", "output"),
         shown=(
@@ -271,8 +271,7 @@ WATCHED = (
     Figure(
         "horizon_revolutions",
         "1",
-        "revolutions until a disturbance of the tolerance times the clearance is 1 % of the clearance; null: it never "
-        "is",
+        "revolutions until a disturbance grows from tolerance times clearance to 1 % of the clearance; null: never",
         needs=("horizon",),
         differs=False,
         shown=(Shown("certainty", "horizon (rev.)", 7),),
@@ -324,7 +323,7 @@ COST = (
     Figure(
         "rhs_evaluations",
         "1",
-        "evaluations of the equations of motion, locating events included",
+        "evaluations of the equations of motion, including those that locate events",
         value=lambda window, _: window.counts.evaluations,
         kind="int",
         differs=False,
@@ -332,7 +331,7 @@ COST = (
     Figure("run_time", "s", "time spent integrating", value=lambda window, _: window.seconds, differs=False),
 )
 #: Known last; the caller that solves a case sets it.
-SETUP = Figure("setup_time", "s", "time besides run_time: the mechanism without clearance, figures", differs=False)
+SETUP = Figure("setup_time", "s", "further time: ideal mechanism and figures; not part of run_time", differs=False)
 FIGURES = (*JOINT, *MECHANISM, *RETURNS, *WATCHED, RESIDUAL, *COST, SETUP)
 
 

@@ -42,7 +42,7 @@ FILM = (
     Figure(
         "film_thickness_min",
         "m",
-        "least thickness of the film, the clearance less the eccentricity; 0 where the surfaces touch",
+        "least film thickness, clearance minus eccentricity; 0 where the surfaces touch",
         of="joint",
         needs=("film",),
         value=thickness,
@@ -51,7 +51,7 @@ FILM = (
     Figure(
         "film_pressure_max",
         "Pa",
-        "largest pressure in the film; null: its law gives none",
+        "largest pressure in the film; null: the law has no pressure",
         of="joint",
         needs=("film",),
         value=pressure,
@@ -60,7 +60,7 @@ FILM = (
     Figure(
         "film_fraction",
         "1",
-        "share of the window's time in which only the film carries load: 1 - dry_fraction",
+        "share of the window's time with load on the film only: 1 - dry_fraction",
         of="joint",
         needs=("film",),
         sums=DryTime(bears=False),
@@ -69,7 +69,7 @@ FILM = (
     Figure(
         "dry_fraction",
         "1",
-        "share of the window's time with a dry force above 0.1 % of the mean size of the normal force",
+        "share of the window's time with a dry force above 0.1 % of the mean normal force",
         of="joint",
         needs=("film",),
         sums=DryTime(bears=True),
@@ -78,7 +78,7 @@ FILM = (
     Figure(
         "dry_load_share",
         "1",
-        "mean dry force over the mean size of the normal force, film and dry; null: no contact behind the film",
+        "mean dry force over mean normal force (film and dry); null: no contact behind the film",
         of="joint",
         needs=("film",),
         sums=DryShare("dry_force_time", "load_time"),
@@ -87,7 +87,7 @@ FILM = (
     Figure(
         "film_limit_fraction",
         "1",
-        "share of the window's time at an eccentricity beyond film.limit, at which the film's formula is kept",
+        "share of the window's time at an eccentricity beyond film.limit; the formula is then evaluated at the limit",
         of="joint",
         needs=("film",),
         sums=Mean("held_time"),
@@ -96,7 +96,7 @@ FILM = (
     Figure(
         "film_loss",
         "W",
-        "mean power that the film takes, shear included",
+        "mean power loss of the film, shear included",
         of="joint",
         needs=("film",),
         sums=Mean("drained_energy"),
@@ -105,7 +105,7 @@ FILM = (
     Figure(
         "film_temperature",
         "K",
-        "temperature of the oil, written or that at which its heat balance settles; null: neither",
+        "temperature of the oil, given or from its heat balance; null: neither",
         of="joint",
         needs=("film",),
         value=lambda window, place: window.case.joints[place].film.temperature,
@@ -114,7 +114,7 @@ FILM = (
     Figure(
         "film_temperature_ci",
         "K",
-        "half-width of the 95 % interval of a temperature that follows from a heat balance, from its revolutions",
+        "half-width of the 95 % interval of a temperature from a heat balance",
         of="joint",
         needs=("film",),
         differs=False,

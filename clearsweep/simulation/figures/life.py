@@ -6,7 +6,7 @@ LIFE = (
     Figure(
         "life_revolutions",
         "1",
-        "revolutions until `life.limit` is reached; null: it was not",
+        "revolutions until `life.limit` is reached; null: not reached",
         of="joint",
         needs=("limited",),
         differs=False,
@@ -15,7 +15,7 @@ LIFE = (
     Figure(
         "life_hours",
         "h",
-        "the same in hours",
+        "hours until `life.limit` is reached; null: not reached",
         of="joint",
         needs=("limited",),
         differs=False,
@@ -24,8 +24,8 @@ LIFE = (
     Figure(
         "life_low",
         "1",
-        "lower end of the 95 % interval of the life, of the numerics alone, revolutions; where the limit was not "
-        "reached those that were run",
+        "lower end of the 95 % interval of the life (numerics only), revolutions; without reaching the limit: the "
+        "revolutions run",
         of="joint",
         needs=("limited",),
         differs=False,
@@ -34,7 +34,7 @@ LIFE = (
     Figure(
         "life_high",
         "1",
-        "upper end of the same, revolutions; null: unbounded, or not known",
+        "upper end of the same interval, revolutions; null: unbounded or unknown",
         of="joint",
         needs=("limited",),
         differs=False,
@@ -53,7 +53,7 @@ LIFE = (
     Figure(
         "life_high_uncertain",
         "1",
-        "the same with them at the lower ends",
+        "life with the uncertain wear coefficients at the lower ends of their 95 % intervals; null as above",
         of="joint",
         needs=("limited", "uncertain"),
         differs=False,
@@ -62,7 +62,7 @@ LIFE = (
     Figure(
         "life_jump_error",
         "1",
-        "change of the life, over itself, where only every other block counts: jumps twice as long; null: not reached",
+        "relative change of the life with jumps twice as long (every other block); null: not reached",
         of="joint",
         needs=("limited",),
         differs=False,
@@ -71,7 +71,7 @@ LIFE = (
     Figure(
         "life_blocks",
         "1",
-        "blocks of revolutions that were run for it",
+        "blocks of revolutions of the life",
         of="joint",
         needs=("limited",),
         kind="int",
@@ -81,8 +81,8 @@ LIFE = (
     Figure(
         "wear_smoothing",
         "rad",
-        "standard deviation of the Gaussian that the worn shapes are smoothed by at the life's end; null: what wears "
-        "does not act on contact",
+        "standard deviation of the Gaussian that smooths the worn shapes at the end of the life; null: wear does not "
+        "act on the contact",
         of="joint",
         needs=("wear", "life"),
         differs=False,

@@ -62,8 +62,8 @@ PEAKS = (
     Figure(
         "force_peak_revolution",
         "1",
-        "revolution of the run, `discard` included, in which the largest normal force lies, the first being 1; null: "
-        "in none that is whole",
+        "number of the revolution with the largest normal force, from 1 and including `discard`; null: no complete "
+        "revolution has it",
         of="joint",
         needs=("turns", "error_check"),
         kind="int",
@@ -111,7 +111,7 @@ PEAKS = (
     Figure(
         "force_peak_ratio",
         "1",
-        "load_peak over force_peak_ideal, both resultants; null: that is zero",
+        "load_peak over force_peak_ideal, both resultants; null: the latter is zero",
         of="joint",
         needs=("turns",),
         value=peak_ratio,

@@ -51,7 +51,7 @@ SPATIAL = (
     Figure(
         "edge_load_share",
         "1",
-        "difference of the walls' normal forces over their sum, both over time; 0: even, 1: one edge bears all",
+        "difference of the walls' normal forces over their sum, as means over time; 0: even, 1: one edge carries all",
         of="joint",
         needs=("spatial",),
         value=edge_load_share,

@@ -103,7 +103,7 @@ WEAR = (
     Figure(
         "wear_volume",
         "m^3",
-        "volume worn off both bodies in the window",
+        "worn volume of both bodies in the window",
         of="joint",
         needs=("wear",),
         value=volume,
@@ -159,7 +159,7 @@ WEAR = (
     Figure(
         "pv_mean",
         "W/m^2",
-        "mean normal force over diameter times length, times the mean sliding speed, as catalogues of bushes rate them",
+        "mean normal force over diameter times length, times mean sliding speed, as in catalogues of bushes",
         of="joint",
         needs=("wear",),
         value=pv_mean,
@@ -168,7 +168,7 @@ WEAR = (
     Figure(
         "pv_limit_fraction",
         "1",
-        "share of the window's time at a pressure times speed beyond `wear.pv_limit`; null: there is none",
+        "share of the window's time at a pressure times speed beyond `wear.pv_limit`; null: no limit is given",
         of="joint",
         needs=("wear",),
         value=pv_beyond,

@@ -1,0 +1,293 @@
+"""Reads the sections with one entry per name: `figures`, `limits` and `uncertain`; predicts the columns of cases."""
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ...contracts.case import Uncertain, column_name
+from ...contracts.catalogue import Catalogue, Field, Mechanism
+from ...contracts.layout import columns_of, rubbing_joints
+from ...judging.verdict import EXCEEDED, KINDS, MARGIN
+from ...language import expression
+from ...language.errors import InputError, nearest, shown
+from ..keys.kinds import Number, Section
+from ..keys.run_keys import LIFE
+from ..written.document import WrittenValue
+from .distributions import LAWS, Distribution, distribution_of, forms_text, parameter_forms, read_distribution
+from .reader import Reader
+from .section import QUANTITY, NameSection, QuantityKey, Reading, named_forms, read_quantity, report_unknown_keys
+
+_TIMES = "times"
+_FIGURE = 'headroom: "1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)"'
+FIGURES_SECTION = NameSection(
+    "figures",
+    "name -> expression of columns of summary.parquet: a figure of your own",
+    "figure",
+    _FIGURE,
+    {"type": "string"},
+)
+_BOUNDS = dict.fromkeys(KINDS, QUANTITY) | {_TIMES: {"type": "string"}}
+LIMITS_SECTION = NameSection(
+    "limits",
+    "figure (a column of summary.parquet) -> the largest value that is acceptable, or {at_most or at_least: value, "
+    "times: another figure}",
+    "limit",
+    "rod_slider_force_peak: 5 kN",
+    {
+        "anyOf": [
+            QUANTITY,
+            {"type": "object", "properties": _BOUNDS, "additionalProperties": False, "minProperties": 1},
+        ]
+    },
+)
+
+
+def read_limits(reader: Reader, root: WrittenValue) -> None:
+    """Read both sections into the reader; its columns must be known."""
+    units = dict(reader.figures)
+    for name, written in FIGURES_SECTION.entries(reader.problems, root).items():
+        taken = _taken(reader, name)
+        if problem := taken or _unreadable(written.value, units):
+            place = root.value["figures"].key_place(name) if taken else written
+            reader.problems.add(place, f"figures.{name}", problem)
+            continue
+        units[name] = expression.unit_of(written.value, units)
+        reader.own_figures[name] = written.value
+    for column, written in LIMITS_SECTION.entries(reader.problems, root).items():
+        if column not in units:
+            place = root.value["limits"].key_place(column)
+            reader.problems.add(place, f"limits.{column}", _unknown(column, units))
+        elif isinstance(written.value, dict):
+            _bounds(reader, column, written, units)
+        else:
+            limit = read_quantity(reader.problems, f"limits.{column}", written, units[column])
+            reader.limits |= {} if limit is None else {column: limit}
+
+
+def _unknown(name: str, units: dict[str, str]) -> str:
+    known = f" (known: {', '.join(units)})"  # a long list, shown only if no name is near
+    return f"is not a column of this grid{nearest(name, units) or known}"
+
+
+def _taken(reader: Reader, name: str) -> str:
+    """Return why a user-defined figure cannot have this name, or '' if it can."""
+    if name in reader.figures:
+        return "is a column already; give the figure another name"
+    if name in (EXCEEDED, MARGIN, "case_id", "status", "message", *expression.FUNCTIONS):
+        return "is a reserved name; rename the figure"
+    return "" if name.isidentifier() else "is not a valid name; expected letters, digits and _, and a letter or _ first"
+
+
+def _unreadable(text: Any, units: dict[str, str]) -> str:
+    """Return what is wrong with an expression, or '' if nothing is."""
+    if not isinstance(text, str):
+        return f"found {shown(text)}; expected an expression of columns, in quotes, such as `{_FIGURE}`"
+    try:
+        expression.unit_of(text, units)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def _bounds(reader: Reader, column: str, written: WrittenValue, units: dict[str, str]) -> None:
+    """Read a limit written as a section: at_most, at_least, times."""
+    path, entries = f"limits.{column}", written.value
+    known = (*KINDS, _TIMES)
+    unknown = report_unknown_keys(reader.problems, path, written, known)
+    if not unknown and not any(kind in entries for kind in KINDS):
+        reader.problems.add(written, path, f"contains no limit; add {' or '.join(KINDS)}, such as {{at_most: 5 kN}}")
+        return
+    unit, bounds = units[column], dict[str, Any]()
+    if _TIMES in entries:
+        times = entries[_TIMES].value
+        if not isinstance(times, str) or times not in units:
+            reader.problems.add(entries[_TIMES], f"{path}.{_TIMES}", f"{shown(times)} {_unknown(str(times), units)}")
+            return
+        unit = quotient(unit, units[times])
+        bounds[_TIMES] = times
+    for kind in KINDS:
+        if kind in entries:
+            limit = read_quantity(reader.problems, f"{path}.{kind}", entries[kind], unit)
+            bounds |= {} if limit is None else {kind: limit}
+    if any(kind in bounds for kind in KINDS):
+        reader.limits[column] = bounds
+
+
+def quotient(unit: str, by: str) -> str:
+    """Return the SI unit of a quotient of two quantities, '1' for equal units."""
+    if by in ("1", unit):
+        return unit if by == "1" else "1"
+    return expression.unit_of("a / b", {"a": unit, "b": by})
+
+
+def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue) -> dict[str, str]:
+    """Return the figures of merit that the cases will have, each with its unit."""
+    sections = [path.split(".") for path, node in reader.shape.items() if isinstance(node, Section)]
+    inside = [path[1:] for path in sections if path[0] == "joints" and len(path) > 1]
+    parts = {
+        column_name(joint): {part for joint_name, *parts_of in inside if joint_name == joint for part in parts_of[:1]}
+        for joint, *_ in inside
+    }
+    for joint in mechanism.joints:
+        if column_name(joint.name) in parts and mechanism.spatial:
+            parts[column_name(joint.name)] |= {"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}
+    until, life = str(reader.values.get("simulate.until.figure", "")), reader.values.get(f"{LIFE}.joint")
+    requested = {name for name in ("horizon", "error_check") if f"simulate.{name}" in reader.values}
+    requested |= {
+        name
+        for name, is_requested in (("until", until), ("life", life), ("uncertain", reader.uncertain))
+        if is_requested
+    }
+    for joint in mechanism.joints:
+        if column_name(joint.name) in parts and joint.kind in ("revolute", "line") and _strength(reader, joint.name):
+            parts[column_name(joint.name)].add("strength")
+    if life and column_name(life) in parts:
+        parts[column_name(life)].add("limited")
+    columns = columns_of(catalogue, mechanism, parts, requested, until, rubbing_joints(reader.outline))
+    return {column.name: column.unit for column in columns}
+
+
+def _strength(reader: Reader, joint: str) -> bool:
+    """Return whether a joint with contact has a yield strength or a hardness."""
+    prefix = f"joints.{joint}."
+    known_paths = [path for path in (*reader.written, *reader.swept) if path.startswith(prefix)]
+    return f"{prefix}contact" in reader.shape and any(
+        path.endswith(".yield_strength") or path in (f"{prefix}wear.hardness", f"{prefix}roughness.hardness")
+        for path in known_paths
+    )
+
+
+UNCERTAIN, FACTOR, PUBLISHED = "uncertain", "factor", "published"
+LARGEST_FACTOR = 1e3  # factor
+BODIES = ("bearing_coefficient", "journal_coefficient")
+_PATH = re.compile(r"joints\.([^.]+)\.wear\.(coefficient|bearing_coefficient|journal_coefficient)")
+_TAILS = (0.025, 0.975)  # ends of a 95 % interval
+_FACTOR_KEY = QuantityKey(
+    FACTOR,
+    "95 % of the values are between the coefficient divided and multiplied by it",
+    bounds=Field(FACTOR, "1", low=1.0, high=LARGEST_FACTOR, high_open=False),
+)
+UNCERTAIN_SECTION = NameSection(
+    UNCERTAIN,
+    "dotted path of a wear coefficient -> {factor: 3}, lognormal with 95 % between a third and three times its value; "
+    "or a distribution of `sample`; or `published`, loguniform over the range of the named wear pair; a life gets "
+    "a second interval from two further lives at the ends",
+    "path",
+    "joints.rod-slider.wear.coefficient: {factor: 3}",
+    {
+        "anyOf": [
+            *named_forms(
+                {
+                    FACTOR: {"type": "number", "exclusiveMinimum": 1, "maximum": LARGEST_FACTOR},
+                    **{name: {"description": form} for name, form in parameter_forms().items()},
+                }
+            ),
+            {"const": PUBLISHED},
+        ]
+    },
+)
+
+
+def read_uncertain(reader: Reader, root: WrittenValue) -> None:
+    """Read the section into the reader: path -> distribution, in SI."""
+    entries = UNCERTAIN_SECTION.entries(reader.problems, root)
+    if not entries:
+        return
+    section = root.value[UNCERTAIN]
+    if LIFE not in reader.shape:
+        sentence = "needs `life`, whose interval it widens; write life: {limit, joint}, or remove this key"
+        reader.problems.add(section, UNCERTAIN, sentence)
+        return
+    for path, written in entries.items():
+        if problem := _refused(reader, path, [*entries]):
+            reader.problems.add(section.key_place(path), f"{UNCERTAIN}.{path}", problem)
+        elif (spread := _spread(reader, path, written)) is not None:
+            reader.uncertain[path] = spread
+
+
+def _refused(reader: Reader, path: str, paths: list[str]) -> str:
+    """Return why a path cannot be uncertain, or '' if it can."""
+    match = _PATH.fullmatch(path)
+    if not match:
+        return (
+            "is not a wear coefficient; `uncertain` accepts only joints.J.wear.coefficient, bearing_coefficient and "
+            "journal_coefficient; draw other values with `sample`"
+        )
+    wear = f"joints.{match[1]}.wear"
+    if wear not in reader.shape:
+        return f"there is no section '{wear}'; write it, or name a joint that wears"
+    if match[2] == "coefficient" and any(f"{wear}.{body}" in paths for body in BODIES):
+        return f"conflicts with {wear}.bearing_coefficient or journal_coefficient; write both bodies', or this"
+    return ""
+
+
+def _spread(reader: Reader, path: str, written: WrittenValue) -> dict[str, Any] | None:
+    """Return the distribution of a coefficient, in SI, or None if it is invalid."""
+    where = f"{UNCERTAIN}.{path}"
+    if isinstance(written.value, dict) and [*written.value] == [FACTOR]:
+        factor = _FACTOR_KEY.read(reader.problems, f"{where}.{FACTOR}", written.value[FACTOR], "1")
+        return None if factor is None else {FACTOR: factor}
+    if written.value == PUBLISHED:
+        library_value = reader.library_values.get(path)
+        if library_value is None:
+            sentence = f"needs the range of a wear pair; write `{path.rpartition('.')[0]}.pair`, or a distribution"
+            reader.problems.add(written, where, sentence)
+            return None
+        bounds = [
+            WrittenValue(f"{end!r} {library_value.value.unit}", written.origin) for end in library_value.value[2:]
+        ]
+        written = WrittenValue({"loguniform": WrittenValue(bounds, written.origin)}, written.origin)
+    if not isinstance(written.value, dict) or not set(written.value) <= set(LAWS):
+        reader.problems.add(
+            written,
+            where,
+            f"found {shown(written.value)}; expected {{factor: 3}}, {PUBLISHED} or one of {forms_text()}",
+        )
+        return None
+    wear = path.rpartition(".")[0]
+    node = reader.shape[f"{wear}.{BODIES[0]}"]
+    assert isinstance(node, Number)  # a single coefficient
+    (field, *_) = node.fields(reader.names)
+
+    reading = Reading(lambda item: read_quantity(reader.problems, where, item, field.unit), field.unit, (field,))
+    spread = read_distribution(reader.problems, where, written, reading)
+    if spread is None:
+        return None
+    if _ends(spread)[0] <= 0.0:
+        sentence = f"{spread.name}: its 2.5 % quantile is not above 0; write a lognormal or loguniform distribution"
+        reader.problems.add(written, where, sentence)
+        return None
+    return spread.written()
+
+
+def _ends(spread: Distribution) -> tuple[float, float]:
+    """Return the ends of the 95 % interval of a distribution, in SI."""
+    import numpy as np
+
+    low, high = spread.values(np.array(_TAILS)).tolist()
+    return low, high
+
+
+def uncertain_leaves(spreads: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, Any]]:
+    """Yield dotted path and value of the distributions, as in a case."""
+    for path, spread in spreads.items():
+        for kind, content in spread.items():
+            nested = f"{UNCERTAIN}.{path}.{kind}"
+            if isinstance(content, Mapping):
+                yield from ((f"{nested}.{key}", value) for key, value in content.items())
+            else:
+                yield nested, content
+
+
+def uncertain_of(section: Mapping[str, Any]) -> tuple[Uncertain, ...]:
+    """Return the typed form of the section of a case, given as nested sections in SI."""
+    uncertain = []
+    for joint, nested in section["joints"].items():
+        for key, spread in nested["wear"].items():
+            keys = BODIES if key == "coefficient" else (key,)
+            ((kind, content),) = spread.items()
+            if kind == FACTOR:
+                uncertain.append(Uncertain(joint, keys, 1.0 / content, content, relative=True))
+            else:
+                uncertain.append(Uncertain(joint, keys, *_ends(distribution_of(spread)), relative=False))
+    return tuple(uncertain)
