@@ -103,7 +103,7 @@ MUTATIONS = (
         "settings.revolutions if scene",
         WINDOW,
     ),
-    Mutation("simulation/window.py", "RARELY", "0.01", "0.02", WINDOW),
+    Mutation("simulation/window.py", "RARE_SHARE", "0.01", "0.02", WINDOW),
     Mutation(FIGURES, "JOINT", 'sums=RootMean("force_square")', 'sums=Mean("force_square")', WINDOW),
     Mutation(FIGURES, "JOINT", "clearance + depth(window, place)", "clearance", WINDOW),
     Mutation(FIGURES, "JOINT", "max(depth(window, place), 0.0)", "depth(window, place)", FLIGHT),
@@ -130,11 +130,13 @@ MUTATIONS = (
     ),
     Mutation(SUMS, "PerRevolution.value", "/ window.turns", "", WINDOW),
     Mutation(SUMS, "DepthRate.value", "/ window.duration", "", WEAR),
-    Mutation(OUTCOME, "outcome_of", "RARELY * duration", "0.5 * RARELY * duration", WINDOW),
+    Mutation(OUTCOME, "outcome_of", "RARE_SHARE * duration", "0.5 * RARE_SHARE * duration", WINDOW),
     Mutation(SPREAD, "CONFIDENCE", "0.95", "0.9", MEANS),
     Mutation(SPREAD, "STRONGEST", "0.9", "0.95", MEANS),
     Mutation(SUMS, "half_width", "0.5 + 0.5 * CONFIDENCE", "CONFIDENCE", MEANS),
-    Mutation(SPREAD, "dependence", "(1.0 + correlation) / (1.0 - correlation)", "1.0 / (1.0 - correlation)", MEANS),
+    Mutation(
+        SPREAD, "variance_inflation", "(1.0 + correlation) / (1.0 - correlation)", "1.0 / (1.0 - correlation)", MEANS
+    ),
     Mutation(SUMS, "half_width", "count * (count - 1)", "count * count", MEANS),
     Mutation(SUMS, "half_width", "stdtrit(count - 1", "stdtrit(count", MEANS),
     Mutation(SUMS, "RootMean.over_blocks", "0.5 * width / value if value", "width / value if value", MEANS),
@@ -145,9 +147,11 @@ MUTATIONS = (
     Mutation(
         SUMS, "DepthRate.take", "reshape(len(totals.joint), -1)[index]", "reshape(len(totals.joint), -1)[0]", MEANS
     ),
-    Mutation(SUMS, "ForceExceeded.over_blocks", "0.5 * (force(RARELY - width)", "1.0 * (force(RARELY - width)", MEANS),
+    Mutation(
+        SUMS, "ForceExceeded.over_blocks", "0.5 * (force(RARE_SHARE - width)", "1.0 * (force(RARE_SHARE - width)", MEANS
+    ),
     Mutation(HISTOGRAM, "time_above", "bin_time[index] * (high - force)", "bin_time[index] * (force - low)", MEANS),
-    Mutation(SUMS, "DryTime.over_blocks", "threshold = LEAST_DRY * (", "threshold = 0.1 * (", SHARES),
+    Mutation(SUMS, "DryTime.over_blocks", "threshold = DRY_FORCE_THRESHOLD * (", "threshold = 0.1 * (", SHARES),
     Mutation(SUMS, "Share.over_blocks", "half_width(part - ratio * whole)", "half_width(part)", SHARES),
     Mutation(
         "simulation/largest.py",

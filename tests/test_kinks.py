@@ -31,8 +31,8 @@ from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.film.contract import FilmMotion, film_force
 from clearsweep.mechanics.joint.film.corners import AFLOAT, Reversals, bends
 from clearsweep.mechanics.joint.friction.contract import friction_force
-from clearsweep.mechanics.joint.loss.contract import contact_force
 from clearsweep.mechanics.joint.kinks import kink_variable, kinks
+from clearsweep.mechanics.joint.loss.contract import contact_force
 from clearsweep.simulation.run import integration_of
 from clearsweep.verify import films, stability
 

@@ -24,8 +24,8 @@ from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_
 from clearsweep.mechanics.joint.modes import PRESSED
 from clearsweep.mechanics.joint.nearest import TurnedGap, nearest
 from clearsweep.mechanics.joint.wear.arc_over_step import DEEPEST, ON_BEARING, ON_JOURNAL, POINTS, WORKSPACE_SIZE
-from clearsweep.mechanics.joint.wear.foundation import accumulate_arc, arc_at, sum_over_force
 from clearsweep.mechanics.joint.wear.contract import Bins, Worn, local_clearance
+from clearsweep.mechanics.joint.wear.foundation import accumulate_arc, arc_at, sum_over_force
 from clearsweep.mechanics.joint.wear.shape import (
     KNOTS,
     POINT_MARGIN,

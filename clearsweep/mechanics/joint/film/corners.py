@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from ...compiled.family import family
 from ..contract import NEVER, Guard, guard_values, guards
-from ..modes import ACTS, MEETS, TOUCHING
 from ..kinks import distances_past_kinks
+from ..modes import ACTS, MEETS, TOUCHING
 
 AFLOAT = ACTS | MEETS  # apart: the film carries load, an onset is searched for
 NEAR = 1e-9  # of the clearance: a step that begins this close to a corner has just passed it

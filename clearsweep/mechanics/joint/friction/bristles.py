@@ -8,7 +8,7 @@ from ...compiled import calculus as math
 from ...compiled.choosing import where
 from ...compiled.family import family, kernel
 from ..contract import InternalState, internal_rates, internal_state
-from ..kinks import kinks, slip_variable, register_kinks
+from ..kinks import kinks, register_kinks, slip_variable
 from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values, settled_state
 from .rest import at_rest

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from ...compiled.family import family
-from ..kinks import UNKNOWN, register_pieces, kinks, slip_variable, piece_at, piece_of
+from ..kinks import UNKNOWN, kinks, piece_at, piece_of, register_pieces, slip_variable
 from .contract import friction_force
 
 

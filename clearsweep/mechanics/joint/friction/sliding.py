@@ -6,7 +6,7 @@ from ....contracts.catalogue import Field, Law, Order
 from ...compiled import calculus as math
 from ...compiled.choosing import where
 from ...compiled.family import kernel
-from ..kinks import kinks, slip_variable, register_kinks
+from ..kinks import kinks, register_kinks, slip_variable
 from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, VISCOUS, friction_force, from_values
 from .rest import piecewise

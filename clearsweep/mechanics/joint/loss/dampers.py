@@ -6,7 +6,7 @@ from ....contracts.catalogue import Field, Law
 from ...compiled import calculus as math
 from ...compiled.choosing import where
 from ..elastic.contract import elastic_force
-from ..kinks import UNKNOWN, register_pieces, kinks, penetration_variable, rate_variable, piece_of
+from ..kinks import UNKNOWN, kinks, penetration_variable, piece_of, rate_variable, register_pieces
 from ..rebound import approach_damping_rebound, damping_ratio
 from ..recipe import register
 from .contract import RESTITUTION, approaching, loss_form, where_it_parts

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ....contracts.catalogue import Law, Merit
 from ...compiled import calculus as math
 from ..elastic.contract import elastic_force
-from ..kinks import UNKNOWN, register_pieces, kinks, rate_variable
+from ..kinks import UNKNOWN, kinks, rate_variable, register_pieces
 from ..rebound import approach_hysteresis_rebound, exact_factor, hysteresis_rebound
 from ..recipe import register
 from .contract import (

@@ -8,9 +8,9 @@ from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
 from ..contract import NEVER, Guard, guard_values, guards, latched
 from ..elastic.contract import elastic_force
+from ..kinks import depth_variable, distances_past_kinks, kink_variable, kinks
 from ..material import plane_strain_modulus, relative_radius
 from ..modes import TOUCHING
-from ..kinks import distances_past_kinks, kink_variable, kinks, depth_variable
 from ..recipe import register
 from .contract import RESTITUTION, always_keeps_onset, keeps_onset, loss_form
 
