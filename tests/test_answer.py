@@ -8,7 +8,8 @@ import clearsweep
 from clearsweep import report
 from clearsweep.cli import verbs
 from clearsweep.contracts.layout import Column, JointLayout, Layout
-from clearsweep.judging import answer, designs, sampled
+from clearsweep.judging import answer, designs, effects, labels, sampled, wear
+from clearsweep.judging.cases import Cases, column_texts, from_to
 from clearsweep.judging.order import lead_of
 from clearsweep.judging.verdict import MARGIN, Limit
 from clearsweep.report.data import study
@@ -26,7 +27,7 @@ def layout(*figures):
 def cases(columns, axes, lead=None, record=None, figures=()):
     """Return finished cases with these columns, whose words are bare numbers."""
     made, count = layout(*figures), len(next(iter(columns.values())))
-    return answer.Cases(
+    return Cases(
         record or {},
         made,
         lead or lead_of(made, ()),
@@ -34,22 +35,43 @@ def cases(columns, axes, lead=None, record=None, figures=()):
         [f"{place:016d}" for place in range(count)],
         lambda name: np.asarray(columns[name]),
         lambda name, values: [f"{value:.4g}" for value in values],
-        lambda index, paths: ", ".join(f"{path.split('.')[-1]} {columns[path][index]}" for path in paths),
+        lambda index, path: (path.split(".")[-1], str(columns[path][index])),
     )
 
 
 FIT, SPEED = "joints.pin.clearance", "drive.speed"
 
 
+LIMITED = {"limits": {"pin_load_peak": 1.0}}
+
+
+def limited(columns, axes, record=LIMITED):
+    """Return the answer to limits on a load that is constant, with plain spaces."""
+    columns = {"pin_load_peak": np.ones(len(columns[SPEED]))} | columns
+    lead = lead_of(layout("load_peak"), [Limit("pin_load_peak", "at_most", 1.0)])
+    return [text.replace("\u00a0", " ") for text in answer.limited(cases(columns, axes, lead, record, ("load_peak",)))]
+
+
 def test_a_design_keeps_to_the_limits_if_it_does_at_every_speed():
     columns = {FIT: [1, 1, 2, 2, 3, 3], SPEED: [7, 8] * 3, MARGIN: [0.9, 0.1, 0.5, 0.4, 0.95, -0.2]}
-    made = cases(columns, (FIT, SPEED), lead_of(layout("load_peak"), [Limit("pin_load_peak", "at_most", 1.0)]))
-    (sentence,) = answer.limited(made)
-    assert sentence.startswith("2 of 3 designs keep to the limits at every crank speed")
-    assert sentence.replace("\u00a0", " ").endswith(": clearance 2 40 %; clearance 1 10 %.")  # the safest first
+    first, *_ = limited(columns, (FIT, SPEED))
+    assert first.startswith("2 of 3 designs keep to the limits at every crank speed: load peak at most 1.")
+    assert "Kept up to clearance 2 (smallest margin 40 %)." in first
+    assert first.endswith("From 3 a limit is exceeded, worst at speed 8 (margin \u221220 %).")
     columns[MARGIN] = [0.9, -0.1, 0.5, np.nan, 0.95, -0.2]  # the second cannot be assessed at one speed
-    (sentence,) = answer.limited(made)
-    assert sentence.startswith("No design keeps to the limits at every crank speed. Nearest: clearance 1 \u221210")
+    first, *_ = limited(columns, (FIT, SPEED))
+    assert first.startswith("No design keeps to the limits at every crank speed")
+    assert first.endswith("Nearest: clearance 1 \u221210 % (smallest margin).")
+    columns[MARGIN] = [0.9, 0.1, -0.5, 0.4, 0.95, 0.2]  # not monotone: the best first
+    assert limited(columns, (FIT, SPEED))[0].endswith("best first: clearance 3 20 %; clearance 1 10 %.")
+
+
+def test_cases_without_designs_are_counted_with_the_boundary_of_their_only_axis():
+    first, *_ = limited({SPEED: [1, 2, 3], MARGIN: [-0.1, 0.2, 0.3]}, (SPEED,))
+    assert first.startswith("2 of 3 cases keep to the limits: load peak at most 1. Kept from speed 2")
+    assert "Up to 1 a limit is exceeded" in first
+    assert limited({SPEED: [1, 2], MARGIN: [0.1, 0.2]}, (SPEED,))[0].startswith("All cases keep to the limits")
+    assert limited({SPEED: [1], MARGIN: [-0.1]}, ())[0].startswith("The case does not keep to the limits")
 
 
 @pytest.mark.parametrize("axes", [(FIT,), (SPEED,)])
@@ -58,11 +80,67 @@ def test_there_are_no_designs_without_conditions_and_none_without_designs(axes):
     assert designs.of_cases(axes, columns.__getitem__, 3) is None
 
 
-def test_a_fit_is_said_to_be_computed_at_its_mean():
-    columns = {FIT: [1, 1, 2, 2], SPEED: [7, 8] * 2, MARGIN: np.full(4, 0.5)}
-    lead = lead_of(layout("load_peak"), [Limit("pin_load_peak", "at_most", 1.0)])
-    assert "mean clearance" in answer.limited(cases(columns, (FIT, SPEED), lead, {"fits": {FIT: []}}))[-1]
-    assert "mean clearance" not in " ".join(answer.limited(cases(columns, (FIT, SPEED), lead)))
+def test_a_fit_whose_largest_clearance_was_not_covered_is_to_be_run_with_it():
+    fits = [
+        {"name": name, "low": 0.0, "mean": 1.0 * mean, "high": high}
+        for name, mean, high in (("a", 1, 1.5), ("b", 2, 3e-6))
+    ]
+    fits[1]["high"] = 2.5
+    columns = {FIT: np.array([1.0, 1.0, 2.0, 2.0]), SPEED: [7, 8] * 2, MARGIN: np.full(4, 0.5)}
+    remark = limited(columns, (FIT, SPEED), LIMITED | {"fits": {FIT: fits}})[-1]
+    assert "mean clearance" in remark
+    assert "Not covered: the largest clearance of b (2.5e+06 µm)." in remark  # that of a lies below the mean of b
+    columns[MARGIN] = [0.5, 0.5, -0.5, 0.5]
+    assert "of a (1.5e+06 µm)." in limited(columns, (FIT, SPEED), LIMITED | {"fits": {FIT: fits}})[-1]
+    assert "mean clearance" not in " ".join(limited(columns, (FIT, SPEED)))
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ([1.0, 2.0, 4.0], "Force peak rises from 1 to 4 as speed grows from 1 to 3."),
+        ([4.0, 2.0, 1.0], "Force peak falls from 4 to 1 as speed grows from 1 to 3."),
+        ([1.0, 4.0, 2.0], "Force peak is smallest, 1, at speed 1 and largest, 4, at 2."),
+        ([2.0, 2.0, 2.01], "No varied value has a clear effect on the force peak."),
+    ],
+)
+def test_an_effect_has_its_direction_and_its_size(values, words):
+    made = cases({SPEED: np.array([1.0, 2.0, 3.0]).astype(int)}, (SPEED,))
+    said = effects.sentences(made, "force peak", np.array(values), lambda known: [f"{value:g}" for value in known])
+    assert said == [words]
+
+
+def test_effects_are_ordered_by_their_share_of_the_variation():
+    columns = {SPEED: np.repeat([1, 2, 3], 6), FIT: np.tile([1, 1, 2, 2, 4, 4], 3), "idle.key": np.tile([0, 1], 9)}
+    values = columns[SPEED] ** 2.0 / columns[FIT] ** 0.5
+    made = cases(columns, tuple(columns))
+    first, second, last = effects.sentences(made, "film", values, lambda known: [f"{value:.3g}" for value in known])
+    assert first == "Strongest effect: film rises from 0.707 to 6.36 (medians) as speed grows from 1 to 3."
+    assert second == "Next: it falls from 4 to 2 as clearance grows from 1 to 4."
+    assert last == "No clear effect: key."
+
+
+def test_an_axis_of_names_has_its_smallest_and_its_largest_value():
+    made = cases({"law": np.array(["b", "a"], object)}, ("law",))
+    (said,) = effects.sentences(made, "force", np.array([3.0, 1.0]), lambda known: [f"{value:g}" for value in known])
+    assert said == "Force is smallest, 1, at law a and largest, 3, at b."
+
+
+def test_a_unit_is_written_once_in_a_range_and_is_that_of_the_column():
+    assert from_to("1\u00a0mm", "2\u00a0mm") == "from 1 to 2\u00a0mm"
+    assert from_to("1 mm (H7/g6)", "2 mm (H8/e8)") == "from 1 mm (H7/g6) to 2 mm (H8/e8)"
+    films = np.array([5e-6, 60e-6, 180e-6])
+    assert column_texts("pin_film_thickness_min", "m", films, [180e-6]) == ["180\u00a0µm"]  # not 0.180 mm
+    assert column_texts("pin_force_peak", "N", np.array([400.0] * 99 + [2600.0]), [2600.0]) == ["2600\u00a0N"]
+    assert column_texts("pin_wear_depth_max", "m", np.array([1e-9]), [15e-3]) == ["15.0\u00a0mm"]  # nm do not suit it
+
+
+def test_columns_have_the_same_label_on_the_page_and_in_the_closing_lines():
+    made = layout("film_thickness_min", "load_peak")
+    assert labels.label(made, "pin_film_thickness_min") == "least film"
+    assert labels.label(made, "hours_to_50_um") == "hours to 50 µm"
+    limit = Limit("pin_load_peak", "at_most", 2.0, "pin_film_thickness_min")
+    assert labels.limit_label(made, limit, "N") == "load peak at most 2 times the least film"
 
 
 FILM = ("film_thickness_min", "dry_load_share", "film_loss", "film_limit_fraction")
@@ -77,12 +155,18 @@ def film(**changed):
 
 
 def test_a_film_that_its_law_does_not_cover_is_said_to_be_so_beside_it():
-    first, loss = film()
-    assert first == "Thinnest film: 1 at speed 2 (case 00000000). There: loss 5, dry load share 20 %."
-    assert loss == "Largest loss: 9 at speed 1. Smallest: 1 at speed 3."
-    first, second, _ = film(film_limit_fraction=[0.0, 0.04, 0.0])
-    assert first.endswith(" The film is thinner than its law covers for 4 % of the time.")
-    assert second == "Thinnest film within the range of its law: 2 at speed 3."
+    first, moved, loss, share = film()
+    assert first == "Thinnest film: 1 at speed 2 (case 00000000)."
+    assert moved == "Least film is smallest, 1, at speed 2 and largest, 3, at 1."
+    assert (
+        loss
+        == "Film loss: 1 to 9; 5 in the case of the thinnest film. It falls from 9 to 1 as speed grows from 1 to 3."
+    )
+    assert share == "Dry load share in the case of the thinnest film: 20 %."
+    first, *_ = film(film_limit_fraction=[0.0, 0.04, 0.0])
+    assert first.endswith(
+        " It is thinner than its law covers for 4 % of the time. The thinnest that its law covers: 2 at speed 3."
+    )
 
 
 @pytest.mark.parametrize(
@@ -106,15 +190,15 @@ def test_sentences_of_the_answer_have_at_most_25_words():
     columns = {f"{PIN}_{name}": np.array([1.5, 2.5]) for name in figures} | {"headroom": [3.5, 4.5]}
     columns |= {path: [1.25, 2.25] for path in paths}
     made = cases(columns, paths, figures=figures, record={"figures": {"headroom": ""}})
-    said = [*answer.largest_force(made), *answer.films(made), *answer.wear(made), *answer.own_figures(made)]
-    assert len(said) == 5
+    said = [*answer.largest_force(made), *answer.films(made), *wear.sentences(made), *answer.own_figures(made)]
+    assert len(said) == 8
     for sentence in " ".join(said).split(". "):
         assert len(sentence.split()) <= 25, sentence
 
 
-def test_a_dry_share_without_contact_is_not_modelled():
-    first, *_ = film(dry_load_share=[np.nan] * 3)
-    assert "dry load share not modelled" in first
+def test_a_dry_share_without_contact_is_not_part_of_the_answer():
+    assert not any("ry load share" in text for text in film(dry_load_share=[np.nan] * 3))
+    assert answer.share_words(np.nan) == "not modelled"
 
 
 def test_the_position_error_is_part_of_the_answer_on_forces():
@@ -126,7 +210,8 @@ def test_the_position_error_is_part_of_the_answer_on_forces():
     made = cases(columns, (SPEED,))._replace(layout=known, lead=lead_of(known, ()))
     assert answer.sentences(made) == [
         "Largest normal force: 5 at speed 2 (case 00000000).",
-        "Largest rocker error: 0.4 at speed 3.",
+        "Force peak is smallest, 3, at speed 1 and largest, 5, at 2.",
+        "Largest rocker error: 0.4 at speed 3. It rises from 0.1 to 0.4 as speed grows from 1 to 3.",
     ]
     assert answer.position_error(cases(columns, (SPEED,))) == []  # no output body
 
@@ -135,11 +220,12 @@ def test_a_measured_restitution_is_compared_with_the_requested_one_where_this_va
     path = f"joints.{PIN}.contact.restitution"
     columns = {"pin_force_peak": [1.0, 2.0], "pin_restitution": [0.48, 0.89], path: [0.5, 0.9]}
     figures = ("force_peak", "restitution")
-    first, last = answer.largest_force(cases(columns, (path,), figures=figures, lead=lead_of(layout(*figures), ())))
+    first, _, last = answer.largest_force(cases(columns, (path,), figures=figures, lead=lead_of(layout(*figures), ())))
     assert first.startswith("Largest normal force: 2")
     assert last == "Measured restitution differs from the requested one by at most 0.020: 0.480 at restitution 0.5."
     columns[SPEED] = [1, 2]
-    assert len(answer.largest_force(cases(columns, (SPEED,), figures=figures, lead=lead_of(layout(*figures), ())))) == 1
+    said = answer.largest_force(cases(columns, (SPEED,), figures=figures, lead=lead_of(layout(*figures), ())))
+    assert not any("Measured" in sentence for sentence in said)
 
 
 MOTOR = """
@@ -187,11 +273,13 @@ def test_a_start_up_is_answered_in_the_last_lines_and_at_the_top_of_the_page(sta
     run, output = started
     last = "\n".join(output.splitlines()[-10:])
     assert "Start-up to 1425 rpm, 95 % of the motor's no-load speed, takes" in last
-    assert "1 of 2 cases did not reach 1425 rpm within the run: at most" in last
+    assert "1 of 2 cases did not reach 1425 rpm within 5 revolutions: at most" in last
     sentences = answers(study.prepare(run))
     assert sentences[0].startswith("Start-up to 1425")
     page = report.of(run)
-    assert any("Start-up time" in str(part.blocks) for part in page.parts if part.key == "summary")
+    (summary,) = (part for part in page.parts if part.key == "summary")
+    assert summary.blocks[0].cards[0][0] == "Start-up time"
+    assert "not reached" in output  # in the table
     titles = [part.title for part in page.parts]
     assert "Impacts and kinds of motion" not in titles  # there is no steady state
     assert "start-up" in next(str(part.blocks) for part in page.parts if part.key == "trust")
@@ -201,9 +289,15 @@ def test_the_causes_of_a_spread_are_those_of_clear_correlations():
     random = np.random.default_rng(3)
     drawn = {"a": random.normal(size=60), "b": random.normal(size=60)}
     known = sampled.correlations(drawn, drawn["a"] + 0.01 * random.normal(size=60))
-    text = sampled.causes("the force", known, {"a": "play", "b": "colour"})
-    assert "fixed: play (" in text
-    assert text.endswith("No clear effect on it: colour.")
+    values = drawn["a"] + 0.01 * random.normal(size=60)
+    assert [path for path, *_ in known] == ["a", "b"]
+    names = {"a": "play", "b": "colour"}
+    text = " ".join(sampled.driver_sentences(drawn, values, names, lambda numbers: [f"{each:.2g}" for each in numbers]))
+    low, high = np.quantile(drawn["a"], [0.25, 0.75])
+    low, high = (np.median(values[where]) for where in (drawn["a"] <= low, drawn["a"] >= high))
+    assert text.startswith("It rises most with play (rank correlation 1.0")
+    assert text.endswith(f"median {low:.2g} in its lowest quarter, {high:.2g} in its highest.")
+    assert "colour" not in text
     assert sampled.correlations(drawn, np.ones(60)) == []
     assert sampled.correlations({"a": np.arange(5.0)}, np.arange(5.0)) == []  # too few
 
@@ -211,11 +305,25 @@ def test_the_causes_of_a_spread_are_those_of_clear_correlations():
 def test_wear_is_that_of_the_fastest_rate_not_of_the_deepest_window():
     columns = {"pin_wear_rate_max": [1.0, 3.0, 2.0], "pin_wear_depth_max": [9.0, 1.0, 2.0], SPEED: [1, 2, 3]}
     made = cases(columns, (SPEED,), figures=("wear_rate_max", "wear_depth_max"))
-    (sentence,) = answer.wear(made)
-    assert sentence == "Deepest wear of one body: 1.08e+07 per 1000 h at speed 2."
+    (sentence,) = wear.sentences(made)
+    assert sentence.startswith("Deepest wear of one body: 1.08")  # 3 m/s for 3.6e6 s
+    assert " per 1000 h at speed 2. It is smallest, " in sentence
+
+
+def test_wear_beyond_the_clearance_is_no_forecast():
+    columns = {
+        "pin_wear_rate_max": np.array([1e-9, 1e-12]),
+        "pin_wear_depth_max": np.ones(2),
+        FIT: np.array([1e-4, 2e-4]),
+    }
+    made = cases(columns, (FIT,), figures=("wear_rate_max", "wear_depth_max"))
+    (joint,) = made.layout.joints
+    (said,) = wear.remark(made, joint, 0, 3.6e-3)
+    assert "after 28 h the wear equals the clearance of 0.100" in said  # 1000 h * 0.1 mm / 3.6 mm
+    assert wear.remark(made, joint, 1, 3.6e-6) == []
 
 
 def test_the_figures_of_a_grid_are_answered_with_the_cases_at_their_ends():
     columns = {"headroom": [2.0, 5.0, 3.0], SPEED: [1, 2, 3]}
     (sentence,) = answer.own_figures(cases(columns, (SPEED,), record={"figures": {"headroom": ""}}))
-    assert sentence == "headroom: smallest 2 at speed 1. Largest: 5 at speed 2."
+    assert sentence == "Headroom: 2 to 5. It is smallest, 2, at speed 1 and largest, 5, at 2."

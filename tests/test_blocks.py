@@ -76,7 +76,8 @@ def test_the_answer_of_very_many_cases_has_the_sentences_on_extremes(pair, monke
     monkeypatch.setattr(answered, "MOST_READ", 8)
     extremes = run_summary.of_run(pair[0])["answer"]
     assert extremes
-    assert set(extremes) <= set(cut["answer"])
+    for sentence in extremes:  # without the effects of varied values
+        assert any(whole_sentence.startswith(sentence) for whole_sentence in cut["answer"])
     assert run_summary.of_run(pair[1])["answer"] == whole["answer"]  # one piece is always read as a whole
 
 

@@ -52,7 +52,7 @@ def test_a_run_tells_how_many_cases_leave_what_their_laws_are_made_for_and_the_w
     fast, deep = messages.sentences()
     assert "in 2 of 5 cases: the fastest approaches at 5 m/s, 10 times the 0.5 m/s at which its contact first" in fast
     assert "(case c, rod-slider)" in fast
-    assert "beyond yield an elastic law overstates forces" in fast  # which law it is the row does not say
+    assert "Beyond yield an elastic law overstates forces" in fast  # which law it is the row does not say
     assert "in 1 of 5 cases, longest in case d: rod-slider exceeds 0.2 mm, the limit of johnson," in deep
     assert "for 12 % of the time." in deep
     together = Remarks(messages.joints)

@@ -155,10 +155,12 @@ MISTAKES = {
     "rod_slider_force_peak.at_most: found '2 kN', whose unit kN has another dimension",
     'figures: {steps: "2 * rhs_evaluations"}\n': "21:11: figures.steps: is a column already",
     'figures: {margin: "2 * steps"}\n': "21:11: figures.margin: is a reserved name",
-    'figures: {ratio: "2 * stebs"}\n': "21:18: figures.ratio: 'stebs' is no column of this grid; did you mean 'steps'?",
+    'figures: {ratio: "2 * stebs"}\n': (
+        "21:18: figures.ratio: 'stebs' is not a column of this grid; did you mean 'steps'?"
+    ),
     'figures: {sum: "steps + run_time"}\n': "21:16: figures.sum: 'steps' in 1 and 'run_time' in s cannot be added",
     "figures: {double: 2}\n": "21:19: figures.double: found '2', which contains no column",
-    'figures: {b: "a + 1", a: "2 * steps"}\n': "21:14: figures.b: 'a' is no column of this grid",
+    'figures: {b: "a + 1", a: "2 * steps"}\n': "21:14: figures.b: 'a' is not a column of this grid",
     "figures: {}\n": "21:10: figures: contains no figure; for example: `headroom:",
 }
 

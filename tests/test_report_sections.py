@@ -373,13 +373,14 @@ def test_a_sentence_has_one_unit_of_force(wide_run):
     prepared = study.prepare(wide_run)
     message = [*headline.sentences(prepared), *verdict_section.ratios(prepared)]
     message[:0] = drivers.sentences(prepared, prepared.joints[0])
-    assert sum(bool(units(sentence)) for sentence in message) >= 4
+    assert sum(bool(units(sentence)) for sentence in message) >= 3
     assert all(len(units(sentence)) < 2 for sentence in message), message
     assert units(message[-1]) == {"kN"}  # of a median of some kN the peak and the ideal one, both less, take the unit
 
 
 def test_the_strongest_axis_of_another_figure_of_the_question_is_named():
     made = Run(SPEEDS)
+    made.grid["limits"] = {PEAK: 1.0}  # without it the answer has the slider error
     prepared = study.prepare(made)
     (joint,) = prepared.joints
     said = drivers.sentences(prepared, joint)
@@ -545,7 +546,10 @@ def test_the_verdict_counts_cases_and_names_the_worst(limited_run):
     beyond = int((cases[verdict.EXCEEDED] != "").sum())
     sentence_of = " ".join(verdict_section.sections(prepared)[0].blocks[0].texts).replace("\u00a0", " ")
     assert 0 < beyond < len(cases)
-    assert f"{beyond} of {len(cases)} cases exceed at least one limit: force peak at most 6 times" in sentence_of
+    assert (
+        f"{beyond} of {len(cases)} cases exceed at least one limit: force peak at most 6 times the ideal peak"
+        in sentence_of
+    )
     assert f"Smallest margin: \u2212{-100.0 * cases[verdict.MARGIN].min():.0f} % (" in sentence_of
     assert f"({1.0 - cases[verdict.MARGIN].min():.1f} times the limit)" in sentence_of
 

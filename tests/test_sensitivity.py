@@ -13,9 +13,9 @@ from scipy import stats
 from clearsweep import report
 from clearsweep.judging import sampled
 from clearsweep.language.errors import InputError
-from clearsweep.report.data import study
+from clearsweep.report.data import answered, study
 from clearsweep.report.samples import sample_tables
-from clearsweep.report.sections import sample, verdict
+from clearsweep.report.sections import verdict
 from clearsweep.report.statistics import sensitivity
 
 pytestmark = pytest.mark.heavy
@@ -324,7 +324,7 @@ def test_the_verdict_of_a_sample_has_the_probability_with_its_interval(run):
     made, text = verdict_of("")
     beyond = int((made.summary[PEAK] > 14.0).sum())
     low, high = stats.binomtest(beyond, 64).proportion_ci(0.95, method="exact")
-    expected = f"probability of {100.0 * beyond / 64:.3g} % (95 %: {100.0 * low:.3g} to {100.0 * high:.3g} %)."
+    expected = f"probability of {100.0 * beyond / 64:.2g} % (95 %: {100.0 * low:.2g} to {100.0 * high:.2g} %)."
     assert expected in text
     assert "probability" not in verdict_of("sweep: {mechanism.gravity: [0, 1]}\n")[1]  # two samples
 
@@ -332,7 +332,7 @@ def test_the_verdict_of_a_sample_has_the_probability_with_its_interval(run):
 def test_the_report_shows_spread_and_limits(run, tmp_path):
     made = run(linear, more=f"limits: {{{PEAK}: 14 N}}\n")
     page = report.write(made, tmp_path / "page.html").read_text(encoding="utf-8")
-    for text in ("Probabilistic study", "How likely limits are exceeded", "Histogram of force peak, 64 cases"):
+    for text in ("Spread of the figures", "How likely limits are exceeded", "Histogram of force peak, 64 cases"):
         assert text in page
     assert "Median of the cases with the value" not in page  # hardly two drawn cases share one
     report.tables(made, tmp_path / "tables")
@@ -357,13 +357,16 @@ def test_a_report_without_a_sample_has_no_such_section(tmp_path):
     assert "What drives the force" in page
 
 
-def test_the_spread_of_wear_is_that_of_1000_hours(run):
+def test_the_spread_of_wear_is_that_of_1000_hours(run, monkeypatch):
     made = run(linear)
     rate = PEAK.replace("force_peak", "wear_rate_max")
     made.summary[rate] = 1e-3 / 3.6e6
     prepared = study.prepare(made)
     for wears in (True, False):
         joints = tuple(joint._replace(wears=wears) for joint in prepared.joints)
-        (section,) = sample.sections(prepared._replace(joints=joints))
-        said = " ".join(section.blocks[0].texts)
+        wearing = prepared.run.layout._replace(
+            joints=tuple(each._replace(wear_bins=9 * wears) for each in made.layout.joints)
+        )
+        monkeypatch.setattr(made, "layout", wearing)
+        said = " ".join(answered.answers(prepared._replace(joints=joints)))
         assert ("Wear depth per 1000 h: median 1.00\u00a0mm" in said) == wears

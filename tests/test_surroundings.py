@@ -160,7 +160,7 @@ def test_open_files_are_allowed_as_far_as_the_system_lets_us(monkeypatch):
 @pytest.mark.parametrize(
     ("error", "text"),
     [
-        (MemoryError("Unable to allocate 7.45 GiB"), "7.45 GiB); run fewer cases at a time with --jobs"),
+        (MemoryError("Unable to allocate 7.45 GiB"), "7.45 GiB); use fewer workers with --jobs"),
         (OSError(12, "Cannot allocate memory"), "memory: not enough"),
         (OSError(24, "Too many open files"), "ulimit -n"),
         (

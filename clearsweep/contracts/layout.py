@@ -266,8 +266,8 @@ def _column(figure: Figure, joint: str, mechanism: Mechanism, until: str = "", w
 def _difference(column: Column) -> Column:
     """Return the column of a figure's error check."""
     text = (
-        f"absolute difference of {column.name} from a run at a tenth of the tolerance; in chaotic motion, beyond its "
-        "horizon, that of two samples and no check of convergence"
+        f"absolute difference of {column.name} from a run at a tenth of the tolerance. Beyond the horizon of chaotic "
+        "motion it compares two samples and is no check of convergence"
     )
     return Column(f"{column.name}{DIFFERENCE}", column.unit, text)
 

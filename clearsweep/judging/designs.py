@@ -1,11 +1,13 @@
 """Designs of a grid: cases that differ only in their operating conditions, compared by their smallest margin."""
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..language import wording
+from .cases import Cases
 from .verdict import MARGIN
 
 OPERATING = ("drive.speed", "loads.")  # beginnings of the paths that are operating conditions
@@ -17,8 +19,9 @@ class Designs(NamedTuple):
 
     varied: tuple[str, ...]  # paths that make a design
     conditions: tuple[str, ...]  # the other varied paths
-    first: tuple[int, ...]  # index of a case of each design
+    worst: tuple[int, ...]  # index of the case with the smallest margin of each design
     margins: tuple[float, ...]  # smallest margin of each, -inf if it cannot be assessed
+    members: tuple[tuple[int, ...], ...]  # indices of the cases of each
 
 
 def of_cases(axes: Sequence[str], column: Callable[[str], np.ndarray], count: int) -> Designs | None:
@@ -30,38 +33,111 @@ def of_cases(axes: Sequence[str], column: Callable[[str], np.ndarray], count: in
     varied = tuple(path for path in axes if path not in conditions)
     if not conditions or not varied:
         return None
+    designs = _grouped(varied, conditions, column, count)
+    return None if len(designs.members) in (1, count) else designs
+
+
+def _grouped(
+    varied: tuple[str, ...], conditions: tuple[str, ...], column: Callable[[str], np.ndarray], count: int
+) -> Designs:
+    """Return the cases grouped by their values at the `varied` paths."""
     values = [column(path) for path in varied]
     margins = np.nan_to_num(column(MARGIN).astype(float), nan=-np.inf)
-    members: dict[tuple, list[int]] = {}
+    groups: dict[tuple, list[int]] = {}
     for index in range(count):
-        members.setdefault(tuple(str(each[index]) for each in values), []).append(index)
-    if len(members) < 2 or len(members) == count:
-        return None
-    smallest = sorted(
-        ((float(margins[cases].min()), cases[0]) for cases in members.values()), key=lambda each: -each[0]
+        groups.setdefault(tuple(str(each[index]) for each in values), []).append(index)
+    members = sorted(groups.values(), key=lambda cases: -float(margins[cases].min()))
+    worst = tuple(cases[int(np.argmin(margins[cases]))] for cases in members)
+    return Designs(
+        varied, conditions, worst, tuple(float(margins[index]) for index in worst), tuple(map(tuple, members))
     )
-    return Designs(varied, conditions, tuple(first for _, first in smallest), tuple(margin for margin, _ in smallest))
 
 
-def sentences(designs: Designs, setting: Callable[[int], str]) -> list[str]:
-    """Return which designs keep to the limits under every condition, the safest first; setting : case -> words."""
-    names = wording.sentence_list([wording.axis_name(path) for path in designs.conditions])
-    kept = [place for place, margin in enumerate(designs.margins) if margin >= 0.0]
-    every = f"at every {names}"
-    if not kept:
-        if not np.isfinite(designs.margins[0]):
-            return [f"No design can be assessed {every}."]
-        return [f"No design keeps to the limits {every}. Nearest: {_listed(designs, 0, setting)} (smallest margin)."]
-    listed = "; ".join(_listed(designs, place, setting) for place in kept[:LISTED])
-    more = f"; and {len(kept) - LISTED} more" if len(kept) > LISTED else ""
-    count = (
-        f"{len(kept)} of {len(designs.first)} designs keep"
-        if len(kept) > 1
-        else f"1 of {len(designs.first)} designs keeps"
-    )
-    return [f"{count} to the limits {every} (smallest margin, best first): {listed}{more}."]
+def sentences(cases: Cases, limits: str) -> list[str]:
+    """Return which designs keep to the limits under every condition, and where these are exceeded first.
+
+    limits : in words
+    """
+    count = len(cases.case_ids)
+    designs = of_cases(cases.axes, cases.column, count)
+    if designs is None:
+        designs = _grouped(cases.axes, (), cases.column, count)
+    every, noun = "", "case"
+    if designs.conditions:
+        names = wording.sentence_list([wording.axis_name(path) for path in designs.conditions])
+        every, noun = f" at every {names}", "design"
+    passing = sum(margin >= 0.0 for margin in designs.margins)
+    total = len(designs.margins)
+    if not passing and not np.isfinite(designs.margins[0]):
+        return [f"No design can be assessed{every}."] if every else []
+    number = {0: "No", total: "All"}.get(passing, f"{passing} of {total}") if total > 1 else "The"
+    nouns = noun if not passing or total == 1 else f"{noun}s" if passing == total else wording.count(total, noun)
+    head = f"{number} {nouns}" if number in ("No", "All", "The") else f"{passing} of {nouns}"
+    verb = "keeps" if passing <= 1 else "keep"
+    if total == 1 and not passing:
+        head, verb = "The case", "does not keep"
+    first = f"{head} {verb} to the limits{every}: {limits}."
+    return [first, *_boundary(cases, designs)] if total > 1 else [first]
 
 
-def _listed(designs: Designs, place: int, setting: Callable[[int], str]) -> str:
-    margin = f"{wording.short(100.0 * designs.margins[place], 3)}{wording.BLANK}%"
-    return f"{setting(designs.first[place])} {margin}"
+def _boundary(cases: Cases, designs: Designs) -> list[str]:
+    """Return up to which value of the only varied path the limits are kept, else the margins of the best designs."""
+    passing = [place for place, margin in enumerate(designs.margins) if margin >= 0.0]
+    if not passing:
+        return [f"Nearest: {_listed(cases, designs, 0)} (smallest margin)."]
+    if len(designs.varied) == 1 and len(passing) < len(designs.margins):
+        values = cases.column(designs.varied[0])
+        numbers = [values[index] for index in designs.worst]
+        if not any(isinstance(value, str) or wording.missing(value) for value in numbers):
+            order = sorted(range(len(numbers)), key=lambda place: float(numbers[place]))
+            passes = [place in passing for place in order]
+            changes = [place for place, (now, then) in enumerate(pairwise(passes)) if now != then]
+            if len(changes) == 1:
+                return _one_boundary(cases, designs, order[changes[0] : changes[0] + 2])
+    listed = "; ".join(_listed(cases, designs, place) for place in passing[:LISTED])
+    more = f"; and {len(passing) - LISTED} more" if len(passing) > LISTED else ""
+    return [f"Smallest margins, best first: {listed}{more}."] if designs.varied else []
+
+
+def _one_boundary(cases: Cases, designs: Designs, ends: list[int]) -> list[str]:
+    """Return the last value that keeps to the limits, and the first that does not, with its worst condition."""
+    safe, failing = ends if designs.margins[ends[0]] >= 0.0 else ends[::-1]
+    word, beyond = ("up to", "From") if safe == ends[0] else ("from", "Up to")
+    setting = cases.setting(designs.worst[safe], designs.varied)
+    pair = cases.named_value(designs.worst[failing], designs.varied[0])
+    condition = cases.setting(designs.worst[failing], designs.conditions)
+    where = f", worst at {condition}" if condition else ""
+    margin = _percent(designs.margins[failing])
+    return [
+        f"Kept {word} {setting} (smallest margin {_percent(designs.margins[safe])}).",
+        f"{beyond} {pair[1] if pair else ''} a limit is exceeded{where} (margin {margin}).",
+    ]
+
+
+def fit_remarks(cases: Cases) -> list[str]:
+    """Return what the mean clearance of fits leaves open, and the clearances to run before a drawing is released."""
+    path = next((path for path in cases.record.get("fits") or {} if path in cases.axes), None)
+    if path is None:
+        return []
+    fits: Sequence[Mapping[str, Any]] = cases.record["fits"][path]
+    values, margins = cases.column(path).astype(float), cases.column(MARGIN).astype(float)
+    ran = {value: bool((margins[values == value] >= 0.0).all()) for value in np.unique(values).tolist()}
+    safe = max((value for value, keeps in ran.items() if keeps), default=-np.inf)
+    first_failing = min((value for value, keeps in ran.items() if not keeps), default=np.inf)
+    open_fits = [fit for fit in fits if ran.get(fit["mean"]) and not fit["high"] <= safe < first_failing]
+    first = "Each fit was run at its mean clearance, not at its smallest and largest."
+    if not open_fits:
+        return [f"{first} The largest clearance of each fit that passes lies below another that passes."]
+    bounds = [f"{fit['name']} ({1e6 * fit['high']:.4g}{wording.BLANK}\u00b5m)" for fit in open_fits[:LISTED]]
+    return [
+        f"{first} Not covered: the largest clearance of {wording.sentence_list(bounds)}. Before the drawing, add it to "
+        f"the sweep of {path}."
+    ]
+
+
+def _listed(cases: Cases, designs: Designs, place: int) -> str:
+    return f"{cases.setting(designs.worst[place], designs.varied)} {_percent(designs.margins[place])}"
+
+
+def _percent(margin: float) -> str:
+    return f"{wording.short(100.0 * margin, 3)}{wording.BLANK}%" if np.isfinite(margin) else "unknown"

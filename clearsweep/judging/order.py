@@ -6,13 +6,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..contracts.layout import Layout
+from . import labels
 from .verdict import MARGIN, Limit
 
-#: The questions of a grid in order of precedence.  Film and force studies are recognised by their content,
+#: The questions of a grid in order of precedence.  Start-up, film and force studies are recognised by their content,
 #: if there is no other question.
-QUESTIONS = ("life", "seek", "optimise", "identify", "limits", "film", "force")
+QUESTIONS = ("life", "seek", "optimise", "identify", "limits", "start-up", "film", "force")
+BY_CONTENT = ("start-up", "film", "force")
 SEARCHES = ("seek", "optimise", "identify")  # questions that are sections of a grid which choose cases
 SENSES = ("minimise", "maximise")
+START_UP, FASTEST = "start_up_time", "crank_speed_max"  # columns
 
 
 _SMALLEST_IS_WORST, _LARGEST_IS_WORST = True, False  # which end of the ranking figure is worst
@@ -52,8 +55,9 @@ class Lead(NamedTuple):
         return np.take_along_axis(values, candidate_numbers[None], axis=0)[0], candidate_numbers
 
     def ranking(self, values: np.ndarray) -> np.ndarray:
-        """Return numbers that increase from the best case to the worst, -inf for null."""
-        return np.where(np.isnan(values), -np.inf, -values if self.smallest else values)
+        """Return numbers that increase from the best case to the worst, -inf for null, in a start-up inf."""
+        null = np.inf if self.question == "start-up" else -np.inf
+        return np.where(np.isnan(values), null, -values if self.smallest else values)
 
 
 def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | None = None) -> Lead:
@@ -75,9 +79,38 @@ def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | N
         return Lead("identify", "", (), _LARGEST_IS_WORST, ())
     if limited:
         names = (MARGIN, *dict.fromkeys((*limited, *((grid or {}).get("figures") or {}))))
-        return Lead(search or "limits", "Smallest margin", names, _SMALLEST_IS_WORST, (Candidate("", names),))
+        headings = tuple(labels.label(layout, name) for name in names)
+        return Lead(search or "limits", "Smallest margin", headings, _SMALLEST_IS_WORST, (Candidate("", names),))
+    if {START_UP, FASTEST} <= column_names and _starts(grid or {}):
+        names = (START_UP, FASTEST)
+        return Lead(
+            "start-up",
+            "Slowest start-up",
+            ("start-up time", "highest speed"),
+            _LARGEST_IS_WORST,
+            (Candidate("", names),),
+        )
+    return _by_content(layout, [question for question, *_ in _FIGURES])
+
+
+def force_lead(layout: Layout) -> Lead:
+    """Return the ranking of cases by their largest force, whatever the question."""
+    return _by_content(layout, ["force"])
+
+
+def _starts(grid: Mapping[str, Any]) -> bool:
+    """Return whether a motor with a no-load speed starts the mechanism and the start is recorded."""
+    motor = (grid.get("drive") or {}).get("motor") or {}
+    return "no_load_speed" in motor and (grid.get("simulate") or {}).get("discard") == 0.0
+
+
+def _by_content(layout: Layout, questions: list[str]) -> Lead:
+    """Return the ranking by the first of the questions for which the layout has figures."""
+    column_names = {column.name for column in layout.columns}
     joints = [joint.name for joint in layout.joints]
-    for question, title, smallest, figures in _BY_CONTENT:
+    for question, title, smallest, figures in _FIGURES:
+        if question not in questions:
+            continue
         matching = [name for name in joints if f"{name}_{next(iter(figures))}" in column_names]
         shown = {
             figure: heading
@@ -98,7 +131,7 @@ def _optimised(section: Mapping[str, Any], limited: tuple[str, ...]) -> Lead:
     return Lead("optimise", "Best cases", names, bool(written["minimise"]), (Candidate("", names),))
 
 
-_BY_CONTENT: tuple[tuple[str, str, bool, dict[str, str]], ...] = (
+_FIGURES: tuple[tuple[str, str, bool, dict[str, str]], ...] = (
     (
         "film",
         "Thinnest film",
@@ -114,11 +147,12 @@ _BY_CONTENT: tuple[tuple[str, str, bool, dict[str, str]], ...] = (
 )
 
 
-def no_limits(layout: Layout) -> str:
+def no_limits(layout: Layout, leading: Lead) -> str:
     """Return the suggested limit for a grid without limits."""
     names = {column.name for column in layout.columns}
-    leading = lead_of(layout, ())
-    if leading.question == "film":
+    if leading.question == "start-up":
+        example = f"{START_UP}: 1 s"
+    elif leading.question == "film":
         example = f"{leading.candidates[0].columns[0]}: {{at_least: 2 um}}"
     elif leading.candidates:
         joint = leading.candidates[0].joint

@@ -31,7 +31,12 @@ def is_one_sample(record: Mapping[str, Any]) -> bool:
     return sample.get("method") in INDEPENDENT and set(record.get("units", {})) == set(drawn)
 
 
+def percentages(probability: tuple[float, float, float]) -> str:
+    """Return a probability with its interval: '22 % (95 %: 12 to 34 %)'."""
+    value, low, high = (f"{100.0 * value:.2g}" for value in probability)
+    return f"{value} % (95 %: {low} to {high} %)"
+
+
 def sentence(probability: tuple[float, float, float]) -> str:
-    """Return the probability in words."""
-    value, low, high = (f"{100.0 * value:.3g}" for value in probability)
-    return f"A limit is exceeded with a probability of {value} % (95 %: {low} to {high} %)."
+    """Return the probability that any limit is exceeded, in words."""
+    return f"At least one limit is exceeded with a probability of {percentages(probability)}."

@@ -1,18 +1,23 @@
-"""Sentences on the cases of one random sample: the spread of a figure, and the variables that drive it."""
+"""Sentences on the cases of one random sample: chances of exceeding limits, spread of figures, what drives them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ..language import wording
-from . import ranks
+from . import labels, probability, ranks, verdict, wear
+from .cases import Cases
 from .probability import Estimate, is_one_sample
 
-__all__ = ["causes", "correlations", "is_clear", "is_one_sample", "spread"]
+__all__ = ["correlations", "driver_sentences", "is_clear", "is_one_sample", "sentences", "spread"]
 
 LEAST = 8  # cases: correlations of fewer are meaningless
 QUANTILES = (0.05, 0.5, 0.95)
+QUARTER = 0.25  # of the cases: those with the lowest and with the highest values of a variable
+
+Texts = Callable[[Sequence[float]], list[str]]
 
 
 def correlations(drawn: Mapping[str, np.ndarray], values: np.ndarray) -> list[tuple[str, Estimate, Estimate]]:
@@ -36,28 +41,95 @@ def is_clear(correlation: Estimate) -> bool:
     return correlation.low > 0.0 or correlation.high < 0.0
 
 
-def causes(figure: str, known: Sequence[tuple[str, Estimate, Estimate]], names: Mapping[str, str]) -> str:
-    """Return the variables that drive a figure, the strongest first, and those without a clear effect.
+def driver_sentences(
+    drawn: Mapping[str, np.ndarray], values: np.ndarray, names: Mapping[str, str], texts: Texts
+) -> list[str]:
+    """Return the variables that drive 'it', the strongest with direction and size; [] with too few cases.
 
-    figure : 'the force peak', or a column; known : as `correlations` returns it; names : path -> words
+    drawn, values : as for `correlations`; names : path -> words; texts : values of the figure -> words
     """
-    clear = [(names[path], partial) for path, _, partial in known if is_clear(partial)]
-    weak = [names[path] for path, _, partial in known if not is_clear(partial)]
+    known = correlations(drawn, values)
+    clear = [(path, partial.value) for path, _, partial in known if is_clear(partial)]
     if not clear:
-        return f"No variable has a clear effect on {figure}."
-    correlations_text = [
-        f"{name} ({wording.plain(each.value, 2)}; 95 %: {wording.plain(each.low, 2)} to {wording.plain(each.high, 2)})"
-        for name, each in clear
+        return ["No variable has a clear effect on it."] if known else []
+    (path, strongest), *others = clear
+    low, high = texts(_quarters(np.asarray(drawn[path], float), values))
+    lines = [
+        f"It {_verb(strongest)} most with {names[path]} (rank correlation {wording.plain(strongest, 2)}): median {low} "
+        f"in its lowest quarter, {high} in its highest."
     ]
-    text = f"What drives {figure}, by rank correlation with the other variables fixed: "
-    text += f"{wording.sentence_list(correlations_text)}."
-    return text + (f" No clear effect on it: {wording.sentence_list(weak)}." if weak else "")
+    if others:
+        listed = [f"{_verb(value)} with {names[path]} ({wording.plain(value, 2)})" for path, value in others[:3]]
+        lines.append(f"It also {wording.sentence_list(listed)}.")
+    return lines
 
 
-def spread(name: str, texts: Sequence[str], sure: str = "", where: str = "") -> str:
-    """Return the sentence on the spread of a figure; texts : its QUANTILES in words."""
+def _verb(correlation: float) -> str:
+    return "rises" if correlation > 0.0 else "falls"
+
+
+def _quarters(x: np.ndarray, values: np.ndarray) -> list[float]:
+    """Return the medians of a figure over the lowest and over the highest quarter of a variable."""
+    known = np.isfinite(values)
+    x, y = x[known], values[known]
+    low, high = np.quantile(x, (QUARTER, 1.0 - QUARTER))
+    return [float(np.median(y[x <= low])), float(np.median(y[x >= high]))]
+
+
+def sentences(cases: Cases) -> list[str]:
+    """Return for each limited figure, without limits for the leading one, its chance, spread and drivers; then wear."""
+    limits = cases.limits
+    columns = list(dict.fromkeys(limit.column for limit in limits if cases.has(limit.column)))
+    worst = None if columns else cases.worst()
+    columns += [worst[1][0]] if worst else []
+    lines = []
+    for name in columns:
+        values = cases.column(name).astype(float)
+        chances = [_chance(cases, limit) for limit in limits if limit.column == name]
+        texts = cases.texts(name, np.nanquantile(values[np.isfinite(values)], QUANTILES).tolist())
+        drivers = _drivers(cases, values, partial(cases.texts, name))
+        subject = "Its median is" if chances else f"{labels.capital(cases.label(name))}: median"
+        lines.append(" ".join([*chances, spread(subject, texts), *drivers]))
+    for joint in cases.layout.joints:
+        if (depths := wear.depth_in_1000_hours(cases, joint)) is not None:
+            lines.append(_wear(cases, joint, depths))
+    return lines
+
+
+def _wear(cases: Cases, joint: Any, depths: np.ndarray) -> str:
+    """Return the spread of the wear depth in 1000 hours of a joint, whether it is a forecast, and its drivers."""
+    finite = np.flatnonzero(np.isfinite(depths))
+    quantiles = np.quantile(depths[finite], QUANTILES).tolist()
+    middle = int(finite[np.argsort(depths[finite])[(len(finite) - 1) // 2]])
+    texts = wording.in_common_unit(quantiles, "m")
+    return " ".join(
+        [
+            spread(f"Wear depth per 1000 h{cases.in_joint(joint.name)}: median", texts),
+            *wear.remark(cases, joint, middle, float(depths[middle])),
+            *_drivers(cases, depths, lambda numbers: wording.in_common_unit(numbers, "m")),
+        ]
+    )
+
+
+def _drivers(cases: Cases, values: np.ndarray, texts: Texts) -> list[str]:
+    drawn = {path: cases.column(path).astype(float) for path in cases.axes}
+    pairs = {path: cases.named_value(0, path) for path in cases.axes}
+    return driver_sentences(drawn, values, {path: pair[0] if pair else path for path, pair in pairs.items()}, texts)
+
+
+def _chance(cases: Cases, limit: verdict.Limit) -> str:
+    """Return the probability that a limit is exceeded."""
+    known = {name: cases.column(name).astype(float) for name in (limit.column, limit.times) if name}
+    fails = limit.fails(known)
+    words = labels.capital(cases.limit_label(limit))
+    chance = probability.percentages(probability.share(int(fails.sum()), len(fails)))
+    return f"{words}: exceeded with a probability of {chance}."
+
+
+def spread(subject: str, texts: Sequence[str], interval: str = "") -> str:
+    """Return the sentence on the spread of a figure; subject : 'Force peak: median'; texts : its QUANTILES in words."""
     low, middle, high = texts
-    return f"{name}{where}: median {middle}{sure}; 90 % of the cases are between {low} and {high}."
+    return f"{subject} {middle}{interval}; 90 % of the cases are between {low} and {high}."
 
 
 def drawn_of(record: Mapping[str, Any]) -> dict[str, np.ndarray]:

@@ -132,7 +132,7 @@ class Remarks:
         return (
             f"Impacts leave the elastic range in {self._share(ONSET_RATE)}: the fastest approaches at "
             f"{worst.value * worst.limit:.3g} m/s, {worst.value:.2g} times the {worst.limit:.3g} m/s at which its "
-            f"contact first yields (case {short_id(worst.case_id)}, {worst.joint}); beyond yield an elastic law "
+            f"contact first yields (case {short_id(worst.case_id)}, {worst.joint}). Beyond yield an elastic law "
             "overstates forces and understates losses."
         )
 
@@ -242,8 +242,8 @@ def worn_away(joints: Iterable[Rubbed]) -> str:
         if THOUSAND_HOURS * joint.rate > joint.bearing_radius
     ]
     hint = (
-        "; greased steel on bronze has a wear coefficient of 1e-16 to 1e-15 m^2/N, dry steel 1e-14 to 1e-13; check the "
-        "unit of the coefficient, or reduce load, speed or clearance"
+        ". Wear coefficients are 1e-16 to 1e-15 m^2/N for greased steel on bronze, and 1e-14 to 1e-13 for dry steel. "
+        "Check the unit of the coefficient, or reduce load, speed or clearance"
     )
     return WORN_AWAY + "; ".join(remarks) + hint if remarks else ""
 
@@ -255,7 +255,7 @@ def pv_high(joints: Iterable[Rubbed]) -> str:
         for joint in joints
         if joint.pv > PV_BORNE and not joint.oiled
     ]
-    hint = f"; dry bushes allow 1 to 3 MPa m/s, and {1e-6 * PV_BORNE:.2g} for a short time: this one needs oil"
+    hint = f". Dry bushes allow 1 to 3 MPa m/s, and {1e-6 * PV_BORNE:.2g} for a short time, so this joint needs oil"
     return PV_HIGH + "; ".join(remarks) + hint if remarks else ""
 
 
@@ -267,7 +267,8 @@ def smoothed(widths: Iterable[tuple[str, float | None]]) -> str:
         if width is not None and width > WIDE_SMOOTHING
     ]
     hint = (
-        "; a contact point needs this where the surfaces become conformal. The effect on the life is unknown and not "
+        ". Contact at one point needs this where the surfaces become conformal. The effect on the life is "
+        "unknown and not "
         "part of its interval. Contact on springs (elastic: winkler, wear.pressure: winkler) needs less"
     )
     return SMOOTHED + "; ".join(remarks) + hint if remarks else ""
@@ -344,8 +345,9 @@ def ball_stiffness(joints: Iterable[str]) -> str:
     """Return the remark on joints whose stiffness from the material assumes a ball in a socket."""
     names = ", ".join(joints)
     hint = (
-        "has the stiffness of a ball in a socket (elastic: power with a material); this is 2 to 4 times too soft for a "
-        "journal and lowers the peak of an impact 1.3 to 1.7 times; use elastic: compatible for a journal"
+        "has the stiffness of a ball in a socket (elastic: power with a material), 2 to 4 times too soft for "
+        "a journal. "
+        "Peaks of impacts are too low by a factor of 1.3 to 1.7. Use elastic: compatible for a journal"
     )
     return f"{BALL}{names} {hint}" if names else ""
 

@@ -39,7 +39,7 @@ class Vocabulary(NamedTuple):
 
 
 COLUMNS = Vocabulary(
-    "columns", "no column of this grid", "'1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)'"
+    "columns", "not a column of this grid", "'1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)'"
 )
 DEFINED = Vocabulary("names of `define`", "not defined under `define`", "= d / 2 + '5 um'")
 

@@ -2,7 +2,7 @@
 
 A figure is computed for blocks of equal numbers of revolutions, from the growth of its sums in each. Its interval is
 Student's interval for the mean of the blocks. As a run grows, blocks are merged in pairs whenever there are more than
-MOST_BLOCKS, which reduces their dependence. A remaining correlation between neighbours (lag 1, r if positive) widens
+MAX_BLOCKS, which reduces their dependence. A remaining correlation between neighbours (lag 1, r if positive) widens
 the interval by sqrt((1 + r) / (1 - r)), as for a first-order autoregressive process.
 """
 

@@ -65,8 +65,8 @@ def warnings(case: Case) -> list[str]:
     """Return a warning for each elastic link whose bending would matter."""
     return [
         f"{'mechanism.bodies' if case.outline.bodies else 'mechanism'}.{link.name}.elastic: the drive turns at "
-        f"{link.bending:.2g} of the first bending mode of a round steel bar of this stiffness; above "
-        f"{BENDING_LIMIT:g} bending matters, but it is neglected; use a shorter or thicker link"
+        f"{link.bending:.2g} of the first bending mode of a round steel bar of this stiffness. Above "
+        f"{BENDING_LIMIT:g} bending matters, but the model neglects it; use a shorter or thicker link"
         for link in elastic_links(case)
         if link.bending > BENDING_LIMIT
     ]

@@ -60,9 +60,9 @@ _STATUS = {
     ),
     integration.LEFT_BEARING: (
         LEFT_BEARING,
-        "the journal of {joint} leaves its bearing at {left:.6g} s, after {angle:.4g} revolutions; its middle is "
-        "{beyond:.4g} mm along the axis from the bearing's, half of the sum of both lengths; write flange: true with "
-        "an axial_clearance, give bearing or journal more length, or hold the body along the axis at another joint",
+        "the journal of {joint} leaves its bearing at {left:.6g} s, after {angle:.4g} revolutions. The axial "
+        "distance of their middles is {beyond:.4g} mm, half of the sum of both lengths. Write flange: true with an "
+        "axial_clearance, lengthen bearing or journal, or hold the body along the axis at another joint",
     ),
 }
 

@@ -387,7 +387,7 @@ def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FIN
 def _unfinished(path: Path) -> DirectoryError:
     return DirectoryError(
         f"{path.parent}: its run is not finished, or {path.name} was moved away; run the grid again with "
-        f"--out {path.parent}, which computes only missing cases, or read the finished ones: report --partial, "
+        f"--out {path.parent}, which computes only missing cases. To read the finished cases, use report --partial or "
         "clearsweep.open(..., partial=True)"
     )
 

@@ -92,7 +92,7 @@ class BlockedRun(StoredRun):
         if "merged" not in self.grid and not partial:
             raise DirectoryError(
                 f"{directory}: its run is not finished; run the grid again with --out {directory}, which computes only "
-                "missing cases, or read the finished ones: report --partial, clearsweep.open(..., partial=True)"
+                "missing cases. To read the finished cases, use report --partial or clearsweep.open(..., partial=True)"
             )
         self.layout = Layout.read(self.grid["layout"])
         stored = [int(name[:5]) for name in _names(self.directory / DATASET)]

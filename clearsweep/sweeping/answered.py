@@ -6,15 +6,15 @@ from typing import Any
 import numpy as np
 
 from .. import grid as grids
-from ..judging import answer, sampled
-from ..judging.order import Lead
-from ..judging.validity import THOUSAND_HOURS
+from ..judging import answer, sampled, wear
+from ..judging.cases import Cases, column_texts
+from ..judging.order import BY_CONTENT, Lead
+from ..judging.verdict import units_of
 from ..language import wording
 from ..store import BlockedRun, SampledRun, StoredRun
 from .law_checks import LawChecks
-from .settings import grid_texts, number_of_joints, setting_text
+from .settings import setting_name, value_text
 
-SPREADS = 2  # limited figures of a sample whose spread is printed
 MOST_READ = 500_000  # cases whose columns are read; 4 MB a column
 
 
@@ -43,65 +43,34 @@ def sentences(run: StoredRun, lead: Lead, checks: LawChecks, facts: dict[str, An
     Of a run in blocks with more than MOST_READ cases, only the sentences on extremes: its sample has their cases.
     facts : as for `setting_text`
     """
-    if lead.question not in ("life", "limits", "film", "force") or not len(run):
+    if lead.question not in ("life", "limits", *BY_CONTENT) or not len(run):
         return []
     sample = SampledRun(run) if isinstance(run, BlockedRun) and len(run) > MOST_READ else None
     columns = _Columns(sample or run, checks)
     if not len(columns.rows):
         return []
     cases = _cases(run, lead, columns, facts)
-    if sample:
-        return [*answer.extremes(cases), *answer.wear(cases)]
-    if sampled.is_one_sample(cases.record):
-        return [*answer.sentences(cases), *_of_sample(cases)]
-    return [*answer.sentences(cases), *answer.wear(cases)]
+    cases = cases._replace(with_effects=sample is None)
+    worn = [] if sampled.is_one_sample(cases.record) else wear.sentences(cases)
+    return [*(answer.extremes(cases) if sample else answer.sentences(cases)), *worn]
 
 
-def _cases(run: StoredRun, lead: Lead, columns: _Columns, facts: dict[str, Any]) -> answer.Cases:
-    units = {column.name: column.unit for column in run.layout.columns} | run.units
+def _cases(run: StoredRun, lead: Lead, columns: _Columns, facts: dict[str, Any]) -> Cases:
+    units = {column.name: column.unit for column in run.layout.columns} | units_of(run.grid)
 
     def varies(path: str) -> bool:
         values = columns(path).tolist()
         return any(not wording.missing(value) and value != values[0] for value in values)
 
-    def setting(index: int, paths: Sequence[str]) -> str:
-        values = {path: columns(path)[index : index + 1].tolist()[0] for path in paths}
-        return setting_text({path: None if wording.missing(value) else value for path, value in values.items()}, facts)
+    def named_value(index: int, path: str) -> tuple[str, str] | None:
+        value = columns(path)[index : index + 1].tolist()[0]
+        if wording.missing(value):
+            return None
+        return setting_name(path, axes, facts), value_text(path, value, facts)
+
+    def texts(name: str, values: Sequence[float]) -> list[str]:
+        return column_texts(name, units.get(name, "1"), columns(name), values)
 
     checked = grids.base_laws(run.grid)
     axes = tuple(path for path in run.grid["units"] if path not in checked and varies(path))
-    return answer.Cases(
-        run.grid,
-        run.layout,
-        lead,
-        axes,
-        columns("case_id").tolist(),
-        columns,
-        lambda name, values: grid_texts(values, units.get(name, "1"), speed="speed" in name),
-        setting,
-    )
-
-
-def _of_sample(cases: answer.Cases) -> list[str]:
-    """Return what drives the first limited figure of a random sample, and the spread of limited figures and of wear."""
-    limited = [name for name in cases.record.get("limits") or {} if cases.has(name)]
-    names = {path: wording.axis_name(path, number_of_joints(cases.axes)) for path in cases.axes}
-    drawn = {path: cases.column(path).astype(float) for path in names}
-    lines = [sampled.causes(name, known, names) for name in limited[:1] if (known := _known(cases, drawn, name))]
-    for name in limited[:SPREADS]:
-        lines.append(_spread(cases, name, name, cases.column(name)))
-    for joint in cases.layout.joints:
-        rate, depth = f"{joint.name}_wear_rate_max", f"{joint.name}_wear_depth_max"
-        if joint.wear_bins and cases.has(rate):
-            lines.append(_spread(cases, f"{depth} per 1000 h", depth, THOUSAND_HOURS * cases.column(rate)))
-    return lines
-
-
-def _known(cases: answer.Cases, drawn: dict[str, np.ndarray], name: str) -> list:
-    return sampled.correlations(drawn, cases.column(name).astype(float))
-
-
-def _spread(cases: answer.Cases, name: str, column: str, values: np.ndarray) -> str:
-    """Return the sentence on the spread of a figure."""
-    ends = np.nanquantile(values[np.isfinite(values)], sampled.QUANTILES).tolist()
-    return sampled.spread(name, cases.texts(column, ends))
+    return Cases(run.grid, run.layout, lead, axes, columns("case_id").tolist(), columns, texts, named_value)

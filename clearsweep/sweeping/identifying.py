@@ -161,9 +161,10 @@ class Identifying:
         if len(self.points) >= LEAST_CASES:
             return ""
         return (
-            f"identify: nothing is identified, as {len(self.points)} of {self.looked_at} cases finished and at least "
-            f"{LEAST_CASES} are needed; see the messages of those that failed, then change the ranges under "
-            "identify.over, or allow more cases"
+            f"identify: nothing is identified, as only {len(self.points)} of {self.looked_at} cases finished "
+            "and at least "
+            f"{LEAST_CASES} are needed; read the messages of the failed cases, then change the ranges under "
+            "identify.over or allow more cases"
         )
 
     def _narrow(self, posterior: emulator.Posterior) -> None:

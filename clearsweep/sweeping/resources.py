@@ -28,7 +28,7 @@ def allow_files(count: int) -> None:
     if most != resource.RLIM_INFINITY and count > most:
         raise InputError(
             f"open files: this process may have {most:,} (ulimit -n), fewer than the {count:,} that its workers need; "
-            f"raise the limit, for example with `ulimit -n {max(SPARE_FILES, count)}`, or use fewer workers with --jobs"
+            f"raise the limit, such as `ulimit -n {max(SPARE_FILES, count)}`, or use fewer workers with --jobs"
         )
     resource.setrlimit(resource.RLIMIT_NOFILE, (count, most))
 
@@ -38,8 +38,8 @@ def remedy(error: BaseException) -> str | None:
     number = getattr(error, "errno", None)
     if isinstance(error, MemoryError) or number == errno.ENOMEM:
         return (
-            f"memory: not enough ({str(error) or 'an allocation failed'}); run fewer cases at a time with "
-            "--jobs, save fewer histories with `save`, or allow more (ulimit -v)"
+            f"memory: not enough ({str(error) or 'an allocation failed'}); use fewer workers with "
+            "--jobs, save fewer histories with `save`, or raise the limit (ulimit -v)"
         )
     if number in (errno.EMFILE, errno.ENFILE):
         return (

@@ -11,7 +11,7 @@ from .lives import life_lines
 from .pace import pace_lines
 from .run_facts import RunFacts
 from .searched import optimise_lines, optimised, refine_lines, seek_facts, seek_lines
-from .settings import given_text, grid_text, grid_texts, number_of_joints, setting_text, value_text
+from .settings import common_units, given_text, grid_text, grid_texts, setting_name, setting_text, value_text
 from .sweep import RunResult
 
 DERIVED = 12  # lines on derived values at the end of a run
@@ -25,7 +25,8 @@ def of_run(result: RunResult) -> dict[str, Any]:
     run_facts = RunFacts(run.grid, run.layout)
     run_facts.read(run)
     limits, leading = run_facts.limits, run_facts.ranking
-    words = {key: run.grid.get(key, {}) for key in ("units", "written_units", "fits", "labels")}
+    words = {key: run.grid.get(key, {}) for key in ("units", "fits", "labels")}
+    words["written_units"] = common_units(run.grid)
     return words | {
         "directory": str(result.directory),
         "cases": result.cases,
@@ -51,9 +52,9 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "refined": result.refined and result.refined._asdict(),
         "question": leading.question,
         "ranked": {"title": leading.title, "headings": list(leading.headings), "units": limits.units},
-        "no_limits": order.no_limits(run.layout) if leading.question in ("film", "force") else "",
+        "no_limits": order.no_limits(run.layout, leading) if leading.question in order.BY_CONTENT else "",
         "worst": run_facts.worst.entries,
-        "answer": answered.sentences(run, leading, run_facts.laws, words),
+        "answer": [plain(text) for text in answered.sentences(run, leading, run_facts.laws, words)],
         "expected": run_facts.expected,
         "law_check": run_facts.laws.facts(next(iter(run_facts.worst.entries), None)),
         "failures": run_facts.failures,
@@ -283,7 +284,7 @@ def _shared(facts: dict[str, Any]) -> str:
 def _worst_rows(facts: dict[str, Any]) -> list[list[str]]:
     paths = _listed_paths(facts)
     of_joint = facts["question"] in ("life", "film", "force")
-    headings = ["case_id", *(wording.axis_name(path, number_of_joints(paths)) for path in paths)]
+    headings = ["case_id", *(setting_name(path, paths, facts) for path in paths)]
     rows = [[*headings, *(["joint"] if of_joint else []), *facts["ranked"]["headings"]]]
     for entry in facts["worst"]:
         rows.append(
@@ -302,13 +303,15 @@ def _figure(figure: dict[str, Any], units: Mapping[str, str]) -> str:
     name, value = figure["column"], figure["value"]
     if value is None and name.endswith("_dry_load_share"):
         return answer.NOT_MODELLED
+    if value is None and name == order.START_UP:
+        return "not reached"
     if value is None or "words" in figure:
         return str(figure.get("words", "-"))
     if name.endswith("_life_hours"):
         return f"{value:.4g} h"
     if name.endswith("_dry_load_share"):
         return answer.share_words(value)
-    return grid_texts([value], units.get(name, "1"))[0]
+    return grid_texts([value], units.get(name, "1"), speed="speed" in name)[0]
 
 
 def _aligned(rows: list[list[str]]) -> list[str]:

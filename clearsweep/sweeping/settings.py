@@ -49,10 +49,35 @@ def number_of_joints(paths: Iterable[str]) -> int:
 def setting_text(swept: dict[str, Any], facts: dict[str, Any]) -> str:
     """Return the swept values of a case in words."""
     return ", ".join(
-        f"{wording.axis_name(path, number_of_joints(swept))} {value_text(path, value, facts)}"
+        f"{setting_name(path, swept, facts)} {value_text(path, value, facts)}"
         for path, value in swept.items()
         if value is not None
     )
+
+
+def setting_name(path: str, paths: Iterable[str], facts: Mapping[str, Any]) -> str:
+    """Return the name of a swept path, one of `paths`; clearances of fits are named radial."""
+    name = wording.axis_name(path, number_of_joints(paths))
+    return name.replace("clearance", "radial clearance", 1) if facts["fits"].get(path) else name
+
+
+def common_units(record: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the unit in which each varied path is shown: that of the grid, else the one that suits its values.
+
+    record : run.json; the result is like its `written_units`
+    """
+    written = dict(record.get("written_units") or {})
+    drawn = (record.get("sample") or {}).get("drawn", {})
+    varied = dict(record.get("sweep") or {}) | dict(record.get("zip") or {}) | drawn
+    for path, values in varied.items():
+        numbers = [value for value in values if isinstance(value, int | float) and not isinstance(value, bool)]
+        unit = record["units"].get(path, "1")
+        if path in written or not numbers or unit == "1":
+            continue
+        scale = wording.scale(unit, numbers, speed=path.endswith("speed"))
+        if scale.unit.replace(wording.BLANK, " ").isascii() or scale.unit.startswith("\u00b5"):
+            written[path] = {"unit": scale.unit, "factor": scale.factor, "offset": scale.offset}
+    return written
 
 
 def value_text(path: str, value: Any, facts: dict[str, Any]) -> str:

@@ -215,8 +215,8 @@ def _refuse_shard(grid: grids.Grid) -> None:
         raise InputError("shard: the cases of `identify` depend on one another; run it without shards")
     if grid.refine:
         raise InputError(
-            "shard: the cases that `refine` adds follow from all others; run the shards of the grid without it, merge "
-            "them, and run the grid with it in the merged directory"
+            "shard: the cases that `refine` adds depend on all others; run the shards without `refine` and merge them, "
+            "then run the grid with it in the merged directory"
         )
     if grid.checked_laws:
         raise InputError("shard: check_laws needs the worst of all cases; run the shards without it")

@@ -99,8 +99,8 @@ def fit(name: str, diameter: Fraction) -> Fit:
         )
         raise InputError(
             f"found {name}, {kind} at a nominal diameter of {float(diameter):g} mm: its diametral clearance is "
-            f"{float(low):g} to {float(high):g} um, radial {float(low / 2):g} to {float(high / 2):g} um; a joint needs "
-            "a clearance above 0, such as that of H7/g6 or H7/f7"
+            f"{float(low):g} to {float(high):g} um, radial {float(low / 2):g} to {float(high / 2):g} um; choose a "
+            "fit with a clearance above 0, such as H7/g6 or H7/f7"
         )
     radial = [float(clearance / 2 / 10**6) for clearance in (low, (low + high) / 2, high)]
     return Fit(f"{hole_class}/{shaft_class}", float(diameter / 1000), *radial)

@@ -170,8 +170,9 @@ _FACTOR_KEY = QuantityKey(
 UNCERTAIN_SECTION = NameSection(
     UNCERTAIN,
     "dotted path of a wear coefficient -> {factor: 3}, lognormal with 95 % between a third and three times its value; "
-    "or a distribution of `sample`; or `published`, loguniform over the range of the named wear pair; a life gets "
-    "a second interval from two further lives at the ends",
+    "or a distribution of `sample`; or `published`, loguniform over the range of the named wear pair. Two "
+    "further lives "
+    "at the ends give a second interval of the life",
     "path",
     "joints.rod-slider.wear.coefficient: {factor: 3}",
     {

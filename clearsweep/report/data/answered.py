@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...judging import answer
-from ...language import wording
+from ...judging.cases import Cases, column_texts
 from .study import Study
 from .worst_case import question
 
@@ -17,7 +17,7 @@ def answers(study: Study) -> list[str]:
     return answer.sentences(answer_cases(study))
 
 
-def answer_cases(study: Study) -> answer.Cases:
+def answer_cases(study: Study) -> Cases:
     """Return the finished cases of a study for `judging.answer`."""
     axes = {axis.path: axis for axis in study.swept()}
     ids = study.cases.index
@@ -26,15 +26,11 @@ def answer_cases(study: Study) -> answer.Cases:
         values: np.ndarray = study.cases[name].to_numpy()
         return values
 
-    def setting(index: int, paths: Sequence[str]) -> str:
-        known = [(axes[path], study.value(ids[index], path)) for path in paths if path in axes]
-        return ", ".join(f"{axis.name} {axis.text(value)}" for axis, value in known if value is not None)
+    def named_value(index: int, path: str) -> tuple[str, str] | None:
+        value = study.value(ids[index], path) if path in axes else None
+        return None if value is None else (axes[path].name, axes[path].text(value))
 
     def texts(name: str, values: Sequence[float]) -> list[str]:
-        if name in (answer.FASTEST,):
-            return [wording.scale("rad/s", value, speed=True).text(value) for value in values]
-        return wording.in_common_unit(values, study.unit(name))
+        return column_texts(name, study.unit(name), column(name), values)
 
-    return answer.Cases(
-        study.run.grid, study.run.layout, question(study), tuple(axes), list(ids), column, texts, setting
-    )
+    return Cases(study.run.grid, study.run.layout, question(study), tuple(axes), list(ids), column, texts, named_value)

@@ -3,6 +3,7 @@
 from ... import simulation
 from ...contracts.catalogue import Figure, Shown
 from ...contracts.layout import Column
+from ...judging import labels
 from .study import PER_HOURS, PER_STROKES, RATIO, Joint, Study
 
 #: The figures that are computed of columns of the summary, see `study`.
@@ -53,15 +54,8 @@ def shown(study: Study, table: str, joint: Joint | None = None) -> list[tuple[st
 
 
 def in_words(study: Study, column: str) -> str:
-    """Return how sentences call a column: as tables head it where one does, with its joint where there are several."""
-    if column == study.column("error_max"):
-        return f"{study.run.layout.output} error"
-    joint = next((joint for joint in study.joints if column.startswith(f"{joint.name}_")), None)
-    if joint is None:
-        return column.replace("_", " ")
-    headings = dict(shown(study, "forces", joint)) | {joint.column("force_peak_ratio"): "load over ideal peak"}
-    words = headings.get(column, column.removeprefix(f"{joint.name}_").replace("_", " "))
-    return words + study.where(joint, " ({})")
+    """Return the label of a column, as in the closing lines of a run."""
+    return labels.label(study.run.layout, column)
 
 
 def _computed(figure: Figure, joint: Joint) -> Column:

@@ -11,6 +11,7 @@ from ... import grid, simulation
 from ...contracts.case import Case
 from ...contracts.case import Joint as CaseJoint
 from ...judging import law_check, order
+from ...judging.cases import column_scale, column_texts
 from ...judging.verdict import EXCEEDED, Limit, limits_of
 from ...language import wording
 from ...store import BlockedRun, SampledRun, StoredRun
@@ -146,16 +147,17 @@ class Study(NamedTuple):
 
     def scale(self, column: str) -> wording.Scale:
         """Return the scale that suits a column of the finished cases."""
-        sizes = self.cases[column].abs().to_numpy(float)
-        return wording.scale(self.unit(column), float(sizes[np.isfinite(sizes)].max(initial=0.0)))
+        return column_scale(column, self.unit(column), self.cases[column].to_numpy(float))
 
     def text(self, case_id: str, column: str) -> str:
         """Return one figure of one case with its unit."""
         return self.texts((case_id, column))[0]
 
     def texts(self, *figures: tuple[str, str]) -> list[str]:
-        """Return figures (case_id, column) of one quantity for one sentence, all in the unit of the largest."""
-        return wording.in_common_unit((self.cases.at[figure] for figure in figures), self.unit(figures[0][1]))
+        """Return figures (case_id, column) of one quantity for one sentence, all in the unit of the first column."""
+        column = figures[0][1]
+        known = self.cases[column].to_numpy(float)
+        return column_texts(column, self.unit(column), known, [self.cases.at[figure] for figure in figures])
 
     def has(self, column: str) -> bool:
         """Return whether any finished case has this figure."""

@@ -60,10 +60,10 @@ class Family(NamedTuple):
     limit_values: np.ndarray | None  # (values of the axis,)
 
 
-def family(ax: Axes, drawn: Family, unit: str, name: str) -> None:
-    """Draw the curves of a family, and the limit as a horizontal line."""
+def family(ax: Axes, drawn: Family, scale: wording.Scale, name: str) -> None:
+    """Draw the curves of a family in the unit `scale`, and the limit as a horizontal line."""
     known = drawn.curves[np.isfinite(drawn.curves)]
-    scale, (places, spacing) = wording.scale(unit, known), _places(drawn.axis)
+    places, spacing = _places(drawn.axis)
     shades = colormaps["viridis"](np.linspace(0.0, 0.85, len(drawn.names)))
     for curve, word, shade in zip(drawn.curves, drawn.names, shades, strict=True):
         is_known = np.isfinite(curve)
@@ -93,10 +93,9 @@ def family(ax: Axes, drawn: Family, unit: str, name: str) -> None:
         ax.legend(title=title, handlelength=1.4, frameon=False, **where)
 
 
-def effect(ax: Axes, curves: Sequence[Curve], unit: str, limits: tuple[float, float], name: str) -> None:
-    """Draw medians of a figure (SI unit `unit`, within `limits`) over the values of one axis."""
+def effect(ax: Axes, curves: Sequence[Curve], scale: wording.Scale, limits: tuple[float, float], name: str) -> None:
+    """Draw medians of a figure, within `limits` (SI), in the unit `scale` over the values of one axis."""
     axis = curves[0].effect.axis
-    scale = wording.scale(unit, limits)
     places, spacing = _places(axis)
     ticks, named = places, spacing == "name"
     joints = list(dict.fromkeys(curve.colour for curve in curves if curve.band))

@@ -14,6 +14,7 @@ SIZE = (3.4, 2.7)  # inches, of a map: small, so that its letters are large on t
 CELLS_WIDTH, LETTER = 170.0, 0.62  # points, width of all cells; width of a letter over the font size
 SMALLEST_LETTERS, LARGEST_LETTERS = 6.0, 8.5  # points
 CELLS_VECTOR = 150  # cells above which they are drawn as pixels
+NOT_REACHED = "not\nreached"
 DECADES = 8.0  # ratio of largest to smallest value above which the colours are logarithmic
 
 
@@ -27,7 +28,8 @@ def heat_map(
 ) -> None:
     """Draw a figure as colours over two axes .
 
-    `table` : SI, shape (values of the second axis, of the first), NaN without a finished case.
+    `table` : SI, shape (values of the second axis, of the first), NaN without a finished case, infinite where some case
+    does not reach what is measured.
     `span` : SI, the ends of the colour scale.
     """
     (across, up), shown = axes, table / scale.factor
@@ -46,14 +48,14 @@ def heat_map(
         linewidth=0.3,
     )
     if all(size <= most for size, most in zip(shown.shape, LARGEST_LABELLED, strict=True)):
-        texts = [wording.plain(value, 3) if np.isfinite(value) else wording.DASH for value in shown.flat]
-        size = letters(shown.shape[1], max(map(len, texts)))
+        texts = [_number(value) for value in shown.flat]
+        size = letters(shown.shape[1], max(len(line) for text in texts for line in text.split("\n")))
         for (row, column), value in np.ndenumerate(shown):
             known = np.isfinite(value)
             ax.text(
                 column,
                 row,
-                wording.plain(value, 3) if known else wording.DASH,
+                _number(value),
                 ha="center",
                 va="center",
                 fontsize=size,
@@ -64,3 +66,10 @@ def heat_map(
     ax.set(xlabel=across.label(), ylabel=up.label())
     ax.tick_params(length=0)
     colour_bar(ax, mesh, f"{name} [{scale.unit}]" if scale.unit else name, logarithmic=wide)
+
+
+def _number(value: float) -> str:
+    """Return the text of a cell."""
+    if np.isinf(value):
+        return NOT_REACHED
+    return wording.plain(value, 3) if np.isfinite(value) else wording.DASH

@@ -81,8 +81,8 @@ def _picture(study: Study, drawn: Drawn, across: Axis, second: Axis | None) -> P
     names = [second.short(second.values[place]) if second else "" for place in kept]
     limit_values = None if drawn.limit is None else _bound(study, drawn.limit, across)
     family = Family(across, second.label() if second else "", names, table[kept], limit_values)
-    unit = study.unit(drawn.column)
-    ends = " to ".join(wording.in_common_unit((float(np.nanmin(table)), float(np.nanmax(table))), unit))
+    scale = study.scale(drawn.column)
+    ends = " to ".join(scale.text(end) for end in (float(np.nanmin(table)), float(np.nanmax(table))))
     others = [axis.name for axis in study.swept() if axis not in (across, second)]
     word = CALLED[reduced]
     selection_note = (
@@ -93,7 +93,7 @@ def _picture(study: Study, drawn: Drawn, across: Axis, second: Axis | None) -> P
         f"{capital(drawn.name)} over {across.name}",
         caption,
         f"{capital(drawn.name)} over {across.name}{f', a curve for each {second.name}' if second else ''}: {ends}.",
-        lambda ax: comparison.family(ax, family, unit, drawn.name),
+        lambda ax: comparison.family(ax, family, scale, drawn.name),
     )
 
 

@@ -9,7 +9,8 @@ from ..blocks.section import Gallery, Points, Section, filled
 from ..blocks.table import Column, Quantity, Table
 from ..data.leading import PEAK
 from ..data.shown import shown
-from ..data.study import PER_HOURS, RATIO, Joint, Study
+from ..data.study import RATIO, Joint, Study
+from ..data.worst_case import question
 from ..draw import comparison
 from ..draw.comparison import Curve
 from ..draw.style import BLUE, JOINT_COLOURS, RED
@@ -47,24 +48,23 @@ def sentences(study: Study, joint: Joint) -> list[str]:
     strong = [effect for effect in effects if effect.clear()]
     weak = [effect.axis.name for effect in effects if not effect.clear()]
     if not strong:
-        text = f"None of the swept values moves the {study.lead.name} clearly."
-        return [text, *_others(study, joint)]
-    if len(effects) == 1:
-        text = f"The {study.lead.name} varies with {_cause(strong[0], study)}."
-        return [text, *_others(study, joint)]
+        return _others(study, joint)  # as the answer says
+    if len(effects) == 1:  # the answer has its effect
+        return _others(study, joint)
     listed = [f"{effect.axis.name} ({wording.percent(effect.share)})" for effect in strong]
     text = f"What drives the {study.lead.name}, strongest first: {wording.sentence_list(listed)} of its variation."
     if weak:
         text += f" No clear effect on it: {wording.sentence_list(weak)}."
-    text += f" Its median is {_medians(strong[0], wording.scale(study.unit(strong[0].column), strong[0].medians))}."
     return [text, *_others(study, joint), *_relative_to_ideal(study, joint)]
 
 
 def _others(study: Study, joint: Joint) -> list[str]:
-    """Return a sentence each on what drives the other figures of the grid's question most, where that is clear."""
-    others = {"start_up_time": "start-up time", joint.column("film_loss"): "loss"}
-    others[study.column("error_max")] = f"{study.run.layout.output} error"
-    others[joint.column(PER_HOURS)] = "wear depth per 1000 h"
+    """Return a sentence each on what drives other figures most, where that is clear and the answer does not say it."""
+    asked, others = question(study).question, dict[str, str]()
+    if asked != "film":
+        others[joint.column("film_loss")] = "film loss"
+    if asked not in ("force", "start-up"):
+        others[study.column("error_max")] = f"{study.run.layout.output} error"
     sentences = []
     for column, name in others.items():
         if not column or column not in study.cases or not study.has(column):
@@ -92,7 +92,7 @@ def _relative_to_ideal(study: Study, joint: Joint) -> list[str]:
 
 def _cause(effect: MainEffect, study: Study) -> str:
     """Return the name of an axis with its smallest and largest median."""
-    return f"{effect.axis.name}: {_span(effect, wording.scale(study.unit(effect.column), effect.medians))}"
+    return f"{effect.axis.name}: {_span(effect, study.scale(effect.column))}"
 
 
 def _span(effect: MainEffect, scale: wording.Scale) -> str:
@@ -192,15 +192,15 @@ def _picture_over_axis(
 ) -> Picture:
     """Return the picture of curves over one axis; `names`: (of all curves together, of the first curve)."""
     (name, first), effect = names, curves[0].effect
-    unit, axis, medians = study.unit(effect.column), effect.axis, ""
+    scale, axis, medians = study.scale(effect.column), effect.axis, ""
     if len(axis.values) <= NOTED:
-        steps = zip(axis.values, wording.in_common_unit(effect.medians, unit), strict=True)
+        steps = zip(axis.values, map(scale.text, effect.medians), strict=True)
         medians = "; ".join(f"{axis.text(value)}: {median}" for value, median in steps)
     return Picture(
         f"{capital(name)} over {axis.name}",
         "" if np.isnan(effect.share) else f"{wording.percent(effect.share)} of the variation of {first}",
         f"Median of {first} over {axis.name}. {medians}",
-        lambda ax: comparison.effect(ax, curves, unit, limits, name),
+        lambda ax: comparison.effect(ax, curves, scale, limits, name),
         size=(3.3, 2.8),
     )
 
@@ -222,7 +222,7 @@ def _table(study: Study) -> Table:
     rows: list[tuple] = []
     for column, name in _affected(study):
         effects = [effect for effect in main_effects(study, column) if np.isfinite(effect.medians).any()]
-        scale = wording.scale(study.unit(column), [median for effect in effects for median in effect.medians])
+        scale = study.scale(column)
         rows += [_row(study, name, effect, scale) for effect in effects]
     note = (
         "Median over all finished cases that share a value; the other axes take all their values. Share of the "

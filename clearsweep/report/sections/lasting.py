@@ -1,6 +1,6 @@
 """Wear and life at a glance: deepest wear, its map, and the life of joints where the verdict does not lead."""
 
-from ...judging import answer
+from ...judging import sampled, wear
 from ..blocks.picture import Picture
 from ..blocks.section import Gallery, Points, Section, filled
 from ..data.answered import answer_cases
@@ -14,7 +14,8 @@ def sections(study: Study) -> list[Section]:
     if study.cases.empty:
         return []
     of_life = [] if question(study).question == "life" else life.ends(study)
-    blocks = filled([Points([*of_life, *answer.wear(answer_cases(study))]), Gallery("", _maps(study))])
+    of_wear = [] if sampled.is_one_sample(study.run.grid) else wear.sentences(answer_cases(study))
+    blocks = filled([Points([*of_life, *of_wear]), Gallery("", _maps(study))])
     return [Section("lasting", "Wear and life", blocks)]
 
 

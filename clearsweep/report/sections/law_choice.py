@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from ...judging import variance
 from ...language import wording
 from ..blocks.picture import Picture, capital
 from ..blocks.section import Part, Section
@@ -11,7 +12,7 @@ from ..data.axis import Axis
 from ..data.study import Joint, Study
 from ..draw import comparison
 from ..laws import elastic_comparison, law_verdict, restitution_comparison
-from ..statistics.main_effects import CLEAR_FACTOR, main_effects
+from ..statistics.main_effects import main_effects
 from ..statistics.matching import Matched, axis_key, matched
 
 CHOICES = (
@@ -153,7 +154,7 @@ def _sentence(study: Study, axis: Axis, spread: Table) -> str:
     sentence += f", the median of {comparisons.value} comparisons." if comparisons.value > 1 else "."
     effects = main_effects(study, hardest.column("force_peak"))
     effect = next((effect for effect in effects if effect.axis is axis), None)
-    if effect is not None and not effect.clear() and median >= CLEAR_FACTOR:
+    if effect is not None and not effect.clear() and median >= variance.CLEAR_FACTOR:
         sentence += (
             " The change of the peak is within the scatter, because a peak is a single event. To compare laws, use "
             "p99 or rms instead."

@@ -10,12 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...judging.order import START_UP
 from ...judging.verdict import MARGIN
 from ...language import wording
 from ..blocks.picture import Picture, Spot, capital
 from ..blocks.section import Gallery, Section, filled
 from ..data.axis import Axis
 from ..data.study import CALLED, RATIO, Joint, Study, cells, largest, median, over_other_axes, smallest
+from ..data.worst_case import question
 from ..draw import heat_map
 from ..statistics.main_effects import main_effects
 from .drivers import ideal_varies, line
@@ -69,9 +71,26 @@ def first(study: Study) -> list[Picture]:
     """Return the map of the leading figure over the pair of axes that moves it most: of the verdict without limits."""
     if study.cases.empty or study.limits:
         return []
+    if question(study).question == "start-up":
+        return start_up(study)
     maps = [each for joint in study.joints for each in _maps(study, joint)]
     pictures = [(_picture(study, each, _span(maps, each.name)), each.joint) for each in maps[:1]]
     return [picture._replace(title=picture.title + study.where(joint, ", joint {}")) for picture, joint in pictures]
+
+
+def start_up(study: Study) -> list[Picture]:
+    """Return the start-up time over the two axes that move it most, or over the only one; [] without one."""
+    if not study.has(START_UP):
+        return []
+    effects = main_effects(study, START_UP)
+    if len(effects) < 2:
+        return [line(study, effect, "start-up time") for effect in effects]
+    pair = _in_order(study, (effects[0].axis, effects[1].axis))
+    times = study.cases[START_UP].to_numpy(float)
+    table = over_other_axes(study, times, pair, largest)
+    missing = over_other_axes(study, np.isnan(times).astype(float), pair, largest)
+    shown = Map(study.joints[0], START_UP, "start-up time", pair, np.where(missing == 1.0, np.inf, table))
+    return [_picture(study, shown, (float(np.nanmin(times)), float(np.nanmax(times))))]
 
 
 def _maps(study: Study, joint: Joint) -> list[Map]:
@@ -135,11 +154,14 @@ def _in_order(study: Study, pair: tuple[Axis, Axis]) -> tuple[Axis, Axis]:
 
 def _picture(study: Study, shown: Map, span: tuple[float, float]) -> Picture:
     (across, up), table = shown.pair, shown.table
-    scale = wording.scale(study.unit(shown.column), span)
+    scale = study.scale(shown.column)
     others = [axis.name for axis in study.swept() if axis not in shown.pair]
     word = CALLED[_reduced(study, shown.column)]
     caption = f"{word} over {wording.sentence_list(others)}." if others else "One case per cell."
-    lowest, highest = (scale.text(value) for value in (np.nanmin(table), np.nanmax(table)))
+    known = table[np.isfinite(table)]
+    lowest, highest = (scale.text(value) for value in (known.min(), known.max())) if known.size else ("", "")
+    if np.isinf(table).any():
+        caption += " Not reached: in a case of the cell the motor does not reach its speed."
     return Picture(
         f"{capital(shown.name)}: {across.name} {wording.TIMES} {up.name}",
         caption,

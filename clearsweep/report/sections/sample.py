@@ -14,11 +14,20 @@ from ..data.study import Study
 from ..draw import comparison
 from ..draw.style import RED
 from ..samples.rank_table import correlations, rank_table
-from ..samples.sample_tables import Judged, effect_table, index_table, limit_table, limited_figures, spread_table
+from ..samples.sample_tables import (
+    Judged,
+    effect_table,
+    index_table,
+    limit_table,
+    limited_figures,
+    spread_table,
+    variables,
+)
 from ..statistics import sensitivity
 from ..statistics.sensitivity import Setting
 
 HISTOGRAMS = 12  # drawn at most
+MOST_CLOUDS = 4  # seen at once
 SCATTERED = 3  # figures, and variables of each, that are drawn
 SCATTER_NOTE = (
     "Each figure over the variables with the highest correlation. Brackets: 95 % interval; dashed line: the limit, if "
@@ -34,6 +43,8 @@ def sections(study: Study) -> list[Section]:
     if not samples:
         return []
     if study.run.grid["sample"]["method"] in INDEPENDENT:
+        if sampled.is_one_sample(study.run.grid):
+            return []  # they are part of the answer
         blocks: list[Block] = [Points(_spreads(study, samples)), limit_table(study, every)]
         return [Section("sample", "Probabilistic study", filled(blocks))]
     return [Section("sample", "What drives the spread", filled(_sensitivity(study, samples)))]
@@ -50,10 +61,21 @@ def leading(study: Study) -> list[Section]:
     if not known:
         return []
     clear = sum(sampled.is_clear(partial) for _, _, partial in known)
-    names = {axis.path: axis.name for axis in study.axes}
-    drawn = Gallery(SCATTER_NOTE, _clouds(study, sample, figures[0])[: max(clear, 1)], small=True)
-    causes = Points([sampled.causes(f"the {figures[0].name}", known, names)])
-    return [Section("sample-drivers", "What drives it", [causes, drawn])]
+    clouds = _clouds(study, sample, figures[0])[: max(clear, 1)]
+    for figure in figures[1:]:
+        clouds += _clouds(study, _widest(samples, figure), figure)[:1] if figure.limits else []
+    causes = [] if sampled.is_one_sample(study.run.grid) else _causes(study, sample, figures[0])
+    drawn = Gallery(SCATTER_NOTE, clouds[:MOST_CLOUDS], small=True)
+    return [Section("sample-drivers", "What drives it", filled([Points(causes), drawn]))]
+
+
+def _causes(study: Study, sample: Setting, figure: Judged) -> list[str]:
+    """Return the sentence on the variables that drive a figure of a sample."""
+    table, names = study.run.grid["sample"]["drawn"], variables(study)
+    drawn = {path: np.asarray(table[path], float) for path in names}
+    values = np.asarray(sample.figures[figure.column], float)
+    said = sampled.driver_sentences(drawn, values, names, lambda numbers: wording.in_common_unit(numbers, figure.unit))
+    return [" ".join([f"{capital(figure.name)}:", *said])] if said else []
 
 
 def _spreads(study: Study, samples: list[Setting]) -> list[str]:
@@ -79,7 +101,7 @@ def _spread(study: Study, sample: Setting, figure: Judged, values: np.ndarray) -
     sure = f" (95 %: {' to '.join(texts_of[3:])})" if len(texts_of) == 5 else ""
     at = [f"{name} {text}" for name, text in _point(study, sample)]
     where = f" at {', '.join(at)}" if at else ""
-    return sampled.spread(capital(figure.name), texts_of[:3], sure, where)
+    return sampled.spread(f"{capital(figure.name)}{where}: median", texts_of[:3], sure)
 
 
 def _point(study: Study, sample: Setting) -> list[tuple[str, str]]:
@@ -99,7 +121,10 @@ def more(study: Study) -> list[Section]:
     samples = _independent(study)
     if not samples:
         return []
+    every = sensitivity.settings(study.run)
+    one = sampled.is_one_sample(study.run.grid)
     blocks: list[Block] = [
+        *([limit_table(study, every)] if one else []),
         spread_table(study, samples),
         Gallery(SCATTER_NOTE, _scatter(study, samples), small=True),
         rank_table(study, samples),
@@ -144,7 +169,7 @@ def _cloud(study: Study, sample: Setting, figure: Judged, path: str, correlation
     """Return one figure over one variable, with its rank correlation and its limit."""
     y, x = sample.figures[figure.column], np.asarray(study.run.grid["sample"]["drawn"][path], float)
     axis = next(axis for axis in study.axes if axis.path == path)
-    scale = wording.scale(figure.unit, y[np.isfinite(y)])
+    scale = study.scale(figure.column)
     bounds = [limit.value / scale.factor for limit in figure.limits if not limit.times]
     low, high = (wording.plain(end, 2) for end in correlation[1:])
     caption = f"Rank correlation {wording.plain(correlation.value, 2)} ({low} to {high}), all variables varying."
@@ -172,7 +197,7 @@ def _histogram(study: Study, sample: Setting, figure: Judged) -> Picture:
     """Return the histogram of one figure, with its quantiles and its limit."""
     values = sample.figures[figure.column]
     values = values[np.isfinite(values)]
-    scale = wording.scale(figure.unit, values)
+    scale = study.scale(figure.column)
     marks = tuple(np.quantile(values, sampled.QUANTILES))
     settings = [f"{name} {text}" for name, text in _point(study, sample)]
     quantiles = zip(sampled.QUANTILES, marks, strict=True)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...judging import answer, verdict
+from ...judging import answer, designs, probability, sampled, start_up, verdict
 from ...language import wording
 from ..blocks.picture import capital
 from ..blocks.section import Cards, Section
@@ -15,6 +15,7 @@ from ..statistics import elastic_range
 from . import identified, optimised, seek
 
 ONSET = "onset_rate_max"
+THERE = "in the case of the thinnest film"
 LISTED_VALUES = 3  # swept values of a case up to which a card has them all
 
 
@@ -28,15 +29,13 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
     finished, failed = counts.finished_and_failed(study)
     missing = study.run.grid.get("counts", {}).get("missing", 0)
     note = (f"{failed} failed" if failed else "none failed") + (f", {missing} not run yet" if missing else "")
-    cards = [("Cases finished", f"{finished} of {finished + failed + missing}", note)]
+    cards = [] if study.cases.empty else _answer(study)
+    cards.append(("Cases finished", f"{finished} of {finished + failed + missing}", note))
     if study.run.marks():
         shown = "random rows, and the rows with the smallest and the largest value of each figure among all cases"
         cards.append(("Shown on this page", f"{len(study.cases) + len(study.failed)} cases", shown))
     if study.cases.empty:
         return cards
-    if started := answer.start_up_card(answer_cases(study)):
-        cards.append(("Start-up time", *started))
-    cards += _answer(study)
     if question(study).question == "identify":
         return cards  # the others would be of machines that were only tried
     figures = (
@@ -61,9 +60,17 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
 
 def _answer(study: Study) -> list[tuple[str, str, str]]:
     """Return the cards that answer the question of the grid: the figures of its worst case."""
-    worst, lead = worst_case(study), question(study)
+    lead = question(study)
     if lead.question == "identify":
         return identified.cards(study)
+    started = start_up.card(answer_cases(study))
+    cards = [("Start-up time", *started)] if started else []
+    return cards + _of_worst(study)
+
+
+def _of_worst(study: Study) -> list[tuple[str, str, str]]:
+    """Return the cards on the worst case by the question of the grid."""
+    worst, lead = worst_case(study), question(study)
     if worst is None:
         return []
     case_id, candidate = worst
@@ -71,12 +78,16 @@ def _answer(study: Study) -> list[tuple[str, str, str]]:
     at = _at(study, case_id)
     if lead.question == "life":
         return [("Shortest life", f"{wording.plain(value)}{wording.BLANK}h", at)]
+    if lead.question == "start-up":
+        return []
     if lead.question in ("seek", "limits"):
         exceeded = study.cases.at[case_id, verdict.EXCEEDED]
         limits = counts.limits(study)
         margin, _, times = verdict.margin_words(value, study.limits, exceeded).partition(" (")
         return [
             *seek.card(study),
+            *_chance(study),
+            *_designs(study),
             ("Within the limits", f"{limits.cases - limits.exceeding} of {limits.cases}", "finished cases"),
             ("Smallest margin", margin, "; ".join(filter(None, (times.strip("( )"), at)))),
         ]
@@ -91,12 +102,30 @@ def _answer(study: Study) -> list[tuple[str, str, str]]:
         figure = float(study.cases.at[case_id, name])
         if name.endswith("dry_load_share"):
             value_text = answer.share_words(figure)
-            cards.append(
-                ("Dry load share", value_text, "no contact behind the film" if np.isnan(figure) else "of that case")
-            )
+            cards.append(("Dry load share", value_text, "no contact behind the film" if np.isnan(figure) else THERE))
         elif not np.isnan(figure):
-            cards.append((capital(heading), study.text(case_id, name), "of that case"))
+            cards.append((capital(heading), study.text(case_id, name), THERE))
     return cards
+
+
+def _designs(study: Study) -> list[tuple[str, str, str]]:
+    """Return the card on designs that keep to the limits under every condition; [] without designs."""
+    cases = answer_cases(study)
+    grouped = designs.of_cases(cases.axes, cases.column, len(cases.case_ids))
+    if grouped is None or sampled.is_one_sample(study.run.grid):
+        return []
+    passing = sum(margin >= 0.0 for margin in grouped.margins)
+    names = wording.sentence_list([wording.axis_name(path) for path in grouped.conditions])
+    return [("Designs within the limits", f"{passing} of {len(grouped.margins)}", f"at every {names}")]
+
+
+def _chance(study: Study) -> list[tuple[str, str, str]]:
+    """Return the card on the probability of exceeding a limit; [] unless the cases are one random sample."""
+    limits = counts.limits(study)
+    if not sampled.is_one_sample(study.run.grid) or not limits.cases:
+        return []
+    value, _, interval = probability.percentages(probability.share(limits.exceeding, limits.cases)).partition(" (")
+    return [("Probability of exceeding a limit", value, interval.removesuffix(")"))]
 
 
 def _at(study: Study, case_id: str) -> str:

@@ -4,14 +4,15 @@ import itertools
 
 import numpy as np
 
-from ...judging import order, probability, verdict
-from ...judging.answer import MANY_AXES
+from ...judging import designs, order, probability, sampled, verdict
+from ...judging.cases import MANY_AXES
+from ...judging.labels import limit_label
 from ...language import wording
 from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture, capital
 from ..blocks.section import Block, Gallery, Points, Section, filled
 from ..blocks.table import Column, Quantity, Table, counted
-from ..data.answered import answers
+from ..data.answered import answer_cases, answers
 from ..data.axis import Axis
 from ..data.shown import in_words
 from ..data.study import Joint, Study, largest, over_other_axes
@@ -32,19 +33,20 @@ def sections(study: Study) -> list[Section]:
     """Return the section."""
     if study.cases.empty:
         none = f"None of the {wording.count(len(study.failed), 'case')} finished; the reasons are listed below."
-        return [Section("verdict", "Verdict", [Points([none])])]
+        return [Section("verdict", "Answer", [Points([none])])]
     points = [
         *_so_far(study),
         *life.ends(study),
         *safest(study),
         *optimised.answers(study),
+        *(_chance(study) if sampled.is_one_sample(study.run.grid) else []),
         *answers(study),
         *_kept(study),
         *_advice(study),
         *law_check.sentences(study),
     ]
     blocks: list[Block] = [Points(points), Gallery("", [*_maps(study)[:1], *maps.first(study)])]
-    return [Section("verdict", "Verdict", filled(blocks))]
+    return [Section("verdict", "Answer", filled(blocks))]
 
 
 def more(study: Study) -> list[Section]:
@@ -65,9 +67,9 @@ def _so_far(study: Study) -> list[str]:
 
 def _advice(study: Study) -> list[str]:
     """Return the limit to add to a grid without limits."""
-    if question(study).question not in ("film", "force"):
+    if question(study).question not in order.BY_CONTENT:
         return []
-    return [capital(order.no_limits(study.run.layout)) + "."]
+    return [capital(order.no_limits(study.run.layout, question(study))) + "."]
 
 
 def ratios(study: Study) -> list[str]:
@@ -107,16 +109,20 @@ def _kept(study: Study) -> list[str]:
     counted_cases = counts.limits(study)
     beyond, cases = counted_cases.exceeding, wording.count(counted_cases.cases, "case")
     first = f"{beyond} of {cases} exceed at least one limit" if beyond else f"All of {cases} keep to the limits"
-    first += f": {wording.sentence_list(_each(study))}."
+    answered = question(study).question == "limits" and len(study.limits) == 1  # then the answer has the limit
+    first += "." if answered else f": {wording.sentence_list(_each(study))}."
     if "refine" in study.run.grid:
         first += " They include cases that refine placed near the boundary, so this count is not a share of designs."
-    sentences = [first, *_chance(study), *_not_judged(study)]
+    one = sampled.is_one_sample(study.run.grid)
+    sentences = [first, *([] if one else _chance(study)), *_not_judged(study)]
     if study.has(verdict.MARGIN):
         margins = study.cases[verdict.MARGIN]
         worst, best = margins.idxmin(), margins.idxmax()
         which = study.cases.at[worst, verdict.EXCEEDED]
         named = f" ({', '.join(in_words(study, name) for name in which.split(','))})" if which else ""
-        for word, case_id, remark in (("Smallest", worst, named), ("Largest", best, ""))[: 1 + (best != worst)]:
+        ends = (("Smallest", worst, named), ("Largest", best, ""))
+        both = best != worst and question(study).question != "limits"
+        for word, case_id, remark in ends[: 1 + both]:
             margin = verdict.margin_words(
                 float(study.cases.at[case_id, verdict.MARGIN]), study.limits, study.cases.at[case_id, verdict.EXCEEDED]
             )
@@ -198,10 +204,7 @@ def _table(study: Study) -> Table:
 
 def _limit(study: Study, limit: verdict.Limit) -> str:
     """Return a limit in words: 'force peak at most 60 kN'."""
-    limit_text = limit.words(study.unit(limit.column))
-    if limit.times:
-        limit_text = limit_text.replace(limit.times, f"the {in_words(study, limit.times)}")
-    return f"{in_words(study, limit.column)} {limit_text}"
+    return limit_label(study.run.layout, limit, study.unit(limit.column))
 
 
 def _maps(study: Study) -> list[Picture]:
@@ -223,7 +226,9 @@ def _map(study: Study, across: Axis, up: Axis) -> Picture:
     between = _between(study, exceeded, across, up)
     passing_cells, cells = int((failing == 0.0).sum()), int(np.isfinite(failing).sum())
     others = [axis.name for axis in study.swept() if axis not in (across, up)]
+    elsewhere, remark = _failing_elsewhere(study, (across, up))
     caption = f"{NOTE} Worst over {wording.sentence_list(others)}." if others else f"{NOTE} One case per cell."
+    caption += remark
     if len(between.x):
         dots = wording.count(len(between.x), "dot")
         caption += f" {capital(dots)}: cases that refine placed between; crosses exceed a limit."
@@ -232,9 +237,22 @@ def _map(study: Study, across: Axis, up: Axis) -> Picture:
         caption,
         f"Map of the smallest margin over {across.name} and {up.name}: {passing_cells} of {cells} cells keep to all "
         f"limits. {caption}",
-        lambda ax: pass_share.cells(ax, smallest, failing, (across, up), between),
+        lambda ax: pass_share.cells(ax, (smallest, failing, elsewhere), (across, up), between),
         heat_map.SIZE,
     )
+
+
+def _failing_elsewhere(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, str]:
+    """Return for each cell whether its design exceeds a limit under some condition (0 or 1), and the remark on it."""
+    cases = answer_cases(study)
+    grouped = designs.of_cases(cases.axes, cases.column, len(cases.case_ids))
+    fails = np.zeros(len(cases.case_ids))
+    if grouped is not None and any(axis.path in grouped.conditions for axis in pair):
+        for margin, members in zip(grouped.margins, grouped.members, strict=True):
+            fails[list(members)] = margin < 0.0
+    names = [wording.axis_name(path) for path in grouped.conditions] if grouped is not None else []
+    remark = f" (ok): kept here, but not at every {wording.sentence_list(names)}." if fails.any() else ""
+    return over_other_axes(study, fails, pair, largest), remark
 
 
 def _between(study: Study, exceeded: np.ndarray, across: Axis, up: Axis) -> pass_share.Dots:

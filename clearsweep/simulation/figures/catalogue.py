@@ -108,8 +108,8 @@ JOINT = (
     Figure(
         "yield_speed",
         "m/s",
-        "approach speed at which the contact first yields, by its elastic law; with the largest effective mass of any "
-        "direction at the start of the run; null: unknown",
+        "approach speed at which the contact first yields, by its elastic law and the largest effective mass at the "
+        "start of the run; null: unknown",
         of="joint",
         needs=("strength",),
         differs=False,

@@ -1,0 +1,125 @@
+"""The finished cases of a run, as the sentences that answer the question of its grid need them."""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..contracts.layout import Layout
+from ..language import wording
+from . import labels
+from .order import FASTEST, Lead
+from .verdict import Limit, figures_of, limits_of
+
+MANY_AXES = 4  # varied values of a case above which a sentence has its identity instead
+UNIT = re.compile(r"[\s\u00a0].*$")  # of a number: all after its first blank
+LARGE = 0.95  # of the cases: the unit suits their largest value, and a single peak does not decide it
+UNIT_RANGE = (1e-3, 1e5)  # numbers outside this range have a unit of their own
+
+
+class Cases(NamedTuple):
+    """The finished cases of a run, as numbers and in words."""
+
+    record: Mapping[str, Any]  # run.json
+    layout: Layout
+    lead: Lead
+    axes: tuple[str, ...]  # varied paths
+    case_ids: Sequence[str]
+    column: Callable[[str], np.ndarray]  # values (n,) of a column or a path; SI, NaN for null
+    texts: Callable[[str, Sequence[float]], list[str]]  # column and values -> words, in the unit of the column
+    named_value: Callable[[int, str], tuple[str, str] | None]  # index, path -> name and value in words; None: unused
+    with_effects: bool = True  # whether the cases are all, so that medians over varied values are known
+
+    def setting(self, index: int, paths: Sequence[str]) -> str:
+        """Return the values of a case at some paths in words: 'crank speed 60 rpm, clearance 0.1 mm'."""
+        pairs = [self.named_value(index, path) for path in paths]
+        return ", ".join(f"{name} {value}" for name, value in filter(None, pairs))
+
+    def at(self, index: int) -> str:
+        """Return ' at crank speed 60 rpm', or the identity where many values vary; '' without variation."""
+        if len(self.axes) > MANY_AXES:
+            return f" in case {wording.short_id(self.case_ids[index])}"
+        setting = self.setting(index, self.axes)
+        return f" at {setting}" if setting else ""
+
+    def named(self, index: int) -> str:
+        """Return ' (case 1a7fc708)', or '' where `at` has the identity already."""
+        return "" if len(self.axes) > MANY_AXES else f" (case {wording.short_id(self.case_ids[index])})"
+
+    def text(self, column: str, index: int) -> str:
+        """Return a figure of a case in words."""
+        return self.texts(column, [float(self.column(column)[index])])[0]
+
+    def has(self, column: str) -> bool:
+        """Return whether any case has a figure."""
+        if not any(known.name == column for known in self.layout.columns):
+            return False
+        return bool(np.isfinite(self.column(column)).any())
+
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """Return the limits of the grid."""
+        return limits_of(self.record.get("limits") or {}, self.layout.columns)
+
+    def limit_label(self, limit: Limit) -> str:
+        """Return a limit in words."""
+        units = {column.name: column.unit for column in self.layout.columns}
+        units |= {figure.name: figure.unit for figure in figures_of(self.record.get("figures") or {}, units)}
+        return labels.limit_label(self.layout, limit, units.get(limit.column, "1"))
+
+    def label(self, column: str) -> str:
+        """Return the label of a column."""
+        return labels.label(self.layout, column)
+
+    def extremes(self, column: str) -> tuple[int, int]:
+        """Return the cases with the smallest and the largest value of a figure that some case has."""
+        values = self.column(column)
+        return int(np.nanargmin(values)), int(np.nanargmax(values))
+
+    def worst(self, lead: Lead | None = None) -> tuple[int, tuple[str, ...], str] | None:
+        """Return index, columns and joint of the worst case by a ranking, default `lead`; None if all are null."""
+        lead = lead or self.lead
+        if not lead.candidates:
+            return None
+        values, which = lead.worst({name: self.column(name) for name in lead.columns})
+        badness = lead.ranking(values)
+        if np.isneginf(badness).all():
+            return None
+        index = int(np.flatnonzero(badness == badness.max())[-1])
+        candidate = lead.candidates[int(which[index])]
+        return index, candidate.columns, candidate.joint
+
+    def in_joint(self, joint: str) -> str:
+        """Return ' in joint NAME', or '' if there is but one joint."""
+        return f" in joint {wording.joint_name(joint)}" if len(self.layout.joints) > 1 else ""
+
+
+def column_scale(name: str, unit: str, known: np.ndarray) -> wording.Scale:
+    """Return the unit in which a column is shown everywhere: that of its largest values, of a film of the median.
+
+    known : (n,) SI, the values of the column
+    """
+    if name == FASTEST:
+        return wording.scale(unit, 0.0, speed=True)
+    sizes = np.abs(known[np.isfinite(known)])
+    sizes = sizes[sizes > 0.0]
+    share = 0.5 if name.endswith("film_thickness_min") else LARGE
+    size = np.quantile(sizes, share) if sizes.size else 0.0
+    return wording.scale(unit, float(size))
+
+
+def column_texts(name: str, unit: str, known: np.ndarray, values: Sequence[float]) -> list[str]:
+    """Return values of a column as number and unit: in the unit of the column, or in their own if it does not suit."""
+    scale = column_scale(name, unit, np.asarray(known, float))
+    sizes = [abs(value) / scale.factor for value in values if value and np.isfinite(value)]
+    if sizes and not (UNIT_RANGE[0] <= min(sizes) and max(sizes) < UNIT_RANGE[1]):
+        return wording.in_common_unit(values, unit)
+    return [scale.text(value) for value in values]
+
+
+def from_to(first: str, last: str) -> str:
+    """Return 'from 1 to 2 mm' of '1 mm' and '2 mm'."""
+    match = UNIT.search(last)
+    shared = match[0] if match and "(" not in last else ""
+    return f"from {first.removesuffix(shared)} to {last}"

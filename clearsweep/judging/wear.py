@@ -1,0 +1,67 @@
+"""Sentences on wear: its depth in 1000 hours, what moves it, and whether that is a forecast."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ..contracts.layout import JointLayout
+from ..language import wording
+from . import effects
+from .cases import Cases
+from .validity import THOUSAND_HOURS
+
+
+def sentences(cases: Cases) -> list[str]:
+    """Return for each joint the fastest wear of a body, and the growth of the clearance where surfaces evolve."""
+    lines = []
+    for joint in cases.layout.joints:
+        depths = depth_in_1000_hours(cases, joint)
+        if depths is None:
+            continue
+        worst = int(np.nanargmax(depths))
+        (depth,) = wording.in_common_unit([float(depths[worst])], "m")
+        text = f"Deepest wear of one body{cases.in_joint(joint.name)}: {depth} per 1000 h{cases.at(worst)}."
+        parts = [text, *_growth(cases, joint, worst), *remark(cases, joint, worst, float(depths[worst]))]
+        lines.append(" ".join([*parts, *effects.sentences(cases, effects.NEXT, depths, _texts, 1)]))
+    return lines
+
+
+def depth_in_1000_hours(cases: Cases, joint: JointLayout) -> np.ndarray | None:
+    """Return the depth (m) that each case wears in 1000 hours at the rate of its window; None without wear."""
+    rate = f"{joint.name}_wear_rate_max"
+    return THOUSAND_HOURS * cases.column(rate).astype(float) if joint.wear_bins and cases.has(rate) else None
+
+
+def remark(cases: Cases, joint: JointLayout, index: int, depth: float) -> list[str]:
+    """Return that a depth (m) in 1000 hours is no forecast where it exceeds the clearance of its case; else []."""
+    clearance = _clearance(cases, joint, index)
+    if clearance is None or depth <= clearance:
+        return []
+    (size,) = wording.in_common_unit([clearance], "m")
+    hours = f"{wording.plain(1000.0 * clearance / depth, 2)} h"
+    return [f"This is no forecast: after {hours} the wear equals the clearance of {size}, and the rate changes."]
+
+
+def _texts(values: Sequence[float]) -> list[str]:
+    return wording.in_common_unit(values, "m")
+
+
+def _growth(cases: Cases, joint: JointLayout, worst: int) -> list[str]:
+    """Return the growth of the clearance per 1000 hours of the life of a case; [] without a life."""
+    growth, hours = (f"{joint.name}_{figure}" for figure in ("clearance_growth", "life_hours"))
+    if not (cases.has(growth) and cases.has(hours)):
+        return []
+    grown = 1000.0 * float(cases.column(growth)[worst]) / float(cases.column(hours)[worst])
+    if not np.isfinite(grown):
+        return []
+    (per_hours,) = wording.in_common_unit([grown], "m")
+    return [f"Both bodies together widen the clearance by {per_hours} per 1000 h of its life."]
+
+
+def _clearance(cases: Cases, joint: JointLayout, index: int) -> float | None:
+    """Return the clearance (m) of a joint in a case; None where it has none of a fixed number."""
+    title = wording.joint_name(joint.name)
+    path = f"joints.{title}.clearance"
+    section: Mapping = (cases.record.get("joints") or {}).get(title) or {}
+    value = float(cases.column(path)[index]) if path in cases.axes else section.get("clearance")
+    return value if isinstance(value, float) and value > 0.0 else None
