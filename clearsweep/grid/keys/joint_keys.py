@@ -40,7 +40,7 @@ _ONSET = Word(
     "how long the damping uses the onset rate of a contact: to its end, or until the contact has lasted",
     "renewed",
     sweep=True,
-    idle=True,
+    may_be_unused=True,
 )
 
 
@@ -121,7 +121,7 @@ def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:
         unless=(f"{contact}.law", hertzian),
     )
     default_text = f"default {JOURNAL} with `material` and `length` but without `stiffness` and `exponent`"
-    return word_key._replace(text=f"{word_key.text}; {default_text}", rather=conditional)
+    return word_key._replace(text=f"{word_key.text}; {default_text}", conditional_default=conditional)
 
 
 def add_thermal(tree: Shape, path: str) -> None:
@@ -285,7 +285,7 @@ def through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> No
         "spread",
         sweep=True,
         when=((f"{path}.contact.law", elastic),),
-        idle=True,
+        may_be_unused=True,
     )
     for name, text, unit, count in _MISALIGNED:
         tree[f"{path}.{name}"] = Section(text, "implied", count)

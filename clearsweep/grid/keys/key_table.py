@@ -191,7 +191,7 @@ def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
 def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
     """Add the keys of a section of a mechanism."""
     if keys.path not in tree:
-        tree[keys.path] = Section(keys.text, keys.need, keys.items, keys.alone)
+        tree[keys.path] = Section(keys.text, keys.need, keys.items, keys.scalar_factors)
     for name, text in keys.flags:
         tree[f"{keys.path}.{name}"] = Flag(text)
     for choice in keys.words:
@@ -298,7 +298,7 @@ def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
         "mean",
         sweep=True,
         noun="law",
-        rather=ConditionalDefault("hertz-line", one_of=moduli(path)),
+        conditional_default=ConditionalDefault("hertz-line", one_of=moduli(path)),
     )
     add_laws(tree, wear, "law", catalogue.of("wear"))
     add_laws(tree, wear, "pressure", catalogue.of("pressure"))

@@ -208,7 +208,7 @@ def read_sample(problems: Problems, written: WrittenValue, variables: int) -> Sa
         for key in ("n", "seed"):
             if key in content:
                 sentence = "is not used by one-at-a-time, whose cases follow from the variables; leave it out"
-                problems.add(written.key_place(key), f"sample.{key}", sentence)
+                problems.add(written.key_position(key), f"sample.{key}", sentence)
         n, seed = 1, 0
     else:
         n, seed = (SAMPLE_SECTION.value(problems, written, key) for key in ("n", "seed"))
