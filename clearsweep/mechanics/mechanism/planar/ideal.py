@@ -74,16 +74,16 @@ class Ideal:
         x, y = np.subtract(body.points[aim.point], body.center)
         c, s = math.cos(aim.direction), math.sin(aim.direction)
         cosine, sine = portable.cos(q[:, i + 2]), portable.sin(q[:, i + 2])
-        along = c * (x * cosine - y * sine) + s * (x * sine + y * cosine)  # of the arm, along and across the direction
-        across = c * (-x * sine - y * cosine) + s * (x * cosine - y * sine)
+        axial = c * (x * cosine - y * sine) + s * (x * sine + y * cosine)  # of the arm, along and across the direction
+        transverse = c * (-x * sine - y * cosine) + s * (x * cosine - y * sine)
         angle_derivative, angle_second = derivative[:, i + 2], second_derivative[:, i + 2]
         return (
-            c * q[:, i] + s * q[:, i + 1] + along,
-            c * derivative[:, i] + s * derivative[:, i + 1] + across * angle_derivative,
+            c * q[:, i] + s * q[:, i + 1] + axial,
+            c * derivative[:, i] + s * derivative[:, i + 1] + transverse * angle_derivative,
             c * second_derivative[:, i]
             + s * second_derivative[:, i + 1]
-            + across * angle_second
-            - along * angle_derivative**2,
+            + transverse * angle_second
+            - axial * angle_derivative**2,
         )
 
     def apart(self, offsets: Mapping, angle: float) -> Turn:
