@@ -72,7 +72,7 @@ _STICKING = """def accelerate(mechanism, pose, loads):
 
 
 class FrictionMotion(NamedTuple):
-    """Motion of a machine with the powers and sliding speeds of friction in joints without clearance or of given size."""
+    """Motion of a machine, with powers and sliding speeds of friction in joints without clearance or of given size."""
 
     accelerations: tuple
     output: float
