@@ -130,7 +130,7 @@ def _dependent(ideal_machine: Ideal, form: Planar, coordinates: list) -> tuple[i
     """Return the indices of the dependent coordinates: machines that differ in masses and loads share them."""
     kinds = kinds_of(form)
     inputs = Alike((form, machine_type(kinds), coordinates))
-    return _shared_dependent(geometry_of(ideal_machine.whole), kinds, inputs)
+    return _shared_dependent(geometry_of(ideal_machine.full_machine), kinds, inputs)
 
 
 @functools.lru_cache(maxsize=64)
@@ -160,11 +160,11 @@ def _start(ideal_machine: Ideal, state: list[Coordinate], offsets: Mapping) -> n
 
     offsets : as of `build`.  Raises ClosureError if the joints cannot be displaced by them.
     """
-    machine, angle = ideal_machine.whole, ideal_machine.machine.drive.start_angle
+    machine, angle = ideal_machine.full_machine, ideal_machine.machine.drive.start_angle
     turn = ideal_machine.apart(offsets, angle)
     if not np.all(np.isfinite(turn.q)):
         raise ClosureError("its joints cannot begin as far apart as specified", _moving(machine)[0], angle)
-    values = [ideal_machine.read(item, turn) for item in state]
+    values = [ideal_machine.coordinate(item, turn) for item in state]
     speed = crank_speed(machine)
     coordinates, rates = [float(value) for value, _ in values], [speed * float(slope) for _, slope in values]
     for i, item in enumerate(state):

@@ -21,10 +21,10 @@ from .turn import Turn, between
 
 STATIONS = 720  # of a turn, at which the machine is closed
 FIRST_STATIONS = 24  # of them, found one after the other; the others begin between these
-FINEST_STEP = 4**6  # parts into which the way from one to the next is divided
+FINEST_STEP = 4**6  # most parts into which an interval between stations is divided
 LARGEST_JUMP = 0.1  # rad, by which an angle may differ from the parabola through the last station
 NEAR_SINGULAR = 1e-7  # least singular value of the constraints over the largest, lengths measured by the machine's size
-SQUARE = 1e-9  # of the machine's size, by which the last step of Newton's method moves
+QUADRATIC_STEP = 1e-9  # of the machine's size, by which the last step of Newton's method moves
 ATTEMPTS = 40
 _SINGULAR = "it is in a singular position, in which it can move in more ways than one"
 
@@ -38,7 +38,7 @@ class ClosureError(ValueError):
 
 
 class MobilityError(ValueError):
-    """The machine is not one that its drive moves in one way."""
+    """The machine does not have exactly one degree of freedom, that of its drive."""
 
 
 class End(NamedTuple):
@@ -48,7 +48,7 @@ class End(NamedTuple):
     y: Any
     dx: Any  # derivative by the crank's angle
     dy: Any
-    ddx: Any  # what its second derivative has without those of the coordinates
+    ddx: Any  # its second derivative without those of the coordinates
     ddy: Any
     lever_x: Any  # derivative by the body's angle
     lever_y: Any
@@ -112,11 +112,11 @@ class Closure:
         q_rates = np.zeros_like(q) if q_rates is None else q_rates
         columns, rates = _columns(q), _columns(q_rates)
         directions = _turned(columns)
-        values, lacking = (np.zeros((*q.shape[:-1], self.rows)) for _ in range(2))
+        values, bias = (np.zeros((*q.shape[:-1], self.rows)) for _ in range(2))
         jacobian = np.zeros((*q.shape[:-1], self.rows, q.shape[-1]))
         for row, joint in zip(self.first, self.machine.joints, strict=False):
             if isinstance(joint, Slot):
-                put_component(self, joint, joint.axis + 0.5 * math.pi, (q, q_rates), (values, jacobian, lacking), row)
+                put_component(self, joint, joint.axis + 0.5 * math.pi, (q, q_rates), (values, jacobian, bias), row)
                 continue
             near_end, far_end = (
                 self._end(endpoint, columns, rates, directions) for endpoint in (joint.proximal, joint.distal)
@@ -133,7 +133,7 @@ class Closure:
                 values[..., row] = self.angle(joint.distal.body, q) - angle
                 values[..., row + 1] = c * gap_y - s * gap_x
                 sliding_rate = c * (far_end.dx - near_end.dx) + s * (far_end.dy - near_end.dy)
-                lacking[..., row + 1] = (
+                bias[..., row + 1] = (
                     c * bend_y - s * bend_x - 2.0 * rate * sliding_rate - rate**2 * (c * gap_y - s * gap_x)
                 )
                 for i, sign, body_end in columns_of_ends:
@@ -145,7 +145,7 @@ class Closure:
             else:
                 x, y = self.offsets.get(joint.name, (0.0, 0.0))
                 values[..., row], values[..., row + 1] = gap_x - x, gap_y - y
-                lacking[..., row], lacking[..., row + 1] = bend_x, bend_y
+                bias[..., row], bias[..., row + 1] = bend_x, bend_y
                 for i, sign, body_end in columns_of_ends:
                     jacobian[..., row, i] = jacobian[..., row + 1, i + 1] = sign
                     jacobian[..., row, i + 2], jacobian[..., row + 1, i + 2] = (
@@ -153,10 +153,10 @@ class Closure:
                         sign * body_end.lever_y,
                     )
         for row, joint in enumerate(self.springs, self.first[-1]):
-            put_component(self, joint, joint.axis, (q, q_rates), (values, jacobian, lacking), row)
+            put_component(self, joint, joint.axis, (q, q_rates), (values, jacobian, bias), row)
         values[..., -1] = q[..., 3 * self.crank + 2] - angles
         jacobian[..., -1, 3 * self.crank + 2] = 1.0
-        return values, jacobian, lacking
+        return values, jacobian, bias
 
     def angle(self, body: str, q: np.ndarray) -> Any:
         """Return the angle (rad) of a body, or its rate, (...)."""
@@ -180,18 +180,18 @@ class Closure:
         unit[row:-1] = self.size
         return scale, unit[:, None]
 
-    def _weakest(self, jacobian) -> tuple[float, str]:
-        """Return how far a machine is from being singular, and the body that moves most in the weakest way."""
-        _, values, ways = np.linalg.svd(self._scaled(jacobian))
-        share = np.abs(ways[-1]).reshape(-1, 3).max(axis=1)
+    def _singularity(self, jacobian) -> tuple[float, str]:
+        """Return the least singular value over the largest, and the body that moves most in its direction."""
+        _, values, right_vectors = np.linalg.svd(self._scaled(jacobian))
+        share = np.abs(right_vectors[-1]).reshape(-1, 3).max(axis=1)
         return values[-1] / values[0], self.names[int(np.argmax(share))]
 
     def closed(self, q, angles) -> np.ndarray:
-        """Return where the constraints hold, from `q` (..., 3 bodies) near it; nan where that fails."""
+        """Return the coordinates (..., 3 bodies) that satisfy the constraints, near `q`; nan where that fails."""
         return self._closed(q, angles)[0]
 
     def _closed(self, q, angles) -> tuple[np.ndarray, np.ndarray]:
-        """Return what `closed` does, and the derivatives of the constraints there."""
+        """Return the result of `closed`, and the derivatives of the constraints there."""
         q = q.copy()
         for _ in range(30):
             values, jacobian, _ = self.evaluate(q, angles)
@@ -201,7 +201,7 @@ class Closure:
                 step = (np.linalg.pinv(jacobian) @ values[..., None])[..., 0]
             q -= step
             # what a step of Newton's method leaves is as its square
-            if np.max(np.abs(step)) < SQUARE * min(self.size, 1.0) or not np.all(np.isfinite(q)):
+            if np.max(np.abs(step)) < QUADRATIC_STEP * min(self.size, 1.0) or not np.all(np.isfinite(q)):
                 break
         values, jacobian, _ = self.evaluate(q, angles)
         satisfied = np.max(np.abs(values), axis=-1, keepdims=True) < 1e-11 * max(self.size, 1.0)
@@ -213,8 +213,8 @@ class Closure:
         right_side = np.zeros((*q.shape[:-1], self.rows, 1))
         right_side[..., -1, :] = 1.0
         q_rates = np.linalg.solve(jacobian, right_side)[..., 0]
-        _, _, lacking = self.evaluate(q, angles, q_rates)
-        return q_rates, np.linalg.solve(jacobian, -lacking[..., None])[..., 0]
+        _, _, bias = self.evaluate(q, angles, q_rates)
+        return q_rates, np.linalg.solve(jacobian, -bias[..., None])[..., 0]
 
     def start(self, angle: float) -> np.ndarray:
         """Return the machine closed at an angle of its crank, near the angles given for that.  Raises ClosureError."""
@@ -346,7 +346,7 @@ class Closure:
                 return position, slopes_here
             parts *= 4
             q, jacobian, start_angle_ = position, slopes_here, angle
-        raise ClosureError("its lengths do not let the crank turn on", self._weakest(slopes_here)[1], angle)
+        raise ClosureError("its lengths do not let the crank turn on", self._singularity(slopes_here)[1], angle)
 
     def _check_all(self, turn: Turn, jacobian) -> None:
         """Raise ClosureError where a turn passes a singular position between the stations that were looked at."""
@@ -355,10 +355,10 @@ class Closure:
         crossed = np.flatnonzero((signs != signs[0]) | steep | ~np.all(np.isfinite(turn.q), axis=1))
         if crossed.size:
             angle = float(turn.angles[crossed[0]])
-            raise ClosureError(_SINGULAR, self._weakest(self.evaluate(turn.q[crossed[0] - 1], angle)[1])[1], angle)
+            raise ClosureError(_SINGULAR, self._singularity(self.evaluate(turn.q[crossed[0] - 1], angle)[1])[1], angle)
 
     def _check(self, jacobian, angle: float) -> None:
-        weak, body = self._weakest(jacobian)
+        weak, body = self._singularity(jacobian)
         if weak < NEAR_SINGULAR:
             raise ClosureError(_SINGULAR, body, angle)
 

@@ -12,7 +12,7 @@ def put_component(closure: Any, joint: Slot | Stretch, axis: float, motion: tupl
     motion : coordinates and their derivatives by the crank's angle, each (..., 3 bodies); out : as in
     `Closure.evaluate`.
     """
-    (q, q_rates), (values, jacobian, lacking) = motion, out
+    (q, q_rates), (values, jacobian, bias) = motion, out
     near_end, far_end = (closure.end(endpoint, q, q_rates) for endpoint in (joint.proximal, joint.distal))
     axis_angle, rate = closure.angle(joint.proximal.body, q) + axis, closure.angle(joint.proximal.body, q_rates)
     c, s = portable.cos(axis_angle), portable.sin(axis_angle)
@@ -27,4 +27,4 @@ def put_component(closure: Any, joint: Slot | Stretch, axis: float, motion: tupl
             jacobian[..., row, i + 2] += c * y - s * x
     values[..., row] = c * x + s * y
     axial_curvature = c * (far_end.ddx - near_end.ddx) + s * (far_end.ddy - near_end.ddy)
-    lacking[..., row] = axial_curvature + 2.0 * rate * (c * dy - s * dx) - rate**2 * values[..., row]
+    bias[..., row] = axial_curvature + 2.0 * rate * (c * dy - s * dx) - rate**2 * values[..., row]

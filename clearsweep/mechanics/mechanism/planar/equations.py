@@ -17,7 +17,7 @@ from ...joint.dry import Gap
 from ...joint.friction.contract import friction_force, static_limit
 from ...joint.guide import GuideGap
 from ..contract import Motion
-from . import dynamics, rubbing
+from . import dynamics, friction
 from .cycle import at_angle
 from .drive import driven, torque_at
 from .expressions import ZERO, Expr, FunctionCode, PlaneVector, sum_of, tuple_code
@@ -62,7 +62,7 @@ def _functions(kinds: tuple) -> dict[str, Callable]:
         "Gap": Gap,
         "GuideGap": GuideGap,
         "Motion": Motion,
-        "RubbedMotion": rubbing.RubbedMotion,
+        "FrictionMotion": friction.FrictionMotion,
         "friction_force": friction_force,
         "static_limit": static_limit,
         "where": where,
@@ -96,7 +96,7 @@ def source(kinds: tuple) -> str:
     """Return the code of all functions of a type of machine."""
     machine = machine_type(kinds)
     solvers = (step, closed) if machine.dependent else (loops,) if machine.spanning_tree.loop_joints else ()
-    accelerate_source = rubbing.accelerate if machine.friction_loads else dynamics.accelerate
+    accelerate_source = friction.accelerate if machine.friction_loads else dynamics.accelerate
     return "\n\n".join(generate(machine) for generate in (*solvers, accelerate_source, *_GENERATORS))
 
 

@@ -18,15 +18,15 @@ from ...observe.stages import POINTS, STAGES
 from ...trace.portable import Exact, coefficients_through, exact, inverse, powers
 from ..contract import accelerate, place
 
-LONGEST = 30.0  # longest wait for a free crank, in times at its nominal speed
-STEPS = 300  # for a turn of it
-ALLOWED = 1e-9  # tolerance of a step: of angle (rad) and of rate over the nominal rate
-CLOSE_STAGES = 1e-3  # of the tolerance: the iteration has converged where a sweep moves the stages by less
+MAX_WAIT = 30.0  # longest wait for a free crank, in times at its nominal speed
+STEPS_PER_TURN = 300  # for a turn of it
+TOLERANCE = 1e-9  # tolerance of a step: of angle (rad) and of rate over the nominal rate
+STAGE_TOLERANCE = 1e-3  # of the tolerance: the iteration has converged where a sweep moves the stages by less
 SWEEPS = 30  # of a step, at most
 FIRST_STEP, SHRINK, GROW, SAFETY = 0.01, 0.3, 2.0, 0.8  # first step, in turns at the nominal rate; factors of the step
-SHORTEST = 1e-12  # turns at the nominal rate: the integration stops where it needs shorter steps
-HALVINGS = 60  # most iterations; Newton's method needs five
-CLOSE = 1e-13  # of a step: closer estimates are equal
+MIN_STEP = 1e-12  # turns at the nominal rate: the integration stops where it needs shorter steps
+MAX_ITERATIONS = 60  # most iterations; Newton's method needs five
+SHARE_TOLERANCE = 1e-13  # of a step, of the time at which an angle is passed
 
 C = np.array(POINTS)
 _FROM_RATES, _LCM = coefficients_through(C).transposed, math.lcm(*range(1, STAGES + 1))
@@ -44,14 +44,14 @@ SERIES = inverse(exact(legendre.legvander(2.0 * C - 1.0, STAGES - 1))).transpose
 
 
 @kernel
-def _sweep(here, y, h, nodes, rates, weight):
+def _sweep(mechanism, y, h, nodes, rates, weight):
     """Evaluate all stages and update them from their rates; return the largest change over the allowed error.
 
     y : angle (rad) and rate (rad/s) at the start; nodes : (3, STAGES) the same and the time (s) at the stages; rates :
     (4, STAGES) their rates, and their changes; weight : 1 / allowed error of both.
     """
     for i in abreast(STAGES):
-        rates[1, i] = accelerate(here, place(here, nodes[:, i]), ()).accelerations[0]
+        rates[1, i] = accelerate(mechanism, place(mechanism, nodes[:, i]), ()).accelerations[0]
     for row in (1, 0):  # the rate first, then the angle from it
         for i in abreast(STAGES):
             if row == 0:
@@ -63,11 +63,11 @@ def _sweep(here, y, h, nodes, rates, weight):
             predicted = y[row] + h * total
             rates[2 + row, i] = abs(predicted - nodes[row, i]) * weight[row]
             nodes[row, i] = predicted
-    farthest = 0.0
+    largest_change = 0.0
     for row in range(2):
         for i in range(STAGES):
-            farthest = max(farthest, rates[2 + row, i])
-    return farthest
+            largest_change = max(largest_change, rates[2 + row, i])
+    return largest_change
 
 
 @kernel
@@ -90,7 +90,7 @@ def _error(h, rates, weight):
 
 
 @kernel
-def _solve_step(here, y, h, nodes, rates, weight):
+def _solve_step(mechanism, y, h, nodes, rates, weight):
     """Compute the stages of a step of length `h` (s) from the state `y`; return its error over the allowed one.
 
     y : angle (rad), rate (rad/s), time (s).
@@ -100,8 +100,8 @@ def _solve_step(here, y, h, nodes, rates, weight):
         nodes[0, i] = y[0] + h * C[i] * y[1]
         nodes[2, i] = y[2] + h * C[i]
     for _ in range(SWEEPS):
-        change = _sweep(here, y, h, nodes, rates, weight)
-        if change < CLOSE_STAGES:
+        change = _sweep(mechanism, y, h, nodes, rates, weight)
+        if change < STAGE_TOLERANCE:
             return _error(h, rates, weight)
         if not change < math.inf:
             break
@@ -114,19 +114,19 @@ def motion_entry(machine, settings, y, nodes, rates, times, states, powers, capa
     settings : (4,) the angle (rad) and the time (s) at which to stop, the nominal rate (rad/s); then the steps taken;
     times : (capacity + 1,) s; states : (capacity + 1, 2); powers : (capacity, 2, STAGES), h times rates and RISE.
     """
-    here, settings, y = machine[0], shaped(settings, (4,)), shaped(y, (3,))
+    mechanism, settings, y = machine[0], shaped(settings, (4,)), shaped(y, (3,))
     nodes, rates = shaped(nodes, (3, STAGES)), shaped(rates, (4, STAGES))
     times, states, powers = (
         shaped(times, (capacity + 1,)),
         shaped(states, (capacity + 1, 2)),
         shaped(powers, (capacity, 2, STAGES)),
     )
-    weight = 1.0 / ALLOWED, 1.0 / (ALLOWED * settings[2])
+    weight = 1.0 / TOLERANCE, 1.0 / (TOLERANCE * settings[2])
     full_turn = 2.0 * math.pi / settings[2]
     length, highest, count, is_running = FIRST_STEP * full_turn, y[0], 0, True
     times[0], states[0, 0], states[0, 1] = y[2], y[0], y[1]
     while is_running:
-        error = _solve_step(here, y, length, nodes, rates, weight)
+        error = _solve_step(mechanism, y, length, nodes, rates, weight)
         factor = SHRINK
         if error < math.inf:
             factor = min(max(SAFETY / math.sqrt(math.sqrt(math.sqrt(max(error, 1e-10)))), SHRINK), GROW)
@@ -144,7 +144,7 @@ def motion_entry(machine, settings, y, nodes, rates, times, states, powers, capa
             highest = max(highest, y[0])
         length *= factor
         is_running = y[0] < settings[0] and y[2] < settings[1] and y[0] >= highest - 2.0 * math.pi and count < capacity
-        is_running = is_running and length > SHORTEST * full_turn
+        is_running = is_running and length > MIN_STEP * full_turn
     settings[3] = count
 
 
@@ -155,7 +155,7 @@ class FreeMotion(NamedTuple):
     states: np.ndarray  # (n + 1, 2)
     powers: np.ndarray  # (n, 2, STAGES) of the rise over a share of a step, divided by the share
 
-    def over(self, step: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    def interpolant(self, step: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
         """Return the function that gives angle and rate (2, m) at shares (m,) of steps (m,)."""
         start, powers = self.states[step].T, np.ascontiguousarray(self.powers[step].transpose(2, 1, 0))
 
@@ -169,41 +169,41 @@ class FreeMotion(NamedTuple):
         return at
 
 
-class Passage:
+class CrankPassage:
     """The motion of a free crank until it passes the angle `end` (rad) or turns back for good."""
 
     def __init__(self, drive: Motor, machine: tuple, rate: float, end: float):
         """Integrate; machine : the compiled ideal machine; rate : rad/s, the nominal speed."""
         self.end = end
-        self._course = _integrated(drive, machine, rate, end)
-        self._reached = np.maximum.accumulate(self._course.states[:, 0])
+        self._motion = _free_motion(drive, machine, rate, end)
+        self._reached = np.maximum.accumulate(self._motion.states[:, 0])
 
     def at(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the times (s) at which the crank first passes angles (n,) rad, and its rates; nan if it never does."""
-        motion, times = self._course, np.full((2, len(angles)), math.nan)
+        motion, times = self._motion, np.full((2, len(angles)), math.nan)
         step = np.searchsorted(self._reached, angles) - 1
-        begun, passed = step < 0, (step >= 0) & (step < len(motion.times) - 1)
-        times[:, begun] = np.array([[motion.times[0]], [motion.states[0, 1]]])
+        before_start, passed = step < 0, (step >= 0) & (step < len(motion.times) - 1)
+        times[:, before_start] = np.array([[motion.times[0]], [motion.states[0, 1]]])
         step, target = step[passed], angles[passed]
-        low, high, state = np.zeros(len(step)), np.ones(len(step)), motion.over(step)
+        low, high, state = np.zeros(len(step)), np.ones(len(step)), motion.interpolant(step)
         share, length = 0.5 * (low + high), np.diff(motion.times)[step]
-        for _ in range(HALVINGS):
+        for _ in range(MAX_ITERATIONS):
             angle, rate = state(share)
             low, high = np.where(angle < target, share, low), np.where(angle < target, high, share)
             with np.errstate(divide="ignore", invalid="ignore"):
                 newton = share - (angle - target) / (rate * length)
-            following = np.where((newton >= low) & (newton <= high), newton, 0.5 * (low + high))
-            change, share = np.max(np.abs(following - share), initial=0.0), following
-            if change < CLOSE:
+            improved = np.where((newton >= low) & (newton <= high), newton, 0.5 * (low + high))
+            change, share = np.max(np.abs(improved - share), initial=0.0), improved
+            if change < SHARE_TOLERANCE:
                 break
         times[:, passed] = motion.times[step] + share * length, state(share)[1]
         return times[0], times[1]
 
 
-def _integrated(drive: Motor, machine: tuple, rate: float, end: float) -> FreeMotion:
+def _free_motion(drive: Motor, machine: tuple, rate: float, end: float) -> FreeMotion:
     revolutions = max((end - drive.start_angle) / (2.0 * math.pi), 1.0)
-    capacity = math.ceil(STEPS * (revolutions + 1.0))
-    settings = np.array([end, LONGEST * revolutions * 2.0 * math.pi / rate, rate, 0.0])
+    capacity = math.ceil(STEPS_PER_TURN * (revolutions + 1.0))
+    settings = np.array([end, MAX_WAIT * revolutions * 2.0 * math.pi / rate, rate, 0.0])
     times, states, powers = np.empty(capacity + 1), np.empty((capacity + 1, 2)), np.empty((capacity, 2, STAGES))
     parameters, y = flatten(machine), np.array([drive.start_angle, drive.initial_speed, 0.0])
     code = entry(motion_entry, machine, "fffffff", parameters)

@@ -31,21 +31,21 @@ from ..contract import IdealMotion
 from .closure import STATIONS, Closure, MobilityError
 from .drive import drive_of, torque_at, when
 from .form import Mass, Segment
-from .free_crank import Passage
+from .free_crank import CrankPassage
 from .loads import by_rows, table_of
 from .spanning_tree import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
 from .stations import Alike, stations_of
 from .turn import Turn, between
 
 SWEEPS = 200  # iterations over reactions and the friction that they cause
-SETTLED = 1e-14  # of the largest of these
+CONVERGED = 1e-14  # of the largest of these
 
 
 class Ideal:
     """A machine without clearance, closed over a turn of its crank."""
 
     def __init__(self, machine: Machine):
-        self.whole, self.machine = machine, _without_history(determined(machine))
+        self.full_machine, self.machine = machine, _without_history(determined(machine))
         self.closure = Closure(self.machine)
         self.stations = stations_of(self.machine)
         self.turn = self.stations.turn
@@ -53,7 +53,7 @@ class Ideal:
         self.inertia = np.concatenate([[body.mass, body.mass, body.inertia] for body in masses])
         self.tables = {load.name: table_of(load) for load in machine.loads if isinstance(load, Tabled)}
         self.by_open_joints: dict[frozenset[str], Any] = {}  # compiled machine by the names of its open joints
-        self._passage: Passage | None = None  # motion of a free crank, as far as requested
+        self._passage: CrankPassage | None = None  # motion of a free crank, as far as requested
 
     def at(self, angles: np.ndarray) -> Turn:
         """Return the machine at crank angles (N,) rad, unwrapped from its start."""
@@ -74,46 +74,44 @@ class Ideal:
         x, y = np.subtract(body.points[aim.point], body.center)
         c, s = math.cos(aim.direction), math.sin(aim.direction)
         cosine, sine = portable.cos(q[:, i + 2]), portable.sin(q[:, i + 2])
-        forward = c * (x * cosine - y * sine) + s * (
-            x * sine + y * cosine
-        )  # of the arm, along and across the direction
-        aside = c * (-x * sine - y * cosine) + s * (x * cosine - y * sine)
+        axial = c * (x * cosine - y * sine) + s * (x * sine + y * cosine)  # of the arm, along and across the direction
+        transverse = c * (-x * sine - y * cosine) + s * (x * cosine - y * sine)
         angle_derivative, angle_second = derivative[:, i + 2], second_derivative[:, i + 2]
         return (
-            c * q[:, i] + s * q[:, i + 1] + forward,
-            c * derivative[:, i] + s * derivative[:, i + 1] + aside * angle_derivative,
+            c * q[:, i] + s * q[:, i + 1] + axial,
+            c * derivative[:, i] + s * derivative[:, i + 1] + transverse * angle_derivative,
             c * second_derivative[:, i]
             + s * second_derivative[:, i + 1]
-            + aside * angle_second
-            - forward * angle_derivative**2,
+            + transverse * angle_second
+            - axial * angle_derivative**2,
         )
 
     def apart(self, offsets: Mapping, angle: float) -> Turn:
         """Return the machine at a crank angle with joints displaced by `offsets`; nan if that is impossible."""
-        near_end, gap_pose = int(np.argmin(np.abs(self.turn.angles - angle))), self.closure.apart(offsets)
-        q = gap_pose.closed(self.turn.q[near_end], angle)
+        nearest_station, displaced = int(np.argmin(np.abs(self.turn.angles - angle))), self.closure.apart(offsets)
+        q = displaced.closed(self.turn.q[nearest_station], angle)
         if not np.all(np.isfinite(q)):
             return Turn(np.array(angle), q, q, q)
-        return Turn(np.array(angle), q, *gap_pose.derivatives(q, angle))
+        return Turn(np.array(angle), q, *displaced.derivatives(q, angle))
 
-    def read(self, item: Coordinate, turn: Turn) -> tuple[np.ndarray, np.ndarray]:
+    def coordinate(self, item: Coordinate, turn: Turn) -> tuple[np.ndarray, np.ndarray]:
         """Return a coordinate of the whole machine and its derivative by the crank's angle, each (...).
 
         A coordinate that the ideal machine does not determine keeps its initial value.
         """
         if item.kind != RUN:
-            name = [name for name in self.whole.bodies if name != GROUND][item.of - 1]
+            name = [name for name in self.full_machine.bodies if name != GROUND][item.of - 1]
             if name not in self.closure.index:
-                initial = self.whole.bodies[name].initial
+                initial = self.full_machine.bodies[name].initial
                 return np.full(turn.q.shape[:-1], start_of(initial, item.kind)[0]), np.zeros(turn.q.shape[:-1])
             i = 3 * self.closure.index[name] + {ANGLE: 2, SHIFT_X: 0, SHIFT_Y: 1}[item.kind]
             return turn.q[..., i], turn.first[..., i]
-        joint = self.whole.joints[item.of]
-        angle_derivative, spin = (
+        joint = self.full_machine.joints[item.of]
+        direction, spin = (
             joint.axis + self.closure.angle(joint.proximal.body, turn.q),
             self.closure.angle(joint.proximal.body, turn.first),
         )
-        c, s = portable.cos(angle_derivative), portable.sin(angle_derivative)
+        c, s = portable.cos(direction), portable.sin(direction)
         near_end, far_end = (
             self.closure.end(endpoint, turn.q, turn.first) for endpoint in (joint.proximal, joint.distal)
         )
@@ -127,7 +125,7 @@ class Ideal:
 
     def coordinate_over_turn(self, item: Coordinate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return a coordinate over the turn and its derivatives by the crank's angle, the second approximately."""
-        values, slopes = self.read(item, self.turn)
+        values, slopes = self.coordinate(item, self.turn)
         return values, slopes, np.gradient(slopes, self.turn.angles, edge_order=2)
 
     def motion(self, angles: np.ndarray, form: Callable[[], tuple]) -> IdealMotion:
@@ -135,14 +133,14 @@ class Ideal:
 
         form : returns the compiled form of the machine, for a free crank.
         """
-        turn, (time, rate) = self.at(angles), self.passed(angles, form)
+        turn, (time, rate) = self.at(angles), self.crank_passage(angles, form)
         position, derivative, second_derivative = self.output_at(turn)
         acceleration, reactions, torque = self.balance(turn, rate, time)
         return IdealMotion(
             position, derivative * rate, second_derivative * rate**2 + derivative * acceleration, reactions, torque
         )
 
-    def passed(self, angles: np.ndarray, form: Callable[[], tuple]) -> tuple[np.ndarray, np.ndarray]:
+    def crank_passage(self, angles: np.ndarray, form: Callable[[], tuple]) -> tuple[np.ndarray, np.ndarray]:
         """Return the times (s) at which the crank passes angles (rad), and its rates (rad/s); nan if it never does.
 
         form : as of `motion`.
@@ -154,7 +152,7 @@ class Ideal:
             return when(drive, angles)[:2]
         far_end = float(np.max(angles))
         if self._passage is None or self._passage.end < far_end:
-            self._passage = Passage(drive, form(), self.rate(), far_end)
+            self._passage = CrankPassage(drive, form(), self.rate(), far_end)
         return self._passage.at(angles)
 
     # ------------------------------------------------------------------------------------------ forces
@@ -166,23 +164,23 @@ class Ideal:
 
         The torque (N,) N m is the drive's on the crank, by virtual work: joints do none as the crank turns.
         """
-        applied_forces = self.outside(turn, rate, time)
+        applied_forces = self.applied_forces(turn, rate, time)
         multipliers_of = self._multipliers(turn)
         rows = self.closure.first
 
         def solve(rubbing):
-            acceleration = self.accelerated(turn, rate, time, applied_forces + rubbing)
-            change = turn.second * (rate**2)[:, None] + turn.first * acceleration[:, None]
-            left_side = applied_forces + rubbing - self.inertia * change
-            multipliers = multipliers_of(left_side)
+            acceleration = self.crank_acceleration(turn, rate, time, applied_forces + rubbing)
+            acceleration_of_bodies = turn.second * (rate**2)[:, None] + turn.first * acceleration[:, None]
+            effective_forces = applied_forces + rubbing - self.inertia * acceleration_of_bodies
+            multipliers = multipliers_of(effective_forces)
             reactions = {
                 joint.name: self.reaction_of(joint, turn, multipliers[:, first_row:last_row])
                 for joint, first_row, last_row in zip(self.machine.joints, rows, rows[1:], strict=False)
             }
-            return reactions, acceleration, left_side
+            return reactions, acceleration, effective_forces
 
-        reactions, acceleration, left_side = self.with_friction(turn, rate, solve)
-        return acceleration, reactions, -np.sum(turn.first * left_side, -1)
+        reactions, acceleration, effective_forces = self.with_friction(turn, rate, solve)
+        return acceleration, reactions, -np.sum(turn.first * effective_forces, -1)
 
     def with_friction(self, turn: Turn, rate: np.ndarray, solve: Callable[[np.ndarray], tuple]) -> tuple:
         """Iterate over reactions and the friction that they cause; return the last result of `solve`.
@@ -195,8 +193,8 @@ class Ideal:
             result = solve(rubbing)
             if not forces:
                 break
-            previous, rubbing = rubbing, self.rubbed(forces, turn, rate, result[0])
-            if np.max(np.abs(rubbing - previous)) <= SETTLED * np.max(np.abs(rubbing)):
+            previous, rubbing = rubbing, self.friction_forces(forces, turn, rate, result[0])
+            if np.max(np.abs(rubbing - previous)) <= CONVERGED * np.max(np.abs(rubbing)):
                 break
         return result
 
@@ -208,7 +206,7 @@ class Ideal:
         inverse = self.stations.inverse_at(self.closure, turn)
         return lambda left_side: np.einsum("nij,nj->ni", inverse, left_side)
 
-    def outside(self, turn: Turn, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
+    def applied_forces(self, turn: Turn, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
         """Return the forces (N, 3 bodies) of gravity and of all loads except friction, about the centres of mass."""
         force = np.zeros_like(turn.q)
         force[:, 1::3] -= self.inertia[1::3] * self.machine.gravity
@@ -223,7 +221,7 @@ class Ideal:
                 self.add_force(force, turn, load.at, load_force, np.full(len(turn.q), load.torque))
         return force
 
-    def accelerated(self, turn: Turn, rate, time, force: np.ndarray) -> np.ndarray:
+    def crank_acceleration(self, turn: Turn, rate, time, force: np.ndarray) -> np.ndarray:
         """Return the crank's angular acceleration (rad/s^2): generalised force over generalised inertia."""
         drive = self.machine.drive
         if isinstance(drive, Constant):
@@ -255,7 +253,7 @@ class Ideal:
         self.add_force(force, turn, load.first, tension[:, None] * direction, 0.0)
         self.add_force(force, turn, load.second, -tension[:, None] * direction, 0.0)
 
-    def rubbed(self, forces: list, turn: Turn, rate, reactions) -> np.ndarray:
+    def friction_forces(self, forces: list, turn: Turn, rate, reactions) -> np.ndarray:
         """Return the forces (N, 3 bodies) of friction in joints under their reactions."""
         generalized = np.zeros_like(turn.q)
         for load in forces:
@@ -268,7 +266,7 @@ class Ideal:
             ]
             slip = load.radius * (turning_rates[0] - turning_rates[1])
             if isinstance(joint, Guide):
-                slip = self.read(Coordinate(RUN, self.machine.joints.index(joint)), turn)[1] * rate
+                slip = self.coordinate(Coordinate(RUN, self.machine.joints.index(joint)), turn)[1] * rate
             friction = np.array([friction_force(load.friction, n, v) for n, v in zip(normal, slip, strict=True)])
             direction = (
                 joint.axis + self.closure.angle(joint.proximal.body, turn.q) if isinstance(joint, Guide) else 0.0
@@ -298,11 +296,11 @@ class Ideal:
             return drive.speed
         if isinstance(drive, Schedule):
             return float(np.max(np.abs(drive.speeds)))
-        known_values = max(
+        given_speed = max(
             abs(drive.initial_speed), abs(drive.no_load_speed) if math.isfinite(drive.no_load_speed) else 0.0
         )
-        if known_values > 0.0:
-            return known_values
+        if given_speed > 0.0:
+            return given_speed
         mass = float(np.mean(np.sum(self.inertia * turn.first**2, -1)))
         return math.sqrt(4.0 * math.pi * abs(drive.stall_torque) / mass) or 1.0
 
@@ -374,23 +372,23 @@ def masses_of(machine: Machine) -> list[Mass | Segment]:
 
 
 @functools.lru_cache(maxsize=64)
-def _kept(key: bytes, machine: Alike) -> Ideal:
+def _cached_ideal(key: bytes, machine: Alike) -> Ideal:
     return Ideal(machine.value)
 
 
 def ideal_of(machine: Machine) -> Ideal:
     """Return the Ideal of a machine; the cases of a sweep share few of them."""
-    return _kept(key_of(machine), Alike(machine))
+    return _cached_ideal(key_of(machine), Alike(machine))
 
 
 def key_of(machine: Machine) -> bytes:
     """Return a key that equal machines share; a machine is pickled only once."""
-    known_values = _KEYS.get(id(machine))
-    if known_values is None:
+    cached = _KEYS.get(id(machine))
+    if cached is None:
         if len(_KEYS) >= MOST_KEYS:
             _KEYS.clear()
-        known_values = _KEYS[id(machine)] = machine, pickle.dumps(machine)
-    return known_values[1]
+        cached = _KEYS[id(machine)] = machine, pickle.dumps(machine)
+    return cached[1]
 
 
 MOST_KEYS = 256

@@ -19,7 +19,7 @@ from ..contract import (
 from .cycle import at_angle
 from .equations import generated
 from .form import Planar
-from .rubbing import rubbed_powers, rubbed_slips
+from .friction import friction_powers_of, friction_slips_of
 
 _placed, _gaps_of, _accelerated, _masses, _energy_of, _described, _angles, _judged, _rate_of, _rubs_of, _with_rubs = (
     map(
@@ -73,7 +73,7 @@ def _crank_rate_planar(mechanism, pose, nominal):
 
 @load_power.member(Planar)
 def _load_power_planar(mechanism, motion):
-    powers = rubbed_powers(motion)
+    powers = friction_powers_of(motion)
     total = powers[0] if powers else 0.0
     for i in range(1, len(powers)):
         total = total + powers[i]
@@ -92,12 +92,12 @@ def _with_friction_laws_planar(mechanism, laws):
 
 @friction_slips.member(Planar)
 def _friction_slips_planar(mechanism, motion):
-    return rubbed_slips(motion)
+    return friction_slips_of(motion)
 
 
 @friction_powers.member(Planar)
 def _friction_powers_planar(mechanism, motion):
-    return rubbed_powers(motion)
+    return friction_powers_of(motion)
 
 
 @body_angles.member(Planar)

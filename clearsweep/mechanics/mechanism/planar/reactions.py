@@ -46,7 +46,7 @@ def reactions(machine: Machine, motion: Motion, opened: Mapping[str, JointForce]
     closure, joints = ideal_machine.closure, ideal_machine.machine.joints
     turn = Turn(motion.crank_angle, motion.q, motion.rates, motion.accelerations)
     ones = np.ones(len(motion.time))  # derivatives by time in place of those by the crank's angle
-    applied = ideal_machine.outside(turn, ones, motion.time) - ideal_machine.inertia * motion.accelerations
+    applied = ideal_machine.applied_forces(turn, ones, motion.time) - ideal_machine.inertia * motion.accelerations
     known = {name: each.force for name, each in opened.items()}
     for joint in joints:
         if joint.name in opened:

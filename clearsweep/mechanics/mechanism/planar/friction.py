@@ -17,9 +17,9 @@ from .machine_type import FrictionLoad, MachineType
 from .spanning_tree import ANGLE, Coordinate
 
 SWEEPS = 200  # over friction and reactions
-LEAST_YIELD = 1e-6  # rad/s^2 per N m, m/s^2 per N: a less compliant joint follows the crank and cannot stick
+MIN_COMPLIANCE = 1e-6  # rad/s^2 per N m, m/s^2 per N: a less compliant joint follows the crank and cannot stick
 CONVERGED = 1e-15  # tolerance, relative to the largest friction
-JAMS = 1e-9  # the same after all sweeps: a larger change means that the joint jams
+JAM_TOLERANCE = 1e-9  # the same after all sweeps: a larger change means that the joint jams
 
 _SOLVED = """def accelerate(mechanism, pose, loads):
     normal = under_friction(mechanism, pose, loads, {zeros})[1]
@@ -36,14 +36,14 @@ _SOLVED = """def accelerate(mechanism, pose, loads):
             break
     motion = under_friction(mechanism, pose, loads, rub)[0]
     valid = 1.0 if change <= {jams} * largest else math.nan
-    return RubbedMotion(motion.accelerations, motion.output, motion.torque, {power}, {speeds})
+    return FrictionMotion(motion.accelerations, motion.output, motion.torque, {power}, {speeds})
 """
 
 
 _GIVEN = """def accelerate(mechanism, pose, loads):
     rub = {friction}
     motion = under_friction(mechanism, pose, loads, rub)[0]
-    return RubbedMotion(motion.accelerations, motion.output, motion.torque, {power}, {speeds})
+    return FrictionMotion(motion.accelerations, motion.output, motion.torque, {power}, {speeds})
 """
 
 
@@ -67,12 +67,12 @@ _STICKING = """def accelerate(mechanism, pose, loads):
             break
     motion = under_friction(mechanism, pose, loads, rub)[0]
     valid = 1.0 if change <= {jams} * largest else math.nan
-    return RubbedMotion(motion.accelerations, motion.output, motion.torque, {power}, {speeds})
+    return FrictionMotion(motion.accelerations, motion.output, motion.torque, {power}, {speeds})
 """
 
 
-class RubbedMotion(NamedTuple):
-    """Motion of a machine with friction in its ideal joints, with the powers of that friction."""
+class FrictionMotion(NamedTuple):
+    """Motion of a machine, with powers and sliding speeds of friction in joints without clearance or of given size."""
 
     accelerations: tuple
     output: float
@@ -82,32 +82,32 @@ class RubbedMotion(NamedTuple):
 
 
 @family
-def rubbed_powers(motion):
+def friction_powers_of(motion):
     """Return the power (W) of each friction in joints without clearance, or of a given size."""
 
 
-@rubbed_powers.member(Motion)
-def _rubbed_powers_motion(motion):
+@friction_powers_of.member(Motion)
+def _friction_powers_of_motion(motion):
     return ()
 
 
-@rubbed_powers.member(RubbedMotion)
-def _rubbed_powers_rubbed_motion(motion):
+@friction_powers_of.member(FrictionMotion)
+def _friction_powers_of_friction_motion(motion):
     return motion.powers
 
 
 @family
-def rubbed_slips(motion):
+def friction_slips_of(motion):
     """Return the sliding speed that the law of each friction is evaluated at."""
 
 
-@rubbed_slips.member(Motion)
-def _rubbed_slips_motion(motion):
+@friction_slips_of.member(Motion)
+def _friction_slips_of_motion(motion):
     return ()
 
 
-@rubbed_slips.member(RubbedMotion)
-def _rubbed_slips_rubbed_motion(motion):
+@friction_slips_of.member(FrictionMotion)
+def _friction_slips_of_friction_motion(motion):
     return motion.slips
 
 
@@ -241,7 +241,7 @@ def accelerate(machine: MachineType) -> str:
         "sweeps": SWEEPS,
         "count": len(frictions),
         "converged": CONVERGED,
-        "jams": JAMS,
+        "jams": JAM_TOLERANCE,
         "speeds": tuple_code(code.speed for code in frictions),
     }
     if slip_rates:
@@ -299,11 +299,11 @@ def _sticking(machine: MachineType, frictions: list[_FrictionCode]) -> dict[str,
         stuck.append(f"abs({frictions[i].speed}) < {frictions[i].path}.friction.band")
         turns += [
             "_, normal, pace = under_friction(mechanism, pose, loads, rub)",
-            f"there = where(yields[{k}] > {LEAST_YIELD}, yields[{k}], 1.0)",
+            f"there = where(yields[{k}] > {MIN_COMPLIANCE}, yields[{k}], 1.0)",
             f"limit = {frictions[i].limit}",
             f"wanted = rub[{i}] - (pace[{k}] + {rate} * slips[{k}]) / there",
             "wanted = min(max(wanted, -limit), limit)",
-            f"bounded = where(yields[{k}] > {LEAST_YIELD}, wanted, rub[{i}])",
+            f"bounded = where(yields[{k}] > {MIN_COMPLIANCE}, wanted, rub[{i}])",
             f"rub = {with_one(i, f'where(stuck[{k}], bounded, rub[{i}])')}",
         ]
     return {
