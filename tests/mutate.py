@@ -532,7 +532,11 @@ MUTATIONS = (
         REYNOLDS,
     ),
     Mutation(
-        f"{FILMS}/reynolds.py", "tables", "np.log(slenderness) - nodes", "np.log(1.05 * slenderness) - nodes", REYNOLDS
+        f"{FILMS}/reynolds.py",
+        "tables",
+        "math.log(slenderness) - nodes",
+        "math.log(1.05 * slenderness) - nodes",
+        REYNOLDS,
     ),
     Mutation(f"{FILMS}/transition.py", "_greenwood", "or plane_strain_modulus", "or 2.0 * plane_strain_modulus", TIPS),
     Mutation(f"{FILMS}/transition.py", "FIT", "0.05308344", "0.05408344", TIPS),

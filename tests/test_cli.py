@@ -196,7 +196,7 @@ def test_options_replace_values_of_the_file(run_cli, tmp_path):
     assert "(2 reused)" in run_cli("run", written(tmp_path / "h.yaml", changed), "--out", "changed")[1]
     code, _, err = run_cli("run", path, "--set", "drive.sped=1")
     assert code == 2
-    assert err.startswith("--set drive.sped: drive.sped: unknown key 'sped'; did you mean 'speed'?")
+    assert err.startswith("--set drive.sped: unknown key 'sped'; did you mean 'speed'?")
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """The bits that machine code gives for 500 scenes are those that were recorded: `python tests/test_recorded_bits.py`.
 
-They may change with the rounding of a formula, on purpose, with a line in the changelog.  Set-up is numpy's, whose bits
-may depend on the processor, so this is not among the tests of every day.
+They may change with the rounding of a formula, on purpose, with a line in the changelog.
 """
 
 import contextlib

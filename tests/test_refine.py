@@ -155,7 +155,7 @@ def test_a_mistake_is_reported(changes, message):
 
 
 def test_shards_of_what_is_refined_are_refused_with_a_way_out(tmp_path):
-    with pytest.raises(InputError, match="run the shards of the grid without it, merge them"):
+    with pytest.raises(InputError, match="run the shards without `refine` and merge them"):
         quiet(refining_grid(), tmp_path / "run", shard="1/2")
 
 

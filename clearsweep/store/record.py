@@ -55,9 +55,9 @@ def read_record(directory: Path) -> dict[str, Any]:
         record = json.loads(durable.read(path))
         checksum = checksum_of(record) if isinstance(record, dict) else None
     except (FileNotFoundError, NotADirectoryError):
+        reason = "there is no run.json in it" if Path(directory).is_dir() else "there is no directory of this name"
         raise DirectoryError(
-            f"{directory}: contains no run (there is no run.json in it); "
-            "name a directory that `clearsweep run` has written"
+            f"{directory}: contains no run ({reason}); give a directory that `clearsweep run` has written"
         ) from None
     except (ValueError, RecursionError) as error:
         raise damaged(path, f"it is not JSON: {error}") from error

@@ -72,7 +72,8 @@ def ours(short: list, tolerance: float) -> np.ndarray:
 
 def ways_of(like: list, short: list, *, flagship: bool) -> list[Route]:
     """Return all ways to integrate problems `like` one, of which `short` are some up to half a revolution."""
-    cases = [scene_of(first, TOLERANCE).case for first in like]
+    scenes = [scene_of(first, TOLERANCE) for first in like]  # to build one takes ten times as long as to run it
+    cases, scenes_of_short = [built.case for built in scenes], scenes[:: len(like) // len(short)]
 
     def neighbour():
         return sum(path.summary["run_time"] for _, path in simulation.solve_each(cases))
@@ -89,9 +90,10 @@ def ways_of(like: list, short: list, *, flagship: bool) -> list[Route]:
     ]
     if soda:
         for tolerance in THEIRS:
-            each, few = (functools.partial(soda.many(some, tolerance), threads=1) for some in (like, short))
+            many = soda.many(like, scenes, tolerance), soda.many(short, scenes_of_short, tolerance)
+            each, few = (functools.partial(integrate, threads=1) for integrate in many)
             result.append(Route(f"numbalsoda DOP853 {tolerance:g}", each, few, len(like)))
-        each = functools.partial(soda.many(like, TOLERANCE), threads=os.cpu_count())
+        each = functools.partial(soda.many(like, scenes, TOLERANCE), threads=os.cpu_count())
         result.append(Route(f"the same {TOLERANCE:g}, a case a thread", each, None, len(like)))
     if batched and flagship:
         result.append(in_batch(like[:: max(1, len(like) // BATCH)], short[0].end))
@@ -114,14 +116,14 @@ class Cost(NamedTuple):
 
 
 def costs(ways: list[Route], repetitions: int) -> list[Cost]:
-    """Return the least costs of all ways, which have their turn in every round; the first round compiles."""
+    """Return the least costs of all ways, which are compiled and have their turn in every round."""
     rows = []
-    for way in [way for _ in range(repetitions + 1) for way in ways]:
+    for way in ways * repetitions:
         began, wall_start = time.process_time(), time.perf_counter()
         inside = way.run()
         inside = inside if isinstance(inside, float) else np.nan
         rows.append((time.process_time() - began, time.perf_counter() - wall_start, inside))
-    least = np.min(np.reshape(rows[len(ways) :], (repetitions, len(ways), 3)), axis=0)
+    least = np.min(np.reshape(rows, (repetitions, len(ways), 3)), axis=0)
     least /= np.array([[way.cases] for way in ways])
     return [Cost(float(p), float(w), None if np.isnan(i) else float(i)) for p, w, i in least]
 
@@ -147,13 +149,14 @@ def measure(problem, count: int, repetitions: int) -> list[str]:
     half = problem.times[len(problem.times) // 2 - 1 :][:1]
     short = [first._replace(times=half) for first in like[:: len(like) // JUDGED]]
     ways, truth = ways_of(like, short, flagship=problem.name == FLAGSHIP), ours(short, TIGHT)
-    result, errors, points = costs(ways, repetitions), [], []
-    for way, cost in zip(ways, result, strict=True):
-        errors.append(
-            float(np.median(np.max(np.abs(way.states() - truth) / problem.scales, axis=1))) if way.states else None
-        )
-        if way.name.startswith("numbalsoda"):
-            points.append((errors[-1], cost.processor))
+    found = [way.states and way.states() for way in ways]  # compiles what is timed afterwards
+    errors = [
+        None if states is None else float(np.median(np.max(np.abs(states - truth) / problem.scales, axis=1)))
+        for states in found
+    ]
+    result = costs(ways, repetitions)
+    named = zip(ways, errors, result, strict=True)
+    points = [(error, cost.processor) for way, error, cost in named if way.name.startswith("numbalsoda")]
     lines = [
         f"{problem.name}, {len(like)} cases:",
         "",

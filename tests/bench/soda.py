@@ -234,9 +234,8 @@ def in_turn(model):
     return each
 
 
-def many(problems, tolerance):
+def many(problems, scenes, tolerance):
     """Return a function that integrates problems of one model in so many threads and returns their final states."""
-    scenes = [scene_of(problem, tolerance) for problem in problems]
     model = MODELS[tuple(problems[0].grid["joints"])]
     each, fresh = in_turn(model), np.concatenate([parameters(scene) for scene in scenes])
     unit = np.array([units(fresh[i : i + 1], model) for i in range(len(problems))])

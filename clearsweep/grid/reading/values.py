@@ -19,6 +19,7 @@ from ..written.document import Problems, WrittenValue
 from ..written.tables import read_table
 
 Meaning = tuple[Field, list[str]]  # meaning of a quantity, and its possible units
+_MOST_NAMED = 6  # laws in a message
 
 
 def read_word_key(reader: Reader, path: str, node: Word) -> None:
@@ -91,8 +92,10 @@ def read_number(reader: Reader, path: str, node: Number) -> None:
     fields = node.fields(reader.names)
     if not fields and _seems_used(reader, path, node):
         owners = sorted({name for key_use in node.uses for name in key_use.when[-1][1]})
+        others = f" and {len(owners) - _MOST_NAMED} more" if len(owners) > _MOST_NAMED else ""
+        known = ", ".join(owners[:_MOST_NAMED])
         sentence = (
-            f"is not used by {_chosen(reader, node)}, only by {', '.join(owners)}; leave it out or choose another law"
+            f"is not used by {_chosen(reader, node)}, only by {known}{others}; leave it out or choose another law"
         )
         reader.problems.add(reader.place(path), path, sentence)
         return

@@ -70,9 +70,9 @@ class Problems:
         if written.expression and path in self.unread:
             return
         sentence += f" (found is the value of {shown(written.expression)})" if written.expression else ""
-        self._places.setdefault(
-            f"{written.place}{path + ': ' if path else ''}{sentence}", (written.line, written.column)
-        )
+        is_named = not path or written.place in (f"{SET} {path}: ", f"{SWEEP} {path.removeprefix('sweep.')}: ")
+        message = f"{written.place}{'' if is_named else f'{path}: '}{sentence}"
+        self._places.setdefault(message, (written.line, written.column))
 
     def check(self) -> None:
         """Raise an InputError with all mistakes, if there are any."""

@@ -11,13 +11,13 @@ the journal close to the centre compared with the wear, the deepest of LOOKS sam
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import Chebyshev, Polynomial
 
 from ..compiled import calculus as math
 from ..compiled.choosing import rolled_range
 from ..compiled.direction import direction
 from ..compiled.dual import Dual, plain
 from ..compiled.family import family, inlined, kernel, map_joints
+from ..trace import portable
 from .offsets import after_number
 from .wear.shape import wear_depth_at
 
@@ -75,11 +75,11 @@ def bodies_of(joint, gap):
 
 def _arctangent(square):
     root = np.sqrt(np.maximum(square, 1e-12))
-    return np.arctan(root) / root
+    return portable.atan(root) / root
 
 
 #: Coefficients of arctan(z) / z in powers of z^2, 0 to 1, to 5e-6: first guess of a search.
-ARCTANGENT = Chebyshev.interpolate(_arctangent, 5, domain=(0.0, 1.0)).convert(kind=Polynomial).coef
+ARCTANGENT = portable.through_points(_arctangent, 5)
 
 
 @inlined

@@ -15,19 +15,19 @@ The arc over which f is above zero has two ends, found by Halley's method, and t
 """
 
 import numpy as np
-from numpy.polynomial import Chebyshev, Polynomial
 
 from ..compiled import calculus as math
 from ..compiled.direction import direction
 from ..compiled.dual import as_type_of, plain
 from ..compiled.family import inlined, kernel
+from ..trace import portable
 from .elastic.contract import elastic_force
 from .nearest import TurnedGap, bodies_of, nearest, surfaces_of
 from .wear.shape import wear_depth_at
 from .worn import Pressing, WornJoint, WornOnBed, pressing, seat
 
 COUNT = 7  # points of Gauss's rule: to 1e-10 over half an arc of 60 degrees
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(COUNT)
+NODES, WEIGHTS = portable.gauss_rule(COUNT)
 ENDS = 0.05  # of the distance to an end of the arc: after a smaller Halley step the next is 1e-4 of it
 STEPS = 30  # at most
 SETTLING = 6  # Newton steps for the generalised depth
@@ -38,28 +38,27 @@ FAINT = 1e-8  # clearances: a smaller penetration is treated as a point contact
 
 def _angle(share):
     """Return twice the half-angle theta (rad) of the arc of circles, share = pen / (2 c + pen)."""
-    return 4.0 * np.arctan(np.sqrt(share))
+    return 4.0 * portable.atan(np.sqrt(share))
 
 
 def _stored(share):
     """Return W_0 over K (c + pen)^2 share^(5/2), half of u + (u / 2) cos u - (3 / 2) sin u, as a series."""
-    u = _angle(np.maximum(share, 1e-12))
+    u = _angle(share)
     terms = ((-1.0) ** k * (0.25 / math.factorial(2 * k) - 0.75 / math.factorial(2 * k + 1)) for k in range(2, 20))
-    return sum(term * u ** (2 * k) for k, term in enumerate(terms)) * u**5 / np.maximum(share, 1e-12) ** 2.5
+    series = sum(term * portable.power(u, 2 * k) for k, term in enumerate(terms))
+    return series * portable.power(u, 5) / portable.power(share, 2.5)
 
 
 def _pressed(share):
     """Return F_0 over K (c + pen) share^(3/2): half of u - sin u, as a series."""
-    u = _angle(np.maximum(share, 1e-12))
+    u = _angle(share)
     terms = (0.5 * (-1.0) ** (k + 1) / math.factorial(2 * k + 1) for k in range(1, 20))
-    return sum(term * u ** (2 * k) for k, term in enumerate(terms)) * u**3 / np.maximum(share, 1e-12) ** 1.5
+    series = sum(term * portable.power(u, 2 * k) for k, term in enumerate(terms))
+    return series * portable.power(u, 3) / portable.power(share, 1.5)
 
 
 #: Coefficients of both by powers of the share, to 1e-10 and 1e-11.
-STORED, PRESSED_BY = (
-    Chebyshev.interpolate(function, 15, domain=(0.0, 1.0)).convert(kind=Polynomial).coef
-    for function in (_stored, _pressed)
-)
+STORED, PRESSED_BY = (portable.through_points(function, 15) for function in (_stored, _pressed))
 
 
 @inlined

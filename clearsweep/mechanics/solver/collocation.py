@@ -81,7 +81,7 @@ def dense_state(x, y, f, w):
 
 def shapes(x):
     """Return the basis functions (places, STAGES) of the coefficients `f` at the shares `x`."""
-    return np.asarray(x)[:, None] * (2.0 * np.asarray(x)[:, None] - 1.0) ** np.arange(STAGES)
+    return np.asarray(x)[:, None] * np.vander(2.0 * np.asarray(x) - 1.0, STAGES, increasing=True)
 
 
 @kernel

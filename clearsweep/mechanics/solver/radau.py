@@ -17,6 +17,7 @@ import numpy as np
 
 from ..compiled.family import invoke, kernel
 from ..observe.stages import END, OTHERS, SCRATCH, SHARES, START
+from ..trace.portable import coefficients_through, exact, inverse, powers
 from .collocation import dense_component, dense_state, shapes
 from .integration import Choice, Implicit, Past, evaluate
 
@@ -41,24 +42,24 @@ def _error_weights():
 
     It is the difference from a quadrature of one order less than the stages, which also uses f(y) at 1 / GAMMA.
     """
-    powers = np.arange(STAGES)
-    moments = 1.0 / (powers + 1.0)
+    moments = 1.0 / np.arange(1.0, STAGES + 1.0)
     moments[0] -= 1.0 / GAMMA
-    weights = np.linalg.solve(C ** powers[:, None], moments)
-    return (weights - A[-1]) @ np.linalg.inv(A)
+    weights = (exact([moments]) @ coefficients_through(C)).rounded()[0]
+    return (exact([weights - A[-1]]) @ inverse(exact(A))).rounded()[0]
 
 
 E = _error_weights()
 #: Error estimate without stiffness over the sixth derivative times h^6, from y' = t^5 / 5!.
-ERROR = abs(E @ C**ORDER) / math.factorial(ORDER)
-DENSE = np.linalg.inv(shapes(C)[:, :STAGES])  # from the stages to the first rows of the dense output
+ERROR = abs(float((exact([E]) @ powers(C, ORDER + 1)).rounded()[0, ORDER])) / math.factorial(ORDER)
+DENSE = inverse(exact(shapes(C)[:, :STAGES])).rounded()  # from the stages to the first rows of the dense output
 #: From start and stages to the stages of the explicit method, by the polynomial through all.
-LOOK = np.vander(SHARES[1 : 1 + END], ORDER) @ np.linalg.inv(np.vander(np.append(0.0, C)))
+LOOK = (powers(SHARES[1 : 1 + END], ORDER) @ coefficients_through(np.append(0.0, C))).rounded()
 ROWS = np.arange(OTHERS, OTHERS + STAGES)  # rows of the rates and observables of the stages
 STAGE_WEIGHTS = np.zeros(OTHERS + STAGES)
 STAGE_WEIGHTS[ROWS] = A[-1]
 PLACES = np.array([0, 2, 4])  # stages at which Jacobians are evaluated
-SPREAD = np.vander(C, PLACES.size) @ np.linalg.inv(np.vander(C[PLACES]))  # from these to all stages, by a parabola
+#: From these to all stages, by a parabola.
+SPREAD = (powers(C, PLACES.size) @ coefficients_through(C[PLACES])).rounded()
 
 ITERATIONS = 5  # with the same Jacobians
 CLOSE = 0.03  # of the allowed error: expected distance at which the iteration ends

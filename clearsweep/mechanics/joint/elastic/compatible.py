@@ -30,6 +30,7 @@ from ....language.errors import InputError
 from ...compiled import calculus
 from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
+from ...trace.portable import line_through, log, power
 from ..material import line_modulus
 from ..recipe import register
 from .contract import CYLINDER_NEEDS, NODES, elastic_energy, elastic_force, elastic_form
@@ -155,12 +156,12 @@ def fitted(joint: Joint) -> Fitted:
         term = _make_compatible(joint)
         points = {"penetration": tuple(depths), "force": tuple(elastic_force(term, depth) for depth in depths)}
     depths, forces = (np.array(points[name]) for name in ("penetration", "force"))
-    exponent, logarithm = np.polyfit(np.log(depths), np.log(forces), 1)
+    exponent, logarithm = line_through(log(depths), log(forces), np.ones(len(depths)))
     if not exponent > 0.0:
         raise InputError(f"joints.{joint.name}.contact.fit: its forces do not grow with the penetration")
-    error = np.exp(logarithm) * depths**exponent / forces - 1.0
-    power = Power(float(np.exp(logarithm)), float(exponent))
-    return Fitted(power, float(np.sqrt(np.mean(error**2))), float(depths[-1]))
+    error = math.exp(logarithm) * power(depths, exponent) / forces - 1.0
+    law = Power(math.exp(logarithm), exponent)
+    return Fitted(law, float(np.sqrt(np.mean(error**2))), float(depths[-1]))
 
 
 register(

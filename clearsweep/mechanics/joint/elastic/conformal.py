@@ -14,6 +14,7 @@ from ....contracts.catalogue import Field, Law, Merit, Range
 from ....language.errors import InputError
 from ...compiled import calculus as math
 from ...compiled.family import kernel
+from ...trace import portable
 from ..material import line_modulus, plane_strain_modulus
 from ..recipe import register
 from .contract import CYLINDER_NEEDS, WIDE_ARC, elastic_form
@@ -209,9 +210,9 @@ def load_arc(load: np.ndarray) -> np.ndarray:
     low, high = np.zeros(np.shape(load)), np.full(np.shape(load), WIDEST_B2)  # of b^2
     for _ in range(60):
         b2 = 0.5 * (low + high)
-        overshoot = 2.0 * np.pi * b2 * (b2 + 1.0) < load * (2.0 - np.log1p(b2) - 2.0 * b2 * b2)
+        overshoot = 2.0 * np.pi * b2 * (b2 + 1.0) < load * (2.0 - portable.log1p(b2) - 2.0 * b2 * b2)
         low, high = np.where(overshoot, b2, low), np.where(overshoot, high, b2)
-    return 2.0 * np.arctan(np.sqrt(0.5 * (low + high)))
+    return 2.0 * portable.atan(np.sqrt(0.5 * (low + high)))
 
 
 def _make_persson(joint):
@@ -254,12 +255,12 @@ def conformal_fit() -> tuple[float, float, float]:
 
     The load is in units of E* c L, x in clearances; least squares of the relative error, `residual` its rms.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(200)
+    nodes, weights = portable.gauss_rule(200)
     x = 0.5 * FIT_END * (nodes + 1.0)
     load = 2.0 * math.pi * np.array([conformal_load(depth) for depth in x])
-    exponent, logarithm = np.polyfit(np.log(x), np.log(load), 1, w=np.sqrt(weights))
-    error = np.exp(logarithm) * x**exponent / load - 1.0
-    return float(np.exp(logarithm)), float(exponent), float(np.sqrt(np.average(error**2, weights=weights)))
+    exponent, logarithm = portable.line_through(portable.log(x), portable.log(load), weights)
+    error = math.exp(logarithm) * portable.power(x, exponent) / load - 1.0
+    return math.exp(logarithm), exponent, math.sqrt(math.fsum(weights * error**2) / math.fsum(weights))
 
 
 def _make_fit(joint):

@@ -7,12 +7,11 @@ twice the secant stiffness, and continued along that tangent: the force always i
 import functools
 import math
 
-from numpy.polynomial.legendre import leggauss
-
 from ....contracts.catalogue import Range
 from ...compiled.choosing import where
 from ...compiled.dual import as_type_of
 from ...compiled.family import family
+from ...trace.portable import gauss_rule
 
 
 @family
@@ -57,7 +56,7 @@ def _default_energy_stiffness(elastic, pen):
 
 
 #: Nodes x of the Gauss-Legendre rule on (0, 1), and weights times 2 x, for an integral over pen x^2.
-NODES = tuple((float(0.5 * x + 0.5), float(w * (0.5 * x + 0.5))) for x, w in zip(*leggauss(5), strict=True))
+NODES = tuple((float(0.5 * x + 0.5), float(w * (0.5 * x + 0.5))) for x, w in zip(*gauss_rule(5), strict=True))
 
 FAMILIES = (elastic_force, parity)  # every type must be a member of these families
 

@@ -17,6 +17,7 @@ from ...compiled import calculus as math
 from ...compiled.array_handle import array_handle, load_item
 from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
+from ...trace import portable
 from ..recipe import RECIPES, register
 from .contract import film_force, film_pressure
 from .short import Short
@@ -38,9 +39,9 @@ class Reynolds(NamedTuple):
 
 def lengths() -> np.ndarray:
     """Return the (LENGTHS,) length / diameter of the file: Chebyshev nodes on a logarithmic scale."""
-    nodes = np.cos(np.pi * (np.arange(LENGTHS) + 0.5) / LENGTHS)
-    low, high = np.log(SHORTEST), np.log(LONGEST)
-    return np.exp(0.5 * (low + high) + 0.5 * (high - low) * nodes)
+    nodes = portable.cos(np.pi * (np.arange(LENGTHS) + 0.5) / LENGTHS)
+    low, high = math.log(SHORTEST), math.log(LONGEST)
+    return portable.exp(0.5 * (low + high) + 0.5 * (high - low) * nodes)
 
 
 @functools.cache
@@ -61,13 +62,14 @@ def _powers() -> np.ndarray:
 @functools.lru_cache(maxsize=256)  # most sweeps have few lengths
 def tables(slenderness: float) -> tuple[float, float]:
     """Return array handles of power and of largest pressure for a length / diameter."""
-    nodes = np.log(lengths())
+    nodes = portable.log(lengths())
     # barycentric Lagrange interpolation with the weights of Chebyshev nodes
-    weights = (-1.0) ** np.arange(LENGTHS) * np.sin(np.pi * (np.arange(LENGTHS) + 0.5) / LENGTHS)
-    distance = np.log(slenderness) - nodes
+    weights = (-1.0) ** np.arange(LENGTHS) * portable.sin(np.pi * (np.arange(LENGTHS) + 0.5) / LENGTHS)
+    distance = math.log(slenderness) - nodes
     at_node = np.flatnonzero(distance == 0.0)
     shares = np.eye(LENGTHS)[at_node[0]] if at_node.size else weights / distance / (weights / distance).sum()
-    power, peak = np.tensordot(shares, _file(), 1) @ _powers()
+    series = sum(share * table for share, table in zip(shares, _file(), strict=True))
+    power, peak = sum(series[..., i, None] * row for i, row in enumerate(_powers()))
     return array_handle(power), array_handle(peak)
 
 

@@ -3,12 +3,11 @@
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from ....contracts.catalogue import Field, Law
 from ...compiled import calculus
 from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
+from ...trace.portable import gauss_rule
 from ..material import plane_strain_modulus
 from ..recipe import register
 from .contract import asperity_load, dry_share
@@ -18,7 +17,7 @@ HIGHEST = 5.0  # standard deviations: further away the load is below 3e-8 of tha
 #: to 4 standard deviations, and within 1.5 % below and up to HIGHEST.
 FIT = (0.00043721, -0.00780786, 0.05308344, -0.1640149, -0.31382968, -0.05197362)
 #: Nodes and weights of Gauss's rule on (0, 1): of half the arc in which asperities touch.
-NODES = tuple((float(0.5 * x + 0.5), float(0.5 * w)) for x, w in zip(*np.polynomial.legendre.leggauss(12), strict=True))
+NODES = tuple((float(0.5 * x + 0.5), float(0.5 * w)) for x, w in zip(*gauss_rule(12), strict=True))
 
 
 class Ramp(NamedTuple):

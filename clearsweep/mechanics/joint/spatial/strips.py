@@ -15,11 +15,10 @@ linear in the rate, so Gauss's rule is exact; it equals the closed form for a po
 
 from typing import NamedTuple
 
-from numpy.polynomial.legendre import leggauss
-
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel
+from ...trace.portable import gauss_rule
 from ..elastic.contract import elastic_force
 from ..elastic.power import Linear, PowerThreeHalves
 from ..loss.contract import contact_force, sign_beyond
@@ -58,7 +57,7 @@ class StripLoad(NamedTuple):
 
 def gauss(count: int) -> tuple[tuple[float, float], ...]:
     """Return (node, weight) of the Gauss-Legendre rule on (0, 1)."""
-    return tuple((float(0.5 * x + 0.5), float(0.5 * w)) for x, w in zip(*leggauss(count), strict=True))
+    return tuple((float(0.5 * x + 0.5), float(0.5 * w)) for x, w in zip(*gauss_rule(count), strict=True))
 
 
 FEW, MANY = gauss(5), gauss(16)

@@ -14,6 +14,7 @@ import numpy as np
 from ...compiled.choosing import abreast, rolled_range, where
 from ...compiled.family import family, inlined, kernel
 from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
+from ...trace.portable import coefficients_through, gauss_rule, least_squares, lobatto_rule, powers
 from .contract import (
     SlidingContact,
     cumulative_pressure,
@@ -40,27 +41,19 @@ FIRST_BODY = ROWS * POINTS  # offset of the workspace of the bearing
 #: The workspace has the coefficients over the share of the step, then the rows of bearing and journal.
 WORKSPACE_SIZE = FIRST_BODY + 2 * BODY_SIZE
 
-
-def _lobatto(count):
-    """Return `count` nodes from -1 to 1, both included, and the weights of their Lobatto rule."""
-    legendre = np.polynomial.legendre.Legendre.basis(count - 1)
-    nodes = np.concatenate([[-1.0], np.sort(legendre.deriv().roots().real), [1.0]])
-    return nodes, 2.0 / (count * (count - 1) * legendre(nodes) ** 2)
-
-
-NODES, WEIGHTS = _lobatto(POINTS)
+NODES, WEIGHTS = lobatto_rule(POINTS)
 INVERSE_WEIGHTS, UNIT_WEIGHTS = 1.0 / WEIGHTS, np.ones(POINTS)
 #: (PARTS + 1, POINTS): from values at equidistant times of the step to coefficients over its share.
 FIT = np.zeros((PARTS + 1, POINTS))
-FIT[:, : DEGREE + 1] = np.linalg.pinv(np.vander(np.arange(PARTS + 1) / PARTS, DEGREE + 1, increasing=True)).T
+FIT[:, : DEGREE + 1] = least_squares(powers(np.arange(PARTS + 1) / PARTS, DEGREE + 1)).transposed.rounded()
 PAIRS = POINTS // 2  # of points symmetric to the middle
-_FROM_POINTS = np.linalg.inv(np.vander(NODES, increasing=True))
+_FROM_POINTS = coefficients_through(NODES).rounded()
 #: (PAIRS, POINTS): from sums and differences of pairs' values to even and odd coefficients over the time.
 EVEN, ODD = np.zeros((2, PAIRS, POINTS))
 EVEN[:, ::2], ODD[:, 1::2] = _FROM_POINTS[::2, PAIRS:].T, _FROM_POINTS[1::2, PAIRS:].T
 #: Nodes and weights of Gauss's rule on 0 to 1 after x = u^2 (3 - 2 u), in which the load is smooth at the ends of the
 #: arc, where it varies as x^(3/2).
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
+_NODES, _WEIGHTS = gauss_rule(POINTS)
 _NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 SMOOTHED_NODES, SMOOTHED_WEIGHTS = _NODES**2 * (3.0 - 2.0 * _NODES), 6.0 * _NODES * (1.0 - _NODES) * _WEIGHTS
 SMALLEST_HALF_ANGLE = 1e-300  # rad, of an arc without width

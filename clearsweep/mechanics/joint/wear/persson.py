@@ -9,10 +9,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import Chebyshev, Polynomial, chebyshev
 
 from ....contracts.case import Joint
 from ....contracts.catalogue import Law
+from ...trace import portable
+from ...trace.portable import coefficients_through, exact, through_points
 from ..elastic.conformal import WIDEST_B2, load_arc
 from ..recipe import register
 from .contract import cumulative_pressure, half_arc, peak_over_mean, smooth_within, sum_over_load
@@ -20,7 +21,7 @@ from .pressure import MODULUS, modulus_of
 
 LIMIT = 2.0 * math.atan(math.sqrt(WIDEST_B2))  # rad: half of the arc at an infinite load
 HALFWAY = 2.0  # E* c: load mapped to half of the interval of `_arc`, chosen for the closest fit
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(40)
+_NODES, _WEIGHTS = portable.gauss_rule(40)
 
 
 class Persson(NamedTuple):
@@ -34,29 +35,24 @@ def pressure_over_load(angle, half_angle):
 
     Ciavarella & Decuzzi 2001, with b = tan(half / 2), y = tan(angle / 2); the scale follows from the balance of forces.
     """
-    b2, y2 = np.tan(0.5 * half_angle) ** 2, np.tan(0.5 * angle) ** 2
+    b2, y2 = portable.tan(0.5 * half_angle) ** 2, portable.tan(0.5 * angle) ** 2
     root, root_of_sum = np.sqrt(np.maximum(b2 - y2, 0.0)), np.sqrt(1.0 + b2)
-    return 2.0 * root / (math.pi * root_of_sum * (1.0 + y2)) + np.arctanh(root / root_of_sum) / (
+    return 2.0 * root / (math.pi * root_of_sum * (1.0 + y2)) + portable.atanh(root / root_of_sum) / (
         math.pi * b2 * (1.0 + b2)
     )
 
 
 def _beyond(x, half_angle):
     """Return the integral of p R / f over the arc beyond `x` (-1 to 1): Gauss's rule over arcsin of the place."""
-    low, quarter = np.arcsin(x), 0.5 * math.pi
+    low, quarter = math.asin(x), 0.5 * math.pi
     t = low + 0.5 * (quarter - low) * (_NODES + 1.0)
-    values = pressure_over_load(half_angle * np.sin(t), half_angle) * half_angle * np.cos(t)
+    values = pressure_over_load(half_angle * portable.sin(t), half_angle) * half_angle * portable.cos(t)
     return 0.5 * (quarter - low) * np.sum(_WEIGHTS * values)
 
 
 def _widths(values):
     """Return a function of squared half-angles (array, in units of LIMIT squared) from a function of one half-angle."""
     return lambda squares: np.array([values(LIMIT * math.sqrt(max(square, 1e-9))) for square in squares])
-
-
-def _powers(function, degree):
-    """Return the coefficients, by powers, of the polynomial through values of a function on 0 to 1."""
-    return Chebyshev.interpolate(function, degree, domain=(0.0, 1.0)).convert(kind=Polynomial).coef
 
 
 def _arc(z):
@@ -81,16 +77,16 @@ def _shares(rests, squares):
 
 def _share_powers(degree, widths):
     """Return the coefficients of the shares, by powers of the rest and of the squared half-angle."""
-    edge_distance, square = (0.5 + 0.5 * chebyshev.chebpts1(count + 1) for count in (degree, widths))
-    rows, columns = (np.vander(points, increasing=True) for points in (edge_distance, square))
-    return np.ascontiguousarray(np.linalg.solve(columns, np.linalg.solve(rows, _shares(edge_distance, square)).T).T)
+    edge_distance, square = (portable.chebyshev_points(count + 1) for count in (degree, widths))
+    rows, columns = (coefficients_through(points) for points in (edge_distance, square))
+    return (rows @ exact(_shares(edge_distance, square)) @ columns.transposed).rounded()
 
 
-ARC = _powers(_arc, 14)  # by powers of z, to 2e-11
-SUM = _powers(
+ARC = through_points(_arc, 14)  # by powers of z, to 2e-11
+SUM = through_points(
     _widths(lambda half_angle: 2.0 * _beyond(0.0, half_angle)), 8
 )  # by powers of the squared half-angle, to 1e-13
-PEAK = _powers(
+PEAK = through_points(
     _widths(lambda half_angle: pressure_over_load(0.0, half_angle) * half_angle / _beyond(0.0, half_angle)), 10
 )  # to 2e-12
 SHARE = _share_powers(8, 7)  # (9, 8), to 1e-9

@@ -4,11 +4,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import Chebyshev, Polynomial
 
 from ....contracts.case import Joint
 from ....contracts.catalogue import Field, Law
 from ...compiled.family import inlined
+from ...trace import portable
 from ..elastic.conformal import arc_excess
 from ..elastic.contract import SMALL_ARC
 from ..material import plane_strain_modulus, relative_radius
@@ -31,11 +31,11 @@ def _half_arc_hertz_line(pressure, joint, radius, sliding):
 def _beyond(edge_distance):
     """Return the share of the load beyond 1 - rest, 0 < rest <= 1, over rest^(3/2), which is smooth."""
     x = 1.0 - edge_distance
-    return (0.5 - (x * np.sqrt(1.0 - x * x) + np.arcsin(x)) / math.pi) / edge_distance**1.5
+    return (0.5 - (x * np.sqrt(1.0 - x * x) + portable.asin(x)) / math.pi) / portable.power(edge_distance, 1.5)
 
 
 #: Its coefficients by powers of `rest`, to 1e-9: avoids an arcsine in the most frequent evaluation.
-BEYOND = Chebyshev.interpolate(_beyond, 9, domain=(0.0, 1.0)).convert(kind=Polynomial).coef
+BEYOND = portable.through_points(_beyond, 9)
 
 
 @cumulative_pressure.member(HertzLine)
@@ -101,11 +101,11 @@ register(
 
 def _arctangent(square):
     """Return arctan(x) / x, from the square of x."""
-    return np.arctan(np.sqrt(square)) / np.sqrt(square)
+    return portable.atan(np.sqrt(square)) / np.sqrt(square)
 
 
 #: Its coefficients by powers of the square, 0 to 1, to 1e-11: a library function takes one number per call.
-ARCTANGENT = Chebyshev.interpolate(_arctangent, 14, domain=(0.0, 1.0)).convert(kind=Polynomial).coef
+ARCTANGENT = portable.through_points(_arctangent, 14)
 
 
 class Mean(NamedTuple):

@@ -26,6 +26,7 @@ from ...compiled.choosing import bits_of
 from ...compiled.direction import SHIFT
 from ...compiled.dual import chained, plain
 from ...compiled.family import inlined
+from ...trace import portable
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -59,8 +60,11 @@ def smoothed(depths: np.ndarray, width: float) -> "CubicSpline":
 
     count = len(depths)
     m = np.arange(min(count, KNOTS) // 2)  # higher ones would alias
-    spectrum = np.fft.rfft(depths)[: m.size] * np.exp(-1j * math.pi * m / count)  # of the middle of the first bin
-    filtered = spectrum / np.sinc(m / count) * np.exp(-0.5 * (m * width) ** 2)
+    angles = math.pi * m / count
+    middle_of_first_bin = portable.cos(angles) - 1j * portable.sin(angles)
+    spectrum = np.fft.rfft(depths)[: m.size] * middle_of_first_bin
+    within_bin = np.append(1.0, portable.sin(angles[1:]) / angles[1:])
+    filtered = spectrum / within_bin * portable.exp(-0.5 * (m * width) ** 2)
     values = np.fft.irfft(filtered, KNOTS) * (KNOTS / count)
     return CubicSpline(np.arange(KNOTS + 1) * STEP, np.append(values, values[0]), bc_type="periodic")
 
@@ -87,7 +91,7 @@ def shape_of(spline: "CubicSpline") -> Shape:
     table = np.empty((KNOTS, ROW_LENGTH))
     for power in range(4):
         table[:, power] = spline.c[3 - power] * STEP**power
-    pieces = table[:, :INTEGRAL_BEFORE] @ (1.0 / np.arange(1, 5)) * STEP
+    pieces = STEP * sum(table[:, power] / (power + 1.0) for power in range(INTEGRAL_BEFORE))
     table[:, INTEGRAL_BEFORE] = np.concatenate([[0.0], np.cumsum(pieces)[:-1]])
     fine_angles = np.linspace(0.0, 2.0 * math.pi, 16 * KNOTS, endpoint=False)
     values = spline(fine_angles)

@@ -14,6 +14,7 @@ from ...compiled.choosing import rolled_range
 from ...compiled.family import family, kernel
 from ...compiled.vector import cross, dot, plus_scaled
 from ...observe.histogram import BETWEEN, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
+from ...trace.portable import coefficients_through, exact, powers
 from ..modes import touches
 from ..spatial import ENDS, Flanged, Through, bearing_length, wall_point
 from .arc_over_step import FIT, POINTS, sliding_contact_of
@@ -60,11 +61,13 @@ from .wall_strips import (
 SAME_LOAD = 0.2  # of the largest load per length: slices with smaller differences share one arc width
 EDGE_TOLERANCE = 1e-9  # of a bin's length: a slice that ends closer to an edge ends at it
 _QUARTERS = np.arange(BETWEEN + 2) / (BETWEEN + 1)
-_POWERS = np.linalg.inv(np.vander(_QUARTERS, increasing=True))
+_POWERS = coefficients_through(_QUARTERS)
 #: (PARTS + 1, BETWEEN + 2): values at equidistant times of a step from those at its quarters.
-FROM_QUARTERS = np.vander(np.arange(PARTS + 1) / PARTS, BETWEEN + 2, increasing=True) @ _POWERS
+FROM_QUARTERS = (powers(np.arange(PARTS + 1) / PARTS, BETWEEN + 2) @ _POWERS).rounded()
 #: (2, BETWEEN + 2): slopes at both ends of a step, per its length.
-END_SLOPES = np.array([[float(p * at ** max(p - 1, 0)) for p in range(BETWEEN + 2)] for at in (0.0, 1.0)]) @ _POWERS
+END_SLOPES = (
+    exact([[float(p * at ** max(p - 1, 0)) for p in range(BETWEEN + 2)] for at in (0.0, 1.0)]) @ _POWERS
+).rounded()
 
 
 @record.member(Through)

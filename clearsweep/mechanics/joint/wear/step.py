@@ -18,6 +18,7 @@ from ...observe.histogram import (
     RUBBED_COURSE,
     SLIP_COURSE,
 )
+from ...trace.portable import exact, inverse
 from ..contract import Offsets
 from ..modes import touches
 from ..offsets import after_joint
@@ -67,14 +68,9 @@ RECORDED = (POSITIONS + SLOPES + ALONG) * MOMENTS  # numbers stored per contact
 _QUARTERS = np.arange(BETWEEN + 2) / (BETWEEN + 1)
 #: (ANGLES, POINTS): the coefficients of an angle's profile from its values at the quarters and its end slopes.
 FROM_ANGLES = np.zeros((ANGLES, POINTS))
-FROM_ANGLES[:, : DEGREE + 1] = np.linalg.inv(
-    np.vstack(
-        [
-            np.vander(_QUARTERS, DEGREE + 1, increasing=True),
-            [[float(i == 1) for i in range(DEGREE + 1)], [float(i) for i in range(DEGREE + 1)]],
-        ]
-    )
-).T
+_AT_QUARTERS = [[quarter**i for i in range(DEGREE + 1)] for quarter in _QUARTERS.tolist()]
+_AT_ENDS = [[float(i == 1) for i in range(DEGREE + 1)], [float(i) for i in range(DEGREE + 1)]]
+FROM_ANGLES[:, : DEGREE + 1] = inverse(exact(_AT_QUARTERS + _AT_ENDS)).transposed.rounded()
 
 
 class Step(NamedTuple):

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....contracts.machine import GROUND, At, Guide, Machine, Slot, Stretch
+from ...trace import portable
 from .component import put_component
 from .turn import Turn, between
 
@@ -128,7 +129,7 @@ class Closure:
             bend_x, bend_y = far_end.ddx - near_end.ddx, far_end.ddy - near_end.ddy
             if isinstance(joint, Guide | Stretch):
                 angle, rate = (self.angle(joint.proximal.body, vector) for vector in (q, q_rates))
-                c, s = np.cos(angle + joint.axis), np.sin(angle + joint.axis)
+                c, s = portable.cos(angle + joint.axis), portable.sin(angle + joint.axis)
                 values[..., row] = self.angle(joint.distal.body, q) - angle
                 values[..., row + 1] = c * gap_y - s * gap_x
                 sliding_rate = c * (far_end.dx - near_end.dx) + s * (far_end.dy - near_end.dy)
@@ -379,5 +380,5 @@ def _columns(q: np.ndarray) -> list:
 
 def _turned(columns: list) -> list:
     """Return cosine and sine of the angle of each body."""
-    cos, sin = (np.cos, np.sin) if isinstance(columns[0], np.ndarray) else (math.cos, math.sin)
+    cos, sin = (portable.cos, portable.sin) if isinstance(columns[0], np.ndarray) else (math.cos, math.sin)
     return [(cos(angle), sin(angle)) for angle in columns[2::3]]

@@ -2,9 +2,8 @@
 
 from typing import Any
 
-import numpy as np
-
 from ....contracts.machine import GROUND, Slot, Stretch
+from ...trace import portable
 
 
 def put_component(closure: Any, joint: Slot | Stretch, axis: float, motion: tuple, out: tuple, row: int) -> None:
@@ -16,7 +15,7 @@ def put_component(closure: Any, joint: Slot | Stretch, axis: float, motion: tupl
     (q, q_rates), (values, jacobian, lacking) = motion, out
     near_end, far_end = (closure.end(endpoint, q, q_rates) for endpoint in (joint.proximal, joint.distal))
     axis_angle, rate = closure.angle(joint.proximal.body, q) + axis, closure.angle(joint.proximal.body, q_rates)
-    c, s = np.cos(axis_angle), np.sin(axis_angle)
+    c, s = portable.cos(axis_angle), portable.sin(axis_angle)
     x, y, dx, dy = far_end.x - near_end.x, far_end.y - near_end.y, far_end.dx - near_end.dx, far_end.dy - near_end.dy
     for body, sign, body_end in ((joint.proximal.body, -1.0, near_end), (joint.distal.body, 1.0, far_end)):
         if body == GROUND:

@@ -15,6 +15,7 @@ from ....contracts.machine import Motor
 from ...compiled.choosing import abreast
 from ...compiled.family import entry, flatten, invoke, kernel, shaped
 from ...observe.stages import POINTS, STAGES
+from ...trace.portable import Exact, coefficients_through, exact, inverse, powers
 from ..contract import accelerate, place
 
 LONGEST = 30.0  # longest wait for a free crank, in times at its nominal speed
@@ -28,12 +29,18 @@ HALVINGS = 60  # most iterations; Newton's method needs five
 CLOSE = 1e-13  # of a step: closer estimates are equal
 
 C = np.array(POINTS)
+_FROM_RATES, _LCM = coefficients_through(C).transposed, math.lcm(*range(1, STAGES + 1))
+_RISE = Exact(
+    [[number * (_LCM // (power + 1)) for power, number in enumerate(row)] for row in _FROM_RATES.rows],
+    _FROM_RATES.denominator * _LCM,
+)
+_WITHOUT_FIRST = exact(np.eye(STAGES + 1)[:, 1:])
 #: (stage that gives, power): the rise over a share x of the step is h x times the sum of rates and powers of x.
-RISE = np.ascontiguousarray(np.linalg.inv(np.vander(C, increasing=True)).T / np.arange(1.0, STAGES + 1.0))
+RISE = _RISE.rounded()
 #: (stage that gives, stage that gets): the integral up to each stage.
-A = np.ascontiguousarray(RISE @ (C[:, None] ** np.arange(1.0, STAGES + 1.0)).T)
+A = (_RISE @ (powers(C, STAGES + 1) @ _WITHOUT_FIRST).transposed).rounded()
 #: (stage, order): coefficients of the rates in Legendre's polynomials.
-SERIES = np.ascontiguousarray(np.linalg.inv(legendre.legvander(2.0 * C - 1.0, STAGES - 1)).T)
+SERIES = inverse(exact(legendre.legvander(2.0 * C - 1.0, STAGES - 1))).transposed.rounded()
 
 
 @kernel

@@ -26,6 +26,7 @@ from ....contracts.machine import (
     Tabled,
 )
 from ...joint.friction.contract import friction_force, settled
+from ...trace import portable
 from ..contract import IdealMotion
 from .closure import STATIONS, Closure, MobilityError
 from .drive import drive_of, torque_at, when
@@ -72,7 +73,7 @@ class Ideal:
         body = self.machine.bodies[aim.body]
         x, y = np.subtract(body.points[aim.point], body.center)
         c, s = math.cos(aim.direction), math.sin(aim.direction)
-        cosine, sine = np.cos(q[:, i + 2]), np.sin(q[:, i + 2])
+        cosine, sine = portable.cos(q[:, i + 2]), portable.sin(q[:, i + 2])
         forward = c * (x * cosine - y * sine) + s * (
             x * sine + y * cosine
         )  # of the arm, along and across the direction
@@ -112,7 +113,7 @@ class Ideal:
             joint.axis + self.closure.angle(joint.proximal.body, turn.q),
             self.closure.angle(joint.proximal.body, turn.first),
         )
-        c, s = np.cos(angle_derivative), np.sin(angle_derivative)
+        c, s = portable.cos(angle_derivative), portable.sin(angle_derivative)
         near_end, far_end = (
             self.closure.end(endpoint, turn.q, turn.first) for endpoint in (joint.proximal, joint.distal)
         )

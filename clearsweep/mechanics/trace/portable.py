@@ -1,0 +1,163 @@
+"""Arithmetic for constants and set-up whose bits are the same on every processor.
+
+Libraries choose their code for linear algebra and for elementary functions of arrays by the processor; their last bits
+then differ, and chaos amplifies these.  Here linear algebra is exact and rounded once.  Functions of arrays call the C
+library for each number.
+"""
+
+import functools
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+NEWTON_STEPS = 6  # for the nodes of a rule; three are enough
+
+
+def _each(function: Callable, arguments: int = 1) -> Callable[..., Any]:
+    """Return a function of the C library for arrays."""
+    ufunc = np.frompyfunc(function, arguments, 1)
+
+    @functools.wraps(function)
+    def on_arrays(*values: Any) -> Any:
+        return np.asarray(ufunc(*values), dtype=float)[()]
+
+    return on_arrays
+
+
+sin, cos, tan, asin, atan, atanh, exp, log, log1p = map(
+    _each, (math.sin, math.cos, math.tan, math.asin, math.atan, math.atanh, math.exp, math.log, math.log1p)
+)
+power = _each(math.pow, 2)
+
+
+class Exact(NamedTuple):
+    """A matrix of rational numbers."""
+
+    rows: list[list[int]]
+    denominator: int
+
+    def __matmul__(self, other: "Exact") -> "Exact":
+        columns = list(zip(*other.rows, strict=True))
+        rows = [[sum(map(int.__mul__, row, column)) for column in columns] for row in self.rows]
+        return Exact(rows, self.denominator * other.denominator)
+
+    @property
+    def transposed(self) -> "Exact":
+        """The matrix with rows and columns exchanged."""
+        return Exact([list(column) for column in zip(*self.rows, strict=True)], self.denominator)
+
+    def rounded(self) -> np.ndarray:
+        """Return the matrix as floats, each the nearest."""
+        return np.array([[number / self.denominator for number in row] for row in self.rows])
+
+
+def exact(matrix: Any) -> Exact:
+    """Return the matrix of rows of floats."""
+    ratios = [[number.as_integer_ratio() for number in row] for row in np.asarray(matrix, dtype=float).tolist()]
+    denominator = math.lcm(*(below for row in ratios for _, below in row))
+    return Exact([[above * (denominator // below) for above, below in row] for row in ratios], denominator)
+
+
+def inverse(matrix: Exact) -> Exact:
+    """Return the inverse of a square matrix by elimination without fractions (Bareiss 1968, Math. Comput. 22:565)."""
+    size = len(matrix.rows)
+    rows = [[*row, *(int(i == j) for j in range(size))] for i, row in enumerate(matrix.rows)]
+    previous = 1
+    for k in range(size):
+        pivot = next(i for i in range(k, size) if rows[i][k] != 0)
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        for i in range(size):
+            if i != k:
+                factor, divisor = rows[i][k], rows[k][k]
+                rows[i] = [(divisor * a - factor * b) // previous for a, b in zip(rows[i], rows[k], strict=True)]
+        previous = rows[k][k]
+    return Exact([[number * matrix.denominator for number in row[size:]] for row in rows], previous)
+
+
+def least_squares(matrix: Exact) -> Exact:
+    """Return the matrix that gives from values the coefficients of the closest combination of columns."""
+    return inverse(matrix.transposed @ matrix) @ matrix.transposed
+
+
+def powers(places: Any, count: int) -> Exact:
+    """Return the first `count` powers of each place, from 0 on, a row per place."""
+    (row,), unit = exact([places])
+    return Exact([[n**i * unit ** (count - 1 - i) for i in range(count)] for n in row], unit ** (count - 1))
+
+
+def coefficients_through(places: Any) -> Exact:
+    """Return the inverse of `powers` of as many places, from Lagrange's polynomials.
+
+    It gives from values at the places the coefficients, by powers, of the polynomial through them.
+    """
+    (row,), unit = exact([places])
+    whole = [1]  # the product of all (unit x - n), the constant first
+    for n in row:
+        whole = [unit * a - n * b for a, b in zip([0, *whole], [*whole, 0], strict=True)]
+    parts, scales = [], []
+    for n in row:
+        part = [whole[-1] // unit]  # `whole` divided by (unit x - n)
+        for c in whole[-2:0:-1]:
+            part.append((c + n * part[-1]) // unit)
+        parts.append(part[::-1])
+        scales.append(math.prod(n - other for other in row if other != n))
+    denominator = math.lcm(*scales)
+    columns = [[c * (denominator // scale) for c in part] for part, scale in zip(parts, scales, strict=True)]
+    return Exact(columns, denominator).transposed
+
+
+def through_points(function: Callable, degree: int) -> np.ndarray:
+    """Return the coefficients, by powers, of the polynomial through a function at `chebyshev_points`."""
+    points = chebyshev_points(degree + 1)
+    return (coefficients_through(points) @ exact(function(points)[:, None])).rounded()[:, 0]
+
+
+def chebyshev_points(count: int) -> np.ndarray:
+    """Return `count` increasing multiples of 1/4096 next to Chebyshev's points between 0 and 1.
+
+    Exact arithmetic is quick with short numbers.
+    """
+    return np.array([round(2048.0 - 2048.0 * math.cos(math.pi * (i + 0.5) / count)) / 4096.0 for i in range(count)])
+
+
+def _legendre(degree: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return Legendre's polynomial and its slope at places between -1 and 1."""
+    before, value = np.zeros(x.size), np.ones(x.size)
+    for n in range(degree):
+        before, value = value, ((2 * n + 1) * x * value - n * before) / (n + 1)
+    return value, degree * (before - x * value) / (1.0 - x * x)
+
+
+def gauss_rule(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return nodes and weights of Gauss's rule on -1 to 1."""
+    nodes = -cos(math.pi * (np.arange(count) + 0.75) / (count + 0.5))
+    for _ in range(NEWTON_STEPS):
+        value, slope = _legendre(count, nodes)
+        nodes = nodes - value / slope
+        nodes = 0.5 * (nodes - nodes[::-1])  # symmetric
+    _, slope = _legendre(count, nodes)
+    return nodes, 2.0 / ((1.0 - nodes * nodes) * slope * slope)
+
+
+def lobatto_rule(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return nodes and weights of Lobatto's rule on -1 to 1, whose first and last nodes are the ends."""
+    degree = count - 1
+    inner = -cos(math.pi * np.arange(1, degree) / degree)
+    for _ in range(NEWTON_STEPS):
+        value, slope = _legendre(degree, inner)
+        bend = (2.0 * inner * slope - degree * count * value) / (1.0 - inner * inner)
+        inner = inner - slope / bend
+        inner = 0.5 * (inner - inner[::-1])
+    value, _ = _legendre(degree, inner)
+    ends = np.ones(1)
+    return np.concatenate([-ends, inner, ends]), 2.0 / (degree * count * np.concatenate([ends, value**2, ends]))
+
+
+def line_through(x: np.ndarray, y: np.ndarray, weights: np.ndarray) -> tuple[float, float]:
+    """Return slope and value at 0 of the line with the least weighted sum of squared distances in y."""
+    total = math.fsum(weights)
+    middle_x, middle_y = math.fsum(weights * x) / total, math.fsum(weights * y) / total
+    slope = math.fsum(weights * (x - middle_x) * (y - middle_y)) / math.fsum(weights * (x - middle_x) ** 2)
+    return slope, middle_y - slope * middle_x

@@ -1,0 +1,85 @@
+"""Constants and set-up do not depend on the code that numpy and OpenBLAS choose for the processor."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from clearsweep.mechanics.mechanism.planar import free_crank
+from clearsweep.mechanics.solver import collocation
+from clearsweep.mechanics.trace import portable
+
+PROGRAM = Path(__file__).parent / "portable_bits.py"
+#: As on a processor without fused operations; names of its kernels differ between versions of the libraries.
+OLDER = {"OPENBLAS_CORETYPE": "Sandybridge", "NPY_DISABLE_CPU_FEATURES": "X86_V3"}
+GRIDS = ("slider_crank.yaml", "lubricated.yaml", "worn_slider_crank.yaml")
+
+
+def bits(environment):
+    """Return what the program prints with further environment variables."""
+    command = [sys.executable, str(PROGRAM), *GRIDS]
+    done = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True)
+    return json.loads(done.stdout)
+
+
+@pytest.mark.slow
+def test_an_older_processor_gives_the_same_bits():
+    """Sums of a matrix product differ between the two, so equal bits are not for want of a difference."""
+    sums = "import numpy as np; x = np.linspace(0.1, 1.0, 400).reshape(20, 20); print((x @ x / 3.0).tobytes().hex())"
+    products = {
+        subprocess.run([sys.executable, "-c", sums], env=os.environ | extra, capture_output=True, check=True).stdout
+        for extra in ({}, OLDER)
+    }
+    if len(products) == 1:
+        pytest.skip("this machine does not have code for two processors")
+    assert bits({}) == bits(OLDER)
+
+
+@pytest.mark.parametrize("count", [2, 5, 8, 40])
+def test_gauss_and_lobatto_rules_are_exact_for_their_degree(count):
+    for (nodes, weights), degree in (
+        (portable.gauss_rule(count), 2 * count - 1),
+        (portable.lobatto_rule(count), 2 * count - 3),
+    ):
+        for power in range(degree + 1):
+            exact = (1.0 - (-1.0) ** (power + 1)) / (power + 1)
+            assert np.sum(weights * nodes**power) == pytest.approx(exact, abs=1e-14)
+        assert np.sum(weights * nodes ** (degree + 1)) != pytest.approx(2.0 / (degree + 2), abs=1e-14) or count == 40
+
+
+def test_exact_inverses_are_those_of_linear_algebra():
+    drawn = np.random.default_rng(3).normal(size=(6, 6))
+    inverse = portable.inverse(portable.exact(drawn)).rounded()
+    assert np.allclose(inverse, np.linalg.inv(drawn), rtol=1e-12, atol=0.0)
+    fitted = portable.least_squares(portable.exact(drawn[:, :3])).rounded()
+    assert np.allclose(fitted, np.linalg.pinv(drawn[:, :3]), rtol=1e-12, atol=1e-15)
+    through = portable.coefficients_through(drawn[0]).rounded()
+    assert np.allclose(through, np.linalg.inv(np.vander(drawn[0], increasing=True)), rtol=1e-10, atol=1e-12)
+
+
+def test_an_inverse_is_rounded_once():
+    """Hilbert's matrix of order 12 has a condition of 1e16; floats lose all digits of its inverse."""
+    rows = [[1.0 / (1.0 + i + j) for j in range(12)] for i in range(12)]
+    matrix = portable.exact(rows)
+    product = portable.inverse(matrix) @ matrix
+    assert np.array_equal(product.rounded(), np.eye(12))
+
+
+def test_the_integrals_of_the_free_crank_are_those_of_the_solver():
+    assert np.array_equal(free_crank.A, collocation.A)
+
+
+def test_a_polynomial_through_points_is_the_function_there():
+    coefficients = portable.through_points(portable.exp, 9)
+    places = np.linspace(0.0, 1.0, 101)
+    assert np.abs(np.polynomial.polynomial.polyval(places, coefficients) - np.exp(places)).max() < 1e-11
+
+
+def test_a_line_through_points_has_the_least_weighted_squares():
+    x, y, weights = np.random.default_rng(4).uniform(1.0, 2.0, size=(3, 20))
+    slope, start = portable.line_through(x, y, weights)
+    assert (slope, start) == pytest.approx(tuple(np.polyfit(x, y, 1, w=np.sqrt(weights))), rel=1e-12)
