@@ -87,7 +87,7 @@ GOOD = [f"{10 * k},{k % 7}" for k in range(120)]
         (["crank_angle [deg],accelaration [m/s^2]", *GOOD], "rig.csv:1:2: .*did you mean 'acceleration'"),
         (["crank_angle [deg],acceleration [mm]", *GOOD], "rig.csv:1:2: found '1 mm', whose unit mm has another"),
         (["crank_angle [deg],acceleration [m/s^2]", *GOOD[:20], "200,nan", *GOOD[21:]], "rig.csv:22:2: found 'nan'"),
-        (["crank_angle [deg],acceleration [m/s^2]", *GOOD[:20], "10,1", *GOOD[21:]], "rig.csv:22: .*does not ascend"),
+        (["crank_angle [deg],acceleration [m/s^2]", *GOOD[:20], "10,1", *GOOD[21:]], "rig.csv:22: .*does not increase"),
         (["crank_angle [deg],acceleration [m/s^2]", *GOOD[:20], *GOOD[40:]], "rig.csv:22: .*samples are missing"),
         (["acceleration [m/s^2]", *(row.split(",")[0] for row in GOOD)], "expected crank_angle"),
     ],
