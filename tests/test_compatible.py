@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from clearsweep import InputError, grid, simulation
 from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.joint.elastic.compatible import END_DEPTH, WIDEST, Compatible, depth_of_arc
+from clearsweep.mechanics.joint.elastic.compatible import END_DEPTH, MAX_HALF_ANGLE, Compatible, depth_of_arc
 from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
 
 UNIT = Compatible(0.5 * math.pi, 1.0)  # force over E* c L at a penetration in clearances
@@ -42,7 +42,7 @@ def test_it_bears_what_persson_s_pressure_bears_over_the_same_arc():
     for degrees, allowed in ((0.1, 1e-5), (1, 6e-4), (5, 0.0071), (20, 0.033), (40, 0.041)):
         angle = math.radians(degrees)
         assert elastic_force(UNIT, depth_of_arc(angle)) == pytest.approx(persson_load(angle), rel=allowed)
-    below = elastic_force(UNIT, depth_of_arc(WIDEST)) / persson_load(WIDEST) - 1.0
+    below = elastic_force(UNIT, depth_of_arc(MAX_HALF_ANGLE)) / persson_load(MAX_HALF_ANGLE) - 1.0
     assert below == pytest.approx(-0.0909, abs=1e-4, rel=0.0)
 
 

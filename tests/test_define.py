@@ -172,7 +172,7 @@ def test_numbers_of_one_name_vary_together(at):
 
 
 def test_a_grid_without_expressions_has_the_bits_it_had(at):
-    assert at(TEXT).defined.follow == {}
+    assert at(TEXT).defined.dependents == {}
     assert "define" not in at(TEXT).resolved()
 
 

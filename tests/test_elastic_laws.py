@@ -15,11 +15,11 @@ from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.elastic.conformal import (
     CONFORMAL_END,
     FIT_END,
-    arc_excess,
+    angle_minus_sine,
     conformal_fit,
-    conformal_load,
+    load_ratio,
 )
-from clearsweep.mechanics.joint.elastic.contract import elastic_force, parity
+from clearsweep.mechanics.joint.elastic.contract import elastic_force, root_parity
 from clearsweep.mechanics.joint.elastic.cylinders import LOGARITHMIC_END, inverse_lambert
 from clearsweep.mechanics.joint.material import material_stiffness
 
@@ -75,7 +75,7 @@ def test_a_trial_step_past_the_separation_sees_the_smoother_of_two_ways_on(name)
         forces = [(sign if root < 0.0 else 1.0) * elastic_force(term, root * root) for root in roots]
         return np.abs(np.diff(forces, order)).max()
 
-    assert bend(parity(term)) < bend(-parity(term))
+    assert bend(root_parity(term)) < bend(-root_parity(term))
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -241,7 +241,7 @@ def test_johnson_would_fold_back_beyond_its_limit():
 def test_small_arcs_are_followed_without_cancellation():
     for angle in (1e-8, 1e-3, 0.1, 0.5, 0.999, 1.001, 2.0):
         series = sum((-1) ** k * angle ** (2 * k + 3) / math.factorial(2 * k + 3) for k in range(14))
-        assert arc_excess(angle) == pytest.approx(series, rel=1e-14)
+        assert angle_minus_sine(angle) == pytest.approx(series, rel=1e-14)
 
 
 def test_winkler_is_the_integral_of_its_pressure():
@@ -298,11 +298,11 @@ def test_persson_has_its_tabulated_loads_and_hertz_s_limit():
         80: 15.8547,
     }
     for degrees, load in table.items():
-        assert 2.0 * math.pi * conformal_load(depth_of(degrees)) == pytest.approx(load, rel=1e-6)
+        assert 2.0 * math.pi * load_ratio(depth_of(degrees)) == pytest.approx(load, rel=1e-6)
     for degrees in (0.01, 0.1):  # Hertz: half-width R eps with f = pi E* c eps^2 / 4
         angle = math.radians(degrees)
         expected = math.pi * angle**2 / 4.0
-        assert 2.0 * math.pi * conformal_load(depth_of(degrees)) == pytest.approx(expected, rel=angle**2)
+        assert 2.0 * math.pi * load_ratio(depth_of(degrees)) == pytest.approx(expected, rel=angle**2)
     assert depth_of(80.4127) == pytest.approx(CONFORMAL_END, rel=1e-5)
 
 

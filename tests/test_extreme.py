@@ -6,7 +6,7 @@ import pytest
 import clearsweep
 from clearsweep.judging import expected
 from clearsweep.simulation import revolutions
-from clearsweep.simulation.extreme import NONE, Tail, expected_largest
+from clearsweep.simulation.extreme import NO_QUANTILE, Tail, expected_largest
 
 MANY = 1e6
 
@@ -43,8 +43,8 @@ def test_more_values_make_the_interval_narrower():
 
 def test_nothing_is_predicted_of_few_or_of_dependent_values():
     chance = np.random.default_rng(2)
-    assert expected_largest(beta(chance, 99), MANY) == NONE
-    assert expected_largest(np.repeat(beta(chance, 50), 3), MANY) == NONE
+    assert expected_largest(beta(chance, 99), MANY) == NO_QUANTILE
+    assert expected_largest(np.repeat(beta(chance, 50), 3), MANY) == NO_QUANTILE
 
 
 def test_values_that_repeat_predict_the_largest_of_them():

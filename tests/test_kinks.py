@@ -31,8 +31,8 @@ from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.film.contract import FilmMotion, film_force
 from clearsweep.mechanics.joint.film.corners import AFLOAT, Reversals, bends
 from clearsweep.mechanics.joint.friction.contract import friction_force
+from clearsweep.mechanics.joint.kinks import kink_variable, kinks
 from clearsweep.mechanics.joint.loss.contract import contact_force
-from clearsweep.mechanics.joint.pieces import kink_variable, kinks
 from clearsweep.simulation.run import integration_of
 from clearsweep.verify import films, stability
 
@@ -100,8 +100,8 @@ def test_the_loss_is_smooth_over_rate_and_penetration_between_its_kinks(name):
     def by_root(root):
         return contact_force(law, dry.elastic, root * root, 0.05, onset)[0]
 
-    assert is_smooth_between(by_rate, places if over == "over_rate" else (), -0.3, 0.4)
-    depths = places if over in ("over_penetration", "over_depth") else ()
+    assert is_smooth_between(by_rate, places if over == "rate_variable" else (), -0.3, 0.4)
+    depths = places if over in ("penetration_variable", "depth_variable") else ()
     for deepest in (1e-5, *(2.0 * place for place in depths)):
         roots = [math.sqrt(place) for place in depths]
         assert is_smooth_between(by_root, roots, 0.01 * math.sqrt(deepest), math.sqrt(deepest))

@@ -20,7 +20,7 @@ from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_
 from clearsweep.mechanics.joint.elastic.power import power_of
 from clearsweep.mechanics.joint.loss.contract import contact_force, keeps_onset, with_mass
 from clearsweep.mechanics.joint.loss.hysteresis import Hysteresis
-from clearsweep.mechanics.joint.loss.renewed import PRESSED_ON, TURNED, renewed
+from clearsweep.mechanics.joint.loss.renewed import ENERGY_EXCEEDED, RATE_ZERO, renewed
 from clearsweep.mechanics.joint.modes import touches
 from clearsweep.mechanics.joint.rebound import approach_loss
 from clearsweep.mechanics.mechanism.contract import energy, gaps, impact_masses, place
@@ -87,12 +87,12 @@ def test_guards_look_for_the_doubled_speed_then_for_rest():
     law = lasting(elastic, 0.5)._replace(doubling_energy=doubling_energy)
     depth = (doubling_energy / (0.4 * 6.61e10)) ** 0.4
     for share, sign in ((0.999, -1.0), (1.001, 1.0)):
-        assert sign * guard_values(law, rising, rising, math.sqrt(share * depth))[PRESSED_ON] > 0.0
-    assert guard_values(law, rising, falling, 0.0)[TURNED] == NEVER  # a deepest point is not looked for
-    assert guard_values(law, falling, rising, 0.0)[TURNED] == RATE
-    pressed = law._replace(doubling_energy=latched(law, PRESSED_ON, rising, 0.0)[0])
+        assert sign * guard_values(law, rising, rising, math.sqrt(share * depth))[ENERGY_EXCEEDED] > 0.0
+    assert guard_values(law, rising, falling, 0.0)[RATE_ZERO] == NEVER  # a deepest point is not looked for
+    assert guard_values(law, falling, rising, 0.0)[RATE_ZERO] == RATE
+    pressed = law._replace(doubling_energy=latched(law, ENERGY_EXCEEDED, rising, 0.0)[0])
     assert guard_values(pressed, rising, falling, 0.0) == (NEVER, RATE)
-    assert latched(pressed, TURNED, falling, 0.0) == (0.0,)
+    assert latched(pressed, RATE_ZERO, falling, 0.0) == (0.0,)
     assert guard_values(lasting(elastic, 0.5), falling, rising, 0.0) == (NEVER, NEVER)
 
 

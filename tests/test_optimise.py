@@ -185,8 +185,8 @@ def test_a_resolved_grid_asks_for_the_same_cases():
 def test_every_value_of_a_choice_has_its_part():
     for choice in (Choice("among", ("a", "b", "c")), Choice("whole", (2, 5))):
         every = choice.values if choice.kind == "among" else range(2, 6)
-        assert [choice.at(choice.part(value)) for value in every] == list(every)
-    assert Choice("range", (1.0, 100.0)).part(10.0) == pytest.approx(0.5)
+        assert [choice.value_at(choice.fraction_of(value)) for value in every] == list(every)
+    assert Choice("range", (1.0, 100.0)).fraction_of(10.0) == pytest.approx(0.5)
 
 
 def test_a_front_over_ranges_and_choices_has_no_wide_gaps(tmp_path):
@@ -215,8 +215,8 @@ def test_laws_fits_and_whole_numbers_are_chosen(at):
     assert [*grid_load(own.resolved()).identities()] == [*own.identities()]
     fits = at(OPTIMISED.replace("[20 um, 300 um]", "{among: {fits: [H7/g6, H7/f7]}}"))
     assert len({fits.point(k)[f"{JOINT}.clearance"] for k in range(len(fits))}) == 2
-    assert Choice("whole", (2, 5)).at(0.99) == 5
-    assert Choice("range", (1.0, 100.0)).at(0.5) == pytest.approx(10.0)
+    assert Choice("whole", (2, 5)).value_at(0.99) == 5
+    assert Choice("range", (1.0, 100.0)).value_at(0.5) == pytest.approx(10.0)
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean, Winkler
 from clearsweep.mechanics.observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
 from clearsweep.simulation.run import Run
 from clearsweep.simulation.start import start_of
-from clearsweep.simulation.window import finer
+from clearsweep.simulation.window import interpolated_depths
 
 BINS = 360
 WEAR = {"law": "archard", "coefficient": 2e-14, "bins": BINS}
@@ -182,7 +182,7 @@ def test_the_bins_of_an_arc_that_travels_sum_to_the_volume_of_the_step(pressure,
 
 def test_finer_bins_keep_the_means_of_those_that_wear_is_summed_up_in():
     means = np.maximum(0.0, np.sin(np.arange(MAX_BINS) * 0.05)) ** 2
-    depths = finer(means, 5 * MAX_BINS)
+    depths = interpolated_depths(means, 5 * MAX_BINS)
     assert depths.min() >= 0.0
     assert depths.reshape(MAX_BINS, 5).mean(axis=1) == pytest.approx(means, rel=1e-9, abs=1e-12)
 

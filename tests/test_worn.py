@@ -24,8 +24,8 @@ from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_
 from clearsweep.mechanics.joint.modes import PRESSED
 from clearsweep.mechanics.joint.nearest import TurnedGap, nearest
 from clearsweep.mechanics.joint.wear.arc_over_step import DEEPEST, ON_BEARING, ON_JOURNAL, POINTS, WORKSPACE_SIZE
-from clearsweep.mechanics.joint.wear.bed import accumulate_arc, arc_at, sum_over_force
 from clearsweep.mechanics.joint.wear.contract import Bins, Worn, local_clearance
+from clearsweep.mechanics.joint.wear.foundation import accumulate_arc, arc_at, sum_over_force
 from clearsweep.mechanics.joint.wear.shape import (
     KNOTS,
     POINT_MARGIN,
@@ -36,7 +36,7 @@ from clearsweep.mechanics.joint.wear.shape import (
     wear_depth_at,
     wear_integral_at,
 )
-from clearsweep.mechanics.joint.worn import WornJoint, WornOnBed, pressing, worn_load
+from clearsweep.mechanics.joint.worn import WornJoint, WornOnFoundation, generalised_depth, worn_load
 
 C, BINS = 1e-3, 360  # m, 1: clearance of the reference joint
 WORN = Wear("archard", "mean", BINS, {"bearing_coefficient": 2e-14, "journal_coefficient": 2e-14}, evolve=True)
@@ -177,14 +177,14 @@ def measure(worn, numbers):
     there = nearest(worn, place)
     pen = there.depth
     for _ in range(8):  # the root of a motion is at it already
-        pen = pressing(worn, there, place, pen).depth
+        pen = generalised_depth(worn, there, place, pen).depth
     return pen
 
 
 @pytest.mark.parametrize("wear", [WORN, BEDDED])
 def test_forces_and_moments_are_the_derivatives_of_what_is_stored(wear):
     worn = joint(BEARING.bins(), JOURNAL.bins(), wear, elastic="winkler")
-    assert isinstance(worn, WornOnBed if wear is BEDDED else WornJoint)
+    assert isinstance(worn, WornOnFoundation if wear is BEDDED else WornJoint)
     for state in ([1.5 * C, 0.3 * C, 0.3, -0.7], [-0.6 * C, 1.45 * C, 2.0, 4.0], [-0.4 * C, -1.4 * C, 0.0, 9.0]):
         place = gap(state[0], state[1], state[2:], (0.3, -0.2, 40.0, -90.0))
         pen = measure(worn, state)
@@ -214,7 +214,7 @@ def test_a_root_that_lags_reports_no_depth_beyond_that_of_the_shapes():
         place = gap(touching + depth, 0.0, angles)
         nearby, settled = nearest(worn, place), measure(worn, [touching + depth, 0.0, *angles])
         for pen in (2e-8 * C, 1e-6 * C, 1e-2 * depth, settled):
-            estimate = pressing(worn, nearby, place, pen).depth
+            estimate = generalised_depth(worn, nearby, place, pen).depth
             assert settled * (1.0 - 1e-6) < estimate < 3.0 * settled, (depth, pen)
 
 
@@ -402,7 +402,7 @@ def test_a_joint_is_worn_as_its_grid_says_and_what_is_not_known_with_it_is_refus
     scene = simulation.load_case(source)
     assert type(scene.value.joints[0]) is WornJoint
     springs = {"joints.rod-slider.contact": SPRINGS, "joints.rod-slider.wear.pressure": "winkler"}
-    assert type(simulation.load_case(changed(source, springs)).value.joints[0]) is WornOnBed
+    assert type(simulation.load_case(changed(source, springs)).value.joints[0]) is WornOnFoundation
     plain = simulation.load_case(changed(source, {"joints.rod-slider.wear.evolve": False}))
     assert type(plain.value.joints[0]) is dry.Joint
     film = {"joints.rod-slider.film": {"law": "short", "viscosity": 0.1}}

@@ -192,7 +192,7 @@ class Keys(NamedTuple):
     tables: tuple[Columns, ...] = ()
     family: str = ""  # family of the laws that the key `law` chooses from
     flags: tuple[tuple[str, str], ...] = ()  # name and description of keys that are true or left out
-    alone: tuple[int, ...] = ()  # of a list: factors that turn a single quantity into the items
+    scalar_factors: tuple[int, ...] = ()  # of a list: factors that turn a single quantity into the items
     given: str = ""  # of friction laws: 'torque' or 'force' instead of a coefficient, see `sized`
 
     @property

@@ -77,17 +77,17 @@ def factor_of(
     paths: list[str], axes: Mapping[str, tuple[Any, ...]], shape: Shape, names_in_grid: Mapping[str, frozenset[str]]
 ) -> Factor:
     """Return the blocks of axes that depend on the same law names, one for each distinct combination."""
-    word_paths = [path for path in paths if isinstance(shape[path], Word)]
+    law_paths = [path for path in paths if isinstance(shape[path], Word)]
     blocks = {}
-    for choice in product(*(axes[path] for path in word_paths)):
-        names = dict(names_in_grid) | {path: frozenset({word}) for path, word in zip(word_paths, choice, strict=True)}
-        words_in_use = {
+    for law_names in product(*(axes[path] for path in law_paths)):
+        names = dict(names_in_grid) | {path: frozenset({word}) for path, word in zip(law_paths, law_names, strict=True)}
+        laws_in_use = {
             path: word if value_key(shape, path).used(names) else None
-            for path, word in zip(word_paths, choice, strict=True)
+            for path, word in zip(law_paths, law_names, strict=True)
         }
-        used_paths = tuple(path for path in paths if path not in words_in_use and value_key(shape, path).used(names))
-        blocks[tuple(words_in_use.values())] = Block(
-            words_in_use, used_paths, math.prod(len(axes[path]) for path in used_paths)
+        used_paths = tuple(path for path in paths if path not in laws_in_use and value_key(shape, path).used(names))
+        blocks[tuple(laws_in_use.values())] = Block(
+            laws_in_use, used_paths, math.prod(len(axes[path]) for path in used_paths)
         )
     return Factor(tuple(blocks.values()), tuple(accumulate(block.size for block in blocks.values())))
 
@@ -145,7 +145,7 @@ class Slot(NamedTuple):
 
     path: str
     source: str  # path of the other value; its own path if it varies itself
-    follow: Callable[[Value], Value]
+    derive: Callable[[Value], Value]
 
 
 def _same(value: Value) -> Value:
@@ -186,7 +186,7 @@ def derived(values_by_path: Mapping[str, Value]) -> dict[str, Value]:
     values = {path: value for path, value in values_by_path.items() if value is not None}
     for slot in following(values_by_path):
         if slot.source in values:
-            values.setdefault(slot.path, slot.follow(values[slot.source]))
+            values.setdefault(slot.path, slot.derive(values[slot.source]))
     return {path: value for path, value in values.items() if path.partition(_WEAR)[2] not in _OF_BOTH}
 
 
@@ -252,7 +252,7 @@ class Texts:
             if value is not None and not isinstance(value, str):
                 texts[path] = _text(value)
                 for slot in self.slots[path]:
-                    texts[slot.path] = _text(slot.follow(value))
+                    texts[slot.path] = _text(slot.derive(value))
         return texts
 
 
@@ -278,7 +278,7 @@ class Pattern:
         self._tree = _shared(_tree(self.values))
         pairs_used = [pair for pair in pairs if any(path.startswith(f"{pair}.") for path in self.values)]
         self._changing = _sections_above([*(slot.path for slot in self.slots), *pairs_used])
-        self._places = [(slot.path.split("."), slot.source, slot.follow) for slot in self.slots]
+        self._targets = [(slot.path.split("."), slot.source, slot.derive) for slot in self.slots]
 
     def case(self, point: Mapping[str, Value]) -> dict[str, Any]:
         """Return the case at a point, swept path -> value, in the form of a grid file."""
@@ -288,11 +288,11 @@ class Pattern:
             for parent in parents:
                 section = section[parent]
             section[key] = dict(section[key])
-        for (*parents, key), source, follow in self._places:
+        for (*parents, key), source, derive in self._targets:
             section = tree
             for parent in parents:
                 section = section[parent]
-            section[key] = follow(point[source])
+            section[key] = derive(point[source])
         return _listed(tree, self._pairs)
 
     @cached_property

@@ -161,8 +161,8 @@ class Grid:
         part : only these cases, a range of indices of step 1; cases before it take no time.
         """
         part = range(self.size) if part is None else part
-        texts = Texts(self._shape, {*self.axes, *self.defined.follow})
-        if self.defined.follow:  # for numbers that may depend on several axes
+        texts = Texts(self._shape, {*self.axes, *self.defined.dependents})
+        if self.defined.dependents:  # for numbers that may depend on several axes
             for point in map(self.point, part):
                 yield number_of(self._pattern(words_at(point)).text % texts.of({**point, **self.defined.at(point)}))
             return
@@ -185,7 +185,7 @@ class Grid:
     def may_repeat(self) -> bool:
         """Return whether two cases may be equal; axes have no value twice, but numbers that depend on axes may."""
         patience = f"simulate.{PATIENCE}" in self.axes
-        return bool(self.defined.follow or self.added_cases or self._steps or patience)
+        return bool(self.defined.dependents or self.added_cases or self._steps or patience)
 
     def frame(self) -> dict[str, Any]:
         """Return the fixed settings of a run directory: dotted path -> value of all keys not swept, `save` included."""
@@ -194,25 +194,27 @@ class Grid:
 
     def resolved(self) -> dict[str, Any]:
         """Return the grid in SI as a dict in the form of its file; `load` reads the same cases from it."""
-        ways: dict[str, Any] = {
+        variations: dict[str, Any] = {
             variation: {path: list(self.axes[path]) for path in paths} for variation, paths in self._ways.items()
         }
-        ways = {variation: part for variation, part in ways.items() if variation not in (OPTIMISE, IDENTIFY)}
+        variations = {
+            variation: part for variation, part in variations.items() if variation not in (OPTIMISE, IDENTIFY)
+        }
         if self._sample:
-            ways["sample"] = self._sample | {"drawn": ways["sample"]}
+            variations["sample"] = self._sample | {"drawn": variations["sample"]}
         columns = zip(self.axes, map(list, zip(*self.added_cases, strict=True)), strict=True)
-        extra = {ADDED: dict(columns)} if self.added_cases else {}
+        added_values = {ADDED: dict(columns)} if self.added_cases else {}
         if self.seek:
-            swept = ways.get("sweep", {})
-            ways["sweep"] = {path: values for path, values in swept.items() if path not in self.seek.paths}
-        ways = {variation: part for variation, part in ways.items() if part}
-        extra_sections: dict[str, Any] = {"figures": self.figures, "limits": self.limits}
-        extra_sections |= {UNCERTAIN: dict(self.uncertain), CHECK_LAWS: self.checked_laws and (extra or True)}
-        extra_sections |= {SEEK: self.seek.written() | extra} if self.seek else {}
-        extra_sections |= {OPTIMISE: self.optimise.written() | extra} if self.optimise else {}
-        extra_sections |= {IDENTIFY: self.identify.written() | extra} if self.identify else {}
-        extra_sections |= {REFINE: self.refine.written() | extra} if self.refine else {}
-        extra_sections = {key: part for key, part in extra_sections.items() if part}
+            swept = variations.get("sweep", {})
+            variations["sweep"] = {path: values for path, values in swept.items() if path not in self.seek.paths}
+        variations = {variation: part for variation, part in variations.items() if part}
+        other_sections: dict[str, Any] = {"figures": self.figures, "limits": self.limits}
+        other_sections |= {UNCERTAIN: dict(self.uncertain), CHECK_LAWS: self.checked_laws and (added_values or True)}
+        other_sections |= {SEEK: self.seek.resolved() | added_values} if self.seek else {}
+        other_sections |= {OPTIMISE: self.optimise.resolved() | added_values} if self.optimise else {}
+        other_sections |= {IDENTIFY: self.identify.resolved() | added_values} if self.identify else {}
+        other_sections |= {REFINE: self.refine.resolved() | added_values} if self.refine else {}
+        other_sections = {key: part for key, part in other_sections.items() if part}
         sections: dict[str, Any] = {path: {} for path, node in self._shape.items() if isinstance(node, Section)}
         pairs = tuple(f"{path}." for path in self._pairs)
         # a list has no gaps: any value fills one
@@ -224,7 +226,7 @@ class Grid:
         }
         base = {path: value for path, value in self._base.items() if not path.startswith(f"{UNCERTAIN}.")}
         base = with_material_names(base, self.materials)
-        return {"name": self.name} | nested(sections | base | fillers, self._pairs) | ways | extra_sections
+        return {"name": self.name} | nested(sections | base | fillers, self._pairs) | variations | other_sections
 
     def unit(self, path: str) -> str:
         """Return the SI unit of a swept path, '' for the name of a law."""
@@ -244,7 +246,7 @@ class Grid:
             values_in_use = self._in_use(dict(selection))
             swept = [path for path in values_in_use if path in self.axes and path not in dict(selection)]
             numbers = {path: self.axes[path][0] for path in swept}
-            numbers |= {path: self._values[path] for path in values_in_use if path in self.defined.follow}
+            numbers |= {path: self._values[path] for path in values_in_use if path in self.defined.dependents}
             self._patterns[selection] = Pattern(values_in_use | numbers, numbers, self._pairs)
         return self._patterns[selection]
 
@@ -266,7 +268,7 @@ class Grid:
         """Return path -> value of all keys not swept; of a swept law only the keys that are written."""
         values_in_use: dict[str, Value] = {}
         for path, node in self._shape.items():
-            if isinstance(node, (Section, Name)) or path in self.axes or path in self.defined.follow:
+            if isinstance(node, (Section, Name)) or path in self.axes or path in self.defined.dependents:
                 continue
             if any(chooser in self.axes for chooser in node.choosers()):
                 value = self._values.get(path) if path in self._written else None
@@ -280,7 +282,7 @@ class Grid:
             values_in_use[path] = value
         values_in_use |= dict(uncertain_leaves(self.uncertain))
         base = {path: value for path, value in derived(values_in_use).items() if path not in self.axes}
-        return base | {path: f"= {text}" for path, text in self.defined.follow.items()} | self.defined.needed()
+        return base | {path: f"= {text}" for path, text in self.defined.dependents.items()} | self.defined.needed()
 
     @cached_property
     def _ways(self) -> dict[str, tuple[str, ...]]:

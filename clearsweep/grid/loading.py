@@ -40,7 +40,7 @@ def load(
     root = read(source, problems)
     if not isinstance(root.value, dict):
         raise InputError(
-            f"{root.place}found {shown(root.value)}; expected a grid with the keys mechanism, drive, joints"
+            f"{root.position_text}found {shown(root.value)}; expected a grid with the keys mechanism, drive, joints"
         )
     root = apply_overrides(root, changed, problems)
     for path, value in (overrides or {}).items():
@@ -117,17 +117,17 @@ def _refuse(reader: Reader, case: Case) -> None:
     refusal = reader.mechanism.refusal(reader.mechanism, case)
     if refusal:
         path = f"mechanism.{refusal[0]}".rstrip(".")
-        reader.problems.add(reader.place(path), path, refusal[1])
+        reader.problems.add(reader.position_of(path), path, refusal[1])
 
 
 def _sample(reader: Reader) -> dict[str, Any]:
     """Return the section `sample` in SI, or {} if there is none."""
     if reader.sample is None:
         return {}
-    heading: dict[str, Any] = {"method": reader.sample.method}
+    section: dict[str, Any] = {"method": reader.sample.method}
     if reader.sample.method != "one-at-a-time":
-        heading |= {"n": reader.sample.n, "seed": reader.sample.seed}
-    return heading | {"over": {path: reader.distributions[path].written() for path in reader.drawn}}
+        section |= {"n": reader.sample.n, "seed": reader.sample.seed}
+    return section | {"over": {path: reader.distributions[path].resolved() for path in reader.drawn}}
 
 
 COPIES = 2.0  # copies of a case's histories in memory: as recorded, and by channel
@@ -149,8 +149,8 @@ def _bytes(layout: Layout, channels: tuple[Column, ...], save: Save, revolutions
 def first_case_history(grid: Grid) -> float:
     """Return the most bytes of history that the first case of a grid stores, without events."""
     case = grid.case(0)
-    lasting = case.simulate.until or case.life
-    revolutions = lasting.max_revolutions if lasting else case.simulate.revolutions
+    open_ended = case.simulate.until or case.life
+    revolutions = open_ended.max_revolutions if open_ended else case.simulate.revolutions
     return _bytes(grid.layout, grid.layout.stored, case.save, revolutions)
 
 

@@ -2,7 +2,7 @@
 
 A figure is computed for blocks of equal numbers of revolutions, from the growth of its sums in each. Its interval is
 Student's interval for the mean of the blocks. As a run grows, blocks are merged in pairs whenever there are more than
-MOST_BLOCKS, which reduces their dependence. A remaining correlation between neighbours (lag 1, r if positive) widens
+MAX_BLOCKS, which reduces their dependence. A remaining correlation between neighbours (lag 1, r if positive) widens
 the interval by sqrt((1 + r) / (1 - r)), as for a first-order autoregressive process.
 """
 
@@ -17,7 +17,7 @@ from ..mechanics.solver.integration import Work
 from .figures.catalogue import column_of
 from .window import by_joint
 
-FEWEST_BLOCKS, MOST_BLOCKS = 8, 32  # blocks: fewer make the interval unreliable, more do not improve it
+MIN_BLOCKS, MAX_BLOCKS = 8, 32  # blocks: fewer make the interval unreliable, more do not improve it
 
 
 class Interval(NamedTuple):
@@ -29,7 +29,7 @@ class Interval(NamedTuple):
 
     def within(self, relative: float) -> bool:
         """Return whether the half-width is at most `relative` times the value; False for too few blocks."""
-        return self.blocks >= FEWEST_BLOCKS and self.half_width <= relative * abs(self.value)
+        return self.blocks >= MIN_BLOCKS and self.half_width <= relative * abs(self.value)
 
 
 class Blocks:
@@ -51,7 +51,7 @@ class Blocks:
             totals = by_joint(whole, self.layout)
             sums = {name: figure.sums.take(totals, index) for name, (figure, index) in self.figures.items()}
             self.ends.append((float(work.y[work.time]), sums))
-            if len(self.ends) > MOST_BLOCKS + 1:
+            if len(self.ends) > MAX_BLOCKS + 1:
                 del self.ends[1::2]
                 self.stride *= 2
         return is_block_end

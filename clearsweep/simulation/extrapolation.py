@@ -20,11 +20,11 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 SAFETY = 0.9  # safety factor on the jump whose error would equal the tolerance
-LARGEST_RATIO, SMALLEST_RATIO = 2.0, 0.5  # largest and smallest ratio of successive jumps
-LEAST_GROWTH = 0.1  # of the mean rate of the limited quantity: slower rates are compared with this
+MAX_JUMP_RATIO, MIN_JUMP_RATIO = 2.0, 0.5  # largest and smallest ratio of successive jumps
+MIN_RELATIVE_GROWTH = 0.1  # of the mean rate of the limited quantity: slower rates are compared with this
 OVERSHOOT = 1.1  # of the distance to the limit: the last jump must pass it
-FURTHEST_BEND = 0.5  # largest correction of half the relative change of a rate
-FURTHEST = 2.0**60  # times the first guess of the life: beyond it, the limit counts as never reached
+MAX_RATE_CORRECTION = 0.5  # largest correction of half the relative change of a rate
+MAX_LIFE_FACTOR = 2.0**60  # times the first guess of the life: beyond it, the limit counts as never reached
 
 
 class Block(Protocol):
@@ -86,13 +86,13 @@ class Life(NamedTuple):
 
 
 def extrapolated_life(
-    measure: Callable[[np.ndarray], Any], criterion: LimitedQuantity, settings: StepControl, start: np.ndarray
+    run_block: Callable[[np.ndarray], Any], criterion: LimitedQuantity, settings: StepControl, start: np.ndarray
 ) -> Life | None:
     """Return the life from the worn state `start`, (n,), to its limit, or None if a block failed.
 
-    measure : worn state -> Block run in this state, or None if it failed
+    run_block : worn state -> Block run in this state, or None if it failed
     """
-    first_block = measure(start)
+    first_block = run_block(start)
     if first_block is None:
         return None
     nodes, blocks = [Node(0.0, start, first_block.rate, first_block)], 1
@@ -100,10 +100,10 @@ def extrapolated_life(
     jump = float(np.min(settings.first[grows] / first_block.rate[grows], initial=math.inf))
     while settings.constant or blocks < settings.blocks:
         node = nodes[-1]
-        fastest = max(float(node.rate[group].max(initial=0.0)) for group in settings.groups)
-        if fastest == 0.0:
+        largest_rate = max(float(node.rate[group].max(initial=0.0)) for group in settings.groups)
+        if largest_rate == 0.0:
             break
-        remaining = revolutions_to(settings.limit, criterion, node, fastest)
+        remaining = revolutions_to(settings.limit, criterion, node, largest_rate)
         if settings.constant:
             if math.isinf(remaining):
                 break
@@ -111,22 +111,24 @@ def extrapolated_life(
             return _interval(nodes, blocks, criterion, settings)
         jump = max(min(jump, settings.longest, OVERSHOOT * remaining), settings.least)
         predicted = node.state + jump * node.rate
-        next_block = measure(predicted)
+        next_block = run_block(predicted)
         blocks += 1
         if next_block is None:
             return None
         share = redistributed_share(node, next_block, settings.groups)
         if share > settings.tolerance and jump > settings.least:
-            jump *= SMALLEST_RATIO
+            jump *= MIN_JUMP_RATIO
             continue
         # the motion is unchanged: only the sliding distance acts, and its prediction is exact
         rate = next_block.rate if settings.alike else _corrected(node.rate, next_block.rate, criterion.slope(predicted))
         next_node = Node(node.revolutions + jump, node.state + 0.5 * jump * (node.rate + rate), rate, next_block)
         if criterion.value(next_node.state) >= settings.limit:
-            nodes.append(_cut(settings.limit, criterion, node, next_node))
+            nodes.append(_node_at_limit(settings.limit, criterion, node, next_node))
             return _interval(nodes, blocks, criterion, settings, jump)
         nodes.append(next_node)
-        jump *= min(max(SAFETY * settings.tolerance / share, SMALLEST_RATIO), LARGEST_RATIO) if share else LARGEST_RATIO
+        jump *= (
+            min(max(SAFETY * settings.tolerance / share, MIN_JUMP_RATIO), MAX_JUMP_RATIO) if share else MAX_JUMP_RATIO
+        )
     low = nodes[-1].revolutions
     return Life(tuple(nodes), reached=False, low=low, high=math.inf, jump_error=math.nan, blocks=blocks)
 
@@ -138,7 +140,7 @@ def _corrected(before: np.ndarray, after: np.ndarray, slope: np.ndarray) -> np.n
     """
     rate_before, rate_after = float(slope @ before), float(slope @ after)
     half_change = (
-        min(max(0.5 * (rate_after - rate_before) / rate_before, -FURTHEST_BEND), FURTHEST_BEND)
+        min(max(0.5 * (rate_after - rate_before) / rate_before, -MAX_RATE_CORRECTION), MAX_RATE_CORRECTION)
         if rate_before > 0.0
         else 0.0
     )
@@ -146,40 +148,42 @@ def _corrected(before: np.ndarray, after: np.ndarray, slope: np.ndarray) -> np.n
     return rate
 
 
-def _within(start: Node, end: Node, turns: float) -> Node:
+def _node_between(start: Node, end: Node, turns: float) -> Node:
     """Return the worn state `turns` revolutions into a jump, in which the rates change linearly."""
     share = turns / (end.revolutions - start.revolutions)
     rate = start.rate + share * (end.rate - start.rate)
     return Node(start.revolutions + turns, start.state + 0.5 * turns * (start.rate + rate), rate, end.block)
 
 
-def _cut(limit: float, criterion: LimitedQuantity, start: Node, end: Node) -> Node:
+def _node_at_limit(limit: float, criterion: LimitedQuantity, start: Node, end: Node) -> Node:
     """Return the node at which the limit is reached, between two nodes."""
     jump = end.revolutions - start.revolutions
-    return _within(start, end, _root(lambda turns: criterion.value(_within(start, end, turns).state) - limit, jump))
+    return _node_between(
+        start, end, _root(lambda turns: criterion.value(_node_between(start, end, turns).state) - limit, jump)
+    )
 
 
-def redistributed_share(node: Node, there: Block, groups: tuple[slice, ...]) -> float:
+def redistributed_share(node: Node, next_block: Block, groups: tuple[slice, ...]) -> float:
     """Return the share of the wear that two rates distribute differently, in the worst group."""
-    allowed = np.hypot(*(np.where(np.isfinite(block.width), block.width, 0.0) for block in (node.block, there)))
-    shifted = np.maximum(np.abs(there.rate - node.rate) - allowed, 0.0)
+    allowed = np.hypot(*(np.where(np.isfinite(block.width), block.width, 0.0) for block in (node.block, next_block)))
+    shifted = np.maximum(np.abs(next_block.rate - node.rate) - allowed, 0.0)
     shares = [0.0]
     for group in groups:
-        total = float((node.rate + there.rate)[group].sum())
+        total = float((node.rate + next_block.rate)[group].sum())
         shares.append(float(shifted[group].sum()) / total if total else 0.0)
     return max(shares)
 
 
-def revolutions_to(limit: float, criterion: LimitedQuantity, node: Node, fastest: float) -> float:
-    """Return the revolutions to the limit at constant rates, `fastest` being the largest; inf if never."""
+def revolutions_to(limit: float, criterion: LimitedQuantity, node: Node, largest_rate: float) -> float:
+    """Return the revolutions to the limit at constant rates, the largest of which is `largest_rate`; inf if never."""
 
     def value(turns: float) -> float:
         return criterion.value(node.state + turns * node.rate)
 
-    estimate = last = (limit - value(0.0)) / fastest
+    estimate = last = (limit - value(0.0)) / largest_rate
     while value(last) < limit:
         last *= 2.0
-        if last > FURTHEST * estimate:
+        if last > MAX_LIFE_FACTOR * estimate:
             return math.inf
     return _root(lambda turns: value(turns) - limit, last)
 
@@ -203,7 +207,7 @@ def _interval(
     """
     total = nodes[-1].revolutions
     slopes = [criterion.slope(node.state) for node in (*nodes[1:], nodes[-1])]  # growth in each jump
-    floor = LEAST_GROWTH * settings.limit / total
+    floor = MIN_RELATIVE_GROWTH * settings.limit / total
     growth = [max(float(slope @ node.rate), floor) for slope, node in zip(slopes, nodes, strict=True)]
     weights: dict[int, float] = {}  # per block: revolutions to which its rate applies, times its relative error
     for k, offsets in enumerate(_revolutions_by_block(nodes, jump)):

@@ -11,19 +11,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .spread import OUTSIDE, Quantile, dependence
+from .spread import TAIL_PROBABILITY, Quantile, variance_inflation
 
 REVOLUTIONS = 1e6  # for which the largest value is predicted
-FEWEST = 100  # independent values, below which nothing is predicted
-FEWEST_ABOVE = 20  # values above the threshold, at least
-SHARE_ABOVE = 2.0  # times the root of the number of values: how many of them are above the threshold
+MIN_VALUES = 100  # independent values, below which nothing is predicted
+MIN_EXCEEDANCES = 20  # values above the threshold, at least
+EXCEEDANCE_FACTOR = 2.0  # times the root of the number of values: how many of them are above the threshold
 SHAPES = np.linspace(-1.0, 0.0, 41)  # equally likely beforehand; at -1 all values up to the largest are equally likely
 SCALES = np.exp(np.linspace(-1.8, 1.8, 61))  # times the mean above the threshold, which is scale / (1 - shape)
 STEP, LOG_STEP = 0.025, 0.06  # of both
-UNLIKELY = 1e-5  # of the largest weight: below, a second, finer grid leaves them out
-SAME = 1e-6  # relative spread below which all values are equal
-HALVINGS = 40  # of the range of a quantile
-NONE = Quantile(None, None, None)
+WEIGHT_CUTOFF = 1e-5  # of the largest weight: below, a second, finer grid leaves them out
+EQUAL_TOLERANCE = 1e-6  # relative spread below which all values are equal
+BISECTIONS = 40  # of the range of a quantile
+NO_QUANTILE = Quantile(None, None, None)
 
 
 class Tail(NamedTuple):
@@ -46,40 +46,40 @@ def expected_largest(values: np.ndarray, revolutions: float = REVOLUTIONS) -> Qu
 
     No result for fewer than FEWEST independent values; for values that do not vary the result is that value.
     """
-    if len(values) < FEWEST:
-        return NONE
+    if len(values) < MIN_VALUES:
+        return NO_QUANTILE
     largest = float(values.max())
-    if largest - float(values.min()) <= SAME * abs(largest):
+    if largest - float(values.min()) <= EQUAL_TOLERANCE * abs(largest):
         return Quantile(largest, largest, largest)
-    clustered = dependence(values)
-    if len(values) < FEWEST * clustered:
-        return NONE
+    cluster_size = variance_inflation(values)
+    if len(values) < MIN_VALUES * cluster_size:
+        return NO_QUANTILE
     ordered = np.sort(values)[::-1]
-    count = max(FEWEST_ABOVE, round(SHARE_ABOVE * math.sqrt(len(values))))
+    count = max(MIN_EXCEEDANCES, round(EXCEEDANCE_FACTOR * math.sqrt(len(values))))
     threshold = float(ordered[count])
     exceedances = ordered[:count] - threshold
-    if exceedances[0] <= SAME * abs(largest):
+    if exceedances[0] <= EQUAL_TOLERANCE * abs(largest):
         return Quantile(largest, largest, largest)
-    tail = _weighted(exceedances, clustered)
+    tail = _posterior(exceedances, cluster_size)
     rate = revolutions * count / len(values)  # values above the threshold in all revolutions
-    median, high = (max(threshold + _quantile(tail, rate, share), largest) for share in (0.5, 1.0 - OUTSIDE))
+    median, high = (max(threshold + _quantile(tail, rate, share), largest) for share in (0.5, 1.0 - TAIL_PROBABILITY))
     return Quantile(median, largest, high)  # densities that end abruptly would need a lower end of their own
 
 
-def _weighted(exceedances: np.ndarray, clustered: float) -> Tail:
+def _posterior(exceedances: np.ndarray, cluster_size: float) -> Tail:
     """Return the distributions that values above a threshold may have, weighted by their likelihood.
 
-    clustered : how many successive values count as one independent value
+    cluster_size : how many successive values count as one independent value
     """
-    tail = _on_grid(exceedances, clustered, SHAPES, SCALES)
-    likely = tail.weight > UNLIKELY * tail.weight.max()
+    tail = _posterior_on_grid(exceedances, cluster_size, SHAPES, SCALES)
+    likely = tail.weight > WEIGHT_CUTOFF * tail.weight.max()
     shapes, scales = tail.shape[likely], tail.scale[likely] / exceedances.mean()
     low, high = (min(max(edge, SHAPES[0]), SHAPES[-1]) for edge in (shapes.min() - STEP, shapes.max() + STEP))
     finer = np.exp(np.linspace(np.log(scales.min()) - LOG_STEP, np.log(scales.max()) + LOG_STEP, len(SCALES)))
-    return _on_grid(exceedances, clustered, np.linspace(low, high, len(SHAPES)), finer)
+    return _posterior_on_grid(exceedances, cluster_size, np.linspace(low, high, len(SHAPES)), finer)
 
 
-def _on_grid(exceedances: np.ndarray, clustered: float, shapes: np.ndarray, scales: np.ndarray) -> Tail:
+def _posterior_on_grid(exceedances: np.ndarray, cluster_size: float, shapes: np.ndarray, scales: np.ndarray) -> Tail:
     """Return the distributions on a grid of shapes and of scales over the mean above the threshold."""
     shape, ratio = (axis.ravel() for axis in np.meshgrid(shapes, scales, indexing="ij"))
     scale = float(exceedances.mean()) * ratio
@@ -87,7 +87,7 @@ def _on_grid(exceedances: np.ndarray, clustered: float, shapes: np.ndarray, scal
     with np.errstate(divide="ignore", invalid="ignore"):
         density = (1.0 + shape[:, None]) * logarithms - np.log(scale)[:, None]
     density[np.isneginf(logarithms)] = -np.inf
-    likelihood = density.sum(axis=1) / clustered
+    likelihood = density.sum(axis=1) / cluster_size
     weight = np.exp(likelihood - likelihood.max())
     return Tail(scale, shape, weight / weight.sum())
 
@@ -95,10 +95,10 @@ def _on_grid(exceedances: np.ndarray, clustered: float, shapes: np.ndarray, scal
 def _log_exceeded(values: np.ndarray, scale: np.ndarray, shape: np.ndarray) -> np.ndarray:
     """Return the logarithm of the probability that each distribution exceeds each value, (distributions, values)."""
     ratio = values / scale[:, None]
-    curved = np.where(shape != 0.0, shape, -1.0)[:, None]
+    nonzero_shape = np.where(shape != 0.0, shape, -1.0)[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
-        bent = -np.log1p(np.maximum(curved * ratio, -1.0)) / curved
-    logarithms: np.ndarray = np.where(shape[:, None] != 0.0, bent, -ratio)
+        general = -np.log1p(np.maximum(nonzero_shape * ratio, -1.0)) / nonzero_shape
+    logarithms: np.ndarray = np.where(shape[:, None] != 0.0, general, -ratio)
     return logarithms
 
 
@@ -111,7 +111,7 @@ def _quantile(tail: Tail, rate: float, share: float) -> float:
     low, high = 0.0, float(tail.scale.max())
     while probability_below(high) < share:
         high *= 2.0
-    for _ in range(HALVINGS):
+    for _ in range(BISECTIONS):
         mid = 0.5 * (low + high)
         low, high = (low, mid) if probability_below(mid) >= share else (mid, high)
     return high

@@ -26,8 +26,10 @@ def first_touch(clearance: float, bearing: np.ndarray, journal: np.ndarray, turn
     """
     bins = len(bearing)
     steps = np.unique(np.round(np.asarray(turned) * bins / (2.0 * np.pi)).astype(int) % bins)
-    places = np.arange(bins)
-    on_journal = (places - steps[:, None]) % bins  # (turns, bins) bin of the journal that faces each bin of the bearing
+    bin_numbers = np.arange(bins)
+    on_journal = (
+        bin_numbers - steps[:, None]
+    ) % bins  # (turns, bins) bin of the journal that faces each bin of the bearing
     gap = clearance + bearing + journal[on_journal]
     bins_in_reach = int(np.arccos(clearance / gap.max()) * bins / (2.0 * np.pi)) + 1  # no first touch beyond this angle
     offsets = [k for k in range(-bins_in_reach, bins_in_reach + 1) if 4 * abs(k) < bins]

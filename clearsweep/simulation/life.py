@@ -23,7 +23,7 @@ from .life_block import BlockRecord, Log, WornJoint, encoded, read, worn_joints_
 from .progress import Life as LifePhase
 from .progress import LifeLimits
 from .scene import Scene, build
-from .window import finer
+from .window import interpolated_depths
 
 FIRST_WEAR = 0.02  # of the smallest clearance: most wear in the first jump
 BOUNDING_LIVES = 2  # further lives of a case with uncertain wear coefficients
@@ -226,7 +226,7 @@ class LifeRun:
             for body, where in (("bearing", worn.bearing), ("journal", worn.journal)):
                 profiles = [node.state[where] for node in nodes]
                 columns[f"{worn.column}/profile_{body}"] = np.array(
-                    [profile if bins == worn.bins else finer(profile, bins) for profile in profiles]
+                    [profile if bins == worn.bins else interpolated_depths(profile, bins) for profile in profiles]
                 )
         return columns
 

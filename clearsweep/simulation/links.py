@@ -7,9 +7,9 @@ from ..contracts.case import Case
 from ..contracts.machine import Body, Constant, Elastic, Machine, Motor, Schedule
 from .ideal import mechanism_of
 
-STEEL = 210e9  # Pa; a softer metal needs a larger section, so steel bends most
-#: Speed over first bending frequency at which dynamic bending exceeds static bending by 4 %.
-BENDS = 0.2
+STEEL_MODULUS = 210e9  # Pa; a softer metal needs a larger section, so steel bends most
+#: Drive speed over first bending frequency at which dynamic bending exceeds static bending by 4 %.
+BENDING_LIMIT = 0.2
 
 
 class ElasticLink(NamedTuple):
@@ -36,7 +36,7 @@ def elastic_links(case: Case) -> tuple[ElasticLink, ...]:
 def _link(machine: Machine, name: str, body: Body, elastic: Elastic) -> ElasticLink:
     length = math.dist(body.points[elastic.near], body.points[elastic.far])
     speed_of_sound = length * math.sqrt(elastic.stiffness / body.mass)
-    diameter = math.sqrt(4.0 * elastic.stiffness * length / (math.pi * STEEL))
+    diameter = math.sqrt(4.0 * elastic.stiffness * length / (math.pi * STEEL_MODULUS))
     first_bending = math.pi**2 * speed_of_sound * diameter / (4.0 * length**2)  # see `Elastic links` in docs/model.md
     pins = {(name, elastic.near), (name, elastic.far)}
     return ElasticLink(
@@ -45,12 +45,12 @@ def _link(machine: Machine, name: str, body: Body, elastic: Elastic) -> ElasticL
         elastic.segments,
         math.pi * math.sqrt(elastic.stiffness / body.mass),
         math.sqrt(elastic.stiffness * body.mass),
-        fastest(machine) / first_bending,
+        max_drive_speed(machine) / first_bending,
         tuple(joint.name for joint in machine.joints if pins & {tuple(joint.proximal), tuple(joint.distal)}),
     )
 
 
-def fastest(machine: Machine) -> float:
+def max_drive_speed(machine: Machine) -> float:
     """Return the largest speed (rad/s) of a drive; for a free crank under constant torque, its initial speed."""
     drive = machine.drive
     if isinstance(drive, Constant):
@@ -66,7 +66,7 @@ def warnings(case: Case) -> list[str]:
     return [
         f"{'mechanism.bodies' if case.outline.bodies else 'mechanism'}.{link.name}.elastic: the drive turns at "
         f"{link.bending:.2g} of the first bending mode of a round steel bar of this stiffness. Above "
-        f"{BENDS:g} bending matters, but the model neglects it; use a shorter or thicker link"
+        f"{BENDING_LIMIT:g} bending matters, but the model neglects it; use a shorter or thicker link"
         for link in elastic_links(case)
-        if link.bending > BENDS
+        if link.bending > BENDING_LIMIT
     ]

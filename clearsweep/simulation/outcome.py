@@ -21,7 +21,7 @@ from .revolutions import Marks, peak_spreads, periods_in, reached, start_turns
 from .run import TIME_BUDGET, FinalContacts, Run, onset_rates
 from .scene import Scene
 from .start import control_of
-from .window import LEAST_DRY, RARELY, Summed, Window, by_joint, wear_of
+from .window import DRY_FORCE_THRESHOLD, RARE_SHARE, Summed, Window, by_joint, wear_of
 from .yield_speed import yield_speeds
 
 LEFT_BEARING = "left-bearing"
@@ -125,7 +125,7 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
         wear=totals.wear.copy(),
         account=totals.account.copy(),
         friction=totals.friction.copy(),
-        exceeded=[] if failed else _exceeded_forces(totals, RARELY * duration),
+        exceeded=[] if failed else _exceeded_forces(totals, RARE_SHARE * duration),
         dry=_dry_times(totals, scene.layout, duration),
         revolutions=revolutions._make([array.copy() for array in revolutions]),
         marks=run.marks,
@@ -148,7 +148,7 @@ def _exceeded_forces(totals: Totals, duration: float) -> list[float]:
 
 def _dry_times(totals: Totals, layout: Layout, duration: float) -> list[float]:
     """Return how long (s) each joint's dry contact carries load in a window of `duration` (s); totals : by joint."""
-    threshold = LEAST_DRY * totals.joint.column("load_time") / duration
+    threshold = DRY_FORCE_THRESHOLD * totals.joint.column("load_time") / duration
     return [
         time_above(threshold[index], totals.dry[index]) if joint.film else 0.0
         for index, joint in enumerate(layout.joints)

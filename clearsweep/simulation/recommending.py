@@ -107,8 +107,8 @@ def advice_text(source: str | PathLike, name: str | None = None) -> str:
     Only some of many cases are assessed; a law gets its worst verdict over these.  Raises InputError.
     """
     cases = grid.load(source, catalogue())
-    places = np.unique(np.linspace(0, len(cases) - 1, MOST_CASES).round().astype(int)).tolist()
-    sampled = [cases.case(index) for index in places]
+    sample_indices = np.unique(np.linspace(0, len(cases) - 1, MOST_CASES).round().astype(int)).tolist()
+    sampled = [cases.case(index) for index in sample_indices]
     by_case = [advice(case) for case in sampled]
     joints_by_paragraphs: dict[tuple[str, ...], list[str]] = {}  # paragraphs -> the joints they are about
     for number, section in enumerate(sampled[0].joints):

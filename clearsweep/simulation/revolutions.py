@@ -14,8 +14,8 @@ from .scene import Scene, state_units
 from .spread import Spread, quantiles
 from .window import bearing_of
 
-LONGEST_PERIOD, REPEATS = 16, 3  # most revolutions of a period; how often it must be repeated
-RETURN = 1e-3  # clearances, and clearances times crank speed: tolerance of a periodic motion
+LONGEST_PERIOD, MIN_REPEATS = 16, 3  # most revolutions of a period; how often it must be repeated
+RETURN_TOLERANCE = 1e-3  # clearances, and clearances times crank speed: tolerance of a periodic motion
 MARK_TOLERANCE = 1e-9  # revolutions: closer marks are merged
 
 
@@ -91,10 +91,10 @@ def peak_spreads(scene: Scene, marks: Marks, revolutions: Any) -> tuple[Spread, 
 def _spread(peaks: np.ndarray, begins: np.ndarray) -> Spread:
     """Return the distribution of the peaks (N) of revolutions that begin at `begins`."""
     median, p95 = quantiles(peaks, (0.5, 0.95))
-    return Spread(median, p95, expected_largest(peaks), _highest(peaks, begins))
+    return Spread(median, p95, expected_largest(peaks), _largest_peak(peaks, begins))
 
 
-def _highest(peaks: np.ndarray, begins: np.ndarray) -> tuple[float, int] | None:
+def _largest_peak(peaks: np.ndarray, begins: np.ndarray) -> tuple[float, int] | None:
     """Return the largest of the peaks (N) of revolutions, and the number of its revolution; None without peaks.
 
     begins : start of each revolution, in revolutions since the start of the run.
@@ -105,10 +105,10 @@ def _highest(peaks: np.ndarray, begins: np.ndarray) -> tuple[float, int] | None:
     return float(peaks[index]), math.floor(begins[index] + MARK_TOLERANCE) + 1
 
 
-def reached(places: np.ndarray, revolutions: Any) -> np.ndarray:
-    """Return the `places` of marks that a run has reached."""
+def reached(indices: np.ndarray, revolutions: Any) -> np.ndarray:
+    """Return the `indices` of marks that a run has reached."""
     passed = revolutions.passed.item()
-    return places if passed == len(revolutions.marks) else places[places < passed]
+    return indices if passed == len(revolutions.marks) else indices[indices < passed]
 
 
 def peaks_of(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
@@ -138,18 +138,18 @@ def periods_in(runs: Sequence[tuple[Scene, Marks, Any]]) -> list[int | None]:
     by_length: dict[int, list[int]] = {}  # revolutions -> indices of runs
     for run_index, (_, marks, revolutions) in enumerate(runs):
         by_length.setdefault(len(reached(marks.window, revolutions)), []).append(run_index)
-    for places in [places for rows, places in by_length.items() if rows > REPEATS]:
-        units = np.array([state_units(runs[run_index][0]) for run_index in places])[:, None]
-        states = np.array([_returns(*runs[run_index]) for run_index in places])
+    for indices in [indices for rows, indices in by_length.items() if rows > MIN_REPEATS]:
+        units = np.array([state_units(runs[run_index][0]) for run_index in indices])[:, None]
+        states = np.array([_returns(*runs[run_index]) for run_index in indices])
         turn = 2.0 * math.pi / units[..., : units.shape[-1] // 2]
-        for run_index, period in zip(places, periods_of(states / units, turn), strict=True):
+        for run_index, period in zip(indices, periods_of(states / units, turn), strict=True):
             periods[run_index] = period
     return periods
 
 
 def _returns(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
     """Return coordinates and rates at the ends of the window's last revolutions, (revolutions, columns)."""
-    rows = reached(marks.window, revolutions)[-LONGEST_PERIOD * (REPEATS + 1) :]
+    rows = reached(marks.window, revolutions)[-LONGEST_PERIOD * (MIN_REPEATS + 1) :]
     states: np.ndarray = revolutions.states[rows, : 2 * len(scene.value.coordinates)]
     return states
 
@@ -165,15 +165,16 @@ def period_of(returns: np.ndarray, turn: np.ndarray | None = None) -> int | None
 def periods_of(returns: np.ndarray, turn: np.ndarray | None = None) -> list[int | None]:
     """Return the periods of several motions, (motions, revolutions, columns); turn : (motions, 1, angles)."""
     periods, rows = np.zeros(len(returns), int), returns.shape[1]
-    for period in range(1, min(LONGEST_PERIOD, rows // (REPEATS + 1)) + 1):
+    for period in range(1, min(LONGEST_PERIOD, rows // (MIN_REPEATS + 1)) + 1):
         undecided = np.flatnonzero(periods == 0)
         if not undecided.size:
             break
         differences = (
-            returns[undecided, rows - REPEATS * period :] - returns[undecided, rows - (REPEATS + 1) * period : -period]
+            returns[undecided, rows - MIN_REPEATS * period :]
+            - returns[undecided, rows - (MIN_REPEATS + 1) * period : -period]
         )
         if turn is not None:
             angles = differences[..., : turn.shape[-1]]
             angles -= np.round(angles / turn[undecided]) * turn[undecided]
-        periods[undecided[np.all(np.abs(differences) <= RETURN, axis=(1, 2))]] = period
+        periods[undecided[np.all(np.abs(differences) <= RETURN_TOLERANCE, axis=(1, 2))]] = period
     return [period or None for period in periods.tolist()]

@@ -67,7 +67,7 @@ class FinalContacts(NamedTuple):
     """State of the joints' contacts at the end of an integration, as a copy."""
 
     joints: tuple
-    places: list[Offsets]  # numbers of the joints
+    offsets: list[Offsets]  # numbers of the joints
     mode: np.ndarray  # this and the next as in Work
     latched: np.ndarray
     state: np.ndarray  # (n,)
@@ -159,7 +159,7 @@ class Run:
         self.phase: phases.Phase | None = None  # progress of the run
 
     @functools.cached_property
-    def places(self) -> list[Offsets]:
+    def offsets(self) -> list[Offsets]:
         """Return the index of each joint's first number, which depends on the types of its laws."""
         joints = self.value.joints
         return list(itertools.accumulate(joints, after_joint, initial=first_place(joints, self.work.time + 1)))
@@ -209,7 +209,7 @@ class Run:
     def ends(self) -> FinalContacts:
         """Return the state of the contacts at the end of this run."""
         work = self.work
-        return FinalContacts(self.value.joints, self.places, work.mode.copy(), work.latched.copy(), work.end.copy())
+        return FinalContacts(self.value.joints, self.offsets, work.mode.copy(), work.latched.copy(), work.end.copy())
 
     def conclude(self, log: np.ndarray) -> None:
         """Record all events and the work counts of the integration."""
@@ -257,7 +257,7 @@ def onset_rates(final: FinalContacts) -> list[float]:
 def _law_at_end(final: FinalContacts, index: int) -> Any:
     """Return the law of a joint with its internal state at the end of an integration."""
     law: Any = final.joints[index].law  # mypy takes it for a tuple of anything
-    return with_current_state(law, final.state, final.latched, final.places[index]) if law._field_defaults else law
+    return with_current_state(law, final.state, final.latched, final.offsets[index]) if law._field_defaults else law
 
 
 def _branches(scene: Scene) -> Branches:

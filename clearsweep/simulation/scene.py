@@ -33,7 +33,7 @@ from .figures import catalogue as figures
 from .ideal import ideal_motion, mechanism_of
 
 _LAYOUTS: dict[CaseFeatures, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with their sources
-SEATINGS = 3  # iterations on worn shapes: body angles depend slightly on the seats
+SEAT_ITERATIONS = 3  # iterations on worn shapes: body angles depend slightly on the seats
 _LARGEST_WEAR = 1e-11  # m^2/N: times the hardness of steel, 2 GPa, this exceeds DOUBTFUL_WEAR_NUMBER
 
 
@@ -103,28 +103,28 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
         for joint in case.joints
     }
     terms: tuple[Any, ...] = tuple(joints.values())
-    offsets, roots, in_contact = dict.fromkeys(joints, (0.0, 0.0)), np.zeros(len(every_contact(terms))), False
+    offsets, depth_roots, in_contact = dict.fromkeys(joints, (0.0, 0.0)), np.zeros(len(every_contact(terms))), False
     if case.simulate.start == "seated":
         ideal = ideal_motion(case, np.array(case.drive.start_angle if case.drive else 0.0))
         assert ideal is not None  # grids accept `start` only for mechanisms that have one
-        offsets, roots = _seated(ideal.reactions, joints)
-        in_contact = bool(roots.any())
-    built, seated = _built(case, mechanism, machine, joints, offsets), offsets
-    for _ in range(SEATINGS if in_contact and any(has_worn_shape(term) for term in terms) else 0):
-        offsets = dict(seated)
+        offsets, depth_roots = _seated_offsets(ideal.reactions, joints)
+        in_contact = bool(depth_roots.any())
+    built, seated_offsets = _build_mechanism(case, mechanism, machine, joints, offsets), offsets
+    for _ in range(SEAT_ITERATIONS if in_contact and any(has_worn_shape(term) for term in terms) else 0):
+        offsets = dict(seated_offsets)
         for index, angles in enumerate(body_angles(built.value, built.start)):
             if has_worn_shape(terms[index]):
                 name, side = case.joints[index].name, terms[index].side
-                position, depth = seat(terms[index], side * seated[name], angles)
-                offsets[name], roots[index] = side * position, math.sqrt(depth)
-        built = _built(case, mechanism, machine, joints, offsets)
+                position, depth = seat(terms[index], side * seated_offsets[name], angles)
+                offsets[name], depth_roots[index] = side * position, math.sqrt(depth)
+        built = _build_mechanism(case, mechanism, machine, joints, offsets)
     if mechanism.spatial:
-        _check_apart(built, joints)
+        _check_spatial_start(built, joints)
     if machine is not None and any(body.initial for body in machine.bodies.values()):
-        _check_inside(built, joints)
+        _check_planar_start(built, joints)
     sigma = math.sqrt(min([term.clearance for term in terms]))
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
-    start = np.array([*built.start.tolist(), *roots.tolist(), *[began for _, _, began in every_state(value)]])
+    start = np.array([*built.start.tolist(), *depth_roots.tolist(), *[began for _, _, began in every_state(value)]])
     layout, time_source = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
     elapsed = time.perf_counter() - started
     return Scene(
@@ -138,7 +138,7 @@ def state_units(scene: Scene) -> np.ndarray:
     return np.concatenate([unit, unit * scene.value.reference_rate])
 
 
-def _built(case: Case, mechanism: Mechanism, machine: Machine | None, joints: dict, offsets: dict) -> Built:
+def _build_mechanism(case: Case, mechanism: Mechanism, machine: Machine | None, joints: dict, offsets: dict) -> Built:
     """Return the mechanism of a case with its clearances; raise InputError if it cannot be assembled."""
     built: Built
     try:
@@ -159,22 +159,22 @@ def _built(case: Case, mechanism: Mechanism, machine: Machine | None, joints: di
     return built
 
 
-def _check_apart(built: Built, joints: Mapping[str, Any]) -> None:
+def _check_spatial_start(built: Built, joints: Mapping[str, Any]) -> None:
     """Raise InputError if a spatial journal starts outside its bearing or penetrates it."""
-    for name, spot in seats(built, joints).items():
-        if spot.overlap <= 0.0:
+    for name, contact in seats(built, joints).items():
+        if contact.overlap <= 0.0:
             raise InputError(
-                f"joints.{name}: the journal is {-1e3 * spot.overlap:.6g} mm outside its bearing along the axis at "
+                f"joints.{name}: the journal is {-1e3 * contact.overlap:.6g} mm outside its bearing along the axis at "
                 "the start; reduce offset.2, or give bearing or journal more length"
             )
-        if spot.depth > 0.0:
+        if contact.depth > 0.0:
             raise InputError(
-                f"joints.{name}: the journal penetrates its bearing by {1e6 * spot.depth:.6g} um at the start; reduce "
-                "tilt or offset, or widen the clearances"
+                f"joints.{name}: the journal penetrates its bearing by {1e6 * contact.depth:.6g} um at the start; "
+                "reduce tilt or offset, or widen the clearances"
             )
 
 
-def _check_inside(built: Built, joints: Mapping[str, Any]) -> None:
+def _check_planar_start(built: Built, joints: Mapping[str, Any]) -> None:
     """Raise InputError if the bodies of a planar joint penetrate at the start."""
     relative = gaps(built.value, place(built.value, built.start))
     for (name, joint), gap in zip(joints.items(), relative, strict=True):
@@ -189,21 +189,21 @@ def _check_inside(built: Built, joints: Mapping[str, Any]) -> None:
             )
 
 
-def _seated(reactions: Mapping[str, np.ndarray], joints: Mapping[str, Any]) -> tuple[dict, np.ndarray]:
+def _seated_offsets(reactions: Mapping[str, np.ndarray], joints: Mapping[str, Any]) -> tuple[dict, np.ndarray]:
     """Return the initial offset (m) of each joint's distal pin and the roots of the penetrations.
 
     The pin is displaced along the load (N) of the ideal mechanism to static penetration.
     """
-    offsets, roots = {}, np.zeros(len(joints))
+    offsets, depth_roots = {}, np.zeros(len(joints))
     for index, (name, joint) in enumerate(joints.items()):
         force = reactions[name]
         load = float(np.hypot(*force))
         if load == 0.0:
             raise InputError(f"simulate.start: seated needs a load, but {name} carries none at t = 0; use centred")
         depth = static_penetration(joint.elastic, load)
-        roots[index] = math.sqrt(depth)
+        depth_roots[index] = math.sqrt(depth)
         offsets[name] = -(joint.clearance + depth) * force / load
-    return offsets, roots
+    return offsets, depth_roots
 
 
 def signature(case: Case) -> tuple:

@@ -7,7 +7,7 @@ import numpy as np
 
 CONFIDENCE = 0.95
 STRONGEST = 0.9  # largest correlation of neighbours in the correction
-OUTSIDE = 0.5 * (1.0 - CONFIDENCE)  # probability beyond either end of an interval
+TAIL_PROBABILITY = 0.5 * (1.0 - CONFIDENCE)  # probability beyond either end of an interval
 
 
 class Quantile(NamedTuple):
@@ -37,7 +37,7 @@ def quantiles(values: np.ndarray, shares: tuple[float, ...]) -> tuple[Quantile, 
     if not len(values):
         return (Quantile(None, None, None),) * len(shares)
     ordered = sorted(values.tolist())
-    independent = max(round(len(values) / dependence(values)), 1)
+    independent = max(round(len(values) / variance_inflation(values)), 1)
     return tuple([_quantile(ordered, independent, share) for share in shares])
 
 
@@ -53,7 +53,7 @@ def _quantile(ordered: list[float], independent: int, share: float) -> Quantile:
     return Quantile(value, bottom, top)
 
 
-def dependence(values: np.ndarray) -> float:
+def variance_inflation(values: np.ndarray) -> float:
     """Return how many successive values count as one independent value: (1 + r) / (1 - r)."""
     if len(values) < 3:
         return 1.0  # two values lie on either side of their mean
@@ -69,6 +69,6 @@ def _enclosing_ranks(count: int, share: float) -> tuple[int | None, int | None]:
     from scipy.special import bdtr
 
     probabilities = np.asarray(bdtr(np.arange(count, dtype=float), count, share))  # of at most 0, 1, ... values below
-    low = int(np.searchsorted(probabilities, OUTSIDE, side="right")) - 1
-    high = int(np.searchsorted(probabilities, 1.0 - OUTSIDE))
+    low = int(np.searchsorted(probabilities, TAIL_PROBABILITY, side="right")) - 1
+    high = int(np.searchsorted(probabilities, 1.0 - TAIL_PROBABILITY))
     return (low if low >= 0 else None), (high if high < count else None)

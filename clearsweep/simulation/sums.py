@@ -1,6 +1,6 @@
 """Computes figures from sums over the motion: over the whole window, and over its blocks with an interval.
 
-Each kind has three functions.  `take(totals, index)` returns the present sums of a joint or, if `index`
+Each kind of figure has three functions.  `take(totals, index)` returns the present sums of a joint or, if `index`
 is None, of the mechanism; `value(window, index)` the figure over the window; `over_blocks(times, sums, revolutions)`
 the figure over all blocks and the half-width of its 95 % interval, from the times (s) at the ends of the blocks, the
 sums there, and the revolutions of a block.
@@ -16,8 +16,8 @@ from ..contracts.catalogue import Figure
 from ..contracts.layout import Layout
 from ..mechanics.observe import histogram
 from ..mechanics.solver.accumulate.totals import Totals
-from .spread import CONFIDENCE, dependence
-from .window import LEAST_DRY, RARELY, Summed, Window
+from .spread import CONFIDENCE, variance_inflation
+from .window import DRY_FORCE_THRESHOLD, RARE_SHARE, Summed, Window
 
 
 def half_width(values: np.ndarray) -> float:
@@ -31,7 +31,7 @@ def half_width(values: np.ndarray) -> float:
     squares = float(deviations @ deviations)
     if squares == 0.0:
         return 0.0
-    variance = squares / (count * (count - 1)) * dependence(values)
+    variance = squares / (count * (count - 1)) * variance_inflation(values)
     return float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(variance)
 
 
@@ -173,7 +173,7 @@ class DepthRate(NamedTuple):
 
 
 class ForceExceeded(NamedTuple):
-    """Normal force (N) of a joint that is exceeded for the share RARELY of the time."""
+    """Normal force (N) of a joint that is exceeded for the share RARE_SHARE of the time."""
 
     def take(self, totals: Totals, index: int | None) -> Any:
         """Return the joint's histogram of the force over time."""
@@ -193,14 +193,14 @@ class ForceExceeded(NamedTuple):
         def force(share: float) -> float:
             return histogram.force_exceeded(whole, min(max(share, 0.0), 1.0) * duration)
 
-        value = force(RARELY)
+        value = force(RARE_SHARE)
         time_above = np.array([histogram.time_above(value, total) for total in histograms])
         width = half_width(np.diff(time_above) / np.diff(times))
-        return value, 0.5 * (force(RARELY - width) - force(RARELY + width))
+        return value, 0.5 * (force(RARE_SHARE - width) - force(RARE_SHARE + width))
 
 
 class DryTime(NamedTuple):
-    """Share of time with a dry force above, or not above, LEAST_DRY of the mean load."""
+    """Share of time with a dry force above, or not above, DRY_FORCE_THRESHOLD of the mean load."""
 
     bears: bool  # True: above
 
@@ -215,7 +215,7 @@ class DryTime(NamedTuple):
     def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the share and its half-width, with the mean load of all blocks."""
         histograms, loads = zip(*sums, strict=True)
-        threshold = LEAST_DRY * (loads[-1] - loads[0]) / (times[-1] - times[0])
+        threshold = DRY_FORCE_THRESHOLD * (loads[-1] - loads[0]) / (times[-1] - times[0])
         share, width = _mean(times, [histogram.time_above(threshold, total) for total in histograms])
         return self._of(share), width
 

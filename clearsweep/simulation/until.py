@@ -32,7 +32,7 @@ class Until:
         self.figure, self.relative = until.figure, until.relative_ci
         self.blocks = Blocks(scene.layout, (self.figure,))
         self.discard, self.least = settings.discard, settings.revolutions
-        self.samples, self.places, self.units = samples, *_journals(scene)
+        self.samples, self.columns, self.units = samples, *_journal_channels(scene)
         # snapshots, oldest first, from which the saved revolutions can be repeated
         self.starts: deque[Snapshot] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
         self.revolutions, self.settled = 0.0, False
@@ -46,7 +46,7 @@ class Until:
         self.starts.append(snapshot_of(work))
         if self.blocks.note(work) or self.interval is None:
             self.interval = self.blocks.interval(self.figure)
-        self.period = period_of(self.samples[:turns, self.places] / self.units)
+        self.period = period_of(self.samples[:turns, self.columns] / self.units)
         self.settled = self.period is not None or self.interval.within(self.relative)
         return turns > 0 and self.settled and self.revolutions >= self.least
 
@@ -61,15 +61,15 @@ class Until:
         }
 
 
-def _journals(scene: Scene) -> tuple[list[int], np.ndarray]:
+def _journal_channels(scene: Scene) -> tuple[list[int], np.ndarray]:
     """Return the channels of journal positions and velocities, and the unit of each."""
     names = [channel.name for channel in scene.layout.channels]
-    places: list[int] = []
+    columns: list[int] = []
     units: list[float] = []
     for part, joint in zip(scene.layout.joints, scene.value.joints, strict=True):
-        places += [names.index(f"joints/{part.name}/{name}") for name in ("x", "y", "vx", "vy")]
+        columns += [names.index(f"joints/{part.name}/{name}") for name in ("x", "y", "vx", "vy")]
         units += [joint.clearance] * 2 + [joint.clearance * scene.value.reference_rate] * 2
-    return places, np.array(units)
+    return columns, np.array(units)
 
 
 def longest(settings: Simulate) -> float:

@@ -28,7 +28,7 @@ from ..mechanics.solver.integration import Counts
 from .spread import Spread
 
 #: Fields of ContactTotals of which the largest counts.
-LARGEST = (
+MAXIMUM_FIELDS = (
     "contact_time",
     "beyond_time",
     "force_max",
@@ -38,9 +38,9 @@ LARGEST = (
     "peak",
     "approach",
 )
-RARELY = 0.01  # of the window's time
-LEAST_DRY = 1e-3  # of a joint's mean load: a smaller dry force does not count
-OVERLAP = 4  # bins repeated beyond the seam of the circle
+RARE_SHARE = 0.01  # of the window's time, for which the force figure is exceeded
+DRY_FORCE_THRESHOLD = 1e-3  # of a joint's mean load: a smaller dry force does not count
+SEAM_BINS = 4  # bins repeated beyond the seam of the circle
 
 
 class JointTotals(ContactTotals):
@@ -70,8 +70,8 @@ class Window(NamedTuple):
     layout: Layout
     joints: tuple[dry.Joint, ...]
     totals: Summed
-    exceeded: list[float]  # N, by joint: normal force exceeded for the share RARELY of the time
-    dry: list[float]  # s, by joint: time with a dry force above LEAST_DRY of its mean load; 0 without a film
+    exceeded: list[float]  # N, by joint: normal force exceeded for the share RARE_SHARE of the time
+    dry: list[float]  # s, by joint: time with a dry force above DRY_FORCE_THRESHOLD of its mean load; 0 without a film
     ideal: Mapping[str, float]  # N, largest reaction of each joint without clearance
     wear: dict[str, tuple[np.ndarray, np.ndarray]]  # m, see `wear_of`
     counts: Counts  # of the whole integration
@@ -99,8 +99,8 @@ def by_joint(totals: Totals, layout: Layout) -> Totals:
         return totals
     rows, bearing = rows_of(layout), bearing_of(layout)
     pairs = zip(rows, layout.joints, strict=True)
-    joints = JointTotals(np.array([_together(totals.joint[row], joint).numbers for row, joint in pairs]))
-    account = np.array([worn_together(totals.account[row], totals.joint[row]) for row in rows])
+    joints = JointTotals(np.array([_combined_totals(totals.joint[row], joint).numbers for row, joint in pairs]))
+    account = np.array([combined_account(totals.account[row], totals.joint[row]) for row in rows])
     wear = totals.wear.reshape(len(totals.joint), -1)[[row.start for row in rows]].ravel()
     histogram = np.array([totals.histogram[row].sum(axis=0) for row in bearing])
     bins = np.array([totals.bins[row].max(axis=0) for row in bearing])
@@ -134,12 +134,12 @@ def bearing_of(layout: Layout) -> list[slice]:
     return [slice(row.start + joint.corners, row.stop - 1) if joint.auxiliary else row for row, joint in pairs]
 
 
-def _together(contacts: ContactTotals, joint: JointLayout) -> JointTotals:
+def _combined_totals(contacts: ContactTotals, joint: JointLayout) -> JointTotals:
     """Return the sums of a joint from those of its contacts, (contacts,)."""
     combined = JointTotals.zeros()
     walls = contacts[:WALLS] if joint.auxiliary else contacts
     combined.numbers[: ContactTotals.SIZE] = walls.numbers.sum(axis=0)
-    for name in LARGEST:
+    for name in MAXIMUM_FIELDS:
         setattr(combined, name, walls.column(name).max())
     if joint.auxiliary:
         points, flanges = contacts[: joint.corners], contacts[WALLS : joint.corners]
@@ -153,7 +153,7 @@ def _together(contacts: ContactTotals, joint: JointLayout) -> JointTotals:
     return combined
 
 
-def worn_together(accounts: np.ndarray, contacts: ContactTotals) -> np.ndarray:
+def combined_account(accounts: np.ndarray, contacts: ContactTotals) -> np.ndarray:
     """Return the wear account of a joint, (ACCOUNT,), from those of its contacts, (contacts, ACCOUNT).
 
     Maxima and the time beyond the limit are those of one contact; the mean pressure is over the times
@@ -168,7 +168,7 @@ def worn_together(accounts: np.ndarray, contacts: ContactTotals) -> np.ndarray:
     return combined
 
 
-def finer(depths: np.ndarray, bins: int) -> np.ndarray:
+def interpolated_depths(depths: np.ndarray, bins: int) -> np.ndarray:
     """Return means over `bins` bins that preserve given means over fewer bins: (bins,) m from (n,) m.
 
     Depths may have a further dimension, which is kept: (bins, rows) m from (n, rows) m.
@@ -178,8 +178,8 @@ def finer(depths: np.ndarray, bins: int) -> np.ndarray:
     """
     from scipy.interpolate import PchipInterpolator
 
-    periodic, n = np.concatenate([depths[-OVERLAP:], depths, depths[:OVERLAP]]), len(depths)
-    edges = np.arange(-OVERLAP, n + OVERLAP + 1) / n
+    periodic, n = np.concatenate([depths[-SEAM_BINS:], depths, depths[:SEAM_BINS]]), len(depths)
+    edges = np.arange(-SEAM_BINS, n + SEAM_BINS + 1) / n
     worn = PchipInterpolator(edges, np.concatenate([periodic[:1] * 0.0, np.cumsum(periodic, axis=0)]) / n)
     finest: np.ndarray = np.maximum(np.diff(worn(np.arange(bins + 1) / bins), axis=0) * bins, 0.0)
     return finest
@@ -200,5 +200,9 @@ def wear_of(layout: Layout, totals: Totals | Summed) -> dict[str, tuple[np.ndarr
             bearing, journal = depths[:, : bins_kept * rows].reshape(2, rows, bins_kept).swapaxes(1, 2).copy()
             if not joint.auxiliary:
                 bearing, journal = bearing[:, 0], journal[:, 0]
-            wear[joint.name] = (bearing, journal) if bins <= MAX_BINS else (finer(bearing, bins), finer(journal, bins))
+            wear[joint.name] = (
+                (bearing, journal)
+                if bins <= MAX_BINS
+                else (interpolated_depths(bearing, bins), interpolated_depths(journal, bins))
+            )
     return wear

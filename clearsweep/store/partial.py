@@ -14,7 +14,7 @@ from ..grid.sections.identify import IDENTIFY
 from ..grid.sections.optimise import OPTIMISE
 from ..grid.sections.reader import CHECK_LAWS
 from ..grid.sections.seek import REFINE, SEEK
-from ..grid.sections.variations import WAYS
+from ..grid.sections.variations import VARYING_SECTIONS
 from ..language.errors import DirectoryError
 from .assemble import merge
 from .batch import ResultSchema, open_table
@@ -38,7 +38,7 @@ def keys_so_far(record: Mapping[str, Any], source: RunDirectory) -> dict[str, An
 
 def keys_of_all(record: Mapping[str, Any], source: RunDirectory) -> dict[str, Any]:
     """Return a grid of all cases of a directory by key: their values axis by axis, or else case by case."""
-    unvaried = {key: record[key] for key in record["keys"] if key not in (*WAYS, *SEARCHES)}
+    unvaried = {key: record[key] for key in record["keys"] if key not in (*VARYING_SECTIONS, *SEARCHES)}
     paths = list(record["units"])  # in the order of the columns
     if not paths:
         return unvaried
@@ -52,7 +52,7 @@ def keys_of_all(record: Mapping[str, Any], source: RunDirectory) -> dict[str, An
     axes = {path: list(dict.fromkeys(_present([*swept[path], *columns[path]]))) for path in paths}
     if (
         "sweep" in record
-        and not {*WAYS[1:], *SEARCHES} & record.keys()
+        and not {*VARYING_SECTIONS[1:], *SEARCHES} & record.keys()
         and math.prod(map(len, axes.values())) < 1_000_000
     ):
         return unvaried | {"sweep": axes}

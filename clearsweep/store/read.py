@@ -348,11 +348,10 @@ class StoredRun:
         if first == last or not 0 < len(text) <= ID_LENGTH:
             raise InputError(f"{self.directory}: no case {prefix!r}; the case_id column of summary.parquet lists them")
         if last - first > 1:
-            examples = [case_id.decode() for case_id in self._ids[first : min(last, first + 3)].tolist()]
-            listed = ", ".join([*examples, *(["..."] if last - first > 3 else [])])
-            raise InputError(
-                f"{self.directory}: {last - first} cases begin with {prefix!r} ({listed}); write more characters"
-            )
+            listed = ", ".join(case_id.decode() for case_id in self._ids[first : min(last, first + 3)].tolist())
+            listed += ", ..." if last - first > 3 else ""
+            cases = f"{last - first} cases begin with {prefix!r} ({listed})"
+            raise InputError(f"{self.directory}: {cases}; write more characters")
         return first
 
     def _frame(self, case_id: str, item: str, paths: list[str]) -> "pd.DataFrame":
@@ -396,7 +395,6 @@ def newest(results: Path) -> Path:
     """Return the directory below `results` of the latest run."""
     records = list(results.glob("*/run.json"))
     if not records:
-        raise DirectoryError(
-            f"{results}: contains no run yet; `clearsweep run GRID.yaml` creates one; or name the directory of a run"
-        )
+        remedy = "`clearsweep run GRID.yaml` creates one; or name the directory of a run"
+        raise DirectoryError(f"{results}: contains no run yet; {remedy}")
     return max(records, key=lambda path: path.stat().st_mtime).parent

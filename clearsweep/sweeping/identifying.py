@@ -124,7 +124,7 @@ class Identifying:
             parts = rng.random(len(self.observation.signals))
             features = self.observation.of_case(history, _noise(parts), rng)
             point = grid.point(index)
-            keys = [choice.part(point[path]) for path, choice in self.identify.over.items()]
+            keys = [choice.fraction_of(point[path]) for path, choice in self.identify.over.items()]
             if np.isfinite(features).all():
                 self.points.append(np.array([*keys, *parts]))
                 self.values.append(features)
@@ -134,7 +134,7 @@ class Identifying:
         count = min(ROUND, self.identify.cases - self.looked_at)
         if count <= 0:
             return []
-        uniform = self.box[0] + (self.box[1] - self.box[0]) * self.identify.spread(self.looked_at, count)
+        uniform = self.box[0] + (self.box[1] - self.box[0]) * self.identify.sobol_points(self.looked_at, count)
         if self.looked_at < min(SPREAD, self.identify.cases // 2) or len(self.points) < LEAST_CASES:
             return [self.identify.point(parts) for parts in uniform]
         with _repeatable():
@@ -224,7 +224,7 @@ class Identifying:
             width = (high - low) / 0.95
             determined = "well" if width <= DETERMINED else "weakly" if width <= WEAKLY else "not"
             ends = [end for end, is_at_end in (("lower", low < AT_END), ("upper", high > 1.0 - AT_END)) if is_at_end]
-            values = (choice.at(median), choice.at(low), choice.at(high))
+            values = (choice.value_at(median), choice.value_at(low), choice.value_at(high))
             parameters.append(Parameter(path, *values, determined, tuple(ends)))
         names, weights = list(over), posterior.weights
         correlated = _correlations(posterior.points[:, : len(names)], weights)
@@ -286,7 +286,7 @@ class Identifying:
         """Return the sample in SI, only the likeliest rows if there are too many."""
         largest = np.sort(np.argsort(-posterior.weights, kind="stable")[:STORED_ROWS])
         columns = {
-            path: np.array([choice.at(share) for share in posterior.points[largest, column].tolist()])
+            path: np.array([choice.value_at(share) for share in posterior.points[largest, column].tolist()])
             for column, (path, choice) in enumerate(self.identify.over.items())
         }
         return columns | {"weight": posterior.weights[largest] / posterior.weights[largest].sum()}

@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import grid as grids
 from .. import store
-from ..grid.sections.variations import WAYS
+from ..grid.sections.variations import VARYING_SECTIONS
 from ..language.errors import DirectoryError
 from . import blockwise, progress, signals
 from .case_runner import CaseRunner, Options, case_ids
@@ -188,7 +188,11 @@ def _same_grid(paths: list[Path]) -> list[dict[str, Any]]:
 
 def _decisive(record: dict[str, Any]) -> dict[str, Any]:
     """Return dotted path -> value of all settings that determine the cases of a run and their results."""
-    axes = {f"{section}.{path}": values for section in WAYS for path, values in (record.get(section) or {}).items()}
+    axes = {
+        f"{section}.{path}": values
+        for section in VARYING_SECTIONS
+        for path, values in (record.get(section) or {}).items()
+    }
     frame: dict[str, Any] = record.get("frame", {})
     return frame | axes
 

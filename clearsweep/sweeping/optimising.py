@@ -163,7 +163,9 @@ class Optimising:
         if best.failed or not choices:
             return []
         trials = [trial for trial in trials if fixed.items() <= trial.point.items()]
-        shares = np.array([[choice.part(trial.point[path]) for path, choice in choices.items()] for trial in trials])
+        shares = np.array(
+            [[choice.fraction_of(trial.point[path]) for path, choice in choices.items()] for trial in trials]
+        )
         objective = np.array([sign * trial.values[name] for trial in trials])
         objective[np.isnan(objective)] = np.nanmax(objective)  # failed cases
         margins = np.array([[-1.0 if trial.failed else trial.margins[key] for key in best.margins] for trial in trials])
@@ -184,7 +186,9 @@ class Optimising:
         if len(front) < FEWEST:
             return []
         choices = self.optimise.over
-        shares = np.array([[choice.part(trial.point[path]) for path, choice in choices.items()] for trial in front])
+        shares = np.array(
+            [[choice.fraction_of(trial.point[path]) for path, choice in choices.items()] for trial in front]
+        )
         values = np.array([list(trial.values.values()) for trial in front])
         distances = np.linalg.norm(
             np.diff(values / np.maximum(np.ptp(values, axis=0), np.finfo(float).tiny), axis=0), axis=1
@@ -272,7 +276,7 @@ def _front(trials: list[_Trial], objectives: tuple[tuple[str, bool], ...]) -> It
 
 def _within(choice: Choice, share: float) -> Any:
     """Return the value at a part of a choice, clipped to the ends of its range."""
-    value = choice.at(share)
+    value = choice.value_at(share)
     return value if choice.kind == AMONG else min(max(value, choice.values[0]), choice.values[1])
 
 

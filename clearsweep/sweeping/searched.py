@@ -27,7 +27,10 @@ def seek_facts(result: RunResult, record: Mapping[str, Any]) -> dict[str, Any] |
     answers = [
         answer._asdict() | {"best": [*itertools.islice(nearest_cases, len(answer.best))]} for answer in result.answers
     ]
-    return {"asked": result.seek.written() | {"unit": record["units"][result.seek.path]}, "answers": answers} | remedies
+    return {
+        "asked": result.seek.resolved() | {"unit": record["units"][result.seek.path]},
+        "answers": answers,
+    } | remedies
 
 
 def seek_lines(facts: dict[str, Any]) -> list[str]:

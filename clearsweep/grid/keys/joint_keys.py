@@ -40,7 +40,7 @@ _ONSET = Word(
     "how long the damping uses the onset rate of a contact: to its end, or until the contact has lasted",
     "renewed",
     sweep=True,
-    idle=True,
+    may_be_unused=True,
 )
 
 
@@ -121,7 +121,7 @@ def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:
         unless=(f"{contact}.law", hertzian),
     )
     default_text = f"default {JOURNAL} with `material` and `length` but without `stiffness` and `exponent`"
-    return word_key._replace(text=f"{word_key.text}; {default_text}", rather=conditional)
+    return word_key._replace(text=f"{word_key.text}; {default_text}", conditional_default=conditional)
 
 
 def add_thermal(tree: Shape, path: str) -> None:
@@ -174,7 +174,7 @@ FILM_LIMIT = (
     Field(
         "limit",
         "1",
-        "largest eccentricity ratio of the film's formula; beyond, it is evaluated there",
+        "largest eccentricity ratio of the film's formula; beyond it, the formula is evaluated at this value",
         0.0,
         0.999,
         high_open=False,
@@ -220,7 +220,7 @@ def add_film(tree: Shape, path: str, catalogue: Catalogue) -> None:
     tree[f"{film}.law"] = Word(
         catalogue.names("film"), "the law of the film's force", DEFAULT_FILM_LAW, sweep=True, noun="law"
     )
-    tree[f"{film}.{OIL}"] = Name(tuple(OILS), "an oil of `clearsweep list oils`: gives viscosities and density")
+    tree[f"{film}.{OIL}"] = Name(tuple(OILS), "an oil of `clearsweep list oils`: determines viscosities and density")
     add_numbers(tree, film, (VISCOSITY,))
     add_numbers(tree, f"{film}.viscosity", OIL_VISCOSITIES)
     add_numbers(tree, film, (TEMPERATURE, *FILM_LIMIT))
@@ -249,7 +249,9 @@ _SLEEVE = (
     Field("journal_length", "m", "length of the journal; default: that of the bearing", optional=True),
 )
 _AXIAL = Field(
-    "axial_clearance", "m", "between the ends of bearing and journal on each side, with the journal in the middle"
+    "axial_clearance",
+    "m",
+    ("clearance between the ends of bearing and journal on each side, with the journal in the middle"),
 )
 _MISALIGNED = (
     ("tilt", "rotation vector of the bearing about x and y of its body", "rad", 2),
@@ -283,7 +285,7 @@ def through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> No
         "spread",
         sweep=True,
         when=((f"{path}.contact.law", elastic),),
-        idle=True,
+        may_be_unused=True,
     )
     for name, text, unit, count in _MISALIGNED:
         tree[f"{path}.{name}"] = Section(text, "implied", count)

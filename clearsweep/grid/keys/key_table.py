@@ -47,13 +47,13 @@ _DISTANCE = Field("distance", "m", "sliding distance over which the remaining di
 _HARDNESS = Field(
     "hardness",
     "Pa",
-    "hardness of the softer body; checks a coefficient, or makes one of a bare number",
+    "hardness of the softer body; checks a coefficient, or converts a bare number into one",
     optional=True,
 )
 _PV_LIMIT = Field(
     "pv_limit",
     "W/m^2",
-    "allowed pressure times sliding speed of the bearing; the time above it is counted",
+    "allowed pressure times sliding speed of the bearing; the run measures the time above it",
     optional=True,
 )
 _BINS = Field(
@@ -68,12 +68,12 @@ _GAP_SIZES = (
     _LENGTH_OF_PIN,
 )
 _GUIDE = (
-    Field("clearance", "m", "between the block and each wall, with the block in the middle"),
+    Field("clearance", "m", "clearance between the block and each wall, with the block in the middle"),
     Field("length", "m", "length of the block along the guide"),
     Field("height", "m", "height of the block across the guide"),
 )
 _SLOT = (
-    Field("clearance", "m", "between the pin and each wall, with the pin in the middle"),
+    Field("clearance", "m", "clearance between the pin and each wall, with the pin in the middle"),
     Field("bearing_radius", "m", "half the width of the slot; the pin's radius is smaller by the clearance"),
     Field("slot_length", "m", "length of the slot between the centres of its rounded ends", low_open=False),
     Field("length", "m", "length along the pin; wear needs it", optional=True),
@@ -94,7 +94,7 @@ _TOLERANCE = Field(
 _BUDGET = Field(
     "step_budget",
     "1",
-    "most steps per revolution of the case, rejected ones included",
+    "largest number of steps per revolution of the case, rejected steps included",
     1,
     1e12,
     low_open=False,
@@ -105,7 +105,7 @@ _BUDGETS = (
     _BUDGET._replace(default=1_000_000),
     _BUDGET._replace(
         name="event_budget",
-        text="most contact events per revolution of the case",
+        text="largest number of contact events per revolution of the case",
         default=100_000,
     ),
 )
@@ -191,7 +191,7 @@ def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
 def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
     """Add the keys of a section of a mechanism."""
     if keys.path not in tree:
-        tree[keys.path] = Section(keys.text, keys.need, keys.items, keys.alone)
+        tree[keys.path] = Section(keys.text, keys.need, keys.items, keys.scalar_factors)
     for name, text in keys.flags:
         tree[f"{keys.path}.{name}"] = Flag(text)
     for choice in keys.words:
@@ -278,7 +278,7 @@ def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
     tree[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law")
     tree[f"{wear}.{PAIR}"] = Name(
         tuple(PAIRS),
-        f"a pair of `clearsweep list pairs`: gives `coefficient`, unless it is written, and the law `{LAW}`",
+        f"a wear pair of `clearsweep list pairs`: determines `coefficient`, unless that is given, and the law `{LAW}`",
     )
     tree[f"{wear}.coefficient_unit"] = Word(
         ("m^2/N", DIMENSIONLESS),
@@ -298,7 +298,7 @@ def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
         "mean",
         sweep=True,
         noun="law",
-        rather=ConditionalDefault("hertz-line", one_of=moduli(path)),
+        conditional_default=ConditionalDefault("hertz-line", one_of=moduli(path)),
     )
     add_laws(tree, wear, "law", catalogue.of("wear"))
     add_laws(tree, wear, "pressure", catalogue.of("pressure"))

@@ -60,8 +60,8 @@ class Word(NamedTuple):
     sweep: bool = False
     noun: str = "word"  # its name in messages
     when: tuple[Condition, ...] = ()
-    idle: bool = False  # may be written even if it is not in use
-    rather: ConditionalDefault | None = None
+    may_be_unused: bool = False  # may be written even if it is not in use
+    conditional_default: ConditionalDefault | None = None
     refused: Mapping[str, str] = {}  # a plausible word -> why it is not allowed
 
     def used(self, names: Names) -> bool:
@@ -150,7 +150,7 @@ class Section(NamedTuple):
     text: str
     need: str = "required"  # 'required', 'optional', or 'implied': exists even if it is not written
     items: int = 0  # number of items of a list; 0: it is not a list
-    alone: tuple[int, ...] = ()  # of a list: factors that turn a single quantity into the items
+    scalar_factors: tuple[int, ...] = ()  # of a list: factors that turn a single quantity into the items
     unless: str = ""  # a sibling section that may replace it
     needs: str = ""  # a sibling of its parent section without which it does not exist
 

@@ -50,13 +50,13 @@ class _Named:
         written = thermal.value.get("expansion", _replaced(thermal, {}))
         if None in materials.values() or not isinstance(written.value, dict):
             return thermal
-        inside = dict(written.value)
+        content = dict(written.value)
         for body, entry in materials.items():
-            if body not in inside and entry is not None:
+            if body not in content and entry is not None:
                 value = entry.values["expansion"]
-                inside[body] = _replaced(written, _written(value))
+                content[body] = _replaced(written, _written(value))
                 self.taken.append(Taken(f"{path}.expansion.{body}", entry.name, value))
-        return _replaced(thermal, thermal.value | {"expansion": _replaced(written, inside)})
+        return _replaced(thermal, thermal.value | {"expansion": _replaced(written, content)})
 
     def _contact(self, path: str, contact: WrittenValue) -> WrittenValue:
         def material(nested: str, written: WrittenValue) -> WrittenValue:
@@ -69,13 +69,13 @@ class _Named:
     def _material(self, path: str, written: WrittenValue) -> WrittenValue:
         """Return a material as a section, from a name or from a section with a name."""
         if isinstance(written.value, str):
-            name, inside = written, dict[str, WrittenValue]()
+            name, content = written, dict[str, WrittenValue]()
         elif isinstance(written.value, dict) and MATERIAL in written.value:
-            name, inside = written.value[MATERIAL], {k: v for k, v in written.value.items() if k != MATERIAL}
+            name, content = written.value[MATERIAL], {k: v for k, v in written.value.items() if k != MATERIAL}
         else:
             return written
         entry = self.materials[path] = self._entry(library.MATERIALS, path, name)
-        return _replaced(written, self._filled(path, inside, entry, OF_MATERIAL, name))
+        return _replaced(written, self._filled(path, content, entry, OF_MATERIAL, name))
 
     def _film(self, path: str, film: WrittenValue) -> WrittenValue:
         if not isinstance(film.value, dict) or OIL not in film.value:
@@ -83,22 +83,22 @@ class _Named:
         name, viscosity = film.value[OIL], film.value.get("viscosity")
         if viscosity is not None and not isinstance(viscosity.value, dict):
             sentence = "conflicts with `viscosity`, which it determines; remove one of the two"
-            self.problems.add(film.key_place(OIL), f"{path}.{OIL}", sentence)
+            self.problems.add(film.key_position(OIL), f"{path}.{OIL}", sentence)
             return _replaced(film, {key: value for key, value in film.value.items() if key != OIL})
-        inside = {} if viscosity is None else viscosity.value
+        content = {} if viscosity is None else viscosity.value
         entry = self._entry(library.OILS, f"{path}.{OIL}", name)
-        filled = self._filled(f"{path}.viscosity", inside, entry, tuple(entry.values), name)
-        complete = {key: value for key, value in film.value.items() if key != OIL}
-        return _replaced(film, complete | {"viscosity": _replaced(viscosity or name, filled)})
+        filled = self._filled(f"{path}.viscosity", content, entry, tuple(entry.values), name)
+        without_name = {key: value for key, value in film.value.items() if key != OIL}
+        return _replaced(film, without_name | {"viscosity": _replaced(viscosity or name, filled)})
 
     def _wear(self, path: str, wear: WrittenValue) -> WrittenValue:
         if not isinstance(wear.value, dict) or PAIR not in wear.value:
             return wear
         name = wear.value[PAIR]
-        inside = {key: value for key, value in wear.value.items() if key != PAIR}
-        inside.setdefault("law", _replaced(name, LAW))
+        content = {key: value for key, value in wear.value.items() if key != PAIR}
+        content.setdefault("law", _replaced(name, LAW))
         entry = self._entry(library.PAIRS, f"{path}.{PAIR}", name)
-        return _replaced(wear, self._filled(path, inside, entry, ("coefficient",), name))
+        return _replaced(wear, self._filled(path, content, entry, ("coefficient",), name))
 
     def _entry(self, materials: Mapping[str, Entry], path: str, name: WrittenValue) -> Entry:
         """Return the entry of a name; a wrong name is reported and gets any entry, whose numbers are never used."""
@@ -114,13 +114,13 @@ class _Named:
         return next(iter(materials.values()))
 
     def _filled(
-        self, path: str, inside: dict[str, WrittenValue], entry: Entry, keys: tuple[str, ...], name: WrittenValue
+        self, path: str, content: dict[str, WrittenValue], entry: Entry, keys: tuple[str, ...], name: WrittenValue
     ) -> dict[str, WrittenValue]:
         """Return a section completed by the numbers of an entry, and record these."""
-        missing = [key for key in keys if key not in inside]
+        missing = [key for key in keys if key not in content]
         self.taken += [Taken(f"{path}.{key}", entry.name, entry.values[key]) for key in missing]
         location = name.origin, name.line, name.column
-        return inside | {key: WrittenValue(_written(entry.values[key]), *location, by_name=True) for key in missing}
+        return content | {key: WrittenValue(_written(entry.values[key]), *location, by_name=True) for key in missing}
 
 
 def put_library_numbers(root: WrittenValue, problems: Problems) -> tuple[WrittenValue, list[Taken]]:
@@ -162,26 +162,26 @@ class VariedMaterial(NamedTuple):
     """A material whose name varies."""
 
     first: str  # name in its place outside the section that varies it
-    follow: Mapping[str, str]  # path of a number -> its key in the library
+    library_keys: Mapping[str, str]  # path of a number -> its key in the library
 
 
 def find_varied_materials(
-    varied_paths: Iterable[str], library_values: Iterable[Taken], complete: Shape
+    varied_paths: Iterable[str], library_values: Iterable[Taken], full_shape: Shape
 ) -> dict[str, VariedMaterial]:
     """Return path of a name -> the material of that name, for the paths that a grid varies."""
     by_path = {item.path: item for item in library_values}
     materials = {}
     for path in varied_paths:
         section = path.removesuffix(_NAME)
-        if not isinstance(complete.get(f"{section}{_NAME}"), Name) or not section.rpartition(".contact.")[0]:
+        if not isinstance(full_shape.get(f"{section}{_NAME}"), Name) or not section.rpartition(".contact.")[0]:
             continue
         numbers = {f"{section}.{key}": key for key in OF_MATERIAL}
-        joint, _, inside = section.partition(".contact.material")
-        bodies = [inside[1:]] if inside else BODIES
+        joint, _, body_path = section.partition(".contact.material")
+        bodies = [body_path[1:]] if body_path else BODIES
         numbers |= {f"{joint}.thermal.expansion.{body}": "expansion" for body in bodies}
-        follow = {number: key for number, key in numbers.items() if number in by_path}
-        if follow:
-            materials[f"{section}{_NAME}"] = VariedMaterial(by_path[next(iter(follow))].name, follow)
+        library_keys = {number: key for number, key in numbers.items() if number in by_path}
+        if library_keys:
+            materials[f"{section}{_NAME}"] = VariedMaterial(by_path[next(iter(library_keys))].name, library_keys)
     return materials
 
 
@@ -201,30 +201,30 @@ def material_values(
 ) -> Iterator[float]:
     """Yield the values of a number that follows from names on an axis."""
     for name, material in materials.items():
-        if path in material.follow:
+        if path in material.library_keys:
             for word in axes.get(name, ()):
-                yield MATERIALS[word].values[material.follow[path]].typical
+                yield MATERIALS[word].values[material.library_keys[path]].typical
 
 
 def put_material_numbers(values_by_path: dict[str, Any], materials: Mapping[str, VariedMaterial]) -> dict[str, Any]:
     """Return the values of a case with the numbers of its materials in place of their names."""
     names = {path: values_by_path.pop(path) for path in materials if path in values_by_path}
     for path, name in names.items():
-        entry, follow = MATERIALS[name], materials[path].follow
+        entry, library_keys = MATERIALS[name], materials[path].library_keys
         values_by_path |= {
-            number: entry.values[key].typical for number, key in follow.items() if number in values_by_path
+            number: entry.values[key].typical for number, key in library_keys.items() if number in values_by_path
         }
     return values_by_path
 
 
 def with_material_names(base: Mapping[str, Any], materials: Mapping[str, VariedMaterial]) -> dict[str, Any]:
     """Return values outside all axes with the names of varied materials in place of their numbers."""
-    followers = {number for material in materials.values() for number in material.follow}
+    followers = {number for material in materials.values() for number in material.library_keys}
     kept_values = {path: value for path, value in base.items() if path not in followers}
     return kept_values | {path: material.first for path, material in materials.items()}
 
 
-def written_material_names(materials: Mapping[str, VariedMaterial], location: WrittenValue) -> dict[str, WrittenValue]:
+def written_material_names(materials: Mapping[str, VariedMaterial], root: WrittenValue) -> dict[str, WrittenValue]:
     """Return the names of materials outside the section that varies them, as if written at a place."""
-    spots = location.origin, location.line, location.column
-    return {path: WrittenValue(material.first, *spots) for path, material in materials.items()}
+    position = root.origin, root.line, root.column
+    return {path: WrittenValue(material.first, *position) for path, material in materials.items()}

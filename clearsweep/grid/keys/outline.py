@@ -67,11 +67,11 @@ def outline_of_document(root: WrittenValue) -> Outline:
     """Return the outline of a grid as written."""
     top = root.value if isinstance(root.value, dict) else {}
     tree = {key: _plain(top[key]) for key in _SECTIONS if key in top}
-    ways = [_section(top[variation].value) for variation in ("sweep", "zip", "cases") if variation in top]
+    axis_sections = [_section(top[variation].value) for variation in ("sweep", "zip", "cases") if variation in top]
     if "sample" in top:
         over = _section(top["sample"].value).get("over")
-        ways.append(_section(over.value if over else None))
-    return outline_of(tree, [path for variation in ways for path in variation])
+        axis_sections.append(_section(over.value if over else None))
+    return outline_of(tree, [path for variation in axis_sections for path in variation])
 
 
 def wrong_names(path: str, names: Iterable[str]) -> Iterable[tuple[str, str]]:
@@ -162,8 +162,8 @@ def full_shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     """Return every dotted path that a grid of this mechanism may contain, with NAME for user-defined names."""
     if not mechanism.outlined:
         return shape(mechanism, catalogue)
-    complete = mechanism.outlined(EVERYTHING)
-    return shape(complete, catalogue) | shape(complete._replace(free=True), catalogue)  # `horizon` and `time_limit`
+    outlined = mechanism.outlined(EVERYTHING)
+    return shape(outlined, catalogue) | shape(outlined._replace(free=True), catalogue)  # `horizon` and `time_limit`
 
 
 class KeyTree(NamedTuple):
@@ -178,8 +178,8 @@ class KeyTree(NamedTuple):
 def key_trees(catalogue: Catalogue, *, slots: bool = False) -> Iterator[KeyTree]:
     """Yield the keys of all mechanisms, with NAME in place of user-defined names; with `slots` also those of a slot."""
     for mechanism in catalogue.mechanisms:
-        complete = mechanism.outlined(EVERYTHING) if mechanism.outlined else mechanism
-        kinds = {site.name: site.kind for site in complete.joints}
+        outlined = mechanism.outlined(EVERYTHING) if mechanism.outlined else mechanism
+        kinds = {site.name: site.kind for site in outlined.joints}
         yield KeyTree(mechanism.name, full_shape(mechanism, catalogue), kinds)
         if slots and ANY in kinds and mechanism.outlined:
             slot = mechanism.outlined(EVERYTHING._replace(joints=(JointOutline(ANY, "slot", "", ""),)))

@@ -88,8 +88,12 @@ def sections_markdown(catalogue: Catalogue) -> str:
     )
 
 
-def _two_columns(heading: str, second: str, rows: Mapping[str, str]) -> list[str]:
-    return [f"| {heading} | {second} |", "| --- | --- |", *(f"| `{key}` | {text} |" for key, text in rows.items())]
+def _two_columns(first_heading: str, second_heading: str, rows: Mapping[str, str]) -> list[str]:
+    return [
+        f"| {first_heading} | {second_heading} |",
+        "| --- | --- |",
+        *(f"| `{key}` | {text} |" for key, text in rows.items()),
+    ]
 
 
 WIDTH = 96  # characters in a line
@@ -105,26 +109,28 @@ def key_text(name: str, catalogue: Catalogue) -> str | None:
     sections = parts(catalogue)
     keys = [(path, row) for section in sections for path in section.paths for row in section.rows]
     requested = name.split(".")
-    places = {path: _length(path.split("."), requested) for section in sections for path in section.paths}
-    rows = [(_length([*path.split("."), *row.key.split(".")], requested), path, row) for path, row in keys]
-    exact = any(length == "all" for length in (*places.values(), *(length for length, *_ in rows)))
-    fitting = ("all",) if exact else ("all", "end")
+    matches_of_paths = {path: _match(path.split("."), requested) for section in sections for path in section.paths}
+    rows = [(_match([*path.split("."), *row.key.split(".")], requested), path, row) for path, row in keys]
+    exact = any(
+        match_kind == "all" for match_kind in (*matches_of_paths.values(), *(match_kind for match_kind, *_ in rows))
+    )
+    accepted = ("all",) if exact else ("all", "end")
     blocks: dict[str, list[str]] = {}  # text -> its paths
     for section in sections:
-        if matches := [path for path in section.paths if places[path] in fitting]:
+        if matches := [path for path in section.paths if matches_of_paths[path] in accepted]:
             blocks.setdefault(_section_text(section), []).extend(_named(path, requested) for path in matches)
     examples: dict[str, str] = {}  # of the first path
-    for length, path, row in rows:
-        if length in fitting:
+    for match_kind, path, row in rows:
+        if match_kind in accepted:
             facts = _key(row)
             examples.setdefault(facts, _example(path, row, requested))
             blocks.setdefault(facts, []).append(_named(f"{path}.{row.key}", requested))
     texts: dict[str, list[str]] = {}
     for text, paths in blocks.items():
         example = examples.get(text)
-        complete = f"{text}\n{_line('example', example)}" if example else text
-        texts.setdefault(", ".join(dict.fromkeys(paths)), []).append(complete)
-    lines = [heading + "\n" + "\n\n".join(matches) for heading, matches in texts.items()]
+        with_example = f"{text}\n{_line('example', example)}" if example else text
+        texts.setdefault(", ".join(dict.fromkeys(paths)), []).append(with_example)
+    lines = [paths_text + "\n" + "\n\n".join(matches) for paths_text, matches in texts.items()]
     return "\n\n".join([*lines, *_choosing(name, catalogue)]) or None
 
 
@@ -139,14 +145,14 @@ def key_names(catalogue: Catalogue) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*names_shown, *other_keys)))
 
 
-def _length(path: list[str], requested: list[str]) -> str:
+def _match(path: list[str], requested: list[str]) -> str:
     """Return 'all' if a name matches a whole path, with any word for NAME, 'end' if it matches its end, else ''."""
     if requested == path[-len(requested) :]:
         return "all" if len(requested) == len(path) else "end"
-    complete = len(requested) == len(path) and all(
+    is_whole_path = len(requested) == len(path) and all(
         part_name in (name, ANY) for name, part_name in zip(requested, path, strict=True)
     )
-    return "all" if complete else ""
+    return "all" if is_whole_path else ""
 
 
 def _named(path: str, requested: list[str]) -> str:

@@ -212,7 +212,7 @@ def _list(tree: Shape, path: str, key: str, section: Section) -> Row:
     nodes = [tree[f"{path}.{k}"] for k in range(section.items)]
     rows = [next(_quantity(tree, path, key, node)) for node in nodes if isinstance(node, Number)]
     allowed_text = f"{ITEMS[section.items]} {'names' if not rows else ', each ' + rows[0].allowed}".replace(" ,", ",")
-    allowed_text += ", or one quantity" if section.alone else ""
+    allowed_text += ", or one quantity" if section.scalar_factors else ""
     example = f"[{', '.join([rows[0].example] * section.items)}]" if rows else ""
     defaults = list(dict.fromkeys(row.default for row in rows))
     default = "required" if section.need == "required" else "-"

@@ -55,18 +55,22 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
         for key, value in chosen_by.items():
             top["properties"]["mechanism"]["properties"][key] = {"const": value}
         schemas.append((top, chosen_by))
-    chosen = schemas[0][0]  # editors offer these keys before a type is written
+    by_mechanism = schemas[0][0]  # editors offer these keys before a type is written
     for top, chosen_by in schemas[1:]:
         fixed = {key: {"const": value} for key, value in chosen_by.items()}
         kind = {"required": [*fixed], "properties": fixed}
-        chosen = {"if": {"required": ["mechanism"], "properties": {"mechanism": kind}}, "then": top, "else": chosen}
+        by_mechanism = {
+            "if": {"required": ["mechanism"], "properties": {"mechanism": kind}},
+            "then": top,
+            "else": by_mechanism,
+        }
     quantities = {"type": "array", "minItems": 2, "maxItems": 2, "prefixItems": [{"$ref": "#/$defs/quantity"}] * 2}
     spaced = {"type": "array", "minItems": 3, "maxItems": 4}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "clearsweep grid",
         "type": "object",
-        **chosen,
+        **by_mechanism,
         "$defs": {
             "quantity": {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*(=|[+-]?(\d|\.\d))"}]},
             "pair": quantities,
@@ -152,10 +156,10 @@ def _has_keys_below(tree: Shape, path: str) -> bool:
 
 
 def _section(tree: Shape, path: str, node: Section) -> dict[str, Any]:
-    complete, name = _object(tree, path), tree.get(f"{path}.{MATERIAL}")
+    object_schema, name = _object(tree, path), tree.get(f"{path}.{MATERIAL}")
     if isinstance(name, Name):
-        return {"description": node.text, "anyOf": [{"enum": list(name.options)}, complete]}
-    return {"description": node.text, **complete}
+        return {"description": node.text, "anyOf": [{"enum": list(name.options)}, object_schema]}
+    return {"description": node.text, **object_schema}
 
 
 def _items(tree: Shape, path: str, node: Section) -> dict[str, Any]:
@@ -171,7 +175,7 @@ def _items(tree: Shape, path: str, node: Section) -> dict[str, Any]:
         return described | {"$ref": "#/$defs/pair"}
     quantity_of = {"$ref": "#/$defs/quantity"}
     sized = size | {"prefixItems": [quantity_of] * count}
-    return described | ({"anyOf": [quantity_of, sized]} if node.alone else sized)
+    return described | ({"anyOf": [quantity_of, sized]} if node.scalar_factors else sized)
 
 
 def _table(node: Table) -> dict[str, Any]:

@@ -37,12 +37,12 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
     check_films(reader, catalogue)
     _check_friction(reader, catalogue)
     joints = [path for path, node in reader.shape.items() if isinstance(node, Section) and _is_joint(path)]
-    complete = reader.shape.get("joints")
-    if not joints and isinstance(complete, Section) and complete.need == "implied":
+    joints_section = reader.shape.get("joints")
+    if not joints and isinstance(joints_section, Section) and joints_section.need == "implied":
         text = (
             f"no joint has clearance; name at least one of {', '.join(site.name for site in reader.mechanism.joints)}"
         )
-        reader.problems.add(reader.place("joints"), "joints", text)
+        reader.problems.add(reader.position_of("joints"), "joints", text)
     for path in joints:
         _check_below(reader, f"{path}.clearance", f"{path}.bearing_radius", "the radius of the journal must be above 0")
         _check_material(reader, path)
@@ -63,10 +63,10 @@ def _check_heat_balance(reader: Reader, joint: str) -> None:
     thermal = f"{joint}.thermal"
     if f"{joint}.film" in reader.shape:
         sentence = "applies to dry joints, but this joint has a film; use film.thermal instead"
-        reader.problems.add(reader.place(thermal), thermal, sentence)
+        reader.problems.add(reader.position_of(thermal), thermal, sentence)
     elif f"{joint}.friction" not in reader.shape:
         sentence = "needs a heat source; add a friction law, or remove thermal"
-        reader.problems.add(reader.place(thermal), thermal, sentence)
+        reader.problems.add(reader.position_of(thermal), thermal, sentence)
 
 
 def _check_friction(reader: Reader, catalogue: Catalogue) -> None:
@@ -87,13 +87,13 @@ def _check_until(reader: Reader) -> None:
             f"found {reader.text(path, min(largest))}; allowed: at least "
             f"{reader.text('simulate.revolutions', max(smallest))}, the value of simulate.revolutions, the shortest run"
         )
-        reader.problems.add(reader.place(path), path, sentence)
+        reader.problems.add(reader.position_of(path), path, sentence)
     path = "simulate.until.figure"
     figure = str(reader.values.get(path, ""))
     if figure and figure not in reader.figures:
         names = [name for name in word_key(reader.shape, path).options if name in reader.figures]
         sentence = f"{figure} is not a column of this grid{nearest(figure, names)} (known: {', '.join(names)})"
-        reader.problems.add(reader.place(path), path, sentence)
+        reader.problems.add(reader.position_of(path), path, sentence)
 
 
 def _is_joint(path: str) -> bool:
@@ -113,7 +113,7 @@ def _check_below(reader: Reader, low: str, high: str, reason: str, *, equal: boo
     where = low if low in reader.swept or low in reader.written else high
     term = "at most" if equal else "below"
     reader.problems.add(
-        reader.place(where),
+        reader.position_of(where),
         where,
         f"found {reader.text(low, max(lows))}; allowed: {term} {reader.text(high, min(highs))}, the value of {high}; "
         f"{reason}",
@@ -142,11 +142,11 @@ def _check_material(reader: Reader, joint: str) -> None:
     given_bodies = [body for body in Materials._fields if f"{material}.{body}" in reader.shape]
     if given_bodies and shared:
         sentence = f"conflicts with {' and '.join(given_bodies)}; write it within bearing and journal, or remove these"
-        reader.problems.add(reader.place(f"{material}.{shared[0]}"), f"{material}.{shared[0]}", sentence)
+        reader.problems.add(reader.position_of(f"{material}.{shared[0]}"), f"{material}.{shared[0]}", sentence)
     elif len(given_bodies) == 1:
         (other_body,) = set(Materials._fields) - set(given_bodies)
         sentence = f"is missing; for example: {other_body}: {{young: 110 GPa, poisson: 0.34}}, or one material for both"
-        reader.problems.add(reader.place(material), f"{material}.{other_body}", sentence)
+        reader.problems.add(reader.position_of(material), f"{material}.{other_body}", sentence)
     elif not given_bodies:
         for key in ("young", "poisson"):
             if key not in shared:
@@ -154,36 +154,35 @@ def _check_material(reader: Reader, joint: str) -> None:
                     "is missing; for example: {young: 207 GPa, poisson: 0.3} for both bodies, or a section like it "
                     "for each, bearing and journal"
                 )
-                reader.problems.add(reader.place(material), f"{material}.{key}", sentence)
+                reader.problems.add(reader.position_of(material), f"{material}.{key}", sentence)
 
 
 def _check_elastic_law(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that the joint has the values that its stiffness laws need, within their valid range."""
-    law, elastic = f"{joint}.contact.law", f"{joint}.contact.elastic"
-    is_known = elastic in reader.shape and reader.unsure.isdisjoint((law, elastic))
+    law_path, elastic = f"{joint}.contact.law", f"{joint}.contact.elastic"
+    is_known = elastic in reader.shape and reader.unsure.isdisjoint((law_path, elastic))
     if not is_known or not value_key(reader.shape, elastic).used(reader.names):
         return
-    families = {law: catalogue.of("law"), elastic: catalogue.of("elastic")}
+    families = {law_path: catalogue.of("law"), elastic: catalogue.of("elastic")}
     candidates = [law for path, laws in families.items() for law in laws if law.name in reader.names[path]]
-    for chosen in sorted(candidates, key=lambda law: law.name):
-        for path in _keys_needed(reader, joint, chosen):
+    for law in sorted(candidates, key=lambda law: law.name):
+        for path in _keys_needed(reader, joint, law):
             if not reader.is_given(f"{joint}.{path}"):
-                sentence = f"is missing; {chosen.family} '{chosen.name}' needs {_EXAMPLES[path]}"
-                reader.problems.add(reader.place(elastic), f"{joint}.{path}", sentence)
-        _check_order(reader, f"{joint}.contact", chosen)
-        if "hertz" in chosen.needs:
-            _check_hertzian(reader, elastic, chosen)
-        for given_bodies, low, high, unit, reason in chosen.ranges:
-            path = (
-                given_bodies if f"{joint}.{given_bodies}" in reader.shape else given_bodies.replace(".bearing.", ".")
-            )  # of both bodies
+                sentence = f"is missing; {law.family} '{law.name}' needs {_EXAMPLES[path]}"
+                reader.problems.add(reader.position_of(elastic), f"{joint}.{path}", sentence)
+        _check_order(reader, f"{joint}.contact", law)
+        if "hertz" in law.needs:
+            _check_hertzian(reader, elastic, law)
+        for own_path, low, high, unit, reason in law.ranges:
+            of_both = own_path.replace(".bearing.", ".")
+            path = own_path if f"{joint}.{own_path}" in reader.shape else of_both
             outside = [value for value in reader.values_of(f"{joint}.{path}") if not low <= value <= high]
             if outside:
                 sentence = (
-                    f"found {reader.text(f'{joint}.{path}', outside[0])}; elastic '{chosen.name}' allows {low:.15g} to "
+                    f"found {reader.text(f'{joint}.{path}', outside[0])}; elastic '{law.name}' allows {low:.15g} to "
                     f"{high:.15g}{'' if unit == '1' else f' ({unit})'}: {reason}"
                 )
-                reader.problems.add(reader.place(f"{joint}.{path}"), f"{joint}.{path}", sentence)
+                reader.problems.add(reader.position_of(f"{joint}.{path}"), f"{joint}.{path}", sentence)
 
 
 def _check_hertzian(reader: Reader, elastic: str, law: Law) -> None:
@@ -193,7 +192,7 @@ def _check_hertzian(reader: Reader, elastic: str, law: Law) -> None:
     culprit = other_laws[0] if other_laws else f"an exponent of {exponents[0]:.15g}" if exponents else ""
     if culprit:
         sentence = f"found {culprit}; law '{law.name}' allows power with the exponent 1.5, a ball in a socket"
-        reader.problems.add(reader.place(elastic), elastic, sentence)
+        reader.problems.add(reader.position_of(elastic), elastic, sentence)
 
 
 def _keys_needed(reader: Reader, joint: str, law: Law) -> tuple[str, ...]:
@@ -216,17 +215,17 @@ def _check_roughness(reader: Reader, joint: str, catalogue: Catalogue) -> None:
             path = "contact.material" if parameter == "material" else parameter
             if not reader.is_given(f"{joint}.{path}"):
                 sentence = f"is missing; roughness '{law.name}' needs {_EXAMPLES[path]}"
-                reader.problems.add(reader.place(rough), f"{joint}.{path}", sentence)
+                reader.problems.add(reader.position_of(rough), f"{joint}.{path}", sentence)
         for columns in law.tables:
             table = f"{rough}.{columns.name}"
             for field in [field for field in law.fields if field.optional]:
                 path = f"{rough}.{field.name}"
                 if reader.is_given(path) and reader.is_given(table):
                     sentence = f"conflicts with {columns.name}, which determines it; remove one of the two"
-                    reader.problems.add(reader.place(path), path, sentence)
+                    reader.problems.add(reader.position_of(path), path, sentence)
                 elif not reader.is_given(path) and not reader.is_given(table):
                     sentence = f"is missing for {law.name} ({field.text}); write it, or {columns.name}: profile.csv"
-                    reader.problems.add(reader.place(path), path, sentence)
+                    reader.problems.add(reader.position_of(path), path, sentence)
 
 
 def _check_wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
@@ -234,28 +233,28 @@ def _check_wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     wear = f"{joint}.wear"
     if not reader.is_given(f"{joint}.length"):
         sentence = "is missing; wear needs the joint's length along the pin, such as 20 mm"
-        reader.problems.add(reader.place(wear), f"{joint}.length", sentence)
+        reader.problems.add(reader.position_of(wear), f"{joint}.length", sentence)
     is_dimensionless = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
     by_work = [
         law for law in catalogue.of("wear") if "friction" in law.needs and law.name in reader.names[f"{wear}.law"]
     ]
     if by_work and f"{joint}.friction" not in reader.shape:
         sentence = f"is missing; the wear law '{by_work[0].name}' needs the work of friction; write a friction law"
-        reader.problems.add(reader.place(wear), f"{joint}.friction", sentence)
+        reader.problems.add(reader.position_of(wear), f"{joint}.friction", sentence)
     if by_work and is_dimensionless:
         sentence = (
             f"the wear law '{by_work[0].name}' needs a coefficient in m^3/J; write this unit, also next to a hardness"
         )
-        reader.problems.add(reader.place(f"{wear}.coefficient_unit"), f"{wear}.coefficient_unit", sentence)
+        reader.problems.add(reader.position_of(f"{wear}.coefficient_unit"), f"{wear}.coefficient_unit", sentence)
         return
     if is_dimensionless and not reader.is_given(f"{wear}.hardness"):
         sentence = "is missing; a dimensionless wear coefficient is k times the hardness; for example: 2 GPa"
-        reader.problems.add(reader.place(wear), f"{wear}.hardness", sentence)
+        reader.problems.add(reader.position_of(wear), f"{wear}.hardness", sentence)
     steady_key = "running_in.steady" if reader.is_given(f"{wear}.running_in.steady") else "coefficient"
     _check_common_or_each(reader, wear, steady_key, ("bearing_coefficient", "journal_coefficient"), "2e-14 m^2/N")
     if steady_key != "coefficient" and reader.is_given(f"{wear}.coefficient"):
         sentence = "conflicts with running_in.steady, which means the same; remove one of the two"
-        reader.problems.add(reader.place(f"{wear}.coefficient"), f"{wear}.coefficient", sentence)
+        reader.problems.add(reader.position_of(f"{wear}.coefficient"), f"{wear}.coefficient", sentence)
     if f"{wear}.running_in" in reader.shape:
         overriding = ("running_in.bearing_initial", "running_in.journal_initial")
         _check_common_or_each(reader, wear, "running_in.initial", overriding, "1e-13 m^2/N")
@@ -267,7 +266,7 @@ def _check_common_or_each(reader: Reader, wear: str, key: str, overriding: tuple
     overridden = all(reader.is_given(f"{wear}.{given_bodies}") for given_bodies in overriding)
     if not reader.is_given(f"{wear}.{key}") and not overridden:
         sentence = f"is missing; for example: {example} for both bodies, or {' and '.join(overriding)}"
-        reader.problems.add(reader.place(wear), f"{wear}.{key}", sentence)
+        reader.problems.add(reader.position_of(wear), f"{wear}.{key}", sentence)
     if f"{wear}.{key}" in reader.swept and overridden:
         sentence = f"is swept but not in use: {' and '.join(overriding)} override it"
         reader.problems.add(reader.swept[f"{wear}.{key}"], f"{wear}.{key}", sentence)
@@ -289,7 +288,7 @@ def _check_wear_magnitude(reader: Reader, wear: str) -> None:
                 f"{reader.text(f'{wear}.hardness', hardness)} is {largest:.3g}; "
                 f"allowed: at most {LARGEST_WEAR_NUMBER}; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
             )
-            reader.problems.add(reader.place(path), path, description)
+            reader.problems.add(reader.position_of(path), path, description)
 
 
 def _check_evolving(reader: Reader, joint: str, catalogue: Catalogue) -> None:
@@ -297,12 +296,12 @@ def _check_evolving(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     evolve = f"{joint}.wear.evolve"
     if f"{joint}.film" in reader.shape:
         sentence = "is not available with a film, whose formula assumes circles; remove one of the two"
-        reader.problems.add(reader.place(evolve), evolve, sentence)
+        reader.problems.add(reader.position_of(evolve), evolve, sentence)
     sticking = {law.name for law in catalogue.of("friction") if law.sticks}
     for path in (path for path in reader.names if path.endswith(".friction.law")):
         for law in sorted(reader.names[path] & sticking):
             sentence = f"{law} cannot stick, because the worn shape of {joint} acts on the contact; choose another law"
-            reader.problems.add(reader.place(path), path, sentence)
+            reader.problems.add(reader.position_of(path), path, sentence)
 
 
 def _check_pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
@@ -314,7 +313,7 @@ def _check_pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
             f"is missing; wear pressure '{needing[0].name}' needs material: {{young: 207 GPa, poisson: 0.3}} or "
             "pressure_modulus; a stiffness does not determine it, and pressure: mean needs neither"
         )
-        reader.problems.add(reader.place(path), f"{contact}.material", sentence)
+        reader.problems.add(reader.position_of(path), f"{contact}.material", sentence)
 
 
 def _check_life(reader: Reader) -> None:
@@ -330,30 +329,30 @@ def _check_life(reader: Reader) -> None:
         ("save.worst", "a life has many blocks; its history contains the peak of each"),
     ):
         if path in reader.sections or path in reader.values:
-            reader.problems.add(reader.place(path), path, f"has no effect with `life`: {reason}; leave it out")
+            reader.problems.add(reader.position_of(path), path, f"has no effect with `life`: {reason}; leave it out")
     _check_blocks(reader)
     _check_periodicity(reader)
 
 
 def _check_limited_joint(reader: Reader, joint: str) -> None:
     """Check that the limited joint wears, and that its limit is a small change of shape."""
-    path, own = f"{LIFE}.joint", f"joints.{joint}"
-    if own not in reader.shape:
+    path, joint_path = f"{LIFE}.joint", f"joints.{joint}"
+    if joint_path not in reader.shape:
         wearing = [name.split(".")[1] for name in reader.shape if name.startswith("joints.") and name.endswith(".wear")]
         remedy = f"name one that wears ({', '.join(wearing)})" if wearing else "give it clearance and wear"
-        reader.problems.add(reader.place(path), path, f"{joint} has no clearance here; {remedy}")
+        reader.problems.add(reader.position_of(path), path, f"{joint} has no clearance here; {remedy}")
         return
-    if f"{own}.wear" not in reader.shape:
+    if f"{joint_path}.wear" not in reader.shape:
         sentence = "is missing; life needs the wear of its joint; for example: {law: archard, coefficient: 2e-14 m^2/N}"
-        reader.problems.add(reader.place(path), f"{own}.wear", sentence)
-    limits, radii = reader.values_of(f"{LIFE}.limit"), reader.values_of(f"{own}.bearing_radius")
+        reader.problems.add(reader.position_of(path), f"{joint_path}.wear", sentence)
+    limits, radii = reader.values_of(f"{LIFE}.limit"), reader.values_of(f"{joint_path}.bearing_radius")
     if limits and radii and max(limits) > SHALLOW * min(radii):
         path = f"{LIFE}.limit"
         sentence = (
-            f"found {reader.text(path, max(limits))}; allowed: at most {SHALLOW:g} of {own}.bearing_radius, "
-            f"{reader.text(f'{own}.bearing_radius', min(radii))}: wear must remain a small change of the shape"
+            f"found {reader.text(path, max(limits))}; allowed: at most {SHALLOW:g} of {joint_path}.bearing_radius, "
+            f"{reader.text(f'{joint_path}.bearing_radius', min(radii))}: wear must remain a small change of the shape"
         )
-        reader.problems.add(reader.place(path), path, sentence)
+        reader.problems.add(reader.position_of(path), path, sentence)
 
 
 def _check_blocks(reader: Reader) -> None:
@@ -365,7 +364,7 @@ def _check_blocks(reader: Reader) -> None:
             f"found {reader.text(path, min(most))}; allowed: at least "
             f"{reader.text('simulate.revolutions', max(least))}, the value of simulate.revolutions, the shortest block"
         )
-        reader.problems.add(reader.place(path), path, sentence)
+        reader.problems.add(reader.position_of(path), path, sentence)
     discards = reader.values_of("simulate.discard") or (2.0,)
     for turns in least:
         for discard in discards:
@@ -376,7 +375,7 @@ def _check_blocks(reader: Reader) -> None:
                     f"found {window:.6g} revolutions after simulate.discard; with life the number must be whole, "
                     "as their wear is extrapolated to all revolutions"
                 )
-                reader.problems.add(reader.place(where), where, sentence)
+                reader.problems.add(reader.position_of(where), where, sentence)
                 return
 
 
@@ -389,4 +388,4 @@ def _check_periodicity(reader: Reader) -> None:
                 "depends on time, but `life` assumes a periodic drive: write a table over "
                 "crank_angle, or a constant speed"
             )
-            reader.problems.add(reader.place(path), path, sentence)
+            reader.problems.add(reader.position_of(path), path, sentence)

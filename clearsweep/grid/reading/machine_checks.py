@@ -22,7 +22,7 @@ def check_machine(reader: Reader, catalogue: Catalogue) -> None:
             continue
         if load.form == "force" and not (reader.is_given(f"{path}.force") or reader.is_given(f"{path}.torque")):
             sentence = "has no force and no torque; for example: force: [-2 kN, 0 N] or torque: -3 N*m, or a table"
-            reader.problems.add(reader.place(path), path, sentence)
+            reader.problems.add(reader.position_of(path), path, sentence)
         if load.form == "friction":
             _check_friction_load(reader, path, load.on, load.given)
             _check_sticking(
@@ -47,14 +47,16 @@ def _check_bodies(reader: Reader) -> None:
     outline, section = reader.outline, "mechanism.bodies"
     if GROUND not in {body.name for body in outline.bodies}:
         sentence = "is missing; add the body that does not move, such as ground: {points: {main: [0 mm, 0 mm]}}"
-        reader.problems.add(reader.place(section), f"{section}.{GROUND}", sentence)
+        reader.problems.add(reader.position_of(section), f"{section}.{GROUND}", sentence)
         return
     links = []
     for joint in outline.joints if outline.spatial else ():
         if joint.type == "slot":
             path = f"mechanism.joints.{joint.name}"
             reader.problems.add(
-                reader.place(path), f"{path}.type", "a mechanism in space cannot have a slot; write a planar mechanism"
+                reader.position_of(path),
+                f"{path}.type",
+                "a mechanism in space cannot have a slot; write a planar mechanism",
             )
     for joint in outline.joints:
         ends = _bodies_of_joint(reader, joint)
@@ -62,7 +64,9 @@ def _check_bodies(reader: Reader) -> None:
         if ends is None:
             return
         if ends[0] == ends[1]:
-            reader.problems.add(reader.place(path), f"{path}.between", f"joins {ends[0]} with itself; name two bodies")
+            reader.problems.add(
+                reader.position_of(path), f"{path}.between", f"joins {ends[0]} with itself; name two bodies"
+            )
         links.append(set(ends))
     connected, count_before = {GROUND}, 0
     while len(connected) > count_before:
@@ -71,7 +75,7 @@ def _check_bodies(reader: Reader) -> None:
     for body in outline.bodies:
         if body.name not in connected:
             path = f"{section}.{body.name}"
-            reader.problems.add(reader.place(path), path, f"is not connected: {_UNCONNECTED}")
+            reader.problems.add(reader.position_of(path), path, f"is not connected: {_UNCONNECTED}")
 
 
 def _check_drive(reader: Reader) -> None:
@@ -85,10 +89,10 @@ def _check_drive(reader: Reader) -> None:
         sentence = (
             f"{joint.name} joins {ends[0]} and {ends[1]}; a drive must turn a joint whose first body is the ground"
         )
-        reader.problems.add(reader.place(path), path, sentence)
+        reader.problems.add(reader.position_of(path), path, sentence)
     if joint.name in reader.outline.clearances:
         sentence = f"{joint.name} is the driven joint, which has no clearance; leave joints.{joint.name} out"
-        reader.problems.add(reader.place(f"joints.{joint.name}"), f"joints.{joint.name}", sentence)
+        reader.problems.add(reader.position_of(f"joints.{joint.name}"), f"joints.{joint.name}", sentence)
 
 
 def _check_initial(reader: Reader) -> None:
@@ -103,10 +107,10 @@ def _check_initial(reader: Reader) -> None:
                     f"{joint.name} is ideal and fixes {body.name}, which determines how {body.name} starts; leave "
                     f"initial out, or give {joint.name} clearance"
                 )
-                reader.problems.add(reader.place(path), path, sentence)
+                reader.problems.add(reader.position_of(path), path, sentence)
         if "seated" in reader.values_of("simulate.start"):
             sentence = f"seated conflicts with {path}, which says where {body.name} starts; remove one of the two"
-            reader.problems.add(reader.place("simulate.start"), "simulate.start", sentence)
+            reader.problems.add(reader.position_of("simulate.start"), "simulate.start", sentence)
 
 
 def _check_friction_load(reader: Reader, path: str, joint: str, given: str) -> None:
@@ -119,21 +123,21 @@ def _check_friction_load(reader: Reader, path: str, joint: str, given: str) -> N
         if given and site.kind in ("revolute", "guide"):
             remedy += ": {law, coefficient, ...}, and give it `preload`"
         sentence = f"{joint} has clearance; {remedy}"
-        reader.problems.add(reader.place(f"{path}.on"), f"{path}.on", sentence)
+        reader.problems.add(reader.position_of(f"{path}.on"), f"{path}.on", sentence)
     radius = f"{path}.friction.radius"
     expected = "force" if site.kind == "guide" else "torque"
     if given and given != expected:
         kind = "guide, in which friction is a force" if site.kind == "guide" else "pin, in which friction is a couple"
         sentence = f"{joint} is a {kind}; write {expected}"
-        reader.problems.add(reader.place(f"{path}.friction"), f"{path}.friction.{given}", sentence)
+        reader.problems.add(reader.position_of(f"{path}.friction"), f"{path}.friction.{given}", sentence)
     if given:
         return
     if site.kind == "revolute" and not reader.is_given(radius):
         sentence = "is missing; friction in a pin is a torque, coefficient x reaction x radius; for example: 10 mm"
-        reader.problems.add(reader.place(f"{path}.friction"), radius, sentence)
+        reader.problems.add(reader.position_of(f"{path}.friction"), radius, sentence)
     if site.kind == "guide" and reader.is_given(radius):
         reader.problems.add(
-            reader.place(radius), radius, f"{joint} is a guide, in which friction is a force; leave it out"
+            reader.position_of(radius), radius, f"{joint} is a guide, in which friction is a force; leave it out"
         )
 
 
@@ -145,39 +149,39 @@ def _check_elastic_link(reader: Reader, body: str) -> None:
         return
     if 0.0 in reader.values_of(f"{section}.mass"):
         sentence = "found 0; an elastic link needs a mass above 0: write it, or remove `elastic`"
-        reader.problems.add(reader.place(f"{section}.mass"), f"{section}.mass", sentence)
+        reader.problems.add(reader.position_of(f"{section}.mass"), f"{section}.mass", sentence)
     ends = [f"{body}.{reader.values.get(f'{path}.between.{k}')}" for k in range(2)]
     if ends[0] == ends[1] and reader.outline.bodies:
         sentence = f"lies between {ends[0]} and itself; name the points of its two pins"
-        reader.problems.add(reader.place(path), f"{path}.between", sentence)
+        reader.problems.add(reader.position_of(path), f"{path}.between", sentence)
     for joint in reader.outline.joints:
         attached_point = next((end for end in (joint.proximal, joint.distal) if end.partition(".")[0] == body), None)
         if attached_point is not None and (joint.type != "revolute" or attached_point not in ends):
-            location = {"prismatic": "a guide", "slot": "a slot"}.get(joint.type, f"at {attached_point}")
+            attachment = {"prismatic": "a guide", "slot": "a slot"}.get(joint.type, f"at {attached_point}")
             sentence = (
-                f"{joint.name}, {location}, is on this elastic link, which may have only two pins; remove `elastic`"
+                f"{joint.name}, {attachment}, is on this elastic link, which may have only two pins; remove `elastic`"
             )
-            reader.problems.add(reader.place(path), path, sentence)
+            reader.problems.add(reader.position_of(path), path, sentence)
     for load in reader.outline.loads:
         values = (reader.values.get(f"loads.{load.name}.{key}") for key in ("point", "between.0"))
-        point, anchored = (f"{body}.{value}" for value in values)
+        point, anchor = (f"{body}.{value}" for value in values)
         at_pin = point in ends and reader.outline.bodies
-        if anchored == f"{body}.{body}" or (load.form != "friction" and load.on == body and not at_pin):
+        if anchor == f"{body}.{body}" or (load.form != "friction" and load.on == body and not at_pin):
             sentence = (
                 f"acts on {body}, an elastic link, away from its pins, which is not available; use the point of a pin"
             )
-            reader.problems.add(reader.place(f"loads.{load.name}"), f"loads.{load.name}", sentence)
+            reader.problems.add(reader.position_of(f"loads.{load.name}"), f"loads.{load.name}", sentence)
 
 
 def _check_sticking(reader: Reader, path: str, sticking: set[str]) -> None:
     """Check that no clearance joint uses sticking friction together with sticking friction of a load."""
-    others = (other for other in reader.names if other.startswith("joints.") and other.endswith(".friction.law"))
-    if reader.names.get(path, frozenset()) & sticking and any(reader.names[other] & sticking for other in others):
+    joint_laws = (other for other in reader.names if other.startswith("joints.") and other.endswith(".friction.law"))
+    if reader.names.get(path, frozenset()) & sticking and any(reader.names[other] & sticking for other in joint_laws):
         sentence = (
             "cannot stick, because a joint with clearance has a law that sticks, too; choose another "
             "law for one of them"
         )
-        reader.problems.add(reader.place(path), path, sentence)
+        reader.problems.add(reader.position_of(path), path, sentence)
 
 
 def _check_flanges(reader: Reader, joint: str) -> None:
@@ -190,7 +194,7 @@ def _check_flanges(reader: Reader, joint: str) -> None:
         f"found {max(longest):.15g}; allowed: below {min(lengths) + 2.0 * min(play):.15g}, the length of the bearing "
         "and its axial clearance on both sides, between its flanges; shorten the journal, or write flange: false"
     )
-    reader.problems.add(reader.place(f"{joint}.journal_length"), f"{joint}.journal_length", sentence)
+    reader.problems.add(reader.position_of(f"{joint}.journal_length"), f"{joint}.journal_length", sentence)
 
 
 def _check_guides(reader: Reader) -> None:
@@ -202,14 +206,14 @@ def _check_guides(reader: Reader) -> None:
         inertia = "mechanism.slider.inertia"
         if site.kind == "guide" and inertia in reader.shape and not reader.is_given(inertia):
             sentence = f"is missing; with clearance in {site.name} the slider turns; for example: 1e-4 kg*m^2"
-            reader.problems.add(reader.place("mechanism.slider"), inertia, sentence)
+            reader.problems.add(reader.position_of("mechanism.slider"), inertia, sentence)
         worn = (other for other in reader.shape if other.endswith(".wear") and other.startswith("joints."))
         for other in worn if site.kind == "guide" else ():
             sentence = f"is not computed with clearance in {site.name}, a {site.kind}; leave it out"
-            reader.problems.add(reader.place(other), other, sentence)
+            reader.problems.add(reader.position_of(other), other, sentence)
         if "seated" in reader.values_of("simulate.start"):
             sentence = f"cannot be seated with clearance in {site.name}; leave it out, or write centred"
-            reader.problems.add(reader.place("simulate.start"), "simulate.start", sentence)
+            reader.problems.add(reader.position_of("simulate.start"), "simulate.start", sentence)
 
 
 def check_films(reader: Reader, catalogue: Catalogue) -> None:
@@ -235,7 +239,7 @@ def _check_film_size(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     length, radius, law = f"{joint}.length", f"{joint}.bearing_radius", f"{joint}.film.law"
     for path, example in ((length, "length along the pin, such as 40 mm"), (radius, "bearing's radius, such as 20 mm")):
         if not reader.is_given(path):
-            reader.problems.add(reader.place(f"{joint}.film"), path, f"is missing; a film needs the {example}")
+            reader.problems.add(reader.position_of(f"{joint}.film"), path, f"is missing; a film needs the {example}")
     lengths, radii = reader.values_of(length), reader.values_of(radius)
     if law in reader.unsure or not lengths or not radii:
         return
@@ -244,8 +248,8 @@ def _check_film_size(reader: Reader, joint: str, catalogue: Catalogue) -> None:
         if reader.vary_in_step(length, radius)
         else _most_and_least_slender(lengths, radii)
     )
-    for chosen in (chosen for chosen in catalogue.of("film") if chosen.name in reader.names[law]):
-        _check_slenderness(reader, joint, chosen, [axial_length / (2.0 * radius) for axial_length, radius in pairs])
+    for film_law in (film_law for film_law in catalogue.of("film") if film_law.name in reader.names[law]):
+        _check_slenderness(reader, joint, film_law, [axial_length / (2.0 * radius) for axial_length, radius in pairs])
 
 
 def _most_and_least_slender(lengths: Sequence[float], radii: Sequence[float]) -> list[tuple[float, float]]:
@@ -262,7 +266,7 @@ def _check_slenderness(reader: Reader, joint: str, law: Law, values: list[float]
         law_text = f"film '{law.name}'{', the law where none is written,' if left_out else ''}"
         range_text = f"{limit.low:g} to {limit.high:g}" if limit.low else f"at most {limit.high:g}"
         reader.problems.add(
-            reader.place(f"{joint}.length"),
+            reader.position_of(f"{joint}.length"),
             f"{joint}.length",
             f"found {value:.4g} bearing diameters; {law_text} allows {range_text}: {limit.reason}",
         )
@@ -272,7 +276,7 @@ def _check_temperature(reader: Reader, film: str) -> None:
     """Check that viscosity falls with temperature, and that a temperature is given only with an oil."""
     if f"{film}.thermal" in reader.sections and not reader.mechanism.turns:
         sentence = "needs a mechanism with revolutions; give a temperature instead"
-        reader.problems.add(reader.place(f"{film}.thermal"), f"{film}.thermal", sentence)
+        reader.problems.add(reader.position_of(f"{film}.thermal"), f"{film}.thermal", sentence)
     oil, balance, temperature = f"{film}.viscosity", f"{film}.thermal", f"{film}.temperature"
     if oil not in reader.sections:
         for path in (balance, temperature):
@@ -281,17 +285,17 @@ def _check_temperature(reader: Reader, film: str) -> None:
                     "has no effect, because the viscosity is constant; use viscosity: {at_40C: 46 mm^2/s, "
                     "at_100C: 6.8 mm^2/s, density: 870 kg/m^3}"
                 )
-                reader.problems.add(reader.place(path), path, sentence)
+                reader.problems.add(reader.position_of(path), path, sentence)
         return
     cold, warm = reader.values_of(f"{oil}.at_40C"), reader.values_of(f"{oil}.at_100C")
     if cold and warm and max(warm) >= min(cold):
         sentence = f"found {max(warm):.4g} m^2/s; allowed: below {min(cold):.4g}, at_40C: oil thins as it warms up"
-        reader.problems.add(reader.place(f"{oil}.at_100C"), f"{oil}.at_100C", sentence)
+        reader.problems.add(reader.position_of(f"{oil}.at_100C"), f"{oil}.at_100C", sentence)
     if reader.is_given(balance) == reader.is_given(temperature):
         sentence = "is missing; for example: temperature: 60 degC, or thermal: {conductance: 20 W/K, ambient: 40 degC}"
         if reader.is_given(balance):
             sentence = "conflicts with `thermal`, which determines it; remove one of the two"
-        reader.problems.add(reader.place(film), temperature, sentence)
+        reader.problems.add(reader.position_of(film), temperature, sentence)
 
 
 def _check_modulus(reader: Reader, joint: str) -> None:
@@ -300,7 +304,7 @@ def _check_modulus(reader: Reader, joint: str) -> None:
     is_known = reader.is_given(modulus) or reader.is_given(f"{joint}.contact.material")
     if law in reader.shape and "greenwood-tripp" in reader.names[law] and not is_known:
         sentence = "is missing; write E* of both bodies, such as 114 GPa for steel, or contact.material"
-        reader.problems.add(reader.place(f"{joint}.film"), modulus, sentence)
+        reader.problems.add(reader.position_of(f"{joint}.film"), modulus, sentence)
 
 
 def _check_unused_contact_keys(reader: Reader, joint: str) -> None:
@@ -313,7 +317,7 @@ def _check_unused_contact_keys(reader: Reader, joint: str) -> None:
             sentence = (
                 "applies to the dry contact under a film, but the joint has no contact; add contact, or remove the key"
             )
-            reader.problems.add(reader.place(path), path, sentence)
+            reader.problems.add(reader.position_of(path), path, sentence)
 
 
 def _is_transition_written(reader: Reader, joint: str) -> bool:
@@ -327,9 +331,9 @@ def _check_film_conflicts(reader: Reader, joint: str, catalogue: Catalogue) -> N
     for path in (path for path in reader.names if path.endswith(".friction.law")):
         for law in sorted(reader.names[path] & sticking):
             sentence = f"{law} cannot stick, because {joint} has a film; choose another law"
-            reader.problems.add(reader.place(path), path, sentence)
+            reader.problems.add(reader.position_of(path), path, sentence)
     if "seated" in reader.values_of("simulate.start"):
         sentence = (
             f"cannot be seated in the film of {joint}, which carries no load at rest; remove the key, or use centred"
         )
-        reader.problems.add(reader.place("simulate.start"), "simulate.start", sentence)
+        reader.problems.add(reader.position_of("simulate.start"), "simulate.start", sentence)

@@ -22,7 +22,7 @@ from ..sections.optimise import OPTIMISE, read_optimise
 from ..sections.reader import CHECK_LAWS, Reader, find_added_cases, read_check_laws
 from ..sections.seek import REFINE, SEEK, read_refine, read_seek
 from ..sections.variations import (
-    WAYS,
+    VARYING_SECTIONS,
     check_followers,
     check_variations,
     find_optimised,
@@ -49,7 +49,7 @@ _SEARCHES = (SEEK, REFINE, OPTIMISE, IDENTIFY)
 
 _OF_NO_CASE = [  # sections that belong to no law or mechanism
     *("name", DEFINE, FIGURES_SECTION.name, LIMITS_SECTION.name, UNCERTAIN),
-    *(*_SEARCHES, CHECK_LAWS, *WAYS),
+    *(*_SEARCHES, CHECK_LAWS, *VARYING_SECTIONS),
 ]
 
 
@@ -111,8 +111,8 @@ def _mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechani
     kind = section.value.get("type") if section and isinstance(section.value, dict) else None
     by_name = {mechanism.name: mechanism for mechanism in mechanisms}
     kind_name = str(kind.value) if kind else ""
-    likely = [name for name in by_name if name == kind_name or f"'{name}'" in nearest(kind_name, by_name)]
-    return by_name[likely[0]] if likely else mechanisms[0]
+    candidates = [name for name in by_name if name == kind_name or f"'{name}'" in nearest(kind_name, by_name)]
+    return by_name[candidates[0]] if candidates else mechanisms[0]
 
 
 def _walk(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> None:
@@ -139,11 +139,11 @@ def _walk(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> None
     for key, child in content.items():
         nested = f"{path}.{key}" if path else key
         if key in invalid:
-            reader.problems.add(written.key_place(key), nested, f"'{key}' {invalid[key]}")
+            reader.problems.add(written.key_position(key), nested, f"'{key}' {invalid[key]}")
         elif "." not in key and nested in tree:
             _enter(reader, child, nested, tree)
         elif key not in allowed and not _misnamed(reader, nested, child):
-            reader.problems.add(written.key_place(key), nested, _unknown(path, key, allowed))
+            reader.problems.add(written.key_position(key), nested, _unknown(path, key, allowed))
             misspelt |= {intended: child for intended in nearest_words(key, allowed) if intended not in content}
     for key, child in misspelt.items():  # its content is read as that of the intended key, so that nothing is missing
         _enter(reader, child, f"{path}.{key}" if path else key, tree)
@@ -169,7 +169,7 @@ def _misnamed(reader: Reader, path: str, written: WrittenValue) -> bool:
     names = list(written.value) if is_open(path) and isinstance(written.value, dict) else []
     invalid = dict(wrong_names(path, names))
     for name, sentence in invalid.items():
-        reader.problems.add(written.key_place(name), f"{path}.{name}", f"'{name}' {sentence}")
+        reader.problems.add(written.key_position(name), f"{path}.{name}", f"'{name}' {sentence}")
     return bool(invalid)
 
 

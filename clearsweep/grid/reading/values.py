@@ -41,8 +41,8 @@ def read_word_key(reader: Reader, path: str, node: Word) -> None:
         value = read_word(reader.written[path])
         values = () if value is None else (value,)
     elif node.default is not None:
-        conditional = node.rather and node.rather.contains(reader.is_given, reader.names)
-        values = (node.rather.word if node.rather and conditional else node.default,)
+        conditional = node.conditional_default and node.conditional_default.contains(reader.is_given, reader.names)
+        values = (node.conditional_default.word if node.conditional_default and conditional else node.default,)
     if path in reader.swept:
         _enter_axis(reader, path, Reading(read_word, ""))
         values = reader.axes.get(path, ())
@@ -52,10 +52,10 @@ def read_word_key(reader: Reader, path: str, node: Word) -> None:
         reader.unsure.add(path)
         if path not in reader.written and path not in reader.swept:
             reader.problems.add(
-                reader.place(path), path, f"is missing; write one of {', '.join(node.options)} ({node.text})"
+                reader.position_of(path), path, f"is missing; write one of {', '.join(node.options)} ({node.text})"
             )
-    elif not node.idle and not node.used(reader.names) and _seems_used(reader, path, node):
-        reader.problems.add(reader.place(path), path, f"is not used by {_chosen(reader, node)}; leave it out")
+    elif not node.may_be_unused and not node.used(reader.names) and _seems_used(reader, path, node):
+        reader.problems.add(reader.position_of(path), path, f"is not used by {_chosen(reader, node)}; leave it out")
     reader.names[path] = frozenset(values or node.options)
     put_law_axis(reader, path)
 
@@ -64,13 +64,13 @@ def read_table_key(reader: Reader, path: str, node: Table) -> None:
     """Read one table."""
     if node.when and not node.used(reader.names):
         if _seems_used(reader, path, node):
-            reader.problems.add(reader.place(path), path, f"is not used by {_chosen(reader, node)}; leave it out")
+            reader.problems.add(reader.position_of(path), path, f"is not used by {_chosen(reader, node)}; leave it out")
         return
     if path not in reader.written and node.optional:
         return
     if path not in reader.written:
         sentence = f"is missing; write the name of a .csv file in the directory of the grid ({node.columns.text})"
-        reader.problems.add(reader.place(path), path, sentence)
+        reader.problems.add(reader.position_of(path), path, sentence)
         return
     if (values := read_table(reader.problems, path, reader.written[path], node.columns)) is not None:
         reader.values[path] = values
@@ -97,7 +97,7 @@ def read_number(reader: Reader, path: str, node: Number) -> None:
         sentence = (
             f"is not used by {_chosen(reader, node)}, only by {known}{others}; leave it out or choose another law"
         )
-        reader.problems.add(reader.place(path), path, sentence)
+        reader.problems.add(reader.position_of(path), path, sentence)
         return
     meanings = [(field, _units(reader, path, field)) for field in fields or (node.uses[0].field,)]
     if _depends_on_unreadable(reader, node):  # which meaning applies is unknown; any that fits will do
@@ -128,7 +128,7 @@ def _missing(reader: Reader, path: str, node: Number, field: Field) -> None:
     laws_needing = [name for name in sorted(laws) if any(name in reader.names[chooser] for chooser in node.choosers())]
     whose = f" for {' and '.join(laws_needing)}" if laws_needing else ""
     unit_text = quantity.expected(quantity.exponent_of(field.unit, 1.5))
-    reader.problems.add(reader.place(path), path, f"is missing{whose} ({field.text or field.name}); {unit_text}")
+    reader.problems.add(reader.position_of(path), path, f"is missing{whose} ({field.text or field.name}); {unit_text}")
 
 
 def _enter_axis(reader: Reader, path: str, reading: Reading) -> None:
@@ -169,7 +169,7 @@ def exponent_values(reader: Reader, path: str) -> tuple[float, ...]:
 def values_before_reading(reader: Reader, path: str) -> tuple[float, ...]:
     """Return every value of the number at `path` before it is read in turn, or () if unreadable or drawn."""
     node = reader.shape.get(path)
-    if path in reader.defined.follow:
+    if path in reader.defined.dependents:
         return ()
     quiet = Reader(
         Problems(),
@@ -194,7 +194,7 @@ def _from_material(reader: Reader, path: str, missing: Field) -> bool:
         return False
     if any(not math.isclose(exponent, 1.5) for exponent in exponent_values(reader, path)):
         sentence = "is missing; `material` determines the stiffness only for the exponent 1.5; write the stiffness"
-        reader.problems.add(reader.place(path), path, sentence)
+        reader.problems.add(reader.position_of(path), path, sentence)
     return True
 
 
@@ -222,8 +222,8 @@ def list_items(reader: Reader, written: WrittenValue, path: str, complete: Shape
     assert isinstance(section, Section), path
     if isinstance(content, dict):  # an override of a single item
         content = list(content.values())
-    if section.alone and isinstance(content, (str, int, float)):
-        return {str(k): _scaled(written, factor) for k, factor in enumerate(section.alone)}
+    if section.scalar_factors and isinstance(content, (str, int, float)):
+        return {str(k): _scaled(written, factor) for k, factor in enumerate(section.scalar_factors)}
     if isinstance(content, list) and len(content) == section.items:
         first_key = complete.get(f"{path}.0")
         half_bare(reader.problems, path, content, first_key.uses[0].field.unit if isinstance(first_key, Number) else "")
@@ -242,7 +242,7 @@ def _expected_list(complete: Shape, path: str, section: Section) -> str:
         return "a list of two quantities, such as [0.2 kg, 0.2 kg]"
     assert isinstance(first_key, Number)
     unit = first_key.uses[0].field.unit
-    prefix = "one quantity, or " if section.alone else ""
+    prefix = "one quantity, or " if section.scalar_factors else ""
     return f"{prefix}a list of {count} quantities ({unit}), along x, y and z"
 
 

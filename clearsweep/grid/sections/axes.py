@@ -155,7 +155,7 @@ METHODS = {
     "sobol": "scrambled Sobol sequence; n is a power of 2, and a larger n keeps the cases of a smaller one",
     "latin-hypercube": "a Latin hypercube of n points",
     "random": "n independent points; a larger n keeps the cases of a smaller one",
-    "saltelli": "n (variables + 2) points from which Sobol indices follow; n a power of 2",
+    "saltelli": "n (variables + 2) points for Sobol indices; n is a power of 2",
     "one-at-a-time": "the medians, and each variable alone at its 5 % and 95 % quantile and slightly changed; no n",
 }
 _MISSING_N = "; write the number of points, such as 64"
@@ -208,7 +208,7 @@ def read_sample(problems: Problems, written: WrittenValue, variables: int) -> Sa
         for key in ("n", "seed"):
             if key in content:
                 sentence = "is not used by one-at-a-time, whose cases follow from the variables; leave it out"
-                problems.add(written.key_place(key), f"sample.{key}", sentence)
+                problems.add(written.key_position(key), f"sample.{key}", sentence)
         n, seed = 1, 0
     else:
         n, seed = (SAMPLE_SECTION.value(problems, written, key) for key in ("n", "seed"))

@@ -46,7 +46,7 @@ class Distribution:
         """Return the quantiles at `points`, (rows,) in (0, 1)."""
         raise NotImplementedError
 
-    def written(self) -> dict[str, Any]:
+    def resolved(self) -> dict[str, Any]:
         """Return the distribution in the form of a grid file, in SI."""
         raise NotImplementedError
 
@@ -76,7 +76,7 @@ class _Between(Distribution):
     form = "[low, high]"
     keys = ("low", "high")
 
-    def written(self) -> dict[str, Any]:
+    def resolved(self) -> dict[str, Any]:
         """Return the distribution in the form of a grid file, in SI."""
         return {self.name: [self.numbers[key] for key in self.keys]}
 
@@ -151,7 +151,7 @@ class _AroundMean(Distribution):
         """Return the quantiles of a standard deviation above 0."""
         raise NotImplementedError
 
-    def written(self) -> dict[str, Any]:
+    def resolved(self) -> dict[str, Any]:
         """Return the distribution in the form of a grid file, in SI."""
         return {self.name: dict(self.numbers)}
 
@@ -287,7 +287,7 @@ def read_distribution(problems: Problems, where: str, written: WrittenValue, rea
     ((name, parameters),) = written.value.items()
     if name not in LAWS:
         sentence = f"unknown distribution '{name}'{nearest(name, LAWS)} (known: {forms_text()})"
-        problems.add(written.key_place(name), where, sentence)
+        problems.add(written.key_position(name), where, sentence)
         return None
     problems_before = len(problems)
     numbers = LAWS[name].read(problems, where, parameters, reading)
@@ -295,7 +295,7 @@ def read_distribution(problems: Problems, where: str, written: WrittenValue, rea
 
 
 def distribution_of(written: Mapping[str, Any]) -> Distribution:
-    """Return the distribution of a resolved grid, given in SI in the form of `Distribution.written`."""
+    """Return the distribution of a resolved grid, given in SI in the form of `Distribution.resolved`."""
     ((name, parameters),) = written.items()
     if not isinstance(parameters, Mapping):
         parameters = dict(zip(LAWS[name].keys, parameters, strict=True))

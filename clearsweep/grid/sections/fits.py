@@ -134,7 +134,7 @@ class _Reader:
                 f"found the fit {shown(name.value)}, whose radial clearance follows from one nominal diameter; "
                 f"{self.radius} is varied: vary both together under `zip`, the fit once for each radius"
             )
-            varies = self.radius in self.grid_reader.swept or self.radius in self.grid_reader.defined.follow
+            varies = self.radius in self.grid_reader.swept or self.radius in self.grid_reader.defined.dependents
             raise _WrongFitError(name, sentence if varies else "")
         if not isinstance(name.value, str):
             raise _WrongFitError(name, f"found {shown(name.value)}; expected a fit of ISO 286, such as H7/f7")

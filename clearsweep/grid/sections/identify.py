@@ -80,7 +80,7 @@ class Identify(NamedTuple):
     seed: int
     start: dict[str, Any]  # the values that the grid has written, or {} if some are missing or outside
 
-    def spread(self, skipped: int, count: int) -> "np.ndarray":
+    def sobol_points(self, skipped: int, count: int) -> "np.ndarray":
         """Return points (count, paths) of a Sobol sequence in the unit cube, from the number `skipped` on."""
         from scipy.stats import qmc
 
@@ -88,45 +88,48 @@ class Identify(NamedTuple):
         points: np.ndarray = (sequence.fast_forward(skipped) if skipped else sequence).random(count)
         return points
 
-    def point(self, parts: "np.ndarray") -> dict[str, float]:
+    def point(self, fractions: "np.ndarray") -> dict[str, float]:
         """Return the values at a place (paths,) of the unit cube."""
-        return {path: choice.at(share) for (path, choice), share in zip(self.over.items(), parts.tolist(), strict=True)}
+        return {
+            path: choice.value_at(fraction)
+            for (path, choice), fraction in zip(self.over.items(), fractions.tolist(), strict=True)
+        }
 
     def first(self) -> list[tuple[Any, ...]]:
         """Return the values of the first round, spread evenly."""
         count = min(ROUND, self.cases)
-        return [tuple(self.point(parts).values()) for parts in self.spread(0, ROUND)[:count]]
+        return [tuple(self.point(fractions).values()) for fractions in self.sobol_points(0, ROUND)[:count]]
 
-    def written(self) -> dict[str, Any]:
+    def resolved(self) -> dict[str, Any]:
         """Return the section as a grid may have it, in SI."""
         files: dict[str, dict[str, str]] = {}
         for signal in self.signals:
             files.setdefault(signal.file, {})[signal.channel] = signal.column
-        heading = {"over": {path: choice.written() for path, choice in self.over.items()}, "from": files}
-        return heading | {"features": list(self.features), "cases": self.cases, "seed": self.seed}
+        section = {"over": {path: choice.resolved() for path, choice in self.over.items()}, "from": files}
+        return section | {"features": list(self.features), "cases": self.cases, "seed": self.seed}
 
 
 def find_identify_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
     """Return path -> its place and its ends, as an axis has them, for every key to identify."""
     section = IDENTIFY_SECTION.find(reader.problems, root)
     conflicts = ("sweep", "zip", "cases", "sample", "seek", "refine", OPTIMISE, "life")
-    over_section = over_of(reader, root, section, IDENTIFY_SECTION, conflicts) if section else None
-    if over_section is None:
+    over = over_of(reader, root, section, IDENTIFY_SECTION, conflicts) if section else None
+    if over is None:
         return {}
-    parameters = {}
-    for path, written in over_section.value.items():
+    axes = {}
+    for path, written in over.value.items():
         node = reader.shape.get(path)
-        complete = isinstance(node, Number) and any(key_use.field.whole for key_use in node.uses)
-        if not isinstance(written.value, list) or len(written.value) != 2 or complete:
+        is_whole = isinstance(node, Number) and any(key_use.field.whole for key_use in node.uses)
+        if not isinstance(written.value, list) or len(written.value) != 2 or is_whole:
             allowed = (
-                ("a path of a quantity that may have a fraction") if complete else "[low, high], the range of its prior"
+                ("a path of a quantity that may have a fraction") if is_whole else "[low, high], the range of its prior"
             )
             sentence = f"found {shown(written.value)}; expected {allowed}"
             reader.problems.add(written, f"{IDENTIFY}.over.{path}", sentence)
         else:
             reader.choices[path] = "range"
-            parameters[path] = (over_section.key_place(path), written)
-    return parameters
+            axes[path] = (over.key_position(path), written)
+    return axes
 
 
 def read_identify(reader: Reader, root: WrittenValue) -> Identify | None:
@@ -147,15 +150,15 @@ def read_identify(reader: Reader, root: WrittenValue) -> Identify | None:
         IDENTIFY_SECTION.value(reader.problems, section, key) for key in ("features", "cases", "seed")
     )
     if reader.values.get("save.orbits") != "last":
-        location = reader.place("save.orbits")
+        position = reader.position_of("save.orbits")
         sentence = f"found {reader.values.get('save.orbits')}; `identify` needs last: it compares time histories"
-        reader.problems.add(location, "save.orbits", sentence)
+        reader.problems.add(position, "save.orbits", sentence)
     if cases is None or seed is None or not signals or len(reader.problems) > problems_before:
         return None
     if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
         return None
-    over_section = {path: Choice(_RANGE, reader.axes[path]) for path in paths}
-    return Identify(over_section, signals, features, cases, seed, start_of(reader, over_section))
+    over = {path: Choice(_RANGE, reader.axes[path]) for path in paths}
+    return Identify(over, signals, features, cases, seed, start_of(reader, over))
 
 
 def _signals(reader: Reader, section: WrittenValue) -> tuple[Signal, ...]:
@@ -216,27 +219,27 @@ def check_identify(reader: Reader, root: WrittenValue, layout: Layout) -> Identi
         return None
     written = root.value[IDENTIFY].value["from"]
     units = {channel.name: channel.unit for channel in layout.channels if channel.unit and channel.name != "t"}
-    complete = [signal._replace(unit=units.get(signal.channel, "")) for signal in identify.signals]
-    for signal in complete:
+    signals = [signal._replace(unit=units.get(signal.channel, "")) for signal in identify.signals]
+    for signal in signals:
         if not signal.unit:
             suggestion = nearest(signal.channel, units) or f" (known: {', '.join(units)})"
             reader.problems.add(written, f"{IDENTIFY}.from", f"there is no channel '{signal.channel}'{suggestion}")
-    lacking = sorted({signal.channel for signal in complete if signal.unit} - {*reader.values.get(CHANNELS, units)})
-    if lacking:
-        sentence = f"lacks {', '.join(lacking)}, which `identify` compares; add it"
-        reader.problems.add(reader.place(CHANNELS), CHANNELS, sentence)
+    unsaved = sorted({signal.channel for signal in signals if signal.unit} - {*reader.values.get(CHANNELS, units)})
+    if unsaved:
+        sentence = f"lacks {', '.join(unsaved)}, which `identify` compares; add it"
+        reader.problems.add(reader.position_of(CHANNELS), CHANNELS, sentence)
     saved = reader.values.get("save.revolutions") or 2.0
     if saved < LEAST_TURNS:
         sentence = f"found {saved:g}; `identify` needs at least {LEAST_TURNS} revolutions that a case saves"
-        reader.problems.add(reader.place("save.revolutions"), "save.revolutions", sentence)
-    for file in dict.fromkeys(signal.file for signal in complete):
-        signals_of_file = [signal for signal in complete if signal.file == file and signal.unit]
+        reader.problems.add(reader.position_of("save.revolutions"), "save.revolutions", sentence)
+    for file in dict.fromkeys(signal.file for signal in signals):
+        measured = [signal for signal in signals if signal.file == file and signal.unit]
         try:
-            for _ in turns_of(file, signals_of_file, crank_rate(reader)):
+            for _ in turns_of(file, measured, crank_rate(reader)):
                 pass
         except InputError as error:
             reader.problems.add(written, f"{IDENTIFY}.from", str(error))
-    return identify._replace(signals=tuple(complete))
+    return identify._replace(signals=tuple(signals))
 
 
 class Turned(NamedTuple):
@@ -255,7 +258,7 @@ def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turne
     """
     known_units: Mapping[str, str | None] = {signal.column: signal.unit for signal in signals}
     content = read_signals(file, known_units, others=True)
-    revolutions = []
+    turned = []
     for signal in signals:
         values, angle, speed = content.signals[signal.column], content.places, None
         if content.over == "time":
@@ -267,8 +270,8 @@ def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turne
             angle = features.angle_of_time(content.places, values, rate)
             speed = float((angle[-1] - angle[0]) / (content.places[-1] - content.places[0]))
         _enough(file, signal.column, angle, values)
-        revolutions.append(Turned(signal, angle, values, speed))
-    return revolutions
+        turned.append(Turned(signal, angle, values, speed))
+    return turned
 
 
 def _enough(file: str, column: str, angle: "np.ndarray", values: "np.ndarray") -> None:

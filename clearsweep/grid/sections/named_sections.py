@@ -48,15 +48,15 @@ def read_limits(reader: Reader, root: WrittenValue) -> None:
     for name, written in FIGURES_SECTION.entries(reader.problems, root).items():
         taken = _taken(reader, name)
         if problem := taken or _unreadable(written.value, units):
-            place = root.value["figures"].key_place(name) if taken else written
-            reader.problems.add(place, f"figures.{name}", problem)
+            position = root.value["figures"].key_position(name) if taken else written
+            reader.problems.add(position, f"figures.{name}", problem)
             continue
         units[name] = expression.unit_of(written.value, units)
         reader.own_figures[name] = written.value
     for column, written in LIMITS_SECTION.entries(reader.problems, root).items():
         if column not in units:
-            place = root.value["limits"].key_place(column)
-            reader.problems.add(place, f"limits.{column}", _unknown(column, units))
+            position = root.value["limits"].key_position(column)
+            reader.problems.add(position, f"limits.{column}", _unknown(column, units))
         elif isinstance(written.value, dict):
             _bounds(reader, column, written, units)
         else:
@@ -123,10 +123,12 @@ def quotient(unit: str, by: str) -> str:
 def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue) -> dict[str, str]:
     """Return the figures of merit that the cases will have, each with its unit."""
     sections = [path.split(".") for path, node in reader.shape.items() if isinstance(node, Section)]
-    inside = [path[1:] for path in sections if path[0] == "joints" and len(path) > 1]
+    joint_paths = [path[1:] for path in sections if path[0] == "joints" and len(path) > 1]
     parts = {
-        column_name(joint): {part for joint_name, *parts_of in inside if joint_name == joint for part in parts_of[:1]}
-        for joint, *_ in inside
+        column_name(joint): {
+            part for joint_name, *parts_of in joint_paths if joint_name == joint for part in parts_of[:1]
+        }
+        for joint, *_ in joint_paths
     }
     for joint in mechanism.joints:
         if column_name(joint.name) in parts and mechanism.spatial:
@@ -201,9 +203,9 @@ def read_uncertain(reader: Reader, root: WrittenValue) -> None:
         return
     for path, written in entries.items():
         if problem := _refused(reader, path, [*entries]):
-            reader.problems.add(section.key_place(path), f"{UNCERTAIN}.{path}", problem)
-        elif (spread := _spread(reader, path, written)) is not None:
-            reader.uncertain[path] = spread
+            reader.problems.add(section.key_position(path), f"{UNCERTAIN}.{path}", problem)
+        elif (distribution := _coefficient_distribution(reader, path, written)) is not None:
+            reader.uncertain[path] = distribution
 
 
 def _refused(reader: Reader, path: str, paths: list[str]) -> str:
@@ -222,7 +224,7 @@ def _refused(reader: Reader, path: str, paths: list[str]) -> str:
     return ""
 
 
-def _spread(reader: Reader, path: str, written: WrittenValue) -> dict[str, Any] | None:
+def _coefficient_distribution(reader: Reader, path: str, written: WrittenValue) -> dict[str, Any] | None:
     """Return the distribution of a coefficient, in SI, or None if it is invalid."""
     where = f"{UNCERTAIN}.{path}"
     if isinstance(written.value, dict) and [*written.value] == [FACTOR]:
@@ -251,28 +253,30 @@ def _spread(reader: Reader, path: str, written: WrittenValue) -> dict[str, Any] 
     (field, *_) = node.fields(reader.names)
 
     reading = Reading(lambda item: read_quantity(reader.problems, where, item, field.unit), field.unit, (field,))
-    spread = read_distribution(reader.problems, where, written, reading)
-    if spread is None:
+    distribution = read_distribution(reader.problems, where, written, reading)
+    if distribution is None:
         return None
-    if _ends(spread)[0] <= 0.0:
-        sentence = f"{spread.name}: its 2.5 % quantile is not above 0; write a lognormal or loguniform distribution"
+    if _ends(distribution)[0] <= 0.0:
+        sentence = (
+            f"{distribution.name}: its 2.5 % quantile is not above 0; write a lognormal or loguniform distribution"
+        )
         reader.problems.add(written, where, sentence)
         return None
-    return spread.written()
+    return distribution.resolved()
 
 
-def _ends(spread: Distribution) -> tuple[float, float]:
+def _ends(distribution: Distribution) -> tuple[float, float]:
     """Return the ends of the 95 % interval of a distribution, in SI."""
     import numpy as np
 
-    low, high = spread.values(np.array(_TAILS)).tolist()
+    low, high = distribution.values(np.array(_TAILS)).tolist()
     return low, high
 
 
-def uncertain_leaves(spreads: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, Any]]:
+def uncertain_leaves(distributions: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, Any]]:
     """Yield dotted path and value of the distributions, as in a case."""
-    for path, spread in spreads.items():
-        for kind, content in spread.items():
+    for path, distribution in distributions.items():
+        for kind, content in distribution.items():
             nested = f"{UNCERTAIN}.{path}.{kind}"
             if isinstance(content, Mapping):
                 yield from ((f"{nested}.{key}", value) for key, value in content.items())
@@ -284,11 +288,11 @@ def uncertain_of(section: Mapping[str, Any]) -> tuple[Uncertain, ...]:
     """Return the typed form of the section of a case, given as nested sections in SI."""
     uncertain = []
     for joint, nested in section["joints"].items():
-        for key, spread in nested["wear"].items():
+        for key, distribution in nested["wear"].items():
             keys = BODIES if key == "coefficient" else (key,)
-            ((kind, content),) = spread.items()
+            ((kind, content),) = distribution.items()
             if kind == FACTOR:
                 uncertain.append(Uncertain(joint, keys, 1.0 / content, content, relative=True))
             else:
-                uncertain.append(Uncertain(joint, keys, *_ends(distribution_of(spread)), relative=False))
+                uncertain.append(Uncertain(joint, keys, *_ends(distribution_of(distribution)), relative=False))
     return tuple(uncertain)

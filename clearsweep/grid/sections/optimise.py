@@ -54,16 +54,16 @@ class Choice(NamedTuple):
         low, high = self.values[0], self.values[-1]
         return self.kind in RATIOS and low > 0.0 and high >= RATIOS[self.kind] * low
 
-    def at(self, part: float) -> Any:
+    def value_at(self, fraction: float) -> Any:
         """Return the value at a part, from 0 to 1, of the way through the choice."""
         if self.kind == AMONG:
-            return self.values[min(int(part * len(self.values)), len(self.values) - 1)]
+            return self.values[min(int(fraction * len(self.values)), len(self.values) - 1)]
         low, high = self.values
         if self.kind == WHOLE:
-            return min(low + int(part * (high - low + 1)), high)
-        return low * (high / low) ** part if self.logarithmic else low + (high - low) * part
+            return min(low + int(fraction * (high - low + 1)), high)
+        return low * (high / low) ** fraction if self.logarithmic else low + (high - low) * fraction
 
-    def part(self, value: Any) -> float:
+    def fraction_of(self, value: Any) -> float:
         """Return which part of the way through the choice a value is, of one of several the middle of its share."""
         if self.kind == AMONG:
             return (self.values.index(value) + 0.5) / len(self.values)
@@ -72,7 +72,7 @@ class Choice(NamedTuple):
             return float((value - low + 0.5) / (high - low + 1))
         return math.log(value / low) / math.log(high / low) if self.logarithmic else (value - low) / (high - low)
 
-    def written(self) -> Any:
+    def resolved(self) -> Any:
         """Return it as a grid may have it."""
         return list(self.values) if self.kind in RATIOS else {self.kind: list(self.values)}
 
@@ -91,23 +91,30 @@ class Optimise(NamedTuple):
         from scipy.stats import qmc
 
         count = min(ROUND, self.cases)
-        parts = qmc.Sobol(len(self.over), seed=self.seed).random(ROUND).tolist()
-        points = [tuple(choice.at(part) for choice, part in zip(self.over.values(), row, strict=True)) for row in parts]
-        own = [tuple(self.start.values())] if self.start else []
-        return list(dict.fromkeys([*own, *points]))[:count]
+        fractions = qmc.Sobol(len(self.over), seed=self.seed).random(ROUND).tolist()
+        points = [
+            tuple(choice.value_at(fraction) for choice, fraction in zip(self.over.values(), row, strict=True))
+            for row in fractions
+        ]
+        written_point = [tuple(self.start.values())] if self.start else []
+        return list(dict.fromkeys([*written_point, *points]))[:count]
 
-    def columns(self, there: Collection[str]) -> list[str]:
+    def columns(self, available: Collection[str]) -> list[str]:
         """Return the columns that cases are compared by: objectives, and the ends of their intervals, if `there`."""
         names = [name for name, _ in self.objectives]
-        return [*names, *(end for name in names for end in interval_columns(name) if end in there)]
+        return [*names, *(end for name in names for end in interval_columns(name) if end in available)]
 
-    def written(self) -> dict[str, Any]:
+    def resolved(self) -> dict[str, Any]:
         """Return the section as a grid may have it, in SI."""
-        senses = {
+        columns_by_sense = {
             sense: [column for column, large in self.objectives if large is (sense == SENSES[1])] for sense in SENSES
         }
-        head = {"over": {path: choice.written() for path, choice in self.over.items()}}
-        return head | {key: names for key, names in senses.items() if names} | {"cases": self.cases, "seed": self.seed}
+        section = {"over": {path: choice.resolved() for path, choice in self.over.items()}}
+        return (
+            section
+            | {key: names for key, names in columns_by_sense.items() if names}
+            | {"cases": self.cases, "seed": self.seed}
+        )
 
 
 def interval_columns(column: str) -> tuple[str, str]:
@@ -118,23 +125,23 @@ def interval_columns(column: str) -> tuple[str, str]:
 def find_optimise_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
     """Return path -> its place and its values, as an axis has them, for all keys to vary; note the kinds of choices."""
     section = OPTIMISE_SECTION.find(reader.problems, root)
-    others = ("sweep", "zip", "cases", "sample", "seek", "refine")
-    over = over_of(reader, root, section, OPTIMISE_SECTION, others) if section else None
+    conflicts = ("sweep", "zip", "cases", "sample", "seek", "refine")
+    over = over_of(reader, root, section, OPTIMISE_SECTION, conflicts) if section else None
     if over is None:
         return {}
-    variables = {}
+    axes = {}
     for key, written in over.value.items():
         path = name_path(key, reader.shape)
         values = _values(reader, path, written)
         if values is not None:
-            variables[path] = (over.key_place(key), values)
-    return variables
+            axes[path] = (over.key_position(key), values)
+    return axes
 
 
 def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | None:
     """Return the values of one path as an axis has them."""
     where, node = f"{OPTIMISE}.over.{path}", reader.shape.get(path)
-    whole = isinstance(node, Number) and any(use.field.whole for use in node.uses)
+    is_whole = isinstance(node, Number) and any(use.field.whole for use in node.uses)
     content, kind = written.value, "range"
     if isinstance(content, dict) and len(content) == 1 and {*content} <= {AMONG, WHOLE}:
         ((kind, written),) = content.items()
@@ -147,8 +154,8 @@ def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | 
         sentence = f"found {shown(content)}; expected [low, high], {{among: [...]}} or {{whole: [low, high]}}"
         reader.problems.add(written, where, sentence)
         return None
-    if kind != AMONG and (isinstance(node, Word) or whole != (kind == WHOLE)):
-        expected = "{among: [...]}" if isinstance(node, Word) else "{whole: [low, high]}" if whole else "[low, high]"
+    if kind != AMONG and (isinstance(node, Word) or is_whole != (kind == WHOLE)):
+        expected = "{among: [...]}" if isinstance(node, Word) else "{whole: [low, high]}" if is_whole else "[low, high]"
         reader.problems.add(written, where, f"found {shown(content)}; this key takes {expected}")
         return None
     reader.choices[path] = kind
@@ -158,7 +165,7 @@ def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | 
 def read_optimise(reader: Reader, root: WrittenValue) -> Optimise | None:
     """Return the section `optimise`, the axes being read already, or None if it is missing or wrong."""
     section = section_in(root, OPTIMISE)
-    paths = [path for path, way in reader.varied_by.items() if way == OPTIMISE]
+    paths = [path for path, section_name in reader.varied_by.items() if section_name == OPTIMISE]
     if section is None or not isinstance(section.value, dict):
         return None
     problems_before = len(reader.problems)
@@ -218,8 +225,8 @@ def start_of(reader: Reader, over: Mapping[str, Choice]) -> dict[str, Any]:
             exponents = reader.values_of(f"{path.rpartition('.')[0]}.exponent")
             unit = quantity.exponent_of(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
             value = quantity.read(value, unit)
-        inside = value in choice.values if choice.kind == AMONG else choice.values[0] <= value <= choice.values[-1]
-        if not inside or (isinstance(value, float) and math.isnan(value)):
+        is_allowed = value in choice.values if choice.kind == AMONG else choice.values[0] <= value <= choice.values[-1]
+        if not is_allowed or (isinstance(value, float) and math.isnan(value)):
             return {}
         start[path] = int(value) if choice.kind == WHOLE else value
     return start

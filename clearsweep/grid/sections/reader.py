@@ -62,7 +62,7 @@ class Reader:
     defined: Definitions = NOTHING
     materials: dict[str, VariedMaterial] = field(default_factory=dict)  # path of a name -> the material that varies
 
-    def place(self, path: str) -> WrittenValue:
+    def position_of(self, path: str) -> WrittenValue:
         """Return the value whose position locates a mistake at `path`: its own, or that of the section without it."""
         while path and path not in self.swept and path not in self.written and path not in self.sections:
             path = path.rpartition(".")[0]
@@ -72,8 +72,8 @@ class Reader:
         """Return a value of `path` as it was written, or in SI if it follows from other values."""
         node = self.shape.get(path)
         unit = node.fields(self.names)[0].unit if isinstance(node, Number) and node.used(self.names) else "1"
-        location = self.swept.get(path) or self.written.get(path)
-        items = [] if location is None else location.value if isinstance(location.value, list) else [location]
+        entry = self.swept.get(path) or self.written.get(path)
+        items = [] if entry is None else entry.value if isinstance(entry.value, list) else [entry]
         for item in items:
             with suppress(InputError):
                 if quantity.read(item.value, unit) == value:
@@ -83,7 +83,7 @@ class Reader:
     @property
     def varied_numbers(self) -> set[str]:
         """Return the paths on an axis, and those of numbers that follow from the name of a varied material."""
-        return {*self.swept, *(path for material in self.materials.values() for path in material.follow)}
+        return {*self.swept, *(path for material in self.materials.values() for path in material.library_keys)}
 
     def is_given(self, path: str) -> bool:
         """Return whether a value or a section is written or swept."""
@@ -91,19 +91,19 @@ class Reader:
 
     def vary_in_step(self, *paths: str) -> bool:
         """Return whether these paths vary in step, row by row."""
-        follow = self.defined.follow
-        if all(path in follow for path in paths):  # both follow one name, so they vary together
-            return len({self.defined.varied_in(follow[path]) for path in paths}) == 1
-        ways = {self.varied_by.get(path) for path in paths}
-        return len(ways) == 1 and ways.isdisjoint((None, "sweep", "seek"))
+        dependents = self.defined.dependents
+        if all(path in dependents for path in paths):  # both follow one name, so they vary together
+            return len({self.defined.varied_in(dependents[path]) for path in paths}) == 1
+        sections = {self.varied_by.get(path) for path in paths}
+        return len(sections) == 1 and sections.isdisjoint((None, "sweep", "seek"))
 
     def values_of(self, path: str) -> tuple[Any, ...]:
         """Return every value of `path`: its axis, written value or default, or () if unknown or left out."""
         if path in self.swept:
             return self.axes.get(path, ())
-        if path in self.defined.follow:
+        if path in self.defined.dependents:
             return self.defined.values_reached(path, self.axes, self.varied_by)
-        if any(path in material.follow for material in self.materials.values()):
+        if any(path in material.library_keys for material in self.materials.values()):
             return tuple(material_values(path, self.materials, self.axes))
         if path in self.values:
             return (self.values[path],)
@@ -131,26 +131,26 @@ def added_rows(reader: Reader) -> tuple[tuple[Any, ...], ...]:
         return ()
     values = [reader.added_cases.get(path, []) for path in reader.axes]
     if set(reader.added_written) != set(reader.axes) or len(set(map(len, values))) > 1:
-        place = next(iter(reader.added_written.values()))
-        reader.problems.add(place, reader.added_in, "lacks a value of a swept path for some case; remove the key")
+        position = next(iter(reader.added_written.values()))
+        reader.problems.add(position, reader.added_in, "lacks a value of a swept path for some case; remove the key")
         return ()
     return tuple(zip(*values, strict=True))
 
 
 def over_of(
-    reader: Reader, root: WrittenValue, section: WrittenValue, table: KeySection, others: Collection[str]
+    reader: Reader, root: WrittenValue, section: WrittenValue, table: KeySection, conflicts: Collection[str]
 ) -> WrittenValue | None:
     """Return `over` of a section that chooses all cases; None if it is missing or another section chooses, too."""
-    for other in others:
-        if other in root.value:
-            sentence = f"conflicts with `{other}`; `{table.name}` chooses all cases itself; remove one of the two"
+    for conflict in conflicts:
+        if conflict in root.value:
+            sentence = f"conflicts with `{conflict}`; `{table.name}` chooses all cases itself; remove one of the two"
             reader.problems.add(section, table.name, sentence)
             return None
     over: WrittenValue | None = table.value(reader.problems, section, "over")
     return over
 
 
-def check_always_used(reader: Reader, place: WrittenValue, section: str, path: str) -> None:
+def check_always_used(reader: Reader, position: WrittenValue, section: str, path: str) -> None:
     """Report a swept key that some of the swept laws do not use: every added case has a value of each key."""
     node = value_key(reader.shape, path)
     if isinstance(node, Word):
@@ -159,7 +159,7 @@ def check_always_used(reader: Reader, place: WrittenValue, section: str, path: s
         for law in reader.axes.get(chooser, ()):
             if not node.used(reader.names | {chooser: frozenset({law})}):
                 sentence = f"{path} is not used by {law}; with `{section}` every law that is tried must use every key"
-                reader.problems.add(place, section, f"{sentence} that is swept")
+                reader.problems.add(position, section, f"{sentence} that is swept")
                 return
 
 
@@ -192,8 +192,8 @@ def read_check_laws(reader: Reader, root: WrittenValue) -> None:
 def put_law_axis(reader: Reader, path: str) -> None:
     """Make an axis of the law at `path`, which is read and not swept, so that other laws can be on it, too."""
     if reader.check_laws and path.endswith(_CHECKED) and path not in reader.swept and path in reader.values:
-        location = reader.place(path)
-        reader.swept[path] = WrittenValue(reader.values[path], location.origin, location.line, location.column)
+        position = reader.position_of(path)
+        reader.swept[path] = WrittenValue(reader.values[path], position.origin, position.line, position.column)
         reader.varied_by[path] = "sweep"
         reader.axes[path] = (reader.values.pop(path),)
         if path in reader.added_written:

@@ -339,7 +339,7 @@ def report_unknown_keys(
     unknown = [key for key in section.value if key not in known and key not in accepted]
     for key in unknown:
         sentence = f"unknown key '{key}'{nearest(key, known)} (allowed: {', '.join(known)})"
-        problems.add(section.key_place(key), f"{where}.{key}", sentence)
+        problems.add(section.key_position(key), f"{where}.{key}", sentence)
     return bool(unknown)
 
 

@@ -92,7 +92,7 @@ class Seek(NamedTuple):
         """Return the value at a place from 0 to `last`, counted from the end that is the safer one."""
         if self.fits:
             return self.fit(index).high
-        low, high = (Fraction(sense) for sense in self.between)
+        low, high = (Fraction(bound) for bound in self.between)
         k = index if self.end == SEEK_ENDS[0] else self.last - index
         return float(low + (high - low) * k / self.last)
 
@@ -106,14 +106,14 @@ class Seek(NamedTuple):
             return tuple(fit.high for fit in self.fits)
         return tuple(sorted(self.value(index) for index in range(0, self.last + 1, self.last // FIRST_STRETCHES)))
 
-    def written(self) -> dict[str, Any]:
+    def resolved(self) -> dict[str, Any]:
         """Return the section as a grid may have it, in SI."""
-        heading: dict[str, Any] = {self.end: self.path if len(self.paths) == 1 else list(self.paths)}
+        section: dict[str, Any] = {self.end: self.path if len(self.paths) == 1 else list(self.paths)}
         if self.fits:
-            heading["among"] = {"fits": [fit.name for fit in self.fits]}
+            section["among"] = {"fits": [fit.name for fit in self.fits]}
         else:
-            heading |= {"between": list(self.between), "within": self.within}
-        return heading | {"meeting": "limits", "for": SEEK_FOR[not self.each]}
+            section |= {"between": list(self.between), "within": self.within}
+        return section | {"meeting": "limits", "for": SEEK_FOR[not self.each]}
 
 
 def range_of_seek(
@@ -126,12 +126,12 @@ def range_of_seek(
     section = SEEK_SECTION.find(reader.problems, root)
     if section is None:
         return None
-    senses = [sense for sense in SEEK_ENDS if sense in section.value]
-    if len(senses) != 1:
-        problem = "has both largest and smallest; write one of them" if senses else "is missing; write the path to vary"
+    ends = [end for end in SEEK_ENDS if end in section.value]
+    if len(ends) != 1:
+        problem = "has both largest and smallest; write one of them" if ends else "is missing; write the path to vary"
         reader.problems.add(section, f"{SEEK}.{SEEK_ENDS[0]}", f"{problem}, such as {_SEEK_EXAMPLE}")
         return None
-    paths = SEEK_SECTION.value(reader.problems, section, senses[0])
+    paths = SEEK_SECTION.value(reader.problems, section, ends[0])
     if paths is None:
         return None
     if "among" in section.value:
@@ -172,14 +172,14 @@ def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> 
         return None
     path = paths[0]
     content, problems_before = section.value, len(reader.problems)
-    (sense,) = [sense for sense in SEEK_ENDS if sense in content]
+    (end,) = [end for end in SEEK_ENDS if end in content]
     low, high = reader.axes[path][0], reader.axes[path][-1]
     for other_path in paths[1:]:
         if _unit(reader, other_path) != _unit(reader, path):
             units = f"in {_unit(reader, other_path)}, {path} in {_unit(reader, path)}"
             reader.problems.add(
-                content[sense],
-                f"{SEEK}.{sense}",
+                content[end],
+                f"{SEEK}.{end}",
                 (f"{other_path} is {units}; paths that vary together need the same unit"),
             )
     if low >= high and not reader.searched_fits:
@@ -189,10 +189,10 @@ def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> 
     cases_limited = SEEK_SECTION.value(reader.problems, section, "for")
     SEEK_SECTION.value(reader.problems, section, "meeting")  # `limits` is the only word so far
     for other_path in reader.axes:
-        check_always_used(reader, content[sense], SEEK, other_path)
+        check_always_used(reader, content[end], SEEK, other_path)
     each = cases_limited == SEEK_FOR[0]
     if reader.searched_fits:
-        fits = Seek(sense, paths, (low, high), 0.0, each, reader.searched_fits)
+        fits = Seek(end, paths, (low, high), 0.0, each, reader.searched_fits)
         return fits if len(reader.problems) == problems_before else None
     tolerance = SEEK_SECTION.value(reader.problems, section, "within", _unit(reader, path))
     if tolerance is None or len(reader.problems) > problems_before:
@@ -204,7 +204,7 @@ def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> 
         sentence = f"found {content['within'].value}; allowed: {smallest} to {largest}, a quarter of the range"
         reader.problems.add(content["within"], f"{SEEK}.within", sentence)
         return None
-    return Seek(sense, paths, (low, high), tolerance, each)
+    return Seek(end, paths, (low, high), tolerance, each)
 
 
 def _unit(reader: Reader, path: str) -> str:
@@ -234,7 +234,7 @@ class Refine(NamedTuple):
     cases: int  # at most
     paths: tuple[str, ...]  # swept numbers
 
-    def written(self) -> dict[str, Any]:
+    def resolved(self) -> dict[str, Any]:
         """Return the section in the form of a grid file."""
         return {"along": REFINE_ALONG, "cases": self.cases}
 
@@ -264,5 +264,5 @@ def read_refine(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -
 def _divisible(reader: Reader, path: str) -> bool:
     """Return whether an axis can be subdivided."""
     node = value_key(reader.shape, path)
-    complete = not isinstance(node, Number) or any(key_use.field.whole for key_use in node.uses)
-    return not complete and not path.endswith(".exponent") and len(reader.axes[path]) > 1
+    is_indivisible = not isinstance(node, Number) or any(key_use.field.whole for key_use in node.uses)
+    return not is_indivisible and not path.endswith(".exponent") and len(reader.axes[path]) > 1

@@ -21,14 +21,14 @@ from .section import Reading
 from .seek import SEEK, range_of_seek
 
 #: The sections that vary values, in the order in which their axes appear; those after `sweep` go in step.
-WAYS = ("sweep", "zip", "cases", "sample")
+VARYING_SECTIONS = ("sweep", "zip", "cases", "sample")
 #: The sections with values that may be unused by some of the varied laws.
-EACH = ("sweep", SEEK, OPTIMISE, IDENTIFY)
+MAY_BE_UNUSED = ("sweep", SEEK, OPTIMISE, IDENTIFY)
 
 
-def find_variations(reader: Reader, root: WrittenValue, complete: Shape, fixed: frozenset[str]) -> None:
+def find_variations(reader: Reader, root: WrittenValue, all_keys: Shape, fixed: frozenset[str]) -> None:
     """Record the varied values; report paths that cannot vary.  Paths in `fixed` no longer vary."""
-    for variation in WAYS:
+    for variation in VARYING_SECTIONS:
         section = root.value.get(variation) if isinstance(root.value, dict) else None
         if section is None:
             continue
@@ -54,91 +54,95 @@ def find_variations(reader: Reader, root: WrittenValue, complete: Shape, fixed: 
             continue
         for path, values in written.value.items():
             if path not in fixed:
-                _enter(reader, variation, path, written.key_place(path), values, complete)
+                _enter(reader, variation, path, written.key_position(path), values, all_keys)
         if variation == "sample":
             drawn_paths = [path for path in reader.swept if reader.varied_by[path] == "sample"]
             reader.drawn = tuple(drawn_paths)
             reader.sample = read_sample(reader.problems, section, len(drawn_paths)) if drawn_paths else None
 
 
-def find_optimised(reader: Reader, root: WrittenValue, complete: Shape) -> None:
+def find_optimised(reader: Reader, root: WrittenValue, all_keys: Shape) -> None:
     """Record the values that `optimise` and `identify` may choose."""
-    for path, (location, values) in find_optimise_axes(reader, root).items():
-        _enter(reader, OPTIMISE, path, location, values, complete)
-    for path, (location, values) in find_identify_axes(reader, root).items():
-        _enter(reader, IDENTIFY, path, location, values, complete)
+    for path, (position, values) in find_optimise_axes(reader, root).items():
+        _enter(reader, OPTIMISE, path, position, values, all_keys)
+    for path, (position, values) in find_identify_axes(reader, root).items():
+        _enter(reader, IDENTIFY, path, position, values, all_keys)
 
 
 def find_seek(
-    reader: Reader, root: WrittenValue, complete: Shape, values_of: Callable[[str], tuple[float, ...]]
+    reader: Reader, root: WrittenValue, all_keys: Shape, values_of: Callable[[str], tuple[float, ...]]
 ) -> None:
     """Record the range of a search, as an axis of its two ends or of all values to try."""
     between = range_of_seek(reader, root, values_of)
-    for location in between[0] if between else ():
+    for position in between[0] if between else ():
         assert between is not None  # there is at least one path
-        _enter_seek(reader, location.value, location, between[1], complete)
+        _enter_seek(reader, position.value, position, between[1], all_keys)
 
 
-def _enter_seek(reader: Reader, path: str, location: WrittenValue, between: WrittenValue, complete: Shape) -> None:
+def _enter_seek(reader: Reader, path: str, position: WrittenValue, between: WrittenValue, all_keys: Shape) -> None:
     """Record the values of one path of a search."""
-    node = complete.get(path)
+    node = all_keys.get(path)
     if isinstance(node, Word) or (isinstance(node, Number) and any(key_use.field.whole for key_use in node.uses)):
         noun = "a name" if isinstance(node, Word) else "a whole number"
         sentence = f"{path} is {noun}, which has no values in between; write it under `sweep`"
-        reader.problems.add(location, SEEK, sentence)
+        reader.problems.add(position, SEEK, sentence)
     elif path.endswith(".exponent"):
-        reader.problems.add(location, SEEK, f"{path} cannot be searched for, because units of other keys depend on it")
+        reader.problems.add(position, SEEK, f"{path} cannot be searched for, because units of other keys depend on it")
     else:
-        _enter(reader, SEEK, path, location, between, complete)
+        _enter(reader, SEEK, path, position, between, all_keys)
 
 
-def _enter(reader: Reader, variation: str, path: str, key: WrittenValue, values: WrittenValue, complete: Shape) -> None:
+def _enter(
+    reader: Reader, variation: str, path: str, position: WrittenValue, values: WrittenValue, all_keys: Shape
+) -> None:
     """Record the values of one path, or report a mistake; `key` is the position of the path itself."""
     path = name_path(path, reader.shape)
     where = _where(variation, path)
-    free_paths = [path for path, node in reader.shape.items() if not isinstance(node, Section) and node.sweep]
+    sweepable_paths = [path for path, node in reader.shape.items() if not isinstance(node, Section) and node.sweep]
     parent, node = path.rpartition(".")[0], reader.shape.get(path)
     if path in reader.swept:
         sentence = f"is under '{reader.varied_by[path]}' already; a value varies in one way only; remove one of the two"
-        reader.problems.add(key, where, sentence)
-    elif path in free_paths and variation == "sample" and isinstance(node, Word):
-        reader.problems.add(key, where, "is a law's name, which cannot be drawn; write it under `sweep`")
+        reader.problems.add(position, where, sentence)
+    elif path in sweepable_paths and variation == "sample" and isinstance(node, Word):
+        reader.problems.add(position, where, "is a law's name, which cannot be drawn; write it under `sweep`")
     elif (
-        path in free_paths
+        path in sweepable_paths
         and variation == "sample"
         and isinstance(node, Number)
         and any(key_use.field.whole for key_use in node.uses)
     ):
-        reader.problems.add(key, where, "is a whole number, which cannot be drawn; write it under `sweep`")
-    elif path in free_paths and variation == "sample" and path.endswith(".exponent"):
+        reader.problems.add(position, where, "is a whole number, which cannot be drawn; write it under `sweep`")
+    elif path in sweepable_paths and variation == "sample" and path.endswith(".exponent"):
         reader.problems.add(
-            key, where, "cannot be drawn, because units of other keys depend on it; write it under `sweep`"
+            position, where, "cannot be drawn, because units of other keys depend on it; write it under `sweep`"
         )
-    elif path in free_paths:
+    elif path in sweepable_paths:
         reader.swept[path], reader.varied_by[path] = values, variation
     elif isinstance(node, Section):
-        inside = [other_path for other_path in free_paths if other_path.startswith(f"{path}.")]
-        is_named = isinstance(complete.get(f"{path}.name"), Name) and path.rpartition(".")[2] in (*BODIES, "material")
+        paths_inside = [other_path for other_path in sweepable_paths if other_path.startswith(f"{path}.")]
+        is_named = isinstance(all_keys.get(f"{path}.name"), Name) and path.rpartition(".")[2] in (*BODIES, "material")
         remedy = "; a material varies by name where the grid names one: `bearing: CuSn8`" if is_named else ""
         reader.problems.add(
-            key, where, (f"is a section, not a value; write a key in it, such as {', '.join(inside[:3])}{remedy}")
+            position,
+            where,
+            (f"is a section, not a value; write a key in it, such as {', '.join(paths_inside[:3])}{remedy}"),
         )
     elif node is not None:
         remedy_text = f"cannot be swept; write it outside `{variation}`, and a grid for each of its values"
-        reader.problems.add(key, where, remedy_text)
-    elif path in complete:
+        reader.problems.add(position, where, remedy_text)
+    elif path in all_keys:
         missing = next(section for section in _sections(path) if section not in reader.shape)
         sentence = f"there is no section '{missing}'; write it before a value in it is swept"
-        reader.problems.add(key, where, sentence)
+        reader.problems.add(position, where, sentence)
     elif path.startswith(START):
         name, allowed = path.removeprefix(START), [*reader.defined.texts]
         if name not in reader.defined.wrong:  # what is wrong there is said there
             hint = f"{nearest(name, allowed)} (known: {', '.join(allowed) or 'none'})"
-            reader.problems.add(key, where, f"'{name}' is not defined under `define`{hint}")
+            reader.problems.add(position, where, f"'{name}' is not defined under `define`{hint}")
     else:
-        siblings = [other_path for other_path in free_paths if other_path.rpartition(".")[0] == parent]
+        siblings = [other_path for other_path in sweepable_paths if other_path.rpartition(".")[0] == parent]
         hint = f" (allowed next to it: {', '.join(siblings)})" if siblings else ""
-        reader.problems.add(key, where, f"names nothing{nearest(path, free_paths)}{hint}")
+        reader.problems.add(position, where, f"names nothing{nearest(path, sweepable_paths)}{hint}")
 
 
 def _where(variation: str, path: str) -> str:
@@ -166,7 +170,7 @@ def values_of_axis(reader: Reader, path: str, reading: Reading) -> list[Any] | N
         )
         reader.added_cases[path] = added_values or []
     if variation != "sample":
-        return axis(reader.problems, where, written, reading, distinct=variation in EACH)
+        return axis(reader.problems, where, written, reading, distinct=variation in MAY_BE_UNUSED)
     distribution = read_distribution(reader.problems, where, written, reading)
     if distribution is None or reader.sample is None:
         return None
@@ -175,21 +179,22 @@ def values_of_axis(reader: Reader, path: str, reading: Reading) -> list[Any] | N
         points = reader.sample.points[:, reader.drawn.index(path)]
         return draw_values(reader.problems, where, written, distribution, points, reading.fields)
     drawn_before = reader.sample.drawn[path]
-    drawn_paths = axis(reader.problems, f"sample.drawn.{path}", drawn_before, reading, distinct=False)
-    if drawn_paths is not None and len(drawn_paths) != len(reader.sample.points):
-        sentence = f"found {len(drawn_paths)} values; this sample has {len(reader.sample.points)}: leave 'drawn' out"
+    drawn_values = axis(reader.problems, f"sample.drawn.{path}", drawn_before, reading, distinct=False)
+    if drawn_values is not None and len(drawn_values) != len(reader.sample.points):
+        sentence = f"found {len(drawn_values)} values; this sample has {len(reader.sample.points)}: leave 'drawn' out"
         reader.problems.add(drawn_before, f"sample.drawn.{path}", sentence)
         return None
-    return drawn_paths
+    return drawn_values
 
 
 def axes_in_step(reader: Reader) -> tuple[tuple[str, ...], ...]:
     """Return the paths that vary in step, by section."""
-    joint_groups = [
-        tuple(path for path in reader.axes if reader.varied_by[path] == variation) for variation in (*WAYS[1:], SEEK)
+    groups = [
+        tuple(path for path in reader.axes if reader.varied_by[path] == variation)
+        for variation in (*VARYING_SECTIONS[1:], SEEK)
     ]
-    joint_groups[-1] = joint_groups[-1] if len(joint_groups[-1]) > 1 else ()
-    return tuple(paths for paths in joint_groups if paths)
+    groups[-1] = groups[-1] if len(groups[-1]) > 1 else ()
+    return tuple(paths for paths in groups if paths)
 
 
 def check_variations(reader: Reader) -> None:
@@ -212,21 +217,21 @@ def check_variations(reader: Reader) -> None:
 
 def _distinct(reader: Reader, variation: str, paths: tuple[str, ...]) -> None:
     """Report repeated rows of values in step."""
-    lines_seen: dict[tuple[Any, ...], int] = {}
+    first_rows: dict[tuple[Any, ...], int] = {}
     for row, values in enumerate(zip(*(reader.axes[path] for path in paths), strict=True)):
-        if values in lines_seen:
+        if values in first_rows:
             written = reader.swept[paths[0]]
             item = written.value[row] if isinstance(written.value, list) else written
-            sentence = f"row {row + 1} has the values of row {lines_seen[values] + 1}; each case may occur only once"
+            sentence = f"row {row + 1} has the values of row {first_rows[values] + 1}; each case may occur only once"
             reader.problems.add(item, variation, sentence)
-        lines_seen.setdefault(values, row)
+        first_rows.setdefault(values, row)
 
 
 def _always_used(reader: Reader, path: str) -> None:
     """Report a value in step that some varied law names do not use: it is unclear which rows would count."""
     node = value_key(reader.shape, path)
     varied_choosers = [other_path for other_path in node.choosers() if other_path in reader.axes]
-    if all(reader.varied_by[other_path] in EACH for other_path in (path, *varied_choosers)):
+    if all(reader.varied_by[other_path] in MAY_BE_UNUSED for other_path in (path, *varied_choosers)):
         return
     for choice in product(*(sorted(reader.names[other_path]) for other_path in varied_choosers)):
         names = reader.names | {other_path: {name} for other_path, name in zip(varied_choosers, choice, strict=True)}
@@ -244,22 +249,22 @@ def paths_of_search(reader: Reader) -> dict[str, tuple[str, ...]]:
 
 def first_values(reader: Reader) -> dict[str, tuple[Any, ...]]:
     """Return the values that a search tries first, path by path."""
-    firsts = {path: reader.seek.first() for path in reader.seek.paths} if reader.seek else {}
-    for item in filter(None, (reader.optimise, reader.identify)):
-        firsts |= dict(zip(item.over, zip(*item.first(), strict=True), strict=True))
-    return firsts
+    values = {path: reader.seek.first() for path in reader.seek.paths} if reader.seek else {}
+    for search in filter(None, (reader.optimise, reader.identify)):
+        values |= dict(zip(search.over, zip(*search.first(), strict=True), strict=True))
+    return values
 
 
 LONGEST = 40  # characters of a label: it is the head of rows and the end of sentences
 #: Words that say how values are made; no label may be one of them.
 RESERVED = (*FORMS, "fits", "fit", *LAWS, "among", "whole", "factor")
-_WAYS = ("sweep", "zip", "cases")  # sections whose axes may have labels
+_LABELLED_SECTIONS = ("sweep", "zip", "cases")  # sections whose axes may have labels
 
 
 def put_label_lists(reader: Reader) -> None:
     """Put the list of its values in place of each axis with labels, and note the labels."""
     for path, written in list(reader.swept.items()):
-        if reader.varied_by[path] in _WAYS and _labelled(written):
+        if reader.varied_by[path] in _LABELLED_SECTIONS and _labelled(written):
             _put_list(reader, path, written)
 
 
@@ -284,7 +289,7 @@ def _put_list(reader: Reader, path: str, written: WrittenValue) -> None:
         sentence = "is a word, and only numbers have labels; write a list such as [a, b]"
         reader.problems.add(written, where, sentence)
     for name, sentence in invalid.items():
-        reader.problems.add(written.key_place(name), where, sentence)
+        reader.problems.add(written.key_position(name), where, sentence)
     items = [item for name, item in written.value.items() if name not in invalid]
     reader.swept[path] = WrittenValue(items, written.origin, written.line, written.column)
     if not invalid:
@@ -341,20 +346,20 @@ def keys_of_definitions(definitions: Definitions) -> Shape:
 
 def check_followers(reader: Reader) -> None:
     """Report numbers that cannot depend on a varied name, and dependent values out of range."""
-    for path, text in reader.defined.follow.items():
+    for path, text in reader.defined.dependents.items():
         node, name = reader.shape.get(path), min(reader.defined.varied_in(text))
         whose = f"depends on {START}{name}, which varies"
         fields = node.fields(reader.names) if isinstance(node, Number) else ()
         if not isinstance(node, Number) or not node.sweep or path.endswith(".exponent"):
             reader.problems.add(
-                reader.place(path),
+                reader.position_of(path),
                 path,
                 (f"{whose}, but this value must be the same in all cases; write it without that name"),
             )
             continue
         if any(field.whole for field in fields):
             sentence = f"{whose}, but a whole number must be the same in all cases; write it without that name"
-            reader.problems.add(reader.place(path), path, sentence)
+            reader.problems.add(reader.position_of(path), path, sentence)
             continue
         invalid = [(field, value) for value in reader.values_of(path) for field in fields if not field.contains(value)]
         for field, value in invalid[:1]:
@@ -367,4 +372,4 @@ def refuse_column_names(reader: Reader, section: WrittenValue | None) -> None:
     for name in reader.defined.texts:
         if section is not None and name in reader.figures:
             sentence = "is the name of a column of the summary; give the quantity another name"
-            reader.problems.add(section.key_place(name), f"{START}{name}", sentence)
+            reader.problems.add(section.key_position(name), f"{START}{name}", sentence)

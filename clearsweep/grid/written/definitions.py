@@ -24,8 +24,8 @@ DEFINE_TEXT = (
 MOST_VALUES = 20_000  # of a number that varies with names; beyond, only the ends of the axes are checked
 _OF_CASES = ("mechanism", "drive", "loads", "joints", "simulate", "save", "life", DEFINE)  # numbers here may vary
 _NO_NUMBERS = ("name", "figures")  # texts in these sections are not expressions of defined quantities
-_WAYS = ("sweep", "zip", "cases")
-_OVER = ("optimise", "identify", "sample")  # sections with paths under `over`
+_AXIS_SECTIONS = ("sweep", "zip", "cases")
+_OVER_SECTIONS = ("optimise", "identify", "sample")  # sections with paths under `over`
 
 
 class Definitions(NamedTuple):
@@ -37,14 +37,14 @@ class Definitions(NamedTuple):
     varied: frozenset[str] = frozenset()  # names that an axis varies
     wrong: frozenset[str] = frozenset()  # names with an invalid definition
     #: dotted path of a number -> its expression, which contains a varied name
-    follow: Mapping[str, str] = MappingProxyType({})
+    dependents: Mapping[str, str] = MappingProxyType({})
 
     def at(self, point: Mapping[str, Any]) -> dict[str, float]:
         """Return path -> value of the dependent numbers at a point, `define.NAME` -> value."""
-        if not self.follow:
+        if not self.dependents:
             return {}
         known = self._known(point)
-        return {path: float(expression.exact_value(text, known)) + 0.0 for path, text in self.follow.items()}
+        return {path: float(expression.exact_value(text, known)) + 0.0 for path, text in self.dependents.items()}
 
     def _known(self, point: Mapping[str, Any]) -> dict[str, Fraction]:
         known = dict(self.values)
@@ -63,9 +63,9 @@ class Definitions(NamedTuple):
         return frozenset(varied)
 
     def needed(self) -> dict[str, str]:
-        """Return `define.NAME` -> text of the names that `follow` needs and that do not vary themselves."""
+        """Return `define.NAME` -> text of the names that `dependents` needs and that do not vary themselves."""
         used: set[str] = set()
-        for text in self.follow.values():
+        for text in self.dependents.values():
             used |= used_by(text, self.texts)
         names = [name for name in self.texts if name in used - self.varied]
         return {START + name: self._text(name) for name in names}
@@ -82,7 +82,7 @@ class Definitions(NamedTuple):
         self, path: str, axes: Mapping[str, tuple[Any, ...]], varied_by: Mapping[str, str]
     ) -> tuple[float, ...]:
         """Return every value of a number whose names vary on these axes."""
-        names = sorted(self.varied_in(self.follow[path]))
+        names = sorted(self.varied_in(self.dependents[path]))
         groups: dict[str, list[str]] = {}
         for name in names:
             if START + name not in axes:
@@ -95,10 +95,10 @@ class Definitions(NamedTuple):
             count *= len(part)
         if count > MOST_VALUES:
             rows = [[min(part), max(part)] for part in rows]
-        flat = [path for paths in groups.values() for path in paths]
-        alone = self._replace(follow={path: self.follow[path]})
-        points = (dict(zip(flat, sum(chosen, ()), strict=True)) for chosen in product(*rows))
-        return tuple(alone.at(point)[path] for point in points)
+        varied_paths = [path for paths in groups.values() for path in paths]
+        only_this = self._replace(dependents={path: self.dependents[path]})
+        points = (dict(zip(varied_paths, sum(chosen, ()), strict=True)) for chosen in product(*rows))
+        return tuple(only_this.at(point)[path] for point in points)
 
 
 NOTHING = Definitions({}, {}, {})
@@ -124,7 +124,7 @@ def resolve_definitions(
     if section is not None and (not isinstance(section.value, dict) or not section.value):
         problems.add(section, DEFINE, "is empty; for example: `play: 50 um`, or remove the key")
         section = None
-    varied = {path: place for path, place in varied_paths(sections) if path not in fixed}
+    varied = {path: position for path, position in varied_paths(sections) if path not in fixed}
     written: dict[str, WrittenValue] = section.value if section is not None else {}
     named = {name: entry for name, entry in written.items() if _named(section, name, problems)}
     definitions = _values(named, problems)
@@ -140,23 +140,23 @@ def resolve_definitions(
             reader.refuse_axis(START + name, entry)
         elif name not in reader.used:
             sentence = "is not used; use it, for example: `clearance: = " + name + "`, or leave it out"
-            problems.add(section.key_place(name) if section else entry, START + name, sentence)
+            problems.add(section.key_position(name) if section else entry, START + name, sentence)
     if definitions.varied and section is not None:
-        inside = {
+        varied_entries = {
             name: reader.with_value(named[name], definitions.grid_text(name))
             for name in named
             if name in definitions.varied
         }
-        content[DEFINE] = WrittenValue(inside, section.origin, section.line, section.column, section.keys)
+        content[DEFINE] = WrittenValue(varied_entries, section.origin, section.line, section.column, section.keys)
     ordered = {key: content[key] for key in sections if key in content}
     return WrittenValue(ordered, root.origin, root.line, root.column, root.keys), definitions._replace(
-        follow=reader.follow
+        dependents=reader.dependents
     )
 
 
 def definitions_of_resolved(resolved: Mapping[str, Any]) -> Definitions:
     """Return the definitions of a grid from `Grid.resolved`, or from a run.json that contains it."""
-    known = {key: resolved[key] for key in (*_OF_CASES, *_WAYS, *_OVER, "seek") if resolved.get(key)}
+    known = {key: resolved[key] for key in (*_OF_CASES, *_AXIS_SECTIONS, *_OVER_SECTIONS, "seek") if resolved.get(key)}
     return resolve_definitions(written_of(known, ""), Problems())[1] if DEFINE in known else NOTHING
 
 
@@ -165,9 +165,10 @@ class _Reader:
 
     def __init__(self, problems: Problems, known: Definitions, varied: Mapping[str, WrittenValue]):
         self.problems, self.known, self.varied = problems, known, varied
-        self.follow: dict[str, str] = {}
+        self.dependents: dict[str, str] = {}
         self.used: set[str] = set()
-        self.has: dict[int, bool] = {}  # id of a value -> whether it contains an expression; aliases are visited once
+        #: id of a value -> whether it contains an expression; aliases are visited once
+        self.contains_expression: dict[int, bool] = {}
 
     def read(self, written: WrittenValue, path: str) -> WrittenValue:
         """Return the value at a path with its expressions evaluated."""
@@ -177,7 +178,7 @@ class _Reader:
         if isinstance(value, dict):
             value = {key: self.read(entry, f"{path}.{key}") for key, entry in value.items()}
         elif isinstance(value, list):
-            value = [self.read(entry, f"{path}.{place}") for place, entry in enumerate(value)]
+            value = [self.read(entry, f"{path}.{index}") for index, entry in enumerate(value)]
         else:
             return self._evaluated(written, path)
         return WrittenValue(value, written.origin, written.line, written.column, written.keys)
@@ -186,10 +187,12 @@ class _Reader:
         value = written.value
         if not isinstance(value, dict | list):
             return is_expression(value)
-        if id(written) not in self.has:
-            self.has[id(written)] = False
-            self.has[id(written)] = any(map(self._has_expression, value.values() if isinstance(value, dict) else value))
-        return self.has[id(written)]
+        if id(written) not in self.contains_expression:
+            self.contains_expression[id(written)] = False
+            self.contains_expression[id(written)] = any(
+                map(self._has_expression, value.values() if isinstance(value, dict) else value)
+            )
+        return self.contains_expression[id(written)]
 
     def _evaluated(self, written: WrittenValue, path: str) -> WrittenValue:
         text = text_of(written.value)
@@ -206,7 +209,7 @@ class _Reader:
             self.refuse_axis(path, written)
         if names := self.known.varied_in(text):
             if path.split(".", 1)[0] in _OF_CASES:
-                self.follow[path] = text
+                self.dependents[path] = text
             else:
                 sentence = (
                     f"depends on {START}{min(names)}, which varies; only mechanism, drive, loads and "
@@ -249,7 +252,7 @@ def _named(section: WrittenValue | None, name: str, problems: Problems) -> bool:
         sentence = "is a unit; give the quantity another name"
     else:
         return True
-    problems.add(section.key_place(name), START + name, sentence)
+    problems.add(section.key_position(name), START + name, sentence)
     return False
 
 
@@ -329,16 +332,20 @@ def _quantity_text(value: Fraction, unit: str) -> str:
 
 def varied_paths(top: Mapping[str, WrittenValue]) -> Iterator[tuple[str, WrittenValue]]:
     """Yield the dotted paths that a document varies, each with its place in the document."""
-    for way in _WAYS:
-        section = top.get(way)
-        if section is not None and way == "cases" and isinstance(section.value, str):
+    for section_name in _AXIS_SECTIONS:
+        section = top.get(section_name)
+        if section is not None and section_name == "cases" and isinstance(section.value, str):
             section = read_cases(Problems(), section)
         if section is not None and isinstance(section.value, dict):
-            yield from ((path, section.key_place(path)) for path in section.value)
-    for way in _OVER:
-        over = top[way].value.get("over") if way in top and isinstance(top[way].value, dict) else None
+            yield from ((path, section.key_position(path)) for path in section.value)
+    for section_name in _OVER_SECTIONS:
+        over = (
+            top[section_name].value.get("over")
+            if section_name in top and isinstance(top[section_name].value, dict)
+            else None
+        )
         if over is not None and isinstance(over.value, dict):
-            yield from ((path, over.key_place(path)) for path in over.value)
+            yield from ((path, over.key_position(path)) for path in over.value)
     seek = top["seek"].value if "seek" in top else None
     for end in ("largest", "smallest"):
         if isinstance(seek, dict) and end in seek:

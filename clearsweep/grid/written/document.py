@@ -45,14 +45,14 @@ class WrittenValue:
     by_name: bool = False  # the user wrote the name of a fit or of a library entry here
 
     @property
-    def place(self) -> str:
+    def position_text(self) -> str:
         """Return `grid.yaml:14:12: `, or as much of it as is known."""
         return f"{self.origin}:{self.line}:{self.column}: " if self.line else f"{self.origin}: " if self.origin else ""
 
-    def key_place(self, key: str) -> "WrittenValue":
+    def key_position(self, key: str) -> "WrittenValue":
         """Return the position of a key of this section, or that of its value if it is unknown."""
-        location = self.keys.get(key)
-        return self.value[key] if location is None else location
+        position = self.keys.get(key)
+        return self.value[key] if position is None else position
 
 
 class Problems:
@@ -70,8 +70,8 @@ class Problems:
         if written.expression and path in self.unread:
             return
         sentence += f" (found is the value of {shown(written.expression)})" if written.expression else ""
-        is_named = not path or written.place in (f"{SET} {path}: ", f"{SWEEP} {path.removeprefix('sweep.')}: ")
-        message = f"{written.place}{'' if is_named else f'{path}: '}{sentence}"
+        is_named = not path or written.position_text in (f"{SET} {path}: ", f"{SWEEP} {path.removeprefix('sweep.')}: ")
+        message = f"{written.position_text}{'' if is_named else f'{path}: '}{sentence}"
         self._places.setdefault(message, (written.line, written.column))
 
     def check(self) -> None:
@@ -157,19 +157,19 @@ def override(root: WrittenValue, path: str, value: Any, problems: Problems) -> W
 
 def _put(written: WrittenValue, keys: list[str], value: WrittenValue, refuse: Callable[[Any], None]) -> WrittenValue:
     """Return `written` with `value` at the position `keys`; `refuse` is called for a value that is in the way."""
-    inside = dict(enumerate(written.value)) if isinstance(written.value, list) else written.value
-    if not isinstance(inside, dict):
+    entries = dict(enumerate(written.value)) if isinstance(written.value, list) else written.value
+    if not isinstance(entries, dict):
         refuse(written.value)
         return written
-    inside = {str(key): item for key, item in inside.items()}
+    entries = {str(key): item for key, item in entries.items()}
     key, *remaining = keys
     if remaining:
-        inside[key] = _put(inside.get(key, WrittenValue({}, value.origin)), remaining, value, refuse)
+        entries[key] = _put(entries.get(key, WrittenValue({}, value.origin)), remaining, value, refuse)
     elif value.value is None:
-        inside.pop(key, None)
+        entries.pop(key, None)
     else:
-        inside[key] = value
-    return WrittenValue(inside, written.origin, written.line, written.column, written.keys)
+        entries[key] = value
+    return WrittenValue(entries, written.origin, written.line, written.column, written.keys)
 
 
 def from_node(
@@ -312,16 +312,16 @@ def _sweep(root: WrittenValue, path: str, values: WrittenValue) -> WrittenValue:
     if not isinstance(section.value, dict):
         return root  # its problem is reported elsewhere
     keys = {key: location for key, location in section.keys.items() if key != path}
-    inside = WrittenValue(section.value | {path: values}, section.origin, section.line, section.column, keys)
-    return WrittenValue(root.value | {"sweep": inside}, root.origin, root.line, root.column, root.keys)
+    with_axis = WrittenValue(section.value | {path: values}, section.origin, section.line, section.column, keys)
+    return WrittenValue(root.value | {"sweep": with_axis}, root.origin, root.line, root.column, root.keys)
 
 
-def leaves(tree: Mapping[str, Any], start: str = "") -> Iterator[tuple[str, Any]]:
+def leaves(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Yield dotted path and value of every entry in nested sections and lists."""
     for key, value in tree.items():
         if isinstance(value, dict):
-            yield from leaves(value, f"{start}{key}.")
+            yield from leaves(value, f"{prefix}{key}.")
         elif isinstance(value, list):
-            yield from ((f"{start}{key}.{index}", item) for index, item in enumerate(value))
+            yield from ((f"{prefix}{key}.{index}", item) for index, item in enumerate(value))
         else:
-            yield f"{start}{key}", value
+            yield f"{prefix}{key}", value

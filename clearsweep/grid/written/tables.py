@@ -201,7 +201,7 @@ def _columns(problems: Problems, path: str, table: WrittenValue, columns: Column
         field = fields.get(name)
         if field is None or name in values:
             invalid = "occurs twice" if field else f"is not a column of this table{nearest(name, fields)}"
-            problems.add(table.key_place(heading), path, f"'{heading}' {invalid} (known: {allowed})")
+            problems.add(table.key_position(heading), path, f"'{heading}' {invalid} (known: {allowed})")
         elif not isinstance(cells.value, list):
             problems.add(cells, f"{path}.{heading}", f"found {shown(cells.value)}; expected a list of values")
         elif len(cells.value) > _MOST_ROWS:
@@ -269,7 +269,7 @@ def _periodic(problems: Problems, path: str, last: WrittenValue, values: Values)
     """Return whether a table over the crank angle is periodic; report it if not."""
     knots = values["crank_angle"]
     span = knots[-1] - knots[0]
-    if not any(math.isclose(span, complete, rel_tol=1e-9) for complete in _SPANS):
+    if not any(math.isclose(span, period, rel_tol=1e-9) for period in _SPANS):
         sentence = (
             f"crank_angle: the table spans {math.degrees(span):.6g} deg; expected one period of 360 or 720 deg, "
             "whose last row repeats the first"
@@ -313,23 +313,23 @@ def read_signals(file: str | PathLike, units: Mapping[str, str | None], *, other
     if len(rows) < LEAST_ROWS:
         raise InputError(f"{path}: has {len(rows)} rows; at least {LEAST_ROWS} are needed")
     columns: dict[str, np.ndarray] = {}
-    for place, head in enumerate(heads):
+    for column_index, head in enumerate(heads):
         name, unit = head_of(head)
         if others and name not in (*OVER, *units):
             continue
         if name not in (*OVER, *units):
             known = [*OVER, *units]
             raise InputError(
-                f"{path}:1:{place + 1}: '{head.strip()}' is not a signal of this run{nearest(name, known)} "
+                f"{path}:1:{column_index + 1}: '{head.strip()}' is not a signal of this run{nearest(name, known)} "
                 f"(known: {', '.join(known)}); write its unit behind it, such as acceleration [m/s^2]"
             )
         if name in columns:
-            raise InputError(f"{path}:1:{place + 1}: '{name}' occurs twice; keep one of them")
+            raise InputError(f"{path}:1:{column_index + 1}: '{name}' occurs twice; keep one of them")
         wanted = OVER.get(name) or units[name]
-        columns[name] = np.array(_signal_values(str(path), rows, place, unit if wanted else "", wanted or "1"))
+        columns[name] = np.array(_signal_values(str(path), rows, column_index, unit if wanted else "", wanted or "1"))
     if others and (missing := [name for name in units if name not in columns]):
-        there = ", ".join(head.strip() for head in heads)
-        raise InputError(f"{path}:1: has no column '{missing[0]}'{nearest(missing[0], heads)} (found: {there})")
+        headers = ", ".join(head.strip() for head in heads)
+        raise InputError(f"{path}:1: has no column '{missing[0]}'{nearest(missing[0], heads)} (found: {headers})")
     over = [name for name in OVER if name in columns]
     if len(over) != 1 or len(columns) < 2:
         raise InputError(f"{path}:1: found {', '.join(columns)}; expected crank_angle [deg] or time [s], and a signal")
@@ -338,23 +338,22 @@ def read_signals(file: str | PathLike, units: Mapping[str, str | None], *, other
     return Measured(str(path), over[0], places, columns)
 
 
-def _signal_values(file: str, rows: list[TableRow], place: int, unit: str, wanted: str) -> list[float]:
+def _signal_values(file: str, rows: list[TableRow], column_index: int, unit: str, wanted: str) -> list[float]:
     """Return the numbers of a column in the unit `wanted`.  Raises InputError for anything but a number."""
     try:
         scale = quantity.read(f"1 {unit}", wanted) if unit else 1.0
     except InputError as error:
-        raise InputError(f"{file}:1:{place + 1}: {error}") from None
+        raise InputError(f"{file}:1:{column_index + 1}: {error}") from None
     numbers = []
     for line, cells in rows:
         try:
-            value = float(cells[place])
+            value = float(cells[column_index])
         except ValueError:
             value = float("nan")
         if value - value != 0.0:
-            sentence = (
-                f"found {shown(cells[place])}; expected a finite number; leave cells empty where nothing was measured"
-            )
-            raise InputError(f"{file}:{line}:{place + 1}: {sentence}")
+            cell = shown(cells[column_index])
+            sentence = f"found {cell}; expected a finite number; leave cells empty where nothing was measured"
+            raise InputError(f"{file}:{line}:{column_index + 1}: {sentence}")
         numbers.append(scale * value)
     return numbers
 

@@ -9,7 +9,7 @@ from ..joint.loss.contract import awaits_mass, with_mass
 from ..joint.lubricated import Lubricated
 from ..joint.modes import touches
 from ..joint.offsets import after_joint, after_number, first_place, with_current_state
-from ..joint.worn import WornJoint, WornOnBed
+from ..joint.worn import WornJoint, WornOnFoundation
 from ..mechanism.contract import gaps, impact_masses, place
 
 
@@ -26,7 +26,7 @@ def _never(joint, gap, offsets, state):
 @_awaits.member(Joint)
 @_awaits.member(Lubricated)
 @_awaits.member(WornJoint)
-@_awaits.member(WornOnBed)
+@_awaits.member(WornOnFoundation)
 def _law_awaits(joint, gap, offsets, state):
     law = with_current_state(joint.law, state.y, state.latched, offsets)
     return touches(state.mode[offsets.contact]) and awaits_mass(law)
@@ -44,7 +44,7 @@ def _as_it_is(joint, mass, offsets, shared):
 
 @_tell.member(Joint)
 @_tell.member(WornJoint)
-@_tell.member(WornOnBed)
+@_tell.member(WornOnFoundation)
 @_tell.member(Lubricated)
 def _with_its_law(joint, mass, offsets, shared):
     return joint._replace(law=with_mass(joint.law, mass))

@@ -19,7 +19,7 @@ from .contract import Contact, ContactModes, Guard, Load, Part, contact_modes, g
 from .friction.contract import friction_force
 from .loss.contract import contact_force, lowest_force, sign_beyond
 from .modes import CLIPPED, FREE, PRESSED, STICKING
-from .offsets import with_laws_as_they_are
+from .offsets import with_current_laws
 
 
 class Joint(NamedTuple):
@@ -69,7 +69,7 @@ def _parts_joint(joint):
 @load.member(Joint)
 def _load_joint(joint, gap, offsets, state):
     root = state.y[state.roots + offsets.contact]
-    current = with_laws_as_they_are(joint, offsets, state)
+    current = with_current_laws(joint, offsets, state)
     return joint_load(current, gap, state.mode[offsets.contact], root * abs(root), state.latched[offsets.contact])
 
 
@@ -91,8 +91,8 @@ def normal_forces(joint, mode, pen, rate, onset_rate):
     sign = where(pen < 0.0, sign_beyond(joint.law, joint.elastic), 1.0)
     force, elastic = sign * force, sign * elastic
     normal = where(mode != CLIPPED, force, 0.0)
-    rubbing = normal if lowest == 0.0 else max(normal, 0.0)  # smooth where an event is located
-    return normal, rubbing, elastic, unclipped
+    friction_load = normal if lowest == 0.0 else max(normal, 0.0)  # smooth where an event is located
+    return normal, friction_load, elastic, unclipped
 
 
 @kernel
@@ -126,9 +126,9 @@ def _load_pressed(joint, gap, mode, pen, onset_rate):
     inverse = guess * (1.5 - 0.5 * square * guess * guess)
     nx, ny = x * inverse, y * inverse
     rate = vx * nx + vy * ny
-    normal, rubbing, elastic, unclipped = normal_forces(joint, mode, pen, rate, onset_rate)
+    normal, friction_load, elastic, unclipped = normal_forces(joint, mode, pen, rate, onset_rate)
     slip = surface_speed(joint, gap, -ny, nx)
-    tangential = as_type_of(friction_force(joint.friction, rubbing, slip), slip)
+    tangential = as_type_of(friction_force(joint.friction, friction_load, slip), slip)
     fx = -normal * nx - tangential * ny
     fy = -normal * ny + tangential * nx
     on_journal = joint.journal_radius * tangential

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 
 from ...contracts.case import Joint
-from .elastic.compatible import END_DEPTH, END_FORCE, END_SHARE
+from .elastic.compatible import END_DEPTH, END_FORCE, END_Q
 from .elastic.contract import elastic_energy, static_penetration
 from .material import plane_strain_modulus, relative_radius
 from .recipe import RECIPES
 
 LINE, BALL = "line", "ball"
 LINE_PRESSURE, BALL_PRESSURE = 1.67, 1.6  # largest pressure over yield strength at first yield
-END_PRESSURE = (1.0 + END_DEPTH) * math.sqrt(END_SHARE)  # p0 R_b / (E* c) at the end of the wide arc's formula
+END_PRESSURE = (1.0 + END_DEPTH) * math.sqrt(END_Q)  # p0 R_b / (E* c) at the end of the wide arc's formula
 
 
 def contact_kind(joint: Joint) -> str:
@@ -43,7 +43,7 @@ def load_at_pressure(kind: str, pressure: float, joint: Joint, modulus: float) -
     scale_force = modulus * joint.length * joint.clearance
     if ratio >= END_PRESSURE:  # beyond, the pressure keeps its shape, nearly a cosine
         return 0.5 * math.pi * END_FORCE * scale_force * ratio / END_PRESSURE
-    low, high = 0.0, END_SHARE
+    low, high = 0.0, END_Q
     for _ in range(200):
         midpoint = 0.5 * (low + high)
         low, high = (midpoint, high) if math.sqrt(midpoint) * _widening(midpoint) < ratio else (low, midpoint)

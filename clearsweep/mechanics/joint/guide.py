@@ -145,8 +145,8 @@ def _corner(signs, _, number, context):
         sign = sign_beyond(law, joint.elastic)
         force, elastic = sign * force, sign * elastic
     normal = force if mode != CLIPPED else as_type_of(0.0, force)
-    rubbing = normal if lowest == 0.0 else max(normal, 0.0)
-    tangential = as_type_of(friction_force(friction, rubbing, slip), slip)
+    friction_load = normal if lowest == 0.0 else max(normal, 0.0)
+    tangential = as_type_of(friction_force(friction, friction_load, slip), slip)
     contact = Contact(
         normal=normal, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=unclipped
     )

@@ -31,7 +31,7 @@ from .film.corners import AFLOAT, NEAR, Corners, Reversals, bends
 from .film.transition import GreenwoodTripp, bears_from
 from .friction.contract import friction_force
 from .modes import ACTS, PRESSED, touches
-from .offsets import with_laws_as_they_are
+from .offsets import with_current_laws
 
 
 class Film(NamedTuple):
@@ -326,7 +326,7 @@ def _load_lubricated(joint, gap, offsets, state):
     if not touches(mode):
         return afloat
     root = state.y[state.roots + offsets.contact]
-    current = with_laws_as_they_are(joint, offsets, state)
+    current = with_current_laws(joint, offsets, state)
     dry_load = dry.joint_load(current, gap, mode, root * abs(root), state.latched[offsets.contact])
     share = dry_share(joint.transition, film.depth)
     return with_dry(afloat, dry_load, share)

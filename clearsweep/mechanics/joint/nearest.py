@@ -5,7 +5,7 @@ gamma of the eccentricity by Halley's method, of the third order, whose last ste
 all in two cases.  Where e^2 > h'^2 + h''^2, whatever the place, there is but one such point on that side.  And with r
 the least of h + h'', h - r is the support function of a convex region, so that all directions in which e lies beyond
 it, g > -r, are one arc, and g has one maximum on it.  So it is wherever surfaces touch, as c + r > 0 at a point.  Else,
-the journal close to the centre compared with the wear, the deepest of LOOKS samples is refined within a bracket.
+the journal close to the centre compared with the wear, the deepest of SAMPLES samples is refined within a bracket.
 """
 
 from typing import NamedTuple
@@ -22,9 +22,9 @@ from .offsets import after_number
 from .wear.shape import wear_depth_at
 
 LAST_STEP = 0.02  # rad, over half of what shapes are smoothed by: a step after which the next is the last
-CLOSE_FOR_SLOPES = 1e-4  # rad: bound of the last step, which is differentiated
+LAST_STEP_BOUND = 1e-4  # rad: bound of the last step, which is differentiated
 STEPS, BISECTIONS = 8, 60  # at most
-LOOKS = 64  # samples round the bearing
+SAMPLES = 64  # samples round the bearing
 
 
 class Surfaces(NamedTuple):
@@ -83,7 +83,7 @@ ARCTANGENT = portable.through_points(_arctangent, 5)
 
 
 @inlined
-def rough_angle(y, x):
+def approximate_angle(y, x):
     """Return the angle (rad) of a point (x, y), not the origin, to 5e-6."""
     larger, smaller = max(abs(x), abs(y)), min(abs(x), abs(y))
     z = smaller / larger
@@ -112,17 +112,17 @@ def halley(surfaces, angle, body_angles, radial, tangential_distance):
     h, slope, bearing_curvature, third = wear_depth_at(surfaces.bearing, angle - body_angles[0])
     h_journal, journal_slope, journal_curvature, journal_third = wear_depth_at(surfaces.journal, angle - body_angles[1])
     curvature = radial + (bearing_curvature + journal_curvature)
-    per_sharp = 1.0 / curvature
-    step = (tangential_distance - (slope + journal_slope)) * per_sharp
-    curved = -0.5 * (tangential_distance + (third + journal_third)) * step * per_sharp
-    return step + step * min(max(curved, -0.5), 0.5), curvature > 0.0, radial - (h + h_journal)
+    inverse_curvature = 1.0 / curvature
+    step = (tangential_distance - (slope + journal_slope)) * inverse_curvature
+    third_order = -0.5 * (tangential_distance + (third + journal_third)) * step * inverse_curvature
+    return step + step * min(max(third_order, -0.5), 0.5), curvature > 0.0, radial - (h + h_journal)
 
 
 @kernel
-def searched(surfaces, x, y, body_angles):
-    """Return the angle (rad) of the deepest point, from LOOKS samples and Newton's method in a bracket."""
-    greatest_depth, deepest_at, width = -math.inf, 0.0, 2.0 * math.pi / LOOKS
-    for i in rolled_range(LOOKS):
+def deepest_by_sampling(surfaces, x, y, body_angles):
+    """Return the angle (rad) of the deepest point, from SAMPLES samples and Newton's method in a bracket."""
+    greatest_depth, deepest_at, width = -math.inf, 0.0, 2.0 * math.pi / SAMPLES
+    for i in rolled_range(SAMPLES):
         c, s = direction(i * width)
         h, _, _, _ = wear_depth_at(surfaces.bearing, i * width - body_angles[0])
         journal_wear, _, _, _ = wear_depth_at(surfaces.journal, i * width - body_angles[1])
@@ -142,7 +142,7 @@ def searched(surfaces, x, y, body_angles):
         if not low < newton_angle < high:
             newton_angle = 0.5 * (low + high)
         move, angle = abs(newton_angle - angle), newton_angle
-        if move < CLOSE_FOR_SLOPES:
+        if move < LAST_STEP_BOUND:
             break
     return angle
 
@@ -150,7 +150,7 @@ def searched(surfaces, x, y, body_angles):
 @kernel
 def last_step_bound(x):
     """Return the step length (rad) of Halley's method after which the next step is the last; less for derivatives."""
-    return CLOSE_FOR_SLOPES if isinstance(x, Dual) else LAST_STEP
+    return LAST_STEP_BOUND if isinstance(x, Dual) else LAST_STEP
 
 
 @inlined
@@ -164,7 +164,7 @@ def deepest_angle(joint, x, y, body_angles, close):
     least_radius = -(joint.bearing.least_radius_change + joint.journal.least_radius_change)
     square, angle, is_converged = x * x + y * y, 0.0 * x, False
     if square > 0.0:
-        start_angle = rough_angle(y, x)
+        start_angle = approximate_angle(y, x)
         step, opens, height = halley(surfaces, start_angle, body_angles, math.sqrt(square), 0.0)
         angle = start_angle + step
         for _ in range(STEPS):
@@ -177,7 +177,7 @@ def deepest_angle(joint, x, y, body_angles, close):
             step, opens, height = halley(surfaces, angle, body_angles, x * c + y * s, y * c - x * s)
             angle += step
     if not is_converged:  # in some lane: what follows a return would be computed for none, too
-        angle = searched(surfaces, x, y, body_angles)
+        angle = deepest_by_sampling(surfaces, x, y, body_angles)
     return angle
 
 
@@ -195,10 +195,13 @@ def nearest(joint, gap):
     radial, tangential_distance = x * c + y * s, y * c - x * s
     residual = tangential_distance - (slope + journal_slope)
     curvature = plain(radial) + bearing_curvature + journal_curvature
-    per_sharp = 1.0 / curvature if curvature > 0.0 else 0.0
-    correction = residual * per_sharp
+    inverse_curvature = 1.0 / curvature if curvature > 0.0 else 0.0
+    correction = residual * inverse_curvature
     skew = plain(tangential_distance) + (third + journal_third)
-    correction, third_of_skew = correction - 0.5 * skew * per_sharp * correction * correction, skew * (1.0 / 3.0)
+    correction, third_of_skew = (
+        correction - 0.5 * skew * inverse_curvature * correction * correction,
+        skew * (1.0 / 3.0),
+    )
     straight = 1.0 - 0.5 * correction * correction  # series of the cosine of the remainder
     nx, ny = c * straight - s * correction, s * straight + c * correction
     radii = joint.bearing_radius + h, joint.journal_radius - journal_wear
@@ -218,7 +221,8 @@ def nearest(joint, gap):
         radii=radii,
         slopes=slopes,
         local=joint.clearance + (h + bearing_curvature + journal_wear + journal_curvature),
-        normal_rate=(vy * c - vx * s + bearing_curvature * bearing_spin + journal_curvature * journal_spin) * per_sharp,
+        normal_rate=(vy * c - vx * s + bearing_curvature * bearing_spin + journal_curvature * journal_spin)
+        * inverse_curvature,
     )
 
 

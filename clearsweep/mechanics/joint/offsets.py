@@ -145,7 +145,7 @@ def with_current_state(law, y, latched, offsets):
 
 
 @inlined
-def with_laws_as_they_are(joint, offsets, state):
+def with_current_laws(joint, offsets, state):
     """Return a joint of one contact, its law and its friction with their internal state at `state`."""
     law = with_current_state(joint.law, state.y, state.latched, offsets)
     friction = with_current_state(joint.friction, state.y, state.latched, after_law(offsets, joint.law))

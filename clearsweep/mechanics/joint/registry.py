@@ -19,7 +19,7 @@ from .elastic.power import Linear
 from .film.shear import DEFAULT
 from .film.transition import bounds
 from .friction.contract import Frictionless
-from .friction.pieces import at_contact
+from .friction.rest import at_contact
 from .loss.contract import lowest_force
 from .loss.renewed import renewed
 from .material import line_modulus
@@ -35,7 +35,7 @@ from .loss import hysteresis, plastic, dampers  # noqa: F401
 from .elastic import power, cylinders, conformal, compatible  # noqa: F401
 from .roughness import smooth, fractal, kogut_etsion  # noqa: F401
 from .friction import sliding, stick, bristles  # noqa: F401
-from .wear import archard, bed, persson, pressure, slices, uniform  # noqa: F401
+from .wear import archard, foundation, persson, pressure, slices, uniform  # noqa: F401
 from .film import reynolds, finite, short, long, shear, transition  # noqa: F401
 # isort: on
 
@@ -114,7 +114,7 @@ def joint_term(joint: Joint, distal: str, earlier_wear: Worn | None = None) -> t
         wear=wear_term(joint),
     )
     if _evolves(joint):
-        form = worn.WornOnBed if _on_springs(joint, elastic) else worn.WornJoint
+        form = worn.WornOnFoundation if _on_springs(joint, elastic) else worn.WornJoint
         return form(*dry_joint, *_shapes(joint, elastic, earlier_wear)[:2])
     if joint.film is None:
         return dry_joint

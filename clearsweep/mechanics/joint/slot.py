@@ -101,8 +101,10 @@ def _pressed(joint, gap, offsets, state):
         bearing_radius=joint.bearing_radius,
         wear=joint.wear,
     )
-    force, rubbing, elastic, unclipped = normal_forces(joint_now, mode, root * abs(root), normal.rate, state.latched[c])
-    tangential = as_type_of(friction_force(friction, rubbing, normal.slip), normal.slip)
+    force, friction_load, elastic, unclipped = normal_forces(
+        joint_now, mode, root * abs(root), normal.rate, state.latched[c]
+    )
+    tangential = as_type_of(friction_force(friction, friction_load, normal.slip), normal.slip)
     contact = Contact(force, tangential, normal.slip, normal.rate, normal.depth, elastic, unclipped)
     axial, transverse = -force * normal.x - tangential * normal.y, -force * normal.y + tangential * normal.x
     return axial, transverse, joint.journal_radius * tangential, contact

@@ -23,19 +23,19 @@ from .dry import Clip, Joint, normal_forces
 from .friction.contract import friction_force
 from .modes import FREE, PRESSED
 from .nearest import bodies_of, nearest, turned_gap, with_angles
-from .offsets import with_laws_as_they_are
+from .offsets import with_current_laws
 from .wear.contract import contact_angle, local_clearance
 from .wear.shape import Shape, wear_depth_at
 
 _FIELDS = [*Joint.__annotations__.items(), ("bearing", Shape), ("journal", Shape)]
 
 WornJoint = NamedTuple("WornJoint", _FIELDS)
-WornJoint.__doc__ = "A dry joint, and what is worn off its bodies; all force acts where they are deepest in each other."
+WornJoint.__doc__ = "A dry joint with worn bodies; all force acts at the deepest point of the surfaces."
 
-WornOnBed = NamedTuple("WornOnBed", _FIELDS)
-WornOnBed.__doc__ = "The same on springs, which press over the arc where the worn gap closes; see `worn_bed`."
+WornOnFoundation = NamedTuple("WornOnFoundation", _FIELDS)
+WornOnFoundation.__doc__ = "The same on an elastic foundation, which presses over an arc; see `worn_foundation`."
 
-KINDS = (WornJoint, WornOnBed)
+WORN_JOINTS = (WornJoint, WornOnFoundation)
 
 
 class WornContact(NamedTuple):
@@ -45,36 +45,38 @@ class WornContact(NamedTuple):
     tangential: float  # N, on the journal
     slip: float  # m/s, as in a dry joint; in free flight a bound of the rate of the depth
     rate: float  # m/s, of the depth
-    depth: float  # m, as measured by `pressing`; negative for a gap
+    depth: float  # m, as measured by `generalised_depth`; negative for a gap
     elastic: float  # N, the elastic part of the normal force
     raw: float  # N, the normal force before it is clipped, above the least that its law allows
-    pace: float  # m/s, at which the normal force works
+    generalised_rate: float  # m/s, conjugate to the normal force: their product is its power
 
 
-# ---------------------------------------------------------------------------------------------- what it does
+# ---------------------------------------------------------------------------------------------- loads
 
 
-class Pressing(NamedTuple):
-    """Load direction and generalised depth of worn surfaces in contact."""
+class GeneralisedDepth(NamedTuple):
+    """Generalised depth of worn surfaces in contact, and the direction of the load."""
 
     nx: float  # direction in which the bearing is pressed, a unit vector
     ny: float
     depth: float  # m, the measure; a law's force over it is the derivative of what is stored
     rate: float  # m/s, of the measure
-    gain: float  # 1, its derivative as the journal moves along the direction: true forces are larger by this factor
-    turns: tuple  # m/rad, its derivatives as bearing and journal rotate
+    force_factor: (
+        float  # 1, its derivative as the journal moves along the direction: true forces are larger by this factor
+    )
+    body_slopes: tuple  # m/rad, its derivatives as bearing and journal rotate
 
 
 @family
-def pressing(joint, nearest_point, gap, pen):
-    """Return the Pressing of a worn joint with its Nearest and TurnedGap, at the penetration `pen` (m) of its root."""
+def generalised_depth(joint, nearest_point, gap, pen):
+    """Return the GeneralisedDepth of a worn joint from its Nearest and TurnedGap, at the penetration `pen` (m)."""
 
 
-@pressing.member(WornJoint)
-def _pressing_worn_joint(joint, nearest_point, gap, pen):
-    gain = as_type_of(1.0, nearest_point.depth)
-    return Pressing(
-        nearest_point.nx, nearest_point.ny, nearest_point.depth, nearest_point.rate, gain, nearest_point.slopes
+@generalised_depth.member(WornJoint)
+def _generalised_depth_worn_joint(joint, nearest_point, gap, pen):
+    force_factor = as_type_of(1.0, nearest_point.depth)
+    return GeneralisedDepth(
+        nearest_point.nx, nearest_point.ny, nearest_point.depth, nearest_point.rate, force_factor, nearest_point.slopes
     )
 
 
@@ -99,7 +101,14 @@ def separate_load(joint, gap):
         depth, rate = nearest_point.depth, nearest_point.rate
     zero = as_type_of(0.0, eccentricity)
     contact = WornContact(
-        normal=zero, tangential=zero, slip=surface_speed, rate=rate, depth=depth, elastic=zero, raw=zero, pace=rate
+        normal=zero,
+        tangential=zero,
+        slip=surface_speed,
+        rate=rate,
+        depth=depth,
+        elastic=zero,
+        raw=zero,
+        generalised_rate=rate,
     )
     return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(contact,))
 
@@ -108,25 +117,28 @@ def separate_load(joint, gap):
 def worn_load(joint, gap, mode, pen, onset_rate):
     """Return the Load of a worn joint in a touching mode, like `dry.joint_load` for circles."""
     nearest_point = nearest(joint, gap)
-    pressing_load = pressing(joint, nearest_point, gap, pen)
-    nx, ny, gain = pressing_load.nx, pressing_load.ny, pressing_load.gain
-    pace = pressing_load.rate / gain
-    force, rubbing, elastic, unclipped = normal_forces(joint, mode, pen, pace, onset_rate)
+    generalised = generalised_depth(joint, nearest_point, gap, pen)
+    nx, ny, force_factor = generalised.nx, generalised.ny, generalised.force_factor
+    generalised_rate = generalised.rate / force_factor
+    force, friction_load, elastic, unclipped = normal_forces(joint, mode, pen, generalised_rate, onset_rate)
     x_rate, y_rate = joint.side * gap.vx, joint.side * gap.vy
     slip = y_rate * nx - x_rate * ny + nearest_point.rolling
-    normal, tangential = gain * force, as_type_of(friction_force(joint.friction, gain * rubbing, slip), slip)
+    normal, tangential = (
+        force_factor * force,
+        as_type_of(friction_force(joint.friction, force_factor * friction_load, slip), slip),
+    )
     fx, fy = -normal * nx - tangential * ny, -normal * ny + tangential * nx
-    on_bearing = -nearest_point.radii[0] * tangential - pressing_load.turns[0] * force
-    on_journal = nearest_point.radii[1] * tangential - pressing_load.turns[1] * force
+    on_bearing = -nearest_point.radii[0] * tangential - generalised.body_slopes[0] * force
+    on_journal = nearest_point.radii[1] * tangential - generalised.body_slopes[1] * force
     contact = WornContact(
         normal=normal,
         tangential=tangential,
         slip=slip,
-        rate=pressing_load.rate,
-        depth=pressing_load.depth,
-        elastic=gain * elastic,
+        rate=generalised.rate,
+        depth=generalised.depth,
+        elastic=force_factor * elastic,
         raw=unclipped,
-        pace=pace,
+        generalised_rate=generalised_rate,
     )
     if joint.side < 0.0:
         return Load(fx=-fx, fy=-fy, moment_proximal=on_journal, moment_distal=on_bearing, contacts=(contact,))
@@ -135,43 +147,43 @@ def worn_load(joint, gap, mode, pen, onset_rate):
 
 @power_stored.member(WornContact)
 def _power_stored_worn_contact(contact):
-    return contact.elastic * contact.pace
+    return contact.elastic * contact.generalised_rate
 
 
 @power_lost.member(WornContact)
 def _power_lost_worn_contact(contact):
-    return (contact.normal - contact.elastic) * contact.pace
+    return (contact.normal - contact.elastic) * contact.generalised_rate
 
 
 @contact_modes.member(WornJoint)
-@contact_modes.member(WornOnBed)
-def _contact_modes_worn_joint_or_worn_on_bed(joint):
+@contact_modes.member(WornOnFoundation)
+def _contact_modes_worn_joint_or_worn_on_foundation(joint):
     return (ContactModes(FREE, PRESSED),)
 
 
 @parts.member(WornJoint)
-@parts.member(WornOnBed)
-def _parts_worn_joint_or_worn_on_bed(joint):
+@parts.member(WornOnFoundation)
+def _parts_worn_joint_or_worn_on_foundation(joint):
     return Part(Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0)
 
 
 @load.member(WornJoint)
-@load.member(WornOnBed)
-def _load_worn_joint_or_worn_on_bed(joint, gap, offsets, state):
+@load.member(WornOnFoundation)
+def _load_worn_joint_or_worn_on_foundation(joint, gap, offsets, state):
     mode = state.mode[offsets.contact]
     if mode == FREE:
         return separate_load(joint, gap)
     root = state.y[state.roots + offsets.contact]
-    current = with_laws_as_they_are(joint, offsets, state)
+    current = with_current_laws(joint, offsets, state)
     return worn_load(current, gap, mode, root * abs(root), state.latched[offsets.contact])
 
 
-# ---------------------------------------------------------------------------------------------- where it starts
+# ---------------------------------------------------------------------------------------------- initial state
 
 
 def has_worn_shape(joint) -> bool:
     """Return whether the worn shape of a joint affects contact."""
-    return isinstance(joint, KINDS)
+    return isinstance(joint, WORN_JOINTS)
 
 
 @family
@@ -195,12 +207,12 @@ def _seat_worn_joint(joint, eccentricity, angles):
     return np.array([radial * nx - tangential_load * ny, radial * ny + tangential_load * nx]), size - joint.clearance
 
 
-# ---------------------------------------------------------------------------------------------- its wear
+# ---------------------------------------------------------------------------------------------- wear
 
 
 @contact_angle.member(WornJoint)
-@contact_angle.member(WornOnBed)
-def _contact_angle_worn_joint_or_worn_on_bed(joint, gap):
+@contact_angle.member(WornOnFoundation)
+def _contact_angle_worn_joint_or_worn_on_foundation(joint, gap):
     nearest_point = nearest(joint, gap)
     return nearest_point.angle, nearest_point.normal_rate, nearest_point.depth, nearest_point.rate
 
@@ -213,4 +225,4 @@ def _local_clearance_worn_joint(joint, on_bearing, on_journal):
 
 
 with_angles.member(WornJoint)(turned_gap)
-with_angles.member(WornOnBed)(turned_gap)
+with_angles.member(WornOnFoundation)(turned_gap)

@@ -27,8 +27,8 @@ from .contract import Contact, ContactModes, Load, Part, contact_modes, load, pa
 from .dry import Clip, normal_forces
 from .friction.contract import friction_force
 from .modes import FREE, PRESSED, touches
-from .nearest import rough_angle, with_angles
-from .offsets import with_laws_as_they_are
+from .nearest import approximate_angle, with_angles
+from .offsets import with_current_laws
 from .slot import SlotJoint, load_at_pin, local_by_way, normal_of, note_contact, on_flat_wall
 from .wear.arc_over_step import sliding_contact_at
 from .wear.contract import local_clearance, middle_arc
@@ -94,7 +94,7 @@ def _with_angles_worn_slot(joint, gap, angles):
 @inlined
 def _angle_of(x, y):
     """Return the angle (rad) of a unit vector, with its derivatives."""
-    rough = rough_angle(plain(y), plain(x))
+    rough = approximate_angle(plain(y), plain(x))
     c, s = direction(rough)
     residual_sine = y * c - x * s  # its sine
     return rough + residual_sine * (1.0 + residual_sine * residual_sine * (1.0 / 6.0))
@@ -141,11 +141,11 @@ def _load_worn_slot(joint, gap, offsets, state):
         )
         return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(no_contact,))
     root, normal = state.y[state.roots + offsets.contact], pin_contact.normal
-    current = with_laws_as_they_are(joint, offsets, state)
-    force, rubbing, elastic, unclipped = normal_forces(
+    current = with_current_laws(joint, offsets, state)
+    force, friction_load, elastic, unclipped = normal_forces(
         current, mode, root * abs(root), pin_contact.rate, state.latched[offsets.contact]
     )
-    tangential = as_type_of(friction_force(current.friction, rubbing, normal.slip), normal.slip)
+    tangential = as_type_of(friction_force(current.friction, friction_load, normal.slip), normal.slip)
     contact = Contact(force, tangential, normal.slip, pin_contact.rate, pin_contact.depth, elastic, unclipped)
     tangential_load = tangential + force * pin_contact.sideways  # along the normal turned by +90 degrees
     axial, transverse = -force * normal.x - tangential_load * normal.y, -force * normal.y + tangential_load * normal.x

@@ -33,11 +33,11 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
     inertia = space.along_axes("kg*m^2", "inertia", 0.0, None)
     return (
         Keys("mechanism.crank", "the crank", (_LENGTH, mass._replace(low_open=False))),
-        Keys("mechanism.crank.inertia", description, inertia, alone=(1, 1, 1)),
-        Keys("mechanism.crank.center", where, _center(), "implied", alone=(1, 0, 0)),
+        Keys("mechanism.crank.inertia", description, inertia, scalar_factors=(1, 1, 1)),
+        Keys("mechanism.crank.center", where, _center(), "implied", scalar_factors=(1, 0, 0)),
         Keys("mechanism.rod", "the rod", (_LENGTH, mass)),
         Keys("mechanism.rod.inertia", description, tuple(field._replace(low_open=True) for field in inertia)),
-        Keys("mechanism.rod.center", where, _center(), "implied", alone=(1, 0, 0)),
+        Keys("mechanism.rod.center", where, _center(), "implied", scalar_factors=(1, 0, 0)),
         Keys("mechanism.slider", "the slider", (mass,)),
         Keys("mechanism", "", flags=(space.FLAG,)),
         space.gravity_keys(),

@@ -106,7 +106,7 @@ class Study(NamedTuple):
         if any(axis.path == path for axis in self.axes):
             value = self._at(case_id, path)
             return None if pd.isna(value) else value
-        if path in self.defined.follow:
+        if path in self.defined.dependents:
             names = {f"define.{name}" for name in self.defined.varied}
             return self.defined.at({name: self._at(case_id, name) for name in names})[path]
         return value_at(self.base, path)
@@ -197,7 +197,7 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
     units |= {column: unit for column, (unit, _) in derived.items()}
     defined = grid.definitions_of_resolved(record)
     derived |= {
-        path: (units.get(path, "1"), functools.partial(dependent_values, defined, path)) for path in defined.follow
+        path: (units.get(path, "1"), functools.partial(dependent_values, defined, path)) for path in defined.dependents
     }
     making = {column: functools.partial(make, base=base) for column, (_, make) in derived.items()}
     cases = Rows(run, run.column("case_id"), finished & own, texts, making)

@@ -37,10 +37,10 @@ from .contract import CYLINDER_NEEDS, NODES, elastic_energy, elastic_force, elas
 from .cylinders import inverse_lambert
 from .power import Power, derived_power
 
-WIDEST = math.radians(45.0)  # largest valid half-angle: there Persson's load over the same arc is 10 % larger
+MAX_HALF_ANGLE = math.radians(45.0)  # largest valid half-angle: there Persson's load over the same arc is 10 % larger
 #: Where the tangent stiffness is twice the secant stiffness: q, and penetration and force in clearances and
 #: K c; a half-angle of 77.3 degrees.
-END_SHARE, END_DEPTH, END_FORCE = 0.3904034394336609, 1.0747499705677557, 1.303756352688982
+END_Q, END_DEPTH, END_FORCE = 0.3904034394336609, 1.0747499705677557, 1.303756352688982
 
 
 class Compatible(NamedTuple):
@@ -53,8 +53,8 @@ class Compatible(NamedTuple):
 def depth_of_arc(angle: float) -> float:
     """Return the penetration in clearances at which the half-angle of the arc is `angle` (rad)."""
     q = math.sin(0.5 * angle) ** 2
-    share = q * (math.log(4.0 / q) - 1.0)
-    return share / (1.0 - share)
+    depth_ratio = q * (math.log(4.0 / q) - 1.0)
+    return depth_ratio / (1.0 - depth_ratio)
 
 
 @elastic_form(Compatible, is_odd=False)
@@ -63,14 +63,14 @@ def _compatible(elastic, pen):
         return as_type_of(0.0, pen)
     c = elastic.clearance
     if pen < END_DEPTH * c:
-        share = pen / (c + pen)
-        q = share * inverse_lambert(0.25 * math.e * share)
+        depth_ratio = pen / (c + pen)
+        q = depth_ratio * inverse_lambert(0.25 * math.e * depth_ratio)
         return elastic.stiffness * (c + pen) * q * (2.0 - q)
     return elastic.stiffness * END_FORCE * (2.0 / END_DEPTH * pen - c)
 
 
 @kernel
-def stored(q):
+def energy_ratio(q):
     """Return the energy in units of K c^2: the integral of the force over the penetration, by parts.
 
     With w = pen / (c + pen) and h = w (2 - w) / (1 - w)^2 it is q (2 - q) h / 2 minus the integral of (1 - q) h over q;
@@ -87,7 +87,7 @@ def stored(q):
     return 0.5 * q * (2.0 - q) * w * (2.0 - w) / ((1.0 - w) * (1.0 - w)) - q * (w + 0.5 * q + energy_factor)
 
 
-END_ENERGY = stored(END_SHARE)
+END_ENERGY = energy_ratio(END_Q)
 
 
 @elastic_energy.member(Compatible)
@@ -96,8 +96,8 @@ def _elastic_energy_compatible(elastic, pen):
         return as_type_of(0.0, pen)
     c = elastic.clearance
     if pen < END_DEPTH * c:
-        share = pen / (c + pen)
-        return elastic.stiffness * c * c * stored(share * inverse_lambert(0.25 * math.e * share))
+        depth_ratio = pen / (c + pen)
+        return elastic.stiffness * c * c * energy_ratio(depth_ratio * inverse_lambert(0.25 * math.e * depth_ratio))
     overshoot = pen - END_DEPTH * c
     return elastic.stiffness * (END_ENERGY * c * c + END_FORCE * overshoot * (c + overshoot / END_DEPTH))
 
@@ -124,7 +124,7 @@ register(
     ),
     (Compatible,),
     _make_compatible,
-    limit=lambda joint: depth_of_arc(WIDEST) * joint.clearance,
+    limit=lambda joint: depth_of_arc(MAX_HALF_ANGLE) * joint.clearance,
 )
 
 # ---------------------------------------------------------------------------------------------- a power
@@ -136,8 +136,8 @@ FIT = Columns(
     (Field("penetration", "m", "of the journal's surface into the bearing's"),),
     (Field("force", "N", "normal, of the whole joint"),),
 )
-FROM = Field("fit_from", "m", "least penetration of the fit", default=1e-7)
-TO = Field("fit_to", "m", "largest penetration of the fit", default=2e-5)
+FIT_FROM = Field("fit_from", "m", "least penetration of the fit", default=1e-7)
+FIT_TO = Field("fit_to", "m", "largest penetration of the fit", default=2e-5)
 
 
 class Fitted(NamedTuple):
@@ -173,7 +173,7 @@ register(
         "over fit_from to fit_to, evenly in ln pen, or over the points of `fit`",
         "in the manner of 'A continuous contact force model for planar revolute joint based on fitting method' 2017, "
         "Adv. Mech. Eng. 9(2); the coefficients are fitted here, not the paper's",
-        (FROM, TO),
+        (FIT_FROM, FIT_TO),
         contact="line",
         needs=CYLINDER_NEEDS,
         orders=(Order("fit_from", "fit_to", "there would be nothing to fit"),),

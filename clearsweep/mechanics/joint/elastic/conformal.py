@@ -85,9 +85,9 @@ class LiuTangent(NamedTuple):
 
 @elastic_form(LiuTangent, is_odd=False)
 def _liu_tangent(elastic, pen):
-    clearance_and_depth = elastic.clearance + pen
-    factor = (1.5 * elastic.clearance + pen) / clearance_and_depth
-    return elastic.modulus * pen**elastic.exponent * factor * math.sqrt(0.5 * pen / clearance_and_depth)
+    bearing_depth = elastic.clearance + pen
+    factor = (1.5 * elastic.clearance + pen) / bearing_depth
+    return elastic.modulus * pen**elastic.exponent * factor * math.sqrt(0.5 * pen / bearing_depth)
 
 
 def _make_literal(joint):
@@ -124,7 +124,7 @@ class Foundation(NamedTuple):
 
 
 @kernel
-def arc_excess(angle):
+def angle_minus_sine(angle):
     """Return angle - sin(angle) for an angle (rad) of at least 0, without cancellation at small angles."""
     if angle > 1.0:
         return angle - math.sin(angle)
@@ -138,7 +138,7 @@ def arc_excess(angle):
 @elastic_form(Foundation, is_odd=True)
 def _foundation(elastic, pen):
     angle = 2.0 * math.atan(math.sqrt(pen / (2.0 * elastic.clearance + pen)))
-    return elastic.stiffness * (pen * angle + elastic.clearance * arc_excess(angle))
+    return elastic.stiffness * (pen * angle + elastic.clearance * angle_minus_sine(angle))
 
 
 def foundation_modulus(joint: Joint) -> float:
@@ -187,31 +187,31 @@ CONFORMAL_END = 5.004202079905
 
 
 @kernel
-def conformal_load(depth):
-    """Return Persson's load in units of 2 pi E* clearance length, at a penetration of `depth` clearances."""
-    b2 = depth / (2.0 + depth)
+def load_ratio(depth_ratio):
+    """Return Persson's load in units of 2 pi E* clearance length, at a penetration of `depth_ratio` clearances."""
+    b2 = depth_ratio / (2.0 + depth_ratio)
     return b2 * (b2 + 1.0) / (2.0 - math.log1p(b2) - 2.0 * b2 * b2)
 
 
 @elastic_form(Conformal, is_odd=False)
 def _conformal(elastic, pen):
-    depth = pen / elastic.clearance
-    if depth < CONFORMAL_END:
-        return elastic.stiffness * conformal_load(depth)
-    return elastic.stiffness * conformal_load(CONFORMAL_END) * (2.0 * depth / CONFORMAL_END - 1.0)
+    depth_ratio = pen / elastic.clearance
+    if depth_ratio < CONFORMAL_END:
+        return elastic.stiffness * load_ratio(depth_ratio)
+    return elastic.stiffness * load_ratio(CONFORMAL_END) * (2.0 * depth_ratio / CONFORMAL_END - 1.0)
 
 
 #: Squared tangent of half of 84.83 degrees, the half-angle at which Persson's load becomes infinite.
-WIDEST_B2 = 0.8346152454776572
+MAX_B2 = 0.8346152454776572
 
 
-def load_arc(load: np.ndarray) -> np.ndarray:
+def half_angle_at_load(load: np.ndarray) -> np.ndarray:
     """Return the half-angle (rad) of contact by Persson, for loads in units of E* clearance length."""
-    low, high = np.zeros(np.shape(load)), np.full(np.shape(load), WIDEST_B2)  # of b^2
+    low, high = np.zeros(np.shape(load)), np.full(np.shape(load), MAX_B2)  # of b^2
     for _ in range(60):
         b2 = 0.5 * (low + high)
-        overshoot = 2.0 * np.pi * b2 * (b2 + 1.0) < load * (2.0 - portable.log1p(b2) - 2.0 * b2 * b2)
-        low, high = np.where(overshoot, b2, low), np.where(overshoot, high, b2)
+        is_below = 2.0 * np.pi * b2 * (b2 + 1.0) < load * (2.0 - portable.log1p(b2) - 2.0 * b2 * b2)
+        low, high = np.where(is_below, b2, low), np.where(is_below, high, b2)
     return 2.0 * portable.atan(np.sqrt(0.5 * (low + high)))
 
 
@@ -257,7 +257,7 @@ def conformal_fit() -> tuple[float, float, float]:
     """
     nodes, weights = portable.gauss_rule(200)
     x = 0.5 * FIT_END * (nodes + 1.0)
-    load = 2.0 * math.pi * np.array([conformal_load(depth) for depth in x])
+    load = 2.0 * math.pi * np.array([load_ratio(depth) for depth in x])
     exponent, logarithm = portable.line_through(portable.log(x), portable.log(load), weights)
     error = math.exp(logarithm) * portable.power(x, exponent) / load - 1.0
     return math.exp(logarithm), exponent, math.sqrt(math.fsum(weights * error**2) / math.fsum(weights))

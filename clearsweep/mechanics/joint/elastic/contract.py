@@ -20,7 +20,7 @@ def elastic_force(elastic, pen):
 
 
 @family
-def parity(elastic):
+def root_parity(elastic):
     """Return -1 if the force at small penetration is an odd power of the root of the penetration, else 1."""
 
 
@@ -58,7 +58,7 @@ def _default_energy_stiffness(elastic, pen):
 #: Nodes x of the Gauss-Legendre rule on (0, 1), and weights times 2 x, for an integral over pen x^2.
 NODES = tuple((float(0.5 * x + 0.5), float(w * (0.5 * x + 0.5))) for x, w in zip(*gauss_rule(5), strict=True))
 
-FAMILIES = (elastic_force, parity)  # every type must be a member of these families
+FAMILIES = (elastic_force, root_parity)  # every type must be a member of these families
 
 
 def elastic_form(form, *, is_odd: bool):
@@ -68,7 +68,7 @@ def elastic_form(form, *, is_odd: bool):
     """
 
     def decorate(function):
-        parity.member(form)(_odd if is_odd else _even)
+        root_parity.member(form)(_odd if is_odd else _even)
         return elastic_force.member(form)(function)
 
     return decorate
@@ -99,11 +99,11 @@ def static_penetration(elastic, load: float) -> float:
 CYLINDER_NEEDS = ("length", "material")  # of the laws of cylinders
 #: Half the contact arc (rad) under the load, by Hertz's line contact: up to about 10 degrees the bodies are
 #: approximately half-spaces (Johnson 1985, section 4.2).
-_HALF_SPACES = math.radians(10.0)
-SMALL_ARC = Range("arc", 0.0, _HALF_SPACES, "rad", "it treats the bodies as half-spaces")
+_HALF_SPACE_ARC = math.radians(10.0)
+SMALL_ARC = Range("arc", 0.0, _HALF_SPACE_ARC, "rad", "it treats the bodies as half-spaces")
 WIDE_ARC = Range(
     "arc",
-    _HALF_SPACES,
+    _HALF_SPACE_ARC,
     0.5 * math.pi,
     "rad",
     "its arc is that of rigid circles, but elastic bodies touch over a smaller one",

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from ...compiled.family import family
 from ..contract import NEVER, Guard, guard_values, guards
+from ..kinks import distances_past_kinks
 from ..modes import ACTS, MEETS, TOUCHING
-from ..pieces import from_next_kinks
 
 AFLOAT = ACTS | MEETS  # apart: the film carries load, an onset is searched for
 NEAR = 1e-9  # of the clearance: a step that begins this close to a corner has just passed it
@@ -68,8 +68,8 @@ def _guards_reversals(reversals):
 
 @guard_values.member(Reversals)
 def _guard_values_reversals(reversals, start, contact, root):
-    opens, closes = from_next_kinks((0.0,), start.rate, contact.rate)
-    turns, turns_back = from_next_kinks((0.0,), start.guarded, contact.guarded)
+    opens, closes = distances_past_kinks((0.0,), start.rate, contact.rate)
+    turns, turns_back = distances_past_kinks((0.0,), start.guarded, contact.guarded)
     if start.depth < reversals.end:
         return opens, closes, turns, turns_back
     return NEVER, NEVER, NEVER, NEVER

@@ -8,10 +8,10 @@ from ...compiled import calculus as math
 from ...compiled.choosing import where
 from ...compiled.family import family, kernel
 from ..contract import InternalState, internal_rates, internal_state
-from ..pieces import kinks, over_slip, with_kinks
+from ..kinks import kinks, register_kinks, slip_variable
 from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values, settled_state
-from .pieces import at_rest
+from .rest import at_rest
 from .sliding import stribeck_coefficient
 
 SLIDING = COEFFICIENT._replace(low_open=True)
@@ -52,7 +52,7 @@ def _settled_state_dahl(friction, slip):
 
 internal_state.member(Dahl)(_bend_of_sliding)
 kinks.member(Dahl)(at_rest)
-with_kinks(Dahl, over_slip)
+register_kinks(Dahl, slip_variable)
 
 
 @internal_rates.member(Dahl)
@@ -125,7 +125,7 @@ def _settled_state_damped(friction, slip):
 
 internal_state.member(LuGre)(_bend_of_sliding)
 kinks.member(LuGre)(at_rest)
-with_kinks(LuGre, over_slip)
+register_kinks(LuGre, slip_variable)
 
 
 @internal_rates.member(LuGre)
@@ -225,7 +225,7 @@ friction_force.member(ElastoPlastic)(_friction_force_lugre)
 settled_state.member(ElastoPlastic)(_settled_state_damped)
 internal_state.member(ElastoPlastic)(_bend_of_sliding)
 kinks.member(ElastoPlastic)(at_rest)
-with_kinks(ElastoPlastic, over_slip)
+register_kinks(ElastoPlastic, slip_variable)
 internal_rates.member(ElastoPlastic)(_internal_rates_lugre)
 
 

@@ -6,10 +6,10 @@ from ....contracts.catalogue import Field, Law, Order
 from ...compiled import calculus as math
 from ...compiled.choosing import where
 from ...compiled.family import kernel
-from ..pieces import kinks, over_slip, with_kinks
+from ..kinks import kinks, register_kinks, slip_variable
 from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, VISCOUS, friction_force, from_values
-from .pieces import piecewise
+from .rest import piecewise
 
 SCALE = Field("velocity_scale", "m/s", "sliding speed at which 76 % of the friction acts")
 
@@ -246,7 +246,7 @@ def stribeck_coefficient(friction, slip):
     return friction.coefficient + (friction.static_coefficient - friction.coefficient) * decay
 
 
-with_kinks(Stribeck, over_slip)
+register_kinks(Stribeck, slip_variable)
 
 
 @kinks.member(Stribeck)

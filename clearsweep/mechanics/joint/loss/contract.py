@@ -4,8 +4,8 @@ from ....contracts.catalogue import Field
 from ...compiled import calculus as math
 from ...compiled.choosing import where
 from ...compiled.family import family, kernel
-from ..elastic.contract import parity
-from ..pieces import piece_of
+from ..elastic.contract import root_parity
+from ..kinks import piece_of
 
 
 @family
@@ -96,7 +96,7 @@ def _unbounded(law):
 
 
 def _of_elastic(law, elastic):
-    return parity(elastic)
+    return root_parity(elastic)
 
 
 def _its_own(law, elastic):

@@ -6,7 +6,7 @@ from ....contracts.catalogue import Field, Law
 from ...compiled import calculus as math
 from ...compiled.choosing import where
 from ..elastic.contract import elastic_force
-from ..pieces import UNKNOWN, in_pieces, kinks, over_penetration, over_rate, piece_of
+from ..kinks import UNKNOWN, kinks, penetration_variable, piece_of, rate_variable, register_pieces
 from ..rebound import approach_damping_rebound, damping_ratio
 from ..recipe import register
 from .contract import RESTITUTION, approaching, loss_form, where_it_parts
@@ -65,7 +65,7 @@ class ApproachRootDamper(NamedTuple):
     piece: float = UNKNOWN
 
 
-in_pieces(ApproachRootDamper, over_rate)
+register_pieces(ApproachRootDamper, rate_variable)
 kinks.member(ApproachRootDamper)(where_it_parts)
 
 
@@ -242,7 +242,7 @@ class SteppedDamper(NamedTuple):
     piece: float = UNKNOWN
 
 
-in_pieces(SteppedDamper, over_penetration)
+register_pieces(SteppedDamper, penetration_variable)
 
 
 @kinks.member(SteppedDamper)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ....contracts.catalogue import Law, Merit
 from ...compiled import calculus as math
 from ..elastic.contract import elastic_force
-from ..pieces import UNKNOWN, in_pieces, kinks, over_rate
+from ..kinks import UNKNOWN, kinks, rate_variable, register_pieces
 from ..rebound import approach_hysteresis_rebound, exact_factor, hysteresis_rebound
 from ..recipe import register
 from .contract import (
@@ -281,7 +281,7 @@ class ApproachHysteresis(NamedTuple):
     piece: float = UNKNOWN
 
 
-in_pieces(ApproachHysteresis, over_rate)
+register_pieces(ApproachHysteresis, rate_variable)
 kinks.member(ApproachHysteresis)(where_it_parts)
 
 

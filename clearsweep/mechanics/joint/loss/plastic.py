@@ -8,14 +8,14 @@ from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
 from ..contract import NEVER, Guard, guard_values, guards, latched
 from ..elastic.contract import elastic_force
+from ..kinks import depth_variable, distances_past_kinks, kink_variable, kinks
 from ..material import plane_strain_modulus, relative_radius
 from ..modes import TOUCHING
-from ..pieces import from_next_kinks, kink_variable, kinks, over_depth
 from ..recipe import register
 from .contract import RESTITUTION, always_keeps_onset, keeps_onset, loss_form
 
-SHALLOW = 1e-12  # m, least recorded depth of a yielding contact
-BEYOND = 1.0 + 1e-12  # times the root of the deepest penetration: keeps rounding from reaching it again
+MIN_DEPTH = 1e-12  # m, least recorded depth of a yielding contact
+RELOAD_FACTOR = 1.0 + 1e-12  # times the root of the deepest penetration: keeps rounding from reaching it again
 UNLOADING, RELOADING = 0, 1  # guards: unloading begins; reloading reaches the deepest point
 
 
@@ -34,7 +34,7 @@ class Plastic(NamedTuple):
 @loss_form(Plastic, pulls=False, times_elastic=True)
 def _plastic(law, elastic, pen, rate, onset_rate):
     share = law.returned_share if onset_rate > law.yield_rate else 1.0
-    if law.deepest < SHALLOW:
+    if law.deepest < MIN_DEPTH:
         force = elastic_force(elastic, pen)
         return force, share * force
     recovered = (pen - (1.0 - share) * law.deepest) / share
@@ -58,19 +58,22 @@ class YieldingSphere(NamedTuple):
 
 
 #: Factor and power of the published fits of the force, and of the area of contact, over Hertz's.
-FIRST, SECOND, AREA = (1.03, -0.075), (1.40, -0.237), (0.94, 0.146)
+FIRST_FIT, SECOND_FIT, AREA_FIT = (1.03, -0.075), (1.40, -0.237), (0.94, 0.146)
 #: Yield depths from which on the fits are used, one follows the other, and where that of the area begins and ends.
-SOFTENS, TURNS_FULLY = FIRST[0] ** (-1.0 / FIRST[1]), (SECOND[0] / FIRST[0]) ** (1.0 / (FIRST[1] - SECOND[1]))
-WIDENS, WIDEST = ((end / AREA[0]) ** (1.0 / AREA[1]) for end in (1.0, 2.0))
+FIRST_FIT_BEGIN, SECOND_FIT_BEGIN = (
+    FIRST_FIT[0] ** (-1.0 / FIRST_FIT[1]),
+    (SECOND_FIT[0] / FIRST_FIT[0]) ** (1.0 / (FIRST_FIT[1] - SECOND_FIT[1])),
+)
+AREA_FIT_BEGIN, AREA_FIT_END = ((end / AREA_FIT[0]) ** (1.0 / AREA_FIT[1]) for end in (1.0, 2.0))
 
 
 @kernel
-def softening(law, x):
+def force_ratio(law, x):
     """Return the force over Hertz's at `x` >= 1 yield depths, and its exponent in `x`: the least published fit."""
-    share, power = FIRST[0] * x ** FIRST[1], FIRST[1]
-    fit = SECOND[0] * x ** SECOND[1]
+    share, power = FIRST_FIT[0] * x ** FIRST_FIT[1], FIRST_FIT[1]
+    fit = SECOND_FIT[0] * x ** SECOND_FIT[1]
     if fit < share:
-        share, power = fit, SECOND[1]
+        share, power = fit, SECOND_FIT[1]
     yield_slope = law.plastic * x**-0.5
     if yield_slope < share:
         share, power = yield_slope, -0.5
@@ -80,9 +83,9 @@ def softening(law, x):
 
 
 @kernel
-def widening(x):
+def area_ratio(x):
     """Return the contact area over Hertz's at `x` >= 1 yield depths, and its exponent in `x`: a fit with exact ends."""
-    area, power = AREA[0] * x ** AREA[1], AREA[1]
+    area, power = AREA_FIT[0] * x ** AREA_FIT[1], AREA_FIT[1]
     if area < 1.0:
         area, power = 1.0, 0.0
     elif area > 2.0:
@@ -92,15 +95,15 @@ def widening(x):
 
 @loss_form(YieldingSphere, pulls=False, times_elastic=True)
 def _yielding_sphere(law, elastic, pen, rate, onset_rate):
-    deepens = law.deepest < SHALLOW
-    deepest_now = pen if deepens else as_type_of(law.deepest, pen)
+    is_loading = law.deepest < MIN_DEPTH
+    deepest_now = pen if is_loading else as_type_of(law.deepest, pen)
     x = max(deepest_now / law.yield_depth, 1.0)
-    share, slope = softening(law, x)
-    area, growth = widening(x)
+    share, slope = force_ratio(law, x)
+    area, growth = area_ratio(x)
     recovered_share = share / math.sqrt(
         area
     )  # s, of the depth: F = (4/3) E* sqrt(R') (s pen)^1.5 with the flattened radius R'
-    if deepens:
+    if is_loading:
         force = share * elastic_force(elastic, pen)
         # the returned energy is 0.4 F s pen; this is its derivative
         return force, recovered_share * (1.0 + 0.4 * (2.0 * slope - 0.5 * growth)) * force
@@ -113,12 +116,12 @@ def _yielding_sphere(law, elastic, pen, rate, onset_rate):
 
 @kinks.member(YieldingSphere)
 def _kinks_yielding_sphere(law):
-    yield_slope = (law.plastic / SECOND[0]) ** (1.0 / (0.5 + SECOND[1]))
-    places = SOFTENS, WIDENS, TURNS_FULLY, yield_slope, WIDEST
-    return tuple([law.yield_depth * depth_ratio for depth_ratio in places])
+    yield_slope = (law.plastic / SECOND_FIT[0]) ** (1.0 / (0.5 + SECOND_FIT[1]))
+    depth_ratios = FIRST_FIT_BEGIN, AREA_FIT_BEGIN, SECOND_FIT_BEGIN, yield_slope, AREA_FIT_END
+    return tuple([law.yield_depth * depth_ratio for depth_ratio in depth_ratios])
 
 
-kink_variable.member(YieldingSphere)(over_depth)
+kink_variable.member(YieldingSphere)(depth_variable)
 
 
 @guards.member(YieldingSphere)
@@ -129,9 +132,9 @@ def _guards_yielding_sphere(law):
 @guard_values.member(YieldingSphere)
 def _guard_values_yielding_sphere(law, start, contact, root):
     if law.deepest == 0.0:
-        deepens, _ = from_next_kinks(kinks(law), start.depth, contact.depth)
-        return -contact.rate, NEVER, deepens
-    return NEVER, root - BEYOND * math.sqrt(law.deepest), NEVER
+        is_loading, _ = distances_past_kinks(kinks(law), start.depth, contact.depth)
+        return -contact.rate, NEVER, is_loading
+    return NEVER, root - RELOAD_FACTOR * math.sqrt(law.deepest), NEVER
 
 
 @guards.member(Plastic)
@@ -143,14 +146,14 @@ def _guards_plastic(law):
 def _guard_values_yielding_sphere_or_plastic(law, start, contact, root):
     if law.deepest == 0.0:
         return -contact.rate, NEVER
-    return NEVER, root - BEYOND * math.sqrt(law.deepest)
+    return NEVER, root - RELOAD_FACTOR * math.sqrt(law.deepest)
 
 
 @latched.member(YieldingSphere)
 @latched.member(Plastic)
 def _latched_yielding_sphere_or_plastic(law, event, contact, root):
     if event == UNLOADING:
-        return (max(root * root, SHALLOW),)
+        return (max(root * root, MIN_DEPTH),)
     return (0.0,)
 
 

@@ -26,8 +26,8 @@ from ..modes import TOUCHING
 from ..rebound import damping_ratio
 from .contract import awaits_mass, contact_force, keeps_onset, loss_form, with_mass
 
-PRESSED_ON, TURNED = 0, 1  # guards: v exceeds 2 v0; the rate crosses zero
-APART = 1.0  # J, any positive value: separate contacts follow the law of an impact
+ENERGY_EXCEEDED, RATE_ZERO = 0, 1  # guards: v exceeds 2 v0; the rate crosses zero
+INITIAL_ENERGY = 1.0  # J, any positive value: separate contacts follow the law of an impact
 
 
 class Renewed(NamedTuple):
@@ -111,5 +111,5 @@ def _latched_renewed(law, event, contact, root):
         rate = max(contact.rate, ONSET_FLOOR)
         return (2.0 * law.mass * rate * rate,)
     if event == LEFT:
-        return (APART,)
-    return (-law.doubling_energy if event == PRESSED_ON else 0.0,)
+        return (INITIAL_ENERGY,)
+    return (-law.doubling_energy if event == ENERGY_EXCEEDED else 0.0,)

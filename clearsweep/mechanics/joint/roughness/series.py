@@ -19,8 +19,8 @@ from ...compiled import calculus
 from ...compiled.array_handle import ArrayHandle, array_handle, load_item
 from ...compiled.dual import as_type_of, plain
 from ...compiled.family import kernel
-from ..elastic.conformal import load_arc
-from ..elastic.contract import elastic_energy, elastic_force, parity
+from ..elastic.conformal import half_angle_at_load
+from ..elastic.contract import elastic_energy, elastic_force, root_parity
 from .spots import Surface, approach, contact_area, domain_extension, largest_spot
 
 LEAST, MOST = 1e-13, 0.1  # m, ends of the table: below, the force is a power law; beyond, u / pen is constant
@@ -41,7 +41,7 @@ class Rough(NamedTuple):
     rows: float
     start: float  # ln pen of the first row
     below: float  # slope of ln(u / pen) before it
-    parity: float  # as in the contract of elastic laws
+    root_parity: float  # as in the contract of elastic laws
 
 
 class Arc(NamedTuple):
@@ -99,7 +99,7 @@ def _elastic_energy_rough(elastic, pen):
     return elastic_force(elastic, pen) * pen * _column(elastic, max(calculus.log(pen), elastic.start), 1)
 
 
-@parity.member(Rough)
+@root_parity.member(Rough)
 def _parity_rough(elastic):
     return elastic.parity
 
@@ -139,7 +139,7 @@ def _psi(surface: Surface) -> float:
 
 def _room(arc: Arc, force: np.ndarray) -> np.ndarray:
     """Return the logarithm of the contact arc's area (m^2) from that of the force (N)."""
-    return np.log(arc.width * load_arc(np.exp(force) / arc.stiffness))
+    return np.log(arc.width * half_angle_at_load(np.exp(force) / arc.stiffness))
 
 
 def pressed(surface: Surface, arc: Arc, force: np.ndarray) -> np.ndarray:

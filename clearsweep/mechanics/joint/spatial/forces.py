@@ -68,11 +68,11 @@ def _touch(point, context, laws, contact_state):
         sign = sign_beyond(laws.law, laws.elastic)
         force, elastic = sign * force, sign * elastic
     pressing = force if contact_state.mode != CLIPPED else as_type_of(0.0, force)
-    rubbing = pressing if lowest == 0.0 else max(pressing, 0.0)
+    friction_load = pressing if lowest == 0.0 else max(pressing, 0.0)
     sliding = plus_scaled(plus_scaled(relative_velocity, -rate, normal), depth, cross(gap.on_bearing, normal))
     square, circumferential = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
     slip = math.copysign(math.sqrt(square), circumferential) if square > 0.0 else as_type_of(0.0, square)
-    tangential = as_type_of(friction_force(laws.friction, rubbing, slip), slip)
+    tangential = as_type_of(friction_force(laws.friction, friction_load, slip), slip)
     friction_per_slip = tangential / slip if square > 0.0 else as_type_of(0.0, slip)
     normal_force, rubbed = times(-pressing, normal), times(friction_per_slip, sliding)
     resultant_force = plus(normal_force, rubbed)
@@ -182,12 +182,12 @@ def _auxiliary_contacts(joint, gap, a, b):
     friction_square = (
         dot(resultant_force, resultant_force) - square
     )  # contribution of friction to the square of the resultant
-    rubbing = math.sqrt(friction_square) if friction_square > 0.0 else zero
+    friction_load = math.sqrt(friction_square) if friction_square > 0.0 else zero
     difference = abs(force_at_end(a.contact) - force_at_end(b.contact))
     depth = max(a.contact.depth, b.contact.depth)
     sine, flange_gap = sine_of_tilt(gap.axis), -overlap_of(joint, gap)
     resultant_contact = Contact(
-        normal=resultant, tangential=rubbing, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero
+        normal=resultant, tangential=friction_load, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero
     )
     uneven = Contact(normal=difference, tangential=zero, slip=zero, rate=zero, depth=sine, elastic=zero, raw=flange_gap)
     return _contact_of(joint.walls, resultant_contact), _contact_of(joint.walls, uneven)

@@ -14,12 +14,12 @@ from ....contracts.case import Joint
 from ....contracts.catalogue import Law
 from ...trace import portable
 from ...trace.portable import coefficients_through, exact, through_points
-from ..elastic.conformal import WIDEST_B2, load_arc
+from ..elastic.conformal import MAX_B2, half_angle_at_load
 from ..recipe import register
 from .contract import cumulative_pressure, half_arc, peak_over_mean, smooth_within, sum_over_load
 from .pressure import MODULUS, modulus_of
 
-LIMIT = 2.0 * math.atan(math.sqrt(WIDEST_B2))  # rad: half of the arc at an infinite load
+LIMIT = 2.0 * math.atan(math.sqrt(MAX_B2))  # rad: half of the arc at an infinite load
 HALFWAY = 2.0  # E* c: load mapped to half of the interval of `_arc`, chosen for the closest fit
 _NODES, _WEIGHTS = portable.gauss_rule(40)
 
@@ -58,7 +58,7 @@ def _widths(values):
 def _arc(z):
     """Return the half-angle (rad) over the root of z at a load q, in units of E* c, with z = q / (q + HALFWAY)."""
     z = np.clip(z, 1e-12, 1.0 - 1e-12)
-    return load_arc(HALFWAY * z / (1.0 - z)) / np.sqrt(z)
+    return half_angle_at_load(HALFWAY * z / (1.0 - z)) / np.sqrt(z)
 
 
 def _shares(rests, squares):

@@ -9,7 +9,7 @@ from ....contracts.case import Joint
 from ....contracts.catalogue import Field, Law
 from ...compiled.family import inlined
 from ...trace import portable
-from ..elastic.conformal import arc_excess
+from ..elastic.conformal import angle_minus_sine
 from ..elastic.contract import SMALL_ARC
 from ..material import plane_strain_modulus, relative_radius
 from ..recipe import register
@@ -192,7 +192,12 @@ def _cumulative_pressure_winkler(pressure, x, half_angle):
 def _sum_over_load_winkler(pressure, half_angle):
     """Return 2 (sin t - t cos t) / (t - sin t cos t), from the balance of forces."""
     return (
-        4.0 * half_angle * half_angle * half_angle * _overlap_before(1.0, half_angle) / arc_excess(2.0 * half_angle)
+        4.0
+        * half_angle
+        * half_angle
+        * half_angle
+        * _overlap_before(1.0, half_angle)
+        / angle_minus_sine(2.0 * half_angle)
         if half_angle > 1e-6
         else 1.0
     )

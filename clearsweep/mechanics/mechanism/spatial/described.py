@@ -37,7 +37,7 @@ def along_axes(unit: str, text: str, low: float = -math.inf, default: float | No
 def gravity_keys() -> Keys:
     """Return the section of gravity."""
     text = "acceleration of gravity; one quantity: along -y"
-    return Keys("mechanism.gravity", text, along_axes("m/s^2", "gravity"), "implied", alone=(0, -1, 0))
+    return Keys("mechanism.gravity", text, along_axes("m/s^2", "gravity"), "implied", scalar_factors=(0, -1, 0))
 
 
 def speed_keys() -> Keys:

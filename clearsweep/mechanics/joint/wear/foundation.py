@@ -1,4 +1,4 @@
-"""Wear under the springs of `joint.worn_bed`: they press where the worn gap is closed, by the local overlap f.
+"""Wear under the springs of `joint.worn_foundation`: they press where the worn gap is closed, by the local overlap f.
 
 In the frame of the normal at the deepest point the surfaces overlap by
 
@@ -19,8 +19,8 @@ from ...compiled.choosing import rolled_range
 from ...compiled.family import inlined, kernel
 from ...observe.histogram import FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
 from ..nearest import surfaces_of
-from ..worn import WornOnBed
-from ..worn_bed import BLUNT, arc_ends, overlap
+from ..worn import WornOnFoundation
+from ..worn_foundation import MIN_RADIUS_DIFFERENCE, arc_ends, overlap
 from .arc_over_step import DEEPEST, DISTANCE, NODES, ON_BEARING, ON_JOURNAL, POINTS, WEIGHTS, polynomial
 from .contract import SlidingContact, accumulate_span, middle_arc, pressure_on, wear_rate
 from .shape import wear_depth_at, wear_integral_at
@@ -60,7 +60,7 @@ def arc_at(joint, workspace, share):
     x, y = depth + joint.clearance + (depth_b + depth_j), slope_b + slope_j
     if depth <= 0.0:
         return Arc(x, y, body_angles, 0.0, 0.0, 0.0, 0.0)
-    guess = math.sqrt(2.0 * depth / max(x + curvature_b + curvature_j, depth + BLUNT * joint.clearance))
+    guess = math.sqrt(2.0 * depth / max(x + curvature_b + curvature_j, depth + MIN_RADIUS_DIFFERENCE * joint.clearance))
     low, high = arc_ends(surfaces, x, y, body_angles, (0.0, guess))
     arc = Arc(x, y, body_angles, -low, high, depth, 0.0)
     total = max(antiderivative(joint, arc, high) - antiderivative(joint, arc, -low), 0.0)
@@ -122,8 +122,8 @@ def accumulate_arc(joint, arc, body, area, bins):
         bin_index = bin_index + 1 if bin_index + 1 < bins.count else 0
 
 
-@accumulate_span.member(WornOnBed)
-def _accumulate_span_worn_on_bed(joint, workspace, length, span, bins):
+@accumulate_span.member(WornOnFoundation)
+def _accumulate_span_worn_on_foundation(joint, workspace, length, span, bins):
     half_arc_ = 0.5 * (span[1] - span[0])
     for i in rolled_range(POINTS):
         share = span[0] + half_arc_ * (1.0 + NODES[i])
@@ -135,8 +135,8 @@ def _accumulate_span_worn_on_bed(joint, workspace, length, span, bins):
             accumulate_arc(joint, arc, 1, pace * journal / joint.journal_radius, bins[1])
 
 
-@pressure_on.member(WornOnBed)
-def _pressure_on_worn_on_bed(joint, step, j, sample):
+@pressure_on.member(WornOnFoundation)
+def _pressure_on_worn_on_foundation(joint, step, j, sample):
     arc = arc_at(joint, step.workspace, sample / PARTS)
     if not arc.total > 0.0:
         return 0.0, 0.0
@@ -145,7 +145,7 @@ def _pressure_on_worn_on_bed(joint, step, j, sample):
     return pressure_sum / (arc.stop - arc.start), pressure_sum * arc.depth / arc.total
 
 
-@middle_arc.member(WornOnBed)
-def _middle_arc_worn_on_bed(joint, workspace):
+@middle_arc.member(WornOnFoundation)
+def _middle_arc_worn_on_foundation(joint, workspace):
     arc = arc_at(joint, workspace, 0.5)
     return arc.stop - arc.start, sliding_contact_on(joint, workspace, arc, 0.5)

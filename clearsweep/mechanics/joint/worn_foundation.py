@@ -24,16 +24,16 @@ from ..trace import portable
 from .elastic.contract import elastic_force
 from .nearest import TurnedGap, bodies_of, nearest, surfaces_of
 from .wear.shape import wear_depth_at
-from .worn import Pressing, WornJoint, WornOnBed, pressing, seat
+from .worn import GeneralisedDepth, WornJoint, WornOnFoundation, generalised_depth, seat
 
-COUNT = 7  # points of Gauss's rule: to 1e-10 over half an arc of 60 degrees
-NODES, WEIGHTS = portable.gauss_rule(COUNT)
-ENDS = 0.05  # of the distance to an end of the arc: after a smaller Halley step the next is 1e-4 of it
+GAUSS_POINTS = 7  # points of Gauss's rule: to 1e-10 over half an arc of 60 degrees
+NODES, WEIGHTS = portable.gauss_rule(GAUSS_POINTS)
+END_TOLERANCE = 0.05  # of the distance to an end of the arc: after a smaller Halley step the next is 1e-4 of it
 STEPS = 30  # at most
-SETTLING = 6  # Newton steps for the generalised depth
-FARTHEST = 1.7  # rad from the deepest point: there f is always negative
-BLUNT = 0.05  # clearances: least difference of curvature radii in the first guess of an arc's end
-FAINT = 1e-8  # clearances: a smaller penetration is treated as a point contact
+DEPTH_ITERATIONS = 6  # Newton steps for the generalised depth
+MAX_END_ANGLE = 1.7  # rad from the deepest point: there f is always negative
+MIN_RADIUS_DIFFERENCE = 0.05  # clearances: least difference of curvature radii in the first guess of an arc's end
+POINT_CONTACT_DEPTH = 1e-8  # clearances: a smaller penetration is treated as a point contact
 
 
 def _angle(share):
@@ -41,7 +41,7 @@ def _angle(share):
     return 4.0 * portable.atan(np.sqrt(share))
 
 
-def _stored(share):
+def _energy_series(share):
     """Return W_0 over K (c + pen)^2 share^(5/2), half of u + (u / 2) cos u - (3 / 2) sin u, as a series."""
     u = _angle(share)
     terms = ((-1.0) ** k * (0.25 / math.factorial(2 * k) - 0.75 / math.factorial(2 * k + 1)) for k in range(2, 20))
@@ -49,7 +49,7 @@ def _stored(share):
     return series * portable.power(u, 5) / portable.power(share, 2.5)
 
 
-def _pressed(share):
+def _force_series(share):
     """Return F_0 over K (c + pen) share^(3/2): half of u - sin u, as a series."""
     u = _angle(share)
     terms = (0.5 * (-1.0) ** (k + 1) / math.factorial(2 * k + 1) for k in range(1, 20))
@@ -58,7 +58,7 @@ def _pressed(share):
 
 
 #: Coefficients of both by powers of the share, to 1e-10 and 1e-11.
-STORED, PRESSED_BY = (portable.through_points(function, 15) for function in (_stored, _pressed))
+ENERGY_SERIES, FORCE_SERIES = (portable.through_points(function, 15) for function in (_energy_series, _force_series))
 
 
 @inlined
@@ -76,7 +76,7 @@ def overlap(surfaces, x, y, angle, body_angles):
 
 
 @inlined
-def nearer_end(contact, distance, side):
+def halley_end_step(contact, distance, side):
     """Return the angle (rad) to an arc's end by one step of Halley's method from `distance` off the middle.
 
     If f does not decrease there, half of the remaining range is taken.
@@ -84,11 +84,11 @@ def nearer_end(contact, distance, side):
     f, slope, curvature = contact
     slope = side * slope
     if slope >= 0.0:
-        return 0.5 * (distance + FARTHEST)
+        return 0.5 * (distance + MAX_END_ANGLE)
     step = f / slope
     return min(
         max(distance - step / (1.0 - min(max(0.5 * curvature * step / slope, -0.5), 0.5)), 0.5 * distance),
-        FARTHEST,
+        MAX_END_ANGLE,
     )
 
 
@@ -98,34 +98,34 @@ def arc_ends(surfaces, x, y, body_angles, guess):
     arc_middle, low, high = guess[0], guess[1], guess[1]
     for _ in range(STEPS):
         low_step, high_step = low, high
-        low = nearer_end(overlap(surfaces, x, y, arc_middle - low_step, body_angles), low_step, -1.0)
-        high = nearer_end(overlap(surfaces, x, y, arc_middle + high_step, body_angles), high_step, 1.0)
-        if abs(low - low_step) < ENDS * low and abs(high - high_step) < ENDS * high:
+        low = halley_end_step(overlap(surfaces, x, y, arc_middle - low_step, body_angles), low_step, -1.0)
+        high = halley_end_step(overlap(surfaces, x, y, arc_middle + high_step, body_angles), high_step, 1.0)
+        if abs(low - low_step) < END_TOLERANCE * low and abs(high - high_step) < END_TOLERANCE * high:
             break
     return low, high
 
 
 @inlined
-def circles(clearance, pen):
+def circle_energy_and_force(clearance, pen):
     """Return W_0 / K (m^2) and F_0 / K (m) of circles at a penetration `pen` (m), without the arctangent of a law."""
-    share, stored, total_pressed = pen / (2.0 * clearance + pen), 0.0, 0.0
-    for i in range(STORED.size - 1, -1, -1):
-        stored = stored * share + STORED[i]
-        total_pressed = total_pressed * share + PRESSED_BY[i]
+    share, stored, force = pen / (2.0 * clearance + pen), 0.0, 0.0
+    for i in range(ENERGY_SERIES.size - 1, -1, -1):
+        stored = stored * share + ENERGY_SERIES[i]
+        force = force * share + FORCE_SERIES[i]
     scale = (clearance + pen) * share * math.sqrt(share)
-    return (clearance + pen) * scale * share * stored, scale * total_pressed
+    return (clearance + pen) * scale * share * stored, scale * force
 
 
-@pressing.member(WornOnBed)
-def _pressing_worn_on_bed(joint, nearest_point, gap, pen):
+@generalised_depth.member(WornOnFoundation)
+def _generalised_depth_worn_on_foundation(joint, nearest_point, gap, pen):
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     on_bearing, on_journal, bearing_spin, journal_spin = bodies_of(joint, gap)
     c = joint.clearance
-    local = max(plain(nearest_point.local), BLUNT * c)
-    if pen <= FAINT * c or nearest_point.depth <= FAINT * c:
+    local = max(plain(nearest_point.local), MIN_RADIUS_DIFFERENCE * c)
+    if pen <= POINT_CONTACT_DEPTH * c or nearest_point.depth <= POINT_CONTACT_DEPTH * c:
         share = (c / local) ** 0.2  # f is a parabola
         body_turns = share * nearest_point.slopes[0], share * nearest_point.slopes[1]
-        return Pressing(
+        return GeneralisedDepth(
             nearest_point.nx,
             nearest_point.ny,
             share * nearest_point.depth,
@@ -139,7 +139,7 @@ def _pressing_worn_on_bed(joint, nearest_point, gap, pen):
     half_width, arc_middle = 0.5 * (high + low), nearest_point.angle + 0.5 * (high - low)
     zero = 0.0 * nearest_point.depth
     along_x, along_y, by_bearing, by_journal, stored = zero, zero, zero, zero, zero
-    for i in range(COUNT):
+    for i in range(GAUSS_POINTS):
         angle = arc_middle + half_width * NODES[i]
         ux, uy = direction(angle)
         h, slope, _, _ = wear_depth_at(joint.bearing.table, angle - on_bearing)
@@ -149,7 +149,7 @@ def _pressing_worn_on_bed(joint, nearest_point, gap, pen):
         along_x, along_y = along_x + weighted * ux, along_y + weighted * uy
         by_bearing, by_journal = by_bearing + weighted * slope, by_journal + weighted * journal_slope
         stored = stored + weighted * f
-    stored_by_circles, pressed_by_circles = circles(c, pen)
+    stored_by_circles, pressed_by_circles = circle_energy_and_force(c, pen)
     # just after an onset, a Newton step from a lagging root overshoots the pen that stores at most deep^2 / 2
     depth_scale = 2.0 * max(depth_now, (depth_now * depth_now * half_width) ** 0.4 * c**0.2)
     depth = min(
@@ -158,13 +158,13 @@ def _pressing_worn_on_bed(joint, nearest_point, gap, pen):
     )
     scale = half_width / pressed_by_circles
     gx, gy, body_turns = scale * along_x, scale * along_y, (scale * by_bearing, scale * by_journal)
-    gain = math.sqrt(gx * gx + gy * gy)
+    force_factor = math.sqrt(gx * gx + gy * gy)
     rate = vx * gx + vy * gy + body_turns[0] * bearing_spin + body_turns[1] * journal_spin
-    return Pressing(gx / gain, gy / gain, depth, rate, gain, body_turns)
+    return GeneralisedDepth(gx / force_factor, gy / force_factor, depth, rate, force_factor, body_turns)
 
 
-@seat.member(WornOnBed)
-def _seat_worn_on_bed(joint, eccentricity, angles):
+@seat.member(WornOnFoundation)
+def _seat_worn_on_foundation(joint, eccentricity, angles):
     """Both components of the force are those of the load, by Newton's method with differences."""
     size = float(np.hypot(*eccentricity))
     load, pen = elastic_force(joint.elastic, size - joint.clearance), size - joint.clearance
@@ -172,11 +172,11 @@ def _seat_worn_on_bed(joint, eccentricity, angles):
     def force(pin):
         gap = TurnedGap(joint.side * pin[0], joint.side * pin[1], 0.0, 0.0, 0.0, 0.0, *angles)
         nearest_point, depth = nearest(joint, gap), pen
-        for _ in range(SETTLING):
-            total_pressed = pressing(joint, nearest_point, gap, depth)
-            depth = max(total_pressed.depth, 1e-3 * pen)
-        size = total_pressed.gain * elastic_force(joint.elastic, depth)
-        return np.array([size * total_pressed.nx, size * total_pressed.ny]) / load, depth
+        for _ in range(DEPTH_ITERATIONS):
+            generalised = generalised_depth(joint, nearest_point, gap, depth)
+            depth = max(generalised.depth, 1e-3 * pen)
+        size = generalised.force_factor * elastic_force(joint.elastic, depth)
+        return np.array([size * generalised.nx, size * generalised.ny]) / load, depth
 
     pin, target = seat(WornJoint(*joint), eccentricity, angles)[0], eccentricity / size
     for _ in range(STEPS):

@@ -3,12 +3,12 @@
 from typing import NamedTuple
 
 from ...compiled.family import family
-from ..pieces import UNKNOWN, in_pieces, kinks, over_slip, piece_at, piece_of
+from ..kinks import UNKNOWN, kinks, piece_at, piece_of, register_pieces, slip_variable
 from .contract import friction_force
 
 
-class InPieces(NamedTuple):
-    """A friction law in a contact, which knows the piece of the law that applies."""
+class PiecewiseFriction(NamedTuple):
+    """A friction law of a contact, with the piece of the law that applies."""
 
     law: tuple  # a member of `force_in_piece` and, over the sliding speed, of `kinks`
     piece: float = UNKNOWN
@@ -19,18 +19,18 @@ def force_in_piece(law, piece, normal, slip):
     """Return the `friction_force` by the formula of a piece, counted from the lowest sliding speed."""
 
 
-@friction_force.member(InPieces)
-def _friction_force_in_pieces(friction, normal, slip):
+@friction_force.member(PiecewiseFriction)
+def _friction_force_piecewise_friction(friction, normal, slip):
     law = friction.law
     return force_in_piece(law, piece_of(friction.piece, kinks(law), slip), normal, slip)
 
 
-@kinks.member(InPieces)
-def _kinks_in_pieces(friction):
+@kinks.member(PiecewiseFriction)
+def _kinks_piecewise_friction(friction):
     return kinks(friction.law)
 
 
-in_pieces(InPieces, over_slip)
+register_pieces(PiecewiseFriction, slip_variable)
 
 
 def at_rest(friction):
@@ -43,7 +43,7 @@ def _friction_force_by_value(law, normal, slip):
 
 
 def piecewise(form, places):
-    """Return the decorator that enters the `force_in_piece` of a type; places : of a law, its `kinks`."""
+    """Return the decorator that registers the `force_in_piece` of a type of law; places : law -> its `kinks`."""
 
     def register(body):
         kinks.member(form)(places)
@@ -54,5 +54,5 @@ def piecewise(form, places):
 
 
 def at_contact(friction):
-    """Return a compiled friction law as a contact has it, which knows how it slides."""
-    return InPieces(friction) if type(friction) in force_in_piece.members else friction
+    """Return a compiled friction law in the form used by a contact, which stores the piece that applies."""
+    return PiecewiseFriction(friction) if type(friction) in force_in_piece.members else friction
