@@ -27,12 +27,12 @@ def digest(*arrays):
 
 def constants():
     """Return a hash of all arrays and numbers of each module of the mechanics."""
-    found = {}
+    digests = {}
     for module in pkgutil.walk_packages(mechanics.__path__, "clearsweep.mechanics."):
         values = vars(importlib.import_module(module.name)).values()
         arrays = [np.asarray(value) for value in values if isinstance(value, float | np.ndarray)]
-        found[module.name] = digest(*(array for array in arrays if array.dtype == float))
-    return found
+        digests[module.name] = digest(*(array for array in arrays if array.dtype == float))
+    return digests
 
 
 def run(name):

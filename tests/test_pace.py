@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clearsweep.contracts.layout import Column, Layout
-from clearsweep.sweeping.pace import Pace, pace_lines
+from clearsweep.sweeping.pace import SlowestCase, pace_lines
 
 
 def layout_with(*columns, life=""):
@@ -14,7 +14,7 @@ def layout_with(*columns, life=""):
 
 
 def told_of(record, layout, block):
-    pace = Pace(record, layout)
+    pace = SlowestCase(record, layout)
     assert set(pace.columns) <= set(block)
     pace.add({name: np.array(values) for name, values in block.items()}, lambda place: {"case_id": f"case{place}"})
     return pace.slowest

@@ -45,7 +45,7 @@ class JointLayout(NamedTuple):
     thermal: bool = False  # a heat balance of dry friction gives its temperature
 
     @property
-    def has(self) -> set[str]:
+    def features(self) -> set[str]:
         """Return the features of the joint that figures require."""
         flanged = self.auxiliary and self.corners > WALLS
         parts = {"wear": self.wear_bins, "film": self.film, "friction": self.friction}
@@ -140,15 +140,15 @@ class Layout(NamedTuple):
         assert mechanism is not None, features.mechanism  # a case always has a known mechanism
         requested = {name for name in REQUESTED_COLUMNS if getattr(features, name)}
         frictions = (*rubbing_joints(features.outline), *features.preloads)
-        has = {joint.name: joint.has for joint in features.joints}
+        joint_features = {joint.name: joint.features for joint in features.joints}
         if features.life:
-            has[features.life] |= {"limited"}
+            joint_features[features.life] |= {"limited"}
         return cls(
             mechanism.name,
             mechanism.turns,
             mechanism.output.name if mechanism.output else "",
             features.joints,
-            columns_of(catalogue, mechanism, has, requested, features.until, frictions),
+            columns_of(catalogue, mechanism, joint_features, requested, features.until, frictions),
             _channels(catalogue, mechanism, features.joints),
             features.horizon,
             features.error_check,
@@ -228,9 +228,13 @@ def columns_of(
     """
     features = {*requested, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
     columns: list[Column] = []
-    for joint, has in parts.items():
+    for joint, joint_features in parts.items():
         joint_figures = (figure for figure in catalogue.figures if figure.of == "joint")
-        columns += [_column(figure, joint, mechanism) for figure in joint_figures if features | has >= {*figure.needs}]
+        columns += [
+            _column(figure, joint, mechanism)
+            for figure in joint_figures
+            if features | joint_features >= {*figure.needs}
+        ]
     for joint in dict.fromkeys(frictions):
         joint_figures = (figure for figure in catalogue.figures if figure.name == FRICTION_POWER and joint not in parts)
         columns += [_column(figure, joint, mechanism) for figure in joint_figures]

@@ -66,15 +66,15 @@ def sentences(cases: Cases, limits: str) -> list[str]:
     if designs.conditions:
         names = wording.sentence_list([wording.axis_name(path) for path in designs.conditions])
         every, noun = f" at every {names}", "design"
-    passing = sum(margin >= 0.0 for margin in designs.margins)
+    accepted = sum(margin >= 0.0 for margin in designs.margins)
     total = len(designs.margins)
-    if not passing and not np.isfinite(designs.margins[0]):
+    if not accepted and not np.isfinite(designs.margins[0]):
         return [f"No design can be assessed{every}."] if every else []
-    number = {0: "No", total: "All"}.get(passing, f"{passing} of {total}") if total > 1 else "The"
-    nouns = noun if not passing or total == 1 else f"{noun}s" if passing == total else wording.count(total, noun)
-    head = f"{number} {nouns}" if number in ("No", "All", "The") else f"{passing} of {nouns}"
-    verb = "keeps" if passing <= 1 else "keep"
-    if total == 1 and not passing:
+    number = {0: "No", total: "All"}.get(accepted, f"{accepted} of {total}") if total > 1 else "The"
+    nouns = noun if not accepted or total == 1 else f"{noun}s" if accepted == total else wording.count(total, noun)
+    head = f"{number} {nouns}" if number in ("No", "All", "The") else f"{accepted} of {nouns}"
+    verb = "keeps" if accepted <= 1 else "keep"
+    if total == 1 and not accepted:
         head, verb = "The case", "does not keep"
     first = f"{head} {verb} to the limits{every}: {limits}."
     return [first, *_boundary(cases, designs)] if total > 1 else [first]
@@ -82,20 +82,20 @@ def sentences(cases: Cases, limits: str) -> list[str]:
 
 def _boundary(cases: Cases, designs: Designs) -> list[str]:
     """Return up to which value of the only varied path the limits are kept, else the margins of the best designs."""
-    passing = [place for place, margin in enumerate(designs.margins) if margin >= 0.0]
-    if not passing:
+    accepted = [place for place, margin in enumerate(designs.margins) if margin >= 0.0]
+    if not accepted:
         return [f"Nearest: {_listed(cases, designs, 0)} (smallest margin)."]
-    if len(designs.varied) == 1 and len(passing) < len(designs.margins):
+    if len(designs.varied) == 1 and len(accepted) < len(designs.margins):
         values = cases.column(designs.varied[0])
         numbers = [values[index] for index in designs.worst]
         if not any(isinstance(value, str) or wording.missing(value) for value in numbers):
             order = sorted(range(len(numbers)), key=lambda place: float(numbers[place]))
-            passes = [place in passing for place in order]
+            passes = [place in accepted for place in order]
             changes = [place for place, (now, then) in enumerate(pairwise(passes)) if now != then]
             if len(changes) == 1:
                 return _one_boundary(cases, designs, order[changes[0] : changes[0] + 2])
-    listed = "; ".join(_listed(cases, designs, place) for place in passing[:LISTED])
-    more = f"; and {len(passing) - LISTED} more" if len(passing) > LISTED else ""
+    listed = "; ".join(_listed(cases, designs, place) for place in accepted[:LISTED])
+    more = f"; and {len(accepted) - LISTED} more" if len(accepted) > LISTED else ""
     return [f"Smallest margins, best first: {listed}{more}."] if designs.varied else []
 
 

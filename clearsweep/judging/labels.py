@@ -35,10 +35,10 @@ def label(layout: Layout, name: str) -> str:
 
 def limit_label(layout: Layout, limit: Limit, unit: str) -> str:
     """Return a limit in words: 'force peak at most 60 kN', 'load peak at most 2 times the ideal peak'."""
-    bound = limit.words(unit)
+    threshold = limit.words(unit)
     if limit.times:
-        bound = bound.replace(limit.times, f"the {label(layout, limit.times)}")
-    return f"{label(layout, limit.column)} {bound}"
+        threshold = threshold.replace(limit.times, f"the {label(layout, limit.times)}")
+    return f"{label(layout, limit.column)} {threshold}"
 
 
 def capital(text: str) -> str:

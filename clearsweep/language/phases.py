@@ -277,7 +277,7 @@ class Written:
 
     def __init__(self, put: Callable[[bytes | None], None]):
         """Prepare to replace the stored content by `put`; put(None) removes it."""
-        self.put, self.due, self.there, self.first = put, 0.0, False, len(_open)
+        self.put, self.due, self.is_stored, self.first = put, 0.0, False, len(_open)
         self.once = False  # whether the last written phase is of the kind `once`
 
     def changed(self) -> None:
@@ -287,13 +287,13 @@ class Written:
         if work is None or is_early:  # the compiler reports only its begin and its end
             self.discard()
         elif (now >= self.due or innermost_once() != self.once) and (latest := progress(self.first)):
-            self.due, self.there, self.once = now + SETTLED, True, latest.once
+            self.due, self.is_stored, self.once = now + SETTLED, True, latest.once
             self.put(json.dumps(latest._asdict() | {"facts": dict(latest.facts), "time": time.time()}).encode())
 
     def discard(self) -> None:
         """Remove the stored progress."""
-        if self.there:
-            self.there = False
+        if self.is_stored:
+            self.is_stored = False
             self.put(None)
 
 

@@ -209,11 +209,11 @@ def duration(seconds: float) -> str:
     """Return a duration as '3 s', '4 min 20 s' or '5 h 10 min'."""
     if seconds < 1.0:
         return f"{seconds:.1f} s"
-    minutes, rest_seconds = divmod(round(seconds), 60)
+    minutes, remaining_seconds = divmod(round(seconds), 60)
     if not minutes:
-        return f"{rest_seconds} s"
+        return f"{remaining_seconds} s"
     hours, minutes_left = divmod(minutes, 60)
-    return f"{hours} h {minutes_left} min" if hours else f"{minutes} min {rest_seconds} s"
+    return f"{hours} h {minutes_left} min" if hours else f"{minutes} min {remaining_seconds} s"
 
 
 def sentence_list(words: list[str]) -> str:

@@ -73,7 +73,7 @@ class RunDirectory:
                 return
             if not self.path.is_dir():
                 raise DirectoryError(f"{self.path}: is a file, not a directory; choose another directory with --out")
-            self._check_strangers()
+            self._refuse_foreign_files()
         except DirectoryError:
             raise
         except OSError as error:
@@ -99,19 +99,19 @@ class RunDirectory:
                 return True
         return False
 
-    def _check_strangers(self) -> None:
+    def _refuse_foreign_files(self) -> None:
         """Raise DirectoryError if a link, a pipe or the like has the name of a file of the run."""
         for name in (RECORD_FILE, LOCK, *FINAL_FILES):
             durable.check_regular(self.path / name)
         if self.record.exists():
             return
-        strangers = sorted({entry.name for entry in self.path.iterdir()} - _OWN_NAMES)
-        strangers += [f"{SUMMARIES}/{path.name}" for path in self.summaries.glob("*")]  # run.json is lost
-        strangers += [f"{ORBITS}/{path.name}" for path in self.orbits.glob("*") if not named_hash(path)]
-        strangers += [f"{SCRATCH}/{name}" for name in durable.foreign_names(self.scratch)]
-        if strangers:
+        foreign = sorted({entry.name for entry in self.path.iterdir()} - _OWN_NAMES)
+        foreign += [f"{SUMMARIES}/{path.name}" for path in self.summaries.glob("*")]  # run.json is lost
+        foreign += [f"{ORBITS}/{path.name}" for path in self.orbits.glob("*") if not named_hash(path)]
+        foreign += [f"{SCRATCH}/{name}" for name in durable.foreign_names(self.scratch)]
+        if foreign:
             raise DirectoryError(
-                f"{self.path}: contains other files ({', '.join(strangers[:3])}) and no "
+                f"{self.path}: contains other files ({', '.join(foreign[:3])}) and no "
                 "run.json; choose an empty or new directory with --out"
             )
 

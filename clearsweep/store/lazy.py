@@ -61,9 +61,9 @@ class Filter:
     def case_ids(self) -> set[str] | None:
         """Return the possible identities of rows, or None for any."""
         sets = [
-            {value} if how == "==" else set(value)
-            for column, how, value in self.conditions
-            if column == "case_id" and how in ("==", "in")
+            {value} if comparison == "==" else set(value)
+            for column, comparison, value in self.conditions
+            if column == "case_id" and comparison in ("==", "in")
         ]
         if not sets:
             return None
@@ -75,8 +75,8 @@ class Filter:
     def possible(self, ranges: dict[str, list[Any]]) -> bool:
         """Return whether values in these ranges (column -> smallest, largest) can meet all conditions."""
         return all(
-            reaches(how, value, *ranges[column][:2])
-            for column, how, value in self.conditions
+            may_match(comparison, value, *ranges[column][:2])
+            for column, comparison, value in self.conditions
             if column in ranges and not isinstance(value, str)
         )
 
@@ -96,15 +96,15 @@ class Filter:
     def mask(self, table: pa.Table) -> np.ndarray:
         """Return which rows of a table match; null never matches."""
         mask = np.ones(len(table), bool)
-        for column, how, value in self.conditions:
+        for column, comparison, value in self.conditions:
             values = values_of(table[column].combine_chunks())
-            if how == "in":
+            if comparison == "in":
                 mask &= np.array([item in value for item in values.tolist()], bool)
             else:
                 is_known = np.array(values != None) if values.dtype == object else ~np.isnan(values)  # noqa: E711
-                met = np.zeros(len(values), bool)
-                met[is_known] = _COMPARE[how](values[is_known], value)
-                mask &= met
+                is_met = np.zeros(len(values), bool)
+                is_met[is_known] = _COMPARE[comparison](values[is_known], value)
+                mask &= is_met
         return mask
 
 
@@ -117,8 +117,8 @@ class LazyColumn:
         """Take the run and the name of the column."""
         self._run, self._name = run, name
 
-    def _filter(self, how: str, value: Any) -> Filter:
-        return Filter(((self._name, how, value),))
+    def _filter(self, comparison: str, value: Any) -> Filter:
+        return Filter(((self._name, comparison, value),))
 
     def __eq__(self, value: object) -> Filter:  # type: ignore[override]
         return self._filter("==", value)
@@ -206,9 +206,9 @@ class LazySummary:
         return self[name] if name in self.columns else getattr(self.frame(), name)
 
 
-def reaches(how: str, value: Any, low: float, high: float) -> bool:
+def may_match(comparison: str, value: Any, low: float, high: float) -> bool:
     """Return whether a number in a range can meet a condition."""
-    tests: dict[str, Callable[[], bool]] = {
+    conditions: dict[str, Callable[[], bool]] = {
         "==": lambda: low <= value <= high,
         "!=": lambda: True,
         "<": lambda: low < value,
@@ -217,4 +217,4 @@ def reaches(how: str, value: Any, low: float, high: float) -> bool:
         ">=": lambda: high >= value,
         "in": lambda: any(low <= item <= high for item in value),
     }
-    return tests[how]()
+    return conditions[comparison]()

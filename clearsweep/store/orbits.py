@@ -122,14 +122,14 @@ def _write_dataset(
     items = int(values) // dataset.width
     shape = (items, *dataset.shape)
     rows = max(1, min(items, CHUNK_VALUES // dataset.width))
-    squeeze: dict[str, Any] = {
+    compression: dict[str, Any] = {
         "chunks": (rows, *shape[1:]),
         "shuffle": True,
         "compression": "gzip",
         "compression_opts": 1,
         "fletcher32": True,
     }
-    target = file.create_dataset(dataset.path, shape, dataset.dtype, **(squeeze if items else {}))
+    target = file.create_dataset(dataset.path, shape, dataset.dtype, **(compression if items else {}))
     describe(target, dataset)
     size = dataset.dtype.itemsize
     row, chunks = 0, _rechunked(pieces, rows * dataset.width * size)

@@ -63,7 +63,7 @@ class StoredRun:
         """Return the marks of its blocks; none without blocks."""
         return []
 
-    def striking(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
+    def sample_and_extremes(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
         """Yield what `blocks` does; of a run in blocks, only random and extreme rows."""
         return self.blocks(columns)
 

@@ -151,7 +151,7 @@ class BlockedRun(StoredRun):
         for part in self.parts:
             yield from part.blocks(columns)
 
-    def striking(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
+    def sample_and_extremes(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
         """Yield these columns for the random and the extreme rows of every block."""
         for part in self.parts:
             table = _sample(part.block)
@@ -285,9 +285,9 @@ def framed(table: pa.Table) -> "pd.DataFrame":
 
 def _below(handle: int, count: int, value: int) -> int:
     """Return how many of `count` identities in an open file, ascending, are below a value."""
-    guess, distance = (count * value) >> 64, READ_AROUND
+    expected_row, distance = (count * value) >> 64, READ_AROUND
     while True:
-        first, last = max(guess - distance, 0), min(guess + distance, count)
+        first, last = max(expected_row - distance, 0), min(expected_row + distance, count)
         identities = np.frombuffer(os.pread(handle, 8 * (last - first), 8 * first), "<u8")
         if len(identities) == 0 or value >> 64:
             return count if value >> 64 else first

@@ -32,14 +32,14 @@ class Emulator(NamedTuple):
     scale: np.ndarray  # (features,)
     basis: np.ndarray  # (directions, features), of (features - mean) / scale
     processes: tuple[Any, ...]  # one for each direction
-    spread: np.ndarray  # (directions,) standard deviation of each
-    rest: np.ndarray  # (features, features) scaled covariance of the residual
+    coefficient_deviations: np.ndarray  # (directions,) standard deviation of each
+    residual_covariance: np.ndarray  # (features, features) scaled covariance of the residual
 
     def predict(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return means (n, features) of the features at points, and variances (n, directions) in scaled units."""
         predictions = [prediction(process, points) for process in self.processes]
-        coefficients = np.array([mean for mean, _ in predictions]).T * self.spread
-        variances = np.array([deviation for _, deviation in predictions]).T ** 2 * self.spread**2
+        coefficients = np.array([mean for mean, _ in predictions]).T * self.coefficient_deviations
+        variances = np.array([deviation for _, deviation in predictions]).T ** 2 * self.coefficient_deviations**2
         return self.mean + self.scale * (coefficients @ self.basis), variances
 
     @property
@@ -61,10 +61,10 @@ def fit(points: np.ndarray, values: np.ndarray, trained: "list[kernels.Kernel] |
     basis = rows[:count] * np.where(rows[:count].sum(axis=1) < 0.0, -1.0, 1.0)[:, None]
     coefficients = standardised @ basis.T
     residual = standardised - coefficients @ basis
-    spread = np.maximum(coefficients.std(axis=0), 1e-9)
+    deviations = np.maximum(coefficients.std(axis=0), 1e-9)
     trained_kernels = trained or [None] * count
-    processes = tuple(_process(points, coefficients[:, k] / spread[k], trained_kernels[k]) for k in range(count))
-    return Emulator(mean, scale, basis, processes, spread, residual.T @ residual / len(points))
+    processes = tuple(_process(points, coefficients[:, k] / deviations[k], trained_kernels[k]) for k in range(count))
+    return Emulator(mean, scale, basis, processes, deviations, residual.T @ residual / len(points))
 
 
 def _process(points: np.ndarray, values: np.ndarray, kernel: "kernels.Kernel | None") -> Any:
@@ -159,7 +159,7 @@ class LikelihoodModel(NamedTuple):
         """
         means, variances = self.emulator.predict(points)
         scale, basis = self.emulator.scale, self.emulator.basis
-        covariance = self.covariance / np.outer(scale, scale) + self.emulator.rest
+        covariance = self.covariance / np.outer(scale, scale) + self.emulator.residual_covariance
         covariance[np.diag_indices_from(covariance)] += 1e-9
         deviations = (self.measured - means) / scale
         inverse = np.linalg.inv(covariance)
@@ -179,7 +179,9 @@ class LikelihoodModel(NamedTuple):
         """Return the excess of each measured feature over that at a point (inputs,), and the standard deviations."""
         means, variances = self.emulator.predict(point[None])
         scale, basis = self.emulator.scale, self.emulator.basis
-        emulator_variance = ((variances[0][:, None] * basis**2).sum(axis=0) + np.diag(self.emulator.rest)) * scale**2
+        emulator_variance = (
+            (variances[0][:, None] * basis**2).sum(axis=0) + np.diag(self.emulator.residual_covariance)
+        ) * scale**2
         return self.measured - means[0], np.sqrt(emulator_variance + np.diag(self.covariance))
 
 
@@ -218,8 +220,8 @@ def sample(likelihood: LikelihoodModel, inputs: int, rng: np.random.Generator, s
         probabilities = _flattened(logs)
         centres = points[rng.choice(len(points), CENTRES, p=probabilities)]
         mean = probabilities @ points
-        spread = np.einsum("i,ij,ik->jk", probabilities, points - mean, points - mean)
-        root = WIDTH * np.linalg.cholesky(spread + 1e-6 * np.eye(inputs))
+        covariance = np.einsum("i,ij,ik->jk", probabilities, points - mean, points - mean)
+        root = WIDTH * np.linalg.cholesky(covariance + 1e-6 * np.eye(inputs))
         points = _proposed_points(centres, root, rng, size)
         whitened = np.linalg.inv(root)
         squared_distances = cdist(points @ whitened.T, centres @ whitened.T, "sqeuclidean")

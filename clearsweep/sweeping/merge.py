@@ -234,10 +234,10 @@ def _agree(result_schema: store.ResultSchema, sources: list[store.RunDirectory],
             result_schema, sources[a], rows[a][row_numbers[first[pair]]], sources[b], rows[b][row_numbers[second[pair]]]
         )
         if difference:
-            case_id, name, here, there = difference
+            case_id, name, first_value, second_value = difference
             raise DirectoryError(
-                f"case {case_id}: {name} is {_short(here)} in {sources[a].path} and "
-                f"{_short(there)} in {sources[b].path}; remove one of them "
+                f"case {case_id}: {name} is {_short(first_value)} in {sources[a].path} and "
+                f"{_short(second_value)} in {sources[b].path}; remove one of them "
                 "(chaotic motion differs between machines that round differently)"
             )
 

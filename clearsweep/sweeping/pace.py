@@ -13,7 +13,7 @@ SPEED, REVOLUTIONS = "drive.speed", "simulate.revolutions"  # paths of a grid
 RUN, SPENT = "revolutions_run", "run_time"  # columns
 
 
-class Pace:
+class SlowestCase:
     """Keeps the case with the longest run time relative to the duration of its motion."""
 
     def __init__(self, record: Mapping[str, Any], layout: Layout):

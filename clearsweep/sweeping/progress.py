@@ -8,15 +8,15 @@ from .. import store
 from ..language import phases
 from ..language.phases import say, shown
 
-__all__ = ["Cases", "Compiling", "Pace", "say", "shown"]
+__all__ = ["Cases", "Compiling", "CompletionRate", "say", "shown"]
 
 SETTLING = 1.0  # s after the first case before the time left is shown
 MOST_NAMED = 3  # most running cases in a line
 LONG_CASE = phases.FIRST_LINE  # s after which a running case is listed
 
 
-class Pace:
-    """Pace of finished cases: the mean rate since the first, which no single batch changes much."""
+class CompletionRate:
+    """The mean rate of finished cases since the first, which no single batch changes much."""
 
     def __init__(self) -> None:
         self.begin: float | None = None
@@ -41,7 +41,7 @@ class Cases(phases.Phase):
         super().__init__(self._words)
         self.title = title
         self.total, self.done, self.failed, self.jobs = total, 0, 0, 1
-        self.pace = Pace()
+        self.rate = CompletionRate()
         #: Returns the number of finished cases in running batches, and the current cases of the workers.
         self.read_cases: Callable[[], tuple[int, Sequence[phases.Progress]]] = lambda: (0, ())
         self._seen: tuple[float, tuple[int, Sequence[phases.Progress]]] = (-math.inf, (0, ()))
@@ -56,7 +56,7 @@ class Cases(phases.Phase):
     def advance(self, done: int, failed: int) -> None:
         """Record `done` more cases; `failed` is the total of failed cases."""
         self.done, self.failed = self.done + done, failed
-        self.pace.left(self.done, self.total)
+        self.rate.left(self.done, self.total)
 
     def _words(self) -> str:
         done = min(self.done + self.seen()[0], self.total)
@@ -67,7 +67,7 @@ class Cases(phases.Phase):
         """Return the time (s) left: from the mean pace of cases, or from the progress of running ones."""
         in_hand, at_work = self.seen()
         with_estimate = [case for case in at_work if case.left is not None]
-        paced = self.pace.left(self.done + in_hand, self.total)
+        paced = self.rate.left(self.done + in_hand, self.total)
         if not with_estimate:
             return paced
         left = max(case.left or 0.0 for case in with_estimate)

@@ -14,7 +14,7 @@ from ..judging import expected, order, validity, verdict
 from ..store import StoredRun, summed
 from .law_checks import LawChecks
 from .lives import Lives
-from .pace import Pace
+from .pace import SlowestCase
 from .worst_cases import WorstCases
 
 LISTED_FAILURES = 3  # number of cases with each status
@@ -31,7 +31,7 @@ class RunFacts:
         self.failures: list[dict[str, Any]] = []
         self.statuses: Counter[str] = Counter()
         self.remarks, self.limits = validity.Remarks(joints), _LimitCounts(record)
-        self.lives, self.pace = Lives(layout, record.get("life") or {}), Pace(record, layout)
+        self.lives, self.pace = Lives(layout, record.get("life") or {}), SlowestCase(record, layout)
         self.ranking = order.lead_of(layout, self.limits.verdict.limits, record)
         self.worst = WorstCases(self.ranking, joints, self.limits.verdict.limits)
         self.expected: dict[str, Any] | None = None  # the largest force peak to expect in many revolutions
@@ -44,7 +44,7 @@ class RunFacts:
 
     def read(self, run: StoredRun) -> None:
         """Add a run; of a run in blocks, the extreme rows of its blocks and the sums of their counts."""
-        for block in run.striking(self.columns):
+        for block in run.sample_and_extremes(self.columns):
             self.add(block)
         if marks := run.marks():
             self._take([mark["counts"] for mark in marks])

@@ -149,10 +149,10 @@ def measure(problem, count: int, repetitions: int) -> list[str]:
     half = problem.times[len(problem.times) // 2 - 1 :][:1]
     short = [first._replace(times=half) for first in like[:: len(like) // JUDGED]]
     ways, truth = ways_of(like, short, flagship=problem.name == FLAGSHIP), ours(short, TIGHT)
-    found = [way.states and way.states() for way in ways]  # compiles what is timed afterwards
+    states_of_ways = [way.states and way.states() for way in ways]  # compiles what is timed afterwards
     errors = [
         None if states is None else float(np.median(np.max(np.abs(states - truth) / problem.scales, axis=1)))
-        for states in found
+        for states in states_of_ways
     ]
     result = costs(ways, repetitions)
     named = zip(ways, errors, result, strict=True)

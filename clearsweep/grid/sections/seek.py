@@ -92,7 +92,7 @@ class Seek(NamedTuple):
         """Return the value at a place from 0 to `last`, counted from the end that is the safer one."""
         if self.fits:
             return self.fit(index).high
-        low, high = (Fraction(bound) for bound in self.between)
+        low, high = (Fraction(end) for end in self.between)
         k = index if self.end == SEEK_ENDS[0] else self.last - index
         return float(low + (high - low) * k / self.last)
 

@@ -67,9 +67,9 @@ def observed_in(o, row, contact):
 
 
 @inlined
-def observed(at, row, contact):
+def observed(pointer, row, contact):
     """Return the Observed of a contact in row `row` of the observables of the Work behind `at`."""
-    return observed_in(at[0].o, row, contact)
+    return observed_in(pointer[0].o, row, contact)
 
 
 @inlined

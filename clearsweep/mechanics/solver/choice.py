@@ -33,18 +33,18 @@ OBSERVED = radau.STAGES - 1  # evaluations of an implicit step for its observabl
 
 
 @kernel
-def steady(at, h, proposal):
+def steady(pointer, h, proposal):
     """Return the length of the step after one of length `h`: the proposal, or `h` again where that saves work."""
-    return h if at[0].method.current == IMPLICIT and h <= proposal <= STEADY * h else proposal
+    return h if pointer[0].method.current == IMPLICIT and h <= proposal <= STEADY * h else proposal
 
 
 @kernel
-def choose_method(at, h, pattern):
+def choose_method(pointer, h, pattern):
     """Change the method where the latest step, of length `h`, shows that the other method is cheaper.
 
     pattern : result of `step_control.proposal_of`.  The change takes effect with the next step.
     """
-    work, choice = at[0], at[0].implicit.choice
+    work, choice = pointer[0], pointer[0].implicit.choice
     if work.method.current == EXPLICIT:
         choice.left -= 1.0
         if work.step.stiff == 0.0:
@@ -55,9 +55,9 @@ def choose_method(at, h, pattern):
     cost, implicit = work.counts.evaluations - work.stepper.evaluations, 1 << work.mode.size
     if work.method.current == IMPLICIT:
         explicit = max(work.proposals[pattern & ~implicit], choice.limit)  # the last one with the same contacts
-        if loses(at, PER_STEP * h / explicit, cost - OBSERVED):
+        if loses(pointer, PER_STEP * h / explicit, cost - OBSERVED):
             work.method.next = EXPLICIT
-    elif choice.left <= 0.0 and is_stiff(at, h, cost):
+    elif choice.left <= 0.0 and is_stiff(pointer, h, cost):
         work.method.next = IMPLICIT
         work.proposals[pattern] = choice.limit
         work.proposals[pattern | implicit] = LOOK * price_of_step(work.y.size) * choice.limit
@@ -71,66 +71,66 @@ def price_of_step(n):
 
 
 @kernel
-def is_stiff(at, h, cost):
+def is_stiff(pointer, h, cost):
     """Return whether an implicit step would be long enough, compared with one of length `h`, to be worth its price.
 
     It is called after LOOK times as many explicit steps in a row, each of which a stiff component may have limited.
     """
-    work = at[0]
+    work = pointer[0]
     n, choice = work.y.size, work.implicit.choice
     if h == 0.0:  # two events at one time: the observed states belong to both sides
         choice.cost += cost
         return False
     if work.method.in_favour == 0:
         choice.span, choice.cost = 0.0, 0.0
-        mark(at, 0, work.y)
+        mark(pointer, 0, work.y)
     choice.span += h
     choice.cost += cost
     work.method.in_favour += 1
     evaluations_used = int(LOOK * price_of_step(n) / ORDER) + 1
     if work.method.in_favour % evaluations_used != 0:
         return False
-    mark(at, work.method.in_favour // evaluations_used, work.end)
+    mark(pointer, work.method.in_favour // evaluations_used, work.end)
     if work.method.in_favour == (ORDER - 1) * evaluations_used:
         choice.early = choice.cost
     if work.method.in_favour < ORDER * evaluations_used:
         return False
     work.method.in_favour = 0
-    if is_longer(at):
+    if is_longer(pointer):
         return True
     choice.left = REST * choice.cost / PER_STEP
     return False
 
 
 @kernel
-def mark(at, index, y):
+def mark(pointer, index, y):
     """Store the state `y` and the length of the steps so far."""
-    choice, marks = at[0].implicit.choice, at[0].implicit.marks
-    at[0].implicit.spans[index] = choice.span
+    choice, marks = pointer[0].implicit.choice, pointer[0].implicit.marks
+    pointer[0].implicit.spans[index] = choice.span
     for i in range(y.size):
         marks[index, i] = y[i]
 
 
 @kernel
-def is_longer(at):
+def is_longer(pointer):
     """Return whether an implicit step worth its price in explicit steps has a SMALL error.
 
     The length of these explicit steps is that of the last ones or, if they jitter at the limit of stability, the mean.
     """
-    n, choice, spans = at[0].y.size, at[0].implicit.choice, at[0].implicit.spans
+    n, choice, spans = pointer[0].y.size, pointer[0].implicit.choice, pointer[0].implicit.spans
     late_span = (choice.span - spans[ORDER - 1]) / (choice.cost - choice.early)
     choice.limit, choice.saved, choice.lost = STEP_COST * max(choice.span / choice.cost, late_span), 0.0, 0.0
-    return ERROR**2 * squared_bend(at, price_of_step(n) * choice.limit) <= SMALL**2
+    return ERROR**2 * squared_bend(pointer, price_of_step(n) * choice.limit) <= SMALL**2
 
 
 @kernel
-def squared_bend(at, h):
+def squared_bend(pointer, h):
     """Return the mean square, over the allowed error, of the sixth derivative of the state times h^6.
 
     The derivative is that of the polynomial through the marks.
     """
-    n, spans, marks = at[0].y.size, at[0].implicit.spans, at[0].implicit.marks
-    defect = at[0].implicit.offset
+    n, spans, marks = pointer[0].y.size, pointer[0].implicit.spans, pointer[0].implicit.marks
+    defect = pointer[0].implicit.offset
     for i in range(n):
         defect[i] = 0.0
     for m in range(1, ORDER + 1):
@@ -142,12 +142,12 @@ def squared_bend(at, h):
             defect[i] += weight * (marks[m, i] - marks[0, i])
     total = 0.0
     for i in range(n):
-        total += (defect[i] * at[0].weight[i]) ** 2
+        total += (defect[i] * pointer[0].weight[i]) ** 2
     return total / n
 
 
 @kernel
-def loses(at, saved, cost):
+def loses(pointer, saved, cost):
     """Return whether the implicit method has lost too much; a step saved `saved` explicit evaluations at a cost of
     `cost`.
 
@@ -155,7 +155,7 @@ def loses(at, saved, cost):
     implicit
     method until the next trial costs more than a stretch on which it is expensive.
     """
-    work = at[0]
+    work = pointer[0]
     n, choice = work.y.size, work.implicit.choice
     gain = saved - PRICE * n * cost
     choice.saved += gain

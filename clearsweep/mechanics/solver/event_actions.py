@@ -15,16 +15,16 @@ SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is neve
 
 
 @kernel
-def begin_contact(at, j, windowed):
+def begin_contact(pointer, j, windowed):
     """Latch the onset rate of contact `j` at `work.end` and start its root of penetration."""
-    work = at[0]
-    totals, contact = work.totals, observed(at, END, j)
+    work = pointer[0]
+    totals, contact = work.totals, observed(pointer, END, j)
     rate = max(contact.rate, 0.0)
     work.mode[j] = work.pressed[j]
     work.latched[j] = max(rate, ONSET_FLOOR)
     depth = max(contact.depth, 0.0)
     work.end[work.time + 1 + j] = max(math.sqrt(depth), SEED * work.sigma)
-    latch(at, work.end, j, ENTERED, END)
+    latch(pointer, work.end, j, ENTERED, END)
     totals.joint[j].peak, totals.joint[j].approach = 0.0, rate
     if windowed:
         totals.joint[j].onsets += 1.0
@@ -33,13 +33,13 @@ def begin_contact(at, j, windowed):
 
 
 @kernel
-def end_contact(at, j):
+def end_contact(pointer, j):
     """Release contact `j` at `work.end` and reset its laws; return the rate of its gap, m/s, closing positive."""
-    work = at[0]
+    work = pointer[0]
     totals = work.totals
-    rate = observed(at, END, j).rate
+    rate = observed(pointer, END, j).rate
     work.mode[j] = work.apart[j]
-    latch(at, work.end, j, LEFT, END)
+    latch(pointer, work.end, j, LEFT, END)
     work.end[work.time + 1 + j] = 0.0
     for i in range(work.ended_by.size):
         if work.ended_by[i] == j:
@@ -62,9 +62,9 @@ class Event(NamedTuple):
 
 
 @kernel
-def log_event(at, event):
+def log_event(pointer, event):
     """Add an Event to the log, unless it is the passage of a guard or a limit."""
-    work = at[0]
+    work = pointer[0]
     if event.kind >= LIMIT or work.control.keep_events == 0.0:
         return
     row = int(work.stepper.logged)
@@ -74,33 +74,33 @@ def log_event(at, event):
 
 
 @kernel
-def apply_event(at, kind, j, windowed):
+def apply_event(pointer, kind, j, windowed):
     """Apply the effects of an event at contact `j` at `work.end`; return the Event."""
-    work = at[0]
+    work = pointer[0]
     moment, peak = work.end[work.time], work.totals.joint[j].peak
     if kind >= GUARD:
         g = kind - GUARD
         if windowed and work.guards.counted[g]:
             work.totals.joint[j].clips += 1.0
-        go_through(at, g, work.end, END)
+        go_through(pointer, g, work.end, END)
     if kind >= LIMIT:
         work.counts.passages += 1
         return Event(moment, j, kind, 0.0, 0.0)
     work.counts.events += 1
     if kind == ONSET:
-        return Event(moment, j, kind, begin_contact(at, j, windowed), 0.0)
-    return Event(moment, j, kind, end_contact(at, j), peak)
+        return Event(moment, j, kind, begin_contact(pointer, j, windowed), 0.0)
+    return Event(moment, j, kind, end_contact(pointer, j), peak)
 
 
 @kernel
-def parting_too(at):
+def parting_too(pointer):
     """Return (SEPARATION, contact) of a contact that separates at the moment of another event, such as a corner of a
     block.
 
     Its root of penetration is not positive there, so no step could begin with it.  Return (NOTHING, 0) if there is
     none.
     """
-    work = at[0]
+    work = pointer[0]
     for j in range(work.mode.size):
         if touches(work.mode[j]) and work.end[work.time + 1 + j] <= 0.0:
             return SEPARATION, j
@@ -108,16 +108,16 @@ def parting_too(at):
 
 
 @kernel
-def pass_events(at, kind, contact, windowed):
+def pass_events(pointer, kind, contact, windowed):
     """Apply an event and all others at the same moment; return GOING or the reason to end the run."""
-    work = at[0]
+    work = pointer[0]
     while kind != NOTHING:
-        log_event(at, apply_event(at, kind, contact, windowed))
+        log_event(pointer, apply_event(pointer, kind, contact, windowed))
         if work.control.separations > 0.0 and work.counts.separations >= work.control.separations:
             return OK
         if work.counts.events >= work.control.event_budget:
             return EVENT_BUDGET
         if kind >= GUARD and work.guards.ends_run[kind - GUARD]:
             return LEFT_BEARING
-        kind, contact = parting_too(at)
+        kind, contact = parting_too(pointer)
     return GOING

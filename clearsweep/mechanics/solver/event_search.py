@@ -47,13 +47,13 @@ PASSED = 1e-9  # of the root of a penetration: a step that begins this close to 
 
 
 @kernel
-def evaluate_guards(at, y, row):
+def evaluate_guards(pointer, y, row):
     """Write the values of all guards to `work.guards.value`.
 
     If `row` is END, these are the values at the state `y` at the start of the step, and at its stages.  Otherwise the
     values at ELSEWHERE are those at the state `y`, whose observables are in row `row`.
     """
-    work, guards = at[0], at[0].guards
+    work, guards = pointer[0], pointer[0].guards
     for g in range(guards.contact.size):
         if guards.column[g] >= 0:
             if row == END:
@@ -67,16 +67,16 @@ def evaluate_guards(at, y, row):
 
 
 @kernel
-def looked_at(at, g):
+def is_guard_active(pointer, g):
     """Return whether guard `g` is active in the current mode of its contact."""
-    guards = at[0].guards
-    return guards.modes[g] >> at[0].mode[guards.contact[g]] & 1 != 0
+    guards = pointer[0].guards
+    return guards.modes[g] >> pointer[0].mode[guards.contact[g]] & 1 != 0
 
 
 @kernel
-def take_guard(at, g):
+def fit_guard(pointer, g):
     """Set the polynomial of guard `g` from its values at the nodes; return whether it can be passed."""
-    p, value = at[0].polynomials, at[0].guards.value
+    p, value = pointer[0].polynomials, pointer[0].guards.value
     if not (value[g, 0] > -math.inf and value[g, DEGREE] > -math.inf):
         return False
     for m in range(COEFFICIENTS):
@@ -86,39 +86,39 @@ def take_guard(at, g):
 
 
 @kernel
-def guard_value(at, g, x):
+def guard_value(pointer, g, x):
     """Return the value of guard `g` at the share `x` of the step, from the interpolant."""
-    evaluate_dense(at, x)
-    evaluate_guards(at, at[0].z, SCRATCH)
-    return at[0].guards.value[g, ELSEWHERE]
+    evaluate_dense(pointer, x)
+    evaluate_guards(pointer, pointer[0].z, SCRATCH)
+    return pointer[0].guards.value[g, ELSEWHERE]
 
 
 @kernel
-def first_passage(at, g):
+def first_passage(pointer, g):
     """Return the share of the step at which guard `g` becomes positive, or NOWHERE."""
-    p, guards = at[0].polynomials, at[0].guards
-    if not take_guard(at, g):
+    p, guards = pointer[0].polynomials, pointer[0].guards
+    if not fit_guard(pointer, g):
         return NOWHERE
-    noise = ROUNDING * at[0].totals.joint[guards.contact[g]].peak if guards.column[g] >= 0 else 0.0
+    noise = ROUNDING * pointer[0].totals.joint[guards.contact[g]].peak if guards.column[g] >= 0 else 0.0
     if p[VALUES, 0] >= 0.0 and value_and_slope(p, WHOLE, NEXT_TO_START)[0] > noise:
         return 0.0
     x = crossing_for_certain(p, noise)
-    return x if x == NOWHERE else true_passage(at, g, x)
+    return x if x == NOWHERE else true_passage(pointer, g, x)
 
 
 @kernel
-def true_passage(at, g, x):
+def true_passage(pointer, g, x):
     """Return where guard `g` itself crosses zero, near the crossing of its polynomial at the share `x`, or NOWHERE.
 
     Many guards are smooth, and one evaluation confirms the polynomial.  Others are not, such as the force of a contact
     that
     leaves its indentation, which varies with a power of 3/2 there.
     """
-    p, size = at[0].polynomials, 0.0
+    p, size = pointer[0].polynomials, 0.0
     for m in range(COEFFICIENTS):
         size = max(size, abs(p[VALUES, m]))
     for _ in range(3):
-        value = guard_value(at, g, x)
+        value = guard_value(pointer, g, x)
         if abs(value) <= RIGHT * size:
             return x
         _, slope = value_and_slope(p, WHOLE, x)
@@ -126,22 +126,22 @@ def true_passage(at, g, x):
         if not 0.0 <= newton <= 1.0:
             break
         x = newton
-    value = guard_value(at, g, x)
-    (a, fa), (b, fb) = ends_around(at, x, value)
+    value = guard_value(pointer, g, x)
+    (a, fa), (b, fb) = bracket_around(pointer, x, value)
     if fb <= 0.0:  # it rises and falls between two stages
-        b = top_behind(p, x)
-        fb = guard_value(at, g, b)
+        b = highest_after(p, x)
+        fb = guard_value(pointer, g, b)
         if fb <= 0.0:
             return NOWHERE
-    return crossing_between(at, g, (a, fa), (b, fb))
+    return crossing_between(pointer, g, (a, fa), (b, fb))
 
 
 @kernel
-def ends_around(at, x, value):
+def bracket_around(pointer, x, value):
     """Return (share, value) of a guard before and behind where it is likely to pass zero, its `value` at `x` known."""
-    p = at[0].polynomials
+    p = pointer[0].polynomials
     (a, fa), (b, fb) = (0.0, p[VALUES, 0]), (1.0, p[VALUES, DEGREE])
-    if at[0].method.current != IMPLICIT:  # whose values between start and end are interpolated themselves
+    if pointer[0].method.current != IMPLICIT:  # whose values between start and end are interpolated themselves
         for m in range(1, COEFFICIENTS):
             if SHARES[m] <= x and p[VALUES, m] < 0.0:
                 a, fa = SHARES[m], p[VALUES, m]
@@ -156,7 +156,7 @@ def ends_around(at, x, value):
 
 
 @kernel
-def top_behind(p, x):
+def highest_after(p, x):
     """Return where WHOLE is highest, of several places between `x` and its next negative value."""
     largest, top, step = x, 0.0, 0.02 * (1.0 - x)
     for i in range(1, 51):
@@ -169,7 +169,7 @@ def top_behind(p, x):
 
 
 @kernel
-def crossing_between(at, g, lower, upper):
+def crossing_between(pointer, g, lower, upper):
     """Return the share at which guard `g` crosses zero between two ends, each (share, value), approached from behind.
 
     Regula falsi by Anderson & Bjorck (1973, BIT 13:253): the value at a retained end is scaled down according to the
@@ -185,7 +185,7 @@ def crossing_between(at, g, lower, upper):
         if iteration > HALVING or not a < x < b:  # a jump, or a value that is not finite
             x = 0.5 * (a + b)
         x = min(max(x, a + 0.4 * FINE), b - 0.4 * FINE)  # so that the retained end moves, too
-        fx = guard_value(at, g, x)
+        fx = guard_value(pointer, g, x)
         if fx >= 0.0:
             if side == 1:
                 fa *= 1.0 - fx / fb if fx < fb else 0.5
@@ -200,14 +200,14 @@ def crossing_between(at, g, lower, upper):
 
 
 @kernel
-def take_gap(at, j, h):
+def fit_gap(pointer, j, h):
     """Set the polynomial of contact `j` in free flight, positive where it touches, from the depths at the nodes.
 
     It is d (d + 2 s) of the depth d (m) and its largest size s.  In a bearing this is the squared eccentricity minus
     the
     squared clearance, which is smooth even where the path crosses the centre and the depth has a kink.
     """
-    work, column = at[0], column_of(j, DEPTH)
+    work, column = pointer[0], column_of(j, DEPTH)
     p, size = work.polynomials, work.clearance[j]
     for m in range(COEFFICIENTS):
         size = max(size, -work.o[column, NODES[m]])
@@ -222,12 +222,12 @@ def take_gap(at, j, h):
 
 
 @kernel
-def take_part_of_gap(at, j, begin, width):
+def fit_gap_part(pointer, j, begin, width):
     """Set the polynomial of contact `j` over a part of the step, from the interpolant."""
-    work, column = at[0], column_of(j, DEPTH)
+    work, column = pointer[0], column_of(j, DEPTH)
     p, size = work.polynomials, work.clearance[j]
     for m in range(COEFFICIENTS):
-        evaluate_dense(at, begin + width * SHARES[m])
+        evaluate_dense(pointer, begin + width * SHARES[m])
         p[VALUES, m] = work.o[column, SCRATCH]
         size = max(size, -p[VALUES, m])
     for m in range(COEFFICIENTS):
@@ -246,38 +246,38 @@ def is_rough(p):
 
 
 @kernel
-def cannot_arrive(at, j, h):
+def cannot_arrive(pointer, j, h):
     """Return whether the path of the journal of free contact `j` is too short to reach the bearing."""
-    work = at[0]
+    work = pointer[0]
     fastest = max(work.contact_steps[j].fastest, work.o[column_of(j, SLIP), END] * work.o[KAPPA, END])
     gaps = work.o[column_of(j, DEPTH), START] + work.o[column_of(j, DEPTH), END]
     return gaps + MARGIN * h * fastest < 0.0
 
 
 @kernel
-def first_onset(at, j, h):
+def first_onset(pointer, j, h):
     """Return the share of the step at which free contact `j` first touches its bearing while closing, or NOWHERE."""
-    work = at[0]
+    work = pointer[0]
     p, begin = work.polynomials, work.o[column_of(j, DEPTH), START]
-    if cannot_arrive(at, j, h):
+    if cannot_arrive(pointer, j, h):
         return NOWHERE
     if begin >= 0.0 and work.o[column_of(j, RATE), START] >= 0.0:
         return 0.0
-    take_gap(at, j, h)
+    fit_gap(pointer, j, h)
     if is_rough(p):
-        return first_onset_in_parts(at, j, h)
+        return first_onset_in_parts(pointer, j, h)
     x = crossing_for_certain(p, 0.0)
     if x == NOWHERE and begin >= 0.0 and p[VALUES, DEGREE] >= 0.0:  # it never quite separated
         return lowest_place(p)
-    return x if x == NOWHERE else true_onset(at, j, h, x)
+    return x if x == NOWHERE else true_onset(pointer, j, h, x)
 
 
 @kernel
-def true_onset(at, j, h, x):
+def true_onset(pointer, j, h, x):
     """Return the share of the step at which contact `j` touches, by Newton's method from its polynomial's share `x`."""
-    work = at[0]
+    work = pointer[0]
     for _ in range(4):
-        evaluate_dense(at, x)
+        evaluate_dense(pointer, x)
         slope = work.o[column_of(j, RATE), SCRATCH] * work.o[KAPPA, SCRATCH] * h
         move = work.o[column_of(j, DEPTH), SCRATCH] / slope if slope != 0.0 else 1.0
         if not abs(move) < NEXT_TO_ROOT:  # nearly tangential
@@ -289,26 +289,26 @@ def true_onset(at, j, h, x):
 
 
 @kernel
-def first_onset_in_parts(at, j, h):
+def first_onset_in_parts(pointer, j, h):
     """Return the result of `first_onset` where the gap is not smooth over the step, as with worn surfaces."""
-    p, begin, width = at[0].polynomials, 0.0, 0.5
+    p, begin, width = pointer[0].polynomials, 0.0, 0.5
     while begin < 1.0:
-        take_part_of_gap(at, j, begin, width)
+        fit_gap_part(pointer, j, begin, width)
         if width > LEAST_PART and is_rough(p):
             width *= 0.5
         else:
             x = crossing_for_certain(p, 0.0)
             if x != NOWHERE:
-                return true_onset(at, j, h, begin + width * x)
+                return true_onset(pointer, j, h, begin + width * x)
             begin += width
             width = min(2.0 * width, 1.0 - begin)
     return NOWHERE
 
 
 @kernel
-def first_separation(at, j):
+def first_separation(pointer, j):
     """Return the share of the step at which contact `j` separates, from the interpolant, or NOWHERE."""
-    work, root = at[0], at[0].time + 1 + j
+    work, root = pointer[0], pointer[0].time + 1 + j
     from_interpolant(work.polynomials, work.y[root], work.f, root)
     if lowest(work.polynomials) > 0.0:
         return NOWHERE
@@ -317,9 +317,9 @@ def first_separation(at, j):
 
 
 @kernel
-def first_limit(at, j):
+def first_limit(pointer, j):
     """Return the share at which the penetration of contact `j` passes the limit of its elastic law, or NOWHERE."""
-    work, root = at[0], at[0].time + 1 + j
+    work, root = pointer[0], pointer[0].time + 1 + j
     limit = math.sqrt(work.limit_depth[j])
     from_interpolant(work.polynomials, work.y[root] - limit, work.f, root)
     overshoot = work.y[root] - limit
@@ -329,37 +329,37 @@ def first_limit(at, j):
 
 
 @kernel
-def first_stop(at, stop):
+def first_stop(pointer, stop):
     """Return the share of the step at which the run reaches `stop`, which is not beyond its end."""
-    work = at[0]
+    work = pointer[0]
     from_interpolant(work.polynomials, work.y[work.independent] - stop, work.f, work.independent)
     return min(first_crossing(work.polynomials), 1.0)
 
 
 @kernel
-def first_event(at, h, stop):
+def first_event(pointer, h, stop):
     """Return (share of the step, kind, contact) of its first event; kind is NOTHING without event."""
-    work, guards = at[0], at[0].guards
+    work, guards = pointer[0], pointer[0].guards
     largest, kind, contact = NOWHERE, NOTHING, 0
     if work.end[work.independent] >= stop:
-        largest, kind = first_stop(at, stop), STOP
+        largest, kind = first_stop(pointer, stop), STOP
     for j in range(work.mode.size):
         x, event_kind = NOWHERE, NOTHING
         if meets(work.mode[j]):
-            x, event_kind = first_onset(at, j, h), ONSET
+            x, event_kind = first_onset(pointer, j, h), ONSET
         elif touches(work.mode[j]):
-            x, event_kind = first_separation(at, j), SEPARATION
+            x, event_kind = first_separation(pointer, j), SEPARATION
             if work.limit_depth[j] < math.inf:
-                y = first_limit(at, j)
+                y = first_limit(pointer, j)
                 if y < x:
                     x, event_kind = y, LIMIT
         if x < largest:
             largest, kind, contact = x, event_kind, j
     if guards.contact.size > 0:
-        evaluate_guards(at, work.y, END)
+        evaluate_guards(pointer, work.y, END)
         for g in range(guards.contact.size):
-            if looked_at(at, g):
-                x = first_passage(at, g)
+            if is_guard_active(pointer, g):
+                x = first_passage(pointer, g)
                 if x < largest:
                     largest, kind, contact = x, GUARD + g, guards.contact[g]
     return largest, kind, contact

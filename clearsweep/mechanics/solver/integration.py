@@ -136,7 +136,7 @@ class Implicit(NamedTuple):
 class Work(NamedTuple):
     """The arrays and constants of an integration: n numbers in the state, m of them of laws, l latched; c contacts.
 
-    Functions get it as a pointer `at`: passing its arrays by value would cost more than the functions themselves.
+    Functions get it as a `pointer`: passing its arrays by value would cost more than the functions themselves.
     """
 
     rates: Entry  # the right-hand side
@@ -190,16 +190,16 @@ class Work(NamedTuple):
 
 
 @inlined
-def trial_of(at):
+def trial_of(pointer):
     """Return the TrialStep of a case."""
-    work = at[0]
+    work = pointer[0]
     return TrialStep(work.y, work.mode, work.k, work.o, work.end, work.step, work.contact_steps, work.profiles)
 
 
 @inlined
-def accumulators_of(at):
+def accumulators_of(pointer):
     """Return the Accumulators of a case."""
-    work, totals, revolutions = at[0], at[0].totals, at[0].revolutions
+    work, totals, revolutions = pointer[0], pointer[0].totals, pointer[0].revolutions
     arrays = (
         work.y,
         work.mode,
@@ -219,16 +219,16 @@ def accumulators_of(at):
 
 
 @kernel
-def evaluate(at, y, row):
+def evaluate(pointer, y, row):
     """Write the rates of the state `y` to row `row` of `work.k` and its observables to row `row` of `work.o`."""
-    work = at[0]
+    work = pointer[0]
     work.counts.evaluations += 1
     invoke(work.rates.code, work.rates.parameters, (y, work.mode, work.latched, work.k, work.o), row)
 
 
 @kernel
-def evaluate_dense(at, x):
+def evaluate_dense(pointer, x):
     """Write the rates and observables at the share `x` of the step to the SCRATCH rows, from the dense output."""
-    work = at[0]
+    work = pointer[0]
     dense_state(x, work.y, work.f, work.z)
-    evaluate(at, work.z, SCRATCH)
+    evaluate(pointer, work.z, SCRATCH)

@@ -69,9 +69,9 @@ LOG_ROWS = 512  # events in the log before the loop pauses so that the caller ca
 
 
 @kernel
-def advance(at):
+def advance(pointer):
     """Make the end of a step the start of the next, where no event has changed the state."""
-    work = at[0]
+    work = pointer[0]
     for i in range(work.y.size):
         work.y[i], work.k[i, START] = work.end[i], work.k[i, END]
     for column in range(work.o.shape[0]):
@@ -80,43 +80,43 @@ def advance(at):
 
 
 @kernel
-def accept(at):
+def accept(pointer):
     """Add an accepted step to the sums."""
-    at[0].step.accepted = 1.0
-    accumulate_step(accumulators_of(at), at[0].time)
+    pointer[0].step.accepted = 1.0
+    accumulate_step(accumulators_of(pointer), pointer[0].time)
 
 
 @kernel
-def restart(at):
+def restart(pointer):
     """Begin a step at `work.end`, where an event has changed the state or the equations."""
-    work = at[0]
+    work = pointer[0]
     for i in range(work.y.size):
         work.y[i] = work.end[i]
     work.method.current = work.method.next
     work.implicit.past.length, work.implicit.past.renewed = 0.0, 0.0
-    begin_step(at)
+    begin_step(pointer)
 
 
 @kernel
-def state_was_changed(at):
+def state_was_changed(pointer):
     """Return whether the caller changed the state after the end of the last step."""
     is_changed = False
-    for i in range(at[0].y.size):
-        is_changed = is_changed or at[0].y[i] != at[0].end[i]
+    for i in range(pointer[0].y.size):
+        is_changed = is_changed or pointer[0].y[i] != pointer[0].end[i]
     return is_changed
 
 
 @kernel
-def begin_case(at):
+def begin_case(pointer):
     """Prepare a case for its first step, or for the next after a pause; a pause does not change the motion."""
-    work = at[0]
+    work = pointer[0]
     totals, record, stepper, control = work.totals, work.record, work.stepper, work.control
     position, moment = work.y[work.independent], work.y[work.time]
     stepper.begun, stepper.logged, stepper.rejections = 1.0, 0.0, 0.0
     stepper.in_window = 1.0 if control.window <= position else 0.0
-    stepper.next_stop = next_stop(at, position)
-    if stepper.next_length == 0.0 or state_was_changed(at):
-        begin_step(at)
+    stepper.next_stop = next_stop(pointer, position)
+    if stepper.next_length == 0.0 or state_was_changed(pointer):
+        begin_step(pointer)
     stepper.pause_step = work.counts.steps + control.pause_steps
     if stepper.next_length > 0.0:
         return
@@ -127,35 +127,35 @@ def begin_case(at):
     )
     totals.whole.kinetic_start = work.o[KINETIC, START]
     if stepper.in_window != 0.0:
-        open_window(at)
-    record_start(at)
+        open_window(pointer)
+    record_start(pointer)
     while work.counts.samples < record.times.size and record.times[work.counts.samples] <= work.y[record.independent]:
-        write_sample(at, work.y, record.samples[work.counts.samples])
+        write_sample(pointer, work.y, record.samples[work.counts.samples])
         work.counts.samples += 1
-    set_next_length(at, BEGINNING)
+    set_next_length(pointer, BEGINNING)
 
 
 @kernel
-def target_of(at):
+def target_of(pointer):
     """Return the start of the window of figures (s, or rad of a free crank); within the window the end of the run."""
-    work = at[0]
+    work = pointer[0]
     return work.control.end if work.stepper.in_window != 0.0 else work.control.window
 
 
 @kernel
-def next_stop(at, position):
+def next_stop(pointer, position):
     """Return where the next step has to end (s; rad of a free crank): the first knot beyond `position`, or target."""
-    target = target_of(at)
-    for knot in at[0].knots:
+    target = target_of(pointer)
+    for knot in pointer[0].knots:
         if knot > position:
             return min(knot, target)
     return target
 
 
 @kernel
-def interruption(at):
+def interruption(pointer):
     """Return GOING where a case may take its next step, else the status with which the loop returns."""
-    work = at[0]
+    work = pointer[0]
     stepper, control = work.stepper, work.control
     moment, angle = work.y[work.time], work.y[work.independent]
     is_full = stepper.logged + work.mode.size >= work.log.shape[0]  # all contacts may part at once
@@ -175,46 +175,46 @@ def interruption(at):
 
 
 @kernel
-def prepare_step(at):
+def prepare_step(pointer):
     """Return GOING and set the length of the next step in `work.step`, or return the status of a case that stops."""
-    work = at[0]
+    work = pointer[0]
     stepper = work.stepper
     if stepper.begun == 0.0:
-        begin_case(at)
+        begin_case(pointer)
     if work.counts.steps + work.counts.rejected >= work.control.step_budget:
         return STEP_BUDGET
     reason = GOING
     if stepper.rejections == 0.0:
-        reason, stepper.evaluations = interruption(at), work.counts.evaluations
+        reason, stepper.evaluations = interruption(pointer), work.counts.evaluations
     if reason == GOING:
         work.step.length = min(stepper.next_length, work.longest / work.o[KAPPA, START])
     return reason
 
 
 @kernel
-def reject(at):
+def reject(pointer):
     """Reject a step and shorten the next; return GOING, or a failure after MOST_TRIES rejections."""
-    work = at[0]
+    work = pointer[0]
     stepper, error = work.stepper, work.step.error
     work.counts.rejected += 1
     stepper.rejections += 1.0
-    set_next_length(at, REJECTION)
+    set_next_length(pointer, REJECTION)
     if stepper.rejections > MOST_TRIES:
         return STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE
     return GOING
 
 
 @kernel
-def repeat_up_to(at, h, share):
+def repeat_up_to(pointer, h, share):
     """Take the step of length `h` again with a `share` of its length; return whether its error is too large.
 
     The longer step resolved the motion before the event less well, above all where the iteration now fails, as at the
     peak of a friction law.  The error of a very short step is rounding.
     """
-    work = at[0]
+    work = pointer[0]
     evaluations_before, work.step.length = work.counts.evaluations, h * share
     if share > CLOSE_TO_START or work.method.current != IMPLICIT:
-        take_step(at)
+        take_step(pointer)
     else:  # the matrices of an implicit step without length are singular
         work.step.error = FAILED
     work.counts.locating += work.counts.evaluations - evaluations_before
@@ -223,69 +223,69 @@ def repeat_up_to(at, h, share):
 
 
 @kernel
-def pass_stop(at):
+def pass_stop(pointer):
     """Pass a place where a step had to end; return GOING, or OK at the end of the run.  The window may open there."""
-    work = at[0]
+    work = pointer[0]
     stepper = work.stepper
-    if stepper.next_stop == target_of(at):
+    if stepper.next_stop == target_of(pointer):
         if stepper.in_window != 0.0:
             return OK
         stepper.in_window = 1.0
-        open_window(at)
-    stepper.next_stop = next_stop(at, work.end[work.independent])
+        open_window(pointer)
+    stepper.next_stop = next_stop(pointer, work.end[work.independent])
     return GOING
 
 
 @kernel
-def apply_event(at, kind, contact):
+def apply_event(pointer, kind, contact):
     """Apply an event or a stop to the state at the end of the step; return GOING or the status at the end."""
     if kind == STOP:
-        return pass_stop(at)
-    return pass_events(at, kind, contact, at[0].stepper.in_window != 0.0)
+        return pass_stop(pointer)
+    return pass_events(pointer, kind, contact, pointer[0].stepper.in_window != 0.0)
 
 
 @kernel
-def cut_at_event(at, h, event):
+def cut_at_event(pointer, h, event):
     """End the step of length `h` at an event: (share of it, kind, contact); return GOING or the status at the end."""
-    work = at[0]
+    work = pointer[0]
     share, kind, contact = event
     work.stepper.contact = contact
-    if repeat_up_to(at, h, share):
-        return reject(at)
+    if repeat_up_to(pointer, h, share):
+        return reject(pointer)
     evaluations_before = work.counts.evaluations
-    step_to_event(at, (kind, contact, work.stepper.next_stop))
+    step_to_event(pointer, (kind, contact, work.stepper.next_stop))
     work.counts.locating += work.counts.evaluations - evaluations_before
-    choose_method(at, work.step.length, proposal_of(at))
-    accept(at)
-    note_step(at, work.step.length)
-    reason = apply_event(at, kind, contact)
+    choose_method(pointer, work.step.length, proposal_of(pointer))
+    accept(pointer)
+    note_step(pointer, work.step.length)
+    reason = apply_event(pointer, kind, contact)
     if reason != GOING:
         return reason
-    restart(at)
-    set_next_length(at, BEGINNING)
+    restart(pointer)
+    set_next_length(pointer, BEGINNING)
     return GOING
 
 
 @kernel
-def attempt_step(at):
+def attempt_step(pointer):
     """Take a step with its figures, samples and events, or reject it; return GOING or the status at the end."""
-    work = at[0]
+    work = pointer[0]
     stepper, step = work.stepper, work.step
-    take_step(at)
-    assess_step(accumulators_of(at), work.method.current)
+    take_step(pointer)
+    assess_step(accumulators_of(pointer), work.method.current)
     h = step.length
     if not step.error < 1.0:
-        return reject(at)
-    pattern = proposal_of(at)
-    work.proposals[pattern], work.paces[pattern] = step.proposal, pace_of(at)
-    share, kind, contact = find_first_event(at, h, stepper.next_stop)
+        return reject(pointer)
+    pattern = proposal_of(pointer)
+    work.proposals[pattern], work.paces[pattern] = step.proposal, pace_of(pointer)
+    share, kind, contact = find_first_event(pointer, h, stepper.next_stop)
     if kind != NOTHING:
-        return cut_at_event(at, h, (share, kind, contact))
-    accept(at)
-    choose_method(at, h, pattern)
-    note_step(at, h)
-    advance(at)
-    set_next_length(at, ACCEPTANCE)
+        return cut_at_event(pointer, h, (share, kind, contact))
+    accept(pointer)
+    choose_method(pointer, h, pattern)
+    note_step(pointer, h)
+    advance(pointer)
+    set_next_length(pointer, ACCEPTANCE)
     return GOING
 
 
@@ -320,11 +320,11 @@ def integrate(pinned: Pinned) -> None:
 
 
 @kernel
-def integrate_case(at):
-    """Integrate one case; `at[0]` is its Work."""
+def integrate_case(pointer):
+    """Integrate one case; `pointer[0]` is its Work."""
     reason = GOING
     while reason == GOING:
-        reason = prepare_step(at)
+        reason = prepare_step(pointer)
         if reason == GOING:
-            reason = attempt_step(at)
-    at[0].stepper.status = reason
+            reason = attempt_step(pointer)
+    pointer[0].stepper.status = reason

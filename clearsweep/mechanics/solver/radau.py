@@ -142,29 +142,29 @@ def substitute(a, pivots, b):
 
 
 @kernel
-def differentiate(at, y, stage):
+def differentiate(pointer, y, stage):
     """Write the derivatives of the rates at `y` to a Jacobian; each column costs and counts as an evaluation."""
-    work = at[0]
+    work = pointer[0]
     work.counts.evaluations += y.size
     invoke(work.slopes.code, work.slopes.parameters, (y, work.mode, work.latched, work.implicit.jacobian), stage)
 
 
 @kernel
-def renew(at, h):
+def renew(pointer, h):
     """Evaluate the Jacobians at three of the current stages and factorise the matrices; return whether they are
     regular.
 
     Contact rotates the stiff direction along the step: with one Jacobian for all stages the iteration would fail long
     before the error requires shorter steps.
     """
-    work = at[0]
+    work = pointer[0]
     n, history, stages = work.y.size, work.implicit.past, work.implicit.stages
     for stage in range(PLACES.size):
         for i in range(n):
             work.z[i] = work.y[i] + stages[PLACES[stage] * n + i]
-        differentiate(at, work.z, stage)
+        differentiate(pointer, work.z, stage)
     history.renewed, history.factored, history.convergence = h, 0.0, KEEP
-    return prepare(at, h)
+    return prepare(pointer, h)
 
 
 @kernel
@@ -182,9 +182,9 @@ def unknown(stage, i, time):
 
 
 @kernel
-def prepare(at, h):
+def prepare(pointer, h):
     """Compute the factors for a step of length `h` unless they are current; return whether the matrix is regular."""
-    work, time = at[0].implicit, at[0].time
+    work, time = pointer[0].implicit, pointer[0].time
     n, jacobian = work.offset.size, work.jacobian
     if work.past.factored == h:
         return True
@@ -211,9 +211,9 @@ def prepare(at, h):
 
 
 @kernel
-def begin_stages(at, h):
+def begin_stages(pointer, h):
     """Initialise the stages from the interpolant of the step before, or of a rejected one from the same place."""
-    work = at[0]
+    work = pointer[0]
     n, history, stages = work.y.size, work.implicit.past, work.implicit.stages
     for i in range(n):
         for s in range(STAGES):
@@ -226,14 +226,14 @@ def begin_stages(at, h):
 
 
 @kernel
-def correct(at, h):
+def correct(pointer, h):
     """Do one iteration; return the change of the stages over the allowed error."""
-    work = at[0]
+    work = pointer[0]
     n, stages, change = work.y.size, work.implicit.stages, work.implicit.change
     for s in range(STAGES):
         for i in range(n):
             work.z[i] = work.y[i] + stages[s * n + i]
-        evaluate(at, work.z, ROWS[s])
+        evaluate(pointer, work.z, ROWS[s])
     for s in range(STAGES):
         for i in range(n):
             largest_change = 0.0
@@ -251,15 +251,15 @@ def correct(at, h):
 
 
 @kernel
-def iterate(at, h):
+def iterate(pointer, h):
     """Iterate until the stages fulfil their equations; return whether they do within ITERATIONS.
 
     The iteration ends when the remaining distance, estimated from the last convergence, is CLOSE (IV.8.10).
     """
-    history = at[0].implicit.past
+    history = pointer[0].implicit.past
     previous = 0.0
     for iteration in range(ITERATIONS):
-        size = correct(at, h)
+        size = correct(pointer, h)
         if iteration > 0:
             history.convergence = size / previous if previous > 0.0 else 0.0
         convergence = history.convergence
@@ -272,20 +272,20 @@ def iterate(at, h):
 
 
 @kernel
-def solve(at, h):
+def solve(pointer, h):
     """Solve for the stages of a step of length `h`; return whether the iteration converged."""
-    history = at[0].implicit.past
-    begin_stages(at, h)
+    history = pointer[0].implicit.past
+    begin_stages(pointer, h)
     is_kept = history.renewed == h or (history.length > 0.0 and history.convergence <= KEEP)
-    if not (prepare(at, h) if is_kept else renew(at, h)):
+    if not (prepare(pointer, h) if is_kept else renew(pointer, h)):
         return False
-    return iterate(at, h) or (renew(at, h) and iterate(at, h))
+    return iterate(pointer, h) or (renew(pointer, h) and iterate(pointer, h))
 
 
 @kernel
-def filtered_error(at, h, row):
+def filtered_error(pointer, h, row):
     """Return the error over the allowed one: (IV.8.19), or (IV.8.20) if `row` contains the rates at its result."""
-    work = at[0]
+    work = pointer[0]
     n, offset, stages = work.y.size, work.implicit.offset, work.implicit.stages
     for i in range(n):
         total = 0.0
@@ -300,14 +300,14 @@ def filtered_error(at, h, row):
 
 
 @kernel
-def implicit_step(at, h):
+def implicit_step(pointer, h):
     """Write the state after an implicit step to `work.end`, its dense output to `work.f`; return its error.
 
     The step control assumes order 8, so the error is raised to the power that makes its root correct for this method.
     """
-    work = at[0]
+    work = pointer[0]
     n, history, stages = work.y.size, work.implicit.past, work.implicit.stages
-    if not solve(at, h):
+    if not solve(pointer, h):
         history.convergence = 1.0
         return FAILED
     for i in range(n):
@@ -320,39 +320,39 @@ def implicit_step(at, h):
         for row in range(STAGES, work.f.shape[1]):
             work.f[i, row] = 0.0
     history.length, history.after = h, 0.0
-    error = filtered_error(at, h, START)
+    error = filtered_error(pointer, h, START)
     if error >= 1.0:
         for i in range(n):
             work.z[i] = work.y[i] + work.implicit.offset[i]
-        evaluate(at, work.z, SCRATCH)
-        error = filtered_error(at, h, SCRATCH)
-    interpolate_nodes(at, 1.0)
+        evaluate(pointer, work.z, SCRATCH)
+        error = filtered_error(pointer, h, SCRATCH)
+    interpolate_nodes(pointer, 1.0)
     return error ** (8.0 / ORDER)
 
 
 @kernel
-def interpolate_nodes(at, share):
+def interpolate_nodes(pointer, share):
     """Write the states at the stages of the explicit method, from the interpolant over a share of its step."""
-    work = at[0]
+    work = pointer[0]
     for i in range(work.y.size):
         for stage in range(SHARES.size - 1):
             work.nodes[i, stage] = dense_component(share * SHARES[1 + stage], i, work.y, work.f)
 
 
 @kernel
-def observe_stages(at):
+def observe_stages(pointer):
     """Write the observables of the stages, and interpolate them to the stages of the explicit method.
 
     Those of the last iteration are of stages before its correction: forces of stiff contacts and films follow a change
     of the stages many times as large, over the allowed error.
     """
-    work = at[0]
+    work = pointer[0]
     n, stages = work.y.size, work.implicit.stages
     for s in range(STAGES - 1):
         for i in range(n):
             work.z[i] = work.y[i] + stages[s * n + i]
-        evaluate(at, work.z, ROWS[s])
-    evaluate(at, work.end, END)
+        evaluate(pointer, work.z, ROWS[s])
+    evaluate(pointer, work.end, END)
     for column in range(work.o.shape[0]):
         work.o[column, ROWS[STAGES - 1]] = work.o[column, END]
         for row in range(END):
@@ -363,12 +363,12 @@ def observe_stages(at):
 
 
 @kernel
-def fall_back(at, share):
+def fall_back(pointer, share):
     """Shorten a step to a share of its length; take its end and stages from the longer interpolant."""
-    work = at[0]
+    work = pointer[0]
     n, stages = work.y.size, work.implicit.stages
     for i in range(n):
         for s in range(STAGES):
             stages[s * n + i] = dense_component(share * C[s], i, work.y, work.f) - work.y[i]
     dense_state(share, work.y, work.f, work.end)
-    interpolate_nodes(at, share)
+    interpolate_nodes(pointer, share)

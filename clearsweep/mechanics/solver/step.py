@@ -9,7 +9,7 @@ from ..observe.stages import END, STAGES, START
 from .accumulate.step_sums import sum_up
 from .bernstein import WHOLE, value_and_slope
 from .collocation import WEIGHTS, begin_stages, continue_stages, dense_state, error_norm, interpolate
-from .event_search import ELSEWHERE, evaluate_guards, first_event, looked_at, take_guard
+from .event_search import ELSEWHERE, evaluate_guards, first_event, fit_guard, is_guard_active
 from .integration import GUARD, IMPLICIT, LIMIT, ONSET, SEPARATION, STOP, evaluate, trial_of
 from .radau import FAILED, STAGE_WEIGHTS, fall_back, implicit_step
 from .radau import observe_stages as observe_implicit_stages
@@ -26,46 +26,46 @@ HOPELESS = 0.8  # contraction at which the iteration is abandoned
 
 
 @kernel
-def latch(at, y, contact, guard, row):
+def latch(pointer, y, contact, guard, row):
     """Let the laws of a contact latch their quantities at an event: ENTERED, LEFT or the passage of a guard."""
-    work, guards = at[0], at[0].guards
+    work, guards = pointer[0], pointer[0].guards
     if guards.latch.code != 0:
         guards.event[0], guards.event[1] = contact, guard
         invoke(guards.latch.code, guards.latch.parameters, (y, work.latched, work.o, guards.event), row)
 
 
 @kernel
-def go_through(at, g, y, row):
+def go_through(pointer, g, y, row):
     """Apply the passage of guard `g` at the state `y`, whose observables are in row `row`."""
-    work, guards = at[0], at[0].guards
+    work, guards = pointer[0], pointer[0].guards
     contact = guards.contact[g]
     if guards.leads_to[g] != SAME:
         work.mode[contact] = guards.leads_to[g]
-    latch(at, y, contact, g, row)
+    latch(pointer, y, contact, g, row)
 
 
 @kernel
-def begin_step(at):
+def begin_step(pointer):
     """Evaluate the start of a step after a change of the equations, and apply the guards that are passed there."""
-    work, guards = at[0], at[0].guards
-    evaluate(at, work.y, START)
+    work, guards = pointer[0], pointer[0].guards
+    evaluate(pointer, work.y, START)
     is_changed, waiting = False, True
     for g in range(guards.contact.size):
-        if guards.at_start[g] and looked_at(at, g):
+        if guards.at_start[g] and is_guard_active(pointer, g):
             if waiting:
-                evaluate_guards(at, work.y, START)
+                evaluate_guards(pointer, work.y, START)
                 waiting = False
             if guards.value[g, ELSEWHERE] > 0.0:
-                go_through(at, g, work.y, START)
+                go_through(pointer, g, work.y, START)
                 is_changed = True
     if is_changed:
-        evaluate(at, work.y, START)
+        evaluate(pointer, work.y, START)
 
 
 @kernel
-def guess_stages(at, h):
+def guess_stages(pointer, h):
     """Write a guess of the stages of a step of length `h` to `work.nodes`."""
-    work = at[0]
+    work = pointer[0]
     history = work.implicit.past
     if history.length > 0.0:
         continue_stages(h / history.length, history.after, work.y, work.f, work.nodes)
@@ -74,9 +74,9 @@ def guess_stages(at, h):
 
 
 @kernel
-def sweep(at):
+def sweep(pointer):
     """Update all stages once; return the change over the allowed error."""
-    work = at[0]
+    work = pointer[0]
     arguments = work.y, work.mode, work.latched, work.weight, work.k, work.nodes, work.step.numbers
     invoke(work.sweep.code, work.sweep.parameters, arguments, 0)
     work.counts.evaluations += STAGES
@@ -84,24 +84,24 @@ def sweep(at):
 
 
 @kernel
-def observe_stages(at):
+def observe_stages(pointer):
     """Write the observables of all stages."""
-    work = at[0]
+    work = pointer[0]
     invoke(work.observed.code, work.observed.parameters, (work.nodes, work.mode, work.latched, work.o), 0)
     work.counts.evaluations += STAGES
 
 
 @kernel
-def solve_stages(at):
+def solve_stages(pointer):
     """Update the stages until they fulfil their equations; return whether they do.
 
     The iteration has converged when the remaining distance, estimated from the contraction, is CLOSE.
     """
-    step, previous, second_last = at[0].step, sweep(at), 0.0
+    step, previous, second_last = pointer[0].step, sweep(pointer), 0.0
     if not previous < math.inf:
         return False
     for count in range(1, MOST_SWEEPS):
-        largest_change = sweep(at)
+        largest_change = sweep(pointer)
         if not largest_change < math.inf:
             return False
         contraction = largest_change / previous if previous > 0.0 else 0.0
@@ -117,12 +117,12 @@ def solve_stages(at):
 
 
 @kernel
-def collocate(at, h):
+def collocate(pointer, h):
     """Solve for the stages of a step of length `h`; set its end, interpolant and error."""
-    work = at[0]
+    work = pointer[0]
     history = work.implicit.past
-    guess_stages(at, h)
-    if not solve_stages(at):
+    guess_stages(pointer, h)
+    if not solve_stages(pointer):
         work.step.error = FAILED
         return
     for i in range(work.y.size):
@@ -133,55 +133,55 @@ def collocate(at, h):
 
 
 @kernel
-def finish(at):
+def finish(pointer):
     """Compute the sums, profiles and maxima of the current step, which is accurate or ends at an event."""
-    if at[0].method.current == IMPLICIT:
-        observe_implicit_stages(at)
-        sum_up(trial_of(at), STAGE_WEIGHTS)
+    if pointer[0].method.current == IMPLICIT:
+        observe_implicit_stages(pointer)
+        sum_up(trial_of(pointer), STAGE_WEIGHTS)
     else:
-        observe_stages(at)
-        sum_up(trial_of(at), WEIGHTS)
+        observe_stages(pointer)
+        sum_up(trial_of(pointer), WEIGHTS)
 
 
 @kernel
-def take_step(at):
+def take_step(pointer):
     """Take the step whose length is in `work.step`: set `work.end`, the stages and the results of the step."""
-    work, h = at[0], at[0].step.length
+    work, h = pointer[0], pointer[0].step.length
     if work.method.current == IMPLICIT:
-        work.step.error = implicit_step(at, h)
+        work.step.error = implicit_step(pointer, h)
     else:
-        collocate(at, h)
+        collocate(pointer, h)
     if work.step.error < 1.0:
-        finish(at)
+        finish(pointer)
     else:
         for j in range(work.mode.size):  # the interpolant belongs to an earlier step
             work.contact_steps[j].fastest = 0.0
 
 
 @kernel
-def shorten(at, share):
+def shorten(pointer, share):
     """Replace the latest step by a `share` of it, from its interpolant."""
-    work = at[0]
+    work = pointer[0]
     if work.method.current == IMPLICIT:
-        fall_back(at, share)
+        fall_back(pointer, share)
     else:
         continue_stages(share, 0.0, work.y, work.f, work.nodes)
-        sweep(at)  # for the rates; it may move the stages away from each other
+        sweep(pointer)  # for the rates; it may move the stages away from each other
         continue_stages(share, 0.0, work.y, work.f, work.nodes)
         dense_state(share, work.y, work.f, work.end)
 
 
 @kernel
-def distance_beyond(at, event):
+def distance_beyond(pointer, event):
     """Return how far along tau the end of the latest step is beyond an event, 0 where its function has no slope.
 
     event : as in `step_to_event`.
     """
-    work = at[0]
+    work = pointer[0]
     kind, contact, stop = event
     miss, slope = 0.0, 0.0
     if kind == ONSET:
-        seen = observed(at, END, contact)
+        seen = observed(pointer, END, contact)
         miss, slope = seen.depth, seen.rate * work.o[KAPPA, END]
     elif kind == SEPARATION:
         miss, slope = work.end[work.time + 1 + contact], work.k[work.time + 1 + contact, END]
@@ -191,48 +191,48 @@ def distance_beyond(at, event):
     elif kind == STOP:
         miss, slope = work.end[work.independent] - stop, work.k[work.independent, END]
     elif kind >= GUARD and work.step.length > 0.0:
-        evaluate_guards(at, work.y, END)
-        if take_guard(at, kind - GUARD):
+        evaluate_guards(pointer, work.y, END)
+        if fit_guard(pointer, kind - GUARD):
             miss, change = value_and_slope(work.polynomials, WHOLE, 1.0)
             slope = change / work.step.length
     return miss / slope if slope != 0.0 else 0.0
 
 
 @kernel
-def close_in(at, event):
+def close_in(pointer, event):
     """Repeat a step that ends at an event while it ends too far from it; return how far along tau it is beyond it.
 
     The interpolant of a longer step over a kink of the right-hand side locates the kink only roughly.
     """
-    work = at[0]
-    beyond = distance_beyond(at, event)
+    work = pointer[0]
+    beyond = distance_beyond(pointer, event)
     for _ in range(MOST_REPEATS):
         h = work.step.length
         if not (work.step.error < 1.0 and CLOSE_TO_EVENT * h < abs(beyond) < FAR_FROM_EVENT * h):
             break
         work.step.length = h - beyond
-        take_step(at)
+        take_step(pointer)
         if not work.step.error < 1.0:  # as before
             work.step.length = h
-            take_step(at)
+            take_step(pointer)
             break
-        beyond = distance_beyond(at, event)
+        beyond = distance_beyond(pointer, event)
     return beyond
 
 
 @kernel
-def step_to_event(at, event):
+def step_to_event(pointer, event):
     """Finish a step that was repeated with a shorter length to end at an event.
 
     event : (kind, contact, place of a STOP along the run).  The end is corrected to the exact event, as between stages
     the interpolant is less accurate than the end of a step.
     """
-    work = at[0]
+    work = pointer[0]
     if work.step.error == FAILED:  # keep the interpolant of the longer step
-        shorten(at, work.step.length / work.implicit.past.length)
+        shorten(pointer, work.step.length / work.implicit.past.length)
     if not work.step.error < 1.0:
-        finish(at)
-    beyond = close_in(at, event)
+        finish(pointer)
+    beyond = close_in(pointer, event)
     if abs(beyond) <= NEXT_TO_EVENT * work.step.length:  # one Newton step, unless the event is nearly tangential
         for i in range(work.end.size):
             work.end[i] -= work.k[i, END] * beyond
@@ -241,13 +241,13 @@ def step_to_event(at, event):
 
 
 @kernel
-def find_first_event(at, h, stop):
+def find_first_event(pointer, h, stop):
     """Search for events in the latest step; `stop` is the place along the run where it must stop.
 
     Return the share of the step at the first event, its kind, and its contact.
     """
-    work = at[0]
+    work = pointer[0]
     previous = work.counts.evaluations
-    share, kind, contact = first_event(at, h, stop)
+    share, kind, contact = first_event(pointer, h, stop)
     work.counts.locating += work.counts.evaluations - previous
     return share, kind, contact

@@ -58,14 +58,14 @@ def change_of_length(error, expected):
 
 
 @kernel
-def first_length(at, pattern):
+def first_length(pointer, pattern):
     """Return the length of a first step: the last one with the same touching contacts, else a guess.
 
     A contact lasts longer along tau the slower it begins: about as one over the root of that rate.
     """
-    work = at[0]
+    work = pointer[0]
     if work.proposals[pattern] > 0.0:
-        return work.proposals[pattern] * math.sqrt(work.paces[pattern] / pace_of(at))
+        return work.proposals[pattern] * math.sqrt(work.paces[pattern] / pace_of(pointer))
     length = 0.01 / work.reference_rate
     for j in range(work.mode.size):
         if touches(work.mode[j]):  # until the penetration is a hundredth of the clearance
@@ -74,9 +74,9 @@ def first_length(at, pattern):
 
 
 @kernel
-def proposal_of(at):
+def proposal_of(pointer):
     """Return the place of the step length for this method and these touching contacts: the bits of a number."""
-    work = at[0]
+    work = pointer[0]
     pattern = work.method.current << work.mode.size
     for j in range(work.mode.size):
         if touches(work.mode[j]):
@@ -85,9 +85,9 @@ def proposal_of(at):
 
 
 @kernel
-def pace_of(at):
+def pace_of(pointer):
     """Return the onset rate, m/s, of the fastest touching contact; 1 without contact."""
-    work, fastest = at[0], 0.0
+    work, fastest = pointer[0], 0.0
     for j in range(work.mode.size):
         if touches(work.mode[j]):
             fastest = max(fastest, work.latched[j])
@@ -123,28 +123,28 @@ def travel_ratio(accumulators):
 
 
 @kernel
-def set_next_length(at, cause):
+def set_next_length(pointer, cause):
     """Set the length of the next step; no other function does.
 
     cause : the step is the first with these equations (BEGINNING), or follows a step by its REJECTION or ACCEPTANCE.
     """
-    work, stepper = at[0], at[0].stepper
+    work, stepper = pointer[0], pointer[0].stepper
     if cause == BEGINNING:  # the error is unknown
-        length, stepper.growth, stepper.expected_error = first_length(at, proposal_of(at)), AFTER_EVENT, 0.0
+        length, stepper.growth, stepper.expected_error = first_length(pointer, proposal_of(pointer)), AFTER_EVENT, 0.0
     elif cause == REJECTION:
         length, stepper.growth = work.step.length * shrinking(work.step.error), 1.0
     else:
-        length, stepper.growth = length_with_method(at), GROW
+        length, stepper.growth = length_with_method(pointer), GROW
     stepper.next_length = length
 
 
 @kernel
-def length_with_method(at):
+def length_with_method(pointer):
     """Apply a decided change of method; return the length of the step after an accepted one."""
-    work = at[0]
+    work = pointer[0]
     if work.method.next == work.method.current:
-        return steady(at, work.step.length, work.step.proposal)
+        return steady(pointer, work.step.length, work.step.proposal)
     work.method.current = work.method.next
     work.implicit.past.length = 0.0
-    length = work.proposals[proposal_of(at)]
+    length = work.proposals[proposal_of(pointer)]
     return length if length > 0.0 else work.implicit.choice.limit  # these contacts never touched explicitly

@@ -122,9 +122,9 @@ def more(study: Study) -> list[Section]:
     if not samples:
         return []
     every = sensitivity.settings(study.run)
-    one = sampled.is_one_sample(study.run.grid)
+    is_one_sample = sampled.is_one_sample(study.run.grid)
     blocks: list[Block] = [
-        *([limit_table(study, every)] if one else []),
+        *([limit_table(study, every)] if is_one_sample else []),
         spread_table(study, samples),
         Gallery(SCATTER_NOTE, _scatter(study, samples), small=True),
         rank_table(study, samples),

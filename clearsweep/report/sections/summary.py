@@ -114,9 +114,9 @@ def _designs(study: Study) -> list[tuple[str, str, str]]:
     grouped = designs.of_cases(cases.axes, cases.column, len(cases.case_ids))
     if grouped is None or sampled.is_one_sample(study.run.grid):
         return []
-    passing = sum(margin >= 0.0 for margin in grouped.margins)
+    accepted = sum(margin >= 0.0 for margin in grouped.margins)
     names = wording.sentence_list([wording.axis_name(path) for path in grouped.conditions])
-    return [("Designs within the limits", f"{passing} of {len(grouped.margins)}", f"at every {names}")]
+    return [("Designs within the limits", f"{accepted} of {len(grouped.margins)}", f"at every {names}")]
 
 
 def _chance(study: Study) -> list[tuple[str, str, str]]:

@@ -113,8 +113,8 @@ def _kept(study: Study) -> list[str]:
     first += "." if answered else f": {wording.sentence_list(_each(study))}."
     if "refine" in study.run.grid:
         first += " They include cases that refine placed near the boundary, so this count is not a share of designs."
-    one = sampled.is_one_sample(study.run.grid)
-    sentences = [first, *([] if one else _chance(study)), *_not_judged(study)]
+    is_one_sample = sampled.is_one_sample(study.run.grid)
+    sentences = [first, *([] if is_one_sample else _chance(study)), *_not_judged(study)]
     if study.has(verdict.MARGIN):
         margins = study.cases[verdict.MARGIN]
         worst, best = margins.idxmin(), margins.idxmax()

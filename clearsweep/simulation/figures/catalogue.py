@@ -21,18 +21,18 @@ from .start_up import START_UP_TIME
 def largest(name: str, of: str = "joint") -> Callable[[Window, int], float]:
     """Return the formula of a figure that is itself a field of ContactTotals or WholeTotals."""
     if of == "joint":
-        return lambda window, place: getattr(window.totals.joint[place], name)
+        return lambda window, index: getattr(window.totals.joint[index], name)
     return lambda window, _: getattr(window.totals.whole, name)
 
 
-def depth(window: Window, place: int) -> float:
+def depth(window: Window, index: int) -> float:
     """Return the largest penetration (m) of the journal, negative if it never touched the bearing."""
-    return float(max(window.totals.joint[place].depth_max, -window.joints[place].clearance))
+    return float(max(window.totals.joint[index].depth_max, -window.joints[index].clearance))
 
 
-def restitution(window: Window, place: int) -> float | None:
+def restitution(window: Window, index: int) -> float | None:
     """Return the mean ratio of rebound to approach speed, or None without rebounds."""
-    joint = window.totals.joint[place]
+    joint = window.totals.joint[index]
     return joint.restitution / joint.rebounds if joint.rebounds else None
 
 
@@ -120,7 +120,7 @@ JOINT = (
         "m/s",
         "onset rate that the contact's law uses at the end of the window; null: no contact, or it uses none",
         of="joint",
-        value=lambda window, place: None if math.isnan(window.onset[place]) else window.onset[place],
+        value=lambda window, index: None if math.isnan(window.onset[index]) else window.onset[index],
         differs=False,
         null=NOTHING,
     ),
@@ -129,7 +129,7 @@ JOINT = (
         "m",
         "largest penetration",
         of="joint",
-        value=lambda window, place: max(depth(window, place), 0.0),
+        value=lambda window, index: max(depth(window, index), 0.0),
         shown=(Shown("forces", "penetration", 9),),
     ),
     Figure(
@@ -137,7 +137,7 @@ JOINT = (
         "m",
         "largest distance of the journal centre from the bearing centre",
         of="joint",
-        value=lambda window, place: window.joints[place].clearance + depth(window, place),
+        value=lambda window, index: window.joints[index].clearance + depth(window, index),
     ),
     Figure(
         "law_limit_fraction",
@@ -170,7 +170,7 @@ JOINT = (
         "temperature of both bodies of a dry joint, from its heat balance",
         of="joint",
         needs=("thermal",),
-        value=lambda window, place: window.case.joints[place].temperature,
+        value=lambda window, index: window.case.joints[index].temperature,
         shown=(Shown("forces", "temperature", 13, if_any=True), Shown("case", "temperature", 9)),
     ),
     Figure(
@@ -179,7 +179,7 @@ JOINT = (
         "radial clearance at that temperature",
         of="joint",
         needs=("thermal",),
-        value=lambda window, place: window.case.joints[place].clearance,
+        value=lambda window, index: window.case.joints[index].clearance,
         shown=(Shown("forces", "warm clearance", 14, if_any=True), Shown("case", "warm clearance", 10)),
     ),
     Figure(
@@ -343,16 +343,16 @@ def column_of(layout: Layout, name: str) -> tuple[Figure, int | None]:
 
 
 def _joint_indices(layout: Layout) -> dict[str, int]:
-    indices = {joint.name: place for place, joint in enumerate(layout.joints)}
-    return indices | {joint: place for place, joint in enumerate(layout.rubbing)}
+    indices = {joint.name: index for index, joint in enumerate(layout.joints)}
+    return indices | {joint: index for index, joint in enumerate(layout.rubbing)}
 
 
 def figures_of(window: Window, *, failed: bool = False) -> dict:
     """Return all columns: figures that follow from sums, else None; of a `failed` run only the work counts."""
     shared = shared_by(window.layout)
     values = shared.blank.copy()
-    for name, formula, place, kind in shared.cost if failed else shared.formulas:
-        value = formula(window, place)
+    for name, formula, index, kind in shared.cost if failed else shared.formulas:
+        value = formula(window, index)
         values[name] = value if value is None else kind(value)
     return values
 

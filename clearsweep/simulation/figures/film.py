@@ -9,23 +9,23 @@ from ..sums import DryShare, DryTime, Mean
 from ..window import Window
 
 
-def thickness(window: Window, place: int) -> float:
+def thickness(window: Window, index: int) -> float:
     """Return the least film thickness (m) in a joint, 0 if its surfaces touch."""
-    return float(max(-window.totals.joint[place].depth_max, 0.0))
+    return float(max(-window.totals.joint[index].depth_max, 0.0))
 
 
-def pressure(window: Window, place: int) -> float | None:
+def pressure(window: Window, index: int) -> float | None:
     """Return the largest film pressure (Pa) in a joint, or None if its law has none."""
-    joint: Any = window.joints[place]  # mypy takes it for a dry joint
+    joint: Any = window.joints[index]  # mypy takes it for a dry joint
     law = joint.film
-    return window.totals.joint[place].pressure_max if type(law) in film_pressure.members else None
+    return window.totals.joint[index].pressure_max if type(law) in film_pressure.members else None
 
 
-def taylor(window: Window, place: int) -> float:
+def taylor(window: Window, index: int) -> float:
     """Return the largest Taylor number of the flow in the film of a joint: rho U c / mu times sqrt(c / R)."""
-    joint: Any = window.case.joints[place]  # a joint with a film has a radius
+    joint: Any = window.case.joints[index]  # a joint with a film has a radius
     film = joint.film
-    flow = film.density * window.totals.joint[place].speed_most * joint.clearance / film.viscosity
+    flow = film.density * window.totals.joint[index].speed_most * joint.clearance / film.viscosity
     return float(flow * math.sqrt(joint.clearance / joint.bearing_radius))
 
 
@@ -36,7 +36,7 @@ FILM = (
         "largest dry share of the normal force, located",
         of="joint",
         needs=("film",),
-        value=lambda window, place: window.totals.joint[place].dry_max,
+        value=lambda window, index: window.totals.joint[index].dry_max,
         shown=(Shown("film", "dry force peak", 8),),
     ),
     Figure(
@@ -108,7 +108,7 @@ FILM = (
         "temperature of the oil, given or from its heat balance; null: neither",
         of="joint",
         needs=("film",),
-        value=lambda window, place: window.case.joints[place].film.temperature,
+        value=lambda window, index: window.case.joints[index].film.temperature,
         shown=(Shown("film", "temperature", 10),),
     ),
     Figure(
@@ -126,7 +126,7 @@ FILM = (
         "dynamic viscosity of the oil at its temperature",
         of="joint",
         needs=("film",),
-        value=lambda window, place: window.case.joints[place].film.viscosity,
+        value=lambda window, index: window.case.joints[index].film.viscosity,
         differs=False,
         shown=(Shown("film", "viscosity", 12),),
     ),

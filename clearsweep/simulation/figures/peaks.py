@@ -10,26 +10,26 @@ from ..window import Window
 WITHIN = 1e-9  # relative difference below which two peaks are the same
 
 
-def ideal_peak(window: Window, place: int) -> float | None:
+def ideal_peak(window: Window, index: int) -> float | None:
     """Return the largest reaction (N) of the ideal mechanism."""
-    return window.ideal.get(window.case.joints[place].name)
+    return window.ideal.get(window.case.joints[index].name)
 
 
-def load_peak(window: Window, place: int) -> float:
+def load_peak(window: Window, index: int) -> float:
     """Return the largest resultant (N) of normal and friction force."""
-    joint = window.totals.joint[place]
+    joint = window.totals.joint[index]
     return float(max(joint.force_max, math.sqrt(joint.load_max)))
 
 
-def peak_ratio(window: Window, place: int) -> float | None:
+def peak_ratio(window: Window, index: int) -> float | None:
     """Return the largest resultant over the largest reaction without clearance, or None if there is no reaction."""
-    ideal = ideal_peak(window, place)
-    return load_peak(window, place) / ideal if ideal else None
+    ideal = ideal_peak(window, index)
+    return load_peak(window, index) / ideal if ideal else None
 
 
-def peak_turn(window: Window, place: int) -> int | None:
+def peak_turn(window: Window, index: int) -> int | None:
     """Return the revolution of the largest normal force, or None if that revolution is incomplete."""
-    highest, largest = window.spreads[place].highest, window.totals.joint[place].force_max
+    highest, largest = window.spreads[index].highest, window.totals.joint[index].force_max
     return highest[1] if highest and highest[0] >= (1.0 - WITHIN) * largest > 0.0 else None
 
 
@@ -37,7 +37,7 @@ def of_peaks(name: str, text: str, shown: Shown) -> tuple[Figure, ...]:
     """Return the figures of a quantile of force peaks per revolution: its value and the ends of its interval."""
 
     def value(end: str) -> Callable[[Window, int], float | None]:
-        return lambda window, place: getattr(getattr(window.spreads[place], name), end)
+        return lambda window, index: getattr(getattr(window.spreads[index], name), end)
 
     column, end = f"force_peak_{name}", "{} end of the 95 % interval of {}; null: too few revolutions"
     made = partial(Figure, unit="N", of="joint", needs=("turns",))
@@ -51,8 +51,8 @@ def of_peaks(name: str, text: str, shown: Shown) -> tuple[Figure, ...]:
 def _expected(end: str) -> Callable[[Window, int], float | None]:
     """Return an end of the largest force to expect; of a periodic motion the largest of the window."""
 
-    def value(window: Window, place: int) -> float | None:
-        spread = window.spreads[place]
+    def value(window: Window, index: int) -> float | None:
+        spread = window.spreads[index]
         return spread.highest[0] if window.period and spread.highest else getattr(spread.million, end)
 
     return value

@@ -8,22 +8,22 @@ from ..sums import PerRevolution
 from ..window import JointTotals, Window
 
 
-def tilt_limit(window: Window, place: int) -> float | None:
+def tilt_limit(window: Window, index: int) -> float | None:
     """Return the tilt (rad) at which the journal jams between the walls, or None if it cannot."""
-    angle = jam_angle(window.joints[place])
+    angle = jam_angle(window.joints[index])
     return angle if math.isfinite(angle) else None
 
 
-def in_space(window: Window, place: int) -> JointTotals:
+def in_space(window: Window, index: int) -> JointTotals:
     """Return the figures of a spatial joint."""
-    joint = window.totals.joint[place]
+    joint = window.totals.joint[index]
     assert isinstance(joint, JointTotals)
     return joint
 
 
-def edge_load_share(window: Window, place: int) -> float:
+def edge_load_share(window: Window, index: int) -> float:
     """Return the imbalance of wall loads: difference of normal forces over their sum, both averaged over time."""
-    joint = in_space(window, place)
+    joint = in_space(window, index)
     return float(joint.uneven_time / joint.force_time) if joint.force_time else 0.0
 
 
@@ -34,7 +34,7 @@ SPATIAL = (
         "largest angle between the axes of bearing and journal",
         of="joint",
         needs=("spatial",),
-        value=lambda window, place: in_space(window, place).tilt_max,
+        value=lambda window, index: in_space(window, index).tilt_max,
         shown=(Shown("forces", "tilt", 20),),
     ),
     Figure(
@@ -63,7 +63,7 @@ SPATIAL = (
         "largest normal force at a flange, located",
         of="joint",
         needs=("spatial", "axial"),
-        value=lambda window, place: in_space(window, place).axial_force_max,
+        value=lambda window, index: in_space(window, index).axial_force_max,
         shown=(Shown("forces", "axial force peak", 23),),
     ),
     Figure(

@@ -25,14 +25,14 @@ from ..window import Window
 RESOLVED = 0.95  # of the worn volume: share that must come from arcs wide enough for the bins
 
 
-def worn(window: Window, place: int) -> tuple[np.ndarray, np.ndarray]:
+def worn(window: Window, index: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the wear depths (m) of the bearing and the journal of a joint, by bin."""
-    return window.wear[window.layout.joints[place].name]
+    return window.wear[window.layout.joints[index].name]
 
 
-def volume(window: Window, place: int) -> float:
+def volume(window: Window, index: int) -> float:
     """Return the volume (m^3) worn off both bodies of a joint."""
-    joint, (bearing, journal) = window.joints[place], worn(window, place)
+    joint, (bearing, journal) = window.joints[index], worn(window, index)
     law: Any = joint.wear  # mypy takes it for a tuple of anything
     cell, (on_bearing, on_journal) = 2.0 * math.pi / len(bearing) * law.length, _cells(joint)
     round_journal = joint.journal_radius * journal.sum() * on_journal
@@ -46,39 +46,39 @@ def _cells(joint: Any) -> tuple[float, float]:
     return 1.0, 1.0
 
 
-def narrow_arcs(window: Window, place: int) -> float:
+def narrow_arcs(window: Window, index: int) -> float:
     """Return the share of the wear steps whose arc was narrower than five bins."""
-    account = window.totals.account[place]
+    account = window.totals.account[index]
     return float(account[NARROW_COUNT] / account[ARC_COUNT]) if account[ARC_COUNT] else 0.0
 
 
-def bins_enough(window: Window, place: int) -> int:
+def bins_enough(window: Window, index: int) -> int:
     """Return how many bins resolve 95 % of the worn volume by arcs of at least five bins; 0 without wear."""
-    by_width = window.totals.account[place, FIRST_CLASS:]
+    by_width = window.totals.account[index, FIRST_CLASS:]
     narrowest = int(np.searchsorted(np.cumsum(by_width), RESOLVED * by_width.sum()))
     return int(np.ceil(RESOLVED_WIDTH * 2.0 * math.pi / class_width(narrowest))) if by_width.any() else 0
 
 
-def pressure_mean(window: Window, place: int) -> float:
+def pressure_mean(window: Window, index: int) -> float:
     """Return the mean pressure (Pa) over the contact arc and the time in contact, 0 without contact."""
-    time = window.totals.joint[place].contact_time
-    return float(window.totals.account[place, PRESSURE_TIME] / time) if time else 0.0
+    time = window.totals.joint[index].contact_time
+    return float(window.totals.account[index, PRESSURE_TIME] / time) if time else 0.0
 
 
-def pv_mean(window: Window, place: int) -> float:
+def pv_mean(window: Window, index: int) -> float:
     """Return the mean normal force over diameter and length (Pa) times the mean sliding speed (m/s), W/m^2."""
-    case = window.case.joints[place]
-    force = window.totals.joint[place].force_time / window.duration
-    speed = (window.totals.account[place, SLIDING_DISTANCE] - window.sliding_distance[place]) / window.duration
+    case = window.case.joints[index]
+    force = window.totals.joint[index].force_time / window.duration
+    speed = (window.totals.account[index, SLIDING_DISTANCE] - window.sliding_distance[index]) / window.duration
     assert case.length is not None  # joints with wear have both
     assert case.bearing_radius is not None
     return float(force / (2.0 * case.bearing_radius * case.length) * speed)
 
 
-def pv_beyond(window: Window, place: int) -> float | None:
+def pv_beyond(window: Window, index: int) -> float | None:
     """Return the share of the window's time beyond the limit of pressure times speed, or None."""
-    law: Any = window.joints[place].wear
-    return None if math.isinf(law.pv_limit) else float(window.totals.account[place, PV_BEYOND] / window.duration)
+    law: Any = window.joints[index].wear
+    return None if math.isinf(law.pv_limit) else float(window.totals.account[index, PV_BEYOND] / window.duration)
 
 
 WEAR = (
@@ -88,7 +88,7 @@ WEAR = (
         "largest wear depth in the window, of both bodies",
         of="joint",
         needs=("wear",),
-        value=lambda window, place: max(map(np.max, worn(window, place))),
+        value=lambda window, index: max(map(np.max, worn(window, index))),
         shown=(Shown("wear", "depth"), Shown("sample", "wear depth", 5), Shown("effects", "wear depth", 4)),
     ),
     Figure(
@@ -135,7 +135,7 @@ WEAR = (
         "largest pressure on the bearing, anywhere on the contact arc",
         of="joint",
         needs=("wear",),
-        value=lambda window, place: window.totals.account[place, PRESSURE_MAX],
+        value=lambda window, index: window.totals.account[index, PRESSURE_MAX],
         shown=(Shown("wear", "pressure peak", 55),),
     ),
     Figure(
@@ -153,7 +153,7 @@ WEAR = (
         "largest product of the pressure on the bearing, anywhere on the contact arc, and the sliding speed",
         of="joint",
         needs=("wear",),
-        value=lambda window, place: window.totals.account[place, PV_MAX],
+        value=lambda window, index: window.totals.account[index, PV_MAX],
         shown=(Shown("wear", "pV peak", 57),),
     ),
     Figure(

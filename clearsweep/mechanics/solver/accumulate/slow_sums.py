@@ -67,9 +67,9 @@ from .within_step import (
 
 
 @kernel
-def add_courses(at):
+def add_courses(pointer):
     """Add the profiles over a step of all acting contacts to their histograms, wear and film."""
-    work = at[0]
+    work = pointer[0]
     totals, worn = work.totals, work.wear.code != 0
     for j in range(work.mode.size):
         if acts(work.mode[j]):
@@ -78,13 +78,13 @@ def add_courses(at):
             if work.film[j, 1] < math.inf:
                 totals.histogram[j, 0, 0] += total_of(histograms[j, PULLED])
             if worn or work.limit_depth[j] < math.inf or work.film[j, 1] < math.inf:
-                follow_contact(at, j, work.end[work.time] - work.y[work.time])
+                follow_contact(pointer, j, work.end[work.time] - work.y[work.time])
 
 
 @kernel
-def follow_contact(at, j, duration):
+def follow_contact(pointer, j, duration):
     """Follow contact `j` over a step of `duration` (s): its wear, its film, the limit of its law."""
-    work = at[0]
+    work = pointer[0]
     totals = work.totals
     step_values, kappa, force = totals.step_values[j], work.profiles[0], work.profiles[1 + j]
     limited, worn, film = work.limit_depth[j] < math.inf, work.wear.code != 0, work.film[j, 1] < math.inf
@@ -110,9 +110,9 @@ def follow_contact(at, j, duration):
 
 
 @kernel
-def note_film(at, h, j):
+def note_film(pointer, h, j):
     """Add the heat and forces of contact `j`, which has a film; update its largest dry force (N) and pressure (Pa)."""
-    work = at[0]
+    work = pointer[0]
     o, sums, row, contacts = work.o, work.contact_steps[j], work.totals.joint[j], work.mode.size
     weights = STAGE_WEIGHTS if work.method.current == IMPLICIT else WEIGHTS
     row.heat += h * (sums.sum_lost + sums.sum_rubbed)
@@ -124,20 +124,20 @@ def note_film(at, h, j):
     row.load_time += h * integral_of_size(o, column_of(j, NORMAL), weights)
     largest = max(o[dry, START], o[dry, END])
     if highest_inside(o, dry, 1.0) > 0.9 * row.dry_max:
-        largest = max(largest, highest_between(at, dry, 1.0))
+        largest = max(largest, highest_between(pointer, dry, 1.0))
     row.dry_max = max(row.dry_max, largest)
     pressure = film_column(contacts, j, PRESSURE)
     largest = max(o[pressure, START], o[pressure, END])
     if largest > 0.95 * row.pressure_max:  # between the ends of a step only the interpolant gives it
-        largest = max(largest, refined_peak(at, pressure, 1.0, NODES.size // 2))
+        largest = max(largest, refined_peak(pointer, pressure, 1.0, NODES.size // 2))
     row.pressure_max = max(row.pressure_max, largest)
     row.speed_most = max(row.speed_most, o[film_column(contacts, j, SPEED), END])
 
 
 @kernel
-def note_friction(at, h):
+def note_friction(pointer, h):
     """Add the work (J) of friction loads over a step of length `h`; the last observables are their powers."""
-    work = at[0]
+    work = pointer[0]
     weights = STAGE_WEIGHTS if work.method.current == IMPLICIT else WEIGHTS
     loads = work.totals.friction
     for i in range(loads.size):
@@ -145,46 +145,46 @@ def note_friction(at, h):
 
 
 @kernel
-def seek_maxima(at):
+def seek_maxima(pointer):
     """Raise maxima that may lie between the stages to those of the dense output, see `totals.accumulate_step`."""
-    work = at[0]
+    work = pointer[0]
     total, step, revolutions, counted = work.totals.whole, work.step, work.revolutions, work.stepper.in_window != 0.0
     for j in range(work.mode.size):
         row, highest = work.totals.joint[j], work.contact_steps[j]
         if highest.highest_force > NO_PEAK:
-            largest = highest_between(at, column_of(j, NORMAL), 1.0)
+            largest = highest_between(pointer, column_of(j, NORMAL), 1.0)
             row.peak, revolutions.highest[j] = max(row.peak, largest), max(revolutions.highest[j], largest)
             if counted:
                 row.force_max = max(row.force_max, largest)
         if highest.highest_depth > NO_PEAK:
-            row.depth_max = max(row.depth_max, highest_between(at, column_of(j, DEPTH), 1.0))
+            row.depth_max = max(row.depth_max, highest_between(pointer, column_of(j, DEPTH), 1.0))
         if work.rubs[j] != 0 and highest.highest_load > NO_PEAK:
-            row.load_max = max(row.load_max, highest_between(at, column_of(j, LOAD), 1.0))
+            row.load_max = max(row.load_max, highest_between(pointer, column_of(j, LOAD), 1.0))
     if step.highest_acceleration > NO_PEAK:
-        largest = highest_between(at, ACCELERATION, math.copysign(1.0, work.o[ACCELERATION, END]))
+        largest = highest_between(pointer, ACCELERATION, math.copysign(1.0, work.o[ACCELERATION, END]))
         total.acceleration_max = max(total.acceleration_max, largest)
     if step.highest_torque > NO_PEAK:
-        largest = highest_between(at, TORQUE, math.copysign(1.0, work.o[TORQUE, END]))
+        largest = highest_between(pointer, TORQUE, math.copysign(1.0, work.o[TORQUE, END]))
         total.torque_max = max(total.torque_max, largest)
     if step.highest_error > NO_PEAK:
         sign = math.copysign(1.0, work.o[ERROR, END])
-        total.error_max = max(total.error_max, refined_peak(at, ERROR, sign, NODES.size // 2))
+        total.error_max = max(total.error_max, refined_peak(pointer, ERROR, sign, NODES.size // 2))
 
 
 @kernel
-def note_awaited_speed(at):
+def note_awaited_speed(pointer):
     """Note the time at which a free crank first passes its awaited speed."""
-    work = at[0]
+    work = pointer[0]
     total, index = work.totals.whole, work.independent + work.time // 2
     if total.speed_reached == 0.0 and work.y[index] < total.speed_awaited <= work.end[index]:
-        dense_state(share_at(at, index, total.speed_awaited), work.y, work.f, work.z)
+        dense_state(share_at(pointer, index, total.speed_awaited), work.y, work.f, work.z)
         total.speed_reached = work.z[work.time]
 
 
 @kernel
-def note_speed(at, h):
+def note_speed(pointer, h):
     """Update the extreme speeds (rad/s) of a free crank, from the cubic through the ends of the step."""
-    work = at[0]
+    work = pointer[0]
     total, index = work.totals.whole, work.independent + work.time // 2
     start_value, end_value = work.y[index], work.end[index]
     start_slope, end_slope = h * work.k[index, START], h * work.k[index, END]
@@ -209,12 +209,12 @@ def note_speed(at, h):
 
 
 @kernel
-def note_wear(at, h):
+def note_wear(pointer, h):
     """Add the wear of the step of length `h`."""
-    work = at[0]
+    work = pointer[0]
     totals = work.totals
     totals.length[0] = h
-    evaluate_between(at, totals.between)
+    evaluate_between(pointer, totals.between)
     step = (totals.between, work.mode, totals.step_values, totals.length, totals.workspace)
     invoke(
         work.wear.code,
@@ -225,44 +225,44 @@ def note_wear(at, h):
 
 
 @kernel
-def note_step(at, h):
+def note_step(pointer, h):
     """Add the slow sums of an accepted step of length `h`."""
-    work = at[0]
+    work = pointer[0]
     record, time, counted = work.record, work.time, work.stepper.in_window != 0.0
     work.counts.steps += 1
     if work.step.needs_peak_search != 0.0:
-        seek_maxima(at)
+        seek_maxima(pointer)
     if counted:
         touching = False
         for j in range(work.mode.size):
             touching = touching or touches(work.mode[j])
             if acts(work.mode[j]) and work.film[j, 1] < math.inf:
-                note_film(at, h, j)
-        add_courses(at)
-        note_friction(at, h)
+                note_film(pointer, h, j)
+        add_courses(pointer)
+        note_friction(pointer, h)
         if work.independent != time:
-            note_speed(at, h)
+            note_speed(pointer, h)
         if work.wear.code != 0 and touching:
-            note_wear(at, h)
+            note_wear(pointer, h)
     if work.independent != time:
-        note_awaited_speed(at)
-    record_marks(at)
+        note_awaited_speed(pointer)
+    record_marks(pointer)
     i = work.counts.samples
     if i < record.times.size and record.times[i] <= work.end[record.independent]:
-        write_samples(at)
+        write_samples(pointer)
 
 
 @kernel
-def open_window(at):
+def open_window(pointer):
     """Reset the figures; keep the energies and the current contacts."""
-    totals = at[0].totals
+    totals = pointer[0].totals
     for column in range(FIRST_FIGURE, WholeTotals.SIZE):
         totals.whole.numbers[column] = 0.0
-    for j in range(at[0].mode.size):
+    for j in range(pointer[0].mode.size):
         for column in range(CONTACT_FIGURES):
             totals.joint.numbers[j, column] = 0.0
         totals.joint[j].depth_max = -math.inf
     for i in range(totals.friction.size):
         totals.friction[i] = 0.0
-    totals.whole.opened = at[0].end[at[0].time] if at[0].counts.steps else at[0].y[at[0].time]
+    totals.whole.opened = pointer[0].end[pointer[0].time] if pointer[0].counts.steps else pointer[0].y[pointer[0].time]
     totals.whole.speed_min, totals.whole.speed_max = math.inf, -math.inf

@@ -16,12 +16,12 @@ PLACES = np.minimum(np.arange(MOMENTS) / (BETWEEN + 1), 1.0)
 
 
 @kernel
-def evaluate_between(at, between):
+def evaluate_between(pointer, between):
     """Write coordinates, their rates and the time at the moments of the step to `between`.
 
     between : (2 coordinates + 1, MOMENTS), at every quarter from the start to the end of the step, then the end again.
     """
-    y, end_value, f = at[0].y, at[0].end, at[0].f
+    y, end_value, f = pointer[0].y, pointer[0].end, pointer[0].f
     for i in range(between.shape[0]):
         for index in abreast(MOMENTS):
             x = PLACES[index]
@@ -45,10 +45,10 @@ def highest_node(o, column, sign):
 
 
 @kernel
-def observable_at(at, x, column):
+def observable_at(pointer, x, column):
     """Return the observable at the share `x` (0 to 1) of the step, from the dense output in `work.f`."""
-    work = at[0]
-    evaluate_dense(at, x)
+    work = pointer[0]
+    evaluate_dense(pointer, x)
     for j in range(work.mode.size):
         if work.rubs[j]:
             put_load(work.o, SCRATCH, j)
@@ -56,13 +56,13 @@ def observable_at(at, x, column):
 
 
 @kernel
-def refined_peak(at, column, sign, node):
+def refined_peak(pointer, column, sign, node):
     """Return the largest value of the observable times `sign` near the stage `node`, by successive parabolas."""
     m = min(max(node, 1), NODES.size - 2)
     a, b, c = SHARES[m - 1], SHARES[m], SHARES[m + 1]
-    fa = sign * observable_at(at, a, column)
-    fb = sign * observable_at(at, b, column)
-    fc = sign * observable_at(at, c, column)
+    fa = sign * observable_at(pointer, a, column)
+    fb = sign * observable_at(pointer, b, column)
+    fc = sign * observable_at(pointer, c, column)
     largest = max(fa, fb, fc)
     for _ in range(3):
         curvature = (fa - fb) / (a - b) - (fb - fc) / (b - c)
@@ -72,7 +72,7 @@ def refined_peak(at, column, sign, node):
         x = min(max(x, 0.0), 1.0)
         if x in (a, b, c):
             break
-        fx = sign * observable_at(at, x, column)
+        fx = sign * observable_at(pointer, x, column)
         largest = max(largest, fx)
         if abs(x - a) > abs(x - c):  # drop the farther end
             a, fa, b, fb = b, fb, x, fx
@@ -82,9 +82,9 @@ def refined_peak(at, column, sign, node):
 
 
 @kernel
-def highest_between(at, column, sign):
+def highest_between(pointer, column, sign):
     """Return the largest value of the observable times `sign` near its highest stage, from the dense output."""
-    return refined_peak(at, column, sign, highest_node(at[0].o, column, sign))
+    return refined_peak(pointer, column, sign, highest_node(pointer[0].o, column, sign))
 
 
 class Record(NamedTuple):
@@ -96,9 +96,9 @@ class Record(NamedTuple):
 
 
 @kernel
-def share_at(at, independent, moment):
+def share_at(pointer, independent, moment):
     """Return the share (0 to 1) of the step at which the state's number at `independent` equals `moment`."""
-    work = at[0]
+    work = pointer[0]
     a, b = 0.0, 1.0
     x = (moment - work.y[independent]) / (work.end[independent] - work.y[independent])
     for _ in range(60):
@@ -119,35 +119,35 @@ def share_at(at, independent, moment):
 
 
 @kernel
-def write_sample(at, y, out):
+def write_sample(pointer, y, out):
     """Write the time histories at the state `y` to `out`, in the order of the channels."""
-    work = at[0]
+    work = pointer[0]
     invoke(work.sample.code, work.sample.parameters, (y, work.mode, work.latched, work.side, out), out.size)
 
 
 @kernel
-def write_samples(at):
+def write_samples(pointer):
     """Write the samples within the latest step, from its dense output."""
-    work = at[0]
+    work = pointer[0]
     record = work.record
     independent = record.independent
     i = work.counts.samples
     while i < record.times.size and record.times[i] <= work.end[independent]:
-        dense_state(share_at(at, independent, record.times[i]), work.y, work.f, work.z)
+        dense_state(share_at(pointer, independent, record.times[i]), work.y, work.f, work.z)
         work.z[independent] = record.times[i]
         for j in range(work.mode.size):  # just before a separation rounding may put the interpolant below zero
             work.z[work.time + 1 + j] = max(work.z[work.time + 1 + j], 0.0)
-        write_sample(at, work.z, record.samples[i])
+        write_sample(pointer, work.z, record.samples[i])
         i += 1
     work.counts.samples = i
 
 
 def sample_states(work, states, out):
     """Write the time histories at `states` (states, n) to `out` (states, channels), without forces."""
-    at = pointer_to(work)
+    pointer = pointer_to(work)
     for i in range(states.shape[0]):
         work.z[:] = states[i]
-        write_sample(at, work.z, out[i])
+        write_sample(pointer, work.z, out[i])
 
 
 BESIDE = 1e-4  # of a step: distance from a mark at which a rising force is detected
@@ -165,9 +165,9 @@ class RevolutionMarks(NamedTuple):
 
 
 @kernel
-def record_start(at):
+def record_start(pointer):
     """Record the state at a mark at the start of the run."""
-    work = at[0]
+    work = pointer[0]
     revolutions, i = work.revolutions, work.revolutions.passed[0]
     if i < revolutions.marks.size and revolutions.marks[i] <= work.y[work.independent]:
         for c in range(revolutions.states.shape[1]):
@@ -176,12 +176,12 @@ def record_start(at):
 
 
 @kernel
-def split_peaks(at, i, x):
+def split_peaks(pointer, i, x):
     """Split the largest forces of the step into those before and after mark `i`, at the share `x` of the step."""
-    work = at[0]
+    work = pointer[0]
     revolutions, row = work.revolutions, END
     if x < 1.0:
-        evaluate_dense(at, x)
+        evaluate_dense(pointer, x)
         row = SCRATCH
     for j in range(work.mode.size):
         column, highest = column_of(j, NORMAL), revolutions.highest[j]
@@ -189,25 +189,25 @@ def split_peaks(at, i, x):
         after = max(at_mark, work.o[column, END]) if highest > 0.0 else 0.0
         before = at_mark
         if highest > after:
-            rises = x < 1.0 and observable_at(at, min(x + BESIDE, 1.0), column) > at_mark
+            rises = x < 1.0 and observable_at(pointer, min(x + BESIDE, 1.0), column) > at_mark
             before, after = (at_mark, highest) if rises else (highest, after)
             if x < 1.0:
-                evaluate_dense(at, x)
+                evaluate_dense(pointer, x)
         revolutions.peaks[i, j] = max(revolutions.since[j], before)
         revolutions.since[j], revolutions.highest[j] = 0.0, after
 
 
 @kernel
-def record_marks(at):
+def record_marks(pointer):
     """Record and pass the marks within the current step."""
-    work = at[0]
+    work = pointer[0]
     revolutions = work.revolutions
     i = revolutions.passed[0]
     while i < revolutions.marks.size and revolutions.marks[i] <= work.end[work.independent]:
         x = 1.0
         if revolutions.marks[i] < work.end[work.independent]:
-            x = share_at(at, work.independent, revolutions.marks[i])
-        split_peaks(at, i, x)
+            x = share_at(pointer, work.independent, revolutions.marks[i])
+        split_peaks(pointer, i, x)
         if x < 1.0:
             dense_state(x, work.y, work.f, work.z)
         for c in range(revolutions.states.shape[1]):
