@@ -41,7 +41,7 @@ class Lengths:
     def observe(self, work: Work) -> bool:
         """Add the end of a revolution."""
         turns = self.blocks.turns
-        self.blocks.note(work)
+        self.blocks.record(work)
         if turns in self.lengths:
             self.intervals[turns] = {figure: self.blocks.interval(figure) for figure in FIGURES}
         return False

@@ -106,7 +106,9 @@ def run(case: Extreme) -> dict[str, Any]:
     times = None  # of a free crank they are unknown in advance: the grid's own samples
     if not case_scene.crank_clock.free:
         times = (
-            np.linspace(0.0, case_scene.crank_clock.at(turns), SAMPLES + 1) if case_scene.layout.turns else np.empty(0)
+            np.linspace(0.0, case_scene.crank_clock.value_after(turns), SAMPLES + 1)
+            if case_scene.layout.turns
+            else np.empty(0)
         )
     trajectory = simulate(case_scene, times=times)
     summary = trajectory.summary
@@ -166,7 +168,7 @@ def _second_look(case_scene: scene.Scene) -> str:
     """Return a sentence on the accuracy of a penetration beyond its bound."""
     settings = case_scene.case.simulate
     tighter = settings._replace(tolerance=0.1 * settings.tolerance, step_budget=10 * settings.step_budget)
-    end = case_scene.crank_clock.at(settings.revolutions) if case_scene.layout.turns else math.inf
+    end = case_scene.crank_clock.value_after(settings.revolutions) if case_scene.layout.turns else math.inf
     run, tighter_run = (
         integration_of(
             dataclasses.replace(case_scene, case=case_scene.case._replace(simulate=simulate)), np.empty(0), end
