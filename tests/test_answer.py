@@ -117,7 +117,7 @@ def test_effects_are_ordered_by_their_share_of_the_variation():
     first, second, last = effects.sentences(made, "film", values, lambda known: [f"{value:.3g}" for value in known])
     assert first == "Strongest effect: film rises from 0.707 to 6.36 (medians) as speed grows from 1 to 3."
     assert second == "Next: it falls from 4 to 2 as clearance grows from 1 to 4."
-    assert last == "No clear effect: key."
+    assert last == "Little or no effect: key."
 
 
 def test_an_axis_of_names_has_its_smallest_and_its_largest_value():

@@ -45,7 +45,7 @@ def test_the_nearest_case_and_the_angle_between_are_found(tmp_path, study):
     angle = np.linspace(0.0, 5.2 * features.TURN, 4000)
     noise = np.random.default_rng(0).normal(0.0, 0.05, len(angle))
     file = write(tmp_path / "rig.csv", angle, signal(angle - 0.5, 2.0) + noise)
-    (laid,) = overlay.lay(study, file)
+    (laid,) = overlay.compare_signals(study, file)
     assert laid.case_id == "b" * 16
     assert laid.angle == pytest.approx(0.5, abs=features.TURN / 720)
     assert laid.misfit < 0.03
@@ -62,7 +62,7 @@ def test_a_signal_over_time_is_laid_by_the_speed_of_the_case(tmp_path, study):
     angle = np.linspace(0.0, 4.0 * features.TURN, 3000)
     head = "time [ms],slider/a [m/s^2]"
     file = write(tmp_path / "rig.csv", angle, signal(angle, 3.0), head, lambda each: 1e3 * each / SPEED)
-    (laid,) = overlay.lay(study, file)
+    (laid,) = overlay.compare_signals(study, file)
     assert (laid.case_id, laid.angle) == ("c" * 16, 0.0)
     assert laid.misfit < 1e-3
 
@@ -102,4 +102,4 @@ def test_what_cannot_be_used_is_refused_by_line(tmp_path, rows, message):
 def test_fewer_than_three_revolutions_are_refused(tmp_path, study):
     angle = np.linspace(0.0, 2.5 * features.TURN, 500)
     with pytest.raises(InputError, match=r"has 2\.5 revolutions; at least 3 whole"):
-        overlay.lay(study, write(tmp_path / "rig.csv", angle, signal(angle)))
+        overlay.compare_signals(study, write(tmp_path / "rig.csv", angle, signal(angle)))

@@ -118,8 +118,9 @@ def position_error(cases: Cases) -> list[str]:
     error = next((column.name for column in cases.layout.columns if column.figure == "error_max"), "")
     if not error or not cases.has(error):
         return []
-    worst = cases.extremes(error)[1]
-    text = f"Largest {cases.layout.output} error: {cases.text(error, worst)}{cases.at(worst)}."
+    worst, hardest = cases.extremes(error)[1], cases.worst(order.force_lead(cases.layout))
+    at = _where_different(cases, worst, hardest[0]) if hardest else cases.at(worst)
+    text = f"Largest {cases.layout.output} error: {cases.text(error, worst)}{at}."
     return [" ".join([text, *_strongest(cases, error)])]
 
 
@@ -170,13 +171,14 @@ def _loss(cases: Cases, index: int, joint: str) -> list[str]:
 
 
 def _where_different(cases: Cases, index: int, other: int) -> str:
-    """Return the values of a case that differ from those of another, ' at crank speed 60 rpm'."""
+    """Return the values of a case that differ from those of the case mentioned before, ' at crank speed 60 rpm'."""
     if len(cases.axes) > MANY_AXES:
         return cases.at(index)
-    setting = cases.setting(
-        index, [path for path in cases.axes if cases.column(path)[index] != cases.column(path)[other]]
-    )
-    return f" at {setting}" if setting else ""
+    if index == other:
+        return " in the same case" if cases.axes else ""
+    paths = [path for path in cases.axes if cases.column(path)[index] != cases.column(path)[other]]
+    rest = ", otherwise the same" if len(paths) < len(cases.axes) else ""
+    return f" at {cases.setting(index, paths)}{rest}"
 
 
 def _strongest(cases: Cases, name: str) -> list[str]:

@@ -12,6 +12,7 @@ from .variance import explained, factor, is_clear
 
 MOST_LEVELS = 30  # distinct values of an axis above which its levels are not compared
 MOST_EFFECTS = 3  # effects on one figure in words
+LEAST_SHARE = 0.01  # of the variation: an axis with less has little effect
 REVERSAL = 0.1  # of the range of the medians: smaller reversals leave a trend monotone
 FIRST, NEXT = ("Strongest effect: ", "Next: ", "Then: "), "it"
 
@@ -57,7 +58,7 @@ def sentences(cases: Cases, label: str, values: np.ndarray, texts: Texts, most: 
     effects = on(cases, values) if cases.with_effects else []
     if not effects or not np.isfinite(values).any():
         return []
-    clear = [effect for effect in effects if is_clear(effect.medians, effect.contrast)]
+    clear = [effect for effect in effects if is_clear(effect.medians, effect.contrast) and _is_large(effect, effects)]
     if not clear:
         return [] if label == NEXT else [f"No varied value has a clear effect on the {label}."]
     said, named = [], clear[:most]
@@ -66,7 +67,7 @@ def sentences(cases: Cases, label: str, values: np.ndarray, texts: Texts, most: 
         text = _words(cases, effect, label, texts) if number == 0 else _words(cases, effect, NEXT, texts, note="")
         said.append(labels.capital(beginning + text))
     weak = [_name(cases, effect) for effect in effects if effect not in clear]
-    return [*said, *([f"No clear effect: {wording.sentence_list(weak)}."] if weak and most > 1 else [])]
+    return [*said, *([f"Little or no effect: {wording.sentence_list(weak)}."] if weak and most > 1 else [])]
 
 
 def _words(cases: Cases, effect: Effect, subject: str, texts: Texts, note: str = " (medians)") -> str:
@@ -82,6 +83,11 @@ def _words(cases: Cases, effect: Effect, subject: str, texts: Texts, note: str =
     smallest, largest = texts([float(medians[low]), float(medians[high])])
     at = f"at {name} {_value(cases, effect, low)}"
     return f"{subject} is smallest, {smallest}, {at} and largest, {largest}, at {_value(cases, effect, high)}{note}."
+
+
+def _is_large(effect: Effect, effects: list[Effect]) -> bool:
+    """Return whether an effect is the only one, or explains more than a hundredth of the variation."""
+    return len(effects) == 1 or not effect.share < LEAST_SHARE
 
 
 def _is_monotone(medians: np.ndarray) -> bool:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 
-def dig(tree: Mapping, path: str) -> Any:
+def value_at(tree: Mapping, path: str) -> Any:
     """Return the value at a dotted path of a nested mapping, or None."""
     value: Any = tree
     for key in path.split("."):
@@ -24,17 +24,17 @@ def leaves(tree: Mapping, start: str = "") -> list[tuple[str, object]]:
 
 def seek_text(record: Mapping) -> str:
     """Return the first path whose largest or smallest value a run searches for, or ''."""
-    return next(iter(all_sought(record)), "")
+    return next(iter(sought_paths(record)), "")
 
 
-def all_sought(record: Mapping) -> tuple[str, ...]:
+def sought_paths(record: Mapping) -> tuple[str, ...]:
     """Return the parallel paths whose largest or smallest value a run searches for."""
     seek = record.get("seek") or {}
     paths = seek.get("largest") or seek.get("smallest") or ()
     return (paths,) if isinstance(paths, str) else tuple(paths)
 
 
-def all_tried(record: Mapping) -> tuple[str, ...]:
+def tried_paths(record: Mapping) -> tuple[str, ...]:
     """Return the paths whose values were chosen by a search."""
     searched = record.get("optimise") or record.get("identify") or {}
-    return all_sought(record) or tuple(searched.get("over", ()))
+    return sought_paths(record) or tuple(searched.get("over", ()))

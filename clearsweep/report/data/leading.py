@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 from ...contracts.layout import Layout
-from ...judging import order
+from ...judging import labels, order
 from ...judging.verdict import Limit
 
 
@@ -17,7 +17,6 @@ class Lead(NamedTuple):
 
 
 PEAK = Lead("force_peak", "force peak")
-NAMES = {"onset_rate_max": "fastest onset"}  # of figures whose name is not theirs in words
 LEADS = {
     "life": Lead("life_hours", "life", smallest=True),
     "film": Lead("film_thickness_min", "least film", smallest=True),
@@ -38,6 +37,6 @@ def led_by(layout: Layout, limits: Iterable[Limit], has: Callable[[str], bool], 
     for limit in limits:
         column = known.get(limit.column)
         if column and column.joint and column.figure and has(column.name):
-            name = NAMES.get(column.figure, column.figure.replace("_", " "))
+            name = labels.label(layout._replace(joints=layout.joints[:1]), column.name)  # without the joint
             return Lead(column.figure, name, limit.kind == "at_least")
     return PEAK

@@ -122,7 +122,7 @@ class _At:
         return self._rows[column].iloc[place]
 
 
-def followed(defined: Definitions, path: str, cases: Rows, base: Mapping) -> pd.Series:
+def dependent_values(defined: Definitions, path: str, cases: Rows, base: Mapping) -> pd.Series:
     """Return a number derived from swept names, for every case."""
     axes = {f"define.{name}": cases[f"define.{name}"].to_numpy() for name in sorted(defined.varied)}
     points = (dict(zip(axes, values, strict=True)) for values in zip(*axes.values(), strict=True))

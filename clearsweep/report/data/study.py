@@ -16,9 +16,9 @@ from ...judging.verdict import EXCEEDED, Limit, limits_of
 from ...language import wording
 from ...store import BlockedRun, SampledRun, StoredRun
 from .axis import Axis, axes_of, position
-from .dotted import all_tried, dig
+from .dotted import tried_paths, value_at
 from .leading import Lead, led_by
-from .rows import Rows, followed
+from .rows import Rows, dependent_values
 
 BASE = ("define", "mechanism", "drive", "loads", "life", "joints", "simulate", "save")  # of run.json: what makes a case
 MANY_AXES = 4  # swept axes above which a sentence on a case leaves out the values that most cases share
@@ -70,7 +70,7 @@ class Study(NamedTuple):
     @property
     def transient(self) -> bool:
         """Return whether a motor starts the mechanism and the start is recorded: there is no steady state."""
-        return bool(self.column("crank_speed_min")) and dig(self.base, "simulate.discard") == 0.0
+        return bool(self.column("crank_speed_min")) and value_at(self.base, "simulate.discard") == 0.0
 
     @property
     def onsets(self) -> str:
@@ -109,7 +109,7 @@ class Study(NamedTuple):
         if path in self.defined.dependents:
             names = {f"define.{name}" for name in self.defined.varied}
             return self.defined.at({name: self._at(case_id, name) for name in names})[path]
-        return dig(self.base, path)
+        return value_at(self.base, path)
 
     def hardest_joint(self) -> Joint:
         """Return the joint with the worst leading figure of all finished cases."""
@@ -181,7 +181,7 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
     layout, record = run.layout, run.grid
     units = grid.key_units(record, simulation.catalogue()) | run.units
     base = {key: record[key] for key in BASE if key in record}
-    tried = {path: tuple(sorted(set(run.column(path).dropna()))) for path in all_tried(record)}
+    tried = {path: tuple(sorted(set(run.column(path).dropna()))) for path in tried_paths(record)}
     axes = axes_of(record, tried, units, len(layout.joints))
     joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)
     finished = np.concatenate([np.array(block["status"] == "ok", bool) for block in run.blocks(["status"])])
@@ -196,7 +196,9 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
     }
     units |= {column: unit for column, (unit, _) in derived.items()}
     defined = grid.definitions_of_resolved(record)
-    derived |= {path: (units.get(path, "1"), functools.partial(followed, defined, path)) for path in defined.dependents}
+    derived |= {
+        path: (units.get(path, "1"), functools.partial(dependent_values, defined, path)) for path in defined.dependents
+    }
     making = {column: functools.partial(make, base=base) for column, (_, make) in derived.items()}
     cases = Rows(run, run.column("case_id"), finished & own, texts, making)
     failed = Rows(run, run.column("case_id"), ~finished & own, texts)
@@ -248,7 +250,7 @@ _MADE = (
 
 def window(cases: Rows, base: Mapping) -> tuple[pd.Series, pd.Series]:
     """Return the revolutions before the recorded window of each finished case, and those in it; NaN where unknown."""
-    asked, before = (cases.get(path, dig(base, path)) for path in ("simulate.revolutions", "simulate.discard"))
+    asked, before = (cases.get(path, value_at(base, path)) for path in ("simulate.revolutions", "simulate.discard"))
     before = 2.0 * (asked > 2.0) if before is None else before  # it follows from the revolutions, which vary
     before = pd.Series(before, cases.index, dtype="float64")
     turns = pd.Series(cases.get("revolutions_run", asked), cases.index, dtype="float64") - before
@@ -265,7 +267,7 @@ def resolved(study: Study, case_ids: Iterable[str]) -> list[Case]:
     """Return cases of a run in SI with the keys that they use.  Raises InputError where its laws are not known."""
     record = study.run.grid
     varied = {key: record[key] for key in (*BASE, *WAYS) if key in record}
-    for path in all_tried(record):  # an axis like the others, of what was tried
+    for path in tried_paths(record):  # an axis like the others, of what was tried
         tried = next(axis.values for axis in study.axes if axis.path == path)
         ends = tried if isinstance(tried[0], str) else dict.fromkeys((tried[0], tried[-1]))
         varied["sweep"] = varied.get("sweep", {}) | {path: list(ends)}

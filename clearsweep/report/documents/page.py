@@ -16,7 +16,7 @@ from ..blocks.picture import Picture, svg
 from ..blocks.section import Block, Section
 from ..data.study import Study
 from ..sections import overlay
-from ..statistics.overlay import lay
+from ..statistics.overlay import compare_signals
 from . import paper
 
 
@@ -82,14 +82,14 @@ class Page(NamedTuple):
 
 def of(study: Study, measured: str | PathLike | None = None) -> Page:
     """Return the page of a run, with the signals of a file `measured` compared with the computed ones."""
-    laid = [overlay.section(study, lay(study, measured))] if measured else []
+    comparison = [overlay.section(study, compare_signals(study, measured))] if measured else []
     record = study.run.grid
     return Page(
         name=record.get("name") or "clearsweep run",
         kind=f"{study.mechanism} with joint clearance" if study.driven else study.mechanism,
         varied="Varied" if record.get("sample") else "Swept",
         axes=[f"{axis.name} {axis.listed()}" for axis in study.swept()],
-        parts=[*laid, *sections.of(study)],
+        parts=[*comparison, *sections.of(study)],
     )
 
 

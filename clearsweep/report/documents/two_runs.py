@@ -14,7 +14,7 @@ from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture, capital
 from ..blocks.section import Block, Facts, Gallery, Points, Section, filled
 from ..blocks.table import Column, Quantity, Table
-from ..data.dotted import dig, leaves
+from ..data.dotted import leaves, value_at
 from ..data.shown import in_words
 from ..data.study import Study, prepare
 from ..draw import comparison
@@ -67,14 +67,14 @@ def matched(first: Study, second: Study) -> Pairs:
 def _keyed(study: Study, paths: list[str], name: str) -> pd.DataFrame:
     """Return the finished cases of a run: the values of `paths`, and the case_id under `name`."""
     swept = {axis.path for axis in study.axes}
-    values = {path: study.cases[path].to_numpy() if path in swept else dig(study.base, path) for path in paths}
+    values = {path: study.cases[path].to_numpy() if path in swept else value_at(study.base, path) for path in paths}
     return pd.DataFrame(values, index=study.cases.index).rename_axis(name).reset_index()
 
 
 def sections(pairs: Pairs) -> list[Section]:
     """Return the sections of the page: differences of setup and figures, and the most different cases."""
     setup: list[Block] = [Facts("What differs in their setup", "Differences of setup", _setup(pairs))]
-    blocks: list[Block] = [Points(_told(pairs))]
+    blocks: list[Block] = [Points(_described(pairs))]
     return [
         Section("comparison", "Case by case", filled([*blocks, _pictures(pairs), _figures(pairs), _cases(pairs)])),
         Section(
@@ -85,7 +85,7 @@ def sections(pairs: Pairs) -> list[Section]:
     ]
 
 
-def _told(pairs: Pairs) -> list[str]:
+def _described(pairs: Pairs) -> list[str]:
     """Return the number of compared cases, and of those identical to the last bit."""
     column = _lead(pairs)
     ratio = _ratio(pairs, column)

@@ -18,7 +18,7 @@ _TURN = np.stack([np.cos(np.arange(0.4, 5.2, 0.1)), np.sin(np.arange(0.4, 5.2, 0
 _RIM = ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))  # corners of a block
 _FONT, _LETTER, _LINE = 8, 4.9, 12.0  # points: of names, their mean letter, their line
 _HALO = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
-_LOOK: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": _FONT, "bbox": _HALO}
+_LABEL_STYLE: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": _FONT, "bbox": _HALO}
 _BESIDE = np.array([0.7, 0.8])  # inches of a figure's width and height for ticks, their labels and the title
 _NEAR = 0.02  # of the mechanism's size, from a name to its place
 _WAYS = np.radians(np.arange(45.0, 405.0, 30.0))
@@ -130,7 +130,7 @@ class _Labels:
             if _AWAY[best] > 1.0:
                 ax.plot(*np.stack([place, middles[best]]).T, color=colour, lw=0.5, zorder=5)
             x, y = middles[best]
-            ax.text(x, y, text, color=colour, weight=weight, zorder=6, **_LOOK)
+            ax.text(x, y, text, color=colour, weight=weight, zorder=6, **_LABEL_STYLE)
 
     def _point(self, ax: Axes) -> float:
         """Return the length (m) of a typographic point in axes that fill their figure."""

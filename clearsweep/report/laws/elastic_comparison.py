@@ -11,7 +11,7 @@ from ..blocks.picture import Picture
 from ..blocks.section import Part
 from ..blocks.table import Column, Table
 from ..data.axis import Axis
-from ..data.dotted import dig
+from ..data.dotted import value_at
 from ..data.leading import PEAK
 from ..data.study import Joint, Study, joint_of, resolved
 from ..draw import comparison
@@ -53,7 +53,7 @@ def of_material(study: Study, joint: Joint) -> Part | None:
     None where the joint has no material, or its material allows one law only.
     """
     path = f"joints.{joint.title}.contact.material"
-    if dig(study.base, path) is None and not any(axis.path.startswith(path) for axis in study.axes):
+    if value_at(study.base, path) is None and not any(axis.path.startswith(path) for axis in study.axes):
         return None
     hardest = study.cases[joint.column(PEAK.figure)].idxmax()
     try:

@@ -12,7 +12,7 @@ from ..blocks.picture import Picture
 from ..blocks.section import Part
 from ..blocks.table import Column, Quantity, Table
 from ..data.axis import Axis
-from ..data.dotted import dig
+from ..data.dotted import value_at
 from ..data.study import Joint, Study, joint_of, resolved
 from ..draw import comparison
 from ..statistics.matching import axis_key
@@ -65,7 +65,7 @@ def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
 def _points(study: Study, axis: Axis, joint: Joint) -> pd.DataFrame:
     """Return law and specified restitution of each case."""
     path = f"joints.{joint.title}.contact.restitution"
-    specified = study.cases[path] if path in study.cases else dig(study.base, path)
+    specified = study.cases[path] if path in study.cases else value_at(study.base, path)
     points = pd.DataFrame({"law": study.cases[axis.path], "specified": specified}, index=study.cases.index)
     return points.astype({"specified": float})
 

@@ -16,7 +16,7 @@ from ...language import wording
 from ...language.errors import InputError
 from ...store import StoredRun
 from ..blocks.picture import Picture, capital
-from ..data.dotted import dig
+from ..data.dotted import value_at
 from ..data.study import Joint, Study, resolved
 from ..draw import motion
 from ..statistics import elastic_range
@@ -283,7 +283,7 @@ def _in_space(study: Study, case_id: str, joint: Joint, saved: History) -> list[
 
 def _straight(study: Study, joint: Joint) -> bool:
     """Return whether a joint is a gap on a line or a guide, without orbit."""
-    if "height" in (dig(study.base, f"joints.{joint.title}") or {}):
+    if "height" in (value_at(study.base, f"joints.{joint.title}") or {}):
         return True
     mechanism = simulation.catalogue().mechanism(study.mechanism)
     sites = mechanism.joints if mechanism else ()

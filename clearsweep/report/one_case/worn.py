@@ -64,8 +64,8 @@ def _maps(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[Pict
     return [
         Picture(
             name,
-            depth_text(round_it(depth)),
-            f"{name}: wear depth over angle and length. {depth_text(round_it(depth))}",
+            depth_text(around_body(depth)),
+            f"{name}: wear depth over angle and length. {depth_text(around_body(depth))}",
             partial(wear.unrolled, depth=np.asarray(depth, float), length=float(length or 0.0)),
             UNROLLED,
         )
@@ -75,7 +75,7 @@ def _maps(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[Pict
     ]
 
 
-def round_it(depth: np.ndarray) -> np.ndarray:
+def around_body(depth: np.ndarray) -> np.ndarray:
     """Return the depths (m) of a body by angular bin; of a spatial joint, the deepest along its axis."""
     return np.asarray(depth, float) if depth.ndim == 1 else np.asarray(depth.max(axis=1), float)
 
@@ -101,7 +101,7 @@ def chosen(study: Study, joint: Joint) -> Interactive | None:
 
 def _drawn(study: Study, joint: Joint, case_id: str) -> dict:
     """Return the depths around the bodies of a joint for the page's script: bytes, relative to the deepest."""
-    depths = [round_it(depth) for depth in study.run.wear(case_id)[joint.name]]
+    depths = [around_body(depth) for depth in study.run.wear(case_id)[joint.name]]
     most = max(float(depth.max()) for depth in depths)
     scale = most or 1.0  # arbitrary without wear
     shares = [wear.joined(depth, SECTORS) / scale for depth in depths]

@@ -78,7 +78,7 @@ def columns(study: Study, limit: Limit) -> dict[str, np.ndarray]:
     return {name: study.cases[name].to_numpy(float) for name in (limit.column, limit.times) if name}
 
 
-def noted(study: Study, section: Section) -> Section:
+def with_note(study: Study, section: Section) -> Section:
     """Return a section with a note on the cases that its counts cover, if the page shows a sample."""
     if not section.title or not study.run.marks():
         return section

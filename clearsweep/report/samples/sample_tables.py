@@ -17,7 +17,7 @@ from ..statistics import sensitivity
 from ..statistics.sensitivity import Chance, Effect, Setting
 
 
-class Judged(NamedTuple):
+class LimitedFigure(NamedTuple):
     """A figure of merit with its limits."""
 
     column: str
@@ -26,13 +26,15 @@ class Judged(NamedTuple):
     limits: tuple[Limit, ...]  # at most one at either end
 
 
-def limited_figures(study: Study) -> list[Judged]:
+def limited_figures(study: Study) -> list[LimitedFigure]:
     """Return the figures whose spread is shown: the main ones, and those with a limit."""
     named = dict(shown(study, "sample"))
     further = [*(study.run.grid.get("figures") or {}), *(limit.column for limit in study.limits)]
     named |= {column: column.replace("_", " ") for column in further if column not in named}
     return [
-        Judged(column, name, study.unit(column), tuple(limit for limit in study.limits if limit.column == column))
+        LimitedFigure(
+            column, name, study.unit(column), tuple(limit for limit in study.limits if limit.column == column)
+        )
         for column, name in named.items()
         if study.has(column)
     ]

@@ -114,5 +114,5 @@ def of(study: Study) -> list[Section]:
             made = [section for section in sections(study) if section.blocks]
             second = _is_second(sections, listed)
             placed = [section._replace(subject=subject, second=second) for section in made]
-            listed += [counts.noted(study, section) for section in placed]
+            listed += [counts.with_note(study, section) for section in placed]
     return listed

@@ -31,11 +31,13 @@ def sections(study: Study) -> list[Section]:
     ids = [worst[0]] if worst else []
     why = "Worst case" if len(study.cases) > 1 else "The case"
     shown_ids = [*ids, *_ranked(study)][:1]
-    blocks: list[Block] = [*_details(study, shown_ids, {}, why)] or [_unseen(study, each, why) for each in shown_ids]
+    blocks: list[Block] = [*_details(study, shown_ids, {}, why)] or [
+        _without_history(study, each, why) for each in shown_ids
+    ]
     return [Section("cases", "The worst case" if len(study.cases) > 1 else "The motion", blocks)]
 
 
-def _unseen(study: Study, case_id: str, why: str) -> Detail:
+def _without_history(study: Study, case_id: str, why: str) -> Detail:
     """Return a case without time histories: its figures, and the command that draws it."""
     remark = NOT_SAVED.format(study.run.directory, wording.short_id(case_id))
     return Detail(why, case_id, study.setting(case_id), _figures(study, case_id), [], note=remark)

@@ -110,7 +110,7 @@ def repeating(study: Study) -> list[str]:
         points.append(f"{cases} {repeats}: {wording.sentence_list(shares_of)}. Their peaks recur in every period.")
     points += _chaotic(study)
     if len(repeated) < count:
-        rest, suffix = wording.count(count, "motion"), _beside_median(study, study.hardest_joint())
+        rest, suffix = wording.count(count, "motion"), _over_median(study, study.hardest_joint())
         points.append(
             f"{count - len(repeated)} of {rest} did not repeat within the run, so the largest peak is partly chance"
             f"{suffix}. Compare by median peak, rms or p99, the force exceeded during 1 % of the time."
@@ -149,7 +149,7 @@ def _chaotic(study: Study) -> list[str]:
     return [f"{chaotic} of {count} are chaotic: the smallest disturbance grows."] if chaotic else []
 
 
-def _beside_median(study: Study, joint: Joint) -> str:
+def _over_median(study: Study, joint: Joint) -> str:
     """Return by how much the largest peak of a case that does not repeat itself exceeds the median of revolutions."""
     median = joint.column("force_peak_median")
     if not study.has(median):

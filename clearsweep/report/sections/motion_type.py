@@ -28,7 +28,7 @@ def sections(study: Study) -> list[Section]:
     if study.cases.empty or study.transient or not study.driven or not study.has(joint.column("contact_fraction")):
         return []
     note = "Period: revolutions after which the force repeats itself; irregular: no period was found."
-    if not _oiled(study, joint):
+    if not _lubricated(study, joint):
         where = study.where(joint, " of joint {}")
         note = f"Contacts{where}: an impact is over within {kinds.SHORT:g}° of the crank. {note}"
     blocks: list[Block] = [
@@ -39,7 +39,7 @@ def sections(study: Study) -> list[Section]:
     return [Section("motion-type", "Impacts and kinds of motion", filled(blocks))]
 
 
-def _oiled(study: Study, joint: Joint) -> bool:
+def _lubricated(study: Study, joint: Joint) -> bool:
     """Return whether a film bears in a joint: its journal does not fly, however seldom it touches."""
     return study.has(joint.column("film_thickness_min"))
 
@@ -54,7 +54,7 @@ def _maps(study: Study, joint: Joint) -> list[Picture]:
     maps = []
     of_joint = kinds.of_joint(study, joint)
     drawn = [("Contact", of_joint.contact, CONTACTS), ("Period", of_joint.period, PERIODS)]
-    for name, values, words in drawn[_oiled(study, joint) :]:
+    for name, values, words in drawn[_lubricated(study, joint) :]:
         known = np.where(values < 0, np.nan, values)
         if np.isfinite(known).any():
             maps.append(_map(f"{name}: {across.name} {wording.TIMES} {up.name}", study, known, (across, up), words))
@@ -85,7 +85,7 @@ def _shares(study: Study, joint: Joint) -> list[Picture]:
     parts = np.array([row[2:] for row in rows], float).T
     times, periods = parts[: len(names)], parts[len(names) :]
     pictures = []
-    if not _oiled(study, joint):
+    if not _lubricated(study, joint):
         pictures.append(_bars("Share of time", shown_axis, times, names, [draw.SHARE_COLOURS[name] for name in names]))
     if periods.any():
         pictures.append(_bars("Cases by period", shown_axis, periods, PERIODS, draw.KIND_COLOURS))
@@ -108,7 +108,7 @@ def _table(study: Study, joint: Joint) -> Table:
     rows, times = [], list[str]()
     for axis in study.levels():
         names, counts = kinds.by_value(study, joint, axis)
-        times = [] if _oiled(study, joint) else names
+        times = [] if _lubricated(study, joint) else names
         for value, cases, *parts in counts:
             shares = (Quantity(part, wording.percent(part)) for part in parts[len(names) - len(times) :])
             rows.append((axis.name, Quantity(value, axis.text(value)), counted(cases), *shares))

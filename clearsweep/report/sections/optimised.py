@@ -11,7 +11,7 @@ from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture
 from ..blocks.section import Block, Gallery, Section, Sentences, filled
 from ..blocks.table import Column, Quantity, Table
-from ..data.dotted import dig
+from ..data.dotted import value_at
 from ..data.shown import in_words
 from ..data.study import Study
 
@@ -26,7 +26,7 @@ def sections(study: Study) -> list[Section]:
     if known is None:
         return []
     (rows, names), start = known, _start(study)
-    texts = [*_sentences(study, rows), *_beside_start(study, rows, names, start), *_told_apart(study, rows, names)]
+    texts = [*_sentences(study, rows), *_beside_start(study, rows, names, start), *_distinguished(study, rows, names)]
     table = _table(study, rows, names, start)
     blocks: list[Block] = [Sentences(texts), _first(table)]
     return [Section("optimise", "The best cases", filled(blocks))]
@@ -97,7 +97,7 @@ def _start(study: Study) -> str | None:
     """Return the case as written in the grid, or None if it was not tried or failed."""
     same = np.ones(len(study.cases), bool)
     for axis in study.axes:
-        written = dig(study.run.grid, axis.path)
+        written = value_at(study.run.grid, axis.path)
         if isinstance(written, str) and axis.numeric:  # of `define`: with its unit
             written = quantity.with_unit(written)[0]
         if written is None:
@@ -119,7 +119,7 @@ def _beside_start(study: Study, rows: list[dict[str, Any]], names: list[str], st
     return [f"Compared with the case of the grid: {wording.sentence_list(sentences)}."]
 
 
-def _told_apart(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[str]:
+def _distinguished(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[str]:
     """Return, for each objective with an interval, the cases that cannot be distinguished from the best one."""
     lines = []
     for name in names:

@@ -11,62 +11,62 @@ from ..blocks.picture import Picture
 from ..blocks.section import Block, Gallery, Section, Sentences, filled
 from ..blocks.table import Column, Table
 from ..data.study import Study
-from ..statistics.overlay import Laid
+from ..statistics.overlay import SignalComparison
 
 SIZE = (6.5, 3.4)  # inches
 
 
-def section(study: Study, laid: list[Laid]) -> Section:
+def section(study: Study, comparison: list[SignalComparison]) -> Section:
     """Return the section on a measurement compared with a run."""
     blocks: list[Block] = []
-    for each in laid:
+    for each in comparison:
         blocks += [Sentences(_sentences(study, each)), Gallery("", _pictures(each)), _table(each)]
     return Section("overlay", "Measured and computed", filled(blocks))
 
 
-def _sentences(study: Study, laid: Laid) -> list[str]:
+def _sentences(study: Study, comparison: SignalComparison) -> list[str]:
     """Return the compared case, the correction of the angle, the misfit."""
-    setting = study.setting(laid.case_id)
-    case = f"case {wording.short_id(laid.case_id)}" + (f" ({setting})" if setting else "")
+    setting = study.setting(comparison.case_id)
+    case = f"case {wording.short_id(comparison.case_id)}" + (f" ({setting})" if setting else "")
     return [
-        f"{laid.channel}, measured in {laid.file}: {len(laid.measured)} revolutions.",
-        f"The nearest of {wording.count(laid.compared, 'case')} is {case}.",
-        f"The measured crank angle was {math.degrees(laid.angle):.3g}° off; this page corrects it.",
-        f"The mean revolutions differ by {100.0 * laid.misfit:.3g} % (rms of the difference over the rms measured).",
+        f"{comparison.channel}, measured in {comparison.file}: {len(comparison.measured)} revolutions.",
+        f"The nearest of {wording.count(comparison.compared, 'case')} is {case}.",
+        f"The measured crank angle was {math.degrees(comparison.angle):.3g}° off; this page corrects it.",
+        f"The mean revolutions differ by {100.0 * comparison.misfit:.3g} % (rms difference over the rms measured).",
     ]
 
 
-def _pictures(laid: Laid) -> list[Picture]:
+def _pictures(comparison: SignalComparison) -> list[Picture]:
     """Return both signals over the crank angle, and their spectra."""
-    scale = wording.scale(laid.unit, float(np.abs(laid.measured).max()))
+    scale = wording.scale(comparison.unit, float(np.abs(comparison.measured).max()))
 
     def over_angle(ax: Any) -> None:
-        degrees = 360.0 * np.arange(laid.measured.shape[1]) / laid.measured.shape[1]
-        ax.plot(degrees, laid.measured.T / scale.factor, color="0.75", linewidth=0.6)
-        ax.plot(degrees, laid.measured.mean(axis=0) / scale.factor, color="0.3", label="measured, mean")
-        ax.plot(degrees, laid.computed.mean(axis=0) / scale.factor, color="C3", label="computed")
+        degrees = 360.0 * np.arange(comparison.measured.shape[1]) / comparison.measured.shape[1]
+        ax.plot(degrees, comparison.measured.T / scale.factor, color="0.75", linewidth=0.6)
+        ax.plot(degrees, comparison.measured.mean(axis=0) / scale.factor, color="0.3", label="measured, mean")
+        ax.plot(degrees, comparison.computed.mean(axis=0) / scale.factor, color="C3", label="computed")
         ax.set_xlabel("crank angle, °")
-        ax.set_ylabel(f"{laid.channel}, {scale.unit}")
+        ax.set_ylabel(f"{comparison.channel}, {scale.unit}")
         ax.legend()
 
     def spectra(ax: Any) -> None:
-        for turns, color, name in ((laid.measured, "0.3", "measured"), (laid.computed, "C3", "computed")):
+        for turns, color, name in ((comparison.measured, "0.3", "measured"), (comparison.computed, "C3", "computed")):
             amplitude = 2.0 * np.abs(np.fft.rfft(turns, axis=1)).mean(axis=0) / turns.shape[1]
             ax.semilogy(np.arange(1, len(amplitude)), amplitude[1:] / scale.factor, color=color, label=name)
         ax.set_xlabel("order of the crank")
         ax.set_ylabel(f"amplitude, {scale.unit}")
         ax.legend()
 
-    title = f"{laid.channel}: measured and computed"
-    text = f"{title}; they differ by {100.0 * laid.misfit:.3g} %."
+    title = f"{comparison.channel}: measured and computed"
+    text = f"{title}; they differ by {100.0 * comparison.misfit:.3g} %."
     first = Picture(title, "Grey: every measured revolution.", text, over_angle, SIZE)
-    second = Picture(f"{laid.channel}: spectra", "", f"Spectra of {laid.channel}.", spectra, SIZE)
+    second = Picture(f"{comparison.channel}: spectra", "", f"Spectra of {comparison.channel}.", spectra, SIZE)
     return [first, second]
 
 
-def _table(laid: Laid) -> Table:
+def _table(comparison: SignalComparison) -> Table:
     """Return rms, peaks and bands of the spectrum of both."""
-    both = [features.of(laid.measured), features.of(laid.computed)]
+    both = [features.of(comparison.measured), features.of(comparison.computed)]
     rows = [
         ("rms", *(each.rms for each in both)),
         ("peak per revolution, median", *(each.peak_median for each in both)),
@@ -76,6 +76,6 @@ def _table(laid: Laid) -> Table:
         if max(each.spectrum[place] for each in both) < 1e-9 * both[0].rms:
             continue  # above the common band
         rows.append((f"rms, orders {low} to {high}", *(each.spectrum[place] for each in both)))
-    columns = (Column("feature"), Column("measured", laid.unit), Column("computed", laid.unit))
-    key = f"overlay-{laid.channel.replace('/', '-')}"
-    return Table(key, f"Features of {laid.channel}", "", columns, rows)
+    columns = (Column("feature"), Column("measured", comparison.unit), Column("computed", comparison.unit))
+    key = f"overlay-{comparison.channel.replace('/', '-')}"
+    return Table(key, f"Features of {comparison.channel}", "", columns, rows)

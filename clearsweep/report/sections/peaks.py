@@ -129,13 +129,13 @@ class _Unchecked(Sequence):
     def __getitem__(self, which: slice) -> list[tuple]: ...
     def __getitem__(self, which: int | slice) -> tuple | list[tuple]:
         if isinstance(which, int):
-            return self._told(self.rows[which])
-        return [self._told(row) for row in self.rows[which]]
+            return self._described(self.rows[which])
+        return [self._described(row) for row in self.rows[which]]
 
     def __iter__(self) -> Iterator[tuple]:
-        return map(self._told, self.rows)
+        return map(self._described, self.rows)
 
-    def _told(self, row: tuple) -> tuple:
+    def _described(self, row: tuple) -> tuple:
         """Return a row with its replacements; its first cell is the case_id."""
         return tuple(
             Quantity(value, self.words[place][row[0]]) if row[0] in self.words.get(place, {}) else value

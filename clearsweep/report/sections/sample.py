@@ -15,7 +15,7 @@ from ..draw import comparison
 from ..draw.style import RED
 from ..samples.rank_table import correlations, rank_table
 from ..samples.sample_tables import (
-    Judged,
+    LimitedFigure,
     effect_table,
     index_table,
     limit_table,
@@ -69,7 +69,7 @@ def leading(study: Study) -> list[Section]:
     return [Section("sample-drivers", "What drives it", filled([Points(causes), drawn]))]
 
 
-def _causes(study: Study, sample: Setting, figure: Judged) -> list[str]:
+def _causes(study: Study, sample: Setting, figure: LimitedFigure) -> list[str]:
     """Return the sentence on the variables that drive a figure of a sample."""
     table, names = study.run.grid["sample"]["drawn"], variables(study)
     drawn = {path: np.asarray(table[path], float) for path in names}
@@ -86,12 +86,12 @@ def _spreads(study: Study, samples: list[Setting]) -> list[str]:
     for joint in study.joints:
         rate = joint.column("wear_rate_max")
         if joint.wears and study.has(rate):
-            worn = Judged(rate, f"wear depth per 1000 h{study.where(joint, ' ({})')}", "m", ())
+            worn = LimitedFigure(rate, f"wear depth per 1000 h{study.where(joint, ' ({})')}", "m", ())
             texts += [_spread(study, sample, worn, THOUSAND_HOURS * sample.figures[rate]) for sample in samples]
     return [text for text in texts if text]
 
 
-def _spread(study: Study, sample: Setting, figure: Judged, values: np.ndarray) -> str:
+def _spread(study: Study, sample: Setting, figure: LimitedFigure, values: np.ndarray) -> str:
     """Return the sentence on the spread of a figure's values in a sample; '' if all are null."""
     if not np.isfinite(values).any():
         return ""
@@ -149,23 +149,23 @@ def _scatter(study: Study, samples: list[Setting]) -> list[Picture]:
     return [picture for figure in figures for picture in _clouds(study, _widest(samples, figure), figure)]
 
 
-def _scattered(study: Study) -> list[Judged]:
+def _scattered(study: Study) -> list[LimitedFigure]:
     """Return the figures that are drawn over the variables, those with a limit first."""
     return sorted(limited_figures(study), key=lambda figure: not figure.limits)[:SCATTERED]
 
 
-def _widest(samples: list[Setting], figure: Judged) -> Setting:
+def _widest(samples: list[Setting], figure: LimitedFigure) -> Setting:
     """Return the sample with the largest value of a figure."""
     return max(samples, key=lambda each: float(np.nan_to_num(each.figures[figure.column]).max()))
 
 
-def _clouds(study: Study, sample: Setting, figure: Judged) -> list[Picture]:
+def _clouds(study: Study, sample: Setting, figure: LimitedFigure) -> list[Picture]:
     """Return a figure over the variables that go with it most."""
     correlated = correlations(study, sample, figure.column)[:SCATTERED]
     return [_cloud(study, sample, figure, path, alone) for path, alone, _ in correlated]
 
 
-def _cloud(study: Study, sample: Setting, figure: Judged, path: str, correlation: Estimate) -> Picture:
+def _cloud(study: Study, sample: Setting, figure: LimitedFigure, path: str, correlation: Estimate) -> Picture:
     """Return one figure over one variable, with its rank correlation and its limit."""
     y, x = sample.figures[figure.column], np.asarray(study.run.grid["sample"]["drawn"][path], float)
     axis = next(axis for axis in study.axes if axis.path == path)
@@ -193,7 +193,7 @@ def _histograms(study: Study, samples: list[Setting]) -> list[Picture]:
     return pictures[:HISTOGRAMS]
 
 
-def _histogram(study: Study, sample: Setting, figure: Judged) -> Picture:
+def _histogram(study: Study, sample: Setting, figure: LimitedFigure) -> Picture:
     """Return the histogram of one figure, with its quantiles and its limit."""
     values = sample.figures[figure.column]
     values = values[np.isfinite(values)]

@@ -10,7 +10,7 @@ from ..blocks.picture import Picture, capital
 from ..blocks.section import Block, Gallery, Section, Sentences, filled
 from ..blocks.table import Column, Quantity, Table, counted
 from ..data.axis import Axis
-from ..data.dotted import all_sought, seek_text
+from ..data.dotted import seek_text, sought_paths
 from ..data.shown import in_words
 from ..data.study import Study
 from ..draw import seek as draw
@@ -73,7 +73,7 @@ def safest(study: Study) -> list[str]:
     if none:
         many = f" in {len(none)} of {len(answers.rows)} searches" if len(answers.rows) > 1 else ""
         return [
-            f"{end} safe {name}: none in the range{many}{_because(study, answers, none[0])}.",
+            f"{end} safe {name}: none in the range{many}{_limited_by(study, answers, none[0])}.",
             *_not_monotone(answers),
         ]
     choose = min if answers.largest else max
@@ -83,7 +83,7 @@ def safest(study: Study) -> list[str]:
         text += f", which is safe in all {len(answers.rows)} searches"
     border = answers.interval(row)
     text += f"; the border is {border}" if border else "; the range of the search ends there"
-    return [f"{text}{_because(study, answers, row)}.", *_not_monotone(answers)]
+    return [f"{text}{_limited_by(study, answers, row)}.", *_not_monotone(answers)]
 
 
 def card(study: Study) -> list[tuple[str, str, str]]:
@@ -100,7 +100,7 @@ def card(study: Study) -> list[tuple[str, str, str]]:
         (
             f"{end} safe {answers.axis.name}",
             answers.axis.text(row[answers.column]),
-            _because(study, answers, row).strip(", "),
+            _limited_by(study, answers, row).strip(", "),
         )
     ]
 
@@ -115,7 +115,7 @@ def _not_monotone(answers: _Answers) -> list[str]:
     return sentences
 
 
-def _because(study: Study, answers: _Answers, row: dict[str, Any]) -> str:
+def _limited_by(study: Study, answers: _Answers, row: dict[str, Any]) -> str:
     """Return the limit that determines an answer, and its joint."""
     names = row["limiting"].split(",") if row["limiting"] else []
     limited = f", limited by {wording.sentence_list([in_words(study, name) for name in names])}" if names else ""
@@ -127,13 +127,17 @@ def _answers(study: Study) -> _Answers | None:
     if not path or frame is None or frame.empty:
         return None
     by_path = {axis.path: axis for axis in study.axes}
-    others = tuple(axis for axis in study.axes if axis.path not in all_sought(study.run.grid) and len(axis.values) > 1)
+    others = tuple(
+        axis for axis in study.axes if axis.path not in sought_paths(study.run.grid) and len(axis.values) > 1
+    )
     asked = study.run.grid["seek"]
     rows = [{name: None if pd.isna(each) else each for name, each in row.items()} for row in frame.to_dict("records")]
-    return _Answers(_fine(by_path[path], rows), others, "largest" in asked, asked.get("for") != "all", rows)
+    return _Answers(
+        _with_distinct_digits(by_path[path], rows), others, "largest" in asked, asked.get("for") != "all", rows
+    )
 
 
-def _fine(axis: Axis, rows: list[dict[str, Any]]) -> Axis:
+def _with_distinct_digits(axis: Axis, rows: list[dict[str, Any]]) -> Axis:
     """Return an axis with enough digits to distinguish the ends of intervals."""
     ends = [(row["seek_low"], row["seek_high"]) for row in rows if row["seek_low"] != row["seek_high"]]
     while axis.digits < 16 and any(axis.number(low) == axis.number(high) for low, high in ends):

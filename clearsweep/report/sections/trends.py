@@ -84,16 +84,16 @@ def _answer_for_axis(study: Study, joint: Joint, claim: Claim, axis: Axis) -> An
     """Return the answer to a claim from pairs of cases that differ only in the value of one axis."""
     table = matched(study, axis).table(study, joint.column(PER_STROKES))
     estimate, pairs = power(table.columns.to_numpy(float), table.to_numpy(float))
-    ends = sorted((claim.sign * estimate.low, claim.sign * estimate.high))
+    bounds = sorted((claim.sign * estimate.low, claim.sign * estimate.high))
     factor = Estimate(*(2.0**value for value in estimate))
     measure = f"factor of the depth for twice the {axis.name}"
-    return Answer(claim.title, joint, measure, factor, pairs, "pairs", _verdict(*ends, border=0.0))
+    return Answer(claim.title, joint, measure, factor, pairs, "pairs", _verdict(*bounds, border=0.0))
 
 
 def _unevenness(study: Study, joint: Joint) -> list[Answer]:
     """Return the unevenness of the wear of each body."""
     case_ids = study.cases.index[study.cases[joint.column("wear_depth_max")].to_numpy() > 0.0][:MOST_CASES_READ]
-    depths = [[worn.round_it(depth) for depth in study.run.wear(case_id)[joint.name]] for case_id in case_ids]
+    depths = [[worn.around_body(depth) for depth in study.run.wear(case_id)[joint.name]] for case_id in case_ids]
     answers = []
     for index, body in enumerate(("bearing", "journal")):
         ratios = np.sort([depth[index].max() / depth[index].mean() for depth in depths if depth[index].max() > 0.0])

@@ -35,7 +35,7 @@ def sections(study: Study) -> list[Section]:
         none = f"None of the {wording.count(len(study.failed), 'case')} finished; the reasons are listed below."
         return [Section("verdict", "Answer", [Points([none])])]
     points = [
-        *_so_far(study),
+        *_progress(study),
         *life.ends(study),
         *safest(study),
         *optimised.answers(study),
@@ -56,7 +56,7 @@ def more(study: Study) -> list[Section]:
     return [Section("limits-kept", "Limits", filled([_table(study), Gallery("", _maps(study)[1:])]))]
 
 
-def _so_far(study: Study) -> list[str]:
+def _progress(study: Study) -> list[str]:
     """Return how many cases of an unfinished run the page has; [] if none is missing."""
     missing = study.run.grid.get("counts", {}).get("missing", 0)
     if not missing:
@@ -260,11 +260,11 @@ def _between(study: Study, exceeded: np.ndarray, across: Axis, up: Axis) -> pass
     remark = (study.places(across) < 0) | (study.places(up) < 0)
     if not remark.any():
         return pass_share.Dots(np.zeros(0), np.zeros(0), np.zeros(0, bool))
-    x, y = (_among(axis, study.cases[axis.path].to_numpy()[remark]) for axis in (across, up))
+    x, y = (_fractional_index(axis, study.cases[axis.path].to_numpy()[remark]) for axis in (across, up))
     return pass_share.Dots(x, y, exceeded[remark] > 0.0)
 
 
-def _among(axis: Axis, values: np.ndarray) -> np.ndarray:
+def _fractional_index(axis: Axis, values: np.ndarray) -> np.ndarray:
     """Return the fractional index of values on an axis: 0.5 is halfway between the first two."""
     if not axis.numeric:
         return np.array([axis.values.index(value) for value in values], float)

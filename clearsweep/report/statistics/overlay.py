@@ -16,7 +16,7 @@ MOST_CASES = 200  # compared cases; of more, evenly spaced ones
 ACCELERATION = "acceleration"  # header of the output body's acceleration
 
 
-class Laid(NamedTuple):
+class SignalComparison(NamedTuple):
     """One measured signal and the computed one of a case; SI."""
 
     channel: str
@@ -30,7 +30,7 @@ class Laid(NamedTuple):
     misfit: float  # rms of the difference of the mean revolutions over the rms measured
 
 
-def lay(study: Study, file: str | PathLike) -> list[Laid]:
+def compare_signals(study: Study, file: str | PathLike) -> list[SignalComparison]:
     """Return the signals of a file with those of the nearest case; raise InputError if they cannot be compared."""
     units = {channel.name: channel.unit for channel in study.run.layout.stored if channel.unit}
     units.pop("t", None)
@@ -41,14 +41,16 @@ def lay(study: Study, file: str | PathLike) -> list[Laid]:
     orbits = {case_id: orbit for case_id in chosen if len(orbit := study.run.orbit(case_id)) > 1}
     if not orbits:
         raise InputError(f"{file}: this run has no time histories to compare with; run it with save: {{orbits: last}}")
-    best: dict[str, Laid] = {}
+    best: dict[str, SignalComparison] = {}
     for name, values in signals.signals.items():
         channel = names[name]
         for case_id, orbit in orbits.items():
             angle = _angle(signals, orbit["crank_angle"].to_numpy(), orbit["t"].to_numpy())
-            laid = _beside(angle, values, orbit["crank_angle"].to_numpy(), orbit[channel].to_numpy(), signals)
-            if channel not in best or laid[3] < best[channel].misfit:
-                best[channel] = Laid(channel, units[channel], signals.file, case_id, len(orbits), *laid)
+            compared_pair = _beside(angle, values, orbit["crank_angle"].to_numpy(), orbit[channel].to_numpy(), signals)
+            if channel not in best or compared_pair[3] < best[channel].misfit:
+                best[channel] = SignalComparison(
+                    channel, units[channel], signals.file, case_id, len(orbits), *compared_pair
+                )
     return list(best.values())
 
 
