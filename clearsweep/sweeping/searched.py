@@ -132,7 +132,10 @@ def refine_lines(facts: dict[str, Any]) -> list[str]:
 
 
 def optimised(result: RunResult, units: Mapping[str, str], limits: Sequence[Limit]) -> dict[str, Any] | None:
-    """Return the result of `optimise` for JSON, in SI, or None without one; `units`: of columns."""
+    """Return the result of `optimise` as a JSON-ready dictionary in SI units, or None if there is none.
+
+    `units` maps columns to units.
+    """
     optimum = result.optimised
     if optimum is None:
         return None
