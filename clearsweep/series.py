@@ -386,4 +386,4 @@ def _check(path: Path, columns: Mapping[str, np.ndarray], titles: list[str]) -> 
     for name in ("pressure", "force"):
         if name in columns and np.any(columns[name] < 0.0):
             row = int(np.flatnonzero(columns[name] < 0.0)[0]) + 2
-            raise InputError(f"{path}: row {row}: found a {name} below 0; write how hard the surfaces are pressed")
+            raise InputError(f"{path}: row {row}: the {name} is negative; write compression as a positive value")

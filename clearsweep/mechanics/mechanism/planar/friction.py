@@ -255,7 +255,7 @@ def accelerate(machine: MachineType) -> str:
 
 
 class _FrictionCode(NamedTuple):
-    """The code of one friction."""
+    """Source expressions for the friction in one joint."""
 
     path: str  # of the load
     arm: str  # m, of the couple; '' in a guide
@@ -265,13 +265,13 @@ class _FrictionCode(NamedTuple):
 
     @property
     def force(self) -> str:
-        """Return the code of the couple (N m) or force (N) while the surfaces slide."""
+        """Return the source expression of the sliding friction: a torque (N m) in a pin, a force (N) in a guide."""
         force = f"friction_force({self.path}.friction, {self.normal}, {self.speed})"
         return f"{self.arm} * {force}" if self.arm else force
 
     @property
     def limit(self) -> str:
-        """Return the code of the largest couple (N m) or force (N) while the surfaces stick."""
+        """Return the source expression of the static limit: a torque (N m) in a pin, a force (N) in a guide."""
         static_limit_text = f"static_limit({self.path}.friction) * {self.normal}"
         return f"{self.arm} * {static_limit_text}" if self.arm else static_limit_text
 
@@ -284,7 +284,7 @@ def _friction_code(bodies: Bodies, i: int, friction_load: FrictionLoad) -> _Fric
 
 
 def _sticking(machine: MachineType, frictions: list[_FrictionCode]) -> dict[str, str]:
-    """Return the further code of a machine in which joints stick, by its places in _STICKING."""
+    """Return the additional code for a machine whose joints can stick, by field of the template _STICKING."""
     sticking = [i for i, friction_load in enumerate(machine.friction_loads) if friction_load.sticks]
     rate = f"abs(pose.turns[{machine.groups.index(machine.spanning_tree.crank)}].rate)"
 
