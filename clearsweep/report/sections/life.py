@@ -14,8 +14,9 @@ from ..draw.life import DepthCurve
 from . import maps
 
 NOTE = (
-    "The shortest, the median and the longest life, node by node of the extrapolation; bars: the 95 % interval of the "
-    "numerics alone of the revolutions to the limit, dotted. The map shows the shortest life of the cases of a cell."
+    "The curves belong to the cases with the shortest, median and longest life; the points are nodes of the "
+    "extrapolation. Bars are 95 % intervals of the revolutions to the limit, from numerical errors alone. The dotted "
+    "line is the limit. Each cell of a map shows the shortest life of its cases."
 )
 
 
@@ -50,7 +51,7 @@ def _points(study: Study, joint: Joint) -> list[str]:
     short = int(study.cases[hours].isna().sum())
     if short:
         points.append(
-            f"{wording.count(short, 'case')} did not reach the limit: the lower end of the life is the end of the run."
+            f"{wording.count(short, 'case')} did not reach the limit. The life is at least as long as the run."
         )
     return points
 
