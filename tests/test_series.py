@@ -103,7 +103,7 @@ MISTAKES = {
     "suction": (
         ["--coefficient", "1e-14"],
         PRESSED + "0,1,1\n1,-1,1\n",
-        "row 3: found a pressure",
+        "row 3: the pressure is negative",
     ),
     "hardness below floats": (
         ["--coefficient", "1e-4", "--hardness", "1e-320 Pa"],

@@ -23,7 +23,7 @@ def run(function: Any, *operands: Any, **named: Any) -> Any:
 
 
 def run_bound(function: Any, names: dict[str, Any]) -> Any:
-    """Return the same for arguments bound to names."""
+    """Return the result of a function for arguments bound to names."""
     node = tree_of(function.__code__)
     free = {}
     if function.__closure__:
@@ -197,7 +197,7 @@ def _either(leading: Any, second: Any, condition: Any, operands: tuple) -> Any:
 
 
 def _either_in_lanes(leading: Any, second: Any, condition: Truth, operands: tuple) -> Any:
-    """Return the same by lane: only one function runs if all lanes agree, otherwise both."""
+    """Return the result of `_either` by lane: only one function runs if all lanes agree, otherwise both."""
     builder, active_trace = trace().builder, trace()
     one_lane, right_operand, divergent = active_trace.block(), active_trace.block(), active_trace.block()
     builder.cbranch(all_of(condition).value, one_lane, right_operand)

@@ -38,7 +38,7 @@ def nothing(x: Any) -> Any:
 
 
 def blended(lanes: Any, new: Any, old_value: Any) -> Any:
-    """Return the new value in some lanes and the old one in the others; the new one if their forms differ."""
+    """Return the new value in some lanes and the old one in the others, or the new value if their forms differ."""
     if new is old_value:
         return new
     try:

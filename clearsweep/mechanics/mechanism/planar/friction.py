@@ -98,7 +98,7 @@ def _friction_powers_of_friction_motion(motion):
 
 @family
 def friction_slips_of(motion):
-    """Return the sliding speed that the law of each friction is evaluated at."""
+    """Return the sliding speed at which the law of each friction is evaluated."""
 
 
 @friction_slips_of.member(Motion)
@@ -216,7 +216,7 @@ class FrictionDynamics(Dynamics):
         return vector_sum([force[body] for body in self.paths if self._in_subtree(body, joint)])
 
     def _in_subtree(self, body: int, joint: int) -> bool:
-        """Return whether the path from the ground to a body passes a tree joint."""
+        """Return whether the path from the ground to a body passes a joint of the tree."""
         while self.spanning_tree.parents[body] is not None:
             body, passed = self.spanning_tree.parents[body]
             if passed == joint:
