@@ -103,7 +103,7 @@ def verbs() -> None:
 @click.option("--dry-run", is_flag=True, help="Only count the cases, and estimate their time and disk space.")
 @click.option("--retry-failed", is_flag=True, help="Run cases again that failed earlier.")
 @click.option("--case-timeout", type=float, metavar="SECONDS", help="Stop any case that runs longer than this.")
-@click.option("--max-failures", metavar="N|P%", help="Stop the run if more cases than this number or share fail.")
+@click.option("--max-failures", metavar="N|P%", help="Stop when more than N, or P %, of the cases to run have failed.")
 @click.option(
     "--executor",
     default="local",
@@ -197,9 +197,7 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
     "--overlay", type=_PATH, metavar="CSV", help="Compare the measured signals of this file with the computed ones."
 )
 @click.option(
-    "--median",
-    is_flag=True,
-    help="Show on maps the median over the axes that are not drawn, instead of the worst case.",
+    "--median", is_flag=True, help="On maps, show the median over the axes not drawn instead of the worst case."
 )
 @click.option("--all", "all_cases", is_flag=True, help="Report all cases in DIR, not only those of the last grid.")
 @click.option("--partial", is_flag=True, help="Report the finished cases of a run that is not finished.")
@@ -330,7 +328,12 @@ def draw(grid: Path, out: Path | None) -> None:
 @verbs.command()
 @_directory
 @click.argument("case_id")
-@click.option("--out", type=_PATH, metavar="FILE", help="Page, or .csv of joint forces; default: DIR/CASE_ID.html.")
+@click.option(
+    "--out",
+    type=_PATH,
+    metavar="FILE",
+    help="Output file: a page (.html), the drawings (.svg, .png) or the forces (.csv). Default: DIR/CASE_ID.html.",
+)
 def show(directory: Path, case_id: str, out: Path | None) -> None:
     """Simulate one case again and draw its orbit, force and events. A unique prefix of CASE_ID is enough."""
     from . import report as reports

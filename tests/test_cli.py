@@ -239,7 +239,7 @@ def test_directories_that_do_not_fit_are_exit_code_2(run_cli, tmp_path):
     for arguments in (("report", "nothing"), ("show", "nothing", "00"), ("report", "thesis")):
         code, _, err = run_cli(*arguments)
         assert code == 2
-        assert "no run.json" in err
+        assert "contains no run" in err
 
 
 def test_a_missing_grid_file_is_exit_code_2(run_cli):

@@ -116,5 +116,5 @@ def test_a_journal_to_the_right_is_pushed_to_the_left_and_rubbed_upwards():
 
 
 def test_a_case_without_pins_in_the_plane_is_refused():
-    with pytest.raises(InputError, match="if it has a clearance"):
+    with pytest.raises(InputError, match="no planar pin joint of this case has clearance"):
         pin_forces({"t": [0.0]}, ())

@@ -175,8 +175,9 @@ def check_memory(size: float) -> None:
     memory = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
     if COPIES * size > memory:
         raise InputError(
-            f"save.orbits: the time histories of one case take {size / 1e9:,.4g} GB, twice that during the run, but "
-            f"this machine has {memory / 1e9:,.4g} GB; save only the last revolutions (orbits: last), or fewer samples"
+            f"save.orbits: the time histories of one case need {size / 1e9:,.4g} GB, and twice that during the run, "
+            f"but this machine has {memory / 1e9:,.4g} GB of memory; save only the last revolutions (orbits: last), "
+            "or fewer samples"
         )
 
 
@@ -184,7 +185,7 @@ def check_disk(size: float, free_bytes: float) -> None:
     """Raise InputError if all histories, `size` bytes in batches and again when merged, exceed `free_bytes` bytes."""
     if COPIES * size > free_bytes:
         raise InputError(
-            f"save.orbits: the time histories need {size / 1e9:,.4g} GB, and twice that during merging, but only "
-            f"{free_bytes / 1e9:,.4g} GB of disk space is free; save fewer revolutions, samples or channels "
-            "(save.channels), or write orbits: none"
+            f"save.orbits: the time histories of all cases need {size / 1e9:,.4g} GB, and twice that during merging, "
+            f"but only {free_bytes / 1e9:,.4g} GB of disk space is free; save fewer revolutions, samples or "
+            "channels (save.channels), or write orbits: none"
         )

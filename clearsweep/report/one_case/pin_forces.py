@@ -37,7 +37,10 @@ def pin_forces(channels: Mapping, joints: tuple[Joint, ...]) -> pd.DataFrame:
         columns["crank_angle [deg]"] = np.degrees(np.asarray(channels["crank_angle"], float))
     pins = [joint for joint in joints if all(f"joints/{joint.name}/{key}" in channels for key in NEEDED)]
     if not pins:
-        raise InputError("no planar pin joint of this case has clearance, so there are no pin forces to write")
+        raise InputError(
+            "no planar pin joint of this case has clearance, so there are no pin forces to write; "
+            "give a pin joint a clearance"
+        )
     for joint in pins:
         x, y, normal, tangential = (np.asarray(channels[f"joints/{joint.name}/{key}"], float) for key in NEEDED)
         distance = np.hypot(x, y)

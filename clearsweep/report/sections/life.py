@@ -14,9 +14,9 @@ from ..draw.life import DepthCurve
 from . import maps
 
 NOTE = (
-    "The curves belong to the cases with the shortest, median and longest life; the points are nodes of the "
-    "extrapolation. Bars are 95 % intervals of the revolutions to the limit, from numerical errors alone. The dotted "
-    "line is the limit. Each cell of a map shows the shortest life of its cases."
+    "Curves: the cases with the shortest, median and longest life. Points: nodes of the extrapolation. Bars: 95 % "
+    "interval of the number of revolutions to the limit, numerical error only. Dotted line: the limit. The map shows, "
+    "for each cell, the shortest life of its cases."
 )
 
 

@@ -49,14 +49,14 @@ def sections(study: Study) -> list[Section]:
         return []
     words = f"The {'largest' if answers.largest else 'smallest'} {answers.axis.name} within the limits"
     lines = [
-        "All tested values before the border meet the limits. Within the border, some may meet them and others not. "
-        "From its second end on, at least the next two tested values fail. Values further away may still meet the "
-        "limits.",
+        "All tested values up to the first end of the border meet the limits. Between its ends, some meet them and "
+        "some do not. From its second end, at least two consecutive tested values fail. "
+        "Values further away may meet the limits again.",
         "If the motion near the border is chaotic, the border may be wider than `within`.",
     ]
     if answers.axis.labels:  # all fits are tried, and some beyond the border may be safe, too
         lines = [
-            "Every fit is tried at its largest clearance. The answer is the last fit before the first one that fails."
+            "Every fit is tested at its largest clearance. The answer is the last fit before the first fit that fails."
         ]
     sentences, pictures = Sentences(lines), Gallery("", _pictures(answers, words))  # the verdict has the answer
     blocks: list[Block] = [sentences, pictures, _table(study, answers), *_nearest(study, answers)]

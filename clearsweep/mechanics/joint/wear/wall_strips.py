@@ -7,8 +7,8 @@ inwards, over at most half of the length on which journal and bore overlap.  Its
 
 For spread walls, the load per length is the elastic force at this depth, as in the equations of motion.  If one end is
 separated, its strip still carries load where the contact of the other end extends past the middle.  For walls that
-carry load at their ends, the load along the strip is proportional to the depth, as on an elastic foundation
-(Johnson 1985, Contact Mechanics, section 4.3).  So a parallel journal is loaded evenly and a tilted one at its edge.
+carry load at their ends, the load along the strip is proportional to the depth, as on an elastic foundation (Johnson
+1985, Contact Mechanics, section 4.3).  So a parallel journal is loaded evenly and a tilted journal at its edge.
 """
 
 import math

@@ -265,13 +265,13 @@ class _FrictionCode(NamedTuple):
 
     @property
     def force(self) -> str:
-        """Return the source expression of the sliding friction: a torque (N m) in a pin, a force (N) in a guide."""
+        """Return the generated expression for the sliding friction: a torque (N m) in a pin, a force (N) in a guide."""
         force = f"friction_force({self.path}.friction, {self.normal}, {self.speed})"
         return f"{self.arm} * {force}" if self.arm else force
 
     @property
     def limit(self) -> str:
-        """Return the source expression of the static limit: a torque (N m) in a pin, a force (N) in a guide."""
+        """Return the generated expression for the largest sticking friction, a torque (N m) or a force (N)."""
         static_limit_text = f"static_limit({self.path}.friction) * {self.normal}"
         return f"{self.arm} * {static_limit_text}" if self.arm else static_limit_text
 
