@@ -37,7 +37,7 @@ class Trajectory:
     poincare : dict of 'poincare/rod_slider/x' and the like to (revolutions,) arrays: journal x, y (m), vx, vy (m/s) at
         crank angle 0 of every revolution, and its number 'poincare/revolution'. Empty if no history was stored.
     history : dict of 'revolutions', 'rod_slider/wear_depth_max' and the like to (nodes, ...) arrays: the course
-    of a life from its first block to its limit, as below `history/` in orbits.h5. Empty without `life`.
+        of a life from its first block to its limit, as below `history/` in orbits.h5. Empty without `life`.
     summary : dict of column name to value; None if a value could not be computed.
     status, message : 'ok' and '', or a word and the sentence that explains it.
     units : dict of channel or column name to SI unit.
