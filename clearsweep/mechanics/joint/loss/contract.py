@@ -114,5 +114,7 @@ def approaching(piece, rate):
     return where(piece_of(piece, (0.0,), rate) == 1.0, rate, 0.0)
 
 
-ANY_RESTITUTION = Field("restitution", "1", "specified ratio of rebound to approach speed", 0.0, 1.0, False, False)
+ANY_RESTITUTION = Field(
+    "restitution", "1", "specified ratio of rebound speed to approach speed", 0.0, 1.0, False, False
+)
 RESTITUTION = ANY_RESTITUTION._replace(low_open=True)  # for laws that cannot be lossless
