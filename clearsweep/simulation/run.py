@@ -248,7 +248,7 @@ def release(run: Run) -> None:
 
 
 def onset_rates(final: FinalContacts) -> list[float]:
-    """Return the onset rate (m/s) that each joint's law uses at the end of an integration, nan without one."""
+    """Return the onset rate (m/s) that each joint's law uses at the end of an integration, or nan if it uses none."""
     rates, contact = [math.nan] * len(final.joints), 0
     for j, joint in enumerate(final.joints):
         if touches(final.mode.item(contact)) and keeps_onset(_law_at_end(final, j)):

@@ -64,7 +64,7 @@ def _aligned(shape: tuple[int, ...]) -> np.ndarray:
 
 
 def fields_from(form: type, arrays: Arrays) -> dict[str, Any]:
-    """Return the arrays that are fields of a NamedTuple, with the names of their numbers if it gives them any."""
+    """Return the arrays that are fields of a NamedTuple, with names for their numbers if the type defines them."""
     kinds = form.__annotations__
     return {
         name: kinds[name](arrays[name]) if issubclass(kinds[name], Fields) else arrays[name]
@@ -91,6 +91,6 @@ class Memory:
         return part
 
     def clear(self) -> None:
-        """Set all of them to zero."""
+        """Set all arrays to zero."""
         for piece in self.pieces:
             piece.fill(0)

@@ -38,7 +38,7 @@ _METHODS = {"auto": integration.AUTO, "explicit": integration.EXPLICIT, "implici
 
 
 def period(scene: Scene) -> float:
-    """Return the time (s) of a crank turn."""
+    """Return the time (s) of a revolution of the crank."""
     return 2.0 * math.pi / scene.value.reference_rate
 
 

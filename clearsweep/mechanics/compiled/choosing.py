@@ -9,7 +9,7 @@ from ..trace.primitives import LANE_LOOPS, LOOPS, for_symbols, primitive, tracea
 
 
 def where(condition, a, b):
-    """Return `a` where the condition is true, else `b`; both are evaluated."""
+    """Return `a` if the condition is true, else `b`; both are evaluated."""
     return a if condition else b
 
 
@@ -34,7 +34,7 @@ def total_of(row):
 
 
 def cond(first, second):
-    """Return a function that gives `first(*given)` where a condition is true, else `second(*given)`.
+    """Return a function that returns `first(*given)` if a condition is true, else `second(*given)`.
 
     It takes (condition, given).  Both kernels return numbers or tuples of the same form.  Only one of them runs if
     all lanes agree, otherwise both.  `first` is compiled twice, so it should be the shorter.

@@ -124,7 +124,7 @@ class Loaded:
         return (self._address,)
 
     def remade(self, parts: list[Any]) -> "Loaded":
-        """Return the same at another address."""
+        """Return a value of the same form at another address."""
         return Loaded(self._form, parts[0], self._place)
 
     def __getattr__(self, name: str) -> Any:

@@ -133,7 +133,7 @@ def _exceeded(histogram, j, highest, duration):
 
 
 class _NoParameters(NamedTuple):
-    """The scene of a function without parameters."""
+    """Scene for functions without parameters."""
 
     unused: float = 0.0
 
@@ -153,7 +153,7 @@ _CODE: list[objects.Code] = []  # of `_exceeded_entry`
 
 
 def compile_exceeded() -> objects.Code | None:
-    """Return the machine code that `forces_exceeded` calls, None if it was not compiled for this machine."""
+    """Return the machine code that `forces_exceeded` calls, or None if it was not compiled for this machine."""
     if not _CODE:
         code = objects.compiled(_exceeded_entry, _NO_PARAMETERS, kinds(_NO_PARAMETERS), "fiff")
         if code is None:
@@ -179,7 +179,7 @@ def forces_exceeded(histograms: np.ndarray, highest: np.ndarray, duration: float
 
 
 def force_exceeded(histogram: np.ndarray, duration: float) -> float:
-    """Return the same of one histogram, (BINS, 2), that may have any bins."""
+    """Return the force (N) that one histogram, (BINS, 2), exceeds during `duration` (s)."""
     return forces_exceeded(np.ascontiguousarray(histogram)[None], np.array([BINS - 1]), duration)[0]
 
 

@@ -67,7 +67,7 @@ class Stepper(Fields):
 
 
 class Counts(Fields):
-    """What an integration has done so far."""
+    """Counts of the work of an integration so far."""
 
     steps: int  # accepted
     rejected: int
@@ -95,7 +95,7 @@ class Slopes(Fields):
 
 
 class Choice(Fields):
-    """What the choice of the method follows: both methods on the latest stretches of the motion."""
+    """Basis of the choice of the method: the cost of both methods on the latest stretches of the motion."""
 
     limit: float  # length of an explicit step before the method changed
     saved: float  # explicit evaluations saved by the implicit method since then
@@ -107,7 +107,7 @@ class Choice(Fields):
 
 
 class Past(Fields):
-    """What is known from earlier steps; lengths are 0 if there is none."""
+    """Data from earlier steps; lengths are 0 if there is no earlier step."""
 
     length: float  # of the step whose interpolant is in `Work.f`
     after: float  # 1 if this step follows it, 0 if it begins at the same place

@@ -70,7 +70,7 @@ LOG_ROWS = 512  # events in the log before the loop pauses so that the caller ca
 
 @kernel
 def advance(pointer):
-    """Make the end of a step the start of the next, where no event has changed the state."""
+    """Make the end of a step the start of the next one, if no event has changed the state."""
     work = pointer[0]
     for i in range(work.y.size):
         work.y[i], work.k[i, START] = work.end[i], work.k[i, END]
@@ -88,7 +88,7 @@ def accept(pointer):
 
 @kernel
 def restart(pointer):
-    """Begin a step at `work.end`, where an event has changed the state or the equations."""
+    """Begin a step at `work.end` after an event has changed the state or the equations."""
     work = pointer[0]
     for i in range(work.y.size):
         work.y[i] = work.end[i]
@@ -144,7 +144,7 @@ def target_of(pointer):
 
 @kernel
 def next_stop(pointer, position):
-    """Return where the next step has to end (s; rad of a free crank): the first knot beyond `position`, or target."""
+    """Return the end of the next step (s; rad for a free crank): the first knot beyond `position`, or `target_of`."""
     target = target_of(pointer)
     for knot in pointer[0].knots:
         if knot > position:
@@ -154,7 +154,7 @@ def next_stop(pointer, position):
 
 @kernel
 def interruption(pointer):
-    """Return GOING where a case may take its next step, else the status with which the loop returns."""
+    """Return GOING if a case may take its next step, else the status with which the loop returns."""
     work = pointer[0]
     stepper, control = work.stepper, work.control
     moment, angle = work.y[work.time], work.y[work.independent]

@@ -169,7 +169,7 @@ def renew(pointer, h):
 
 @kernel
 def unknown(stage, i, time):
-    """Return the place of component `i` of a stage among the unknowns of the iteration.
+    """Return the index of component `i` of a stage among the unknowns of the iteration.
 
     Coordinates and time come first: their rates depend on no other coordinates or time, so their elimination is cheap
     and
@@ -343,8 +343,8 @@ def interpolate_nodes(pointer, share):
 def observe_stages(pointer):
     """Write the observables of the stages, and interpolate them to the stages of the explicit method.
 
-    Those of the last iteration are of stages before its correction: forces of stiff contacts and films follow a change
-    of the stages many times as large, over the allowed error.
+    The observables of the last iteration belong to stages before its correction.  With stiff contacts and films, a
+    change of the stages changes forces many times as much, relative to the allowed error.
     """
     work = pointer[0]
     n, stages = work.y.size, work.implicit.stages

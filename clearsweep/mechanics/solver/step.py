@@ -173,9 +173,9 @@ def shorten(pointer, share):
 
 @kernel
 def distance_beyond(pointer, event):
-    """Return how far along tau the end of the latest step is beyond an event, 0 where its function has no slope.
+    """Return the distance along tau of the end of the latest step beyond an event, or 0 if its function has no slope.
 
-    event : as in `step_to_event`.
+    event : as in `step_to_event`
     """
     work = pointer[0]
     kind, contact, stop = event
@@ -200,7 +200,7 @@ def distance_beyond(pointer, event):
 
 @kernel
 def close_in(pointer, event):
-    """Repeat a step that ends at an event while it ends too far from it; return how far along tau it is beyond it.
+    """Repeat a step to an event while it ends too far from it; return the distance along tau beyond the event.
 
     The interpolant of a longer step over a kink of the right-hand side locates the kink only roughly.
     """

@@ -47,7 +47,7 @@ class Activation:
         self.caller_lanes: Any = trace().lanes()  # lanes in which the function is called
 
     def lanes(self) -> Any:
-        """Return the lanes in which statements of this function have an effect; None: all."""
+        """Return the lanes in which statements of this function have an effect, or None for all lanes."""
         mask = self.mask
         for name, lanes in self.names.items():
             if name.startswith(LANES):

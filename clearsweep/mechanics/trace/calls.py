@@ -23,7 +23,7 @@ def run(function: Any, *operands: Any, **named: Any) -> Any:
 
 
 def run_bound(function: Any, names: dict[str, Any]) -> Any:
-    """Return the same for arguments bound to names."""
+    """Return the result of a function for arguments bound to names."""
     node = syntax_tree(function.__code__)
     free = {}
     if function.__closure__:
@@ -201,7 +201,7 @@ def _select_call(first: Any, second: Any, condition: Any, operands: tuple) -> An
 
 
 def _select_call_in_lanes(first: Any, second: Any, condition: Boolean, operands: tuple) -> Any:
-    """Return the same by lane: only one function runs if all lanes agree, otherwise both."""
+    """Return the result of `_select_call` by lane: only one function runs if all lanes agree, otherwise both."""
     builder, active_trace = trace().builder, trace()
     true_block, other_block, mixed_block = active_trace.block(), active_trace.block(), active_trace.block()
     builder.cbranch(all_of(condition).value, true_block, other_block)

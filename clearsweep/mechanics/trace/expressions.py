@@ -345,7 +345,7 @@ class Expressions:
             setattr(self.fields(target), target.attr, value)
 
     def fields(self, target: Any) -> Fields:
-        """Return the Fields one of which a target names."""
+        """Return the Fields to which the number of a target belongs."""
         holder = self.value(target.value)
         if not isinstance(holder, Fields) or target.attr not in holder.DECLARED:
             raise NotTraceableError("assigns an attribute that is not a field of a Fields")

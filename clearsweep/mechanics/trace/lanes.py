@@ -38,7 +38,7 @@ def undefined_like(x: Any) -> Any:
 
 
 def blended(lanes: Any, new_value: Any, old_value: Any) -> Any:
-    """Return the new value in some lanes and the old one in the others; the new one if their forms differ."""
+    """Return the new value in some lanes and the old one in the others, or the new value if their forms differ."""
     if new_value is old_value:
         return new_value
     try:

@@ -63,7 +63,7 @@ class _Variable:
         self.phi: Any = None
 
     def begin(self, previous: Any) -> Symbol:
-        """Emit its phi node; return its value within a turn."""
+        """Emit the phi node of the variable; return its value within a turn."""
         self.phi = trace().builder.phi(symbols.llvm_type(self.kind.item, self.width))  # type: ignore[attr-defined]
         self.phi.add_incoming(self.first, previous)
         phi_node: Symbol = self.kind(self.phi, self.width)
@@ -75,7 +75,7 @@ class _Variable:
         return None if required == (self.kind, self.width) else required
 
     def close(self, last: Any) -> None:
-        """Set its value in the next turn to its value at the end of this one."""
+        """Set the value of the variable in the next turn to its value at the end of this one."""
         value = symbols.as_kind(last, self.kind, self.width)
         self.phi.add_incoming(value, trace().builder.block)
 

@@ -29,7 +29,7 @@ from .symbols import (
 
 
 class Pointer:
-    """A pointer of which only the kind of its items is known."""
+    """A pointer to items of known kind but unknown number."""
 
     def __init__(self, base: Any, item: Any):
         self.base, self.item = base, item
@@ -113,7 +113,7 @@ class View:
         )
 
     def address(self) -> Any:
-        """Emit the address of its first value."""
+        """Emit the address of the first value."""
         builder = trace().builder
         base = builder.bitcast(self.base, self.item.as_pointer())
         item_offset = self.offset.value if is_symbol(self.offset) else INT64(self.offset)

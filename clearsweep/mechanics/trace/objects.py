@@ -155,7 +155,7 @@ def loaded(content: bytes) -> Code:
 def _linker() -> Any:
     """Return LLVM's JITLink, which allocates code and constants in one piece.
 
-    The older loader, MCJIT, aborts where a large process leaves it addresses more than 2 GB apart only.
+    The older loader, MCJIT, aborts in a large process whose free addresses are more than 2 GB apart.
     """
     return llvm.create_lljit_compiler(_machine(), use_jit_link=True)
 

@@ -94,7 +94,7 @@ class Arrays:
 
 
 def _two_sum(a: Any, b: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return a + b and the error of that (Knuth 1998, The Art of Computer Programming 2, section 4.2.2)."""
+    """Return a + b and its rounding error (Knuth 1998, The Art of Computer Programming 2, section 4.2.2)."""
     total = a + b
     b_rounded = total - a
     return total, (a - (total - b_rounded)) + (b - b_rounded)
@@ -114,7 +114,7 @@ def _split(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _sum_to_odd(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return a + b; where it is not exact, the neighbour of the exact sum whose last bit is set."""
+    """Return a + b or, if it is not exact, the neighbour of the exact sum whose last bit is set."""
     total, error = _two_sum(a, b)
     bits = total.view(np.int64)
     shifted_bits = bits + np.where((error > 0.0) == (total > 0.0), 1, -1)
@@ -122,7 +122,7 @@ def _sum_to_odd(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _of(*operands: Any) -> Any:
-    """Return the operations on the first value that is no plain number."""
+    """Return the class of operations for the first value that is not a plain number."""
     for x in operands:
         if isinstance(x, np.ndarray):
             return Arrays

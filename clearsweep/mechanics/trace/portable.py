@@ -45,7 +45,7 @@ class Exact(NamedTuple):
 
     @property
     def transposed(self) -> "Exact":
-        """The matrix with rows and columns exchanged."""
+        """Return the matrix with rows and columns exchanged."""
         return Exact([list(column) for column in zip(*self.rows, strict=True)], self.denominator)
 
     def rounded(self) -> np.ndarray:
@@ -77,7 +77,7 @@ def inverse(matrix: Exact) -> Exact:
 
 
 def least_squares(matrix: Exact) -> Exact:
-    """Return the matrix that gives from values the coefficients of the closest combination of columns."""
+    """Return the matrix that maps values to the coefficients of the closest combination of columns."""
     return inverse(matrix.transposed @ matrix) @ matrix.transposed
 
 
@@ -88,7 +88,7 @@ def powers(points: Any, count: int) -> Exact:
 
 
 def coefficients_through(points: Any) -> Exact:
-    """Return the inverse of `powers` of as many points, from Lagrange's polynomials.
+    """Return the inverse of the square matrix `powers` of the places, from Lagrange's polynomials.
 
     It maps values at the points to the coefficients, by powers, of the polynomial through them.
     """
@@ -119,7 +119,7 @@ def through_points(function: Callable, degree: int) -> np.ndarray:
 def chebyshev_points(count: int) -> np.ndarray:
     """Return `count` increasing multiples of 1/4096 next to Chebyshev's points between 0 and 1.
 
-    Exact arithmetic is quick with short numbers.
+    Exact arithmetic is fast with short numbers.
     """
     return np.array([round(2048.0 - 2048.0 * math.cos(math.pi * (i + 0.5) / count)) / 4096.0 for i in range(count)])
 

@@ -8,8 +8,8 @@ c : radial clearance (m); h : wear depth of bearing and journal together (m); ps
 depth : penetration (m), the maximum of f, at psi = 0.
 
 The pressure is proportional to f.  Its share before the edge of a bin is known in closed form, because the table of a
-shape has the integral of h.  The wear is integrated over time by Lobatto's rule.  The total wear of a body is what the
-law gives.  A bin whose edge an end of the arc passes within a step gets a little more or less than its share.
+shape has the integral of h.  The wear is integrated over time by Lobatto's rule.  The total wear of a body is that of
+the law.  A bin whose edge an end of the arc passes within a step gets a little more or less than its share.
 """
 
 import math
@@ -27,7 +27,7 @@ from .shape import wear_depth_at, wear_integral_at
 
 
 class Arc(NamedTuple):
-    """Where and how deep worn surfaces overlap; angles from the deepest point."""
+    """Overlap of worn surfaces: its position and depth; angles from the deepest point."""
 
     x: float  # m, coefficient of cos psi in f
     y: float  # m, coefficient of sin psi in f

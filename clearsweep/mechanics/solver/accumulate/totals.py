@@ -134,7 +134,7 @@ class Accumulators(NamedTuple):
 def accumulate_step(accumulators, time):
     """Add an accepted step to the totals; `time` is the place of the time in the state.
 
-    Maxima are those at the ends of the step.  Where a larger one may lie between, `needs_peak_search` of its `step` is
+    Maxima are those at the ends of the step.  If a larger one may lie between, `needs_peak_search` of its `step` is
     set, and the `highest` of the quantity is kept for the search; all others are set to NO_PEAK.
     """
     in_window = accumulators.stepper.in_window != 0.0
