@@ -31,7 +31,7 @@ _COLUMNS = {"type": "object", "minProperties": 1, "additionalProperties": {"type
 _SIGNAL_EXAMPLE = "{rig.csv: {slider/a: acceleration}}"
 IDENTIFY_SECTION = KeySection(
     IDENTIFY,
-    "values of keys that reproduce measured signals",
+    "search for the values of keys that reproduce measured signals",
     "{over: {joints.rod-slider.clearance: [20 um, 300 um]}, from: {rig.csv: {slider/a: acceleration}}, cases: 400}",
     (
         EntriesKey(
@@ -43,7 +43,7 @@ IDENTIFY_SECTION = KeySection(
         ),
         EntriesKey(
             "from",
-            "CSV file next to the grid -> {channel: column} of the measured signals",
+            "CSV file in the directory of the grid -> {channel: column} of the measured signals",
             required=True,
             missing=f"; give a file, a channel and the column of the file: {_SIGNAL_EXAMPLE}",
             entry=_COLUMNS,
@@ -51,7 +51,7 @@ IDENTIFY_SECTION = KeySection(
         cases_key(ROUND, MOST_CASES),
         WordListKey(
             "features",
-            f"a list of {', '.join(FEATURES)}; default all",
+            f"a list of {', '.join(FEATURES)}; default: all",
             words=FEATURES,
             default=FEATURES,
             noun="feature of a signal",

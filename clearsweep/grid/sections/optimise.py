@@ -24,7 +24,7 @@ MISSING_OVER = "; name at least one key to vary"
 _AMONG_FORM = {"anyOf": [{"type": "array", "minItems": 1}, FITS_FORM]}
 OPTIMISE_SECTION = KeySection(
     OPTIMISE,
-    "values that minimise or maximise columns of summary.parquet within `limits`",
+    "search for the values that minimise or maximise columns of summary.parquet within `limits`",
     "{over: {define.play: [5 um, 100 um]}, minimise: rod_slider_load_peak, cases: 300}",
     (
         EntriesKey(

@@ -165,7 +165,7 @@ def check_always_used(reader: Reader, position: WrittenValue, section: str, path
 
 CHECK_LAWS = "check_laws"
 CHECK_LAWS_TEXT = (
-    "true: the deciding case runs again under each other elastic and contact law that is valid in its joints"
+    "true: the deciding case runs again with each other elastic and contact law that is valid in its joints"
 )
 _CHECKED = (".contact.elastic", ".contact.law")
 _CONFLICTS = ("seek", "refine", "optimise", "identify")

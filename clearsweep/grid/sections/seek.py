@@ -33,26 +33,35 @@ _NOUN = "dotted path"
 _AMONG = "{fits: [H7/g6, H7/f7]}"
 SEEK_SECTION = KeySection(
     SEEK,
-    "the largest or smallest value of one key with which cases keep to `limits`",
+    "search for the largest or smallest value of one key for which cases meet `limits`",
     _SEEK_EXAMPLE,
     (
         NamesKey(
-            "largest", ("path whose largest value is searched for, or several paths with a common value"), noun=_NOUN
+            "largest", ("path whose largest value is searched for, or several paths with one common value"), noun=_NOUN
         ),
-        NamesKey("smallest", "the same for the smallest value", noun=_NOUN),
+        NamesKey(
+            "smallest", "path whose smallest value is searched for, or several paths with one common value", noun=_NOUN
+        ),
         RangeKey(
             "between", "[low, high]: the range of the search", missing="; write the range, such as [5 um, 200 um]"
         ),
         QuantityKey(
             "within",
-            "accuracy of the answer, at most a quarter of the range",
+            "required accuracy of the answer, at most a quarter of the range",
             missing="; write the accuracy of the answer, such as 1 um",
         ),
-        Key("among", f"{_AMONG} instead of both: each fit counts with its largest clearance", FITS_FORM),
-        WordKey("meeting", "`limits`, the default", words=("limits",), default="limits"),
+        Key(
+            "among", f"{_AMONG} replaces `between` and `within`: each fit is tested at its largest clearance", FITS_FORM
+        ),
+        WordKey(
+            "meeting",
+            "condition that the cases must meet; `limits` is the only choice",
+            words=("limits",),
+            default="limits",
+        ),
         WordKey(
             "for",
-            "`each` case of the other axes (default), or `all`: the worst case decides",
+            "`each`: one answer for each case of the other axes (default); `all`: one answer, for the worst case",
             words=SEEK_FOR,
             default=SEEK_FOR[0],
         ),
@@ -222,7 +231,12 @@ REFINE_SECTION = KeySection(
     "further cases between those of `sweep`, along the border of `limits`",
     "{along: limits, cases: 200}",
     (
-        WordKey("along", "`limits`, the default: the border to follow", words=(REFINE_ALONG,), default=REFINE_ALONG),
+        WordKey(
+            "along",
+            "border along which cases are added; `limits` is the only choice",
+            words=(REFINE_ALONG,),
+            default=REFINE_ALONG,
+        ),
         cases_key(1, MOST_CASES),
     ),
 )
