@@ -53,7 +53,7 @@ def control(**other):
 def life(rates, share=0.0, **other):
     asked = control(**other)
     return extrapolated_life(
-        lambda state: BlockRecord(rates(state), share), Deepest(), asked, np.zeros(asked.first.size)
+        lambda state: BlockRecord(rates(state), share), Deepest(), asked, np.zeros(asked.max_first_growth.size)
     )
 
 

@@ -44,7 +44,7 @@ def expected_largest(values: np.ndarray, revolutions: float = PREDICTED_REVOLUTI
 
     The interval begins at the largest given value; the largest of many exceeds its end with a probability of 2.5 %.
 
-    With fewer than MIN_VALUES independent values the result is UNKNOWN_QUANTILE; if all values are equal, it is their value.
+    With fewer than MIN_VALUES independent values the result is UNKNOWN_QUANTILE; if all are equal, it is their value.
     """
     if len(values) < MIN_VALUES:
         return UNKNOWN_QUANTILE
