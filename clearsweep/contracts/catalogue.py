@@ -86,7 +86,7 @@ class Order(NamedTuple):
 
 
 class Merit(NamedTuple):
-    """What speaks for a law where several are valid."""
+    """Reasons to prefer a law if several are valid."""
 
     rank: int  # the lower the better, of one family
     reason: str  # continues 'recommended, because'

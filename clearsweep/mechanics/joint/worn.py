@@ -188,7 +188,7 @@ def has_worn_shape(joint) -> bool:
 
 @family
 def seat(joint, eccentricity, angles):
-    """Return the position (2,) m of the journal under the load that circles carry at an `eccentricity`, and the depth.
+    """Return position (2,) m and depth (m) of the journal under the load that circles carry at an `eccentricity`.
 
     angles : rad, of the proximal and the distal body.  Called only from Python.
     """

@@ -28,7 +28,7 @@ def keys_of(outline: Outline, points: Mapping[str, tuple[str, ...]], joints: tup
 def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     """Return the path below `mechanism` at fault, and a sentence, if the machine of a case cannot be closed.
 
-    None if it can be closed over the whole turn of its crank.
+    Return None if it can be closed over the whole revolution of its crank.
     """
     assert mechanism.machine is not None  # only mechanisms with a machine
     machine: Machine = mechanism.machine(case)

@@ -66,7 +66,7 @@ DRIVES = {
 
 
 def keys(outline: Outline) -> tuple[Keys, ...]:
-    """Return the section `drive` for the grid's form of drive; for ANY, those of all forms."""
+    """Return the section `drive` for the grid's form of drive, or the sections of all forms for ANY."""
     fields: dict[str, Field] = {}
     for law in DRIVES.values() if outline.drive == ANY else (DRIVES[outline.drive],):
         fields |= {field.name: field for field in law.fields}

@@ -58,7 +58,7 @@ def _site(joint: JointOutline) -> JointSite:
 
 
 def _keys(outline: Outline) -> Iterable[Keys]:
-    """Yield the sections of the bodies, the joints and what else describes a mechanism."""
+    """Yield the sections of the bodies, the joints and the other parts of a mechanism."""
     pins = tuple(joint.name for joint in outline.joints if joint.type not in ("prismatic", "slot"))
     driven = Choice("driven", pins, "the revolute joint that the drive turns; it connects the ground and the crank")
     yield Keys("mechanism", "", (_GRAVITY,), words=(driven,), flags=(FLAG,))

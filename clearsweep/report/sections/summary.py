@@ -1,4 +1,4 @@
-"""The cards at the top of the page: the largest figures of the run, each next to what it is to be compared with."""
+"""The cards at the top of the page: the largest figures of the run, each with a reference for comparison."""
 
 import numpy as np
 
@@ -25,7 +25,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def _cards(study: Study) -> list[tuple[str, str, str]]:
-    """Return name, value with unit, what to compare it with; of a figure of joints the worst, its joint named."""
+    """Return name, value with unit, and reference of each card; the worst joint of a figure is named."""
     finished, failed = counts.finished_and_failed(study)
     missing = study.run.grid.get("counts", {}).get("missing", 0)
     note = (f"{failed} failed" if failed else "none failed") + (f", {missing} not run yet" if missing else "")
@@ -59,7 +59,7 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
 
 
 def _answer(study: Study) -> list[tuple[str, str, str]]:
-    """Return the cards that answer the question of the grid: the figures of its worst case."""
+    """Return the cards with the figures of the worst case, which answer the question of the grid."""
     lead = question(study)
     if lead.question == "identify":
         return identified.cards(study)
@@ -109,7 +109,7 @@ def _of_worst(study: Study) -> list[tuple[str, str, str]]:
 
 
 def _designs(study: Study) -> list[tuple[str, str, str]]:
-    """Return the card on designs that keep to the limits under every condition; [] without designs."""
+    """Return the card on designs that meet the limits under every condition, or [] without designs."""
     cases = answer_cases(study)
     grouped = designs.of_cases(cases.axes, cases.column, len(cases.case_ids))
     if grouped is None or sampled.is_one_sample(study.run.grid):
@@ -120,7 +120,7 @@ def _designs(study: Study) -> list[tuple[str, str, str]]:
 
 
 def _chance(study: Study) -> list[tuple[str, str, str]]:
-    """Return the card on the probability of exceeding a limit; [] unless the cases are one random sample."""
+    """Return the card on the probability of exceeding a limit, or [] if the cases are not one random sample."""
     limits = counts.limits(study)
     if not sampled.is_one_sample(study.run.grid) or not limits.cases:
         return []
@@ -129,12 +129,12 @@ def _chance(study: Study) -> list[tuple[str, str, str]]:
 
 
 def _at(study: Study, case_id: str) -> str:
-    """Return the swept values of a case, or its identity where they are many."""
+    """Return the swept values of a case, or its identity if there are many."""
     return study.setting(case_id) if len(study.swept()) <= LISTED_VALUES else f"case {wording.short_id(case_id)}"
 
 
 def _worst(study: Study, figure: str) -> tuple[str, Joint | None]:
-    """Return the column with the largest value of a figure, and its joint; None: it is of the mechanism."""
+    """Return the column with the largest value of a figure, and its joint, or None for a figure of the mechanism."""
     of_mechanism = study.column(figure)
     if of_mechanism:
         return of_mechanism, None

@@ -31,7 +31,7 @@ def _default_static_limit(friction):
 
 @family
 def settled_state(friction, slip):
-    """Return the internal state of a law after it has slid at `slip` (m/s) for long, one number per field of state."""
+    """Return the internal state of a law after long sliding at `slip` (m/s), one number per field of state."""
 
 
 class Settled(NamedTuple):

@@ -59,7 +59,7 @@ register(
 
 
 class ApproachRootDamper(NamedTuple):
-    """The same during approach, only the elastic force during rebound."""
+    """A RootDamper during approach; only the elastic force during rebound."""
 
     damping: float  # kg^0.5
     piece: float = UNKNOWN
@@ -163,7 +163,7 @@ register(
 
 
 class ViscousSpring(NamedTuple):
-    """The same, clipped at 0."""
+    """A PullingSpring whose force is clipped at 0."""
 
     damping: float  # c, N s/m
 
