@@ -284,5 +284,5 @@ def _duration(scene: Scene, run: Run, end: float) -> float:
     if not scene.mechanism.turns:
         return float(run.work.end[run.work.time])
     if scene.crank_clock.free:
-        return float(run.work.end[run.work.time] - run.totals.whole.opened)
+        return float(run.work.end[run.work.time] - run.totals.whole.window_start)
     return end - scene.crank_clock.at(scene.case.simulate.discard)

@@ -70,7 +70,7 @@ def _lubricated(scene: Scene, window: Window, summary: Mapping[str, Any]) -> Ite
     for index, joint in enumerate(scene.case.joints):
         if joint.film:
             totals = window.totals.joint[index]
-            fed, drained = totals.fed_energy, totals.drained_energy
+            fed, drained = totals.generated_energy, totals.film_energy
             yield Lubricated(
                 joint.name,
                 joint.film.limit,

@@ -4,8 +4,8 @@ import numpy as np
 
 from ..trace import lanes, symbols
 from ..trace.memory import gathered, table_of
-from ..trace.paths import alike, leaves, rebuilt
-from ..trace.primitives import ABREAST, LOOPS, for_symbols, primitive, traceable
+from ..trace.paths import leaves, rebuilt, with_common_slopes
+from ..trace.primitives import LANE_LOOPS, LOOPS, for_symbols, primitive, traceable
 
 
 def where(condition, a, b):
@@ -56,7 +56,7 @@ def none_of(condition):
 def _selected(condition, a, b):
     if not symbols.is_symbol(condition):
         return a if condition else b
-    a, b = alike([a, b])
+    a, b = with_common_slopes([a, b])
     pairs = zip(leaves(a), leaves(b), strict=True)
     return rebuilt(a, iter([symbols.selected(condition, x, y) for x, y in pairs]))
 
@@ -64,7 +64,7 @@ def _selected(condition, a, b):
 primitive(none_of)(lanes.none_of)
 traceable(total_of)
 LOOPS.append(rolled_range)
-ABREAST.append(abreast)
+LANE_LOOPS.append(abreast)
 
 
 # ---------------------------------------------------------------------------------------------- bits and tables

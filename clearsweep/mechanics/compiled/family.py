@@ -17,13 +17,13 @@ import numpy as np
 
 from ..trace import objects
 from ..trace.memory import call_at, viewed
-from ..trace.primitives import ON_ITS_OWN, primitive, traceable
+from ..trace.primitives import SEPARATE, primitive, traceable
 from .plain import is_plain
 
 
 def kernel(function):
     """Return `function`, marked for compilation to machine code; called from Python it runs as Python."""
-    return traceable(function, ON_ITS_OWN)
+    return traceable(function, SEPARATE)
 
 
 def inlined(function):

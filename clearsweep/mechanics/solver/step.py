@@ -6,7 +6,7 @@ from ..compiled.family import invoke, kernel
 from ..joint.contract import SAME
 from ..observe.observables import KAPPA, observed
 from ..observe.stages import END, STAGES, START
-from .accumulate.step_sums import sum_up
+from .accumulate.step_sums import evaluate_sums
 from .bernstein import WHOLE, value_and_slope
 from .collocation import WEIGHTS, begin_stages, continue_stages, dense_state, error_norm, interpolate
 from .event_search import ELSEWHERE, evaluate_guards, first_event, fit_guard, is_guard_active
@@ -137,10 +137,10 @@ def finish(pointer):
     """Compute the sums, profiles and maxima of the current step, which is accurate or ends at an event."""
     if pointer[0].method.current == IMPLICIT:
         observe_implicit_stages(pointer)
-        sum_up(trial_of(pointer), STAGE_WEIGHTS)
+        evaluate_sums(trial_of(pointer), STAGE_WEIGHTS)
     else:
         observe_stages(pointer)
-        sum_up(trial_of(pointer), WEIGHTS)
+        evaluate_sums(trial_of(pointer), WEIGHTS)
 
 
 @kernel

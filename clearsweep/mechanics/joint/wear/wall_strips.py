@@ -17,7 +17,7 @@ from typing import NamedTuple
 from ...compiled.choosing import rolled_range
 from ...compiled.family import family, kernel
 from ...compiled.vector import dot
-from ...observe.histogram import FORCE, PARTS
+from ...observe.histogram import FORCE_ROW, PARTS
 from ..elastic.contract import elastic_force
 from ..modes import touches
 from ..spatial import AtEdges, EndContacts, InBore, Overlapping, Spread
@@ -151,7 +151,7 @@ def _bears_spread(walls, step, j, wall):
         return True
     stop_distance = 0.0
     for i in rolled_range(PARTS + 1):
-        stop_distance = max(stop_distance, step.step_values[j + wall, FORCE, i])
+        stop_distance = max(stop_distance, step.step_values[j + wall, FORCE_ROW, i])
     return touches(step.mode[j + 1 - wall]) and stop_distance > 0.0
 
 
