@@ -136,7 +136,7 @@ def wear(series: Series, coefficient: float, area: float | None = None) -> Serie
         if "force" not in columns:
             raise InputError(f"{series.name}: has no column of force for --area; add one, such as normal_force [N]")
         pressure = columns["force"] / area
-        notes = ["The pressure is force over --area; the table's own is not used."] if "pressure" in columns else []
+        notes = ["The pressure is force over --area; the pressure column is not used."] if "pressure" in columns else []
     elif "pressure" in columns:
         pressure = columns["pressure"]
     else:
@@ -192,7 +192,7 @@ def _depth_remarks(worn: SeriesWear) -> list[str]:
     totals = {rule: _um(depths[-1]) for rule, depths in worn.depth.items()}
     finite = implied[np.isfinite(implied)]
     sentence = (
-        f"Wear depth: the table grows by {_um(growth[-1])} um, its own pressures and speeds with "
+        f"Wear depth: the table grows by {_um(growth[-1])} um, but its pressures and speeds with "
         f"{worn.coefficient:.3g} m^2/N give {totals['trapezoidal']} um (trapezoidal rule; {totals['left']} with the "
         f"first values of each step, {totals['right']} with the last). "
     )

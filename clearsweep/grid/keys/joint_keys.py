@@ -77,7 +77,7 @@ def add_preload(tree: Shape, path: str, catalogue: Catalogue, text: str = _COUPL
 
 
 def add_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "") -> None:
-    """Add the keys of a joint's normal force, or of that at `contact`: law, elastic part, and parameters."""
+    """Add the keys of the normal force of a joint, or at the path `contact`: law, elastic part, and parameters."""
     contact = contact or f"{path}.contact"
     elastic = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_elastic)),)
     tree[contact] = Section("law and parameters of the normal force")
@@ -115,7 +115,7 @@ def add_material_name(tree: Shape, path: str, whose: str) -> None:
 
 
 def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:
-    """Return the key of the elastic law; it defaults to JOURNAL if no stiffness is given but all that it needs is."""
+    """Return the key of the elastic law; its default is JOURNAL if its inputs are given but no stiffness."""
     names = catalogue.names("elastic")
     word_key = Word(names, "law of the elastic force", "power", sweep=True, noun="law")
     if JOURNAL not in names:
@@ -173,7 +173,7 @@ def moduli(joint: str) -> tuple[str, ...]:
 
 
 def point_laws(catalogue: Catalogue) -> tuple[Law, ...]:
-    """Return the contact laws that suit a point without a radius."""
+    """Return the contact laws that are suitable for a point without a radius."""
     return tuple(law for law in catalogue.laws if law.family != "elastic" or not law.needs)
 
 

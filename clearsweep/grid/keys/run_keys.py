@@ -1,4 +1,4 @@
-"""Keys of a run: what is saved of a case (`save`), and its life (`life`)."""
+"""Keys of a run: saved results of a case (`save`), and its life (`life`)."""
 
 from ...contracts.catalogue import Field
 from .joint_keys import add_numbers
@@ -44,7 +44,7 @@ _WORST = Field(
 
 
 def add_save_keys(tree: Shape, *, has_turns: bool) -> None:
-    """Enter what is kept of a case; of one that turns also of how many revolutions."""
+    """Add the keys for the saved results of a case; if it turns, also those for the saved revolutions."""
     tree["save"], tree["save.orbits"] = Section("results that are stored", "implied"), _ORBITS
     add_numbers(tree, "save", (_SAVED, _SAMPLES, _WORST) if has_turns else (_SAMPLES,), sweep=False)
     tree[CHANNELS] = _CHANNELS
@@ -105,7 +105,7 @@ _FIELDS = (
 
 
 def add_life_keys(tree: Shape) -> None:
-    """Add the section to mechanisms with wear and revolutions."""
+    """Add the keys of `life`, for mechanisms with wear and revolutions."""
     wearing = tuple(path.split(".")[1] for path in tree if path.startswith("joints.") and path.endswith(".wear"))
     if not wearing or "simulate.revolutions" not in tree:
         return

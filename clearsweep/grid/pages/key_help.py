@@ -146,7 +146,7 @@ def key_names(catalogue: Catalogue) -> tuple[str, ...]:
 
 
 def _match(path: list[str], requested: list[str]) -> str:
-    """Return 'all' if a name matches a whole path, with any word for NAME, 'end' if it matches its end, else ''."""
+    """Return 'all' if a name matches a whole path (any word matches NAME), 'end' if it matches its end, else ''."""
     if requested == path[-len(requested) :]:
         return "all" if len(requested) == len(path) else "end"
     is_whole_path = len(requested) == len(path) and all(
@@ -180,7 +180,7 @@ def _section_text(section: Part) -> str:
 
 
 def _key(row: Row) -> str:
-    """Return the facts about a key, one a line, without an example."""
+    """Return the facts about a key, one per line, without an example."""
     rows = {
         "meaning": _plain(row.text),
         "unit": " or ".join(unit or "1" for unit in row.units) if any(row.units) else "",

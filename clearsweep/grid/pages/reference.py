@@ -129,7 +129,7 @@ def _merged_rows(places: _Places) -> Iterator[Row]:
 
 
 def _laws(machine_rows: Collection[str], all_laws: Collection[str]) -> str:
-    """Return the names of laws; if most laws of a section have the key, those without it."""
+    """Return the names of the laws with a key; if most laws of a section have it, the names of those without it."""
     other_places = [name for name in all_laws if name not in machine_rows]
     if other_places and len(other_places) < len(machine_rows) and {*machine_rows} <= {*all_laws}:
         return f"all but {quoted(other_places)}"
@@ -137,7 +137,7 @@ def _laws(machine_rows: Collection[str], all_laws: Collection[str]) -> str:
 
 
 def _owners_text(owners: Collection[str], places: Collection[str]) -> str:
-    """Return in words which owners have a row, or '' if all have it."""
+    """Return in words which owners have a row, or '' if all owners have it."""
     if len(owners) == len(places):
         return ""
     in_space = {machine for machine in places if machine.endswith(SPACE)}
@@ -150,7 +150,7 @@ def _owners_text(owners: Collection[str], places: Collection[str]) -> str:
 
 
 def _sentences(sections: Mapping[str, _Places]) -> str:
-    """Return what sections with the same keys are and whether they are required, by owner if that differs."""
+    """Return sentences on the meaning of sections with the same keys, and on whether they are required."""
     texts: dict[tuple[str, str], None] = {}
     for path, places in sections.items():
         owners_by_text: dict[tuple[str, str], list[str]] = {}

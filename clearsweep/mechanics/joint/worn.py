@@ -33,7 +33,7 @@ WornJoint = NamedTuple("WornJoint", _FIELDS)
 WornJoint.__doc__ = "A dry joint with worn bodies; all force acts at the deepest point of the surfaces."
 
 WornOnFoundation = NamedTuple("WornOnFoundation", _FIELDS)
-WornOnFoundation.__doc__ = "The same on an elastic foundation, which presses over an arc; see `worn_foundation`."
+WornOnFoundation.__doc__ = "A WornJoint on an elastic foundation, which presses over an arc; see `worn_foundation`."
 
 WORN_JOINTS = (WornJoint, WornOnFoundation)
 
