@@ -73,7 +73,7 @@ def more(study: Study) -> list[Section]:
 
 
 def _known(study: Study) -> tuple[list[dict[str, Any]], list[str]] | None:
-    """Return the best cases as rows and the names of the objectives, or None without an answer."""
+    """Return the best cases as rows and the names of the objectives, or None if there is no answer."""
     if "optimise" not in study.run.grid:
         return None
     frame = study.run.optimise
