@@ -188,7 +188,7 @@ class Identifying:
     ) -> tuple[emulator.LikelihoodModel, emulator.Posterior, np.ndarray]:
         """Return the likelihood on the narrowed ranges, a sample of the posterior, and its most likely point.
 
-        The sample is in fractions of the whole ranges, the most likely point (inputs,) in fractions of the narrowed ones.
+        The sample is in fractions of the whole ranges; the most likely point (inputs,) in those of the narrowed ranges.
         """
         assert self.observation is not None  # cases finished
         inside = self._inside(np.array(self.points))
