@@ -55,12 +55,12 @@ def limited(columns, axes, record=LIMITED):
 def test_a_design_keeps_to_the_limits_if_it_does_at_every_speed():
     columns = {FIT: [1, 1, 2, 2, 3, 3], SPEED: [7, 8] * 3, MARGIN: [0.9, 0.1, 0.5, 0.4, 0.95, -0.2]}
     first, *_ = limited(columns, (FIT, SPEED))
-    assert first.startswith("2 of 3 designs keep to the limits at every crank speed: load peak at most 1.")
-    assert "Kept up to clearance 2 (smallest margin 40 %)." in first
+    assert first.startswith("2 of 3 designs meet the limits at every crank speed: load peak at most 1.")
+    assert "The limits are met up to clearance 2 (smallest margin 40 %)." in first
     assert first.endswith("From 3 a limit is exceeded, worst at speed 8 (margin \u221220 %).")
     columns[MARGIN] = [0.9, -0.1, 0.5, np.nan, 0.95, -0.2]  # the second cannot be assessed at one speed
     first, *_ = limited(columns, (FIT, SPEED))
-    assert first.startswith("No design keeps to the limits at every crank speed")
+    assert first.startswith("No design meets the limits at every crank speed")
     assert first.endswith("Nearest: clearance 1 \u221210 % (smallest margin).")
     columns[MARGIN] = [0.9, 0.1, -0.5, 0.4, 0.95, 0.2]  # not monotone: the best first
     assert limited(columns, (FIT, SPEED))[0].endswith("best first: clearance 3 20 %; clearance 1 10 %.")
@@ -68,10 +68,10 @@ def test_a_design_keeps_to_the_limits_if_it_does_at_every_speed():
 
 def test_cases_without_designs_are_counted_with_the_boundary_of_their_only_axis():
     first, *_ = limited({SPEED: [1, 2, 3], MARGIN: [-0.1, 0.2, 0.3]}, (SPEED,))
-    assert first.startswith("2 of 3 cases keep to the limits: load peak at most 1. Kept from speed 2")
+    assert first.startswith("2 of 3 cases meet the limits: load peak at most 1. The limits are met from speed 2")
     assert "Up to 1 a limit is exceeded" in first
-    assert limited({SPEED: [1, 2], MARGIN: [0.1, 0.2]}, (SPEED,))[0].startswith("All cases keep to the limits")
-    assert limited({SPEED: [1], MARGIN: [-0.1]}, ())[0].startswith("The case does not keep to the limits")
+    assert limited({SPEED: [1, 2], MARGIN: [0.1, 0.2]}, (SPEED,))[0].startswith("All cases meet the limits")
+    assert limited({SPEED: [1], MARGIN: [-0.1]}, ())[0].startswith("The case does not meet the limits")
 
 
 @pytest.mark.parametrize("axes", [(FIT,), (SPEED,)])
