@@ -309,7 +309,7 @@ _CODE: list[objects.Code] = []  # of the loop, which is the same for all cases
 def integrate(pinned: Pinned) -> None:
     """Integrate a case, a pinned Work, until it ends or pauses.  Never raises.
 
-    `stepper.status` is then OK or the reason why the case ended early.  After PAUSED call again to go on;
+    `stepper.status` is then OK or the reason why the case ended early.  After PAUSED call again to continue;
     after TURNS_STIFF first compile the slopes (`work.slopes`).  Figures are in `totals`, samples in `record`, events
     in `log`.
     """

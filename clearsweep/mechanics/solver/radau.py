@@ -103,7 +103,7 @@ def exchange_pivot_row(a, i):
 def factorise(a, pivots, fixed):
     """Replace the square matrix `a` by its LU factors; return whether it is regular.
 
-    Pivoting is partial but for the first `fixed` unknowns, whose rows are sparse and stay so.
+    Pivoting is partial, except for the first `fixed` unknowns, whose rows are sparse and remain so.
     """
     n = pivots.size
     for i in range(n):

@@ -37,7 +37,7 @@ def farthest(px, py, kx, ky, radius):
 
         x (2 + x) (1 + x + e)^2 + e c^2 (2 (1 + x) + e) = 0,    x = -e c^2 + 3/2 e^2 c^2 (1 - c^2) + O(e^3),
 
-    from where one step of Halley's method, whose error is the cube of what was left, goes to the last bit.
+    from where one step of Halley's method, whose error is the cube of the previous one, reaches the last bit.
     """
     tilt_square, square = radius * (kx * kx + ky * ky), px * px + py * py
     if not tilt_square * tilt_square < SERIES_LIMIT * SERIES_LIMIT * square:
