@@ -29,7 +29,7 @@ def product_of_other_roots(scene, y, mode, contact):
 
 @kernel
 def kappa_per_root_product(scene, y, mode):
-    """Return the factor on `roots_beside` that gives kappa over the root if contacts separate one by one."""
+    """Return the factor on `product_of_other_roots` that gives kappa over the root if contacts separate one by one."""
     total = as_type_of(0.0, y[2 * len(scene.coordinates) + 1])
     for c in range(extent(scene.joints).contact):
         total = total + where(touches(mode[c]), product_of_other_roots(scene, y, mode, c), 0.0)
