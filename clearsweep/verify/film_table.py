@@ -143,7 +143,7 @@ def coefficients(slenderness: float) -> np.ndarray:
     """Return the (2, terms, powers) coefficients of the expansions in the law's file, for one length / diameter."""
     directions = math.pi * (np.arange(DIRECTION_NODES) + 0.5) / DIRECTION_NODES
     depths = np.cos(math.pi * (np.arange(RATIO_NODES) + 0.5) / (2 * RATIO_NODES))
-    ratios = np.tanh(law.DEEPEST * depths)
+    ratios = np.tanh(law.MAX_ARTANH * depths)
     values = np.array([logarithms(slenderness, ratio, np.cos(directions)) for ratio in ratios])
     harmonics = 2.0 / DIRECTION_NODES * values @ np.cos(np.outer(directions, np.arange(law.TERMS)))
     harmonics[:, :, 0] *= 0.5
