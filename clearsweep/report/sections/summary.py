@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from ...judging import answer, designs, probability, sampled, start_up, verdict
+from ...judging import answer, designs, fits, probability, sampled, start_up, verdict
 from ...language import wording
 from ..blocks.picture import capital
 from ..blocks.section import Cards, Section
 from ..data.answered import answer_cases
+from ..data.comparable import comparable, leaves_out
 from ..data.leading import PEAK
 from ..data.study import PER_HOURS, Joint, Study
 from ..data.worst_case import question, worst_case
@@ -51,9 +52,11 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         column, joint = _worst(study, figure)
         if study.cases.largest(column) > 0.0:
             where = study.where(joint, "joint {}") if joint else ""
-            worst = study.cases[column].idxmax()
+            values = comparable(study, column)
+            worst = study.cases.index[int(np.nanargmax(values))]
+            finished = "of the finished starts" if leaves_out(study, column) else ""
             elastic = elastic_range.remark(study, joint, worst) if joint and figure == ONSET else ""
-            note = "; ".join(filter(None, (where, suffix, elastic))) or (f"joint {joint.title}" if joint else "")
+            note = "; ".join(filter(None, (where, suffix, finished, elastic))) or (f"joint {joint.title}" if joint else "")
             cards.append((name, study.text(worst, column), note))
     return cards
 
@@ -116,6 +119,11 @@ def _designs(study: Study) -> list[tuple[str, str, str]]:
         return []
     accepted = sum(margin >= 0.0 for margin in grouped.margins)
     names = wording.sentence_list([wording.axis_name(path) for path in grouped.conditions])
+    states = fits.of_cases(cases)
+    if states is not None:
+        still_open = f"; open: {wording.sentence_list([fit['name'] for fit in states.open])}" if states.open else ""
+        note = f"over their whole tolerance, at every {names}{still_open}"
+        return [("Fits within the limits", f"{len(states.sure)} of {states.count}", note)]
     return [("Designs within the limits", f"{accepted} of {len(grouped.margins)}", f"at every {names}")]
 
 
@@ -125,7 +133,8 @@ def _chance(study: Study) -> list[tuple[str, str, str]]:
     if not sampled.is_one_sample(study.run.grid) or not limits.cases:
         return []
     value, _, interval = probability.percentages(probability.share(limits.exceeding, limits.cases)).partition(" (")
-    return [("Probability of exceeding a limit", value, interval.removesuffix(")"))]
+    note = f"{interval.removesuffix(')')}, by the number of cases alone;{probability.window(study.run.grid)}"
+    return [("Probability of exceeding a limit", value, note)]
 
 
 def _at(study: Study, case_id: str) -> str:
