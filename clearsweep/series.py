@@ -129,14 +129,14 @@ def read(file: str | PathLike) -> Series:
 def wear(series: Series, coefficient: float, area: float | None = None) -> Worn:
     """Return the wear of a series with a `coefficient` (m^2/N).
 
-    area : m^2, loaded by the force; None: the pressure is a column.  Raises InputError.
+    area : m^2, loaded by the force; None if the pressure is a column.  Raises InputError.
     """
     columns, notes = series.columns, []
     if area is not None:
         if "force" not in columns:
             raise InputError(f"{series.name}: has no column of force for --area; add one, such as normal_force [N]")
         pressure = columns["force"] / area
-        notes = ["The pressure is force over --area; the table's own is not used."] if "pressure" in columns else []
+        notes = ["The pressure is force over --area; the pressure column is not used."] if "pressure" in columns else []
     elif "pressure" in columns:
         pressure = columns["pressure"]
     else:
@@ -178,7 +178,7 @@ def _is_coarse(worn: Worn) -> bool:
 
 
 def _of_depth(worn: Worn) -> list[str]:
-    """Return where the table's depth disagrees with its pressures and speeds."""
+    """Return remarks on rows whose depth disagrees with pressures and speeds."""
     columns, implied = worn.series.columns, worn.implied
     if implied is None or worn.coefficient == 0.0:
         return []
@@ -192,7 +192,7 @@ def _of_depth(worn: Worn) -> list[str]:
     totals = {rule: _um(depths[-1]) for rule, depths in worn.depth.items()}
     finite = implied[np.isfinite(implied)]
     sentence = (
-        f"Wear depth: the table grows by {_um(grown[-1])} um, its own pressures and speeds with "
+        f"Wear depth: the table grows by {_um(grown[-1])} um, but its pressures and speeds with "
         f"{worn.coefficient:.3g} m^2/N give {totals['trapezoidal']} um (trapezoidal rule; {totals['left']} with the "
         f"first values of each step, {totals['right']} with the last). "
     )
@@ -221,7 +221,7 @@ def _one_coefficient(worn: Worn) -> bool:
 
 
 def _of_clearance(series: Series) -> list[str]:
-    """Return whether the table's clearance shrinks while it wears."""
+    """Return a remark if the table's clearance shrinks while it wears."""
     if not {"clearance", "depth"} <= series.columns.keys():
         return []
     clearance, depth = series.columns["clearance"], series.columns["depth"]
@@ -237,7 +237,7 @@ def _of_clearance(series: Series) -> list[str]:
 
 
 def _of_area(series: Series) -> list[str]:
-    """Return whether the loaded area shrinks while the force grows."""
+    """Return a remark if the loaded area shrinks while the force grows."""
     if not {"pressure", "force"} <= series.columns.keys():
         return []
     force, pressure = series.columns["force"], series.columns["pressure"]
@@ -253,7 +253,7 @@ def _of_area(series: Series) -> list[str]:
 
 
 def _of_unit(worn: Worn) -> str:
-    """Return the coefficient in mm^2/N, and the wear if that number were in m^2/N."""
+    """Return a remark with the coefficient in mm^2/N, and with the wear if that number were in m^2/N."""
     depth = worn.depth["trapezoidal"][-1]
     return (
         f"Unit: {worn.coefficient:.3g} m^2/N is {1e6 * worn.coefficient:.3g} mm^2/N; {1e6 * worn.coefficient:.3g} "
@@ -322,7 +322,7 @@ def _um(depth: float) -> str:
 
 
 def _column(title: str) -> tuple[str, str]:
-    """Return the name in COLUMNS and the unit of a header, '' for none."""
+    """Return the name in COLUMNS and the unit of a column header, '' for a missing part."""
     name, unit = head_of(title)
     word = name.lower().replace(" ", "_")
     for column, (_, names) in COLUMNS.items():
@@ -376,10 +376,11 @@ def _check(path: Path, columns: Mapping[str, np.ndarray], titles: list[str]) -> 
         if values.size and np.abs(values).max() > LARGEST:
             row = int(np.argmax(np.abs(values)))
             raise InputError(
-                f"{path}: row {row + 2}: found a {name} of {values[row]:.3g}; allowed: at most {LARGEST:g}, SI"
+                f"{path}: row {row + 2}: found a {name} of {values[row]:.3g}; allowed: at most {LARGEST:g} in SI; "
+                "check the unit in the header"
             )
     if len(columns["time"]) < 2:
-        raise InputError(f"{path}: has {len(columns['time'])} rows; a series has at least 2")
+        raise InputError(f"{path}: has {len(columns['time'])} rows; a series needs at least 2")
     late = np.flatnonzero(np.diff(columns["time"]) <= 0.0)
     if len(late):
         raise InputError(f"{path}: row {late[0] + 3}: the time does not increase; order the rows by it")

@@ -1,4 +1,4 @@
-"""Standard streams that may be closed, full or left by their reader: a run goes on without them."""
+"""Standard streams that may be closed, full or abandoned by their reader: a run continues without them."""
 
 import errno
 import os
@@ -11,7 +11,7 @@ LEFT = (errno.EPIPE, errno.EIO)  # the reader, as `head`, has what it wanted; th
 
 
 def outlast() -> None:
-    """Let stdout and stderr take whatever is written, lost where it can go nowhere; fill places of closed streams.
+    """Make stdout and stderr accept all writes, which are lost if a stream is closed; replace closed streams.
 
     A file opened later would else get the number of a closed stream and be written to as if it were the terminal.
     """
@@ -28,7 +28,7 @@ def outlast() -> None:
 
 
 def _lasting(number: int, stream: TextIOWrapper | None) -> TextIOWrapper:
-    """Return a stream that takes the place of `stream`; None: it was closed."""
+    """Return a stream that replaces `stream`, which is None if it was closed."""
     return TextIOWrapper(
         BufferedWriter(_Lasting(number, "w", closefd=False)),
         stream.encoding if stream else "utf-8",
@@ -41,7 +41,7 @@ class _Lasting(FileIO):
     """A file that is exchanged for the null device when it cannot be written."""
 
     def write(self, content: Any, /) -> int:
-        """Write bytes as far as possible and return how many are dealt with."""
+        """Write bytes as far as possible and return the number of bytes handled."""
         try:
             return super().write(content)
         except OSError as error:

@@ -220,10 +220,10 @@ MUTATIONS = (
         RAMPS,
     ),
     Mutation(HISTOGRAM, "_exceeded", "higher_time >= duration and", "higher_time >= 2.0 * duration and", RAMPS),
-    Mutation(ALONG, "sum_along", "square + share * (force * force)", "square + share * force", WINDOW),
+    Mutation(ALONG, "sum_stages", "square + weight * (force * force)", "square + weight * force", WINDOW),
     Mutation(
         TOTALS,
-        "enter_course",
+        "add_force_profile",
         "start_value, end_value = force[i], force[i + 1]",
         "start_value, end_value = force[i], force[i]",
         RAMPS,
@@ -231,13 +231,13 @@ MUTATIONS = (
     Mutation(
         HISTOGRAM,
         "share_beyond",
-        "if step_values[DEPTH_COURSE, i] > limit:",
-        "if step_values[DEPTH_COURSE, i] < limit:",
+        "if step_values[DEPTH_ROW, i] > limit:",
+        "if step_values[DEPTH_ROW, i] < limit:",
         LIMIT,
     ),
     Mutation(HISTOGRAM, "share_beyond", "return time_beyond / total", "return time_beyond", LIMIT),
     Mutation(ALONG, "highest_inside", "0.0 > sign * end_slope", "0.0 < sign * end_slope", WINDOW),
-    Mutation(ALONG, "sum_along", "lost + share * o", "lost + 1.001 * share * o", IMPACT),
+    Mutation(ALONG, "sum_stages", "dissipated + weight * o", "dissipated + 1.001 * weight * o", IMPACT),
     # pressures and wear laws: each of them three times too large
     Mutation(PRESSURE, "_sum_over_load_hertz_line", "return 1.0", "return 3.0", BINS),
     Mutation(

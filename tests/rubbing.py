@@ -20,15 +20,15 @@ from clearsweep.mechanics.joint.wear.step import (
     fit_profiles,
 )
 from clearsweep.mechanics.observe.histogram import (
-    BETWEEN,
-    COURSES,
-    DEPTH_COURSE,
-    FORCE,
-    KAPPA_COURSE,
-    MOMENTS,
+    DEPTH_ROW,
+    FORCE_ROW,
+    FRICTION_POWER_ROW,
+    KAPPA_ROW,
     PARTS,
-    RUBBED_COURSE,
-    SLIP_COURSE,
+    QUARTER_POINTS,
+    SLIP_ROW,
+    STATE_POINTS,
+    STEP_VALUE_ROWS,
 )
 
 
@@ -52,19 +52,19 @@ def steady(duration, load, slip, depth, work, angle) -> History:
 
 def _step_of(history, begin, length, workspace):
     """Return the Step of a History that starts at `begin` (s)."""
-    step_values, positions = np.zeros((1, COURSES, PARTS + 1)), np.zeros((1, POSITIONS + SLOPES, MOMENTS))
+    step_values, positions = np.zeros((1, STEP_VALUE_ROWS, PARTS + 1)), np.zeros((1, POSITIONS + SLOPES, STATE_POINTS))
     even = begin + length * np.arange(PARTS + 1) / PARTS
-    quarters = begin + length * np.arange(BETWEEN + 2) / (BETWEEN + 1)
-    step_values[0, KAPPA_COURSE] = 1.0
-    rows = (FORCE, SLIP_COURSE, DEPTH_COURSE, RUBBED_COURSE)
+    quarters = begin + length * np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
+    step_values[0, KAPPA_ROW] = 1.0
+    rows = (FORCE_ROW, SLIP_ROW, DEPTH_ROW, FRICTION_POWER_ROW)
     for row, function in zip(rows, (history.load, history.slip, history.depth, history.work), strict=True):
         step_values[0, row] = function(even)
     for row, angle in enumerate((history.on_bearing, history.on_journal)):
-        positions[0, row, : BETWEEN + 2] = angle(quarters)
+        positions[0, row, : QUARTER_POINTS + 2] = angle(quarters)
         ends, nearby = quarters[[0, -1]], 1e-3 * length
         slopes = length * (angle(ends + nearby) - angle(ends - nearby)) / (2.0 * nearby)
-        positions[0, SLOPES + row, [0, BETWEEN + 1]] = slopes
-    neighbour = np.zeros((1, ALONG, MOMENTS)), np.zeros((STRIP, PARTS + 1)), workspace, np.zeros(0)
+        positions[0, SLOPES + row, [0, QUARTER_POINTS + 1]] = slopes
+    neighbour = np.zeros((1, ALONG, STATE_POINTS)), np.zeros((STRIP, PARTS + 1)), workspace, np.zeros(0)
     return Step(step_values, length, np.zeros(1), positions, *neighbour)
 
 

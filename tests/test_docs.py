@@ -238,8 +238,8 @@ def test_every_key_of_the_schema_is_under_its_section(branch):
 def test_a_section_appears_once_and_says_which_mechanisms_have_a_key():
     headings = re.findall(r"^## .*", PAGE, re.MULTILINE)
     assert len(headings) == len(set(headings))
-    assert "| `branch` |  | `open`, `crossed` | `open` | *four-bar*: the coupler's pin on the left" in PAGE
-    assert "; in space: without `karnopp`, `dahl`, `lugre`, `elasto-plastic` |" in PAGE
+    assert "| `branch` |  | `open`, `crossed` | `open` | *four-bar*: side of the line from crank pin to" in PAGE
+    assert "; *in space*: all but `karnopp`, `dahl`, `lugre`, `elasto-plastic` |" in PAGE
     assert "| `horizon` |  | `true`, `false` | `false` | *not impact-pair*: " in PAGE
 
 
@@ -272,4 +272,4 @@ def test_every_key_of_what_adds_cases_is_under_its_heading(section):
 
 def test_a_quantity_appears_with_unit_range_default_and_meaning():
     assert re.search(r"\| `clearance` \| m \| above 0 \| required \| .*radial clearance, or a fit of ISO 286 as", PAGE)
-    assert "| `bins` |  | whole, 8 to 1e6 | 360 | angular bins around each body; *fixed* |" in PAGE
+    assert "| `bins` |  | whole, 8 to 1e6 | 360 | number of angular bins around each body; *fixed* |" in PAGE

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of, columns
-from clearsweep.mechanics.observe.stages import NODES, PLACES, SCRATCH, SHARES
+from clearsweep.mechanics.observe.stages import NODES, ROW_COUNT, SCRATCH, SHARES
 from clearsweep.mechanics.solver import bernstein, event_search
 from clearsweep.mechanics.solver.accumulate.step_sums import ContactStep
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals
@@ -23,7 +23,7 @@ def onset(monkeypatch):
     """Return a function: depth over the share of the step, its slope -> where the search finds the onset."""
 
     def crossing_of(depth, slope, clearance=1.0):
-        o = np.zeros((columns(1), PLACES))
+        o = np.zeros((columns(1), ROW_COUNT))
         o[KAPPA], o[column_of(0, SLIP)] = 1.0, 1e3
 
         def look(_, x, row=SCRATCH):
@@ -107,7 +107,7 @@ def test_a_path_through_the_middle_of_the_bearing_is_smooth_for_the_search(onset
 
 def test_a_path_that_is_no_longer_than_its_ends_are_below_the_bearing_does_not_come_to_it():
     def arrives(speed):
-        o = np.zeros((columns(1), PLACES))
+        o = np.zeros((columns(1), ROW_COUNT))
         o[KAPPA], o[column_of(0, SLIP)], o[column_of(0, DEPTH)] = 1.0, speed, -2.0
         work = SimpleNamespace(o=o, contact_steps=ContactStep.zeros(1))
         return not event_search.cannot_arrive((work,), 0, 1.0)

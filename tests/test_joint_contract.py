@@ -77,7 +77,7 @@ def _bends_and_warms(friction, contact):
 def test_what_is_kept_continues_over_separations_and_the_rest_starts_again():
     run = run_to(rubbing(Warming(0.1, 1e5, 2.0, 0.0)), 0.3 * TURN)
     assert run.work.counts.separations >= 5
-    rubbed = run.totals.whole.energy_rubbed
+    rubbed = run.totals.whole.energy_friction
     assert rubbed > 1e-3
     assert 2.0 * (run.work.end[-1] - 5.0) == pytest.approx(rubbed, rel=1e-6)
     assert run.work.mode[0] == FREE
@@ -154,9 +154,9 @@ def blown_run():
 def test_a_guard_of_a_law_is_located_where_its_function_is_zero():
     run, never = blown_run(), run_to(rubbing(Fuse(0.1, 1e-2, 1e3)), 0.3 * TURN)
     assert never.work.end[-1] == 0.0
-    assert never.totals.whole.energy_rubbed > 3e-2
+    assert never.totals.whole.energy_friction > 3e-2
     assert run.work.end[-1] == 1.0
-    assert run.totals.whole.energy_rubbed == pytest.approx(2e-2, rel=1e-9)
+    assert run.totals.whole.energy_friction == pytest.approx(2e-2, rel=1e-9)
     assert run.work.end[-2] == pytest.approx(2e-2, rel=1e-9)
     assert run.totals.whole.residual < 1e-7 * run.totals.whole.kinetic_max
 

@@ -121,9 +121,9 @@ def test_compiled_code_is_kept_under_a_stamp_of_its_sources(tmp_path, monkeypatc
 def test_the_stamp_covers_every_file_below_the_room_of_mechanics(file, tmp_path, monkeypatch):
     from clearsweep.mechanics.trace import cache
 
-    shutil.copytree(cache.ROOM, tmp_path / "mechanics", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(cache.SOURCES, tmp_path / "mechanics", ignore=shutil.ignore_patterns("__pycache__"))
     before = cache.stamp()
-    monkeypatch.setattr(cache, "ROOM", tmp_path / "mechanics")
+    monkeypatch.setattr(cache, "SOURCES", tmp_path / "mechanics")
     assert cache.stamp() == before
     changed = tmp_path / "mechanics" / file
     changed.parent.mkdir(parents=True, exist_ok=True)

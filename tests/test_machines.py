@@ -329,7 +329,7 @@ def test_the_keys_say_where_a_spring_holds_its_second_body_and_it_does():
     assert far == {"rod": made.bodies["rod"].center, "slider": (0.0, 0.0)}  # the slider's frame is at its pin
     messages_of = keys(LoadOutline("rod", "spring", "rod"), {"ground": (), "rod": (), "slider": ()}, ())
     (section,) = (each for each in messages_of if each.path.endswith(".between"))
-    assert "the second at a slider's pin, of any other body at the centre of mass" in section.text
+    assert "on the second at its pin if that body is a slider, otherwise at its centre of mass" in section.text
     planar = keys(LoadOutline("rod", "spring", "rod"), {"ground": ("rail",), "rod": ("big",)}, ())
     words = {choice.name: choice.text for each in planar for choice in each.words}
-    assert words["point"] == "the point where it acts; center: the centre of mass"
+    assert words["point"] == "point of the body at which the load acts; center: the centre of mass"

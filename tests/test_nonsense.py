@@ -150,7 +150,7 @@ def test_histories_that_do_not_fit_are_refused_before_the_run_with_their_size(tm
     size = 8.0 * (1e9 * 20 * len(layout.channels) + 2**17 * len(layout.sections))  # sections of the last revolutions
     assert largest_history(load(source, Fake.catalogue())) == size
     with pytest.raises(
-        clearsweep.InputError, match=f"take {size / 1e9:,.4g} GB, twice that during the run".replace("+", r"\\+")
+        clearsweep.InputError, match=f"need {size / 1e9:,.4g} GB, and twice that during the run".replace("+", r"\\+")
     ):
         sweep.run_sweep(source, tmp_path / "out", sweep.Options(show_progress=False), Fake)
     assert not (tmp_path / "out").exists()

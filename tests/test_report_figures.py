@@ -120,7 +120,7 @@ def test_what_does_not_vary_has_neither_map_nor_cloud():
     run = Run()
     run.summary["rod_slider_impacts_per_rev"], run.summary["rod_slider_onset_rate_max"] = 0.0, 0.0
     assert not any("Impacts" in title for title in pictures(run, maps))
-    assert "How hard the journal arrives" not in pictures(run, tradeoffs)
+    assert "Force peak against onset rate" not in pictures(run, tradeoffs)
     assert "Force peak against p99" in pictures(run, tradeoffs)
 
 
@@ -241,8 +241,8 @@ def test_the_section_shows_what_there_is_and_is_left_out_where_nothing_turns():
         "Share of time over crank speed",
         "Cases by period over crank speed",
         "Bifurcation diagram over crank speed",
-        "Poincaré section: places",
-        "Poincaré section: rates",
+        "Poincaré section: positions",
+        "Poincaré section: velocities",
         "Spectrum of normal force",
         "Spectrum of slider acceleration",
     ]

@@ -428,7 +428,7 @@ def test_unknown_strengths_are_not_judged(wide_run):
     (cards,) = summary.sections(prepared)[0].blocks
     assert {name: neighbour for name, _, neighbour in cards.cards}["Fastest onset"] == "first yield not computed"
     captions = [picture.caption for _, picture in tradeoffs.sections(prepared)[0].pictures]
-    assert any("is not computed: it takes a yield strength or a hardness" in caption for caption in captions)
+    assert any("is not computed, because it needs a yield strength or a hardness" in caption for caption in captions)
     assert lines(wide_run) == {}
 
 
@@ -639,7 +639,7 @@ def test_the_map_shows_cases_between_its_cells(tmp_path):
     assert f"of {len(run.summary)} cases exceed at least one limit" in sentence_of(verdict_section.sections(prepared))
     assert "not a share of designs" in sentence_of(verdict_section.sections(prepared))
     (picture,) = verdict_section.sections(prepared)[0].blocks[-1].pictures
-    assert f"{len(added_distances)} dots: cases that refine placed between" in picture.caption
+    assert f"The {len(added_distances)} dots between cells are cases that refine added" in picture.caption
     assert len(svg(picture, "map")) > 1000
     across, up = prepared.axes
     dots = verdict_section._between(prepared, (prepared.cases[verdict.EXCEEDED] != "").to_numpy(float), across, up)

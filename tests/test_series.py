@@ -30,7 +30,7 @@ def test_the_published_table_gives_the_depths_of_its_pressures_and_speeds():
 @pytest.mark.parametrize(
     "sentence",
     [
-        "the table grows by 0.200 um, its own pressures and speeds with 2e-14 m^2/N give 0.281 um",
+        "the table grows by 0.200 um, but its pressures and speeds with 2e-14 m^2/N give 0.281 um",
         "the right one, up to 1 s.",
         "its steps need 2.24e-14 to 1.13e-14 m^2/N",
         "the table's radial clearance shrinks by 10 um (diametral 20 um) while 0.2 um are worn; wear enlarges",

@@ -11,7 +11,7 @@ import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.judging import validity
 from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.observe.histogram import BINS, FORCE, KAPPA_COURSE, PARTS, add_course, time_above
+from clearsweep.mechanics.observe.histogram import BINS, FORCE_ROW, KAPPA_ROW, PARTS, add_profile, time_above
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals
 from clearsweep.simulation.figures import catalogue as figures
 from clearsweep.simulation.outcome import trajectory_of
@@ -73,9 +73,9 @@ def test_a_film_whose_asperities_bear_a_few_millionths_of_the_load_bears_alone()
 @pytest.mark.parametrize(("first", "last"), [(0.0, 40.0), (40.0, 0.0), (3.0, 3.0), (1e-9, 2e-9)])
 def test_a_course_spends_above_a_force_the_share_of_the_step_that_it_is_there(first, last):
     """Forces below all bins are in the lowest one."""
-    step_values, filled = np.zeros((FORCE + KAPPA_COURSE + 1, PARTS + 1)), np.zeros((1, BINS, 2))
-    step_values[FORCE], step_values[KAPPA_COURSE] = np.linspace(first, last, PARTS + 1), 3.0
-    add_course(filled, 0, step_values, 0.7)
+    step_values, filled = np.zeros((FORCE_ROW + KAPPA_ROW + 1, PARTS + 1)), np.zeros((1, BINS, 2))
+    step_values[FORCE_ROW], step_values[KAPPA_ROW] = np.linspace(first, last, PARTS + 1), 3.0
+    add_profile(filled, 0, step_values, 0.7)
     assert time_above(0.0, filled[0]) == pytest.approx(0.7, rel=1e-12)
     for force in (1.0, 10.0, 30.0):
         low, high = sorted((first, last))
@@ -84,9 +84,9 @@ def test_a_course_spends_above_a_force_the_share_of_the_step_that_it_is_there(fi
 
 
 def test_a_step_without_dry_force_enters_nothing():
-    step_values, filled = np.zeros((FORCE + KAPPA_COURSE + 1, PARTS + 1)), np.zeros((1, BINS, 2))
-    step_values[KAPPA_COURSE] = 1.0
-    add_course(filled, 0, step_values, 0.7)
+    step_values, filled = np.zeros((FORCE_ROW + KAPPA_ROW + 1, PARTS + 1)), np.zeros((1, BINS, 2))
+    step_values[KAPPA_ROW] = 1.0
+    add_profile(filled, 0, step_values, 0.7)
     assert not filled.any()
 
 
@@ -95,9 +95,9 @@ def blocks(loads, dry):
     taken, sums = [], []
     joint, filled = ContactTotals.zeros(1), np.zeros((1, BINS, 2))
     for load, force in [(0.0, 0.0), *zip(loads, dry, strict=True)]:
-        step_values = np.zeros((FORCE + KAPPA_COURSE + 1, PARTS + 1))
-        step_values[FORCE], step_values[KAPPA_COURSE] = force, 1.0
-        add_course(filled, 0, step_values, 0.5)
+        step_values = np.zeros((FORCE_ROW + KAPPA_ROW + 1, PARTS + 1))
+        step_values[FORCE_ROW], step_values[KAPPA_ROW] = force, 1.0
+        add_profile(filled, 0, step_values, 0.5)
         joint[0].load_time += load
         joint[0].dry_force_time += 0.5 * force
         totals = SimpleNamespace(joint=joint, dry=filled)
@@ -154,7 +154,7 @@ def test_friction_at_walls_and_flanges_of_a_joint_in_space_is_all_that_is_rubbed
     end = scene.crank_clock.at(0.1)
     with np.errstate(all="ignore"):  # as compiled code does
         run = integration_of(scene, np.empty(0), end)
-    rubbed = run.work.totals.whole.energy_rubbed
+    rubbed = run.work.totals.whole.energy_friction
     summary = trajectory_of(scene, run, end).summary
     assert summary["crank_rod_axial_force_peak"] > 0.0
     assert rubbed > 0.0

@@ -17,13 +17,13 @@ from clearsweep.mechanics.observe.histogram import (
     ramp_of,
 )
 from clearsweep.mechanics.solver.accumulate.totals import (
-    BEGUN,
-    DENSITY,
-    ENDED,
+    FIRST_BIN_TIME,
     HIGHEST_BIN,
-    PULLED,
-    SPENT,
-    enter_course,
+    LAST_BIN_TIME,
+    PART_TIME_ROWS,
+    PULLING_TIME,
+    TIME_PER_FORCE,
+    add_force_profile,
 )
 
 
@@ -96,11 +96,18 @@ def test_the_time_of_a_step_is_that_of_its_force_at_an_even_rate(first, film, pu
     """From `first` to 100 N; a film pulls where its force is negative, and that time is one without force."""
     profiles = np.array([np.full(PARTS + 1, 3.0), np.linspace(first, 100.0, PARTS + 1)])
     rows = {"profiles": profiles, "mode": np.zeros(1), "film": np.array([[0.0, film]])}
-    ledger = SimpleNamespace(**rows, bins=np.zeros((1, HIGHEST_BIN + 1), int), spent=np.zeros((1, SPENT, PARTS)))
-    enter_course(ledger, 0, 2.0)
+    ledger = SimpleNamespace(
+        **rows, bins=np.zeros((1, HIGHEST_BIN + 1), int), spent=np.zeros((1, PART_TIME_ROWS, PARTS))
+    )
+    add_force_profile(ledger, 0, 2.0)
     histogram = np.zeros((BINS, 2))
-    fill(histogram[np.newaxis], 0, ledger.bins, tuple(ledger.spent[:, row] for row in (BEGUN, ENDED, DENSITY)))
-    assert spent_in(histogram).sum() + ledger.spent[0, PULLED].sum() == pytest.approx(2.0, rel=1e-12)
+    fill(
+        histogram[np.newaxis],
+        0,
+        ledger.bins,
+        tuple(ledger.spent[:, row] for row in (FIRST_BIN_TIME, LAST_BIN_TIME, TIME_PER_FORCE)),
+    )
+    assert spent_in(histogram).sum() + ledger.spent[0, PULLING_TIME].sum() == pytest.approx(2.0, rel=1e-12)
     assert ledger.bins[0, HIGHEST_BIN] == force_bin(100.0)
     assert not histogram[ledger.bins[0, HIGHEST_BIN] + 1 :].any()
     for share in (0.9, 0.5, 0.1):

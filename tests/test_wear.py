@@ -24,7 +24,7 @@ from clearsweep.mechanics.joint.wear.contract import (
 )
 from clearsweep.mechanics.joint.wear.persson import Persson
 from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean, Winkler
-from clearsweep.mechanics.observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
+from clearsweep.mechanics.observe.histogram import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
 from clearsweep.simulation.run import Run
 from clearsweep.simulation.start import start_of
 from clearsweep.simulation.window import interpolated_depths
@@ -48,9 +48,9 @@ def slide(joint, force, *, turns=0.0, way=0.0, pen=1e-6, at=(0.3, 0.0)):
 
     The journal turns by `turns` turns under the contact, or slides by `way` (m) with the contact staying where it is.
     """
-    polynomials, step_values = np.zeros((ROWS, POINTS)), np.zeros((COURSES, PARTS + 1))
+    polynomials, step_values = np.zeros((ROWS, POINTS)), np.zeros((STEP_VALUE_ROWS, PARTS + 1))
     way = way or 2.0 * math.pi * joint.journal_radius * turns
-    for row, value in ((FORCE, force / 0.02), (KAPPA_COURSE, 1.0), (SLIP_COURSE, way), (DEPTH_COURSE, pen)):
+    for row, value in ((FORCE_ROW, force / 0.02), (KAPPA_ROW, 1.0), (SLIP_ROW, way), (DEPTH_ROW, pen)):
         polynomials[row, 0], step_values[row] = value, value
     polynomials[ON_BEARING, 0] = at[0]
     polynomials[ON_JOURNAL, :2] = at[1], -2.0 * math.pi * turns
@@ -131,9 +131,9 @@ def test_a_mean_pressure_bears_the_load_over_the_geometric_arc_and_wears_it_even
 def test_an_arc_that_travels_and_grows_within_a_step_leaves_the_exact_means():
     """Against ten thousand arcs that rest still, of a force that rises as in an impact."""
     joint, count = worn_joint(1e-14, 1e-14), 10000
-    polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((COURSES, PARTS + 1))
-    polynomials[FORCE, :3] = 2.5e5, 3e5, -5e4  # N/m
-    polynomials[KAPPA_COURSE, 0], polynomials[SLIP_COURSE, 0] = 1.0, 1e-3
+    polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((STEP_VALUE_ROWS, PARTS + 1))
+    polynomials[FORCE_ROW, :3] = 2.5e5, 3e5, -5e4  # N/m
+    polynomials[KAPPA_ROW, 0], polynomials[SLIP_ROW, 0] = 1.0, 1e-3
     polynomials[ON_BEARING, :3] = 0.3, 0.06, -0.02
     depths, _ = both(joint, polynomials, step_values)
     x = (np.arange(count) + 0.5) / count
@@ -157,10 +157,10 @@ def test_the_bins_of_an_arc_that_travels_sum_to_the_volume_of_the_step(pressure,
     The volume is that of 2 x 200 points of Gauss, none of them a point of the step.
     """
     joint, load, depth = worn_joint(1e-14, 3e-14, pressure), (2.5e5, 3e5, -5e4), (1e-6, 2e-6, -1e-6)
-    polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((COURSES, PARTS + 1))
-    polynomials[FORCE, :3], polynomials[DEPTH_COURSE, :3], polynomials[KAPPA_COURSE, 0] = load, depth, 1.0
-    polynomials[SLIP_COURSE, :2] = sliding
-    step_values[SLIP_COURSE] = np.polyval(sliding[::-1], np.arange(PARTS + 1) / PARTS)
+    polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((STEP_VALUE_ROWS, PARTS + 1))
+    polynomials[FORCE_ROW, :3], polynomials[DEPTH_ROW, :3], polynomials[KAPPA_ROW, 0] = load, depth, 1.0
+    polynomials[SLIP_ROW, :2] = sliding
+    step_values[SLIP_ROW] = np.polyval(sliding[::-1], np.arange(PARTS + 1) / PARTS)
     for row, at in ((ON_BEARING, 0.3), (ON_JOURNAL, 5.9)):
         polynomials[row, :3] = at, travel, turn
     nodes, weights = np.polynomial.legendre.leggauss(200)
@@ -394,9 +394,9 @@ def test_shapes_that_act_are_part_of_a_case_and_those_that_do_not_are_as_if_left
 def test_an_even_arc_that_opens_at_an_onset_and_travels_leaves_the_exact_means(angle, way):
     """Against ten thousand arcs that rest still; narrow arcs and far angles must not lose digits."""
     joint, count = worn_joint(1e-14, 1e-14, Mean()), 10000
-    polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((COURSES, PARTS + 1))
-    polynomials[FORCE, 3], polynomials[DEPTH_COURSE, 2] = 3e5, 1e-5  # N/m, m: as of a ball that touches
-    polynomials[KAPPA_COURSE, 0], polynomials[SLIP_COURSE, 0] = 1.0, 1e-3
+    polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((STEP_VALUE_ROWS, PARTS + 1))
+    polynomials[FORCE_ROW, 3], polynomials[DEPTH_ROW, 2] = 3e5, 1e-5  # N/m, m: as of a ball that touches
+    polynomials[KAPPA_ROW, 0], polynomials[SLIP_ROW, 0] = 1.0, 1e-3
     polynomials[ON_BEARING, :3] = angle, way, -0.2 * way
     bearing, _ = both(joint, polynomials, step_values)
     x = (np.arange(count) + 0.5) / count

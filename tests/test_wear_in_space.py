@@ -36,14 +36,14 @@ from clearsweep.mechanics.joint.wear.step import (
 )
 from clearsweep.mechanics.mechanism.contract import body_angles, place
 from clearsweep.mechanics.observe.histogram import (
-    BETWEEN,
-    COURSES,
-    DEPTH_COURSE,
-    FORCE,
-    KAPPA_COURSE,
-    MOMENTS,
+    DEPTH_ROW,
+    FORCE_ROW,
+    KAPPA_ROW,
     PARTS,
-    SLIP_COURSE,
+    QUARTER_POINTS,
+    SLIP_ROW,
+    STATE_POINTS,
+    STEP_VALUE_ROWS,
 )
 
 WEAR = {"law": "archard", "bearing_coefficient": 2e-13, "journal_coefficient": 1e-13, "bins": 90, "length_bins": 10}
@@ -59,13 +59,13 @@ def joint_of(**keys):
 def empty(joint):
     """Return a Step in which both walls are pressed over the whole journal without load, and its Worn."""
     stride = int(joint.wear.bins * joint.wear_rows)
-    distance = np.zeros((6, ALONG, MOMENTS))
+    distance = np.zeros((6, ALONG, STATE_POINTS))
     distance[:, REACH], distance[:, FACING] = joint.half_journal, 1.0
     step = Step(
-        np.zeros((6, COURSES, PARTS + 1)),
+        np.zeros((6, STEP_VALUE_ROWS, PARTS + 1)),
         1e-5,
         np.array([PRESSED, PRESSED, FREE, FREE, FREE, FREE]),
-        np.zeros((6, POSITIONS + SLOPES, MOMENTS)),
+        np.zeros((6, POSITIONS + SLOPES, STATE_POINTS)),
         distance,
         np.zeros((STRIP, PARTS + 1)),
         np.zeros(WORKSPACE_SIZE),
@@ -128,13 +128,13 @@ def test_a_step_loses_nothing_however_the_journal_leans(walls, pressure, rows, l
     step, worn = empty(joint)
     load, slip, expected = 800.0 + 300.0 * EVEN, 0.8 + 0.1 * EVEN, 0.0
     for wall, share in ((0, 1.0), (1, 0.5)):
-        step.step_values[wall, FORCE], step.step_values[wall, SLIP_COURSE] = share * load, slip * (1.0 - 2.0 * wall)
-        step.step_values[wall, KAPPA_COURSE], step.step_values[wall, DEPTH_COURSE] = 1.0, 4e-6 * (1.0 + EVEN)
-        quarters = np.arange(BETWEEN + 2) / (BETWEEN + 1)
-        step.positions[wall, 0, : BETWEEN + 2] = 0.3 + 0.02 * quarters + 3.0 * wall
-        step.positions[wall, 1, : BETWEEN + 2] = -3.0 - 0.3 * quarters
+        step.step_values[wall, FORCE_ROW], step.step_values[wall, SLIP_ROW] = share * load, slip * (1.0 - 2.0 * wall)
+        step.step_values[wall, KAPPA_ROW], step.step_values[wall, DEPTH_ROW] = 1.0, 4e-6 * (1.0 + EVEN)
+        quarters = np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
+        step.positions[wall, 0, : QUARTER_POINTS + 2] = 0.3 + 0.02 * quarters + 3.0 * wall
+        step.positions[wall, 1, : QUARTER_POINTS + 2] = -3.0 - 0.3 * quarters
         end = 1.0 - 2.0 * wall
-        step.axial[wall, LEAN, : BETWEEN + 2] = lean * (1.0 + 0.1 * quarters)
+        step.axial[wall, LEAN, : QUARTER_POINTS + 2] = lean * (1.0 + 0.1 * quarters)
         step.axial[wall, BEARING_START], step.axial[wall, JOURNAL_START] = end * 0.01 + 1e-4, end * 0.01
         expected += share * step.length * (800.0 * 0.8 + (300.0 * 0.8 + 800.0 * 0.1) / 2.0 + 300.0 * 0.1 / 3.0)
     wear_joint(joint, 0, (step, worn))
@@ -155,8 +155,8 @@ def test_a_leaning_journal_wears_at_its_edge_and_a_parallel_one_evenly():
     joint = joint_of()
     for lean, rows in ((0.0, 5), (4e-3, 1)):  # 8 um deep: gone after one row
         step, worn = empty(joint)
-        step.step_values[0, FORCE], step.step_values[0, SLIP_COURSE] = 1000.0, 1.0
-        step.step_values[0, KAPPA_COURSE], step.step_values[0, DEPTH_COURSE] = 1.0, 8e-6
+        step.step_values[0, FORCE_ROW], step.step_values[0, SLIP_ROW] = 1000.0, 1.0
+        step.step_values[0, KAPPA_ROW], step.step_values[0, DEPTH_ROW] = 1.0, 8e-6
         step.axial[0, LEAN], step.axial[0, BEARING_START], step.axial[0, JOURNAL_START] = (
             lean,
             0.01,
@@ -234,9 +234,9 @@ def test_the_strip_of_an_end_that_is_apart_wears_where_what_is_pressed_reaches_i
     for force, rows in ((0.0, [5]), (300.0, [4, 5])):
         step, worn = empty(joint)
         step.mode[1] = APART
-        step.step_values[:2, SLIP_COURSE], step.step_values[:2, KAPPA_COURSE] = 1.0, 1.0
-        step.step_values[0, FORCE], step.step_values[1, FORCE] = 1000.0, force
-        step.step_values[0, DEPTH_COURSE], step.step_values[1, DEPTH_COURSE] = 1.1e-5, -9e-6  # 1 um deep in the middle
+        step.step_values[:2, SLIP_ROW], step.step_values[:2, KAPPA_ROW] = 1.0, 1.0
+        step.step_values[0, FORCE_ROW], step.step_values[1, FORCE_ROW] = 1000.0, force
+        step.step_values[0, DEPTH_ROW], step.step_values[1, DEPTH_ROW] = 1.1e-5, -9e-6  # 1 um deep in the middle
         step.axial[0, LEAN], step.axial[1, LEAN] = 1e-3, -1e-3
         step.axial[0, BEARING_START], step.axial[0, JOURNAL_START] = 0.01, 0.01
         step.axial[1, BEARING_START], step.axial[1, JOURNAL_START] = -0.01, -0.01
@@ -295,14 +295,16 @@ def test_a_step_from_an_onset_or_to_a_separation_wears_like_its_moments(before, 
     step, worn = empty(joint)
     distance, half = np.linspace(before, after, PARTS + 1), joint.half_journal
     positions = (np.arange(200) + 0.5) * half / 200
-    step.step_values[0, DEPTH_COURSE], step.step_values[0, KAPPA_COURSE], step.step_values[0, SLIP_COURSE] = (
+    step.step_values[0, DEPTH_ROW], step.step_values[0, KAPPA_ROW], step.step_values[0, SLIP_ROW] = (
         distance,
         1.0,
         1.0,
     )
-    step.step_values[0, FORCE] = [1e9 * float(np.mean(np.maximum(d - lean * positions, 0.0) ** 1.5)) for d in distance]
+    step.step_values[0, FORCE_ROW] = [
+        1e9 * float(np.mean(np.maximum(d - lean * positions, 0.0) ** 1.5)) for d in distance
+    ]
     step.mode[0] = PRESSED if max(before, after) > 1e-15 else APART
-    step.positions[0, 0, : BETWEEN + 2], step.axial[0, LEAN] = 1.0, lean
+    step.positions[0, 0, : QUARTER_POINTS + 2], step.axial[0, LEAN] = 1.0, lean
     step.axial[0, BEARING_START], step.axial[0, JOURNAL_START] = half, half
     wear_joint(joint, 0, (step, worn))
     _, depths = volumes(joint, worn)
@@ -325,12 +327,12 @@ def test_a_journal_partly_outside_the_bore_wears_only_where_both_overlap(walls, 
     assert (joint.half_journal, joint.half_length) == (0.01, 0.01)
     step, worn = empty(joint)
     depth, still = 5e-6, Vector(0.0, 0.0, 0.0)
-    for i in range(BETWEEN + 2):
-        middle = Vector(joint.clearance + depth, 0.0, away + sliding * i / (BETWEEN + 1))
+    for i in range(QUARTER_POINTS + 2):
+        middle = Vector(joint.clearance + depth, 0.0, away + sliding * i / (QUARTER_POINTS + 1))
         gap = SpatialGap(middle, still, Vector(0.0, 0.0, 1.0), still, still, None)
         record(joint, gap, Vector(1.0, 0.0, 0.0), 0, Instant((), (), i, step))
-    step.step_values[:2, FORCE], step.step_values[:2, SLIP_COURSE] = 500.0, 1.0
-    step.step_values[:2, KAPPA_COURSE], step.step_values[:2, DEPTH_COURSE] = 1.0, depth
+    step.step_values[:2, FORCE_ROW], step.step_values[:2, SLIP_ROW] = 500.0, 1.0
+    step.step_values[:2, KAPPA_ROW], step.step_values[:2, DEPTH_ROW] = 1.0, depth
     wear_joint(joint, 0, (step, worn))
     (bearing, journal), depths = volumes(joint, worn)
     assert bearing == pytest.approx(2e-13 * 1000.0 * step.length, rel=1e-9, abs=0.0)

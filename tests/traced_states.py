@@ -7,7 +7,7 @@ import numpy as np
 
 from clearsweep.mechanics.compiled.family import form_number, kinds, numbers_of
 from clearsweep.mechanics.coupling import rates, trial_step
-from clearsweep.mechanics.observe.stages import PLACES, STAGES
+from clearsweep.mechanics.observe.stages import ROW_COUNT, STAGES
 from clearsweep.mechanics.trace import objects
 from clearsweep.mechanics.trace.symbols import WIDTH
 
@@ -19,8 +19,8 @@ class State(NamedTuple):
     nodes: np.ndarray  # (n + 1, STAGES)
     mode: np.ndarray
     latched: np.ndarray
-    k: np.ndarray  # (n, PLACES)
-    o: np.ndarray  # (columns, PLACES)
+    k: np.ndarray  # (n, ROW_COUNT)
+    o: np.ndarray  # (columns, ROW_COUNT)
 
 
 def states(scene, seed=7):
@@ -38,7 +38,7 @@ def states(scene, seed=7):
     nodes[2 * half + 1 : n] = np.abs(nodes[2 * half + 1 : n])
     mode = drawn.integers(0, 2, size=contacts)
     numbers = np.array(numbers_of(value), dtype=float)
-    k, o = np.zeros((n, PLACES)), np.zeros((rates.observed_width(value), PLACES))
+    k, o = np.zeros((n, ROW_COUNT)), np.zeros((rates.observed_width(value), ROW_COUNT))
     return State(*map(aligned, (numbers, nodes, mode, np.full(latching, 0.5), k, o)))
 
 

@@ -1,1 +1,1 @@
-"""Data types that all rooms share: a case, a machine, results, and their names and units."""
+"""Data types that all packages share: a case, a machine, results, and their names and units."""

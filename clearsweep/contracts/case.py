@@ -201,7 +201,7 @@ class Joint(NamedTuple):
 
     @property
     def elastic_name(self) -> str:
-        """Return the name of its elastic force: 'johnson', 'johnson with fractal roughness'."""
+        """Return the name of the joint's elastic force: 'johnson', 'johnson with fractal roughness'."""
         elastic = self.contact.elastic or "spring"
         rough = self.roughness and self.roughness.law
         return f"{elastic} with {rough} roughness" if rough and rough != "smooth" else elastic
@@ -218,7 +218,7 @@ class Joint(NamedTuple):
 
     @property
     def balance(self) -> Thermal | None:
-        """Return the heat balance of its film or dry friction, or None if no temperature is computed."""
+        """Return the heat balance of the film or of dry friction, or None if no temperature is computed."""
         return self.film.thermal if self.film else self.thermal
 
     def warm_clearance(self, temperature: float) -> float:
@@ -237,12 +237,12 @@ class Joint(NamedTuple):
 
     @property
     def is_dry(self) -> bool:
-        """Return whether its surfaces can touch; otherwise only a film acts."""
+        """Return whether the surfaces of the joint can touch; otherwise only a film acts."""
         return self.contact.law != NO_CONTACT.law
 
     @property
     def is_spatial(self) -> bool:
-        """Return whether its journal may tilt and shift along its axis."""
+        """Return whether the journal of the joint may tilt and shift along its axis."""
         return self.flange is not None
 
     @property

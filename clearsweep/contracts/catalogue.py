@@ -86,7 +86,7 @@ class Order(NamedTuple):
 
 
 class Merit(NamedTuple):
-    """What speaks for a law where several are valid."""
+    """Reasons to prefer a law if several are valid."""
 
     rank: int  # the lower the better, of one family
     reason: str  # continues 'recommended, because'
@@ -171,7 +171,9 @@ def sized(law: Law, values: str) -> Law:
     fields = []
     for field in law.fields:
         units = _SIZED.get(field.name) or _SIZED.get(field.unit)
-        text = f"{field.text}, a {'couple' if values == 'torque' else 'force'}" if field.name in names else field.text
+        text = field.text
+        if field.name in names:
+            text = f"{text.replace('coefficient', values).replace(', mu', ', in place of mu')} N"
         unit = units[index] if units else field.unit
         fields.append(field._replace(name=names.get(field.name, field.name), unit=unit, text=text))
     orders = [

@@ -24,7 +24,7 @@ class Elastic(NamedTuple):
 
 
 class Initial(NamedTuple):
-    """Where and how fast a free body starts; its centre of mass, in the fixed frame."""
+    """Initial position and velocity of the centre of mass of a free body, in the fixed frame."""
 
     x: float  # m
     y: float
@@ -35,7 +35,7 @@ class Initial(NamedTuple):
 
 
 class Body(NamedTuple):
-    """A body, rigid but for what `elastic` says; its frame turns with it."""
+    """A body, rigid except for the compliance in `elastic`; its frame turns with it."""
 
     mass: float  # kg; 0 for the ground
     inertia: float  # kg m^2, about the centre of mass

@@ -29,16 +29,16 @@ class Trajectory:
 
     Attributes
     ----------
-    channels : dict of str to (n,) float64 array; `t` in s is one of them. Empty where no history was asked for.
+    channels : dict of str to (n,) float64 array; `t` in s is one of them. Empty if no history was requested.
     events : structured array (EVENT_DTYPE) of the whole run: t (s), joint, kind, rate (m/s, closing positive),
         force_peak (N, largest normal force of the contact that ends there, 0 at an onset).
     wear : dict of joint name to (bearing, journal), each a (bins,) array of depths in m, of a joint in space
         (bins, length bins).
     poincare : dict of 'poincare/rod_slider/x' and the like to (revolutions,) arrays: journal x, y (m), vx, vy (m/s) at
-        crank angle 0 of every revolution, and 'poincare/revolution', which that is. Empty where no history was kept.
-    history : dict of 'revolutions', 'rod_slider/wear_depth_max' and the like to (nodes, ...) arrays: how a life went
-        on, from its first block to its limit, as below `history/` in orbits.h5. Empty where there is no `life`.
-    summary : dict of column name to value; None for what could not be computed.
+        crank angle 0 of every revolution, and its number 'poincare/revolution'. Empty if no history was stored.
+    history : dict of 'revolutions', 'rod_slider/wear_depth_max' and the like to (nodes, ...) arrays: the course
+        of a life from its first block to its limit, as below `history/` in orbits.h5. Empty without `life`.
+    summary : dict of column name to value; None if a value could not be computed.
     status, message : 'ok' and '', or a word and the sentence that explains it.
     units : dict of channel or column name to SI unit.
     """
@@ -64,7 +64,7 @@ class Trajectory:
         )
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: orbits and normal forces of the joints, and the figures with their units."""
+        """Return the preview for a notebook: orbits and normal forces of the joints, and figures with units."""
         from .preview import page
 
         return page(repr(self), self.channels, self.summary, self.units)
@@ -72,7 +72,7 @@ class Trajectory:
     def to_xarray(self) -> "xarray.Dataset":
         """Return the time histories as an xarray.Dataset over `t` (s), unit of each and figures in `attrs`.
 
-        Needs xarray, which `pip install "clearsweep[xarray]"` brings; an ImportError says so.
+        Needs xarray, which `pip install "clearsweep[xarray]"` installs; an ImportError says so.
         """
         try:
             import xarray
@@ -94,7 +94,7 @@ class Trajectory:
         return self.channels.get("t", np.empty(0))
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """Return the time history called `name`; a KeyError names those there are."""
+        """Return the time history called `name`; a KeyError names the available ones."""
         if name in self.poincare:
             return self.poincare[name]
         if name.removeprefix(HISTORY) in self.history:

@@ -50,7 +50,7 @@ class Factor(NamedTuple):
 
 
 class Step(NamedTuple):
-    """Axes in step: cases take their values row by row."""
+    """Axes that vary in step: cases take their values row by row."""
 
     paths: tuple[str, ...]
     rows: tuple[int, ...]  # positions on the axes; only the first of equal rows
@@ -66,7 +66,7 @@ class Step(NamedTuple):
 
 
 def step_of(paths: tuple[str, ...], axes: Mapping[str, tuple[Any, ...]]) -> Step:
-    """Return axes in step; of equal rows only the first is kept."""
+    """Return the axes as a Step; of equal rows only the first is kept."""
     rows: dict[tuple[Any, ...], int] = {}
     for row, values in enumerate(zip(*(axes[path] for path in paths), strict=True)):
         rows.setdefault(values, row)
@@ -266,7 +266,7 @@ class Pattern:
     def __init__(self, values_by_path: Mapping[str, Value], varied_paths: Collection[str], pairs: Collection[str]):
         """Prepare from path -> value of one such case, None for absent values, and the paths of varied values.
 
-        pairs : paths of sections written as lists.
+        pairs : paths of the sections that are written as lists
         """
         self.values, self._pairs = derived(values_by_path), pairs
         present_paths = {path for path, value in values_by_path.items() if value is not None}

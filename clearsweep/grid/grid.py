@@ -89,7 +89,7 @@ class Grid:
 
     @property
     def worst(self) -> int:
-        """Return for how many of the worst cases the revolution of the largest peak is saved."""
+        """Return the number of worst cases of which the revolution of the largest peak is saved."""
         return int(self._values.get(_WORST, 0))
 
     @cached_property
@@ -149,14 +149,14 @@ class Grid:
         return replace(self, added_cases=(*self.added_cases, *rows))
 
     def written_case(self, index: int) -> dict[str, Any]:
-        """Return the case at `index` in the form of a grid file, in SI; its identity is a hash of that."""
+        """Return the case at `index` in the form of a grid file, in SI; its identity is a hash of this form."""
         return self._tree(self.point(index))
 
     def _tree(self, point: Mapping[str, Value]) -> dict[str, Any]:
         return self._pattern(words_at(point)).case({**point, **self.defined.at(point)})
 
     def identities(self, part: range | None = None) -> Iterator[int]:
-        """Yield what `case_id` says of every case, in order, as numbers below 2**64.
+        """Yield the identity of every case, in order, as a number below 2**64.
 
         part : only these cases, a range of indices of step 1; cases before it take no time.
         """
@@ -183,7 +183,7 @@ class Grid:
 
     @property
     def may_repeat(self) -> bool:
-        """Return whether two cases may be equal; axes have no value twice, but numbers that depend on axes may."""
+        """Return whether two cases may be equal: numbers that depend on axes may repeat, values of an axis do not."""
         patience = f"simulate.{PATIENCE}" in self.axes
         return bool(self.defined.dependents or self.added_cases or self._steps or patience)
 
@@ -237,7 +237,7 @@ class Grid:
 
     @cached_property
     def _patterns(self) -> dict[Words, Pattern]:
-        """Return a cache, swept law names -> shared part of their cases: cases are many, laws are few."""
+        """Return a cache, swept law names -> shared part of their cases, since there are many cases and few laws."""
         return {}
 
     def _pattern(self, selection: Words) -> Pattern:
@@ -265,7 +265,7 @@ class Grid:
 
     @cached_property
     def _base(self) -> dict[str, Value]:
-        """Return path -> value of all keys not swept; of a swept law only the keys that are written."""
+        """Return path -> value of all keys that are not swept; for a swept law, only the keys that are written."""
         values_in_use: dict[str, Value] = {}
         for path, node in self._shape.items():
             if isinstance(node, (Section, Name)) or path in self.axes or path in self.defined.dependents:

@@ -147,7 +147,7 @@ def _bytes(layout: Layout, channels: tuple[Column, ...], save: Save, revolutions
 
 
 def first_case_history(grid: Grid) -> float:
-    """Return the most bytes of history that the first case of a grid stores, without events."""
+    """Return the largest number of bytes of history that the first case of a grid stores, without events."""
     case = grid.case(0)
     open_ended = case.simulate.until or case.life
     revolutions = open_ended.max_revolutions if open_ended else case.simulate.revolutions
@@ -155,7 +155,7 @@ def first_case_history(grid: Grid) -> float:
 
 
 def largest_history(grid: Grid) -> float:
-    """Return the least bytes of history that the longest case of a grid stores, without events."""
+    """Return the smallest number of bytes of history that the longest case of a grid stores, without events."""
     return _bytes(grid.layout, grid.layout.stored, grid.case(0).save, _longest(grid))
 
 
@@ -165,7 +165,7 @@ def recorded_history(grid: Grid) -> float:
 
 
 def _longest(grid: Grid) -> float:
-    """Return the most revolutions that a case of a grid runs."""
+    """Return the largest number of revolutions that a case of a grid runs."""
     lengths = grid.axes.get("simulate.revolutions", (grid.case(0).simulate.revolutions,))
     return float(max(lengths))
 

@@ -41,7 +41,7 @@ class Shared(dict):
 
 
 def _typed(build: Callable[..., Any], section: Tree, *arguments: Any) -> Any:
-    """Return the typed form of a section."""
+    """Return the typed form of a section, which is created once."""
     if not isinstance(section, Shared):
         return build(section, *arguments)
     if section.form is None:

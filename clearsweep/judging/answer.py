@@ -46,7 +46,7 @@ def start_forces(cases: Cases) -> list[str]:
 
 
 def life_effects(cases: Cases) -> list[str]:
-    """Return what moves the life."""
+    """Return sentences on the effects of varied values on the life."""
     name = cases.lead.candidates[0].columns[0]
     if not cases.has(name):
         return []
@@ -86,7 +86,7 @@ def extremes(cases: Cases) -> list[str]:
 
 
 def lengths(cases: Cases) -> list[str]:
-    """Return how long the cases ran under `until`, and how many did not reach its accuracy."""
+    """Return sentences on how long the cases ran under `until`, and on how many did not reach its accuracy."""
     if not cases.has(RUN_LENGTH):
         return []
     fewest, most = (f"{cases.column(RUN_LENGTH)[index]:.0f}" for index in cases.extremes(RUN_LENGTH))
@@ -99,7 +99,7 @@ def lengths(cases: Cases) -> list[str]:
 
 
 def largest_force(cases: Cases) -> list[str]:
-    """Return the largest normal force, and what moves it."""
+    """Return sentences on the largest normal force and the effects on it."""
     worst = cases.worst(order.force_lead(cases.layout))
     if worst is None:
         return []
@@ -109,7 +109,7 @@ def largest_force(cases: Cases) -> list[str]:
 
 
 def peak_force(cases: Cases) -> list[str]:
-    """Return the largest normal force, with the load over the largest reaction without clearance."""
+    """Return sentences on the largest normal force and the load over the largest reaction without clearance."""
     worst = cases.worst(order.force_lead(cases.layout))
     if worst is None:
         return []
@@ -126,7 +126,7 @@ def peak_force(cases: Cases) -> list[str]:
 
 
 def _restitutions(cases: Cases) -> list[str]:
-    """Return how far the measured restitution of each joint is from the requested one, where that varies."""
+    """Return for each joint the largest difference of measured and requested restitution, if it varies."""
     lines = []
     for joint in cases.layout.joints:
         figure, path = f"{joint.name}_restitution", f"joints.{wording.joint_name(joint.name)}.contact.restitution"
@@ -143,7 +143,7 @@ def _restitutions(cases: Cases) -> list[str]:
 
 
 def position_error(cases: Cases) -> list[str]:
-    """Return the largest error of the output's position, and what moves it most."""
+    """Return sentences on the largest error of the output's position and the strongest effect on it."""
     error = next((column.name for column in cases.layout.columns if column.figure == "error_max"), "")
     if not error or not cases.has(error):
         return []
@@ -154,7 +154,7 @@ def position_error(cases: Cases) -> list[str]:
 
 
 def films(cases: Cases) -> list[str]:
-    """Return the thinnest film, whether its law covers it, what moves it, dry load share and loss."""
+    """Return sentences on the thinnest film: validity of its law, effects, dry load share and loss."""
     worst = cases.worst()
     if worst is None:
         return []
@@ -173,7 +173,7 @@ def films(cases: Cases) -> list[str]:
 
 
 def _beyond_law(cases: Cases, index: int, thinnest: str, joint: str) -> list[str]:
-    """Return whether the thinnest film leaves the range of its law, and the thinnest within it."""
+    """Return sentences if the thinnest film leaves the range of its law, and on the thinnest film within it."""
     outside = cases.column(f"{joint}_film_limit_fraction")
     if not outside[index] > 0.0:
         return []
@@ -187,7 +187,7 @@ def _beyond_law(cases: Cases, index: int, thinnest: str, joint: str) -> list[str
 
 
 def _loss(cases: Cases, index: int, joint: str) -> list[str]:
-    """Return the range of the film loss, its value in the case of the thinnest film, and what moves it."""
+    """Return sentences on the range of the film loss, its value for the thinnest film, and the effects on it."""
     loss = f"{joint}_film_loss"
     if not cases.has(loss):
         return []
@@ -222,7 +222,7 @@ def beyond_law(share: float) -> str:
 
 
 def share_words(share: float) -> str:
-    """Return a dry load share in words; NaN: no contact behind the film is modelled."""
+    """Return a dry load share in words; NaN means that no contact behind the film is modelled."""
     return NOT_MODELLED if np.isnan(share) else _percent(share)
 
 
@@ -231,7 +231,7 @@ def _percent(share: float) -> str:
 
 
 def limited(cases: Cases) -> list[str]:
-    """Return the designs that keep to the limits, what moves the limited figures, and what fits leave open."""
+    """Return sentences on the designs that meet the limits, the effects on limited figures, and open points of fits."""
     limits = cases.limits
     if not limits:
         return []
@@ -248,7 +248,7 @@ def limited(cases: Cases) -> list[str]:
 
 
 def _deciding(cases: Cases, limits: tuple[verdict.Limit, ...]) -> list[verdict.Limit]:
-    """Return the limits that most cases exceed, without such the one with the smallest margin."""
+    """Return the limits that most cases exceed; if none is exceeded, the limit with the smallest margin."""
     columns = {
         name: cases.column(name).astype(float) for limit in limits for name in (limit.column, limit.times) if name
     }
@@ -261,7 +261,7 @@ def _deciding(cases: Cases, limits: tuple[verdict.Limit, ...]) -> list[verdict.L
 
 
 def _limit_effects(cases: Cases, limit: verdict.Limit, most: int) -> list[str]:
-    """Return what moves a limited figure, of a relative limit its multiple of the other column."""
+    """Return the effects on a limited figure or, for a relative limit, on its ratio to the other column."""
     values, name = cases.column(limit.column).astype(float), cases.label(limit.column)
     if not limit.times:
         return effects.sentences(cases, name, values, partial(cases.texts, limit.column), most)
@@ -273,7 +273,7 @@ def _limit_effects(cases: Cases, limit: verdict.Limit, most: int) -> list[str]:
 
 
 def own_figures(cases: Cases) -> list[str]:
-    """Return the range of each figure that the grid defines, and what moves it most."""
+    """Return sentences on the range of each user-defined figure and the strongest effect on it."""
     lines = []
     for name in cases.record.get("figures") or {}:
         values = cases.column(name)

@@ -37,14 +37,14 @@ class Cases(NamedTuple):
         return ", ".join(f"{name} {value}" for name, value in filter(None, pairs))
 
     def at(self, index: int) -> str:
-        """Return ' at crank speed 60 rpm', or the identity where many values vary; '' without variation."""
+        """Return ' at crank speed 60 rpm', or the identity if many values vary; '' if nothing varies."""
         if len(self.axes) > MANY_AXES:
             return f" in case {wording.short_id(self.case_ids[index])}"
         setting = self.setting(index, self.axes)
         return f" at {setting}" if setting else ""
 
     def named(self, index: int) -> str:
-        """Return ' (case 1a7fc708)', or '' where `at` has the identity already."""
+        """Return ' (case 1a7fc708)', or '' if `at` returns the identity already."""
         return "" if len(self.axes) > MANY_AXES else f" (case {wording.short_id(self.case_ids[index])})"
 
     def text(self, column: str, index: int) -> str:
@@ -91,12 +91,12 @@ class Cases(NamedTuple):
         return index, candidate.columns, candidate.joint
 
     def in_joint(self, joint: str) -> str:
-        """Return ' in joint NAME', or '' if there is but one joint."""
+        """Return ' in joint NAME', or '' if there is only one joint."""
         return f" in joint {wording.joint_name(joint)}" if len(self.layout.joints) > 1 else ""
 
 
 def column_scale(name: str, unit: str, known: np.ndarray) -> wording.Scale:
-    """Return the unit in which a column is shown everywhere: that of its largest values, of a film of the median.
+    """Return the display unit of a column: it suits its largest value, or for film thicknesses the median.
 
     known : (n,) SI, the values of the column
     """
@@ -119,7 +119,7 @@ def column_texts(name: str, unit: str, known: np.ndarray, values: Sequence[float
 
 
 def from_to(first: str, last: str) -> str:
-    """Return 'from 1 to 2 mm' of '1 mm' and '2 mm'."""
+    """Return 'from 1 to 2 mm' for '1 mm' and '2 mm'."""
     match = UNIT.search(last)
     shared = match[0] if match and "(" not in last else ""
     return f"from {first.removesuffix(shared)} to {last}"

@@ -26,7 +26,7 @@ class Designs(NamedTuple):
 
 
 def of_cases(axes: Sequence[str], column: Callable[[str], np.ndarray], count: int) -> Designs | None:
-    """Return the designs of `count` finished cases, None unless both designs and conditions vary.
+    """Return the designs of `count` finished cases, or None unless both designs and conditions vary.
 
     axes : varied paths; column : values of a path or of the margin
     """
@@ -55,9 +55,9 @@ def _grouped(
 
 
 def sentences(cases: Cases, limits: str) -> list[str]:
-    """Return which designs keep to the limits under every condition, and where these are exceeded first.
+    """Return sentences on the designs that meet the limits under every condition, and on the first one that does not.
 
-    limits : in words
+    limits : the limits in words
     """
     count = len(cases.case_ids)
     designs = of_cases(cases.axes, cases.column, count)
@@ -84,7 +84,7 @@ def sentences(cases: Cases, limits: str) -> list[str]:
 
 
 def _boundary(cases: Cases, designs: Designs) -> list[str]:
-    """Return up to which value of the only varied path the limits are kept, else the margins of the best designs."""
+    """Return the last value of a single varied path that meets the limits, or the margins of the best designs."""
     accepted = [place for place, margin in enumerate(designs.margins) if margin >= 0.0]
     if not accepted:
         return [f"Nearest: {_listed(cases, designs, 0)} (smallest margin)."]
@@ -103,7 +103,7 @@ def _boundary(cases: Cases, designs: Designs) -> list[str]:
 
 
 def _one_boundary(cases: Cases, designs: Designs, ends: list[int]) -> list[str]:
-    """Return the last value that keeps to the limits, and the first that does not, with its worst condition."""
+    """Return the last value that meets the limits, and the first that does not, with its worst condition."""
     safe, failing = ends if designs.margins[ends[0]] >= 0.0 else ends[::-1]
     word, beyond = ("up to", "From") if safe == ends[0] else ("from", "Up to")
     setting = cases.setting(designs.worst[safe], designs.varied)

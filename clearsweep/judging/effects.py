@@ -51,9 +51,9 @@ def on(cases: Cases, values: np.ndarray) -> list[Effect]:
 
 
 def sentences(cases: Cases, label: str, values: np.ndarray, texts: Texts, most: int = MOST_EFFECTS) -> list[str]:
-    """Return the clear effects on a figure with direction and size, the strongest first, and the axes without one.
+    """Return sentences on the clear effects on a figure with direction and size, and on values without effect.
 
-    label : of the figure; texts : its values -> words, in one unit
+    label : name of the figure; texts : returns values of the figure in words, in one unit
     """
     effects = on(cases, values) if cases.with_effects else []
     if not effects or not np.isfinite(values).any():
@@ -111,7 +111,7 @@ def _value(cases: Cases, effect: Effect, place: int) -> str:
 
 
 def _levels(column: np.ndarray) -> tuple[list, np.ndarray]:
-    """Return the distinct values of an axis, numbers ascending, and the index of each case's value, -1 for none."""
+    """Return the distinct values of an axis, numbers ascending, and the index of each case's value (-1: no value)."""
     if column.dtype.kind in "fiub":
         values, places = np.unique(column, return_inverse=True)
         known = np.isfinite(values.astype(float))

@@ -21,12 +21,12 @@ class Expected(NamedTuple):
 
 
 def columns(joints: list[str]) -> list[str]:
-    """Return the columns that this needs."""
+    """Return the columns of the summary that the prediction needs."""
     return [name for joint in joints for name in (*_predicted(joint), f"{joint}_force_peak")] + ["period"]
 
 
 def worst(block: Mapping[str, np.ndarray], joints: list[str]) -> Expected | None:
-    """Return the largest peak to expect among finished motions that do not repeat themselves; None: there is none."""
+    """Return the largest peak to expect among finished non-periodic motions, or None if there is none."""
     highest: Expected | None = None
     irregular = np.isnan(np.asarray(block["period"], float)) if "period" in block else np.zeros(0, bool)
     for joint in joints:
@@ -43,9 +43,10 @@ def worst(block: Mapping[str, np.ndarray], joints: list[str]) -> Expected | None
 
 
 def sentence(figures: list[str], where: str) -> str:
-    """Return it in words.
+    """Return a sentence with the expected peak.
 
-    figures : value, upper end and the largest of the window as text; where : ' in joint ... at ...'
+    figures : value, upper end, and largest peak of the window, as texts
+    where : ' in joint ... at ...'
     """
     value, high, largest = figures
     return (

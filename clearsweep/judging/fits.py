@@ -24,7 +24,7 @@ class FitStates(NamedTuple):
     exceeded: tuple[float, ...]  # the other clearances (m), ascending
 
     @property
-    def count(self) -> int:
+    def total(self) -> int:
         """Return the number of fits."""
         return len(self.sure) + len(self.open) + len(self.exceeding)
 
@@ -37,11 +37,11 @@ def of_cases(cases: Cases) -> FitStates | None:
     values, margins = cases.column(path).astype(float), cases.column(MARGIN).astype(float)
     keeps = {value: bool((margins[values == value] >= 0.0).all()) for value in np.unique(values).tolist()}
     listed: Sequence[Mapping[str, Any]] = [fit for fit in cases.record["fits"][path] if fit["mean"] in keeps]
-    passing = [fit for fit in listed if keeps[fit["mean"]]]
+    keeping = [fit for fit in listed if keeps[fit["mean"]]]
     return FitStates(
         path,
-        tuple(fit for fit in passing if _is_covered(fit, keeps)),
-        tuple(fit for fit in passing if not _is_covered(fit, keeps)),
+        tuple(fit for fit in keeping if _is_covered(fit, keeps)),
+        tuple(fit for fit in keeping if not _is_covered(fit, keeps)),
         tuple(fit for fit in listed if not keeps[fit["mean"]]),
         tuple(value for value, kept in keeps.items() if kept),
         tuple(value for value, kept in keeps.items() if not kept),

@@ -24,7 +24,7 @@ _LABELS = {
 
 
 def label(layout: Layout, name: str) -> str:
-    """Return the label of a column, with its joint where there are several; of a figure of the grid its name."""
+    """Return the label of a column, with its joint if there are several; for a user-defined figure, its name."""
     column = next((column for column in layout.columns if column.name == name), None)
     if column is None or not column.figure:
         return re.sub(r"\bum\b", "\u00b5m", name.replace("_", " "))

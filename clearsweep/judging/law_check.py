@@ -25,7 +25,7 @@ class Row(NamedTuple):
 
 
 def rows_of(block: Mapping[str, np.ndarray], base: Mapping[str, str], ranking: Lead) -> list[Row]:
-    """Return what finished cases that check laws came to; base : path -> law of the grid."""
+    """Return the results of the finished cases that check laws; base : path -> law of the grid."""
     values, candidate_numbers = ranking.worst(block)
     rows = []
     for index, case_id in enumerate(block["case_id"].tolist()):
@@ -38,7 +38,10 @@ def rows_of(block: Mapping[str, np.ndarray], base: Mapping[str, str], ranking: L
 
 
 def sentence(deciding: Row, rows: list[Row], text: Callable[[str, float], str]) -> str:
-    """Return whether the other laws move the verdict on the deciding case; text : column and value -> in words."""
+    """Return a sentence on whether other laws change the verdict on the deciding case.
+
+    text : returns a value of a column in words
+    """
     ordered = sorted((row for row in rows if not math.isnan(row.value)), key=lambda row: row.value)
     noun = "other valid law" if len(rows) == 1 else "other valid laws"
     subject = f"case {wording.short_id(deciding.case_id)} under {len(rows)} {noun}"
@@ -56,14 +59,14 @@ def _figure(row: Row, text: Callable[[str, float], str]) -> str:
 
 
 def _names(rows: list[Row]) -> list[str]:
-    """Return the laws, with their joints where there are several."""
+    """Return the names of the laws, with their joints if there are several."""
     joints = [row.path.split(".")[1] for row in rows]
     has_several_joints = len({*joints}) > 1
     return [f"{row.law}, {joint}" if has_several_joints else row.law for row, joint in zip(rows, joints, strict=True)]
 
 
 def _moved(deciding: Row, ordered: list[Row]) -> str:
-    """Return whether the verdict is another one under some law, without limits how far the figure moves."""
+    """Return a sentence on whether another law changes the verdict or, without limits, the range of the figure."""
     if deciding.column != MARGIN:
         factors = [row.value / deciding.value for row in ordered if deciding.value]
         if not factors:

@@ -37,7 +37,7 @@ _ENDS = {"wear_depth_max": "wear of one body reaches", "clearance_growth": "the 
 
 
 def criterion(section: Mapping[str, Any]) -> str:
-    """Return the condition at which a life ends, from the section `life` of a grid: 'until ...'; '' without one."""
+    """Return the condition at which a life ends as 'until ...', or ''; section : `life` of a grid."""
     if not section:
         return ""
     limit = section.get("limit")
@@ -51,7 +51,7 @@ def hours_text(life: Lifetime) -> str:
 
 
 def interval_sentences(life: Lifetime) -> list[str]:
-    """Return sentences on the interval of a life: of numerics, of uncertain wear coefficients, what they omit."""
+    """Return sentences on the intervals of a life: from numerics, from uncertain coefficients, and what they omit."""
     sentences = [f"95{wording.BLANK}% interval of the numerics alone: {_numerics(life)}."]
     if math.isfinite(life.low_uncertain) or math.isfinite(life.high_uncertain):
         bounds = [

@@ -55,7 +55,7 @@ class Lead(NamedTuple):
         return np.take_along_axis(values, candidate_numbers[None], axis=0)[0], candidate_numbers
 
     def ranking(self, values: np.ndarray) -> np.ndarray:
-        """Return numbers that increase from the best case to the worst, -inf for null, in a start-up inf."""
+        """Return numbers that increase from the best case to the worst; null gives -inf, for a start-up inf."""
         null = np.inf if self.question == "start-up" else -np.inf
         return np.where(np.isnan(values), null, -values if self.smallest else values)
 

@@ -16,7 +16,7 @@ class Estimate(NamedTuple):
 
 
 def share(count: int, cases: int) -> tuple[float, float, float]:
-    """Return the probability of what is true of some cases, and the ends of Clopper and Pearson's exact interval."""
+    """Return the probability from `count` of `cases`, and the ends of Clopper and Pearson's exact interval."""
     from scipy.stats import binomtest
 
     test = binomtest(count, cases)

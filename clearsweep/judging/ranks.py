@@ -23,7 +23,7 @@ def ranks(values: np.ndarray) -> np.ndarray:
 def rank_correlation(x: np.ndarray, y: np.ndarray) -> Estimate:
     """Return Spearman's rank correlation and its 95 % interval (Bonett & Wright 2000, Psychometrika 65:23).
 
-    NaN if one of them is constant, or with fewer than five values.
+    The result is NaN if one of them is constant, or with fewer than five values.
     """
     return _estimate(_correlation(ranks(x), ranks(y)), len(x), 0)
 

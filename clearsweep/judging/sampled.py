@@ -1,4 +1,4 @@
-"""Sentences on the cases of one random sample: chances of exceeding limits, spread of figures, what drives them."""
+"""Sentences on the cases of one random sample: chances of exceeding limits, spread of figures, and its drivers."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -25,7 +25,9 @@ Texts = Callable[[Sequence[float]], list[str]]
 def correlations(drawn: Mapping[str, np.ndarray], values: np.ndarray) -> list[tuple[str, Estimate, Estimate]]:
     """Return variable, rank correlation with a figure, and partial rank correlation, the strongest first.
 
-    [] with too few cases, and for a constant figure.  drawn : path -> (n,) values; values : (n,), NaN for null
+    Return [] if there are too few cases or the figure is constant.
+
+    drawn : path -> (n,) values; values : (n,), NaN for null
     """
     known = np.isfinite(values)
     if known.sum() < LEAST or np.ptp(values[known]) == 0.0:
@@ -46,7 +48,9 @@ def is_clear(correlation: Estimate) -> bool:
 def driver_sentences(
     drawn: Mapping[str, np.ndarray], values: np.ndarray, names: Mapping[str, str], texts: Texts
 ) -> list[str]:
-    """Return the variables that drive 'it', the strongest with direction and size; [] with too few cases.
+    """Return sentences on the drivers of a figure, called 'it', with direction and size of the strongest.
+
+    Return [] if there are too few cases.
 
     drawn, values : as for `correlations`; names : path -> words; texts : values of the figure -> words
     """
@@ -79,7 +83,7 @@ def _quarters(x: np.ndarray, values: np.ndarray) -> list[float]:
 
 
 def sentences(cases: Cases) -> list[str]:
-    """Return for each limited figure, without limits for the leading one, its chance, spread and drivers; then wear."""
+    """Return sentences on chance, spread and drivers of the limited figures, or of the leading one, and on wear."""
     limits = cases.limits
     columns = list(dict.fromkeys(limit.column for limit in limits if cases.has(limit.column)))
     worst = None if columns else cases.worst()
@@ -138,7 +142,7 @@ def _drivers(cases: Cases, values: np.ndarray, texts: Texts) -> list[str]:
 
 
 def _chance(cases: Cases, limit: verdict.Limit) -> str:
-    """Return the probability that a limit is exceeded."""
+    """Return a sentence with the probability that a limit is exceeded."""
     known = {name: cases.column(name).astype(float) for name in (limit.column, limit.times) if name}
     fails = limit.fails(known)
     words = labels.capital(cases.limit_label(limit))

@@ -1,4 +1,4 @@
-"""Sentences on a start-up: how long a motor needs to its speed, and the cases that do not reach it."""
+"""Sentences on a start-up: the time in which a motor reaches its speed, and the cases that do not reach it."""
 
 from functools import partial
 
@@ -11,7 +11,7 @@ from .order import FASTEST, START_UP
 
 
 def sentences(cases: Cases) -> list[str]:
-    """Return how long a start-up takes, what moves it, where it fails, and by how much the speed overshoots."""
+    """Return sentences on the start-up time, its drivers, cases that fail to start, and the overshoot of the speed."""
     no_load = _no_load_speed(cases)
     if no_load is None:
         return []
@@ -38,7 +38,7 @@ def sentences(cases: Cases) -> list[str]:
 
 
 def card(cases: Cases) -> tuple[str, str] | None:
-    """Return the start-up times as 'shortest to longest', and how many cases do not reach the speed; None: no motor."""
+    """Return the start-up times as 'shortest to longest' and a note on cases that fail; None without a motor."""
     if _no_load_speed(cases) is None:
         return None
     times = cases.column(START_UP)
@@ -50,7 +50,7 @@ def card(cases: Cases) -> tuple[str, str] | None:
 
 
 def _no_load_speed(cases: Cases) -> float | None:
-    """Return the no-load speed (rad/s) that all cases share; None without one."""
+    """Return the no-load speed (rad/s) that all cases share, or None if there is none."""
     motor = (cases.record.get("drive") or {}).get("motor") or {}
     no_load = motor.get("no_load_speed")
     if not isinstance(no_load, float) or "drive.motor.no_load_speed" in cases.axes or not cases.has(FASTEST):
@@ -64,7 +64,7 @@ def _spread(times: np.ndarray) -> bool:
 
 
 def _not_reached(cases: Cases, target: str) -> list[str]:
-    """Return how many cases do not reach the speed, the varied values that they share, and their highest speed."""
+    """Return sentences on the cases that do not reach the speed, their common values, and their highest speed."""
     times, speeds = cases.column(START_UP), cases.column(FASTEST)
     missing = np.isnan(times)
     if not missing.any():
@@ -103,7 +103,7 @@ def finished(cases: Cases) -> Cases:
     if len(reached) in (0, len(cases.case_ids)):
         return cases
     return cases._replace(
-        case_ids=[cases.case_ids[index] for index in reached],
+        case_ids=[cases.case_ids[index] for index in reached.tolist()],
         column=lambda name: cases.column(name)[reached],
         named_value=lambda index, path: cases.named_value(int(reached[index]), path),
     )

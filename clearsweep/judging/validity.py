@@ -108,7 +108,7 @@ class Remarks:
                 )
 
     def replace_counts(self, counts: Mapping[str, int]) -> None:
-        """Take the counts of all cases, their number under `cases`, instead of those of the cases that were added."""
+        """Replace the counts of the added cases by those of all cases, with their number under `cases`."""
         self.cases = counts["cases"]
         self.counts = {name: counts.get(name, 0) for name in self.counts}
 
@@ -177,7 +177,7 @@ def _numbers(cases: Mapping[str, Any], column: str, count: int) -> np.ndarray:
 
 
 def message_of(*remarks: str) -> str:
-    """Return the message of a finished case from its remarks, '' without any."""
+    """Return the message of a finished case from its remarks, or '' if there are none."""
     return BETWEEN.join(remark for remark in remarks if remark)
 
 
@@ -198,7 +198,7 @@ class Reached(NamedTuple):
 
 
 def too_deep(joints: Iterable[Reached]) -> str:
-    """Return the remark on penetrations above the clearance and BORNE, or above DEEP."""
+    """Return the remark on implausible penetrations: above the clearance and BORNE, or above DEEP."""
     remarks = []
     for joint in joints:
         radius = joint.bearing_radius

@@ -48,7 +48,7 @@ class Limit(NamedTuple):
         return distance if self.kind == "at_most" else -distance
 
     def unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return which cases cannot be assessed because value or bound is missing or not finite.
+        """Return a mask of the cases that cannot be assessed because value or bound is missing or not finite.
 
         A missing value that means "nothing to measure" meets every limit; one that means "infinite" is assessed.
         """
@@ -64,7 +64,7 @@ class Limit(NamedTuple):
         return unknown
 
     def fails(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return which cases exceed the limit or cannot be assessed."""
+        """Return a mask of the cases that exceed the limit or cannot be assessed."""
         import numpy as np
 
         failing: np.ndarray = (self.short_by(columns) < 0.0) | self.unknown(columns)
@@ -73,7 +73,10 @@ class Limit(NamedTuple):
         return failing
 
     def margin(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return 1 - value / limit of every case, for `at_least` value / limit - 1; NaN for a zero limit."""
+        """Return the margin of every case: 1 - value / limit, or value / limit - 1 for `at_least`.
+
+        NaN for a zero limit.
+        """
         import numpy as np
 
         largest = np.finfo(float).max
@@ -158,7 +161,7 @@ class Verdict(NamedTuple):
         return evaluated
 
     def unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return which cases cannot be assessed by some limit; `columns` include the user-defined figures."""
+        """Return a mask of the cases that some limit cannot assess; `columns` include the user-defined figures."""
         import numpy as np
 
         unknown: np.ndarray = np.any([limit.unknown(columns) for limit in self.limits], axis=0)
@@ -173,9 +176,10 @@ NO_VERDICT = Verdict()
 
 
 def margin_words(margin: float, limits: Iterable[Limit], exceeded: str) -> str:
-    """Return a margin in per cent, a dash if missing; of values above twice the limit also their multiple of it.
+    """Return a margin in per cent, or a dash if missing; values above twice the limit also as a multiple of it.
 
-    limits, exceeded : limits of a grid, and the columns that the case exceeds, as in EXCEEDED
+    limits : limits of the grid
+    exceeded : columns whose limits the case exceeds, as in EXCEEDED
     """
     exceeded_limits = [limit for limit in limits if limit.column in exceeded.split(",")]
     if not math.isfinite(margin):
@@ -208,7 +212,10 @@ def of_record(record: Mapping[str, Any]) -> Verdict:
 
 
 def figures_of(written: Mapping[str, str], units: Mapping[str, str]) -> tuple[UserFigure, ...]:
-    """Return the user-defined figures of a grid, functions of columns and earlier figures; InputError for a mistake."""
+    """Return the user-defined figures of a grid, functions of columns and earlier figures.
+
+    Raise InputError for mistakes.
+    """
     known_units, figures = dict(units), []
     for name, text in written.items():
         known_units[name] = expression.unit_of(text, known_units)

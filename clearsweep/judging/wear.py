@@ -1,4 +1,4 @@
-"""Sentences on wear: its depth in 1000 hours, what moves it, and whether that is a forecast."""
+"""Sentences on wear: its depth in 1000 hours, its drivers, and whether it is a forecast."""
 
 from collections.abc import Mapping, Sequence
 
@@ -12,7 +12,7 @@ from .validity import THOUSAND_HOURS
 
 
 def sentences(cases: Cases) -> list[str]:
-    """Return for each joint the fastest wear of a body, and the growth of the clearance where surfaces evolve."""
+    """Return sentences on the fastest wear of a body in each joint and, if surfaces evolve, the clearance growth."""
     lines = []
     for joint in cases.layout.joints:
         depths = depth_in_1000_hours(cases, joint)
@@ -27,19 +27,29 @@ def sentences(cases: Cases) -> list[str]:
 
 
 def depth_in_1000_hours(cases: Cases, joint: JointLayout) -> np.ndarray | None:
-    """Return the depth (m) that each case wears in 1000 hours at the rate of its window; None without wear."""
+    """Return the wear depth (m) of each case in 1000 hours at the rate of its window, or None without wear."""
     rate = f"{joint.name}_wear_rate_max"
     return THOUSAND_HOURS * cases.column(rate).astype(float) if joint.wear_bins and cases.has(rate) else None
 
 
 def remark(cases: Cases, joint: JointLayout, index: int, depth: float) -> list[str]:
-    """Return that a depth (m) in 1000 hours is no forecast where it exceeds the clearance of its case; else []."""
-    clearance = _clearance(cases, joint, index)
-    if clearance is None or depth <= clearance:
+    """Return the remark that a depth (m) in 1000 hours is no forecast if it exceeds the clearance, else []."""
+    hours, clearance = hours_to_clearance(cases, joint, index, depth), _clearance(cases, joint, index)
+    if not hours or clearance is None:
         return []
     (size,) = wording.in_common_unit([clearance], "m")
-    hours = f"{wording.plain(1000.0 * clearance / depth, 2)} h"
     return [f"This is no forecast: after {hours} the wear equals the clearance of {size}, and the rate changes."]
+
+
+def hours_to_clearance(cases: Cases, joint: JointLayout, index: int, depth: float) -> str:
+    """Return the hours after which the wear of a case equals its clearance; '' unless it does within 1000 hours.
+
+    depth : m in 1000 hours
+    """
+    clearance = _clearance(cases, joint, index)
+    if clearance is None or not depth > clearance:
+        return ""
+    return f"{wording.plain(1000.0 * clearance / depth, 2)} h"
 
 
 def _texts(values: Sequence[float]) -> list[str]:
@@ -47,7 +57,7 @@ def _texts(values: Sequence[float]) -> list[str]:
 
 
 def _growth(cases: Cases, joint: JointLayout, worst: int) -> list[str]:
-    """Return the growth of the clearance per 1000 hours of the life of a case; [] without a life."""
+    """Return a sentence on the growth of the clearance per 1000 hours of the life of a case, or [] without a life."""
     growth, hours = (f"{joint.name}_{figure}" for figure in ("clearance_growth", "life_hours"))
     if not (cases.has(growth) and cases.has(hours)):
         return []
@@ -59,7 +69,7 @@ def _growth(cases: Cases, joint: JointLayout, worst: int) -> list[str]:
 
 
 def _clearance(cases: Cases, joint: JointLayout, index: int) -> float | None:
-    """Return the clearance (m) of a joint in a case; None where it has none of a fixed number."""
+    """Return the clearance (m) of a joint in a case, or None if it is not a fixed number."""
     title = wording.joint_name(joint.name)
     path = f"joints.{title}.clearance"
     section: Mapping = (cases.record.get("joints") or {}).get(title) or {}

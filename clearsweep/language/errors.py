@@ -13,7 +13,7 @@ LONGEST_LINE = 200  # longest quoted message of another library
 
 
 class ClearsweepError(Exception):
-    """Root of every error that clearsweep raises on purpose; `exit_code` is what the command line returns."""
+    """Root of every error that clearsweep raises on purpose; the command line returns its `exit_code`."""
 
     exit_code = 1
 
@@ -75,7 +75,7 @@ def nearest(word: str, names: Iterable[str]) -> str:
 
 
 def nearest_words(word: str, names: Iterable[str]) -> list[str]:
-    """Return the known word nearest to `word` in a list, [] if none is near."""
+    """Return a list with the known word nearest to `word`, or [] if none is near."""
     names = list(names)
     equal_names = [name for name in names if name.lower() == word.lower()]
     matches = equal_names or [name for name in names if _parts(name) == _parts(word)]
@@ -88,7 +88,7 @@ def _parts(name: str) -> list[str]:
 
 
 def similar_words(word: str, names: Iterable[str]) -> list[str]:
-    """Return the known words that contain `word`, or else those most similar to it; [] for none."""
+    """Return the known words that contain `word`, or else the most similar ones; [] if there are none."""
     names = list(names)
     parts = [name for name in names if word and word.lower() in name.lower()]
     return parts or get_close_matches(word, names, 3, 0.6)

@@ -103,7 +103,7 @@ def _tree(text: str, vocabulary: Vocabulary = COLUMNS) -> ast.expr:
 
 
 def _hint(text: str, vocabulary: Vocabulary) -> str:
-    """Return the likely remedy of an expression that cannot be read, '' where none is known."""
+    """Return the likely remedy for an expression that cannot be read, or '' if none is known."""
     if text.count("(") > text.count(")") and vocabulary is DEFINED:
         return "inside {} or [] write an expression with a comma in quotes; "
     bare_quantity = next((match for match in _BARE.finditer(text) if quantity.is_unit(match[2])), None)
@@ -205,7 +205,7 @@ def _value(node: Any, columns: "Mapping[str, np.ndarray]") -> Any:
 
 
 def _exact(node: Any, values: Mapping[str, Fraction]) -> Fraction:
-    """Return the exact value of such an expression."""
+    """Return the exact value of an expression that `_Checked.dimension` accepts."""
     match node:
         case ast.Constant(value=str(digits)):
             return Fraction(repr(quantity.with_unit(digits)[0]))

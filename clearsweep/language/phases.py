@@ -50,7 +50,7 @@ class Phase:
 
     what : its name, '' for a phase that only carries facts.
     whole : it estimates the time of all nested work, so the estimates of nested phases do not count.
-    once : its result is kept for later runs, as for compiled code.
+    once : its result is stored for later runs, such as compiled code.
     since : s of the monotonic clock, start of the work if an earlier phase did part of it.
     """
 
@@ -74,7 +74,7 @@ class Phase:
         _changed()
 
     def what(self) -> str:
-        """Return its present name, with the finished share of the work."""
+        """Return the present name of the phase, with the finished share of the work."""
         if not isinstance(self._what, str):
             return self._what()
         return self._what if self.share is None else f"{self._what}, {100.0 * self.share:.0f} %"
@@ -188,7 +188,7 @@ class Display:
         self.work: Phase | None = None  # phase printed last
 
     def look(self) -> None:
-        """Print what is due."""
+        """Print a line if one is due."""
         work, latest, now = outermost(), progress(), time.monotonic()
         if latest is None or work is None or sys.stderr is None:
             self.close()

@@ -135,7 +135,7 @@ class WrittenUnit(NamedTuple):
 
 
 def written_unit(value: Any, unit: str) -> WrittenUnit | None:
-    """Return the unit of a written quantity of the SI `unit`, or None for a number without a unit or no quantity."""
+    """Return the unit of a written quantity of the SI `unit`, or None if it has no unit or is not a quantity."""
     match = _QUANTITY.fullmatch(value) if isinstance(value, str) and len(value) <= _LONGEST else None
     if match is None or not match[2]:
         return None
@@ -166,7 +166,7 @@ def said(value: Any, unit: str) -> str:
 
 
 def expected(unit: str) -> str:
-    """Return what to write for a quantity of this SI unit, with examples, as the second half of a message."""
+    """Return the expected form of a quantity of this SI unit, with examples, as the second half of a message."""
     if unit == "1":
         return f"expected a number without unit, such as {_EXAMPLES[unit]}"
     return f"expected a quantity in {unit}, such as {_EXAMPLES.get(unit, f'1e9 {unit} or 1e9')}"

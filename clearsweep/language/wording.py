@@ -125,7 +125,7 @@ def scale(unit: str, values: Iterable[float | None] | float, *, speed: bool = Fa
 def written_scale(written: Mapping[str, Any] | None, unit: str) -> Scale | None:
     """Return the scale of a grid value (SI `unit`) in the unit in which it is `written`.
 
-    None if no unit is written, or if the imperial system has its own: the scale then follows from the values.
+    Return None if no unit is written, or if the imperial system has its own; the scale then follows from the values.
     """
     if _SYSTEM.get() == "imperial":
         if unit == "K":
@@ -244,7 +244,7 @@ def short_id(case_id: str) -> str:
 
 
 def joint_name(name: str) -> str:
-    """Return 'rod-slider' for 'rod_slider'."""
+    """Return the name of a joint in words: 'rod-slider' for 'rod_slider'."""
     return name.replace("_", "-")
 
 

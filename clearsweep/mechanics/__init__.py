@@ -1,4 +1,4 @@
-"""All that is compiled, and its description with it.  Imports numpy, llvmlite, scipy and the catalogue."""
+"""All compiled code, with the descriptions of its laws.  Imports numpy, llvmlite, scipy and the catalogue."""
 
 from .trace import cache
 

@@ -1,4 +1,4 @@
-"""What `clearsweep list` prints."""
+"""Texts that `clearsweep list` prints."""
 
 import math
 import textwrap
@@ -45,14 +45,17 @@ _KEYS = {
 
 
 def text(name: str | None = None) -> str:
-    """Return what there is to say of the laws called `name`, or '' if there are none; or one line of each law."""
+    """Return the description of the laws called `name`, or '' if there are none.
+
+    Without a name, one line for each law.
+    """
     if name is None:
         return _list()
     return "\n\n".join(_described(law) for law in _everything() if law.name == name)
 
 
 def names() -> tuple[str, ...]:
-    """Return everything that `text` knows."""
+    """Return all names that `text` accepts."""
     return tuple(dict.fromkeys(law.name for law in _everything()))
 
 

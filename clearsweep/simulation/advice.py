@@ -1,4 +1,4 @@
-"""Which laws suit the joints of a case, from the valid ranges that each law declares."""
+"""Finds the laws that suit the joints of a case, from the valid ranges that each law declares."""
 
 import math
 import textwrap
@@ -85,7 +85,7 @@ def laws_text(name: str | None = None) -> str:
 
 
 def of_joint(joint: Joint, load: float | None) -> Advice:
-    """Return which laws suit a joint under a load (N), None where that is not known."""
+    """Return the laws that suit a joint under a load (N), which is None if unknown."""
     dry = (*_elastic(joint, load), *_roughness(joint, load), *_losses(joint)) if joint.is_dry else ()
     verdicts = (*dry, *_films(joint, load), *_pressures(joint, load))
     return Advice(joint.name, _setting(joint, load), verdicts)
@@ -117,7 +117,7 @@ def _arc(joint: Joint, load: float | None) -> float | None:
 
 
 def _doubts(law: Law, joint: Joint, load: float | None) -> list[str]:
-    """Return where a law is used outside its trusted ranges."""
+    """Return in words the trusted ranges of a law that a joint leaves."""
     slenderness = joint.length / (2.0 * joint.bearing_radius) if joint.length and joint.bearing_radius else None
     measured = {"arc": _arc(joint, load), "length": joint.length, "length / diameter": slenderness}
     with_values = [(limit, measured[limit.path]) for limit in law.trusted]
@@ -144,7 +144,7 @@ def _elastic(joint: Joint, load: float | None) -> Iterator[Verdict]:
 
 
 def _depth(joint: Joint, load: float | None) -> tuple[str, list[str]]:
-    """Return the penetration under a joint's load in words, '' without load, and the objection if it is too deep."""
+    """Return the penetration under a joint's load in words ('' without load), and objections if it is too deep."""
     if load is None:
         return "", []
     limit, depth = registry.penetration_limit(joint), static_penetration(registry.contact_terms(joint)[1], load)
@@ -199,7 +199,7 @@ def _losses(joint: Joint) -> Iterator[Verdict]:
 
 
 def _lacking(law: Law, joint: Joint) -> list[str]:
-    """Return the keys of a law of the normal force that a joint has not, besides the restitution."""
+    """Return the keys, besides the restitution, that a law of the normal force needs and a joint lacks."""
     available = {"restitution", *joint.contact.values, *(("stiffness",) if joint.contact.material else ())}
     required = (field for field in law.fields if field.default is None and not field.optional)
     return [field.name for field in required if field.name not in available]

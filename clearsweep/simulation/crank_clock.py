@@ -44,7 +44,7 @@ class ScheduledClock(NamedTuple):
         return False
 
     def at(self, revolutions: float) -> float:
-        """Return the time (s) after a number of revolutions, inf if the crank comes to rest before."""
+        """Return the time (s) after a number of revolutions, or inf if the crank comes to rest before."""
         angle = 2.0 * math.pi * revolutions
         row = int(np.searchsorted(self.angles, angle, side="right")) - 1
         row = min(max(row, 0), len(self.times) - 1)
@@ -91,7 +91,7 @@ def clock_of(machine: Machine | None, turn: float) -> SteadyClock | ScheduledClo
 
 
 def followed(schedule: Schedule) -> ScheduledClock:
-    """Return the clock of a table of speeds from t = 0 on, constant before its first row."""
+    """Return the clock of a speed table from t = 0 on; the speed is constant before the first row."""
     is_later = schedule.times > 0.0
     times = np.concatenate([[0.0], schedule.times[is_later]])
     speeds = np.concatenate([[np.interp(0.0, schedule.times, schedule.speeds)], schedule.speeds[is_later]])
@@ -100,12 +100,12 @@ def followed(schedule: Schedule) -> ScheduledClock:
 
 
 def knots_of(machine: Machine | None) -> np.ndarray:
-    """Return the times (s) at which an acceleration or the slope of a load jumps; none of a free crank."""
+    """Return the times (s) at which an acceleration or the slope of a load jumps; empty for a free crank."""
     return np.array([] if machine is None or isinstance(machine.drive, Motor) else planar.discontinuity_times(machine))
 
 
 def start_up_speed(machine: Machine | None) -> float:
-    """Return the speed (rad/s) at which a motor has started, 0 for other drives and for constant torque."""
+    """Return the speed (rad/s) at which a motor counts as started; 0 for other drives and for constant torque."""
     if machine is None or not isinstance(machine.drive, Motor) or math.isinf(machine.drive.no_load_speed):
         return 0.0
     return STARTED * machine.drive.no_load_speed

@@ -42,7 +42,7 @@ class LimitedQuantity(Protocol):
         """Return the quantity."""
 
     def slope(self, state: np.ndarray, /) -> np.ndarray:
-        """Return its derivatives (n,)."""
+        """Return the derivatives (n,) of the quantity with respect to the worn state."""
 
 
 class StepControl(NamedTuple):
@@ -175,7 +175,7 @@ def redistributed_share(node: Node, next_block: Block, groups: tuple[slice, ...]
 
 
 def revolutions_to(limit: float, criterion: LimitedQuantity, node: Node, largest_rate: float) -> float:
-    """Return the revolutions to the limit at constant rates, the largest of which is `largest_rate`; inf if never."""
+    """Return the revolutions to the limit at constant rates (largest: `largest_rate`), or inf if never."""
 
     def value(turns: float) -> float:
         return criterion.value(node.state + turns * node.rate)
@@ -203,7 +203,8 @@ def _interval(
     With q the rate of the limited quantity, the life is the integral of dq / q.  A relative error of a rate is
     the same relative error of the revolutions to which it applies.  Relative errors within the intervals of rates are
     independent from block to block unless the blocks are alike.  The error of the jumps is the change without every
-    other block; with one jump, that by the rate after it.  If rates drift during a block, its bias is added.
+    other block; with one jump, it is the change by the rate after it.  If rates drift during a block, its bias is
+    added.
     """
     total = nodes[-1].revolutions
     slopes = [criterion.slope(node.state) for node in (*nodes[1:], nodes[-1])]  # growth in each jump

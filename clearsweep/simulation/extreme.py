@@ -1,8 +1,8 @@
 """Largest value to expect in many revolutions, from the values of some: extreme-value statistics of peaks.
 
 Values above a threshold are modelled by a generalised Pareto distribution (Coles 2001, An Introduction to Statistical
-Modeling of Extreme Values, 4.2-4.3).  All its shapes and scales count by their likelihood, and what they give for the
-largest future value is averaged (Coles 2001, 9.1.3), so that the interval contains both its chance and the uncertainty
+Modeling of Extreme Values, 4.2-4.3).  All its shapes and scales count by their likelihood, and their predictions of
+the largest future value are averaged (Coles 2001, 9.1.3), so that the interval contains both chance and the uncertainty
 of the fit.  A motion with clearance is bounded, and so are its forces: shapes above zero are excluded.
 """
 
@@ -34,17 +34,17 @@ class Tail(NamedTuple):
     weight: np.ndarray  # (tails,), of sum 1
 
     def exceeded(self, value: float) -> np.ndarray:
-        """Return with which probability each distribution exceeds a value, (tails,)."""
+        """Return the probability (tails,) with which each distribution exceeds a value."""
         chances: np.ndarray = np.exp(_log_exceeded(np.array([value]), self.scale, self.shape)[:, 0])
         return chances
 
 
 def expected_largest(values: np.ndarray, revolutions: float = REVOLUTIONS) -> Quantile:
-    """Return the median of the largest of so many values like the given successive ones, and its interval.
+    """Return the median of the largest value in many revolutions, from successive given values, and its interval.
 
     The interval begins at the largest given value; the largest of many exceeds its end with a probability of 2.5 %.
 
-    No result for fewer than FEWEST independent values; for values that do not vary the result is that value.
+    With fewer than MIN_VALUES independent values the result is NO_QUANTILE; if all values are equal, it is their value.
     """
     if len(values) < MIN_VALUES:
         return NO_QUANTILE
@@ -69,7 +69,7 @@ def expected_largest(values: np.ndarray, revolutions: float = REVOLUTIONS) -> Qu
 def _posterior(exceedances: np.ndarray, cluster_size: float) -> Tail:
     """Return the distributions that values above a threshold may have, weighted by their likelihood.
 
-    cluster_size : how many successive values count as one independent value
+    cluster_size : number of successive values that count as one independent value
     """
     tail = _posterior_on_grid(exceedances, cluster_size, SHAPES, SCALES)
     likely = tail.weight > WEIGHT_CUTOFF * tail.weight.max()
@@ -103,7 +103,7 @@ def _log_exceeded(values: np.ndarray, scale: np.ndarray, shape: np.ndarray) -> n
 
 
 def _quantile(tail: Tail, rate: float, share: float) -> float:
-    """Return the value that the largest of `rate` values above the threshold does not exceed, with a probability."""
+    """Return the quantile `share` of the largest of `rate` values above the threshold."""
 
     def probability_below(value: float) -> float:
         return float(tail.weight @ np.exp(-rate * tail.exceeded(value)))

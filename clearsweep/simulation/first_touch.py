@@ -46,9 +46,9 @@ def first_touch(clearance: float, bearing: np.ndarray, journal: np.ndarray, turn
 
 
 def first_touch_in_slot(bearing: np.ndarray, journal: np.ndarray) -> Touch:
-    """Return the same of a pin in a slot: where the deepest bins of wall and pin face each other, an upper bound.
+    """Return an upper bound for a pin in a slot: the deepest bins of wall and pin face each other.
 
-    bearing, journal : (bins,) m, depth of each bin, of the wall by the way along it.
+    bearing, journal : (bins,) m, depth of each bin; the bins of the wall follow its arc length
     """
     on_bearing, on_journal = int(np.argmax(bearing)), int(np.argmax(journal))
     return Touch(float(bearing[on_bearing] + journal[on_journal]), on_bearing, on_journal, 1.0)

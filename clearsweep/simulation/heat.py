@@ -34,7 +34,7 @@ SEIZED_CLEARANCE = 0.01  # of the cold clearance: a joint with less has seized
 
 
 class Balance(NamedTuple):
-    """Temperatures of the joints of a case, and those that their losses imply."""
+    """Temperatures of the joints of a case, and the temperatures that follow from their losses."""
 
     temperature: dict[str, float]  # K, by column name
     width: dict[str, float]  # K, half-width of the 95 % interval; inf: too few revolutions

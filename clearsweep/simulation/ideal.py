@@ -37,7 +37,7 @@ def ideal_motion(case: Case, angles: np.ndarray) -> IdealMotion | None:
 def ideal_peaks(case: Case, machine: Machine | None = None) -> Mapping[str, float]:
     """Return the largest reaction (N) of each joint without clearance; empty if the mechanism has no ideal motion.
 
-    machine : that of the case, if it is known.
+    machine : the machine of the case, if it is already built
     """
     mechanism = mechanism_of(case)
     if not mechanism.machine:

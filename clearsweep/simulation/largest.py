@@ -18,7 +18,7 @@ Functions = Callable[[np.ndarray], np.ndarray]  # (n,) -> (m, n): m functions at
 
 
 def largest(functions: Functions, points: np.ndarray) -> np.ndarray:
-    """Return the largest value of each function between the ends of `points`, (m,); nan if undefined.
+    """Return the largest value (m,) of each function between the ends of `points`; nan if undefined.
 
     points : (n,) increasing, initial samples; a peak that lies between two of them can be missed.
     """

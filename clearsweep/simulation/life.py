@@ -1,4 +1,4 @@
-"""The life of a case: blocks of revolutions, each run in a worn state, from which wear is extrapolated.
+"""Computes the life of a case: wear is extrapolated from blocks of revolutions, each run in a worn state.
 
 Every block starts as the case does, `discard` included, and not from the end of the last block. Between the two blocks
 the surfaces have moved by more than a penetration, so the old contacts no longer apply. Thus a block is a function of
@@ -198,7 +198,10 @@ class LifeRun:
         return [registry.smoothing(joints[worn.joint_index], self._worn(worn, state)) for worn in self.worn_joints]
 
     def remarks(self, life: Life) -> tuple[str, ...]:
-        """Return why a life did not reach its limit, and which shapes were smoothed widely; '' for neither."""
+        """Return remarks on why a life did not reach its limit and on widely smoothed shapes.
+
+        '' for each that does not apply.
+        """
         widths = zip([worn.name for worn in self.worn_joints], self.smoothing(life.nodes[-1].state), strict=True)
         return self._unreached(life), smoothed(widths)
 

@@ -147,7 +147,7 @@ def _exceeded_forces(totals: Totals, duration: float) -> list[float]:
 
 
 def _dry_times(totals: Totals, layout: Layout, duration: float) -> list[float]:
-    """Return how long (s) each joint's dry contact carries load in a window of `duration` (s); totals : by joint."""
+    """Return the time (s) in which each joint's dry contact carries load in a window of `duration` (s)."""
     threshold = DRY_FORCE_THRESHOLD * totals.joint.column("load_time") / duration
     return [
         time_above(threshold[index], totals.dry[index]) if joint.film else 0.0
@@ -202,7 +202,7 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
 
 
 def _escaped_journal(scene: Scene, run: Run) -> dict[str, str | float]:
-    """Return which journal left its bearing, when (s, revolutions) and its eccentricity (mm)."""
+    """Return which journal left its bearing, the time (s, revolutions) and its eccentricity (mm), for the message."""
     work, contact = run.work, int(run.work.stepper.contact)
     bounds = np.cumsum([len(joint.contacts) for joint in scene.layout.joints])
     index = int(np.searchsorted(bounds, contact, side="right"))
@@ -232,7 +232,7 @@ def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
 
 
 def _histories_of(layout: Layout, record: Record) -> dict[str, np.ndarray]:
-    """Return the time histories of a run by channel, or {} if none are taken."""
+    """Return the time histories of a run by channel, or {} if none are recorded."""
     if not record.times.size:
         return {}
     samples = np.array(record.samples.T, order="C")  # a copy: another case may reuse the buffers
@@ -284,5 +284,5 @@ def _duration(scene: Scene, run: Run, end: float) -> float:
     if not scene.mechanism.turns:
         return float(run.work.end[run.work.time])
     if scene.crank_clock.free:
-        return float(run.work.end[run.work.time] - run.totals.whole.opened)
+        return float(run.work.end[run.work.time] - run.totals.whole.window_start)
     return end - scene.crank_clock.at(scene.case.simulate.discard)

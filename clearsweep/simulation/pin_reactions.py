@@ -1,4 +1,4 @@
-"""Forces in the joints without clearance of one case over time: its motion is differentiated, forces follow from it."""
+"""Forces in the joints without clearance of one case over time, from the accelerations of its motion."""
 
 from typing import NamedTuple
 
@@ -42,10 +42,10 @@ def reactions_unknown(case: Case) -> str:
 
 
 def pin_reactions(scene: Scene, times: np.ndarray) -> PinReactions:
-    """Return a trajectory at times (n,) s and the forces in its joints without clearance; none of a failed one.
+    """Return a trajectory at times (n,) s and the forces in its joints without clearance, or none if it failed.
 
-    The case must not be refused.  An acceleration is the difference of two velocities close to each other.  Bristles of
-    friction in joints without clearance count as bent by long sliding.
+    `reactions_unknown` must be '' for the case.  An acceleration is the difference of two close velocities.  Bristles
+    of friction in joints without clearance count as bent by long sliding.
     """
     case, machine_of = scene.case, mechanism_of(scene.case).machine
     assert machine_of is not None  # of a case that is not refused
@@ -73,7 +73,7 @@ def _motion(machine: Machine, path: Trajectory) -> Motion:
 
 
 def _force(joint: Joint, machine: Machine, path: Trajectory) -> JointForce:
-    """Return what acts in a dry pin with clearance at every second sample of a trajectory."""
+    """Return force and moment in a dry pin with clearance at every second sample of a trajectory."""
     x, y, normal, tangential = (path.channels[f"joints/{column_name(joint.name)}/{key}"][::2] for key in NEEDED)
     distance = np.hypot(x, y)
     out = np.stack([x, y], -1) / np.where(distance > 0.0, distance, 1.0)[:, None]
@@ -87,7 +87,7 @@ def _force(joint: Joint, machine: Machine, path: Trajectory) -> JointForce:
 
 
 def _on_journals(case: Case, result: Reactions) -> dict[str, np.ndarray]:
-    """Return the forces on the bodies that would carry the journals; of a guide or slot, on the distal body."""
+    """Return the forces on the bodies that would carry the journals; for a guide or slot, on the distal body."""
     signs = {site.name: -1.0 if site.journals[0] == site.proximal else 1.0 for site in mechanism_of(case).joints}
     return {column_name(name): signs.get(name, 1.0) * force for name, force in result.forces.items()}
 

@@ -29,12 +29,12 @@ def main(levels: list[str]) -> int:
     """Compile the loop for processor levels and print each; return the exit code."""
     case = load(PAIR, catalogue()).case(0)
     for level in levels or [objects.level()]:
-        known = (*objects.LEVELS, *objects.ELSEWHERE)
+        known = (*objects.LEVELS, *objects.OTHER_PROCESSORS)
         if level not in known and level != objects.level():
             print(f"{level}: unknown processor level; known: {', '.join(known)}", file=sys.stderr)
             return 2
         begin = time.perf_counter()
-        with objects.shipped_for(level) as folder:
+        with objects.compiling_for_package(level) as folder:
             compile_loop(case)
         print(f"integration loop for {level} in {folder}, {time.perf_counter() - begin:.1f} s")
     return 0

@@ -70,7 +70,7 @@ class Life(phases.Phase):
         return remaining + self.limits.further * block * (self.block - 1 + blocks) or None
 
     def _block_seconds(self, now: float) -> float | None:
-        """Return the time (s) of a block: the mean of finished ones, or else that of the fewest revolutions."""
+        """Return the time (s) of a block: the mean of finished blocks, or else the time of the shortest block."""
         run = self.block - 1 - self.before
         if run > 0:
             return (self.since - self.begin) / run

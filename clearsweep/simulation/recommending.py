@@ -1,4 +1,4 @@
-"""Which law is recommended for a joint, and which others hold there: for `list --for`, dry runs, pages and runs."""
+"""Recommends a law for a joint, and lists the other valid ones: for `list --for`, dry runs, pages and runs."""
 
 from collections.abc import Iterable, Sequence
 from os import PathLike
@@ -127,7 +127,10 @@ def advice_text(source: str | PathLike, name: str | None = None) -> str:
 
 
 def _paragraphs(joint: Joint, sampled: Sequence[Advice], name: str | None) -> tuple[str, ...]:
-    """Return the paragraphs on a joint in some cases, and on each family of laws; `joint` is that of the first case."""
+    """Return the paragraphs on a joint in some cases, and on each family of laws.
+
+    `joint` is taken from the first case.
+    """
     settings = dict.fromkeys((sampled[0].setting, sampled[-1].setting))
     worst = [_worst(verdicts) for verdicts in _by_law(sampled).values()]
     if name is not None:
@@ -148,7 +151,7 @@ def _paragraphs(joint: Joint, sampled: Sequence[Advice], name: str | None) -> tu
 
 
 def _rows(verdicts: list[Verdict]) -> list[str]:
-    """Return the laws of a family: suitable ones row by row, of others only the names."""
+    """Return lines on the laws of a family: suitable ones row by row, others only by name."""
     is_single = len(verdicts) == 1
     listed = [verdict for verdict in verdicts if is_single or verdict.word == HOLDS]
     width = max((len(verdict.law) for verdict in listed), default=0)
@@ -163,7 +166,7 @@ def _rows(verdicts: list[Verdict]) -> list[str]:
 
 
 def _factor(joint: Joint, names: list[str]) -> str:
-    """Return by which factor the forces of suitable elastic laws differ; '' of fewer than two."""
+    """Return in words the factor between the forces of suitable elastic laws, or '' for fewer than two laws."""
     candidates = registry.elastic_candidates(joint)
     forces = {law: registry.elastic_forces(candidates[law][0], [DEPTH])[0] for law in names}
     if len(forces) < 2:

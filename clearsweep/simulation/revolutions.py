@@ -31,7 +31,7 @@ NO_MARKS = Marks(np.empty(0), np.empty(0, int), np.empty(0, int))
 
 
 def marks_of(scene: Scene, revolutions: float) -> Marks:
-    """Return the marks of a run of `revolutions`; none if nothing turns."""
+    """Return the marks of a run of `revolutions`; there are none if nothing turns."""
     if not scene.mechanism.turns:
         return NO_MARKS
     phase = None if scene.case.save.orbits == "none" else -start_turns(scene) % 1.0
@@ -67,7 +67,7 @@ def _nearest(turns: np.ndarray, requested: np.ndarray) -> np.ndarray:
 
 
 def buffers_for(marks: np.ndarray, n: int, contacts: int, zeros: Callable[..., np.ndarray]) -> RevolutionMarks:
-    """Return the buffers for values at the `marks` of a run whose state has `n` numbers, except those in lanes.
+    """Return the buffers for values at the `marks` of a run with `n` state numbers, except the buffers in lanes.
 
     `zeros` creates the arrays.
     """
@@ -95,7 +95,7 @@ def _spread(peaks: np.ndarray, begins: np.ndarray) -> Spread:
 
 
 def _largest_peak(peaks: np.ndarray, begins: np.ndarray) -> tuple[float, int] | None:
-    """Return the largest of the peaks (N) of revolutions, and the number of its revolution; None without peaks.
+    """Return the largest of the peaks (N) of revolutions, and the number of its revolution, or None without peaks.
 
     begins : start of each revolution, in revolutions since the start of the run.
     """
@@ -114,8 +114,8 @@ def reached(indices: np.ndarray, revolutions: Any) -> np.ndarray:
 def peaks_of(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
     """Return the largest normal force (N) of each joint in each revolution of the window: (revolutions, joints).
 
-    For a joint with several contacts it is that of the most loaded contact; for a spatial joint
-    that of the sum over its walls.
+    For a joint with several contacts it is the force of the most loaded contact; for a spatial joint
+    the sum over its walls.
     """
     window = reached(marks.window, revolutions)
     if len(window) < 2:

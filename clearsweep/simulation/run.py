@@ -16,7 +16,7 @@ from ..mechanics.coupling.guards import guards_of
 from ..mechanics.coupling.rates import samples_of, slopes_of
 from ..mechanics.coupling.state import every_state
 from ..mechanics.coupling.trial_step import rates_of, stages_of, sweep_of
-from ..mechanics.coupling.wear import room_of, wear_of
+from ..mechanics.coupling.wear import wear_of, workspace_size
 from ..mechanics.joint.contract import contact_modes, every_contact, every_latched
 from ..mechanics.joint.loss.contract import awaits_mass, keeps_onset
 from ..mechanics.joint.modes import touches
@@ -24,7 +24,7 @@ from ..mechanics.joint.offsets import Offsets, after_joint, first_place, with_cu
 from ..mechanics.joint.wear.contract import ACCOUNT, MAX_BINS, SLIDING_DISTANCE
 from ..mechanics.mechanism.contract import friction_laws
 from ..mechanics.observe import histogram
-from ..mechanics.observe.histogram import MOMENTS
+from ..mechanics.observe.histogram import STATE_POINTS
 from ..mechanics.solver import integration, loop, radau
 from ..mechanics.solver.accumulate import totals as total_columns
 from ..mechanics.solver.accumulate.within_step import Record, RevolutionMarks
@@ -53,10 +53,10 @@ def _accumulators_of(
         **arrays,
         histogram=np.zeros((contacts, histogram.BINS, 2)),
         dry=np.zeros((contacts if any(part.film for part in parts) else 0, histogram.BINS, 2)),
-        step_values=zeros((contacts, histogram.COURSES, histogram.PARTS + 1)),
+        step_values=zeros((contacts, histogram.STEP_VALUE_ROWS, histogram.PARTS + 1)),
         length=zeros(1),
-        between=zeros((2 * len(scene.value.coordinates) + 1, MOMENTS)),
-        workspace=zeros(room_of(contacts, bins) if worn else 0),
+        between=zeros((2 * len(scene.value.coordinates) + 1, STATE_POINTS)),
+        workspace=zeros(workspace_size(contacts, bins) if worn else 0),
         wear=zeros(2 * contacts * bins),
         account=zeros((contacts, ACCOUNT)),
         friction=zeros(len(friction_laws(scene.value.mechanism))),
@@ -144,7 +144,10 @@ class Run:
         self.given[:] = start.given
         arrays["begun"][:begun], arrays["begun"][begun:] = start.first, 0.0
         arrays["bins"][:] = 0
-        arrays["mode"][:], arrays["rubs"][:] = work.pressed if scene.in_contact else work.apart, start.rubs
+        arrays["mode"][:], arrays["has_friction"][:] = (
+            work.pressed if scene.in_contact else work.apart,
+            start.has_friction,
+        )
         put_numbers(value, start.first[: self.parameters.size], self.parameters)
         self.totals.whole.speed_awaited = start_up_speed(scene.machine)
         if start.sliding_distance:
@@ -245,7 +248,7 @@ def release(run: Run) -> None:
 
 
 def onset_rates(final: FinalContacts) -> list[float]:
-    """Return the onset rate (m/s) that each joint's law uses at the end of an integration, nan without one."""
+    """Return the onset rate (m/s) that each joint's law uses at the end of an integration, or nan if it uses none."""
     rates, contact = [math.nan] * len(final.joints), 0
     for j, joint in enumerate(final.joints):
         if touches(final.mode.item(contact)) and keeps_onset(_law_at_end(final, j)):

@@ -9,7 +9,7 @@ import numpy as np
 from ..mechanics.coupling.rates import observed_width
 from ..mechanics.joint.contract import every_contact
 from ..mechanics.observe import histogram
-from ..mechanics.observe.stages import PLACES, STAGES
+from ..mechanics.observe.stages import ROW_COUNT, STAGES
 from ..mechanics.solver import integration
 from ..mechanics.solver.accumulate import totals as total_columns
 from ..mechanics.solver.accumulate.step_sums import ContactStep, Step
@@ -35,15 +35,15 @@ def arrays_of(scene: Scene) -> Arrays:
         "joint": (contacts, total_columns.ContactTotals.SIZE),
     }
     step = {
-        "k": (n, PLACES),
-        "o": (observed_width(scene.value), PLACES),
+        "k": (n, ROW_COUNT),
+        "o": (observed_width(scene.value), ROW_COUNT),
         "nodes": (n + 1, STAGES),
         "f": (n, STAGES),
         "polynomials": (ROWS, COEFFICIENTS),
         "step": (Step.SIZE,),
         "contact_steps": (contacts, ContactStep.SIZE),
         "profiles": (1 + contacts, histogram.PARTS + 1),
-        "spent": (contacts, total_columns.SPENT, histogram.PARTS),
+        "spent": (contacts, total_columns.PART_TIME_ROWS, histogram.PARTS),
         "end": (n,),
         "z": (n,),
     }
@@ -52,7 +52,7 @@ def arrays_of(scene: Scene) -> Arrays:
     for (name, shape), end in zip(begun.items(), ends, strict=True):
         arrays[name] = numbers[end - math.prod(shape) : end].reshape(shape)
     arrays |= {name: _aligned(shape) for name, shape in step.items()}
-    whole = {"mode": (contacts,), "rubs": (contacts,), "bins": (contacts, total_columns.HIGHEST_BIN + 1)}
+    whole = {"mode": (contacts,), "has_friction": (contacts,), "bins": (contacts, total_columns.HIGHEST_BIN + 1)}
     return arrays | {name: np.zeros(shape, np.int64) for name, shape in whole.items()} | {"begun": numbers}
 
 
@@ -64,7 +64,7 @@ def _aligned(shape: tuple[int, ...]) -> np.ndarray:
 
 
 def fields_from(form: type, arrays: Arrays) -> dict[str, Any]:
-    """Return the arrays that are fields of a NamedTuple, with the names of their numbers if it gives them any."""
+    """Return the arrays that are fields of a NamedTuple, with names for their numbers if the type defines them."""
     kinds = form.__annotations__
     return {
         name: kinds[name](arrays[name]) if issubclass(kinds[name], Fields) else arrays[name]
@@ -91,6 +91,6 @@ class Memory:
         return part
 
     def clear(self) -> None:
-        """Set all of them to zero."""
+        """Set all arrays to zero."""
         for piece in self.pieces:
             piece.fill(0)

@@ -55,7 +55,10 @@ class Sketch(NamedTuple):
 
 
 def sketch(case: Case) -> Sketch | None:
-    """Return the initial position of a case's machine, or None without one.  Raises InputError if it cannot close."""
+    """Return the initial position of a case's machine, or None without machine.
+
+    Raises InputError if it cannot close.
+    """
     mechanism = mechanism_of(case)
     if mechanism.machine is None:
         return None

@@ -11,7 +11,7 @@ TAIL_PROBABILITY = 0.5 * (1.0 - CONFIDENCE)  # probability beyond either end of 
 
 
 class Quantile(NamedTuple):
-    """A quantile of a value per revolution, and its 95 % interval; None for too few revolutions."""
+    """A quantile of a value per revolution, and its 95 % interval; values are None for too few revolutions."""
 
     value: float | None
     low: float | None
@@ -54,7 +54,7 @@ def _quantile(ordered: list[float], independent: int, share: float) -> Quantile:
 
 
 def variance_inflation(values: np.ndarray) -> float:
-    """Return how many successive values count as one independent value: (1 + r) / (1 - r)."""
+    """Return the number of successive values that count as one independent value: (1 + r) / (1 - r)."""
     if len(values) < 3:
         return 1.0  # two values lie on either side of their mean
     deviations = values - np.add.reduce(values) / len(values)

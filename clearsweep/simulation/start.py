@@ -38,7 +38,7 @@ _METHODS = {"auto": integration.AUTO, "explicit": integration.EXPLICIT, "implici
 
 
 def period(scene: Scene) -> float:
-    """Return the time (s) of a crank turn."""
+    """Return the time (s) of a revolution of the crank."""
     return 2.0 * math.pi / scene.value.reference_rate
 
 
@@ -87,7 +87,7 @@ class Start(NamedTuple):
     marks: Marks
     given: np.ndarray  # the arrays of a RunInputs, concatenated
     first: np.ndarray  # the arrays of an InitialState, concatenated
-    rubs: list[bool]  # by contact
+    has_friction: list[bool]  # by contact
     sliding_distance: list[float]  # m, earlier wear by contact, or []
     longest: float  # s, longest step
 
@@ -124,7 +124,7 @@ def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
         marks=marks,
         given=np.concatenate([times, given]),
         first=np.array(list(chain.from_iterable(first))),
-        rubs=[described.friction is not None or described.film is not None for _, described in contacts],
+        has_friction=[described.friction is not None or described.film is not None for _, described in contacts],
         sliding_distance=[
             scene.worn[part.name].sliding_distance if part.name in scene.worn else 0.0
             for _, part in contacts

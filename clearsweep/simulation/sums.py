@@ -66,7 +66,7 @@ class FrictionMean(NamedTuple):
     """The mean power of friction in a joint without clearance."""
 
     def take(self, totals: Totals | Summed, index: int | None) -> Any:
-        """Return the work; `index`: of the joint in `Layout.rubbing`."""
+        """Return the work (J); `index` is the index of the joint in `Layout.rubbing`."""
         assert index is not None
         return totals.friction[index]
 
@@ -80,7 +80,7 @@ class FrictionMean(NamedTuple):
 
 
 def of_joint(figure: Figure, layout: Layout, joint: str) -> Figure:
-    """Return a figure for a joint; without clearance its friction power is that of the loads."""
+    """Return a figure for a joint; for a joint without clearance, the friction power is that of the friction loads."""
     return figure._replace(sums=FrictionMean()) if joint in layout.rubbing else figure
 
 
@@ -95,7 +95,7 @@ class Share(NamedTuple):
         return np.array([_sum(totals, index, self.part), _sum(totals, index, self.whole)])
 
     def value(self, window: Window, index: int | None) -> Any:
-        """Return the ratio over the window, 0 if both are 0."""
+        """Return the ratio over the window, or 0 if both integrals are 0."""
         part, whole = self.take(window.totals, index)
         return part / whole if whole else 0.0
 
@@ -109,7 +109,7 @@ class Share(NamedTuple):
 
 
 class DryShare(Share):
-    """The share of a load that a contact behind a film bears, None without a contact."""
+    """The share of a load that a contact behind a film carries, or None without a contact."""
 
     def value(self, window: Window, index: int | None) -> Any:
         """Return the share over the window."""
@@ -131,7 +131,7 @@ class RootMean(NamedTuple):
         return math.sqrt(self.take(window.totals, index) / window.duration)
 
     def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
-        """Return the root mean square; its half-width follows from that of the square."""
+        """Return the root mean square and its half-width, which follows from that of the mean square."""
         square, width = _mean(times, sums)
         value = math.sqrt(square)
         return value, 0.5 * width / value if value else 0.0

@@ -137,7 +137,10 @@ def with_deadline(scene: Scene) -> Scene:
 
 
 def end_of(scene: Scene) -> float:
-    """Return the time (s) of a scene's last revolution, inf without a crank; raise InputError if there is none."""
+    """Return the time (s) of the end of a scene's run, inf without a crank.
+
+    Raise InputError if the crank never gets there.
+    """
     if not scene.mechanism.turns:
         return math.inf
     end = scene.crank_clock.at(scene.case.simulate.revolutions)
@@ -364,7 +367,7 @@ def checked_times(times: ArrayLike, end: float) -> np.ndarray:
 
 
 def sampling_times(scene: Scene) -> np.ndarray:
-    """Return the samples of a scene: at k / samples of a revolution, both ends of the range included."""
+    """Return the sampling times of a scene: at k / samples of a revolution, both ends of the range included."""
     save, revolutions, crank_clock = scene.case.save, scene.case.simulate.revolutions, scene.crank_clock
     first = 0 if save.orbits == "all" else round((revolutions - save.revolutions) * save.samples)
     count = np.arange(first, math.floor(revolutions * save.samples + 1e-9) + 1)

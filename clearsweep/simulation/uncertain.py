@@ -45,7 +45,7 @@ def further_lives(
 
     Parameters
     ----------
-    life_run : of the case itself, whose life is known.
+    life_run : LifeRun of the case itself, whose life is known.
     run : (LifeRun, (n,) worn state) -> block, or None if it failed.
     """
     lives = {}
@@ -102,7 +102,7 @@ def failures(lives: dict[str, BoundingLife]) -> tuple[str, ...]:
 
 
 def figures(column: str, lives: dict[str, BoundingLife]) -> dict[str, float | None]:
-    """Return both ends of a joint's life by column, None if unknown; more wear means a shorter life."""
+    """Return both ends of a joint's life by column, with None for unknown ones; more wear means a shorter life."""
     ends = {"low": lives[HIGH].life, "high": lives[LOW].life}
     turns = {end: life.revolutions if life and life.reached else math.nan for end, life in ends.items()}
     return {f"{column}_life_{end}_uncertain": turn if math.isfinite(turn) else None for end, turn in turns.items()}

@@ -44,7 +44,7 @@ SEAM_BINS = 4  # bins repeated beyond the seam of the circle
 
 
 class JointTotals(ContactTotals):
-    """Figures of the window for a joint; those of its own are of a joint in space."""
+    """Figures of the window for a joint; the fields added here are those of a spatial joint."""
 
     axial_force_max: float  # N, at a flange
     axial_onsets: float  # there
@@ -156,8 +156,8 @@ def _combined_totals(contacts: ContactTotals, joint: JointLayout) -> JointTotals
 def combined_account(accounts: np.ndarray, contacts: ContactTotals) -> np.ndarray:
     """Return the wear account of a joint, (ACCOUNT,), from those of its contacts, (contacts, ACCOUNT).
 
-    Maxima and the time beyond the limit are those of one contact; the mean pressure is over the times
-    in contact of each.  contacts : their sums.
+    Maxima and the time beyond the limit are those of one contact; the mean pressure is an average over the times
+    in contact of all.  contacts : sums of the contacts.
     """
     combined: np.ndarray = accounts.sum(axis=0)
     for column in (PRESSURE_MAX, PV_MAX, PV_BEYOND, SLIDING_DISTANCE):

@@ -17,7 +17,7 @@ DIRECTIONS = tuple(math.radians(angle) for angle in (0.0, 45.0, 90.0))  # see `l
 def yield_speeds(scene: Scene) -> dict[str, float | None]:
     """Return the approach speed (m/s) at first yield of each joint of known strength, by column; None if undefined.
 
-    It is sqrt(2 W / m), with W the elastic energy at first yield and m the largest effective mass at the start.
+    The speed is sqrt(2 W / m), with W the elastic energy at first yield and m the largest effective mass at the start.
     """
     elastic_joints = [
         (number, case)

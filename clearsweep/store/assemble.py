@@ -69,7 +69,10 @@ def merge(
 
 
 def mark_of(run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray) -> str:
-    """Return a hash of the content of the merged files, which both carry: batches are named by their content."""
+    """Return a hash of the content of the merged files, which is stored in both files.
+
+    It is computed from the names of the batches, since these contain hashes of their content.
+    """
     digest = hashlib.sha256(result_schema.content.encode())
     for column in ("id", "row"):
         digest.update(rows[column].tobytes())

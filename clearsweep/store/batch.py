@@ -167,7 +167,7 @@ def datasets(schema: ResultSchema) -> tuple[Dataset, ...]:
 
 
 def offsets_of(schema: ResultSchema) -> dict[str, Dataset]:
-    """Return the datasets with the offsets of cases, by what they count: samples, events and so on."""
+    """Return the datasets with the offsets of cases, by the counted item: sample, event and so on."""
     text = "first {} of each case; the last value is their number"
     offsets = {SAMPLE: Dataset("offsets", np.dtype("i8"), "1", text.format(SAMPLE), CASE)}
     if schema.histories:
@@ -289,7 +289,7 @@ class BatchFiles(NamedTuple):
 
 
 def file_name(batch: str, checksum: str, ending: str) -> str:
-    """Return the name of a file of a batch, which contains the SHA-256 of its content in part."""
+    """Return the name of a file of a batch, which contains a part of the SHA-256 of its content."""
     return f"{batch}-{checksum[:HASH_LENGTH]}.{ending}"
 
 
@@ -300,7 +300,7 @@ def named_hash(path: Path) -> str | None:
 
 
 def batch_files(path: Path, content: bytes, *, keep_rows: bool = False) -> BatchFiles:
-    """Return the files of the batch whose summary, at `path`, has this content; also its rows, if requested.
+    """Return the files of the batch whose summary at `path` has this content, with its rows if `keep_rows` is set.
 
     The checksum of the content has been verified.
     """
@@ -326,7 +326,7 @@ def read_done(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 
 def done_of(table: pa.Table) -> tuple[np.ndarray, np.ndarray]:
-    """Return what `read_done` returns, from the rows of a batch."""
+    """Return the identities and failures as `read_done` does, from the rows of a batch."""
     ids = [numbers_of(chunk.buffers()[2].to_pybytes()[: ID_LENGTH * len(chunk)]) for chunk in table["case_id"].chunks]
     failed = [words_of(chunk) != "ok" for chunk in table["status"].chunks]
     return np.concatenate([np.empty(0, "u8"), *ids]), np.concatenate([np.empty(0, bool), *failed])

@@ -42,17 +42,17 @@ class Block(NamedTuple):
 
     @property
     def path(self) -> Path:
-        """Return the directory of its batches."""
+        """Return the directory of the block's batches."""
         return self.run / BLOCKS / self.name
 
     @property
     def name(self) -> str:
-        """Return its number as used in file names."""
+        """Return the number of the block as text for file names."""
         return f"{self.number:05d}"
 
     @property
     def files(self) -> dict[str, Path]:
-        """Return its final files, by the names that they have in a run without blocks."""
+        """Return the final files of the block, by the names that they have in a run without blocks."""
         return {
             SUMMARY_FILE: self.run / DATASET / f"{self.name}.parquet",
             ORBITS_FILE: self.path / ORBITS_FILE,
@@ -66,7 +66,7 @@ class Block(NamedTuple):
         return self.path / MARK_FILE
 
     def directory(self, frame: str) -> RunDirectory:
-        """Return the directory of its batches; create it if it is missing."""
+        """Return the directory of the block's batches; create it if it is missing."""
         directory = RunDirectory(self.path)
         directory.frame = frame
         for folder in (self.path.parent, self.path, directory.orbits, directory.summaries, directory.scratch):
@@ -113,7 +113,7 @@ class Division:
 def read_mark(block: Block, fingerprint: str | None = None) -> dict[str, Any] | None:
     """Return the mark of a block whose final files exist with the sizes in the mark, or None if it is unfinished.
 
-    fingerprint : of the `Division`; a mark with another one is ignored.
+    fingerprint : fingerprint of the `Division`; a mark with another one is ignored
     """
     try:
         mark = json.loads(durable.read(block.mark))
@@ -212,7 +212,10 @@ class Sampler:
     """
 
     def __init__(self, rows: int, select: Callable[[dict[str, np.ndarray]], set[str]]):
-        """Take the number of `rows` at random; select : columns of further rows -> identities of all to keep by now."""
+        """Prepare to keep `rows` random rows.
+
+        select : takes the columns of further rows; returns the identities of all rows to keep so far
+        """
         self.rows, self.select = rows, select
         self.random_rows: list[pa.Table] = []
         self.ranges: dict[str, list[Any]] = {}  # column -> smallest, largest value, their identities

@@ -42,7 +42,7 @@ def values_of(column: pa.Array) -> np.ndarray:
 
 
 def words_of(column: pa.Array) -> np.ndarray:
-    """Return what `values_of` returns for a column of texts; faster if many of them are equal."""
+    """Return a column of texts as `values_of` does; this is faster if many of the texts are equal."""
     if not len(column):
         return np.empty(0, object)
     encoded = column.dictionary_encode()

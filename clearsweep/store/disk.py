@@ -140,7 +140,7 @@ def clean_text(facts: dict[str, Any]) -> str:
 
 
 def use_text(sizes: dict[str, int]) -> str:
-    """Return sizes of `use` as '52 MB: results 20 MB, batches 32 MB'."""
+    """Return the sizes from `use` as '52 MB: results 20 MB, batches 32 MB'."""
     parts = [f"{name} {wording.size(sizes[name])}" for name in ("results", "batches", "other") if sizes[name]]
     return f"{wording.size(sizes['all'])}: {', '.join(parts)}"
 

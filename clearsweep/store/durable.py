@@ -73,7 +73,7 @@ def _handle(path: Path, flags: int) -> int:
 
 
 def read(path: Path) -> bytes:
-    """Return the content of a regular file; anything else is refused as by `opened`."""
+    """Return the content of a regular file; raise DirectoryError for anything else."""
     with _reading(path), open_regular(path) as file:
         return file.read()
 

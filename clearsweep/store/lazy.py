@@ -59,7 +59,7 @@ class Filter:
 
     @property
     def case_ids(self) -> set[str] | None:
-        """Return the possible identities of rows, or None for any."""
+        """Return the identities that a matching row can have, or None if it can have any."""
         sets = [
             {value} if comparison == "==" else set(value)
             for column, comparison, value in self.conditions
@@ -94,7 +94,7 @@ class Filter:
         return sorted({int(np.searchsorted(ends, first, "right")) for first, last in places if last > first})
 
     def mask(self, table: pa.Table) -> np.ndarray:
-        """Return which rows of a table match; null never matches."""
+        """Return a mask of the rows of a table that match; null never matches."""
         mask = np.ones(len(table), bool)
         for column, comparison, value in self.conditions:
             values = values_of(table[column].combine_chunks())
@@ -114,7 +114,7 @@ class LazyColumn:
     __hash__ = None  # type: ignore[assignment]
 
     def __init__(self, run: Run, name: str):
-        """Take the run and the name of the column."""
+        """Prepare for a run and the name of the column."""
         self._run, self._name = run, name
 
     def _filter(self, comparison: str, value: Any) -> Filter:

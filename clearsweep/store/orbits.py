@@ -161,7 +161,7 @@ def _filtered(chunk: bytes, size: int) -> bytes:
 def fletcher32(content: bytes) -> int:
     """Return the checksum of HDF5's filter: Fletcher's (1982) two sums of big-endian words, modulo 65535.
 
-    A multiple of 65535 counts as 65535, unless all words are zero: HDF5 brings the carry round.
+    A multiple of 65535 counts as 65535 unless all words are zero, because HDF5 uses an end-around carry.
     """
     count = -(-len(content) // 2)
     words = np.frombuffer(content + b"\0" * (-len(content) % 512), ">u2").reshape(-1, 256).astype("u4")

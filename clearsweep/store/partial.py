@@ -30,14 +30,14 @@ def is_unfinished(directory: Path) -> bool:
 
 
 def keys_so_far(record: Mapping[str, Any], source: RunDirectory) -> dict[str, Any]:
-    """Return the grid of the finished cases by key: that of run.json, unless the run adds cases."""
+    """Return the keys of a grid of the finished cases: those of run.json, unless the run adds cases."""
     if SEARCHES & record.keys():
         return keys_of_all(record, source)
     return {key: record[key] for key in record["keys"]}
 
 
 def keys_of_all(record: Mapping[str, Any], source: RunDirectory) -> dict[str, Any]:
-    """Return a grid of all cases of a directory by key: their values axis by axis, or else case by case."""
+    """Return the keys of a grid of all cases in a directory: their values as axes if possible, else case by case."""
     unvaried = {key: record[key] for key in record["keys"] if key not in (*VARYING_SECTIONS, *SEARCHES)}
     paths = list(record["units"])  # in the order of the columns
     if not paths:
@@ -61,7 +61,7 @@ def keys_of_all(record: Mapping[str, Any], source: RunDirectory) -> dict[str, An
 
 
 def _present(values: list[Any]) -> list[Any]:
-    """Return the values in use, numbers in ascending order."""
+    """Return the values that are not None, numbers in ascending order."""
     values_in_use = [value for value in values if value is not None]
     return values_in_use if any(isinstance(value, str) for value in values_in_use) else sorted(values_in_use)
 

@@ -43,7 +43,7 @@ class StoredRun:
     """
 
     def __init__(self, directory: str | Path, place: Path | None = None):
-        """Open a directory; `place`: of its files, if they were assembled elsewhere."""
+        """Open a directory; `place` is the location of its files if they were assembled elsewhere."""
         self.directory = Path(directory)
         self.place = place or self.directory
         self.grid = read_record(self.place)
@@ -60,11 +60,11 @@ class StoredRun:
         return (*FINAL_FILES, RECORD_FILE)
 
     def marks(self) -> list[dict[str, Any]]:
-        """Return the marks of its blocks; none without blocks."""
+        """Return the marks of the blocks, or [] for a run without blocks."""
         return []
 
     def sample_and_extremes(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
-        """Yield what `blocks` does; of a run in blocks, only random and extreme rows."""
+        """Yield the same as `blocks`; for a run in blocks, only random and extreme rows."""
         return self.blocks(columns)
 
     def _check(self) -> None:
@@ -128,7 +128,7 @@ class StoredRun:
 
     @contextlib.contextmanager
     def _table(self, name: str = SUMMARY_FILE) -> Iterator[pq.ParquetFile]:
-        """Yield a table, whose pages are verified on reading; DamagedError as `_orbits`."""
+        """Yield a table, whose pages are verified on reading; raise DamagedError if one was changed."""
         path = self._path(name)
         try:
             with open_table(path) as table:
@@ -229,7 +229,7 @@ class StoredRun:
         return frame
 
     def event_blocks(self) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
-        """Yield the numbers of events of cases, and t (s), joint, kind of all of them, a few thousand cases at a time.
+        """Yield the numbers of events by case, and t (s), joint and kind of all events, a few thousand cases at a time.
 
         joint : index in `layout.contacts`; kind : index in `results.EVENT_KINDS`.  Empty if `save.orbits` is none.
         """
@@ -252,7 +252,7 @@ class StoredRun:
 
     @property
     def identify(self) -> "pd.DataFrame | None":
-        """Return a weighted sample of the parameters of a measured machine; None: nothing was identified.
+        """Return a weighted sample of the parameters of a measured machine, or None if nothing was identified.
 
         It is a DataFrame with a column `weight`, `attrs["units"]` by column.
         """
@@ -270,8 +270,8 @@ class StoredRun:
     def poincare(self, case_id: str) -> "pd.DataFrame":
         """Return journal positions (m) and velocities (m/s) at crank angle 0 of every revolution.
 
-        Columns are `rod_slider/x` and the like, with `attrs["units"]`; `revolution` counts turns of the crank.  It is
-        empty where `orbit` is.
+        Columns are `rod_slider/x` and the like, with `attrs["units"]`; `revolution` counts turns of the crank.
+        The result is empty if `orbit` returns an empty DataFrame.
         """
         names = [path for _, path in self.layout.sections]
         frame = self._frame(case_id, SECTION, [SECTION_COUNT, *names] if names else [])
@@ -311,7 +311,7 @@ class StoredRun:
     def wear(self, case_id: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Return joint -> (bearing, journal): depths in m per angular bin of each body; NaN for a failed case.
 
-        (bins,), of a joint in space (bins, length bins).
+        The shape is (bins,), for a spatial joint (bins, length bins).
         """
         row = self._row_of(case_id)
         with self._orbits() as file:

@@ -33,7 +33,7 @@ class OneBlock(StoredRun):
     """A block of a run, used like a run."""
 
     def __init__(self, directory: Path, block: Block, grid: dict[str, Any], layout: Layout):
-        """Take the run's directory, content of run.json and layout, and where the block is."""
+        """Prepare with the run's directory, the block, the content of run.json and the layout."""
         self.directory, self.place, self.block, self.grid, self.layout = directory, directory, block, grid, layout
 
     def _path(self, name: str) -> Path:
@@ -85,7 +85,7 @@ class BlockedRun(StoredRun):
     """
 
     def __init__(self, directory: str | Path, *, partial: bool = False):
-        """Take the directory; `partial`: with the blocks that are finished so far."""
+        """Open a directory; with `partial`, an unfinished run has the blocks that are finished so far."""
         self.directory = self.place = Path(directory)
         self.grid = read_record(self.directory)
         check_form(self.directory, self.grid)
@@ -140,7 +140,7 @@ class BlockedRun(StoredRun):
         return LazySummary(self)
 
     def column(self, name: str) -> "pd.Series":
-        """Return one column of the summary, all cases, block after block; 8 bytes a number."""
+        """Return one column of the summary for all cases, block after block; a number takes 8 bytes."""
         import pandas as pd
 
         values = [block[name] for block in self.blocks([name])]

@@ -133,7 +133,7 @@ def _sections(required: dict[str, Check], optional: dict[str, Check]) -> Check:
 
 
 def _fields(kind: Any, checks: dict[str, Check]) -> Check:
-    """Return a check of a NamedTuple that is written as a section: all its fields without a default, and no others."""
+    """Return a check of a section written from a NamedTuple: it has all fields without a default, and no others."""
     required = {name: checks[name] for name in kind._fields if name not in kind._field_defaults}
     check_section = _sections(required, {name: checks[name] for name in kind._field_defaults})
 

@@ -11,7 +11,7 @@ class Unfinished:
     """The log of a case: a temporary file, replaced as a whole, named by the identity of the case."""
 
     def __init__(self, directory: Path, case_id: str):
-        """Take the directory of the run and the case."""
+        """Prepare for a case of the run in a directory."""
         self.scratch = directory / SCRATCH
         self.path = durable.life_log(self.scratch, case_id)
 

@@ -14,7 +14,7 @@ class Working:
     """The file in which a worker keeps its progress; `name` is that of its batch or of its preparation."""
 
     def __init__(self, directory: Path, name: str):
-        """Take the directory of the run."""
+        """Prepare for a batch or preparation called `name` of the run in a directory."""
         self.path = durable.scratch_file(directory / SCRATCH, f"{name}.work")
 
     def put(self, content: bytes | None) -> None:

@@ -18,7 +18,7 @@ from .worker import Simulator
 def complete_run(directory: str | Path, simulator: Simulator = SIMULATION) -> Iterator[store.StoredRun]:
     """Yield a run that contains every committed case in `directory`.
 
-    It is assembled in a temporary directory, which needs as much space as the cases; `directory` is not changed.
+    The run is assembled in a temporary directory, which needs as much space as the cases; `directory` is not changed.
     Raises DirectoryError if there is no run.
     """
     record = store.read_record(Path(directory))

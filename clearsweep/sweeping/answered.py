@@ -38,9 +38,10 @@ class _Columns:
 
 
 def sentences(run: StoredRun, lead: Lead, checks: LawChecks, facts: dict[str, Any]) -> list[str]:
-    """Return the answer to the question of a grid, [] for questions with lines of their own.
+    """Return the answer to the question of a grid, or [] if the question has closing lines of its own.
 
-    Of a run in blocks with more than MOST_READ cases, only the sentences on extremes: its sample has their cases.
+    For a run in blocks with more than MOST_READ cases, only the sentences on extremes are returned, since its sample
+    contains the extreme cases.
     facts : as for `setting_text`
     """
     if lead.question not in ("life", "limits", *BY_CONTENT) or not len(run):

@@ -132,7 +132,7 @@ class BlockRunner:
     def run(self, number: int, drop: Callable[[], np.ndarray] | None = None) -> bool:
         """Run the missing cases of a block and let a worker finish it; return False if too many cases failed.
 
-        drop : as in `Pending`, if others may work at the block, too; their files are then kept.
+        drop : as in `Pending`, if other drivers may also work on the block; their files are then kept.
         """
         job = self.job
         block = store.Block(job.directory, number)

@@ -50,7 +50,8 @@ class Pending(NamedTuple):
 class CaseRunner:
     """Runs cases of one or more grids with workers that are started for the first missing case.
 
-    `ran`, `case_seconds` : number of cases and s of work; `ready` : when the first case could begin, or None.
+    `ran` is the number of cases run, `case_seconds` their total computing time (s).  `ready` is the time at which the
+    first case could begin, or None.
     """
 
     def __init__(self, directory: store.RunDirectory, options: Options, simulator: Simulator):
@@ -73,7 +74,8 @@ class CaseRunner:
     def run(self, grid: grids.Grid, ids: np.ndarray, requested: np.ndarray) -> bool:
         """Run the missing cases of a grid; return False if stopped because too many cases failed.
 
-        ids : of all cases by index; requested : of the required cases, ascending.
+        ids : identities of all cases, by index
+        requested : identities of the required cases, ascending
         """
         pending = missing(ids, requested, self.directory.rows(), retry_failed=self.options.retry_failed)
         for candidates in self.attempted:
@@ -87,7 +89,7 @@ class CaseRunner:
     def run_cases(self, grid: grids.Grid, pending: "Pending", most_failures: int | None = None) -> bool:
         """Run some cases of a grid; return False if stopped because too many cases failed.
 
-        most_failures : how many may fail; default: from the options.
+        most_failures : number of cases that may fail; default: from the options
         """
         count = len(pending.indices)
         grids.check_disk(count * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
@@ -115,7 +117,7 @@ class CaseRunner:
     def results_from(self, grid: grids.Grid, first: int) -> store.CaseResults | None:
         """Run the missing cases of a grid; return how those from the index `first` on compare with their limits.
 
-        None if some were left.
+        Return None if the run stopped before all cases were finished.
         """
         ids = case_ids(grid)
         if not self.run(grid, ids, np.sort(ids)):
@@ -132,7 +134,7 @@ class CaseRunner:
         return new_results._replace(histories=tuple(histories))
 
     def peaks(self, grid: grids.Grid, worst_cases: Sequence[store.Worst]) -> list[Peak | None]:
-        """Return the peak revolutions of finished cases, or None for one that is not found again."""
+        """Return the peak revolution of each finished case, or None for a case whose peak is not found again."""
         cases = [grid.case_at(case.point) for case in worst_cases]
         workers = self.workers or self.hire(len(cases))
         results: list[Peak | None] = []
@@ -217,7 +219,7 @@ def missing(ids: np.ndarray, requested: np.ndarray, rows: np.ndarray, *, retry_f
 
 
 def common_values(values: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return which values are in `others`, ascending; needs a fifth of the memory of np.isin."""
+    """Return a mask of the values that are in `others` (ascending); it needs a fifth of the memory of np.isin."""
     if not len(others):
         return np.zeros(len(values), bool)
     places = np.searchsorted(others, values)
@@ -249,11 +251,11 @@ def solve_in_bulk(simulator: Simulator, pending: int, kinds: int) -> bool:
 def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simulator, directory: Path) -> float:
     """Compile the code of these cases, each part in one worker, so that all workers find it in the cache.
 
-    Return the time (s) of compiling in all workers, without that of loading.
+    Return the total compile time (s) of all workers, without the time for loading.
 
-    directory : of the run; its folder for temporary files contains the progress.
+    directory : the directory of the run; its folder for temporary files contains the progress
 
-    Errors come up again in a case, where they are recorded.
+    Errors are ignored here: they occur again when the case is run, and are recorded then.
     """
     parts = [(simulator.compile_loop, cases[0]), *((simulator.compile_for, case) for case in cases)]
     progress_files = [store.Working(directory, secrets.token_hex(8)) for _ in parts]

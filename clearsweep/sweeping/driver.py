@@ -47,7 +47,7 @@ class Batches:
     ):
         """Prepare for the indices of the `pending` cases and their identities, uint64, both (cases,).
 
-        drop : called now and then; returns identities, ascending, of cases that others have finished.
+        drop : called at intervals; returns the identities (ascending) of the cases that other drivers have finished
         """
         self.pending, self.ids, self.jobs, self.drop = pending, ids, jobs, drop
         self.most_cases = max(1, min(MOST_CASES, int(MOST_BYTES / max(bytes_per_case, 1.0))))
@@ -61,7 +61,7 @@ class Batches:
         self.done, self.seconds, self.largest = earlier.done, earlier.seconds, earlier.largest
 
     def learn(self, manifest: Manifest) -> None:
-        """Include the time of a finished batch; first batches load code, so old ones lose weight."""
+        """Include the time of a finished batch in the estimate; older batches count less: the first ones load code."""
         if manifest.seconds:
             self.done = OLD_BATCH_WEIGHT * self.done + manifest.done
             self.seconds = OLD_BATCH_WEIGHT * self.seconds + manifest.seconds

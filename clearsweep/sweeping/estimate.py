@@ -132,7 +132,7 @@ class _Further(NamedTuple):
 
     @classmethod
     def of(cls, grid: Grid, remaining: "_Remaining") -> "_Further":
-        """Return them for `seek`, `optimise` or `identify`; none if a directory has the first cases already."""
+        """Return the expected cases of a search; none if the directory already has the first cases."""
         if remaining.pending < remaining.requested:  # the number of added cases is unknown
             return cls(0, 0.0)
         if grid.seek and not grid.seek.fits:
@@ -146,7 +146,7 @@ class _Further(NamedTuple):
         return cls(0, 0.0)
 
     def sentences(self) -> list[str]:
-        """Return a sentence on them; [] for none."""
+        """Return a sentence on the expected cases, or [] if there are none."""
         if not self.cases:
             return []
         about = "about " if self.by == "seek" else ""
@@ -224,7 +224,7 @@ def _standard_error(times: list[float], pending: int) -> float:
 def timed_indices(count: int) -> list[int]:
     """Return which of `count` cases to time: a random one from each of equal intervals, in random order.
 
-    Equal steps would repeat the same values of the last axes.  Any first few are also a fair sample.
+    Equal steps would repeat the same values of the last axes.  The first few indices are also a random sample.
     """
     rng = np.random.default_rng(count)
     edges = np.linspace(0, count, min(count, PILOT_CASES) + 1).astype(int)
@@ -261,7 +261,7 @@ def _pilot(grid: Grid, remaining: _Remaining, jobs: int, simulator: Simulator) -
 def _started(
     jobs: int, kinds: list[Case], simulator: Simulator, directory: Path
 ) -> tuple[executors.Executor, float, float]:
-    """Return started workers with compiled code, the time (s) that this took, and that of compiling in all of them."""
+    """Return started workers with compiled code, the elapsed time (s), and the sum of their compile times (s)."""
     begin = time.monotonic()
     workers = executors.Local(jobs, load=simulator.load)
     compiled = case_runner.compile_all(workers, kinds, simulator, directory)

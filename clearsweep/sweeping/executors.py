@@ -292,7 +292,7 @@ T = TypeVar("T")
 
 
 def with_timeout(function: Callable[[], T]) -> T:
-    """Return `function()`, or raise TimeoutError after ANSWER_TIMEOUT; its thread then goes on in the background.
+    """Return `function()`, or raise TimeoutError after ANSWER_TIMEOUT; its thread then continues in the background.
 
     The time limit of a client applies to each message separately, and restarts when it closes.
     """

@@ -11,7 +11,7 @@ from .settings import grid_text, number_of_joints
 
 
 def of_run(identified: Identified) -> dict[str, Any]:
-    """Return the result for JSON, in SI, without the sample."""
+    """Return the result as a JSON-ready dictionary in SI units, without the sample."""
     facts = {name: value for name, value in identified._asdict().items() if name != "sample"}
     for name in ("parameters", "fits", "signals"):
         facts[name] = [fact._asdict() for fact in facts[name]]

@@ -22,7 +22,7 @@ class LawCheck:
         self.ranking = order.lead_of(grid.layout, grid.verdict.limits)
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Take the worst of the cases of the grid, which decides, and the laws that are suitable for its joints."""
+        """Find the worst case of the grid, which decides, and the other laws that are suitable for its joints."""
         if self.done or not self.ranking.candidates or not len(results.status):
             self.points = []
             return
@@ -38,7 +38,7 @@ class LawCheck:
             self.points += [variant for variant in variants if _used(grid, point) <= _used(grid, variant)]
 
     def next_points(self) -> Sequence[Point]:
-        """Return the deciding case under each other law, once."""
+        """Return the points of the deciding case under each other law; [] in every later round."""
         return self.points
 
 
@@ -48,26 +48,29 @@ def _used(grid: Grid, point: Point) -> set[str]:
 
 
 class LawChecks:
-    """Separates the cases that check laws from those of the grid, and keeps what they came to."""
+    """Separates the cases that check laws from those of the grid, and keeps the results of these checks."""
 
     def __init__(self, base: dict[str, str], lead: order.Lead):
-        """base : path -> law of the grid, {} where none is checked."""
+        """Prepare with the law of the grid by path (`base`, {} if no law is checked) and the ranking of the cases."""
         self.base, self.ranking = base, lead
         self.rows: list[law_check.Row] = []
 
     def of_grid(self, block: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return which cases of a block are those of the grid."""
+        """Return a mask of the cases of a block that belong to the grid and do not check a law."""
         is_of_grid = np.ones(len(block["status"]), bool)
         for path, law in self.base.items():
             is_of_grid &= np.array([value is None or value == law for value in block[path].tolist()], bool)
         return is_of_grid
 
     def add(self, block: Mapping[str, np.ndarray]) -> None:
-        """Take in finished cases that check laws."""
+        """Add the finished cases of a block that check laws."""
         self.rows += law_check.rows_of(block, self.base, self.ranking)
 
     def facts(self, deciding: dict[str, Any] | None) -> dict[str, Any] | None:
-        """Return what the checks came to next to the deciding case (its entry in the closing table); None: none ran."""
+        """Return the results of the law checks and of the deciding case, or None if no check ran.
+
+        deciding : entry of the deciding case in the closing table
+        """
         if not self.rows or deciding is None:
             return None
         figure = deciding["figures"][0]

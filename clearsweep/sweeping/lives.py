@@ -47,7 +47,7 @@ class Lives:
                     }
 
     def facts(self) -> dict[str, Any] | None:
-        """Return both lives and the number of cases that did not reach their limit, for JSON; None without a life."""
+        """Return both lives and the number of cases that did not reach their limit, for JSON, or None without lives."""
         return (
             {"joint": self.joint, "until": self.until, **self.ends, "unreached": self.unreached}
             if self.columns

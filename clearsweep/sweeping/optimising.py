@@ -257,7 +257,7 @@ class _Trial(NamedTuple):
 
 
 def _interval(columns: dict[str, np.ndarray], name: str, index: int) -> tuple[float, float]:
-    """Return the 95 % interval of a column in the case at an index, NaN without one."""
+    """Return the 95 % interval of a column for the case at an index, or NaN if it has none."""
     low, high = (float(columns[column][index]) if column in columns else math.nan for column in interval_columns(name))
     return low, high
 
@@ -275,7 +275,7 @@ def _front(trials: list[_Trial], objectives: tuple[tuple[str, bool], ...]) -> It
 
 
 def _within(choice: Choice, share: float) -> Any:
-    """Return the value at a part of a choice, clipped to the ends of its range."""
+    """Return the value at a share (0 to 1) of the range of a choice, clipped to the ends of the range."""
     value = choice.value_at(share)
     return value if choice.kind == AMONG else min(max(value, choice.values[0]), choice.values[1])
 

@@ -47,7 +47,7 @@ class Cases(phases.Phase):
         self._seen: tuple[float, tuple[int, Sequence[phases.Progress]]] = (-math.inf, (0, ()))
 
     def seen(self) -> tuple[int, Sequence[phases.Progress]]:
-        """Return the result of `look`, or a recent one, since it reads files."""
+        """Return the number of finished cases and the progress of the running ones; files are read once in a while."""
         now = time.monotonic()
         if now - self._seen[0] >= phases.REFRESH:
             self._seen = now, self.read_cases()

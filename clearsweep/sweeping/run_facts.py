@@ -76,7 +76,7 @@ class RunFacts:
                 self.expected = largest._asdict() | known_at(index)
 
     def case_ids(self) -> set[str]:
-        """Return the cases named so far."""
+        """Return the identities of the cases in the facts so far."""
         entries = [*self.failures, *self.worst.entries, *self.lives.ends.values(), self.pace.slowest, self.limits.worst]
         named = {entry["case_id"] for entry in entries if entry}
         return named | self.remarks.case_ids()

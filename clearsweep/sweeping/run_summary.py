@@ -69,7 +69,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
 def _probability(
     result: RunResult, record: Mapping[str, Any], limits: dict[str, Any] | None
 ) -> tuple[float, float, float] | None:
-    """Return how probable it is that a limit is exceeded, with its interval; None if the cases are no one sample."""
+    """Return the probability of exceeding a limit, with its interval; None if the cases are not one random sample."""
     if not limits or not limits["cases"] or result.failed or not probability.is_one_sample(record):
         return None
     return probability.share(limits["exceeding"], limits["cases"])

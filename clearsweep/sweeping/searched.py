@@ -16,7 +16,7 @@ LISTED_ANSWERS, LISTED_EFFECTS = 12, 6
 
 
 def seek_facts(result: RunResult, record: Mapping[str, Any]) -> dict[str, Any] | None:
-    """Return the result of `seek` for JSON, in SI, or None without the section.
+    """Return the result of `seek` as a JSON-ready dictionary in SI units, or None if the grid has no `seek`.
 
     record : run.json
     """
@@ -100,7 +100,7 @@ def _margin(margin: float | None) -> str:
 
 
 def _nearest(path: str, case: dict[str, Any], facts: dict[str, Any]) -> str:
-    """Return how near a case of the other axes comes to its limits, and the limits that would pass."""
+    """Return a line with the best margin for one combination of the other axes, and the limits that would pass."""
     setting = setting_text(case["point"], facts)
     where = f"{setting}: " if setting else ""
     if case["margin"] is None:
@@ -146,7 +146,7 @@ def optimised(result: RunResult, units: Mapping[str, str], limits: Sequence[Limi
 
 
 def _with_words(case: Best, limits: Sequence[Limit]) -> dict[str, Any]:
-    """Return a case for JSON with its margin in words, None without limits."""
+    """Return a case as a JSON-ready dictionary with its margin in words; without limits, the words are None."""
     if case.margin is None:
         return case._asdict() | {"margin_words": None}
     exceeded = case.limiting or "" if case.margin < 0.0 else ""

@@ -105,7 +105,7 @@ class Seeking:
         return answer._replace(fits=True, fit=seek.fit(border.last_good).name, beyond=passing_beyond)
 
     def _best(self, j: int, index: int) -> dict[str, Any]:
-        """Return the best margin of a case of the other axes, and the limiting column there."""
+        """Return the best margin for one combination of the other axes, and the limiting column there."""
         probe = self.probes[j][index]
         finite = np.isfinite(probe.margin)
         return {

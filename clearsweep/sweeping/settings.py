@@ -62,7 +62,7 @@ def setting_name(path: str, paths: Iterable[str], facts: Mapping[str, Any]) -> s
 
 
 def common_units(record: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the unit in which each varied path is shown: that of the grid, else the one that suits its values.
+    """Return the display unit of each varied path: the unit in the grid, else one that suits the values.
 
     record : run.json; the result is like its `written_units`
     """
@@ -81,7 +81,7 @@ def common_units(record: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
 
 
 def value_text(path: str, value: Any, facts: dict[str, Any]) -> str:
-    """Return a swept value with its unit, and its fit if it is the mean of one; its label comes first."""
+    """Return a swept value with its unit; its label comes first, and the fit of which it is the mean is added."""
     if value is None or isinstance(value, str):
         return value or "-"
     label = next((name for name, labelled in facts.get("labels", {}).get(path, {}).items() if labelled == value), "")
@@ -90,6 +90,6 @@ def value_text(path: str, value: Any, facts: dict[str, Any]) -> str:
 
 
 def _number_text(path: str, value: float, facts: dict[str, Any]) -> str:
-    """Return a swept number with its unit, and the fit that it is the mean of."""
+    """Return a swept number with its unit; if it is the mean clearance of a fit, the fit is added."""
     fit = next((f" ({fit['name']})" for fit in facts["fits"].get(path, ()) if fit["mean"] == value), "")
     return given_text(path, value, facts["units"].get(path, "1"), facts["written_units"]) + fit

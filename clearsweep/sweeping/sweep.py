@@ -72,7 +72,7 @@ class RunResult:
         return 3 if self.failed or self.missing else 0
 
     def open(self) -> store.StoredRun:
-        """Return the results as clearsweep.open would."""
+        """Return the results as `clearsweep.open` does."""
         return store.open(self.directory)
 
 
@@ -204,7 +204,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
 
 
 def _refuse_shard(grid: grids.Grid) -> None:
-    """Raise InputError for a grid whose cases follow from one another, so that no part of it can run alone."""
+    """Raise InputError for a grid whose cases depend on the results of earlier ones, so that it cannot be sharded."""
     if grid.seek:
         raise InputError(
             "shard: the probes of `seek` depend on one another; divide the values of the other axes instead"
@@ -296,7 +296,7 @@ def directory_of(grid: grids.Grid, out: str | Path | None = None, shard: Shard |
 def conclude(case_runner: CaseRunner, grid: grids.Grid, requested: np.ndarray, **record_entries: Any) -> dict[str, int]:
     """Merge the results of the wanted cases and write run.json; return the counts.
 
-    The runner knows the directory, and computes the final parts of the run.
+    The case runner knows the directory, and computes the peak revolutions of the worst cases.
     """
     directory, ran = case_runner.directory, case_runner.ran
     rows = directory.rows()

@@ -1,4 +1,4 @@
-"""Cases on their way from a driver to a worker."""
+"""Cases that a driver sends to a worker."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ class Task(NamedTuple):
 
 
 class Tasks:
-    """Cases on their way to a worker, as two arrays: a driver would need longer for a `Task` each than for all else."""
+    """Cases for a worker, as two arrays: creating a `Task` for each would take a driver most of its time."""
 
     def __init__(self, indices: np.ndarray, ids: np.ndarray):
         """Take the indices and the identities, uint64, of the cases, both (cases,)."""
@@ -26,15 +26,15 @@ class Tasks:
         return Task(f"{int(self.ids[position]):016x}", int(self.indices[position]))
 
     def part(self, first: int, last: int | None = None) -> "Tasks":
-        """Return the cases from one place to another, default the end."""
+        """Return the cases from position `first` up to but not including `last`; default: to the end."""
         return Tasks(self.indices[first:last], self.ids[first:last])
 
     def without(self, position: int) -> "Tasks":
-        """Return all cases but the one at a place."""
+        """Return all cases except the one at a position."""
         return Tasks(np.delete(self.indices, position), np.delete(self.ids, position))
 
     def listed(self) -> list[Task]:
-        """Return the cases one by one."""
+        """Return the cases as a list of tasks."""
         pairs = zip(self.ids.tolist(), self.indices.tolist(), strict=True)
         return [Task(f"{number:016x}", index) for number, index in pairs]
 

@@ -78,7 +78,7 @@ class Simulator(Protocol):
         """Return sentences about suspicious values."""
 
     def recommended(self, case: Case, /) -> list[str]:
-        """Return a line on the laws that are recommended for the joints of a case."""
+        """Return lines on the laws that are recommended for the joints of a case."""
 
     def alternatives(self, case: Case, /) -> dict[str, list[str]]:
         """Return path of a law's name -> the other laws that are suitable for its joint."""
@@ -132,7 +132,7 @@ def _unpacked(content: bytes) -> Job:
 
 
 class AbandonedError(Exception):
-    """A batch that another worker, now gone, began and did not finish."""
+    """A batch that another worker began but did not finish before it ended."""
 
 
 class Manifest(NamedTuple):
@@ -256,7 +256,7 @@ def _one_by_one(job: Job, batch: Batch, note: "_NoteWriter", logs: list[store.Un
 
 
 def _in_bulk(job: Job, batch: Batch, note: "_NoteWriter", logs: list[store.Unfinished]) -> _Solved:
-    """Yield the same for cases computed together; on a request to stop, end before the first unfinished case.
+    """Yield the same as `_one_by_one`, but compute the cases together; after a request to stop, end at the first gap.
 
     Lives, which keep logs, are run one by one.  If the worker dies, the case is unknown: the first is recorded, and all
     are run one by one from then on.
@@ -286,7 +286,7 @@ def _cases(grid: Grid, batch: Batch) -> Iterator[tuple[Task, dict[str, Any], Cas
 
 
 class _StopRequest:
-    """Whether a worker must stop before its next case; checks a file now and then, which takes 5 us."""
+    """Tells a worker whether to stop before its next case; at intervals it checks a file, which takes 5 us."""
 
     def __init__(self, job: Job):
         self.stop, self.due = os.fspath(job.stop), 0.0

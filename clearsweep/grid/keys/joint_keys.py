@@ -25,19 +25,22 @@ from .library_names import MATERIAL, OIL
 JOURNAL = "compatible"  # the elastic law of a journal in a bearing
 
 _MATERIAL = (
-    Field("young", "Pa", "Young's modulus"),
-    Field("poisson", "1", "Poisson's ratio", -1.0, 0.5, high_open=False),
+    Field("young", "Pa", "Young's modulus of {}"),
+    Field("poisson", "1", "Poisson's ratio of {}", -1.0, 0.5, high_open=False),
     Field(
         "yield_strength",
         "Pa",
-        "yield strength, only for `J_yield_speed`; default: a hardness / 2.8",
+        "yield strength of {}, used only for `J_yield_speed`; default: the hardness divided by 2.8",
         optional=True,
     ),
 )
 
 _ONSET = Word(
     ("first", "renewed"),
-    "how long the damping uses the onset rate of a contact: to its end, or until the contact has lasted",
+    (
+        "period for which the damping uses the onset rate of a contact; first: until the surfaces separate; "
+        "renewed: until a lasting contact begins"
+    ),
     "renewed",
     sweep=True,
     may_be_unused=True,
@@ -52,13 +55,18 @@ def add_numbers(tree: Shape, path: str, fields: tuple[Field, ...], *, sweep: boo
 
 def add_friction(tree: Shape, path: str, catalogue: Catalogue) -> None:
     """Add the keys of friction in a joint."""
-    tree[f"{path}.friction"] = Section("friction; left out: none", "optional")
+    tree[f"{path}.friction"] = Section(
+        "friction of the joint. Without this section, the joint has no friction", "optional"
+    )
     tree[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", sweep=True, noun="law")
     add_laws(tree, f"{path}.friction", "law", catalogue.of("friction"))
 
 
-_COUPLE = "constant force on the joint, such as a seal's; its friction acts as a couple, friction x bearing_radius"
-ALONG = "constant force on the block, such as a seal's; its friction acts along the guide"
+_COUPLE = (
+    "constant force on the joint, such as the force of a seal; its friction acts as a torque, "
+    "friction force x bearing_radius"
+)
+ALONG = "constant force on the block, such as the force of a seal; its friction acts along the guide"
 
 
 def add_preload(tree: Shape, path: str, catalogue: Catalogue, text: str = _COUPLE) -> None:
@@ -69,11 +77,11 @@ def add_preload(tree: Shape, path: str, catalogue: Catalogue, text: str = _COUPL
 
 
 def add_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "") -> None:
-    """Add the keys of a joint's normal force, or of that at `contact`: law, elastic part, and parameters."""
+    """Add the keys of the normal force of a joint, or at the path `contact`: law, elastic part, and parameters."""
     contact = contact or f"{path}.contact"
     elastic = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_elastic)),)
-    tree[contact] = Section("the normal force")
-    tree[f"{contact}.law"] = Word(catalogue.names("law"), "the law of the normal force", sweep=True, noun="law")
+    tree[contact] = Section("law and parameters of the normal force")
+    tree[f"{contact}.law"] = Word(catalogue.names("law"), "law of the normal force", sweep=True, noun="law")
     tree[f"{contact}.elastic"] = _elastic(path, catalogue, contact)._replace(when=elastic)
     onset = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_onset)),)
     tree[f"{contact}.onset"] = _ONSET._replace(when=onset)
@@ -81,36 +89,35 @@ def add_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "")
     add_laws(tree, contact, "law", catalogue.of("law"))
     material = f"{contact}.material"
     tree[material] = Section(
-        "material of both bodies, or its name; determines the stiffness unless that is given", "optional"
+        "material of both bodies, or its name; it determines the stiffness unless `stiffness` is given", "optional"
     )
     add_material_name(tree, material, "of both bodies")
     for field in _MATERIAL:
-        default_field = field._replace(
-            text=f"{field.text} of both bodies; required unless each has its own", optional=True
-        )
+        need = "" if field.optional else "; required unless each body has its own"
+        default_field = field._replace(text=field.text.format("both bodies") + need, optional=True)
         tree[f"{material}.{field.name}"] = Number((Use(default_field, elastic),))
     for body in Materials._fields:
         tree[f"{material}.{body}"] = Section(
-            f"the material of the {body}, or its name; write both bodies' materials or neither", "optional"
+            f"material of the {body}, or its name; write the materials of both bodies or of neither", "optional"
         )
         add_material_name(tree, f"{material}.{body}", f"of the {body}")
         for field in _MATERIAL:
-            body_field = field._replace(text=f"{field.text} of the {body}")
+            body_field = field._replace(text=field.text.format(f"the {body}"))
             tree[f"{material}.{body}.{field.name}"] = Number((Use(body_field, elastic),))
 
 
 def add_material_name(tree: Shape, path: str, whose: str) -> None:
     """Add the key that names a material; the name may also replace the section."""
-    text = f"the name {whose}' material" if whose.endswith("s") else f"the name of the material {whose}"
+    text = f"name of the material {whose}"
     tree[f"{path}.{MATERIAL}"] = Name(
-        tuple(MATERIALS), f"{text}, of `clearsweep list materials`; numbers next to it override its values"
+        tuple(MATERIALS), f"{text}, from `clearsweep list materials`; numbers in the same section override its values"
     )
 
 
 def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:
-    """Return the key of the elastic law; it defaults to JOURNAL if no stiffness is given but all that it needs is."""
+    """Return the key of the elastic law; its default is JOURNAL if its inputs are given but no stiffness."""
     names = catalogue.names("elastic")
-    word_key = Word(names, "the stiffness law", "power", sweep=True, noun="law")
+    word_key = Word(names, "law of the elastic force", "power", sweep=True, noun="law")
     if JOURNAL not in names:
         return word_key
     hertzian = frozenset(law.name for law in catalogue.of("law") if "hertz" in law.needs)
@@ -120,7 +127,9 @@ def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:
         none_of=(f"{contact}.stiffness", f"{contact}.exponent"),
         unless=(f"{contact}.law", hertzian),
     )
-    default_text = f"default {JOURNAL} with `material` and `length` but without `stiffness` and `exponent`"
+    default_text = (
+        f"default: {JOURNAL} if `material` and `length` are given without `stiffness` and `exponent`, otherwise power"
+    )
     return word_key._replace(text=f"{word_key.text}; {default_text}", conditional_default=conditional)
 
 
@@ -128,12 +137,17 @@ def add_thermal(tree: Shape, path: str) -> None:
     """Add the keys of a dry joint's heat balance."""
     thermal = f"{path}.thermal"
     text = "heat balance of dry friction: temperature = ambient + mean friction power / conductance"
-    tree[thermal] = Section(f"{text}; left out: the joint stays cold", "optional")
+    tree[thermal] = Section(f"{text}. Without this section, friction does not heat the joint", "optional")
     add_numbers(tree, thermal, HEAT_BALANCE)
-    text = "thermal expansion, which changes the clearance; left out: none"
+    text = "thermal expansion of both bodies. Without this section, the temperature does not change the clearance"
     tree[f"{thermal}.expansion"] = Section(text, "optional")
     for body in Materials._fields:
-        field = Field(body, "1/K", f"expansion of the {body}; default: that of its named material", low_open=False)
+        field = Field(
+            body,
+            "1/K",
+            f"coefficient of thermal expansion of the {body}; default: the value of its named material",
+            low_open=False,
+        )
         add_numbers(tree, f"{thermal}.expansion", (field,))
 
 
@@ -159,13 +173,13 @@ def moduli(joint: str) -> tuple[str, ...]:
 
 
 def point_laws(catalogue: Catalogue) -> tuple[Law, ...]:
-    """Return the contact laws that suit a point without a radius."""
+    """Return the contact laws that are suitable for a point without a radius."""
     return tuple(law for law in catalogue.laws if law.family != "elastic" or not law.needs)
 
 
 def first_onset(tree: Shape, contact: str) -> Word:
     """Return the key `onset` for contacts whose effective impact mass is unknown."""
-    text = "how long the damping uses the onset rate of a contact: to its end"
+    text = "period for which the damping uses the onset rate of a contact; first: until the surfaces separate"
     return word_key(tree, f"{contact}.onset")._replace(options=("first",), default="first", text=text)
 
 
@@ -184,12 +198,12 @@ FILM_LIMIT = (
 VISCOSITY = Field("viscosity", "Pa*s", "dynamic viscosity of the oil, or kinematic viscosities at two temperatures")
 OIL_VISCOSITIES = (
     Field("at_40C", "m^2/s", "kinematic viscosity of the oil at 40 degC", 2e-6),
-    Field("at_100C", "m^2/s", "kinematic viscosity at 100 degC, lower", 2e-6),
+    Field("at_100C", "m^2/s", "kinematic viscosity of the oil at 100 degC, lower than at 40 degC", 2e-6),
     Field("density", "kg/m^3", "density of the oil"),
 )
-TEMPERATURE = Field("temperature", "K", "temperature of the oil; needed for two viscosities", optional=True)
+TEMPERATURE = Field("temperature", "K", "temperature of the oil; required with two viscosities", optional=True)
 HEAT_BALANCE = (
-    Field("conductance", "W/K", "heat flow per temperature difference"),
+    Field("conductance", "W/K", "heat flow per temperature difference to the surroundings"),
     Field("ambient", "K", "temperature of the surroundings"),
 )
 TRANSITION = (
@@ -207,8 +221,11 @@ TRANSITION = (
 def add_roughness(tree: Shape, path: str, catalogue: Catalogue) -> None:
     """Add the keys of a joint's surface roughness."""
     rough = f"{path}.roughness"
-    tree[rough] = Section("rough surfaces, in series with the elastic law; left out: smooth ones", "optional")
-    tree[f"{rough}.law"] = Word(catalogue.names("roughness"), "the roughness law", sweep=True, noun="law")
+    tree[rough] = Section(
+        "roughness of the surfaces, in series with the elastic law. Without this section, the surfaces are smooth",
+        "optional",
+    )
+    tree[f"{rough}.law"] = Word(catalogue.names("roughness"), "law of the roughness", sweep=True, noun="law")
     add_laws(tree, rough, "law", catalogue.of("roughness"))
 
 
@@ -216,27 +233,33 @@ def add_film(tree: Shape, path: str, catalogue: Catalogue) -> None:
     """Add the keys of a joint's oil film, with or without dry contact."""
     tree[f"{path}.contact"] = section_key(tree, f"{path}.contact")._replace(unless="film")
     film = f"{path}.film"
-    tree[film] = Section("a film of oil; left out: none", "optional")
+    tree[film] = Section("oil film. Without this section, the joint has no film", "optional")
     tree[f"{film}.law"] = Word(
-        catalogue.names("film"), "the law of the film's force", DEFAULT_FILM_LAW, sweep=True, noun="law"
+        catalogue.names("film"), "law of the film force", DEFAULT_FILM_LAW, sweep=True, noun="law"
     )
-    tree[f"{film}.{OIL}"] = Name(tuple(OILS), "an oil of `clearsweep list oils`: determines viscosities and density")
+    tree[f"{film}.{OIL}"] = Name(tuple(OILS), "oil from `clearsweep list oils`; it determines viscosities and density")
     add_numbers(tree, film, (VISCOSITY,))
     add_numbers(tree, f"{film}.viscosity", OIL_VISCOSITIES)
     add_numbers(tree, film, (TEMPERATURE, *FILM_LIMIT))
-    tree[f"{film}.thermal"] = Section("heat balance: temperature = ambient + mean loss / conductance", "optional")
+    tree[f"{film}.thermal"] = Section(
+        "heat balance of the film: temperature = ambient + mean loss / conductance", "optional"
+    )
     add_numbers(tree, f"{film}.thermal", HEAT_BALANCE)
     tree[f"{film}.friction"] = Word(
         ("by-law", *catalogue.names("film-friction")),
-        "the couple of the film's shear; by-law: butenschoen",
+        "law of the torque from the shear of the film; by-law: butenschoen",
         "by-law",
         sweep=True,
         noun="law",
     )
-    tree[f"{film}.transition"] = Section("how the dry contact takes over", "implied", needs="contact")
+    tree[f"{film}.transition"] = Section("transition from the film to dry contact", "implied", needs="contact")
     transition = f"{film}.transition"
     tree[f"{transition}.law"] = Word(
-        catalogue.names("transition"), "how the dry contact takes over", "ramp", sweep=True, noun="law"
+        catalogue.names("transition"),
+        "law of the transition from the film to dry contact",
+        "ramp",
+        sweep=True,
+        noun="law",
     )
     add_numbers(tree, transition, TRANSITION)
     add_laws(tree, transition, "law", catalogue.of("transition"))
@@ -244,9 +267,9 @@ def add_film(tree: Shape, path: str, catalogue: Catalogue) -> None:
 
 _SLEEVE = (
     Field("clearance", "m", "radial clearance"),
-    Field("bearing_radius", "m", "radius of the bearing; the journal's is smaller by the clearance"),
+    Field("bearing_radius", "m", "radius of the bearing; the radius of the journal is smaller by the clearance"),
     Field("length", "m", "length of the bearing along its axis"),
-    Field("journal_length", "m", "length of the journal; default: that of the bearing", optional=True),
+    Field("journal_length", "m", "length of the journal; default: the length of the bearing", optional=True),
 )
 _AXIAL = Field(
     "axial_clearance",
@@ -266,13 +289,15 @@ def flanged(tree: Shape, path: str, catalogue: Catalogue) -> None:
     _pointed_contact(tree, axial, catalogue._replace(laws=point_laws(catalogue)))
     for nested in [nested for nested in tree if nested.startswith(f"{axial}.material")]:
         del tree[nested]
-    tree[axial] = Section("the normal force at a flange; left out: as `contact`", "optional")
+    tree[axial] = Section(
+        "normal force at a flange. Without this section, `contact` also applies to the flanges", "optional"
+    )
 
 
 def through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a spatial revolute joint without flanges."""
     tree[path] = Section("a revolute joint with radial and axial clearance, in which the journal may tilt", "optional")
-    tree[f"{path}.type"] = Word(("spatial",), "the kind of the joint")
+    tree[f"{path}.type"] = Word(("spatial",), "kind of the joint")
     add_numbers(tree, path, _SLEEVE)
     tree[f"{path}.flange"] = Flag(
         "the bearing has flanges, `axial_clearance` away from the journal on each side", default=True
@@ -280,8 +305,8 @@ def through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> No
     elastic = frozenset(law.name for law in catalogue.of("law") if not law.yields)
     tree[f"{path}.walls"] = Word(
         ("spread", "ends"),
-        "where the walls carry load; spread: evenly over the overlap of journal and bore; ends: at "
-        "the two ends, half the stiffness each; laws with permanent indentation: at the ends",
+        "distribution of the load along the walls; spread: evenly over the overlap of journal and bore; ends: at the "
+        "two ends, with half of the stiffness each; laws with permanent indentation always use `ends`",
         "spread",
         sweep=True,
         when=((f"{path}.contact.law", elastic),),

@@ -28,7 +28,7 @@ DIMENSIONLESS = "dimensionless"
 _COEFFICIENT = Field(
     "coefficient",
     "m^2/N",
-    "wear coefficient of both bodies, depth per pressure and sliding distance; of `energy` volume per work, m^3/J",
+    "wear coefficient of both bodies: depth per pressure and sliding distance; with `energy`: volume per work, m^3/J",
     low_open=False,
     optional=True,
 )
@@ -39,30 +39,40 @@ _WEAR = (
 )
 _RUNNING_IN = (
     _COEFFICIENT._replace(name="initial", text="initial wear coefficient of both bodies"),
-    _COEFFICIENT._replace(name="steady", text="steady wear coefficient of both bodies; another name of `coefficient`"),
-    _COEFFICIENT._replace(name="bearing_initial", text="initial value of the bearing; overrides `initial`"),
-    _COEFFICIENT._replace(name="journal_initial", text="initial value of the journal; overrides `initial`"),
+    _COEFFICIENT._replace(name="steady", text="steady wear coefficient of both bodies; another name for `coefficient`"),
+    _COEFFICIENT._replace(name="bearing_initial", text="initial wear coefficient of the bearing; overrides `initial`"),
+    _COEFFICIENT._replace(name="journal_initial", text="initial wear coefficient of the journal; overrides `initial`"),
 )
-_DISTANCE = Field("distance", "m", "sliding distance over which the remaining difference falls by a factor e")
+_DISTANCE = Field(
+    "distance", "m", "sliding distance over which the difference from the steady coefficient falls by a factor e"
+)
 _HARDNESS = Field(
     "hardness",
     "Pa",
-    "hardness of the softer body; checks a coefficient, or converts a bare number into one",
+    "hardness of the softer body; it checks a coefficient, or converts a bare number into a coefficient",
     optional=True,
 )
 _PV_LIMIT = Field(
     "pv_limit",
     "W/m^2",
-    "allowed pressure times sliding speed of the bearing; the run measures the time above it",
+    "largest allowed product of pressure and sliding speed in the bearing; the run measures the time above it",
     optional=True,
 )
 _BINS = Field(
-    "bins", "1", "angular bins around each body", 8, 1e6, low_open=False, high_open=False, default=360, whole=True
+    "bins",
+    "1",
+    "number of angular bins around each body",
+    8,
+    1e6,
+    low_open=False,
+    high_open=False,
+    default=360,
+    whole=True,
 )
-_LENGTH_BINS = Field(
-    "length_bins", "1", "bins along each body", 1, 1000, low_open=False, high_open=False, default=20, whole=True
+_LENGTH_BINS = _BINS._replace(name="length_bins", text="number of bins along each body", low=1, high=1000, default=20)
+_LENGTH_OF_PIN = Field(
+    "length", "m", "length of the joint along the pin; wear and the laws of cylinders need it", optional=True
 )
-_LENGTH_OF_PIN = Field("length", "m", "length along the pin; wear and the laws of cylinders need it", optional=True)
 _GAP_SIZES = (
     Field("bearing_radius", "m", "radius of the bearing; the laws of cylinders need it", optional=True),
     _LENGTH_OF_PIN,
@@ -74,15 +84,15 @@ _GUIDE = (
 )
 _SLOT = (
     Field("clearance", "m", "clearance between the pin and each wall, with the pin in the middle"),
-    Field("bearing_radius", "m", "half the width of the slot; the pin's radius is smaller by the clearance"),
+    Field("bearing_radius", "m", "half the width of the slot; the radius of the pin is smaller by the clearance"),
     Field("slot_length", "m", "length of the slot between the centres of its rounded ends", low_open=False),
-    Field("length", "m", "length along the pin; wear needs it", optional=True),
+    Field("length", "m", "length of the joint along the pin; wear needs it", optional=True),
 )
 _ON_FLAT = "hertz-line"  # the pressure law of wear in a slot; others assume a journal in a bearing
 _TIME_LIMIT = Field(
     "time_limit",
     "s",
-    "simulated time after which a free crank ends the case",
+    "simulated time after which a case with a free crank ends",
     0.0,
     1e9,
     high_open=False,
@@ -113,7 +123,7 @@ _SIMULATE = (
     Field(
         "revolutions",
         "1",
-        "crank revolutions, `discard` included; with `until` the least number",
+        "number of crank revolutions, `discard` included; with `until`: the smallest number",
         0.0,
         1e9,
         high_open=False,
@@ -122,7 +132,7 @@ _SIMULATE = (
     Field(
         "discard",
         "1",
-        "revolutions before statistics and wear begin; default 2, or 0 with at most 2 `revolutions`",
+        "number of revolutions before statistics and wear begin; default: 2, or 0 if `revolutions` is at most 2",
         low_open=False,
         optional=True,
     ),
@@ -140,7 +150,7 @@ _UNTIL = (
     Field(
         "max_revolutions",
         "1",
-        "most revolutions",
+        "largest number of revolutions",
         0.0,
         1e6,
         high_open=False,
@@ -148,14 +158,12 @@ _UNTIL = (
     ),
 )
 _NO_INTERVAL = "the intervals of maxima, minima and totals do not narrow as a run continues"
-_HORIZON = Flag("find the Lyapunov exponent and the horizon of prediction, by a second run")
-_ERROR_CHECK = Flag("run each case again at a tenth of the tolerance, and store the difference of every figure")
-_IMPACTS = Field(
-    "impacts", "1", "impacts after which the run ends", 1, 1e9, low_open=False, high_open=False, default=10, whole=True
-)
+_HORIZON = Flag("compute the Lyapunov exponent and the prediction horizon with a second run")
+_ERROR_CHECK = Flag("repeat each case with a tenth of the tolerance, and store the difference of every figure")
+_IMPACTS = _BUDGET._replace(name="impacts", text="number of impacts after which the run ends", high=1e9, default=10)
 _METHOD = Word(
     ("auto", "explicit", "implicit"),
-    "explicit collocation, implicit Radau IIA, or automatic choice",
+    "integration method: explicit collocation, implicit Radau IIA, or an automatic choice of the two",
     "auto",
 )
 
@@ -163,7 +171,10 @@ _METHOD = Word(
 def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     """Return every dotted path that a grid of this mechanism may contain, sections before their keys."""
     kinds = tuple(mechanism.name for mechanism in catalogue.mechanisms)
-    tree: Shape = {"mechanism": Section("the bodies"), "mechanism.type": Word(kinds, "which mechanism")}
+    tree: Shape = {
+        "mechanism": Section("type, bodies and dimensions of the mechanism"),
+        "mechanism.type": Word(kinds, "which mechanism"),
+    }
     for keys in mechanism.keys:
         _keys(tree, keys, catalogue)
     always = [site for site in mechanism.joints if site.kind == "line"]
@@ -179,7 +190,9 @@ def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
         _impacts(tree)
     if mechanism.spatial:
         start = word_key(tree, "simulate.start")
-        tree["simulate.start"] = start._replace(options=("centred",), text="the journals are in the middle at t = 0")
+        tree["simulate.start"] = start._replace(
+            options=("centred",), text="initial position of the journals: in the middle of their bearings"
+        )
     else:
         add_life_keys(tree)
     if mechanism.free:
@@ -211,15 +224,17 @@ def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...])
     """Add the keys of `simulate` and `save` for mechanisms that turn; `until` accepts `figures`, but no `others`."""
     tree["simulate"] = Section("duration, tolerance and start of the motion", "implied")
     add_numbers(tree, "simulate", _SIMULATE)
-    tree["simulate.start"] = Word(("centred", "seated"), "positions of the journals at t = 0", "centred")
+    tree["simulate.start"] = Word(
+        ("centred", "seated"), "initial position of the journals in their bearings; seated: in contact", "centred"
+    )
     tree["simulate.method"] = _METHOD
     add_numbers(tree, "simulate", _BUDGETS)
     add_numbers(tree, "simulate", (TIME_BUDGET,), sweep=False)
     tree["simulate.error_check"], tree["simulate.horizon"] = _ERROR_CHECK, _HORIZON
     tree["simulate.until"] = Section(
-        "end a case when a figure is accurate enough or the motion is periodic", "optional"
+        "criterion for the end of a case: a figure is accurate enough, or the motion is periodic", "optional"
     )
-    text = "column of the summary whose 95 % interval decides"
+    text = "column of the summary whose 95 % interval determines the end of the case"
     tree["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(others, _NO_INTERVAL))
     add_numbers(tree, "simulate.until", _UNTIL, sweep=False)
     add_save_keys(tree, has_turns=True)
@@ -227,7 +242,7 @@ def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...])
 
 def _impacts(tree: Shape) -> None:
     """Add the keys of `simulate` and `save` for mechanisms that do not turn."""
-    tree["simulate"] = Section("how long and how exactly", "implied")
+    tree["simulate"] = Section("duration and tolerance of the motion", "implied")
     add_numbers(tree, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGETS))
     add_numbers(tree, "simulate", (TIME_BUDGET,), sweep=False)
     tree["simulate.method"] = _METHOD
@@ -238,7 +253,7 @@ def _impacts(tree: Shape) -> None:
 def _gap(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a gap on a line, which always has clearance."""
     tree[path] = Section("the gap between the bodies")
-    add_numbers(tree, path, (Field("clearance", "m", "half the gap in all"),))
+    add_numbers(tree, path, (Field("clearance", "m", "half of the total gap"),))
     add_contact(tree, path, catalogue)
     add_roughness(tree, path, catalogue)
     add_film(tree, path, catalogue)
@@ -257,11 +272,13 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
         path,
         (
             Field("clearance", "m", "radial clearance, or a fit of ISO 286 as {fit: H7/f7}", fit=True),
-            Field("bearing_radius", "m", "radius of the bearing; the journal's is smaller by the clearance"),
+            Field(
+                "bearing_radius", "m", "radius of the bearing; the radius of the journal is smaller by the clearance"
+            ),
             _LENGTH_OF_PIN,
         ),
     )
-    tree[f"{path}.journal"] = Word(site.journals, "the body of the journal", site.journals[0])
+    tree[f"{path}.journal"] = Word(site.journals, "body that carries the journal", site.journals[0])
     add_contact(tree, path, catalogue)
     add_roughness(tree, path, catalogue)
     add_film(tree, path, catalogue)
@@ -274,19 +291,19 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
 def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
     """Add the keys of a joint's wear."""
     wear = f"{path}.wear"
-    tree[wear] = Section("wear; left out: none is computed", "optional")
+    tree[wear] = Section("wear of the joint. Without this section, no wear is computed", "optional")
     tree[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law")
     tree[f"{wear}.{PAIR}"] = Name(
         tuple(PAIRS),
-        f"a wear pair of `clearsweep list pairs`: determines `coefficient`, unless that is given, and the law `{LAW}`",
+        f"wear pair from `clearsweep list pairs`; it determines the law `{LAW}` and, unless given, `coefficient`",
     )
     tree[f"{wear}.coefficient_unit"] = Word(
         ("m^2/N", DIMENSIONLESS),
-        "unit of the coefficients; default dimensionless (k times the hardness) for bare numbers with `hardness`",
+        "unit of the coefficients; default: dimensionless (k times the hardness) for bare numbers with `hardness`",
         "m^2/N",
     )
-    tree[f"{wear}.evolve"] = Flag("the worn shape acts on the contact")
-    tree[f"{wear}.running_in"] = Section("a coefficient that falls as the surfaces run in", "optional")
+    tree[f"{wear}.evolve"] = Flag("whether the worn shape acts on the contact")
+    tree[f"{wear}.running_in"] = Section("decrease of the wear coefficient as the surfaces run in", "optional")
     _coefficients(tree, wear, _WEAR)
     _coefficients(tree, f"{wear}.running_in", _RUNNING_IN)
     add_numbers(tree, f"{wear}.running_in", (_DISTANCE,))
@@ -294,7 +311,7 @@ def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
     add_numbers(tree, wear, (_BINS,), sweep=False)
     tree[f"{wear}.pressure"] = Word(
         catalogue.names("pressure"),
-        "the pressure over the contact arc; default hertz-line with a material or a pressure_modulus",
+        "distribution of the pressure over the contact arc; default: hertz-line with a material or a pressure_modulus",
         "mean",
         sweep=True,
         noun="law",
@@ -336,7 +353,9 @@ def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None
     add_friction(tree, path, catalogue)
     laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _ON_FLAT)
     _wear(tree, path, catalogue._replace(laws=laws))
-    tree[f"{path}.wear.pressure"] = Word((_ON_FLAT,), "the pressure of the pin on a flat wall or a round end", _ON_FLAT)
+    tree[f"{path}.wear.pressure"] = Word(
+        (_ON_FLAT,), "distribution of the pressure between the pin and a flat wall or a round end", _ON_FLAT
+    )
 
 
 def _pin_or_guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:

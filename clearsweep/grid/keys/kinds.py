@@ -102,7 +102,7 @@ class Flag(NamedTuple):
 
 
 class NameList(NamedTuple):
-    """A key that contains a list of names, which are known once the cases are."""
+    """A key that contains a list of names, which are known once the cases are known."""
 
     text: str
     noun: str  # what is expected, in messages

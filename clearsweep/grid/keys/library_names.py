@@ -191,7 +191,7 @@ def keys_of_materials(materials: Iterable[str]) -> Shape:
 
 
 def name_path(path: str, shape: Shape) -> str:
-    """Return the path of the name of a material for that of its section, any other path as it is."""
+    """Return the path of a material's name if `path` is its section, otherwise the unchanged path."""
     name = f"{path}{_NAME}"
     return name if isinstance(shape.get(name), Word) else path
 
@@ -225,6 +225,6 @@ def with_material_names(base: Mapping[str, Any], materials: Mapping[str, VariedM
 
 
 def written_material_names(materials: Mapping[str, VariedMaterial], root: WrittenValue) -> dict[str, WrittenValue]:
-    """Return the names of materials outside the section that varies them, as if written at a place."""
+    """Return written names of materials for the keys outside the section that varies them, with a position."""
     position = root.origin, root.line, root.column
     return {path: WrittenValue(material.first, *position) for path, material in materials.items()}

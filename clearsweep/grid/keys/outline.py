@@ -148,12 +148,12 @@ def _joint(name: str, section: Mapping[str, Any]) -> JointOutline:
 
 
 def _flanged(joints: Mapping[str, Any]) -> Iterable[str]:
-    """Yield the joints that are not declared to be without flanges."""
+    """Yield the joints whose section does not declare that they have no flanges."""
     return (name for name, content in joints.items() if _section(content).get("flange") is not False)
 
 
 def _pair(value: Any) -> tuple[str, str]:
-    """Return two words, '' for anything that is not a word."""
+    """Return two words, with '' for anything that is not a word."""
     proximal, distal = value if isinstance(value, list) and len(value) == 2 else ("", "")
     return (proximal if isinstance(proximal, str) else ""), (distal if isinstance(distal, str) else "")
 
@@ -176,7 +176,7 @@ class KeyTree(NamedTuple):
 
 
 def key_trees(catalogue: Catalogue, *, slots: bool = False) -> Iterator[KeyTree]:
-    """Yield the keys of all mechanisms, with NAME in place of user-defined names; with `slots` also those of a slot."""
+    """Yield the keys of all mechanisms, with NAME for user-defined names; with `slots` also the keys of a slot."""
     for mechanism in catalogue.mechanisms:
         outlined = mechanism.outlined(EVERYTHING) if mechanism.outlined else mechanism
         kinds = {site.name: site.kind for site in outlined.joints}

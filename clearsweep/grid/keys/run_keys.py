@@ -1,20 +1,22 @@
-"""Keys of a run: what is saved of a case (`save`), and its life (`life`)."""
+"""Keys of a run: saved results of a case (`save`), and its life (`life`)."""
 
 from ...contracts.catalogue import Field
 from .joint_keys import add_numbers
 from .kinds import NameList, Number, Section, Shape, Use, Word
 
 CHANNELS = "save.channels"
-_ORBITS = Word(("none", "last", "all"), "which time histories are saved", "last")
+_ORBITS = Word(
+    ("none", "last", "all"), "time histories that are saved: none, the last revolutions, or all revolutions", "last"
+)
 _CHANNELS = NameList(
-    "time histories that are stored, with `t` and `crank_angle`; default all, with `identify` those that it compares",
+    "names of the saved time histories besides `t` and `crank_angle`; default: all; with `identify`: the compared ones",
     "a list of names",
     "[slider/a, crank/torque]",
 )
 _SAMPLES = Field(
     "samples",
     "1",
-    "samples per revolution; of an impact-pair: per run",
+    "number of samples per revolution; of an impact-pair: per run",
     1,
     1e7,
     low_open=False,
@@ -23,12 +25,15 @@ _SAMPLES = Field(
     whole=True,
 )
 _SAVED = Field(
-    "revolutions", "1", "number of last revolutions that `last` saves; default 2, or all if fewer", optional=True
+    "revolutions",
+    "1",
+    "number of revolutions that `last` saves; default: 2, or all if the run has fewer",
+    optional=True,
 )
 _WORST = Field(
     "worst",
     "1",
-    "number of cases with the largest force_peak_ratio whose revolution of the largest peak is saved",
+    "number of cases, by largest force_peak_ratio, of which the revolution with the largest peak is saved",
     1,
     1000,
     low_open=False,
@@ -39,8 +44,8 @@ _WORST = Field(
 
 
 def add_save_keys(tree: Shape, *, has_turns: bool) -> None:
-    """Enter what is kept of a case; of one that turns also of how many revolutions."""
-    tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
+    """Add the keys for the saved results of a case; if it turns, also those for the saved revolutions."""
+    tree["save"], tree["save.orbits"] = Section("results that are stored", "implied"), _ORBITS
     add_numbers(tree, "save", (_SAVED, _SAMPLES, _WORST) if has_turns else (_SAMPLES,), sweep=False)
     tree[CHANNELS] = _CHANNELS
 
@@ -51,7 +56,7 @@ TIME_BUDGET_PATH = "simulate.time_budget"
 TIME_BUDGET = Field(
     "time_budget",
     "s",
-    "largest process time of a case; not part of `case_id`; no default with `life`",
+    "largest process time of a case; it is not part of `case_id` and has no default with `life`",
     0.0,
     1e9,
     high_open=False,
@@ -73,7 +78,7 @@ _FIELDS = (
     Field(
         "max_revolutions",
         "1",
-        "most revolutions of a block, `discard` included",
+        "largest number of revolutions of a block, `discard` included",
         0.0,
         1e6,
         high_open=False,
@@ -82,7 +87,7 @@ _FIELDS = (
     Field(
         "blocks",
         "1",
-        "most blocks of revolutions",
+        "largest number of blocks",
         2,
         1e6,
         low_open=False,
@@ -93,24 +98,27 @@ _FIELDS = (
     Field(
         "longest_jump",
         "1",
-        "largest number of revolutions from one block to the next; default: unlimited",
+        "largest number of revolutions between two blocks; default: unlimited",
         optional=True,
     ),
 )
 
 
 def add_life_keys(tree: Shape) -> None:
-    """Add the section to mechanisms with wear and revolutions."""
+    """Add the keys of `life`, for mechanisms with wear and revolutions."""
     wearing = tuple(path.split(".")[1] for path in tree if path.startswith("joints.") and path.endswith(".wear"))
     if not wearing or "simulate.revolutions" not in tree:
         return
     tree[LIFE] = Section(
-        ("life prediction: blocks of revolutions with jumps of wear between them, until a limit is reached"), "optional"
+        ("life prediction: blocks of revolutions alternate with jumps of wear until a limit is reached"), "optional"
     )
-    tree[f"{LIFE}.joint"] = Word(wearing, "joint whose wear is limited; it needs `wear`")
+    tree[f"{LIFE}.joint"] = Word(wearing, "joint whose wear is limited; it needs a section `wear`")
     tree[f"{LIFE}.of"] = Word(
         LIFE_OF,
-        "the depth of the deepest bin of either body, or the largest increase of the eccentricity at first touch",
+        (
+            "limited quantity; wear_depth_max: the depth of the deepest bin of either body; "
+            "clearance_growth: the largest increase of the eccentricity at first touch"
+        ),
         LIFE_OF[0],
     )
     for field in _FIELDS:

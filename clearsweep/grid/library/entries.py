@@ -1,6 +1,6 @@
 """Materials, wear pairs and oils by name: typical values, each with its range.
 
-Of oils, a standard fixes one viscosity and its tolerance; the other follows from a viscosity index by ASTM D2270.
+For oils, a standard fixes one viscosity and its tolerance; the other follows from a viscosity index by ASTM D2270.
 """
 
 import csv
@@ -172,7 +172,7 @@ def warm_viscosity(hot: float, index: float) -> float:
 def hot_viscosity(warm: float, index: float) -> float:
     """Return the kinematic viscosity (mm^2/s) at 100 degC from that at 40 degC and the viscosity index.
 
-    Found by bisection between 2 mm^2/s, the lower end of ASTM D2270, and `warm`.
+    It is found by bisection between 2 mm^2/s, the lower end of ASTM D2270, and `warm`.
     """
     low, high = 2.0, warm
     for _ in range(80):

@@ -1,1 +1,1 @@
-"""What is generated from the keys: the JSON Schema, the page of keys, the texts of `clearsweep list`."""
+"""Texts generated from the keys: the JSON Schema, the page of keys, the texts of `clearsweep list`."""

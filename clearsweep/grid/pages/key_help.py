@@ -18,13 +18,13 @@ from .schema import KEY_SECTIONS, NAME_SECTIONS, schema
 
 _FIRST = ("name", "define", "sweep", "zip", "cases", "sample")
 _SEARCHES = ("seek", "refine", "optimise", "identify")
-_CASES = "a table next to the grid, .csv or .parquet: a column per path, a row per case"
-AXIS_FORMS = {**FORMS, "fits": "[H7/g6, H7/f7], of a radial clearance: the means of fits of ISO 286"}
+_CASES = "table (.csv or .parquet) in the directory of the grid, with a column for each path and a row for each case"
+AXIS_FORMS = {**FORMS, "fits": "[H7/g6, H7/f7]: the mean radial clearances of fits of ISO 286"}
 LABELS_TEXT = """\
 An axis of `sweep`, `zip` or `cases` may give its values labels: `{bronze: 3e-15 m^2/N, PTFE: 1e-15 m^2/N}`. Tables,
 figures and sentences show them. The column of summary.parquet keeps the numbers, and its metadata the labels. A label
 contains a letter. The words above and the names of distributions are reserved."""
-SAMPLE_FORMS = {**parameter_forms(), "fit": f"{FORM}, of a radial clearance: between the limits of a fit"}
+SAMPLE_FORMS = {**parameter_forms(), "fit": f"{FORM}: a radial clearance between the limits of a fit"}
 
 #: Key -> meaning, of each section with keys of its own.
 SECTION_KEYS = {
@@ -146,7 +146,7 @@ def key_names(catalogue: Catalogue) -> tuple[str, ...]:
 
 
 def _match(path: list[str], requested: list[str]) -> str:
-    """Return 'all' if a name matches a whole path, with any word for NAME, 'end' if it matches its end, else ''."""
+    """Return 'all' if a name matches a whole path (any word matches NAME), 'end' if it matches its end, else ''."""
     if requested == path[-len(requested) :]:
         return "all" if len(requested) == len(path) else "end"
     is_whole_path = len(requested) == len(path) and all(
@@ -175,11 +175,12 @@ def _section_text(section: Part) -> str:
         )
         for row in section.rows
     ]
-    return "\n".join([*(textwrap.wrap(section.text, WIDTH, initial_indent="  ", subsequent_indent="  ")), "", *lines])
+    text = _plain(section.text)
+    return "\n".join([*(textwrap.wrap(text, WIDTH, initial_indent="  ", subsequent_indent="  ")), "", *lines])
 
 
 def _key(row: Row) -> str:
-    """Return the facts about a key, one a line, without an example."""
+    """Return the facts about a key, one per line, without an example."""
     rows = {
         "meaning": _plain(row.text),
         "unit": " or ".join(unit or "1" for unit in row.units) if any(row.units) else "",
@@ -251,12 +252,13 @@ _HEAD = """\
 
 A grid file is YAML 1.2. `NAME` is a name that the grid chooses. A quantity is text with a unit (`0.5 mm`, `5000 rpm`)
 or a bare number in the SI unit of the table; any unit of the same dimension is allowed. In the column *default*,
-*required* marks a key without a default and a dash an optional one. Words in italics say which mechanisms or joints
-have a key; without them all have it. Laws before a colon say which laws use it.
+*required* marks a key without a default, and a dash marks an optional key. Words in italics before a colon name the
+mechanisms or joints that have a key; without such words, all have it. Names of laws before a colon name the laws that
+use the key.
 
-Sweeps may vary numbers, except those marked *fixed*, and names of laws. Items of a list have the paths `.0`, `.1`,
-`.2`. `clearsweep list NAME` explains a law and its keys. `clearsweep schema` writes the same keys as a JSON Schema for
-editors.
+Sweeps may vary numbers, except those marked *fixed*, and names of laws. The items of a list have the paths `.0`, `.1`
+and `.2`. `clearsweep list NAME` explains a law and its keys. `clearsweep schema` writes the same keys as a JSON Schema
+for editors.
 """
 
 

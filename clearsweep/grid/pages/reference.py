@@ -18,6 +18,8 @@ _LIKE = {f"{_JOINT}.axial": (f"{_JOINT}.contact", "flange"), f"loads.{ANY}.frict
 _KINDS = {"revolute": "pin", "guide": "guide", "slot": "slot", "line": "impact-pair", ANY: "pin"}
 SPACE = "in space"
 _SMALL = 0.05  # example of a share that is usually left out
+_WITHOUT = "Without this section"  # begins the sentence on the effect of leaving out an optional section
+_NEED = {"required": "This section is required", "optional": "This section is optional", "": ""}
 
 
 class Row(NamedTuple):
@@ -113,7 +115,7 @@ def _merged_rows(places: _Places) -> Iterator[Row]:
         for machine, owner in owners.items():
             lacking.setdefault(tuple(name for name in options if name not in owner[0].options), []).append(machine)
         for names, owners_lacking in lacking.items():
-            text += f"; {_owners_text(owners_lacking, owners)}: without {quoted(names)}" if names else ""
+            text += f"; *{_owners_text(owners_lacking, owners)}*: all but {quoted(names)}" if names else ""
         having = {
             machine
             for machine, (_, machine_rows) in places.items()
@@ -127,7 +129,7 @@ def _merged_rows(places: _Places) -> Iterator[Row]:
 
 
 def _laws(machine_rows: Collection[str], all_laws: Collection[str]) -> str:
-    """Return the names of laws; if most laws of a section have the key, those without it."""
+    """Return the names of the laws with a key; if most laws of a section have it, the names of those without it."""
     other_places = [name for name in all_laws if name not in machine_rows]
     if other_places and len(other_places) < len(machine_rows) and {*machine_rows} <= {*all_laws}:
         return f"all but {quoted(other_places)}"
@@ -135,7 +137,7 @@ def _laws(machine_rows: Collection[str], all_laws: Collection[str]) -> str:
 
 
 def _owners_text(owners: Collection[str], places: Collection[str]) -> str:
-    """Return in words which owners have a row, or '' if all have it."""
+    """Return in words which owners have a row, or '' if all owners have it."""
     if len(owners) == len(places):
         return ""
     in_space = {machine for machine in places if machine.endswith(SPACE)}
@@ -148,21 +150,31 @@ def _owners_text(owners: Collection[str], places: Collection[str]) -> str:
 
 
 def _sentences(sections: Mapping[str, _Places]) -> str:
-    """Return what sections with the same keys are and whether they are required, by owner if that differs."""
+    """Return sentences on the meaning of sections with the same keys, and on whether they are required."""
     texts: dict[tuple[str, str], None] = {}
     for path, places in sections.items():
         owners_by_text: dict[tuple[str, str], list[str]] = {}
         for machine, (section, _) in places.items():
-            need = "" if "left out" in section.text else "required" if section.need == "required" else "optional"
-            text = "" if section.text.endswith(f" {path.rpartition('.')[2]}") else _of_body(path, section.text)
+            need = "required" if section.need == "required" else "" if _WITHOUT in section.text else "optional"
+            text = "" if _only_names(section.text, path) else _of_body(path, section.text)
             owners_by_text.setdefault((text, need), []).append(machine)
         for (text, need), machine_rows in owners_by_text.items():
             only = _owners_text(machine_rows, places)
-            texts[f"{text} ({only})" if only and text else text, need] = None
+            texts[f"*{only}*: {_capital(text)}" if only and text else _capital(text), need] = None
     needs = {need for _, need in texts}
-    lines = [text if len(needs) == 1 else f"{text}; {need}" if text and need else text or need for text, need in texts]
-    common = needs if len(needs) == 1 else set()
-    return " ".join(f"{line[0].upper()}{line[1:]}." for line in (*lines, *common) if line)
+    common = [_NEED[need] for need in needs if len(needs) == 1]
+    lines = [f"{text} ({need})" if text and need and not common else text for text, need in texts]
+    return " ".join(f"{line}." for line in (*lines, *common) if line)
+
+
+def _only_names(text: str, path: str) -> bool:
+    """Return whether the text of a section says no more than its path: "the crank" of `mechanism.crank`."""
+    return text.partition(" ")[2] == path.rpartition(".")[2]
+
+
+def _capital(text: str) -> str:
+    """Return a text with a capital first letter."""
+    return text[:1].upper() + text[1:]
 
 
 def _rows(tree: Shape, path: str) -> Iterator[Row]:

@@ -229,7 +229,7 @@ def _exists(reader: Reader, path: str, node: Section) -> bool:
 
 
 def read_channels(reader: Reader, path: str) -> None:
-    """Read the names of the time histories that are stored; `check_channels` knows which there are."""
+    """Read the names of the time histories to store; `check_channels` checks them once the layout is known."""
     written, node = reader.written.get(path), reader.shape[path]
     if written is None:
         return
@@ -249,7 +249,7 @@ def read_channels(reader: Reader, path: str) -> None:
 
 
 def check_channels(reader: Reader, layout: Layout) -> None:
-    """Note names in `save.channels` that no time history of these cases has."""
+    """Report names in `save.channels` that no time history of these cases has."""
     written = reader.written.get(CHANNELS)
     if written is None or CHANNELS not in reader.values:
         return

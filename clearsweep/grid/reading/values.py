@@ -307,7 +307,7 @@ def written_units(reader: Reader) -> dict[str, WrittenUnit]:
 
 
 def as_written(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fits, labels and units that the user wrote; a grid read back from its `record` in SI has lost them."""
+    """Return the fits, labels and units that the user wrote, from `record`; the grid in SI no longer has them."""
     units = {path: WrittenUnit(**unit_fields) for path, unit_fields in record.get("written_units", {}).items()}
     return {"fits": recorded_fits(record), "labels": recorded_labels(record), "written_units": units}
 
@@ -331,7 +331,7 @@ COEFFICIENTS = (
 
 
 def put_wear_units(reader: Reader) -> None:
-    """Set, for each joint with wear, whether its coefficients are dimensionless, unless the grid says so."""
+    """Set, for each joint with wear, whether its coefficients are dimensionless, unless the grid contains this."""
     for path in [path for path in reader.shape if path.endswith(".wear.coefficient_unit")]:
         wear = path.rpartition(".")[0]
         entries = reader.swept | reader.written

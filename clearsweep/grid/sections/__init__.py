@@ -1,1 +1,1 @@
-"""Sections of a grid that choose, add or judge cases."""
+"""Sections of a grid that choose, add or assess cases."""

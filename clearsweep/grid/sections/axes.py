@@ -257,7 +257,7 @@ def _saltelli(points: "np.ndarray", variables: int) -> "np.ndarray":
 
 
 def _one_at_a_time(variables: int) -> "np.ndarray":
-    """Return the middle, then for each variable alone: its 5 % quantile, its 95 % quantile, the middle disturbed."""
+    """Return the middle, then for each variable alone its 5 % quantile, its 95 % quantile and a disturbed middle."""
     import numpy as np
 
     rows = np.full((1 + 3 * variables, variables), 0.5)

@@ -1,4 +1,4 @@
-"""Distributions of values: a law is one class, which is all that grid files, schema, pages and messages need.
+"""Distributions of values: a law is one class, from which grid files, schema, pages and messages follow.
 
 A law has a name, the form of its parameters in a grid, its own conditions, and its quantile.  `@law` registers it.
 """
@@ -39,7 +39,7 @@ class Distribution:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Return the bounds of the values, infinite without one."""
+        """Return the bounds of the values; a missing bound is infinite."""
         return self.numbers.get("low", -math.inf), self.numbers.get("high", math.inf)
 
     def values(self, points: "np.ndarray") -> "np.ndarray":
@@ -105,7 +105,7 @@ class _Between(Distribution):
 
 @law
 class Uniform(_Between):
-    """Equally likely between two ends."""
+    """Uniform distribution between two ends."""
 
     name = "uniform"
 
@@ -117,7 +117,7 @@ class Uniform(_Between):
 
 @law
 class LogUniform(_Between):
-    """Equally likely in the logarithm, between two ends above 0."""
+    """Uniform distribution of the logarithm, between two ends above 0."""
 
     name = "loguniform"
 
@@ -195,7 +195,7 @@ class _AroundMean(Distribution):
 
 @law
 class Normal(_AroundMean):
-    """Normal, cut off at bounds where there are any."""
+    """Normal distribution, truncated at bounds if there are any."""
 
     name = "normal"
     form = "{mean, std or cv, low?, high?}"
@@ -213,7 +213,7 @@ class Normal(_AroundMean):
 
 @law
 class TruncatedNormal(Normal):
-    """Normal, cut off at a bound or at two."""
+    """Normal distribution, truncated at one or two bounds."""
 
     name = "truncated-normal"
     form = "{mean, std or cv, low and/or high}"
@@ -228,7 +228,7 @@ class TruncatedNormal(Normal):
 
 @law
 class LogNormal(_AroundMean):
-    """Normal in the logarithm, of values above 0."""
+    """Normal distribution of the logarithm, for values above 0."""
 
     name = "lognormal"
     form = "{mean, std or cv}"
@@ -275,7 +275,7 @@ def parameter_forms() -> dict[str, str]:
 
 
 def forms_text() -> str:
-    """Return every law as a grid has it, for messages: `{uniform: [low, high]}, ...`."""
+    """Return the grid form of every law, for messages: `{uniform: [low, high]}, ...`."""
     return ", ".join(f"{{{name}: {form}}}" for name, form in parameter_forms().items())
 
 

@@ -45,7 +45,10 @@ def put_fit_clearances(grid_reader: Reader, values_of: Callable[[str], tuple[flo
 def fits_among(
     grid_reader: Reader, paths: list[str], names: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
 ) -> list[Fit] | None:
-    """Return the fits with these names, at least one, of clearances with one bearing radius; None if one is wrong."""
+    """Return the fits with these names (at least one) for clearances with one bearing radius.
+
+    Return None if one is wrong.
+    """
     for path in paths:
         node = grid_reader.shape.get(path)
         if not isinstance(node, Number) or not node.uses[0].field.fit:

@@ -1,4 +1,4 @@
-"""Reads `identify`: the keys whose values are not known, the measured signals, how many cases that may take."""
+"""Reads `identify`: the keys with unknown values, the measured signals, and the number of cases to run."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -31,7 +31,7 @@ _COLUMNS = {"type": "object", "minProperties": 1, "additionalProperties": {"type
 _SIGNAL_EXAMPLE = "{rig.csv: {slider/a: acceleration}}"
 IDENTIFY_SECTION = KeySection(
     IDENTIFY,
-    "values of keys that reproduce measured signals",
+    "search for the values of keys that reproduce measured signals",
     "{over: {joints.rod-slider.clearance: [20 um, 300 um]}, from: {rig.csv: {slider/a: acceleration}}, cases: 400}",
     (
         EntriesKey(
@@ -43,7 +43,7 @@ IDENTIFY_SECTION = KeySection(
         ),
         EntriesKey(
             "from",
-            "CSV file next to the grid -> {channel: column} of the measured signals",
+            "CSV file in the directory of the grid -> {channel: column} of the measured signals",
             required=True,
             missing=f"; give a file, a channel and the column of the file: {_SIGNAL_EXAMPLE}",
             entry=_COLUMNS,
@@ -51,7 +51,7 @@ IDENTIFY_SECTION = KeySection(
         cases_key(ROUND, MOST_CASES),
         WordListKey(
             "features",
-            f"a list of {', '.join(FEATURES)}; default all",
+            f"a list of {', '.join(FEATURES)}; default: all",
             words=FEATURES,
             default=FEATURES,
             noun="feature of a signal",
@@ -71,7 +71,7 @@ class Signal(NamedTuple):
 
 
 class Identify(NamedTuple):
-    """What is to be identified, in SI."""
+    """The section `identify`, in SI."""
 
     over: dict[str, Choice]
     signals: tuple[Signal, ...]
@@ -81,7 +81,7 @@ class Identify(NamedTuple):
     start: dict[str, Any]  # the values that the grid has written, or {} if some are missing or outside
 
     def sobol_points(self, skipped: int, count: int) -> "np.ndarray":
-        """Return points (count, paths) of a Sobol sequence in the unit cube, from the number `skipped` on."""
+        """Return points (count, paths) of a Sobol sequence in the unit cube, without the first `skipped` points."""
         from scipy.stats import qmc
 
         sequence = qmc.Sobol(len(self.over), seed=self.seed)
@@ -89,7 +89,7 @@ class Identify(NamedTuple):
         return points
 
     def point(self, fractions: "np.ndarray") -> dict[str, float]:
-        """Return the values at a place (paths,) of the unit cube."""
+        """Return the values at a point (paths,) of the unit cube."""
         return {
             path: choice.value_at(fraction)
             for (path, choice), fraction in zip(self.over.items(), fractions.tolist(), strict=True)
@@ -110,7 +110,7 @@ class Identify(NamedTuple):
 
 
 def find_identify_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
-    """Return path -> its place and its ends, as an axis has them, for every key to identify."""
+    """Return path -> (position, ends in the form of an axis) for every key to identify."""
     section = IDENTIFY_SECTION.find(reader.problems, root)
     conflicts = ("sweep", "zip", "cases", "sample", "seek", "refine", OPTIMISE, "life")
     over = over_of(reader, root, section, IDENTIFY_SECTION, conflicts) if section else None
@@ -133,9 +133,9 @@ def find_identify_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[Wr
 
 
 def read_identify(reader: Reader, root: WrittenValue) -> Identify | None:
-    """Return the section `identify`, the axes being read already, or None if it is missing or wrong.
+    """Return the section `identify`, or None if it is missing or wrong; the axes must have been read.
 
-    The signals have no units yet; `check` gives them, when the channels are known.
+    The signals have no units yet; `check_identify` adds them once the channels are known.
     """
     section = section_in(root, IDENTIFY)
     paths = [path for path, variation in reader.varied_by.items() if variation == IDENTIFY]
@@ -182,7 +182,7 @@ def _signals(reader: Reader, section: WrittenValue) -> tuple[Signal, ...]:
 
 
 def put_saved_signals(reader: Reader) -> None:
-    """Give `save` what `identify` needs, where the grid does not say it: revolutions, samples, channels."""
+    """Set the keys of `save` that `identify` needs and the grid omits: revolutions, samples, channels."""
     if reader.identify is None:
         return
     rate = crank_rate(reader)
@@ -207,13 +207,13 @@ def put_saved_signals(reader: Reader) -> None:
 
 
 def crank_rate(reader: Reader) -> float | None:
-    """Return the speed of the crank (rad/s), or None if it is not one number."""
+    """Return the speed of the crank (rad/s), or None if it is not a single number."""
     speeds = reader.values_of("drive.speed")
     return float(speeds[0]) if len(speeds) == 1 and speeds[0] else None
 
 
 def check_identify(reader: Reader, root: WrittenValue, layout: Layout) -> Identify | None:
-    """Return `identify` with the units of its signals; report what is wrong with the files, and with what is saved."""
+    """Return `identify` with the units of its signals; report mistakes in the files and in the saved channels."""
     identify: Identify | None = reader.identify
     if identify is None:
         return None
@@ -252,9 +252,9 @@ class Turned(NamedTuple):
 
 
 def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turned]:
-    """Return signals of a file over the crank angle; InputError where they are not enough.
+    """Return signals of a file over the crank angle; raise InputError if they have too few revolutions or samples.
 
-    rate : rad/s of the crank, or None if it is not one number
+    rate : crank speed (rad/s), or None if it is not a single number
     """
     known_units: Mapping[str, str | None] = {signal.column: signal.unit for signal in signals}
     content = read_signals(file, known_units, others=True)
@@ -275,7 +275,7 @@ def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turne
 
 
 def _enough(file: str, column: str, angle: "np.ndarray", values: "np.ndarray") -> None:
-    """Raise InputError where a signal has too few revolutions, or too few samples an impact."""
+    """Raise InputError if a signal has too few revolutions, or too few samples per impact."""
     count, density = (angle[-1] - angle[0]) / features.TURN, features.density(angle)
     if count < LEAST_TURNS - 1e-6:
         raise InputError(f"{file}: {column} has {count:.3g} revolutions; at least {LEAST_TURNS} are needed")

@@ -29,8 +29,8 @@ FIGURES_SECTION = NameSection(
 _BOUNDS = dict.fromkeys(KINDS, QUANTITY) | {_TIMES: {"type": "string"}}
 LIMITS_SECTION = NameSection(
     "limits",
-    "figure (a column of summary.parquet) -> the largest value that is acceptable, or {at_most or at_least: value, "
-    "times: another figure}",
+    "figure (a column of summary.parquet) -> largest acceptable value, or {at_most or at_least: value, times: another "
+    "figure}",
     "limit",
     "rod_slider_force_peak: 5 kN",
     {
@@ -171,10 +171,9 @@ _FACTOR_KEY = QuantityKey(
 )
 UNCERTAIN_SECTION = NameSection(
     UNCERTAIN,
-    "dotted path of a wear coefficient -> {factor: 3}, lognormal with 95 % between a third and three times its value; "
-    "or a distribution of `sample`; or `published`, loguniform over the range of the named wear pair. Two "
-    "further lives "
-    "at the ends give a second interval of the life",
+    "dotted path of a wear coefficient -> its distribution: {factor: 3} is lognormal, with 95 % between a third and "
+    "three times the value; `published` is loguniform over the range of the named wear pair; a distribution of "
+    "`sample` is also possible. Two further lives, at the ends of the distribution, give a second interval of the life",
     "path",
     "joints.rod-slider.wear.coefficient: {factor: 3}",
     {

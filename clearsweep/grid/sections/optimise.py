@@ -1,4 +1,4 @@
-"""Reads `optimise`: the values to vary, the columns to make small or large, how many cases that may take."""
+"""Reads `optimise`: the values to vary, the columns to minimise or maximise, and the number of cases to run."""
 
 import math
 from collections.abc import Collection, Mapping
@@ -24,7 +24,7 @@ MISSING_OVER = "; name at least one key to vary"
 _AMONG_FORM = {"anyOf": [{"type": "array", "minItems": 1}, FITS_FORM]}
 OPTIMISE_SECTION = KeySection(
     OPTIMISE,
-    "values that minimise or maximise columns of summary.parquet within `limits`",
+    "search for the values that minimise or maximise columns of summary.parquet within `limits`",
     "{over: {define.play: [5 um, 100 um]}, minimise: rod_slider_load_peak, cases: 300}",
     (
         EntriesKey(
@@ -50,12 +50,12 @@ class Choice(NamedTuple):
 
     @property
     def logarithmic(self) -> bool:
-        """Return whether equal ratios count."""
+        """Return whether the scale of the choice is logarithmic."""
         low, high = self.values[0], self.values[-1]
         return self.kind in RATIOS and low > 0.0 and high >= RATIOS[self.kind] * low
 
     def value_at(self, fraction: float) -> Any:
-        """Return the value at a part, from 0 to 1, of the way through the choice."""
+        """Return the value at a fraction (0 to 1) of the choice."""
         if self.kind == AMONG:
             return self.values[min(int(fraction * len(self.values)), len(self.values) - 1)]
         low, high = self.values
@@ -64,7 +64,7 @@ class Choice(NamedTuple):
         return low * (high / low) ** fraction if self.logarithmic else low + (high - low) * fraction
 
     def fraction_of(self, value: Any) -> float:
-        """Return which part of the way through the choice a value is, of one of several the middle of its share."""
+        """Return the fraction (0 to 1) of a value in the choice; for one of several values, the middle of its share."""
         if self.kind == AMONG:
             return (self.values.index(value) + 0.5) / len(self.values)
         low, high = self.values
@@ -73,7 +73,7 @@ class Choice(NamedTuple):
         return math.log(value / low) / math.log(high / low) if self.logarithmic else (value - low) / (high - low)
 
     def resolved(self) -> Any:
-        """Return it as a grid may have it."""
+        """Return the choice in the form of a grid file."""
         return list(self.values) if self.kind in RATIOS else {self.kind: list(self.values)}
 
 
@@ -87,7 +87,7 @@ class Optimise(NamedTuple):
     start: dict[str, Any]  # the values that the grid has written, or {} if some are missing or outside
 
     def first(self) -> list[tuple[Any, ...]]:
-        """Return the values of the first round: what the grid has written, and points spread evenly."""
+        """Return the values of the first round: those written in the grid, and evenly spread points."""
         from scipy.stats import qmc
 
         count = min(ROUND, self.cases)
@@ -100,12 +100,12 @@ class Optimise(NamedTuple):
         return list(dict.fromkeys([*written_point, *points]))[:count]
 
     def columns(self, available: Collection[str]) -> list[str]:
-        """Return the columns that cases are compared by: objectives, and the ends of their intervals, if `there`."""
+        """Return the columns that compare cases: objectives, and the ends of their intervals if `available`."""
         names = [name for name, _ in self.objectives]
         return [*names, *(end for name in names for end in interval_columns(name) if end in available)]
 
     def resolved(self) -> dict[str, Any]:
-        """Return the section as a grid may have it, in SI."""
+        """Return the section in the form of a grid file, in SI."""
         columns_by_sense = {
             sense: [column for column, large in self.objectives if large is (sense == SENSES[1])] for sense in SENSES
         }
@@ -118,12 +118,12 @@ class Optimise(NamedTuple):
 
 
 def interval_columns(column: str) -> tuple[str, str]:
-    """Return the names of the columns with the ends of the 95 % interval of a column, which few columns have."""
+    """Return the names of the columns with the ends of a column's 95 % interval, which few columns have."""
     return f"{column}_low", f"{column}_high"
 
 
 def find_optimise_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
-    """Return path -> its place and its values, as an axis has them, for all keys to vary; note the kinds of choices."""
+    """Return path -> (position, values in the form of an axis) for all keys to vary; record the kinds of choices."""
     section = OPTIMISE_SECTION.find(reader.problems, root)
     conflicts = ("sweep", "zip", "cases", "sample", "seek", "refine")
     over = over_of(reader, root, section, OPTIMISE_SECTION, conflicts) if section else None
@@ -139,7 +139,7 @@ def find_optimise_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[Wr
 
 
 def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | None:
-    """Return the values of one path as an axis has them."""
+    """Return the values of one path in the form of an axis."""
     where, node = f"{OPTIMISE}.over.{path}", reader.shape.get(path)
     is_whole = isinstance(node, Number) and any(use.field.whole for use in node.uses)
     content, kind = written.value, "range"
@@ -163,7 +163,7 @@ def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | 
 
 
 def read_optimise(reader: Reader, root: WrittenValue) -> Optimise | None:
-    """Return the section `optimise`, the axes being read already, or None if it is missing or wrong."""
+    """Return the section `optimise`, or None if it is missing or wrong; the axes must have been read."""
     section = section_in(root, OPTIMISE)
     paths = [path for path, section_name in reader.varied_by.items() if section_name == OPTIMISE]
     if section is None or not isinstance(section.value, dict):
@@ -183,7 +183,7 @@ def read_optimise(reader: Reader, root: WrittenValue) -> Optimise | None:
 
 
 def check_range(reader: Reader, path: str, section: str) -> None:
-    """Report a range that is upside down, and a path that cannot vary from case to case."""
+    """Report a range whose ends are in the wrong order, and a path that cannot vary from case to case."""
     values = reader.axes[path]
     if reader.choices[path] != AMONG and values[0] >= values[-1]:
         sentence = "the first value is not below the second; swap them"
@@ -194,7 +194,7 @@ def check_range(reader: Reader, path: str, section: str) -> None:
 
 
 def _objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, bool], ...]:
-    """Return the columns that are to be small or large."""
+    """Return the columns to minimise or maximise."""
     objectives: list[tuple[str, bool]] = []
     known = {**reader.figures, **dict.fromkeys(reader.own_figures, "")}
     for sense in SENSES:
@@ -214,7 +214,7 @@ def _objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, bool]
 
 
 def start_of(reader: Reader, over: Mapping[str, Choice]) -> dict[str, Any]:
-    """Return the values that the grid has written, {} unless all are there and can be chosen."""
+    """Return the values written in the grid, or {} unless all are written and within their choices."""
     start: dict[str, Any] = {}
     for path, choice in over.items():
         written, node = reader.written.get(path), reader.shape[path]

@@ -1,4 +1,4 @@
-"""State of reading a grid, path by path, and what the sections share that add cases to it.
+"""State of reading a grid, path by path, and shared functions of the sections that add cases.
 
 `seek`, `refine`, `optimise`, `identify` and `check_laws` add cases while a grid runs; run.json stores them.
 """
@@ -63,7 +63,7 @@ class Reader:
     materials: dict[str, VariedMaterial] = field(default_factory=dict)  # path of a name -> the material that varies
 
     def position_of(self, path: str) -> WrittenValue:
-        """Return the value whose position locates a mistake at `path`: its own, or that of the section without it."""
+        """Return the value whose position locates a mistake at `path`: itself, or the section that lacks it."""
         while path and path not in self.swept and path not in self.written and path not in self.sections:
             path = path.rpartition(".")[0]
         return self.swept.get(path) or self.written.get(path) or self.sections[path]
@@ -82,7 +82,7 @@ class Reader:
 
     @property
     def varied_numbers(self) -> set[str]:
-        """Return the paths on an axis, and those of numbers that follow from the name of a varied material."""
+        """Return the paths on an axis, and the paths of numbers that follow from the name of a varied material."""
         return {*self.swept, *(path for material in self.materials.values() for path in material.library_keys)}
 
     def is_given(self, path: str) -> bool:
@@ -140,7 +140,7 @@ def added_rows(reader: Reader) -> tuple[tuple[Any, ...], ...]:
 def over_of(
     reader: Reader, root: WrittenValue, section: WrittenValue, table: KeySection, conflicts: Collection[str]
 ) -> WrittenValue | None:
-    """Return `over` of a section that chooses all cases; None if it is missing or another section chooses, too."""
+    """Return `over` of a section that chooses all cases, or None if it is missing or conflicts with another section."""
     for conflict in conflicts:
         if conflict in root.value:
             sentence = f"conflicts with `{conflict}`; `{table.name}` chooses all cases itself; remove one of the two"
@@ -151,7 +151,7 @@ def over_of(
 
 
 def check_always_used(reader: Reader, position: WrittenValue, section: str, path: str) -> None:
-    """Report a swept key that some of the swept laws do not use: every added case has a value of each key."""
+    """Report a swept key that some of the swept laws do not use, because every added case has a value of each key."""
     node = value_key(reader.shape, path)
     if isinstance(node, Word):
         return
@@ -165,14 +165,14 @@ def check_always_used(reader: Reader, position: WrittenValue, section: str, path
 
 CHECK_LAWS = "check_laws"
 CHECK_LAWS_TEXT = (
-    "true: the deciding case runs again under each other elastic and contact law that is valid in its joints"
+    "true: the deciding case runs again with each other elastic and contact law that is valid in its joints"
 )
 _CHECKED = (".contact.elastic", ".contact.law")
 _CONFLICTS = ("seek", "refine", "optimise", "identify")
 
 
 def read_check_laws(reader: Reader, root: WrittenValue) -> None:
-    """Note whether laws are checked; that is written as true, or as run.json has it, with the cases that were added."""
+    """Record whether laws are checked: the key is true, or has the added cases as in run.json."""
     written = root.value.get(CHECK_LAWS) if isinstance(root.value, dict) else None
     if written is None or written.value is False:
         return
@@ -190,7 +190,7 @@ def read_check_laws(reader: Reader, root: WrittenValue) -> None:
 
 
 def put_law_axis(reader: Reader, path: str) -> None:
-    """Make an axis of the law at `path`, which is read and not swept, so that other laws can be on it, too."""
+    """Turn the law at `path`, which is read and not swept, into an axis, so that other laws can be added."""
     if reader.check_laws and path.endswith(_CHECKED) and path not in reader.swept and path in reader.values:
         position = reader.position_of(path)
         reader.swept[path] = WrittenValue(reader.values[path], position.origin, position.line, position.column)
@@ -207,7 +207,7 @@ def checked_law_paths(reader: Reader) -> tuple[str, ...]:
 
 
 def base_laws(record: Mapping[str, Any]) -> dict[str, str]:
-    """Return path -> law of the grid, of the laws that a run checks, by its run.json; {} where it checks none."""
+    """Return path -> law of the grid for the laws that a run checks, from its run.json; {} if it checks none."""
     if not record.get(CHECK_LAWS):
         return {}
     sweep = record.get("sweep") or {}

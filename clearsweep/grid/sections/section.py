@@ -62,17 +62,20 @@ class Key:
         return {}
 
     def choices(self) -> str:
-        """Return the known values for messages, '' where there is no list of them."""
+        """Return the known values for messages, or '' if there is no list of them."""
         return ""
 
     def read(self, problems: Problems, where: str, written: WrittenValue, unit: str) -> Any:
-        """Return the value at the key `where`, in SI for quantities of an SI `unit`; None, and a problem, if wrong."""
+        """Return the value at the key `where`, in SI for quantities of an SI `unit`.
+
+        Return None, with a problem, if it is wrong.
+        """
         return written
 
 
 @dataclass(frozen=True)
 class WordKey(Key):
-    """One word of a few."""
+    """A key with one of a few words."""
 
     words: tuple[str, ...] = ()
     noun: str = ""  # what the words are, in messages
@@ -100,7 +103,7 @@ class WordKey(Key):
 
 @dataclass(frozen=True)
 class WordListKey(Key):
-    """A list of words, or a single one; without the key, all words."""
+    """A key with a list of words, or a single one; without the key, all words apply."""
 
     words: tuple[str, ...] = ()
     noun: str = ""  # what one of the words is, in messages
@@ -123,7 +126,7 @@ class WordListKey(Key):
 
 @dataclass(frozen=True)
 class NamesKey(Key):
-    """A name of the grid, such as a dotted path or a column, or a list of names."""
+    """A key with a name of the grid, such as a dotted path or a column, or with a list of names."""
 
     noun: str = ""  # what a name is, in messages
 
@@ -150,7 +153,7 @@ class NamesKey(Key):
 
 @dataclass(frozen=True)
 class CountKey(Key):
-    """A whole number."""
+    """A key with a whole number."""
 
     low: int = 1  # smallest
     high: int = 1  # largest
@@ -175,7 +178,7 @@ class CountKey(Key):
 
 @dataclass(frozen=True)
 class QuantityKey(Key):
-    """A quantity, whose unit may depend on other keys."""
+    """A key with a quantity, whose unit may depend on other keys."""
 
     bounds: Field | None = None  # range, where it is the same for every unit
 
@@ -194,7 +197,7 @@ class QuantityKey(Key):
 
 @dataclass(frozen=True)
 class RangeKey(Key):
-    """The two ends of a range, which are read as the values of an axis."""
+    """A key with the two ends of a range, which are read as the values of an axis."""
 
     def values(self) -> dict[str, Any]:
         """Return the JSON Schema of the range."""
@@ -210,7 +213,7 @@ class RangeKey(Key):
 
 @dataclass(frozen=True)
 class EntriesKey(Key):
-    """Entries whose keys are names or paths of the grid; at least one."""
+    """A key with at least one entry; keys of entries are names or paths of the grid."""
 
     entry: Mapping[str, Any] = field(default_factory=dict)  # JSON Schema of a value
 
@@ -258,7 +261,7 @@ class KeySection(NamedTuple):
 
     @property
     def all_keys(self) -> tuple[Key, ...]:
-        """Return the keys, those that a run writes included."""
+        """Return all keys, including those that a run writes."""
         return (*self.keys, *((_ADDED_KEY,) if self.adds_cases else ()))
 
     @property
@@ -287,9 +290,9 @@ class KeySection(NamedTuple):
         return section
 
     def value(self, problems: Problems, section: WrittenValue, name: str, unit: str = "1") -> Any:
-        """Return the value of one key, its default if it is left out; None, and a problem, if it is missing or wrong.
+        """Return the value of one key or its default; None, with a problem, if it is missing or wrong.
 
-        unit : of a quantity, SI
+        unit : SI unit, for a quantity
         """
         key, where = next(key for key in self.keys if key.name == name), f"{self.name}.{name}"
         written = section.value.get(name)
@@ -316,7 +319,7 @@ class NameSection(NamedTuple):
         return {"description": self.text, **form}
 
     def entries(self, problems: Problems, root: WrittenValue) -> dict[str, WrittenValue]:
-        """Return the entries, {} if the section is missing, or empty, which is reported."""
+        """Return the entries, or {} if the section is missing or empty; an empty section is reported."""
         section = section_in(root, self.name)
         if section is None:
             return {}
@@ -344,7 +347,7 @@ def report_unknown_keys(
 
 
 def read_quantity(problems: Problems, where: str, written: WrittenValue, unit: str) -> float | None:
-    """Return a quantity in SI, or None with a problem if it is none of this unit."""
+    """Return a quantity in SI, or None, with a problem, if it is not a quantity of this unit."""
     try:
         return quantity.read(written.value, unit)
     except InputError as error:

@@ -33,26 +33,35 @@ _NOUN = "dotted path"
 _AMONG = "{fits: [H7/g6, H7/f7]}"
 SEEK_SECTION = KeySection(
     SEEK,
-    "the largest or smallest value of one key with which cases keep to `limits`",
+    "search for the largest or smallest value of one key for which cases meet `limits`",
     _SEEK_EXAMPLE,
     (
         NamesKey(
-            "largest", ("path whose largest value is searched for, or several paths with a common value"), noun=_NOUN
+            "largest", ("path whose largest value is searched for, or several paths with one common value"), noun=_NOUN
         ),
-        NamesKey("smallest", "the same for the smallest value", noun=_NOUN),
+        NamesKey(
+            "smallest", "path whose smallest value is searched for, or several paths with one common value", noun=_NOUN
+        ),
         RangeKey(
             "between", "[low, high]: the range of the search", missing="; write the range, such as [5 um, 200 um]"
         ),
         QuantityKey(
             "within",
-            "accuracy of the answer, at most a quarter of the range",
+            "required accuracy of the answer, at most a quarter of the range",
             missing="; write the accuracy of the answer, such as 1 um",
         ),
-        Key("among", f"{_AMONG} instead of both: each fit counts with its largest clearance", FITS_FORM),
-        WordKey("meeting", "`limits`, the default", words=("limits",), default="limits"),
+        Key(
+            "among", f"{_AMONG} replaces `between` and `within`: each fit is tested at its largest clearance", FITS_FORM
+        ),
+        WordKey(
+            "meeting",
+            "condition that the cases must meet; `limits` is the only choice",
+            words=("limits",),
+            default="limits",
+        ),
         WordKey(
             "for",
-            "`each` case of the other axes (default), or `all`: the worst case decides",
+            "`each`: one answer for each case of the other axes (default); `all`: one answer, for the worst case",
             words=SEEK_FOR,
             default=SEEK_FOR[0],
         ),
@@ -65,7 +74,7 @@ SEEK_SECTION = KeySection(
 
 
 class Seek(NamedTuple):
-    """The value that is searched for, and how, in SI."""
+    """The section `seek`, in SI."""
 
     end: str  # one of ENDS
     paths: tuple[str, ...]  # in step: all have the same value
@@ -76,12 +85,12 @@ class Seek(NamedTuple):
 
     @property
     def path(self) -> str:
-        """Return the first path, whose value all others have."""
+        """Return the first path; all other paths have the same value."""
         return self.paths[0]
 
     @property
     def last(self) -> int:
-        """Return the last place: fits less one, or equal steps of the range, a power of 2, none above `within`."""
+        """Return the last index: the number of fits minus 1, or of equal steps of at most `within`, a power of 2."""
         if self.fits:
             return len(self.fits) - 1
         low, high = self.between
@@ -89,7 +98,7 @@ class Seek(NamedTuple):
         return 1 << halvings
 
     def value(self, index: int) -> float:
-        """Return the value at a place from 0 to `last`, counted from the end that is the safer one."""
+        """Return the value at an index from 0 to `last`, counted from the safer end."""
         if self.fits:
             return self.fit(index).high
         low, high = (Fraction(end) for end in self.between)
@@ -97,17 +106,17 @@ class Seek(NamedTuple):
         return float(low + (high - low) * k / self.last)
 
     def fit(self, index: int) -> Fit:
-        """Return the fit at a place."""
+        """Return the fit at an index."""
         return self.fits[index if self.end == SEEK_ENDS[0] else self.last - index]
 
     def first(self) -> tuple[float, ...]:
-        """Return the values that are tried first, ascending."""
+        """Return the values to try first, ascending."""
         if self.fits:
             return tuple(fit.high for fit in self.fits)
         return tuple(sorted(self.value(index) for index in range(0, self.last + 1, self.last // FIRST_STRETCHES)))
 
     def resolved(self) -> dict[str, Any]:
-        """Return the section as a grid may have it, in SI."""
+        """Return the section in the form of a grid file, in SI."""
         section: dict[str, Any] = {self.end: self.path if len(self.paths) == 1 else list(self.paths)}
         if self.fits:
             section["among"] = {"fits": [fit.name for fit in self.fits]}
@@ -119,9 +128,9 @@ class Seek(NamedTuple):
 def range_of_seek(
     reader: Reader, root: WrittenValue, values_of: Callable[[str], tuple[float, ...]]
 ) -> tuple[list[WrittenValue], WrittenValue] | None:
-    """Return the paths that are searched for and their values as written, or None if there is none to vary.
+    """Return the searched paths and their values as written, or None if there is nothing to vary.
 
-    `values_of` a path gives its values that are known, from which fits have their sizes.
+    `values_of` returns the known values of a path, which determine the sizes of fits.
     """
     section = SEEK_SECTION.find(reader.problems, root)
     if section is None:
@@ -143,7 +152,7 @@ def range_of_seek(
 def _among(
     reader: Reader, section: WrittenValue, paths: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
 ) -> tuple[list[WrittenValue], WrittenValue] | None:
-    """Return the paths, and the largest clearances of the fits among which is searched for, ascending."""
+    """Return the paths, and the largest clearances of the fits to search, ascending."""
     among = section.value["among"]
     for key in ("between", "within"):
         if key in section.value:
@@ -165,7 +174,7 @@ def _among(
 
 
 def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Seek | None:
-    """Return the section `seek`, its axis being read already, or None if it is missing or wrong."""
+    """Return the section `seek`, or None if it is missing or wrong; its axis must have been read."""
     section = section_in(root, SEEK)
     paths = tuple(path for path, variation in reader.varied_by.items() if variation == SEEK)
     if section is None or not paths or not set(paths) <= reader.axes.keys():
@@ -222,14 +231,19 @@ REFINE_SECTION = KeySection(
     "further cases between those of `sweep`, along the border of `limits`",
     "{along: limits, cases: 200}",
     (
-        WordKey("along", "`limits`, the default: the border to follow", words=(REFINE_ALONG,), default=REFINE_ALONG),
+        WordKey(
+            "along",
+            "border along which cases are added; `limits` is the only choice",
+            words=(REFINE_ALONG,),
+            default=REFINE_ALONG,
+        ),
         cases_key(1, MOST_CASES),
     ),
 )
 
 
 class Refine(NamedTuple):
-    """How many cases to add along the border, and which values to subdivide."""
+    """The section `refine`: the number of cases to add along the border, and the values to subdivide."""
 
     cases: int  # at most
     paths: tuple[str, ...]  # swept numbers
@@ -240,7 +254,7 @@ class Refine(NamedTuple):
 
 
 def read_refine(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Refine | None:
-    """Return the section `refine`, the axes being read already, or None if it is missing or wrong."""
+    """Return the section `refine`, or None if it is missing or wrong; the axes must have been read."""
     problems_before = len(reader.problems)
     section = REFINE_SECTION.find(reader.problems, root)
     if section is None:

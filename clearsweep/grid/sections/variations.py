@@ -228,7 +228,7 @@ def _distinct(reader: Reader, variation: str, paths: tuple[str, ...]) -> None:
 
 
 def _always_used(reader: Reader, path: str) -> None:
-    """Report a value in step that some varied law names do not use: it is unclear which rows would count."""
+    """Report a value in step that some varied law names do not use, because it would be unclear which rows count."""
     node = value_key(reader.shape, path)
     varied_choosers = [other_path for other_path in node.choosers() if other_path in reader.axes]
     if all(reader.varied_by[other_path] in MAY_BE_UNUSED for other_path in (path, *varied_choosers)):
@@ -262,14 +262,14 @@ _LABELLED_SECTIONS = ("sweep", "zip", "cases")  # sections whose axes may have l
 
 
 def put_label_lists(reader: Reader) -> None:
-    """Put the list of its values in place of each axis with labels, and note the labels."""
+    """Replace each axis with labels by the list of its values, and record the labels."""
     for path, written in list(reader.swept.items()):
         if reader.varied_by[path] in _LABELLED_SECTIONS and _labelled(written):
             _put_list(reader, path, written)
 
 
 def _labelled(written: WrittenValue) -> bool:
-    """Return whether an axis is a mapping of labels to values, not one of the other ways to write one."""
+    """Return whether an axis is a mapping of labels to values, and not another form of an axis."""
     content = written.value
     if not isinstance(content, dict) or not content or set(content) <= set(RESERVED):
         return False
@@ -277,12 +277,12 @@ def _labelled(written: WrittenValue) -> bool:
 
 
 def _is_single(item: WrittenValue) -> bool:
-    """Return whether something written is a single value, or a fit."""
+    """Return whether a written item is a single value or a fit."""
     return [*item.value] == ["fit"] if isinstance(item.value, dict) else not isinstance(item.value, list)
 
 
 def _put_list(reader: Reader, path: str, written: WrittenValue) -> None:
-    """Put a list in place of one axis with labels; a mistake is noted, and the axis has no labels then."""
+    """Replace one axis with labels by a list; a mistake is reported, and the axis then has no labels."""
     where = f"{reader.varied_by[path]}.{path}"
     invalid = {name: sentence for name in written.value if (sentence := _label_mistake(name))}
     if not isinstance(reader.shape[path], Number):
@@ -297,7 +297,7 @@ def _put_list(reader: Reader, path: str, written: WrittenValue) -> None:
 
 
 def _label_mistake(name: str) -> str:
-    """Return what is wrong with a label, '' for nothing."""
+    """Return what is wrong with a label, or '' if nothing is."""
     if name in RESERVED:
         return (
             f"{shown(name)} is reserved and cannot label a value (reserved: {', '.join(RESERVED)}); choose another "
@@ -312,9 +312,9 @@ def _label_mistake(name: str) -> str:
 
 
 def labels_of_axes(reader: Reader) -> dict[str, dict[str, Any]]:
-    """Return path of an axis with labels -> label -> value, SI; a value with two labels is noted.
+    """Return path of an axis with labels -> label -> value (SI); a value with two labels is reported.
 
-    Fits that are searched are the labels of their largest clearances.
+    If fits are searched, they are the labels of their largest clearances.
     """
     paths = reader.seek.paths if reader.searched_fits and reader.seek else ()
     labels = {path: {fit.name: fit.high for fit in reader.searched_fits} for path in paths}
@@ -330,7 +330,7 @@ def labels_of_axes(reader: Reader) -> dict[str, dict[str, Any]]:
 
 
 def recorded_labels(record: Mapping[str, Any]) -> dict[str, dict[str, float]]:
-    """Return path -> label -> value (SI) of the axes with labels, by the run.json of a run."""
+    """Return path -> label -> value (SI) of the axes with labels, from the run.json of a run."""
     return {path: dict(labels) for path, labels in record.get("labels", {}).items()}
 
 

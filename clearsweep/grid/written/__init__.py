@@ -1,1 +1,1 @@
-"""What a user wrote: documents, overrides, tables, and expressions of defined quantities."""
+"""Reads written input: documents, overrides, tables, and expressions of defined quantities."""

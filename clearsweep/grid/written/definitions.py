@@ -298,12 +298,12 @@ def _already_reported(entry: WrittenValue, written: Mapping[str, WrittenValue], 
 
 
 def _read_of(entry: WrittenValue) -> set[str]:
-    """Return the names in a written value, empty if it is no valid expression."""
+    """Return the names in a written value; empty if it is not a valid expression."""
     return _names(text_of(entry.value)) if is_expression(entry.value) else set()
 
 
 def _names(text: str) -> set[str]:
-    """Return the names in an expression, empty if it is invalid."""
+    """Return the names in an expression; empty if it is invalid."""
     try:
         return expression.names_in(text, expression.DEFINED)
     except InputError:
@@ -331,7 +331,7 @@ def _quantity_text(value: Fraction, unit: str) -> str:
 
 
 def varied_paths(top: Mapping[str, WrittenValue]) -> Iterator[tuple[str, WrittenValue]]:
-    """Yield the dotted paths that a document varies, each with its place in the document."""
+    """Yield the dotted paths that a document varies, each with its position in the document."""
     for section_name in _AXIS_SECTIONS:
         section = top.get(section_name)
         if section is not None and section_name == "cases" and isinstance(section.value, str):

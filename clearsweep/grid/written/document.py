@@ -46,7 +46,7 @@ class WrittenValue:
 
     @property
     def position_text(self) -> str:
-        """Return `grid.yaml:14:12: `, or as much of it as is known."""
+        """Return the position as `grid.yaml:14:12: `, or the known part of it."""
         return f"{self.origin}:{self.line}:{self.column}: " if self.line else f"{self.origin}: " if self.origin else ""
 
     def key_position(self, key: str) -> "WrittenValue":
@@ -88,7 +88,7 @@ _SEEN = {
 
 
 def _explained(problem: str) -> str:
-    """Return a problem of YAML, in plain words where its own are those of a parser."""
+    """Return a problem of YAML, in plain words if the original uses terms of a parser."""
     return next((text for part, text in _SEEN.items() if part in problem), problem)
 
 

@@ -27,7 +27,7 @@ TableRow = tuple[int, list[Any]]  # number and cells
 def read_cases(problems: Problems, written: WrittenValue) -> WrittenValue | None:
     """Return the columns of the table that `written` names, path -> list of values, or None if it is invalid.
 
-    The file is next to the grid.  Every value knows its file, row (1 is the header; a Parquet file has none, so its
+    The file is next to the grid.  Every value has its file, row (1 is the header; a Parquet file has none, so its
     first case is row 1) and column.
     """
     file = Path(written.origin).parent / written.value if written.line else Path(written.value)
@@ -66,7 +66,10 @@ def rows_of_csv(file: Path) -> tuple[list[str], list[TableRow]]:
 
 
 def complete_rows_of_csv(path: Path, max_bytes: int) -> tuple[list[str], list[TableRow]]:
-    """Return the same of a file in which every row has a cell for every header.  Raises InputError with the row."""
+    """Return headers and rows as `rows_of_csv`.
+
+    Raise InputError, with the row, if a row lacks a cell or has too many.
+    """
     try:
         refuse_endless(path, max_bytes)
         heads, rows = rows_of_csv(path)

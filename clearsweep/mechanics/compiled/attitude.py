@@ -9,7 +9,7 @@ omega being in the frame of the body, the rates of q are those of this rotation 
 
     d2q/dt2 = q (0, alpha) / 2 - omega^2 q / 4 + sigma q (0, omega) + (sigma^2 + dsigma/dt) q,
 
-and dsigma/dt = -2 beta sigma - beta^2 (q^2 - 1) / 2 is free to choose.
+and dsigma/dt = -2 beta sigma - beta^2 (q^2 - 1) / 2, which can be chosen freely.
 """
 
 from typing import NamedTuple

@@ -4,12 +4,12 @@ import numpy as np
 
 from ..trace import lanes, symbols
 from ..trace.memory import gathered, table_of
-from ..trace.paths import alike, leaves, rebuilt
-from ..trace.primitives import ABREAST, LOOPS, for_symbols, primitive, traceable
+from ..trace.paths import leaves, rebuilt, with_common_slopes
+from ..trace.primitives import LANE_LOOPS, LOOPS, for_symbols, primitive, traceable
 
 
 def where(condition, a, b):
-    """Return `a` where the condition is true, else `b`; both are evaluated."""
+    """Return `a` if the condition is true, else `b`; both are evaluated."""
     return a if condition else b
 
 
@@ -34,7 +34,7 @@ def total_of(row):
 
 
 def cond(first, second):
-    """Return a function that gives `first(*given)` where a condition is true, else `second(*given)`.
+    """Return a function that returns `first(*given)` if a condition is true, else `second(*given)`.
 
     It takes (condition, given).  Both kernels return numbers or tuples of the same form.  Only one of them runs if
     all lanes agree, otherwise both.  `first` is compiled twice, so it should be the shorter.
@@ -56,7 +56,7 @@ def none_of(condition):
 def _selected(condition, a, b):
     if not symbols.is_symbol(condition):
         return a if condition else b
-    a, b = alike([a, b])
+    a, b = with_common_slopes([a, b])
     pairs = zip(leaves(a), leaves(b), strict=True)
     return rebuilt(a, iter([symbols.selected(condition, x, y) for x, y in pairs]))
 
@@ -64,7 +64,7 @@ def _selected(condition, a, b):
 primitive(none_of)(lanes.none_of)
 traceable(total_of)
 LOOPS.append(rolled_range)
-ABREAST.append(abreast)
+LANE_LOOPS.append(abreast)
 
 
 # ---------------------------------------------------------------------------------------------- bits and tables

@@ -78,12 +78,12 @@ def as_dual(x):
 
 
 def chained(number, rate, x):
-    """Return `number`, a function of `x` whose derivative there is `rate`, with the slope that `x` gives it."""
+    """Return `number`, a function of `x` with the derivative `rate` at `x`, with its slope by the chain rule."""
     return Dual(number, rate * x.slope) if isinstance(x, Dual) else number
 
 
 def rate_or_slope(x):
-    """Return the slope of a Dual, or the number itself without one."""
+    """Return the slope of a Dual, or a number without slope itself."""
     return x.slope if isinstance(x, Dual) else x
 
 
@@ -108,7 +108,10 @@ def _divide(a, b):
 
 
 def _power(a, b):
-    """The exponent has no slope.  At 0, where the derivative may be undefined, that of powers above 1 is used."""
+    """The exponent has no slope.
+
+    At 0, where the derivative may be undefined, the derivative of powers above 1 is used.
+    """
     power = value(a) ** b
     if value(a) == 0.0:
         return Dual(power, slope(a) if b == 1.0 else 0.0)

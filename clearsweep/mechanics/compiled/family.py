@@ -17,13 +17,13 @@ import numpy as np
 
 from ..trace import objects
 from ..trace.memory import call_at, viewed
-from ..trace.primitives import ON_ITS_OWN, primitive, traceable
+from ..trace.primitives import SEPARATE, primitive, traceable
 from .plain import is_plain
 
 
 def kernel(function):
     """Return `function`, marked for compilation to machine code; called from Python it runs as Python."""
-    return traceable(function, ON_ITS_OWN)
+    return traceable(function, SEPARATE)
 
 
 def inlined(function):
@@ -133,7 +133,7 @@ def numbers_of(value):
 def put_numbers(scene, numbers, parameters):
     """Make entries created with the array `parameters` use another scene of the same type.
 
-    numbers : those of the scene, see `numbers_of`.
+    numbers : the numbers of the scene, see `numbers_of`
     """
     parameters[:] = numbers
     if is_plain():
@@ -184,7 +184,7 @@ def kinds(value):
 
 
 def _recall(part, numbers):
-    """Return what `_walk` returns for a part of a scene; the cases of a sweep share their mechanism."""
+    """Return the result of `_walk` for a part of a scene, cached because the cases of a sweep share their mechanism."""
     recalled = _PARTS.get(id(part))
     if recalled is None:
         number_list: list[float] = []

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..trace import symbols
 from ..trace.fields import Fields
-from ..trace.memory import Bare, viewed, word_at
+from ..trace.memory import Pointer, viewed, word_at
 from ..trace.primitives import primitive
 from .plain import is_plain
 
@@ -111,7 +111,7 @@ def pinned_at(model: Pinned, address: int) -> tuple[Any]:
 class Loaded:
     """A value at an address known only at run time; its fields are loaded on access."""
 
-    def __init__(self, form: TypeKey, address: symbols.Whole, offset: int = 0):
+    def __init__(self, form: TypeKey, address: symbols.Integer, offset: int = 0):
         self._form, self._address, self._place = form, address, offset
 
     @property
@@ -124,7 +124,7 @@ class Loaded:
         return (self._address,)
 
     def remade(self, parts: list[Any]) -> "Loaded":
-        """Return the same at another address."""
+        """Return a value of the same form at another address."""
         return Loaded(self._form, parts[0], self._place)
 
     def __getattr__(self, name: str) -> Any:
@@ -134,14 +134,14 @@ class Loaded:
         if isinstance(form, TypeKey):
             return Loaded(form, self._address, offset)
         if form in (float, int):
-            return word_at(self._address, offset, symbols.Number if form is float else symbols.Whole)
+            return word_at(self._address, offset, symbols.Number if form is float else symbols.Integer)
         *named, kind, dimensions, stride = form
-        first_word = word_at(self._address, offset, symbols.Whole)
-        shape = tuple(word_at(self._address, offset + 1 + axis, symbols.Whole) for axis in range(dimensions))
+        first_word = word_at(self._address, offset, symbols.Integer)
+        shape = tuple(word_at(self._address, offset + 1 + axis, symbols.Integer) for axis in range(dimensions))
         if not named:
-            return viewed(Bare.at(first_word, kind), shape, stride)
+            return viewed(Pointer.at(first_word, kind), shape, stride)
         fields = named[0]
-        return fields(viewed(Bare.at(first_word, kind), (*shape[:-1], fields.SIZE), stride))
+        return fields(viewed(Pointer.at(first_word, kind), (*shape[:-1], fields.SIZE), stride))
 
     def __iter__(self) -> Any:
         return (getattr(self, name) for name in self._form.parts)
@@ -152,5 +152,5 @@ class Loaded:
 
 
 @primitive(pinned_at)
-def _loaded(model: Pinned, address: symbols.Whole) -> tuple[Loaded]:
+def _loaded(model: Pinned, address: symbols.Integer) -> tuple[Loaded]:
     return (Loaded(form_of(model.value), address),)

@@ -1,4 +1,4 @@
-"""Whether kernels run as plain Python, slow but debuggable: if NUMBA_DISABLE_JIT is set and not 0."""
+"""Determines whether kernels run as plain Python, slow but debuggable: if NUMBA_DISABLE_JIT is set and not 0."""
 
 import os
 

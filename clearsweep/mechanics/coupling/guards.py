@@ -20,7 +20,7 @@ from ..joint.offsets import (
     with_current_state,
 )
 from ..observe.observables import column_of, observed_in
-from ..observe.stages import END, PLACES, STAGES, START
+from ..observe.stages import END, ROW_COUNT, STAGES, START
 from ..solver.event_search import ELSEWHERE
 from .impact_mass import joints_at_event
 from .rates import observed_width
@@ -52,7 +52,7 @@ class _Values(NamedTuple):
 
     y: np.ndarray  # (n,) state
     latched: np.ndarray  # (contacts + l,)
-    o: np.ndarray  # (columns, PLACES) observables
+    o: np.ndarray  # (columns, ROW_COUNT) observables
     row: int  # row of `o` with the observables of this state
     roots: int  # place of the first root of penetration in `y`
     value: np.ndarray  # (g,) results
@@ -98,7 +98,7 @@ def guards_entry(scene, y, nodes, latched, o, value, row):
     roots, size = 2 * len(parameters.coordinates) + 1, extent(parameters.joints)
     _, n, _ = size_of(parameters)
     y, nodes = shaped(y, (n,)), shaped(nodes, (n + 1, STAGES))
-    latched, o = shaped(latched, (size.contact + size.latched,)), shaped(o, (observed_width(parameters), PLACES))
+    latched, o = shaped(latched, (size.contact + size.latched,)), shaped(o, (observed_width(parameters), ROW_COUNT))
     value, first_offsets = shaped(value, (size.guard, ELSEWHERE + 1)), first_place(parameters.joints, roots)
     if row != END:
         _evaluate_joints(
@@ -121,7 +121,7 @@ class _Event(NamedTuple):
 
     y: np.ndarray  # (n,) state, changed
     latched: np.ndarray  # (contacts + l,) changed
-    o: np.ndarray  # (columns, PLACES) observables
+    o: np.ndarray  # (columns, ROW_COUNT) observables
     row: int  # row of `o` with the observables of this state
     roots: int
     contact: int
@@ -174,7 +174,7 @@ def latch_entry(scene, y, latched, o, event, row):
     shared = _Event(
         shaped(y, (size_of(parameters)[1],)),
         shaped(latched, (size.contact + size.latched,)),
-        shaped(o, (observed_width(parameters), PLACES)),
+        shaped(o, (observed_width(parameters), ROW_COUNT)),
         row,
         roots,
         event_values[0],

@@ -18,7 +18,7 @@ NEVER_RESET = -1  # in the place of a contact whose separation resets a number
 
 
 class Sliding(NamedTuple):
-    """What the internal state of a law follows where surfaces always touch."""
+    """Quantities that determine the internal state of a law if the surfaces always touch."""
 
     slip: float  # m/s
 

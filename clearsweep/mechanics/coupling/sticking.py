@@ -5,7 +5,7 @@ joints (`joint.gripping`), give the change of all sliding speeds with all tangen
 for in turn until nothing changes: Gauss-Seidel.  The matrix is symmetric and positive definite because these forces do
 work on exactly these sliding speeds.
 
-Where a force reaches its static limit, an event (`joint.friction.stick`) changes the mode of its contact.  From then on
+If a force reaches its static limit, an event (`joint.friction.stick`) changes the mode of its contact.  From then on
 the limit acts, until the force that would stop the sliding is smaller again.  So within a step nothing is clipped.
 """
 

@@ -29,7 +29,7 @@ def roots_beside(scene, y, mode, contact):
 
 @kernel
 def per_root(scene, y, mode):
-    """Return the factor on `roots_beside` that gives kappa over the root where contacts separate one by one."""
+    """Return the factor on `roots_beside` that gives kappa over the root if contacts separate one by one."""
     total = as_type_of(0.0, y[2 * len(scene.coordinates) + 1])
     for c in range(extent(scene.joints).contact):
         total = total + where(touches(mode[c]), roots_beside(scene, y, mode, c), 0.0)
@@ -38,7 +38,7 @@ def per_root(scene, y, mode):
 
 @kernel
 def _clock_of_joints(scene, y, mode):
-    """Return kappa (s) where contacts separate one by one."""
+    """Return kappa (s) if contacts separate one by one."""
     return roots_beside(scene, y, mode, -1) * per_root(scene, y, mode)
 
 
@@ -55,11 +55,10 @@ def _haste_of_corners(scene, y, mode, kappa, contact):
 
 @kernel
 def clock_of_corners(scene, y, mode):
-    """Return kappa (s) where contacts may separate at the same moment, such as the corners of a block.
+    """Return kappa (s) if contacts may separate at the same moment, such as the corners of a block.
 
-    Trial steps beyond that moment reach roots of opposite signs, between which 1/kappa crosses zero.  Where a root is
-    as
-    far below zero as half of another root is above zero, kappa continues along its tangent.
+    Trial steps beyond that moment reach roots of opposite signs, between which 1/kappa crosses zero.  If a root is
+    as far below zero as half of another root is above zero, kappa continues along its tangent.
     """
     first_root, contacts, nearest_corner = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact, -1
     for c in range(contacts):

@@ -9,7 +9,7 @@ from ..compiled.family import Entry, entry, inlined, shaped
 from ..joint.contract import JointState
 from ..joint.modes import touches
 from ..mechanism.contract import gaps, place
-from ..observe.stages import END, OTHERS, PLACES, STAGES
+from ..observe.stages import END, FIRST_IMPLICIT_ROW, ROW_COUNT, STAGES
 from ..solver.accumulate.step_sums import Step
 from ..solver.collocation import A
 from .rates import observed_width, put_error, put_root_rates, rates, turned_gaps
@@ -21,9 +21,9 @@ def rates_entry(scene, y, mode, latched, k, o, row):
     """Write rates and observables of a state to a `row`; arrays are bare pointers, `scene` points to the Scene."""
     parameters = scene[0]
     contacts, n, latching = size_of(parameters)
-    y, o = shaped(y, (n,)), shaped(o, (observed_width(parameters), PLACES))
+    y, o = shaped(y, (n,)), shaped(o, (observed_width(parameters), ROW_COUNT))
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latching,))
-    rates(parameters, y, mode, latched, shaped(k, (n, PLACES)), o, row, row < OTHERS)
+    rates(parameters, y, mode, latched, shaped(k, (n, ROW_COUNT)), o, row, row < FIRST_IMPLICIT_ROW)
     put_error(parameters, place(parameters.mechanism, y), o, row)
 
 
@@ -50,7 +50,7 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     coordinates_count = len(parameters.coordinates)
     y, weight, step = shaped(y, (n,)), shaped(weight, (n,)), Step(shaped(step, (Step.SIZE,)))
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latching,))
-    k, nodes = shaped(k, (n, PLACES)), shaped(nodes, (n + 1, STAGES))
+    k, nodes = shaped(k, (n, ROW_COUNT)), shaped(nodes, (n + 1, STAGES))
     arguments = y, weight, k, nodes, step.length
     time = 2 * coordinates_count
     for i in abreast(STAGES):
@@ -89,7 +89,7 @@ def observe_entry(scene, nodes, mode, latched, o, _):
     parameters = scene[0]
     contacts, n, latching = size_of(parameters)
     nodes, mode, latched = shaped(nodes, (n + 1, STAGES)), shaped(mode, (contacts,)), shaped(latched, (latching,))
-    o = shaped(o, (observed_width(parameters), PLACES))
+    o = shaped(o, (observed_width(parameters), ROW_COUNT))
     for i in abreast(STAGES):
         rates(parameters, nodes[:, i], mode, latched, None, o, i)
     put_error(parameters, place(parameters.mechanism, nodes[:, END]), o, END)

@@ -20,13 +20,13 @@ from ..joint.wear.step import (
     wear_each,
 )
 from ..mechanism.contract import body_angles, gaps, place
-from ..observe.histogram import COURSES, MOMENTS, PARTS
+from ..observe.histogram import PARTS, STATE_POINTS, STEP_VALUE_ROWS
 
 
 @kernel
 def _look(scene, between, step):
     """Record the contact positions of all joints on their bodies at the moments of a step."""
-    for i in abreast(MOMENTS):
+    for i in abreast(STATE_POINTS):
         y = between[:, i]
         pose = place(scene.mechanism, y)
         angles = body_angles(scene.mechanism, y)
@@ -38,35 +38,34 @@ def _look(scene, between, step):
 def wear_entry(scene, between, mode, step_values, length, workspace, depths, account, stride):
     """Add the wear of a step; arrays are bare pointers; `scene` is a pointer to the Scene.
 
-    between : (2 coordinates + 1, MOMENTS) the state within the step; length : of the step, in tau; workspace : of the
-    size
-    `room_of` returns.
+    between : (2 coordinates + 1, STATE_POINTS) the state within the step; length : of the step, in tau;
+    workspace : of the size that `workspace_size` returns.
     """
     parameters = scene[0]
     contacts, size = extent(parameters.joints).contact, 2 * len(parameters.coordinates) + 1
-    rooms, angles = (
-        shaped(workspace, (room_of(contacts, stride),)),
-        WORKSPACE_SIZE + contacts * (POSITIONS + SLOPES) * MOMENTS,
+    regions, angles = (
+        shaped(workspace, (workspace_size(contacts, stride),)),
+        WORKSPACE_SIZE + contacts * (POSITIONS + SLOPES) * STATE_POINTS,
     )
-    axial = angles + contacts * ALONG * MOMENTS
+    axial = angles + contacts * ALONG * STATE_POINTS
     scratch = axial + STRIP * (PARTS + 1)
     step = Step(
-        shaped(step_values, (contacts, COURSES, PARTS + 1)),
+        shaped(step_values, (contacts, STEP_VALUE_ROWS, PARTS + 1)),
         shaped(length, (1,))[0],
         shaped(mode, (contacts,)),
-        rooms[WORKSPACE_SIZE:angles].reshape(contacts, POSITIONS + SLOPES, MOMENTS),
-        rooms[angles:axial].reshape(contacts, ALONG, MOMENTS),
-        rooms[axial:scratch].reshape(STRIP, PARTS + 1),
-        rooms[:WORKSPACE_SIZE],
-        rooms[scratch:],
+        regions[WORKSPACE_SIZE:angles].reshape(contacts, POSITIONS + SLOPES, STATE_POINTS),
+        regions[angles:axial].reshape(contacts, ALONG, STATE_POINTS),
+        regions[axial:scratch].reshape(STRIP, PARTS + 1),
+        regions[:WORKSPACE_SIZE],
+        regions[scratch:],
     )
-    _look(parameters, shaped(between, (size, MOMENTS)), step)
+    _look(parameters, shaped(between, (size, STATE_POINTS)), step)
     worn = Worn(shaped(depths, (2 * contacts * stride,)), stride, shaped(account, (contacts, ACCOUNT)))
     wear_each(parameters.joints, parameters.joints, first_place(parameters.joints, 0), (step, worn))
 
 
 @kernel
-def room_of(contacts, stride):
+def workspace_size(contacts, stride):
     """Return the size of the workspace for the wear of `contacts`; stride : largest number of bins of a body."""
     return WORKSPACE_SIZE + contacts * RECORDED + STRIP * (PARTS + 1) + 3 * stride
 

@@ -181,8 +181,8 @@ def _default_power_stored(contact):
 def guarded(contact):
     """Return a further quantity of a contact, which only guards use, 0 if they use none.
 
-    Of a dry contact the tangential force (N) that would stop the sliding of surfaces that stick; of a film its spin
-    times the square of its eccentricity ratio (rad/s).
+    For a dry contact it is the tangential force (N) that would stop the sliding of sticking surfaces; for a film its
+    spin times the square of its eccentricity ratio (rad/s).
     """
 
 

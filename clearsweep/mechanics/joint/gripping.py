@@ -1,9 +1,9 @@
 """Grips: tangential forces of surfaces that stick, and the sliding speeds that these forces work on.
 
 A force and its sliding speed belong together, so that their product is its power.  The pin in its bearing and the pin
-in a slot touch at one point, which has one force.  The corners of a block on the same wall slide as one but for how
-fast the block turns times how far it is tilted.  They share one force, each as much of it as it presses, so that no
-corner has more than its limit.  The two walls have a force each, for a block that is jammed between them.
+in a slot touch at one point, which has one force.  The corners of a block on the same wall slide at one speed,
+except for the spin of the block times its tilt.  They share one force in proportion to their normal forces, so that no
+corner exceeds its limit.  The two walls have a force each, for a block that is jammed between them.
 """
 
 from typing import NamedTuple
@@ -23,9 +23,9 @@ from .slot import SlotJoint, normal_of
 def grips_of(joint, gap, load, mode, first_contact):
     """Return the grips of a joint under its Load; () if it cannot stick.  first_contact : index of its first contact.
 
-    mode : (contacts,) what each contact does.  A grip has the fields `contacts`, the numbers of its contacts, and
-    `force` (N), that of those that stick, `limit` (N), their largest, and `slip` (m/s).  Past a separation the limit
-    of a single contact is negative, so that trial steps go on smoothly.
+    mode : (contacts,) mode of each contact.  A grip has the fields `contacts`, the numbers of its contacts, `force`
+    (N), the tangential force of the sticking ones, `limit` (N), its largest value, and `slip` (m/s).  Past a separation
+    the limit of a single contact is negative, so that trial steps continue smoothly.
     """
 
 
@@ -298,7 +298,7 @@ def sticks(grip, mode):
 
 @kernel
 def limited_side(grip, mode):
-    """Return 1 or -1 if the force of a grip is at its limit, upwards or downwards, and 0 if it follows from the motion.
+    """Return 1 or -1 if the force of a grip is at its upper or lower limit, or 0 if it follows from the motion.
 
     Corners on one wall share their force, so they reach its limit together.
     """

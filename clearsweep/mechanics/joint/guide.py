@@ -108,7 +108,7 @@ def _parts_guide(joint):
 
 @inlined
 def corner_place(joint, gap, signs):
-    """Return where (m) a corner is from the block's point, in the frame of the walls, by its signs of CORNERS."""
+    """Return the position (m) of a corner from the block's point in the frame of the walls, by its signs (CORNERS)."""
     half_length, half_height = 0.5 * signs[0] * joint.length, 0.5 * signs[1] * joint.height
     return gap.cosine * half_length - gap.sine * half_height, gap.sine * half_length + gap.cosine * half_height
 

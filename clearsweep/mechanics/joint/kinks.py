@@ -36,13 +36,16 @@ def piece_at(kink_values, x):
 
 @kernel
 def piece_of(piece, kink_values, x):
-    """Return the number of the piece that applies: the `piece` of a law or, where that is UNKNOWN, that of `x`."""
+    """Return the number of the piece that applies: the `piece` of a law or, if that is UNKNOWN, the piece of `x`."""
     return where(piece >= 0.0, piece, piece_at(kink_values, x))
 
 
 @kernel
 def _distances(kink_values, piece, x):
-    """Return the distances of `x` past the end and before the beginning of a piece; NEVER where it has none."""
+    """Return the distances of `x` past the end and before the beginning of a piece.
+
+    NEVER if it has no end or beginning.
+    """
     above_kink = below_kink = NEVER
     for i in range(len(kink_values)):
         above_kink = where(piece == i, x - kink_values[i], above_kink)
@@ -129,7 +132,7 @@ def _guard_values_of_kinks(law, start, contact, root):
 def register_kinks(form, variable):
     """Register a type of law whose contacts end steps at its kinks, without a stored number of the piece.
 
-    For laws with another state, or whose formula covers all pieces; the `variable` may not depend on the root.
+    This is for laws with another state, or whose formula covers all pieces; the `variable` may not depend on the root.
     """
     kink_variable.member(form)(variable)
     guards.member(form)(_guards_of_kinks)

@@ -266,7 +266,7 @@ def relative_speed(gap):
 
 
 def film_depths(joint) -> tuple[float, float]:
-    """Return the depths (m) beyond which not only the film carries load, and its formula is constant; inf: never."""
+    """Return the depths (m) beyond which dry contact carries load and the film's formula is constant; inf for never."""
     if not isinstance(joint, (Film, Lubricated)):
         return math.inf, math.inf
     begins = bears_from(joint.transition) if isinstance(joint, Lubricated) else math.inf

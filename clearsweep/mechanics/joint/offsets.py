@@ -34,7 +34,7 @@ def _room_of_law(law):
 
 
 def room_of_part(part):
-    """Return the same for a Part or its compiler type."""
+    """Return the numbers of internal state and guards of a Part or its compiler type, as Offsets."""
     return _room_of_law(_Fields(part).law)
 
 

@@ -130,7 +130,7 @@ def _evolves(joint: Joint) -> bool:
 
 
 def _slot_shapes(joint: Joint, term: Any, worn: Worn | None) -> tuple[Shape, Shape, float]:
-    """Return the same as `_shapes` of a slot, whose compiled form is `term`."""
+    """Return the result of `_shapes` for a slot with the compiled form `term`."""
     assert joint.wear is not None  # only joints with wear
     unworn = np.zeros(joint.wear.bins)
     bearing, journal = worn[:2] if worn else (unworn, unworn)
@@ -145,7 +145,7 @@ def _on_springs(joint: Joint, elastic: tuple) -> bool:
 def _shapes(joint: Joint, elastic: tuple, worn: Worn | None) -> tuple[Shape, Shape, float]:
     """Return the shapes of bearing and journal, circles if unworn, and their smoothing width.
 
-    That is the standard deviation (rad) of the Gaussian.
+    The width is the standard deviation (rad) of the Gaussian.
     """
     assert joint.wear is not None  # only joints with wear
     unworn = np.zeros(joint.wear.bins)
@@ -205,7 +205,7 @@ def _spatial_term(joint: Joint) -> spatial.Through | spatial.Flanged:
 
 
 def jam_angle(joint: Joint) -> float:
-    """Return the tilt (rad) at which the journal of a spatial joint jams, inf if it cannot."""
+    """Return the tilt (rad) at which the journal of a spatial joint jams, or inf if it cannot."""
     return spatial.jam_angle(_spatial_term(joint))
 
 
@@ -271,9 +271,9 @@ def _other_surfaces(joint: Joint) -> dict[str, Joint]:
 
 
 def elastic_candidates(joint: Joint) -> dict[str, tuple[Joint, str]]:
-    """Return, by name, a joint with each elastic law, and why the joint cannot have it, or ''.
+    """Return, by name, a joint with each elastic law, and the reason why the joint cannot have it, or ''.
 
-    Empty if the law of its normal force has its own stiffness.
+    The result is empty if the law of its normal force has its own stiffness.
     """
     contact, candidates = joint.contact, {}
     if _elastic(joint) is None:
@@ -343,7 +343,10 @@ def friction_term(joint: Joint):
 
 
 def _sliding_term(joint: Joint):
-    """Return the same for a contact in the plane, whose sliding speed has a sign: of a law in pieces it knows which."""
+    """Return the compiled friction for a planar contact, whose sliding speed has a sign.
+
+    It stores the piece that applies.
+    """
     return at_contact(friction_term(joint))
 
 

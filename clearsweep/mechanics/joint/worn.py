@@ -33,7 +33,7 @@ WornJoint = NamedTuple("WornJoint", _FIELDS)
 WornJoint.__doc__ = "A dry joint with worn bodies; all force acts at the deepest point of the surfaces."
 
 WornOnFoundation = NamedTuple("WornOnFoundation", _FIELDS)
-WornOnFoundation.__doc__ = "The same on an elastic foundation, which presses over an arc; see `worn_foundation`."
+WornOnFoundation.__doc__ = "A WornJoint on an elastic foundation, which presses over an arc; see `worn_foundation`."
 
 WORN_JOINTS = (WornJoint, WornOnFoundation)
 
@@ -188,7 +188,7 @@ def has_worn_shape(joint) -> bool:
 
 @family
 def seat(joint, eccentricity, angles):
-    """Return the position (2,) m of the journal under the load that circles carry at an `eccentricity`, and the depth.
+    """Return position (2,) m and depth (m) of the journal under the load that circles carry at an `eccentricity`.
 
     angles : rad, of the proximal and the distal body.  Called only from Python.
     """

@@ -7,7 +7,7 @@ layer presses with k f.  Its stored energy is
 
 whose derivatives by e and by the angles of the bodies are its force and its moments: K times the integrals of f u,
 f h_b' and f h_j'.  Laws of the normal force use one penetration: here that of the circular joint with equal energy,
-W_0(pen) = W.  The derivative of the one over the other is F_0(pen), the closed form of the circular joint; so the
+W_0(pen) = W.  Its derivative with respect to pen is F_0(pen), the closed form of the circular joint; so the
 measure grows by g = K integral(f u) / F_0 as the journal moves, and all forces are those of the circular joint times
 |g|, in its direction.  An impact has the restitution of the law, whatever the shape.
 

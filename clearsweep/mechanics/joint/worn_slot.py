@@ -48,7 +48,7 @@ from .wear.step import record
 
 _FIELDS = [*SlotJoint.__annotations__.items(), ("bearing", Shape), ("journal", Shape)]
 WornSlot = NamedTuple("WornSlot", _FIELDS)
-WornSlot.__doc__ = "A pin in a slot, and what is worn off both; the Shape of the slot is that of g."
+WornSlot.__doc__ = "A pin in a slot with the worn shapes of both; the Shape of the slot is that of g."
 NEWTON = 50  # steps to the contact point of the pin; the function has one minimum, so the iteration converges
 
 

@@ -129,7 +129,7 @@ def _default_load_power(mechanism, motion):
 
 @family
 def friction_laws(mechanism):
-    """Return the law of each friction load: in joints without clearance, or of a given size."""
+    """Return the law of each friction load: in joints without clearance, or with a given size."""
 
 
 @friction_laws.member(None)
@@ -149,9 +149,9 @@ def _default_with_friction_laws(mechanism, laws):
 
 @family
 def friction_slips(mechanism, motion):
-    """Return the sliding speed that the law of each friction load is evaluated at, for a Motion.
+    """Return the sliding speed at which the law of each friction load is evaluated, for a Motion.
 
-    m/s, or rad/s for a couple of a given size.
+    The unit is m/s, or rad/s for a couple of a given size.
     """
 
 

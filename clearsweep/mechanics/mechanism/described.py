@@ -28,7 +28,7 @@ def keys_of(outline: Outline, points: Mapping[str, tuple[str, ...]], joints: tup
 def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     """Return the path below `mechanism` at fault, and a sentence, if the machine of a case cannot be closed.
 
-    None if it can be closed over the whole turn of its crank.
+    Return None if it can be closed over the whole revolution of its crank.
     """
     assert mechanism.machine is not None  # only mechanisms with a machine
     machine: Machine = mechanism.machine(case)
@@ -46,11 +46,16 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
 
 def elastic_keys(path: str, points: tuple[str, ...] = ()) -> tuple[Keys, ...]:
     """Return the sections of an elastic link; `points`: its points, if its two ends are not fixed."""
-    elastic = Keys(f"{path}.elastic", "elastic along the line of its pins; left out: rigid", _ELASTIC, "optional")
+    elastic = Keys(
+        f"{path}.elastic",
+        "elasticity along the line of the pins. Without this section, the body is rigid",
+        _ELASTIC,
+        "optional",
+    )
     if not points:
         return (elastic,)
     labels = tuple(Choice(str(k), points, f"the {label} point") for k, label in enumerate(("first", "second")))
-    return elastic, Keys(f"{path}.elastic.between", "the points of its two pins", words=labels)
+    return elastic, Keys(f"{path}.elastic.between", "the two points of the body at which its pins are", words=labels)
 
 
 def elastic_of(values: Mapping, path: str, ends: tuple[str, str] | None = None) -> Elastic | None:
@@ -93,12 +98,25 @@ def body_channels(body: str) -> tuple[Channel, ...]:
 
 EXTENSION = ("m", "by which the line between its pins is longer than unloaded")
 _ELASTIC = (
-    Field("axial_stiffness", "N/m", "E A / l of the whole link, a uniform bar of its mass"),
-    Field("segments", "1", "springs in a row, masses between them", 1, 12, False, False, default=4, whole=True),
+    Field(
+        "axial_stiffness", "N/m", "axial stiffness E A / l of the whole link, which is a uniform bar of the given mass"
+    ),
+    Field(
+        "segments",
+        "1",
+        "number of springs in series that represent the link, with masses between them",
+        1,
+        12,
+        False,
+        False,
+        default=4,
+        whole=True,
+    ),
     Field(
         "damping",
         "1",
-        "ratio of the first axial mode of the link, free at both ends; grows with frequency",
+        "damping ratio of the first axial mode of the link with free ends; the ratio of a mode grows with its "
+        "frequency",
         0.0,
         1.0,
         low_open=False,

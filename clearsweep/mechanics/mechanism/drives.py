@@ -8,14 +8,14 @@ from ...contracts import case, machine
 from ...contracts.catalogue import Columns, Field, Keys, Law
 from ...contracts.outline import ANY, Outline
 
-_START = Field("start_angle", "rad", "crank angle at t = 0; default 0", -math.inf, optional=True)
+_START = Field("start_angle", "rad", "crank angle at t = 0; default: 0", -math.inf, optional=True)
 _FREE = (
     Field("initial_speed", "rad/s", "crank speed at t = 0", low_open=False, default=0.0),
     Field("inertia", "kg*m^2", "inertia of a flywheel, added to that of the crank", low_open=False, default=0.0),
 )
 _COURSE = Columns(
     "table",
-    "crank speed over time, linear between the rows and constant beyond them",
+    "crank speed as a function of time, linear between the rows and constant outside the table",
     (Field("time", "s", "time", -math.inf),),
     (Field("speed", "rad/s", "crank speed", low_open=False),),
     above_zero=("speed",),
@@ -55,8 +55,8 @@ DRIVES = {
             "torque = stall_torque (1 - speed / no_load_speed); the crank's angle is a coordinate",
             "",
             (
-                Field("motor.stall_torque", "N*m", "torque at rest"),
-                Field("motor.no_load_speed", "rad/s", "speed without torque"),
+                Field("motor.stall_torque", "N*m", "motor torque at standstill"),
+                Field("motor.no_load_speed", "rad/s", "crank speed at which the motor torque is zero"),
                 *_FREE,
                 _START,
             ),
@@ -66,7 +66,7 @@ DRIVES = {
 
 
 def keys(outline: Outline) -> tuple[Keys, ...]:
-    """Return the section `drive` for the grid's form of drive; for ANY, those of all forms."""
+    """Return the section `drive` for the grid's form of drive, or the sections of all forms for ANY."""
     fields: dict[str, Field] = {}
     for law in DRIVES.values() if outline.drive == ANY else (DRIVES[outline.drive],):
         fields |= {field.name: field for field in law.fields}

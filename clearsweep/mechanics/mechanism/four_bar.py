@@ -10,15 +10,15 @@ from . import described
 from .drives import drive_of
 from .loads import Places, loads_of
 
-_LENGTH = Field("length", "m", "distance between its pins")
+_LENGTH = Field("length", "m", "distance between the two pins of the body")
 _LINK = (
     _LENGTH,
-    Field("mass", "kg", "mass", low_open=False),
+    Field("mass", "kg", "mass of the body", low_open=False),
     Field("inertia", "kg*m^2", "moment of inertia about the centre of mass", low_open=False),
     Field(
         "center",
         "m",
-        "distance of the centre of mass from the first pin (rocker: ground pivot); default: half the length",
+        "distance of the centre of mass from the first pin (of the rocker: its ground pivot); default: half the length",
         -math.inf,
         optional=True,
     ),
@@ -35,17 +35,26 @@ _MOTION = ("place", "speed", "acceleration")
 _BRANCH = Choice(
     "branch",
     ("open", "crossed"),
-    "the coupler's pin on the left of the line from crank pin to rocker pivot (open) or on the right (crossed)",
+    "side of the line from crank pin to rocker pivot on which the coupler's pin is; open: left, crossed: right",
     "open",
 )
 _KEYS = (
-    Keys("mechanism.ground", "the crank's pivot is at the origin, the rocker's at (length, 0)", (_LENGTH,)),
+    Keys(
+        "mechanism.ground",
+        "fixed link, with the crank's pivot at the origin and the rocker's pivot at (length, 0)",
+        (_LENGTH,),
+    ),
     *(
         section
         for body in _BODIES[1:]
         for section in (Keys(f"mechanism.{body}", f"the {body}", _LINK), *described.elastic_keys(f"mechanism.{body}"))
     ),
-    Keys("mechanism", "", (Field("gravity", "m/s^2", "gravity, along -y", -math.inf, default=0.0),), words=(_BRANCH,)),
+    Keys(
+        "mechanism",
+        "",
+        (Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0),),
+        words=(_BRANCH,),
+    ),
 )
 
 

@@ -13,15 +13,15 @@ from ..joint.recipe import compiled_term
 CENTER = "center"  # the name of a body's centre of mass as a point
 MASS = "centre of mass"
 _FORCE = (
-    Field("0", "N", "along x, in the fixed frame", -math.inf),
-    Field("1", "N", "along y, in the fixed frame", -math.inf),
+    Field("0", "N", "force along x of the fixed frame", -math.inf),
+    Field("1", "N", "force along y of the fixed frame", -math.inf),
 )
 _TORQUE = Field("torque", "N*m", "torque on the body, counter-clockwise", -math.inf, optional=True)
 _SCALE = Field("scale", "1", "factor on all forces and torques of the table", -math.inf, default=1.0)
 _TABLE = Columns(
     "table",
-    "force and torque over the crank angle, periodic with the table's span, or over time, constant beyond it; "
-    "monotone cubic (PCHIP) between the rows",
+    "force and torque as functions of the crank angle or of time; a table over the crank angle repeats with the period "
+    "of its span; a table over time is constant outside its span; monotone cubics (PCHIP) interpolate between the rows",
     (
         Field("crank_angle", "rad", "crank angle", -math.inf),
         Field("time", "s", "time", -math.inf),
@@ -33,15 +33,15 @@ _TABLE = Columns(
     ),
 )
 _ANCHOR = (
-    Field("0", "m", "of the anchor in the frame of the first body, x", -math.inf),
-    Field("1", "m", "of the anchor in the frame of the first body, y", -math.inf),
+    Field("0", "m", "x coordinate of the anchor in the frame of the first body", -math.inf),
+    Field("1", "m", "y coordinate of the anchor in the frame of the first body", -math.inf),
 )
 _SPRING = (
     Field("stiffness", "N/m", "stiffness of the spring", low_open=False),
-    Field("free_length", "m", "length without force", low_open=False, default=0.0),
-    Field("damping", "N*s/m", "coefficient of the damper parallel to it", low_open=False, default=0.0),
+    Field("free_length", "m", "length of the spring without force", low_open=False, default=0.0),
+    Field("damping", "N*s/m", "coefficient of the damper parallel to the spring", low_open=False, default=0.0),
 )
-_RADIUS = Field("radius", "m", "radius of the pin; not for a guide", optional=True)
+_RADIUS = Field("radius", "m", "radius of the pin; a guide does not use it", optional=True)
 LOADS = {
     law.name: law
     for law in (
@@ -99,23 +99,29 @@ def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple
         Choice(
             "point",
             tuple(dict.fromkeys((*body_points, CENTER))),
-            f"the point where it acts; {CENTER}: the {MASS}",
+            f"point of the body at which the load acts; {CENTER}: the {MASS}",
             CENTER,
         ),
     )
-    on = Choice("on", bodies, "the body it acts on")
+    on = Choice("on", bodies, "body on which the load acts; with `friction`: the joint")
     where = (on, *(point_key if body_points else ()))
     force = Keys(f"{path}.force", "force along x and y of the fixed frame", _FORCE, "optional")
     table = Keys(path, LOADS["table"].summary, (_SCALE,), "optional", where, (_TABLE,))
     body_keys = tuple(Choice(str(k), tuple(points), f"the {label} body") for k, label in enumerate(("first", "second")))
     where_second = (
-        f"at `point`, left out at the {MASS}" if body_points else f"at a slider's pin, of any other body at the {MASS}"
+        f"at `point`, by default the {MASS}"
+        if body_points
+        else f"at its pin if that body is a slider, otherwise at its {MASS}"
     )
     between = Keys(
-        f"{path}.between", f"the bodies it joins: the first at `anchor`, the second {where_second}", words=body_keys
+        f"{path}.between",
+        f"the two bodies that the spring connects; it acts on the first at `anchor`, on the second {where_second}",
+        words=body_keys,
     )
-    anchor = Keys(f"{path}.anchor", "point of the first body, in its frame", _ANCHOR)
-    rubbing = Keys(f"{path}.friction", "the friction", (_RADIUS,), family="friction")
+    anchor = Keys(
+        f"{path}.anchor", "point of the first body at which the spring acts, in the frame of that body", _ANCHOR
+    )
+    rubbing = Keys(f"{path}.friction", "friction in the joint on which the load acts", (_RADIUS,), family="friction")
     braking = {
         size: Keys(f"{path}.friction", f"friction of a given {size}", family="friction", given=size) for size in SIZES
     }
@@ -132,7 +138,7 @@ def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple
     }
     if load.form != ANY:
         return by_form[load.form]
-    load_keys = Keys(path, "a load", (_TORQUE, _SCALE, *_SPRING), "optional", where, (_TABLE,))
+    load_keys = Keys(path, "a load on the mechanism", (_TORQUE, _SCALE, *_SPRING), "optional", where, (_TABLE,))
     frictions = (rubbing, *braking.values())
     return load_keys, force, *(key._replace(need="optional") for key in (between, anchor, *frictions))
 

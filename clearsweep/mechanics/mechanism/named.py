@@ -10,39 +10,51 @@ from ...contracts.outline import ANY, GROUND, JointOutline, Outline
 _AXIS = Field(
     "axis",
     "rad",
-    "line through the proximal point, in its body's frame; not for a pin",
+    "angle of the line of a guide or slot, through the proximal point, in the frame of the proximal body; not for a "
+    "pin",
     -math.inf,
     default=0.0,
 )
-_ALONG = Field("along", "rad", "direction of the measured motion of the point", -math.inf, default=0.0)
+_ALONG = Field("along", "rad", "direction in which the motion of the point is measured", -math.inf, default=0.0)
 
 
 def joint_keys(joint: JointOutline, endpoints: tuple[str, ...]) -> Iterable[Keys]:
     """Yield the sections of a joint that can connect the points `endpoints`."""
     path = f"mechanism.joints.{joint.name}"
-    kind = Choice("type", ("revolute", "prismatic", "slot"), "a pin, a guide, or a pin in a slot of the proximal body")
+    kind = Choice(
+        "type",
+        ("revolute", "prismatic", "slot"),
+        "kind of the joint; revolute: a pin; prismatic: a guide; slot: a pin in a slot of the proximal body",
+    )
     bodies = tuple(filter(None, joint.bodies))
-    journal = (Choice("journal", bodies, "the body of its journal", bodies[-1] if bodies else ANY),)
+    journal = (Choice("journal", bodies, "body that carries the journal", bodies[-1] if bodies else ANY),)
     labels = (kind,) if joint.type in ("prismatic", "slot") else (kind, *journal)
-    yield Keys(path, "a joint", () if joint.type == "revolute" else (_AXIS,), words=labels)
+    yield Keys(path, "a joint of the mechanism", () if joint.type == "revolute" else (_AXIS,), words=labels)
     texts = ("the proximal point, body.point", "the distal point")
     between = tuple(Choice(str(k), endpoints, text) for k, text in enumerate(texts))
-    yield Keys(f"{path}.between", "the points that it joins, proximal and distal", words=between)
+    yield Keys(f"{path}.between", "the two points that the joint connects, the proximal point first", words=between)
 
 
 def output_keys(outline: Outline) -> Iterable[Keys]:
     """Yield the sections of the start and the output."""
     moving_bodies = tuple(body.name for body in outline.bodies if body.name != GROUND)
     start = tuple(
-        Field(body, "rad", "initial guess of the body's angle; default 0", -math.inf, optional=True)
+        Field(body, "rad", "initial guess of the angle of this body; default: 0", -math.inf, optional=True)
         for body in moving_bodies
     )
     yield Keys(
-        "mechanism.start", "angles of bodies at the start, to choose between two ways to close a loop", start, "implied"
+        "mechanism.start",
+        "initial guesses of body angles, which select one of the two positions in which a loop closes",
+        start,
+        "implied",
     )
-    body = Choice("body", moving_bodies, "the output body")
+    body = Choice("body", moving_bodies, "body whose motion is the output")
     all_items = tuple(dict.fromkeys(point for body in outline.bodies for point in body.points))
-    point = Choice("point", all_items, "a point of it; left out: its angle is the output")
+    point = Choice(
+        "point",
+        all_items,
+        "point of this body whose motion is the output; default: the output is the angle of the body",
+    )
     followed = not outline.rotary
     yield Keys(
         "mechanism.output", "the output", (_ALONG,) if followed else (), words=(body, point) if followed else (body,)

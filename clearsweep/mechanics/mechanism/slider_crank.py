@@ -11,7 +11,7 @@ from .drives import drive_of
 from .loads import Places, loads_of
 from .spatial.described import FLAG
 
-_LENGTH = Field("length", "m", "distance between its pins")
+_LENGTH = Field("length", "m", "distance between the two pins of the body")
 _CENTER = Field(
     "center",
     "m",
@@ -21,20 +21,20 @@ _CENTER = Field(
 )
 _CRANK = (
     _LENGTH,
-    Field("mass", "kg", "mass", low_open=False),
+    Field("mass", "kg", "mass of the body", low_open=False),
     Field("inertia", "kg*m^2", "moment of inertia about the centre of mass", low_open=False),
     _CENTER,
 )
 _ROD = (
     _LENGTH,
-    Field("mass", "kg", "mass"),
+    Field("mass", "kg", "mass of the body"),
     Field("inertia", "kg*m^2", "moment of inertia about the centre of mass"),
     _CENTER,
 )
 _SLIDER = (
-    Field("mass", "kg", "mass"),
-    Field("offset", "m", "offset of its line of motion along y; default 0", -math.inf, optional=True),
-    Field("inertia", "kg*m^2", "moment of inertia; needed if slider-ground has clearance", optional=True),
+    Field("mass", "kg", "mass of the body"),
+    Field("offset", "m", "offset of the slider's line of motion along y; default: 0", -math.inf, optional=True),
+    Field("inertia", "kg*m^2", "moment of inertia; required if slider-ground has clearance", optional=True),
 )
 _SITES = (
     JointSite("ground-crank", "ground", "crank"),
@@ -54,7 +54,7 @@ _KEYS = (
     Keys(
         "mechanism",
         "",
-        (Field("gravity", "m/s^2", "gravity, along -y", -math.inf, default=0.0),),
+        (Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0),),
         flags=(FLAG,),
     ),
 )

@@ -12,8 +12,11 @@ from .spatial.build import Assembly, Solid
 from .spatial.spanning_tree import CYLINDRICAL, REVOLUTE, SPHERICAL
 
 PINS = ("crank-rod", "rod-slider")
-_LENGTH = Field("length", "m", "distance between its pins")
-_IDEAL = "what a pin without clearance allows: all rotations, rotation and sliding along it, or rotation alone"
+_LENGTH = Field("length", "m", "distance between the two pins of the body")
+_IDEAL = (
+    "motion that a pin without clearance allows; spherical: all rotations; cylindrical: rotation about the pin and "
+    "sliding along it; revolute: rotation about the pin"
+)
 
 
 def _center() -> tuple[Field, ...]:
@@ -22,14 +25,17 @@ def _center() -> tuple[Field, ...]:
 
 
 def _keys(outline: Outline) -> tuple[Keys, ...]:
-    mass = Field("mass", "kg", "mass")
-    description = "principal moments of inertia about the centre of mass, on the axes of its frame"
+    mass = Field("mass", "kg", "mass of the body")
+    description = "principal moments of inertia about the centre of mass, along the axes of the body frame"
     closed = tuple(
         Choice(name, (SPHERICAL, CYLINDRICAL, REVOLUTE), "type of this pin without clearance", REVOLUTE)
         for name in PINS
         if name not in outline.clearances
     )
-    where = "centre of mass from the first pin; one quantity: along the line of the pins; default: half the length"
+    where = (
+        "position of the centre of mass relative to the first pin; a single quantity is a distance along the line of "
+        "the pins; default: half the length"
+    )
     inertia = space.along_axes("kg*m^2", "inertia", 0.0, None)
     return (
         Keys("mechanism.crank", "the crank", (_LENGTH, mass._replace(low_open=False))),

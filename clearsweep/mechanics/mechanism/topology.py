@@ -13,23 +13,25 @@ from .loads import Places, loads_of
 from .named import joint_keys, joint_of, output_keys, pair_of
 from .spatial.described import FLAG
 
-_PLACE = tuple(Field(str(k), "m", f"{axis}, in the frame of the body", -math.inf) for k, axis in enumerate("xy"))
+_PLACE = tuple(
+    Field(str(k), "m", f"{axis} coordinate in the frame of the body", -math.inf) for k, axis in enumerate("xy")
+)
 _BODY = (
-    Field("mass", "kg", "mass", low_open=False),
+    Field("mass", "kg", "mass of the body", low_open=False),
     Field("inertia", "kg*m^2", "moment of inertia about the centre of mass", low_open=False),
 )
 _INITIAL = tuple(
     Field(name, unit, text, -math.inf, default=0.0)
     for name, unit, text in (
-        ("x", "m", "position of its centre of mass in the fixed frame, x"),
-        ("y", "m", "the same, y"),
-        ("angle", "rad", "angle of its frame, counter-clockwise"),
-        ("vx", "m/s", "velocity of its centre of mass, x"),
-        ("vy", "m/s", "the same, y"),
-        ("rate", "rad/s", "angular velocity, counter-clockwise"),
+        ("x", "m", "x coordinate of the centre of mass in the fixed frame"),
+        ("y", "m", "y coordinate of the centre of mass in the fixed frame"),
+        ("angle", "rad", "angle of the body frame, counter-clockwise"),
+        ("vx", "m/s", "x component of the velocity of the centre of mass"),
+        ("vy", "m/s", "y component of the velocity of the centre of mass"),
+        ("rate", "rad/s", "angular velocity of the body, counter-clockwise"),
     )
 )
-_GRAVITY = Field("gravity", "m/s^2", "gravity, along -y", -math.inf, default=0.0)
+_GRAVITY = Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0)
 
 
 def outlined(outline: Outline) -> Mechanism:
@@ -56,25 +58,28 @@ def _site(joint: JointOutline) -> JointSite:
 
 
 def _keys(outline: Outline) -> Iterable[Keys]:
-    """Yield the sections of the bodies, the joints and what else describes a mechanism."""
+    """Yield the sections of the bodies, the joints and the other parts of a mechanism."""
     pins = tuple(joint.name for joint in outline.joints if joint.type not in ("prismatic", "slot"))
-    driven = Choice("driven", pins, "the revolute joint that the drive turns, from the ground to the crank")
+    driven = Choice("driven", pins, "the revolute joint that the drive turns; it connects the ground and the crank")
     yield Keys("mechanism", "", (_GRAVITY,), words=(driven,), flags=(FLAG,))
     yield Keys("mechanism.bodies", "the bodies by name, `ground` among them")
     for body in outline.bodies:
         path = f"mechanism.bodies.{body.name}"
         fixed = body.name == GROUND
-        yield Keys(path, "the fixed body" if fixed else "a body", () if fixed else _BODY)
+        yield Keys(path, "the fixed body" if fixed else "a body of the mechanism", () if fixed else _BODY)
         if not fixed:
             center = tuple(field._replace(default=0.0) for field in _PLACE)
             yield Keys(f"{path}.center", "centre of mass in the frame of the body", center, "implied")
-            text = "start of a body without ideal joints; left out: as in the ideal mechanism"
+            text = (
+                "initial state of a body without ideal joints. Without this section, the body starts as in the ideal "
+                "mechanism"
+            )
             yield Keys(f"{path}.initial", text, _INITIAL, "optional")
-        yield Keys(f"{path}.points", "its points by name", need="implied")
+        yield Keys(f"{path}.points", "points of the body, by name", need="implied")
         if not fixed:
             yield from described.elastic_keys(path, body.points)
         for point in body.points:
-            yield Keys(f"{path}.points.{point}", "a point in the frame of its body", _PLACE)
+            yield Keys(f"{path}.points.{point}", "position of the point in the frame of its body", _PLACE)
     yield Keys("mechanism.joints", "the joints between the bodies, by name")
     endpoints = tuple(f"{body.name}.{point}" for body in outline.bodies for point in body.points)
     for joint in outline.joints:

@@ -21,7 +21,7 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
         for name in pins
         if name not in outline.clearances
     )
-    driven = Choice("driven", pins, "the revolute joint that the drive turns, from the ground to the crank")
+    driven = Choice("driven", pins, "the revolute joint that the drive turns; it connects the ground and the crank")
     keys = [
         Keys("mechanism", "", words=(driven,), flags=(space.FLAG,)),
         space.gravity_keys(),
@@ -29,10 +29,10 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
     ]
     for body in outline.bodies:
         path, fixed = f"mechanism.bodies.{body.name}", body.name == GROUND
-        mass = Field("mass", "kg", "mass")
-        keys.append(Keys(path, "the fixed body" if fixed else "a body", () if fixed else (mass,)))
+        mass = Field("mass", "kg", "mass of the body")
+        keys.append(Keys(path, "the fixed body" if fixed else "a body of the mechanism", () if fixed else (mass,)))
         if not fixed:
-            description = "principal moments of inertia about the centre of mass, on the axes of its frame"
+            description = "principal moments of inertia about the centre of mass, along the axes of the body frame"
             keys += [
                 Keys(f"{path}.inertia", description, space.along_axes("kg*m^2", "inertia", 0.0, None)),
                 Keys(
@@ -42,11 +42,11 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
                     "implied",
                 ),
             ]
-        keys.append(Keys(f"{path}.points", "its points by name", need="implied"))
+        keys.append(Keys(f"{path}.points", "points of the body, by name", need="implied"))
         keys += [
             Keys(
                 f"{path}.points.{point}",
-                "a point in the frame of its body; z along the pins",
+                "position of the point in the frame of its body; z is along the pins",
                 space.along_axes("m", "of the body's frame", default=None),
             )
             for point in body.points
@@ -54,7 +54,10 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
     keys.append(Keys("mechanism.joints", "the joints between the bodies, by name"))
     for joint in outline.joints:
         keys += joint_keys(joint, endpoints)
-    text = "what a pin without clearance allows: all rotations, rotation and sliding along it, or rotation alone"
+    text = (
+        "motion that a pin without clearance allows; spherical: all rotations; cylindrical: rotation about the pin and "
+        "sliding along it; revolute: rotation about the pin"
+    )
     keys.append(Keys("mechanism.ideal", text, words=allowed, need="implied"))
     keys += output_keys(outline)
     keys.append(space.speed_keys())

@@ -13,16 +13,16 @@ from .stages import NODES, SHARES
 # Histogram of the normal force over time: approximately logarithmic bins from the bits of the
 # number: BIN_BITS of the mantissa, so the relative width of a bin is at most 2^-BIN_BITS.
 BIN_BITS = 8
-LOWEST = -20  # exponent of 2 of the lowest force distinguished, N
+LOWEST_EXPONENT = -20  # exponent of 2 of the lowest force distinguished, N
 BINS = 62 << BIN_BITS
-FIRST_BIN = (1023 + LOWEST) << BIN_BITS  # the bits of 2^LOWEST
+FIRST_BIN = (1023 + LOWEST_EXPONENT) << BIN_BITS  # the bits of 2^LOWEST
 EDGES = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64)  # N
 WIDTHS = np.diff(EDGES)  # N
 PARTS = 8  # parts of a step for the histogram and for wear
-BETWEEN = 3  # quarter points of a step at which positions are evaluated
-MOMENTS = 8  # these, both ends, and the last again, to fill the vector lanes
+QUARTER_POINTS = 3  # quarter points of a step at which positions are evaluated
+STATE_POINTS = 8  # these, both ends, and the last again, to fill the vector lanes
 # Rows of Totals.step_values: N, s, m/s, m, W
-FORCE, KAPPA_COURSE, SLIP_COURSE, DEPTH_COURSE, RUBBED_COURSE, COURSES = range(6)
+FORCE_ROW, KAPPA_ROW, SLIP_ROW, DEPTH_ROW, FRICTION_POWER_ROW, STEP_VALUE_ROWS = range(6)
 
 
 def _lagrange(nodes, points):
@@ -35,14 +35,16 @@ def _lagrange(nodes, points):
     return matrix
 
 
-COURSE = np.ascontiguousarray(_lagrange(SHARES, np.arange(1, PARTS + 1) / PARTS).T)  # (nodes, places behind the start)
+TO_PART_ENDS = np.ascontiguousarray(
+    _lagrange(SHARES, np.arange(1, PARTS + 1) / PARTS).T
+)  # (nodes, places behind the start)
 
 
 class Ramp(NamedTuple):
     """Distribution of time among bins for a force that changes linearly."""
 
-    begun: float  # s, in the first bin
-    ended: float  # s, in the last bin, if different, minus the part from `density`
+    first_bin_time: float  # s, in the first bin
+    last_bin_time: float  # s, in the last bin, if different, minus the part from `density`
     density: float  # s/N, in the bins crossed; negative for a decreasing force
 
 
@@ -80,45 +82,45 @@ def fill(histogram, j, bins, ramps):
 
     bins : (contacts, PARTS + 1 or more), of the force at the ends of the parts.
     """
-    begun, ending, density = ramps
-    histogram[j, bins[j, 0], 0] += begun[j, 0]
+    first_bin_time, ending, density = ramps
+    histogram[j, bins[j, 0], 0] += first_bin_time[j, 0]
     histogram[j, bins[j, 0], 1] += density[j, 0]
     for i in range(1, PARTS):
-        histogram[j, bins[j, i], 0] += ending[j, i - 1] + begun[j, i]
+        histogram[j, bins[j, i], 0] += ending[j, i - 1] + first_bin_time[j, i]
         histogram[j, bins[j, i], 1] += density[j, i] - density[j, i - 1]
     histogram[j, bins[j, PARTS], 0] += ending[j, PARTS - 1]
     histogram[j, bins[j, PARTS], 1] -= density[j, PARTS - 1]
 
 
 @kernel
-def add_course(histogram, j, step_values, duration):
+def add_profile(histogram, j, step_values, duration):
     """Divide a step's `duration` (s) among the bins of histogram `j`, (BINS, 2), by the force in its `step_values`.
 
     Parts of the step without force are left out.
     """
     total = 0.0
     for i in range(PARTS):
-        total += step_values[KAPPA_COURSE, i] + step_values[KAPPA_COURSE, i + 1]
+        total += step_values[KAPPA_ROW, i] + step_values[KAPPA_ROW, i + 1]
     for i in range(PARTS):
-        first, last = max(step_values[FORCE, i], 0.0), max(step_values[FORCE, i + 1], 0.0)
+        first, last = max(step_values[FORCE_ROW, i], 0.0), max(step_values[FORCE_ROW, i + 1], 0.0)
         if first > 0.0 or last > 0.0:
-            lasting = (step_values[KAPPA_COURSE, i] + step_values[KAPPA_COURSE, i + 1]) * (duration / total)
+            duration_of_part = (step_values[KAPPA_ROW, i] + step_values[KAPPA_ROW, i + 1]) * (duration / total)
             begin_bin, end_bin = force_bin(first), force_bin(last)
-            ramp = ramp_of((first, last), (begin_bin, end_bin), lasting)
-            histogram[j, begin_bin, 0] += ramp.begun
+            ramp = ramp_of((first, last), (begin_bin, end_bin), duration_of_part)
+            histogram[j, begin_bin, 0] += ramp.first_bin_time
             histogram[j, begin_bin, 1] += ramp.density
-            histogram[j, end_bin, 0] += ramp.ended
+            histogram[j, end_bin, 0] += ramp.last_bin_time
             histogram[j, end_bin, 1] -= ramp.density
 
 
 @kernel
 def _exceeded(histogram, j, highest, duration):
     """Return the force (N) that histogram `j` exceeds during `duration` (s), 0 if it never does."""
-    index, higher_time, change, force = highest, 0.0, 0.0, -1.0
+    index, higher_time, density, force = highest, 0.0, 0.0, -1.0
     while force < 0.0:  # from the top, as most bins are below the result
-        change += histogram[j, index, 1]
+        density += histogram[j, index, 1]
         width = bin_edge(index + 1) - bin_edge(index)
-        bin_time = change * width
+        bin_time = density * width
         bin_time = histogram[j, index, 0] - bin_time
         higher_time += bin_time
         if higher_time >= duration and bin_time > 0.0:
@@ -130,13 +132,13 @@ def _exceeded(histogram, j, highest, duration):
     return force
 
 
-class _Nothing(NamedTuple):
-    """The scene of a function without parameters."""
+class _NoParameters(NamedTuple):
+    """Scene for functions without parameters."""
 
     unused: float = 0.0
 
 
-_NOTHING = _Nothing()
+_NO_PARAMETERS = _NoParameters()
 
 
 def _exceeded_entry(scene, histogram, highest, duration, forces, count):
@@ -151,9 +153,9 @@ _CODE: list[objects.Code] = []  # of `_exceeded_entry`
 
 
 def compile_exceeded() -> objects.Code | None:
-    """Return the machine code that `forces_exceeded` calls, None if it was not compiled for this machine."""
+    """Return the machine code that `forces_exceeded` calls, or None if it was not compiled for this machine."""
     if not _CODE:
-        code = objects.compiled(_exceeded_entry, _NOTHING, kinds(_NOTHING), "fiff")
+        code = objects.compiled(_exceeded_entry, _NO_PARAMETERS, kinds(_NO_PARAMETERS), "fiff")
         if code is None:
             return None
         _CODE.append(code)
@@ -169,7 +171,7 @@ def forces_exceeded(histograms: np.ndarray, highest: np.ndarray, duration: float
     forces, count = np.empty(len(highest)), len(highest)
     arrays = histograms, highest, np.array([duration]), forces
     if is_plain():
-        _exceeded_entry((_NOTHING,), *arrays, count)
+        _exceeded_entry((_NO_PARAMETERS,), *arrays, count)
     else:
         addresses = [array.ctypes.data for array in arrays]
         objects.function_at(compile_exceeded().address, len(addresses))(0, *addresses, count)
@@ -177,15 +179,15 @@ def forces_exceeded(histograms: np.ndarray, highest: np.ndarray, duration: float
 
 
 def force_exceeded(histogram: np.ndarray, duration: float) -> float:
-    """Return the same of one histogram, (BINS, 2), that may have any bins."""
+    """Return the force (N) that one histogram, (BINS, 2), exceeds during `duration` (s)."""
     return forces_exceeded(np.ascontiguousarray(histogram)[None], np.array([BINS - 1]), duration)[0]
 
 
 def time_above(force: float, histogram: np.ndarray) -> float:
     """Return the time (s) at a higher force than `force` (N) in a histogram, (BINS, 2)."""
     bins = np.max(np.flatnonzero(histogram.any(axis=1)), initial=-1) + 1
-    time, change = histogram[:bins].T
-    bin_time = time + (np.cumsum(change) - change) * np.diff(EDGES[: bins + 1])
+    time, increments = histogram[:bins].T
+    bin_time = time + (np.cumsum(increments) - increments) * np.diff(EDGES[: bins + 1])
     index = int(np.searchsorted(EDGES, force, side="right")) - 1
     if index < 0 or index >= bins:
         return float(bin_time.sum()) if index < 0 else 0.0
@@ -194,16 +196,16 @@ def time_above(force: float, histogram: np.ndarray) -> float:
 
 
 @kernel
-def follow(o, column, step_values, row):
+def write_row(o, column, step_values, row):
     """Write an observable at PARTS + 1 uniform points of the step to row `row` of `step_values`.
 
     The values are from the polynomial through the stages.
     """
     step_values[row, 0] = o[column, NODES[0]]
     for i in abreast(PARTS):
-        total = COURSE[0, i] * o[column, NODES[0]]
+        total = TO_PART_ENDS[0, i] * o[column, NODES[0]]
         for m in range(1, NODES.size):
-            total += COURSE[m, i] * o[column, NODES[m]]
+            total += TO_PART_ENDS[m, i] * o[column, NODES[m]]
         step_values[row, i + 1] = total
 
 
@@ -212,7 +214,7 @@ def share_beyond(step_values, limit):
     """Return the share of a step's time with a penetration above `limit` (m)."""
     time_beyond, total = 0.0, 0.0
     for i in range(PARTS + 1):
-        total += step_values[KAPPA_COURSE, i]
-        if step_values[DEPTH_COURSE, i] > limit:
-            time_beyond += step_values[KAPPA_COURSE, i]
+        total += step_values[KAPPA_ROW, i]
+        if step_values[DEPTH_ROW, i] > limit:
+            time_beyond += step_values[KAPPA_ROW, i]
     return time_beyond / total

@@ -1,8 +1,8 @@
 """Observables of the motion at each stage of a step, in columns that are accessed by name.
 
 KAPPA to ERROR_RATE are columns of the whole mechanism; a block for every contact follows.  LOAD, the square
-of the resultant of normal and tangential force (N^2), and RUBBED, the power of friction (W, dissipated), are
-filled in on demand, by `put_load` and `put_rubbed`.  If a joint has a film, another block for
+of the resultant of normal and tangential force (N^2), and FRICTION_POWER, the power of friction (W, dissipated), are
+filled in on demand, by `put_load` and `put_friction_power`.  If a joint has a film, another block for
 every contact follows: the dry share of its normal force (N), the powers (W) of film and dry friction, its
 largest pressure (Pa), the shear speed (m/s) of the surfaces, and the power (W) of its pressure only.
 The power (W) of each friction load follows, negative if it dissipates energy.
@@ -13,8 +13,8 @@ from typing import NamedTuple
 from ..compiled.family import inlined
 
 KAPPA, DRIVE, GRAVITY, ACCELERATION, TORQUE, KINETIC, ERROR, ERROR_RATE, CONTACTS = range(9)
-NORMAL, STORED, LOST, TANGENTIAL, SLIP, RAW, DEPTH, RATE, GUARDED, LOAD, RUBBED, CONTACT_WIDTH = range(12)
-DRY, DRAINED, DRY_RUBBED, PRESSURE, SPEED, PUMPED, FILM_WIDTH = range(7)
+NORMAL, STORED, LOST, TANGENTIAL, SLIP, RAW, DEPTH, RATE, GUARDED, LOAD, FRICTION_POWER, CONTACT_WIDTH = range(12)
+DRY_FORCE, FILM_POWER, DRY_FRICTION_POWER, PEAK_PRESSURE, SHEAR_SPEED, PRESSURE_POWER, FILM_WIDTH = range(7)
 
 
 class Observed(NamedTuple):
@@ -45,7 +45,7 @@ def column_of(contact, quantity):
 
 @inlined
 def film_column(contacts, contact, quantity):
-    """Return the column of a film observable, DRY to PUMPED, of one of `contacts` contacts."""
+    """Return the column of a film observable, DRY_FORCE to PRESSURE_POWER, of one of `contacts` contacts."""
     return CONTACTS + CONTACT_WIDTH * contacts + FILM_WIDTH * contact + quantity
 
 
@@ -73,18 +73,18 @@ def observed(pointer, row, contact):
 
 
 @inlined
-def observe(o, row, contact, seen):
-    """Write the Observed `seen` of a contact to row `row` of `o`."""
+def observe(o, row, contact, contact_values):
+    """Write the Observed `contact_values` of a contact to row `row` of `o`."""
     block = CONTACTS + CONTACT_WIDTH * contact
-    o[block + NORMAL, row] = seen.normal
-    o[block + STORED, row] = seen.stored
-    o[block + LOST, row] = seen.lost
-    o[block + TANGENTIAL, row] = seen.tangential
-    o[block + SLIP, row] = seen.slip
-    o[block + RAW, row] = seen.raw
-    o[block + DEPTH, row] = seen.depth
-    o[block + RATE, row] = seen.rate
-    o[block + GUARDED, row] = seen.guarded
+    o[block + NORMAL, row] = contact_values.normal
+    o[block + STORED, row] = contact_values.stored
+    o[block + LOST, row] = contact_values.lost
+    o[block + TANGENTIAL, row] = contact_values.tangential
+    o[block + SLIP, row] = contact_values.slip
+    o[block + RAW, row] = contact_values.raw
+    o[block + DEPTH, row] = contact_values.depth
+    o[block + RATE, row] = contact_values.rate
+    o[block + GUARDED, row] = contact_values.guarded
 
 
 @inlined
@@ -95,6 +95,8 @@ def put_load(o, row, contact):
 
 
 @inlined
-def put_rubbed(o, row, contact):
+def put_friction_power(o, row, contact):
     """Write the friction power of a contact to row `row` of `o`."""
-    o[column_of(contact, RUBBED), row] = -o[column_of(contact, TANGENTIAL), row] * o[column_of(contact, SLIP), row]
+    o[column_of(contact, FRICTION_POWER), row] = (
+        -o[column_of(contact, TANGENTIAL), row] * o[column_of(contact, SLIP), row]
+    )

@@ -15,8 +15,8 @@ POINTS = (
 )
 STAGES = len(POINTS)
 #: Rows of rates and observables: at the stages, the last of which is the END of the step, at its START, and in any
-#: state on the interpolant; from OTHERS on those of the implicit method.
-END, START, SCRATCH, OTHERS, PLACES = 7, 8, 9, 10, 16
+#: state on the interpolant; from FIRST_IMPLICIT_ROW on those of the implicit method.
+END, START, SCRATCH, FIRST_IMPLICIT_ROW, ROW_COUNT = 7, 8, 9, 10, 16
 #: The rows at distinct times of a step, in order: its start and its stages; and these times as shares of the step.
 NODES = np.array([START, *range(STAGES)])
 SHARES = np.array([0.0, *POINTS])

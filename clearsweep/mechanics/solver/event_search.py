@@ -108,7 +108,7 @@ def first_passage(pointer, g):
 
 @kernel
 def true_passage(pointer, g, x):
-    """Return where guard `g` itself crosses zero, near the crossing of its polynomial at the share `x`, or NOWHERE.
+    """Return the share at which guard `g` itself crosses zero, near the crossing `x` of its polynomial, or NOWHERE.
 
     Many guards are smooth, and one evaluation confirms the polynomial.  Others are not, such as the force of a contact
     that
@@ -157,7 +157,7 @@ def bracket_around(pointer, x, value):
 
 @kernel
 def highest_after(p, x):
-    """Return where WHOLE is highest, of several places between `x` and its next negative value."""
+    """Return the place of the largest value of WHOLE among several places between `x` and its next negative value."""
     largest, top, step = x, 0.0, 0.02 * (1.0 - x)
     for i in range(1, 51):
         value, _ = value_and_slope(p, WHOLE, x + i * step)
@@ -237,7 +237,7 @@ def fit_gap_part(pointer, j, begin, width):
 
 @kernel
 def is_rough(p):
-    """Return whether the error of WHOLE matters, where it may vanish."""
+    """Return whether the error of WHOLE matters at its possible zeros."""
     size = 0.0
     for i in range(COEFFICIENTS):
         size = max(size, abs(p[VALUES, i]))
@@ -290,7 +290,7 @@ def true_onset(pointer, j, h, x):
 
 @kernel
 def first_onset_in_parts(pointer, j, h):
-    """Return the result of `first_onset` where the gap is not smooth over the step, as with worn surfaces."""
+    """Return the result of `first_onset` if the gap is not smooth over the step, as with worn surfaces."""
     p, begin, width = pointer[0].polynomials, 0.0, 0.5
     while begin < 1.0:
         fit_gap_part(pointer, j, begin, width)

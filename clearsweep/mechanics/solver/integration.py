@@ -67,7 +67,7 @@ class Stepper(Fields):
 
 
 class Counts(Fields):
-    """What an integration has done so far."""
+    """Counts of the work of an integration so far."""
 
     steps: int  # accepted
     rejected: int
@@ -95,7 +95,7 @@ class Slopes(Fields):
 
 
 class Choice(Fields):
-    """What the choice of the method follows: both methods on the latest stretches of the motion."""
+    """Basis of the choice of the method: the cost of both methods on the latest stretches of the motion."""
 
     limit: float  # length of an explicit step before the method changed
     saved: float  # explicit evaluations saved by the implicit method since then
@@ -107,7 +107,7 @@ class Choice(Fields):
 
 
 class Past(Fields):
-    """What is known from earlier steps; lengths are 0 if there is none."""
+    """Data from earlier steps; lengths are 0 if there is no earlier step."""
 
     length: float  # of the step whose interpolant is in `Work.f`
     after: float  # 1 if this step follows it, 0 if it begins at the same place
@@ -119,7 +119,7 @@ class Past(Fields):
 class Implicit(NamedTuple):
     """Workspace of the implicit method; n numbers in the state."""
 
-    jacobian: np.ndarray  # (3, n, n) derivatives of the rates at the stages PLACES
+    jacobian: np.ndarray  # (3, n, n) derivatives of the rates at the stages JACOBIAN_STAGES
     newton: np.ndarray  # (STAGES n, STAGES n) factors of the matrix of the iteration
     pivots: np.ndarray  # (STAGES n,) int64
     small: np.ndarray  # (n, n) factors of the matrix of the error estimate
@@ -154,8 +154,8 @@ class Work(NamedTuple):
     y: np.ndarray  # (n,) state at the start of the step
     end: np.ndarray  # (n,) state at its end
     z: np.ndarray  # (n,) state of a stage or on the dense output
-    k: np.ndarray  # (n, PLACES) rates
-    o: np.ndarray  # (columns, PLACES) observables
+    k: np.ndarray  # (n, ROW_COUNT) rates
+    o: np.ndarray  # (columns, ROW_COUNT) observables
     nodes: np.ndarray  # (n + 1, STAGES) states at the stages; last row: change of each in the latest sweep
     weight: np.ndarray  # (n,) 1 / allowed error
     mode: np.ndarray  # (c,) int64, what each contact does: modes.FREE, PRESSED or another of its joint's modes
@@ -164,7 +164,7 @@ class Work(NamedTuple):
     contact_steps: ContactStep  # (c,)
     profiles: np.ndarray  # (1 + c, PARTS + 1) dt/dtau and every contact's force (N) at equidistant places of the step
     clearance: np.ndarray  # (c,) m
-    rubs: np.ndarray  # (c,) int64, whether there is friction: 1, else 0
+    has_friction: np.ndarray  # (c,) int64, whether there is friction: 1, else 0
     film: np.ndarray  # (c, 2) m, depth beyond which a film shares the load, and depth limit of its formula; inf: never
     stepper: Stepper
     f: np.ndarray  # (n, STAGES) the interpolant, see `collocation.dense_component`
@@ -212,7 +212,7 @@ def accumulators_of(pointer):
         work.stepper,
         work.clearance,
         work.film,
-        work.rubs,
+        work.has_friction,
     )
     peaks = revolutions.highest, revolutions.since
     return Accumulators(*arrays, totals.whole, totals.joint, totals.bins, totals.spent, *peaks)

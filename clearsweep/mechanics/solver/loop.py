@@ -28,7 +28,7 @@ from ..compiled.plain import is_plain
 from ..observe.observables import KAPPA, KINETIC
 from ..observe.stages import END, START
 from ..trace import objects
-from .accumulate.slow_sums import note_step, open_window
+from .accumulate.slow_sums import add_slow_sums, begin_window
 from .accumulate.totals import accumulate_step
 from .accumulate.within_step import record_start, write_sample
 from .choice import choose_method
@@ -70,7 +70,7 @@ LOG_ROWS = 512  # events in the log before the loop pauses so that the caller ca
 
 @kernel
 def advance(pointer):
-    """Make the end of a step the start of the next, where no event has changed the state."""
+    """Make the end of a step the start of the next one, if no event has changed the state."""
     work = pointer[0]
     for i in range(work.y.size):
         work.y[i], work.k[i, START] = work.end[i], work.k[i, END]
@@ -88,7 +88,7 @@ def accept(pointer):
 
 @kernel
 def restart(pointer):
-    """Begin a step at `work.end`, where an event has changed the state or the equations."""
+    """Begin a step at `work.end` after an event has changed the state or the equations."""
     work = pointer[0]
     for i in range(work.y.size):
         work.y[i] = work.end[i]
@@ -127,7 +127,7 @@ def begin_case(pointer):
     )
     totals.whole.kinetic_start = work.o[KINETIC, START]
     if stepper.in_window != 0.0:
-        open_window(pointer)
+        begin_window(pointer)
     record_start(pointer)
     while work.counts.samples < record.times.size and record.times[work.counts.samples] <= work.y[record.independent]:
         write_sample(pointer, work.y, record.samples[work.counts.samples])
@@ -144,7 +144,7 @@ def target_of(pointer):
 
 @kernel
 def next_stop(pointer, position):
-    """Return where the next step has to end (s; rad of a free crank): the first knot beyond `position`, or target."""
+    """Return the end of the next step (s; rad for a free crank): the first knot beyond `position`, or `target_of`."""
     target = target_of(pointer)
     for knot in pointer[0].knots:
         if knot > position:
@@ -154,7 +154,7 @@ def next_stop(pointer, position):
 
 @kernel
 def interruption(pointer):
-    """Return GOING where a case may take its next step, else the status with which the loop returns."""
+    """Return GOING if a case may take its next step, else the status with which the loop returns."""
     work = pointer[0]
     stepper, control = work.stepper, work.control
     moment, angle = work.y[work.time], work.y[work.independent]
@@ -231,7 +231,7 @@ def pass_stop(pointer):
         if stepper.in_window != 0.0:
             return OK
         stepper.in_window = 1.0
-        open_window(pointer)
+        begin_window(pointer)
     stepper.next_stop = next_stop(pointer, work.end[work.independent])
     return GOING
 
@@ -257,7 +257,7 @@ def cut_at_event(pointer, h, event):
     work.counts.locating += work.counts.evaluations - evaluations_before
     choose_method(pointer, work.step.length, proposal_of(pointer))
     accept(pointer)
-    note_step(pointer, work.step.length)
+    add_slow_sums(pointer, work.step.length)
     reason = apply_event(pointer, kind, contact)
     if reason != GOING:
         return reason
@@ -283,7 +283,7 @@ def attempt_step(pointer):
         return cut_at_event(pointer, h, (share, kind, contact))
     accept(pointer)
     choose_method(pointer, h, pattern)
-    note_step(pointer, h)
+    add_slow_sums(pointer, h)
     advance(pointer)
     set_next_length(pointer, ACCEPTANCE)
     return GOING

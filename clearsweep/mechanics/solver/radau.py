@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from ..compiled.family import invoke, kernel
-from ..observe.stages import END, OTHERS, SCRATCH, SHARES, START
+from ..observe.stages import END, FIRST_IMPLICIT_ROW, SCRATCH, SHARES, START
 from ..trace.portable import coefficients_through, exact, inverse, powers
 from .collocation import dense_component, dense_state, shapes
 from .integration import Choice, Implicit, Past, evaluate
@@ -54,8 +54,8 @@ ERROR = abs(float((exact([E]) @ powers(C, ORDER + 1)).rounded()[0, ORDER])) / ma
 DENSE = inverse(exact(shapes(C)[:, :STAGES])).rounded()  # from the stages to the first rows of the dense output
 #: From start and stages to the stages of the explicit method, by the polynomial through all.
 LOOK = (powers(SHARES[1 : 1 + END], ORDER) @ coefficients_through(np.append(0.0, C))).rounded()
-ROWS = np.arange(OTHERS, OTHERS + STAGES)  # rows of the rates and observables of the stages
-STAGE_WEIGHTS = np.zeros(OTHERS + STAGES)
+ROWS = np.arange(FIRST_IMPLICIT_ROW, FIRST_IMPLICIT_ROW + STAGES)  # rows of the rates and observables of the stages
+STAGE_WEIGHTS = np.zeros(FIRST_IMPLICIT_ROW + STAGES)
 STAGE_WEIGHTS[ROWS] = A[-1]
 PLACES = np.array([0, 2, 4])  # stages at which Jacobians are evaluated
 #: From these to all stages, by a parabola.
@@ -169,7 +169,7 @@ def renew(pointer, h):
 
 @kernel
 def unknown(stage, i, time):
-    """Return the place of component `i` of a stage among the unknowns of the iteration.
+    """Return the index of component `i` of a stage among the unknowns of the iteration.
 
     Coordinates and time come first: their rates depend on no other coordinates or time, so their elimination is cheap
     and
@@ -343,8 +343,8 @@ def interpolate_nodes(pointer, share):
 def observe_stages(pointer):
     """Write the observables of the stages, and interpolate them to the stages of the explicit method.
 
-    Those of the last iteration are of stages before its correction: forces of stiff contacts and films follow a change
-    of the stages many times as large, over the allowed error.
+    The observables of the last iteration belong to stages before its correction.  With stiff contacts and films, a
+    change of the stages changes forces many times as much, relative to the allowed error.
     """
     work = pointer[0]
     n, stages = work.y.size, work.implicit.stages

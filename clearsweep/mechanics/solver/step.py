@@ -6,7 +6,7 @@ from ..compiled.family import invoke, kernel
 from ..joint.contract import SAME
 from ..observe.observables import KAPPA, observed
 from ..observe.stages import END, STAGES, START
-from .accumulate.step_sums import sum_up
+from .accumulate.step_sums import evaluate_sums
 from .bernstein import WHOLE, value_and_slope
 from .collocation import WEIGHTS, begin_stages, continue_stages, dense_state, error_norm, interpolate
 from .event_search import ELSEWHERE, evaluate_guards, first_event, fit_guard, is_guard_active
@@ -137,10 +137,10 @@ def finish(pointer):
     """Compute the sums, profiles and maxima of the current step, which is accurate or ends at an event."""
     if pointer[0].method.current == IMPLICIT:
         observe_implicit_stages(pointer)
-        sum_up(trial_of(pointer), STAGE_WEIGHTS)
+        evaluate_sums(trial_of(pointer), STAGE_WEIGHTS)
     else:
         observe_stages(pointer)
-        sum_up(trial_of(pointer), WEIGHTS)
+        evaluate_sums(trial_of(pointer), WEIGHTS)
 
 
 @kernel
@@ -173,9 +173,9 @@ def shorten(pointer, share):
 
 @kernel
 def distance_beyond(pointer, event):
-    """Return how far along tau the end of the latest step is beyond an event, 0 where its function has no slope.
+    """Return the distance along tau of the end of the latest step beyond an event, or 0 if its function has no slope.
 
-    event : as in `step_to_event`.
+    event : as in `step_to_event`
     """
     work = pointer[0]
     kind, contact, stop = event
@@ -200,7 +200,7 @@ def distance_beyond(pointer, event):
 
 @kernel
 def close_in(pointer, event):
-    """Repeat a step that ends at an event while it ends too far from it; return how far along tau it is beyond it.
+    """Repeat a step to an event while it ends too far from it; return the distance along tau beyond the event.
 
     The interpolant of a longer step over a kink of the right-hand side locates the kink only roughly.
     """

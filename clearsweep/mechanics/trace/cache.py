@@ -18,8 +18,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 #: All compiled code and its sources are below this directory.
-ROOM = Path(__file__).parents[1]
-SHIPPED = ROOM / "objects"  # machine code that comes with the package, below a directory with the stamp of its sources
+SOURCES = Path(__file__).parents[1]
+SHIPPED = SOURCES / "objects"  # machine code in the package, below a directory with the stamp of its sources
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the end of every file
 
 
@@ -29,8 +29,8 @@ def stamp() -> str:
     The compiler itself only notices edits in the file of a cached function.
     """
     digest = hashlib.sha256(f"{version('llvmlite')}".encode())
-    for source in sorted(ROOM.rglob("*.py")):
-        digest.update(f"{source.relative_to(ROOM).as_posix()} {source.stat().st_size}\n".encode())
+    for source in sorted(SOURCES.rglob("*.py")):
+        digest.update(f"{source.relative_to(SOURCES).as_posix()} {source.stat().st_size}\n".encode())
         digest.update(source.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -41,33 +41,34 @@ def prepare() -> Path:
     It is in NUMBA_CACHE_DIR if that is set, else in the user's cache.  If that cannot be written, or is not
     private, the code is kept only for this process and its workers, with a message on stderr.
     """
-    mark = stamp()
-    operands = os.environ.get("NUMBA_CACHE_DIR")
-    if operands and Path(operands).name == mark and not not_private(Path(operands)):
-        return Path(operands)  # inherited from the process that prepared it
-    home = Path(operands or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "clearsweep")
-    position = home / mark
+    source_stamp = stamp()
+    configured = os.environ.get("NUMBA_CACHE_DIR")
+    if configured and Path(configured).name == source_stamp and not why_not_private(Path(configured)):
+        return Path(configured)  # inherited from the process that prepared it
+    parent = Path(configured or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "clearsweep")
+    directory = parent / source_stamp
     try:
-        position.mkdir(mode=0o700, parents=True, exist_ok=True)
-        trouble = not_private(position) or ("" if os.access(position, os.W_OK | os.X_OK) else "it cannot be written")
+        directory.mkdir(mode=0o700, parents=True, exist_ok=True)
+        is_writable = os.access(directory, os.W_OK | os.X_OK)
+        trouble = why_not_private(directory) or ("" if is_writable else "it cannot be written")
     except OSError as error:
         trouble = f"it cannot be made ({error.strerror})"
     if trouble:
-        print(f"compiled code is not kept in {home}: {trouble}", file=sys.stderr)
-        position = _passing() / mark
-        position.mkdir(mode=0o700)
-    os.environ["NUMBA_CACHE_DIR"] = str(position)
-    return position
+        print(f"compiled code is not kept in {parent}: {trouble}", file=sys.stderr)
+        directory = _temporary_directory() / source_stamp
+        directory.mkdir(mode=0o700)
+    os.environ["NUMBA_CACHE_DIR"] = str(directory)
+    return directory
 
 
-def not_private(position: Path) -> str:
+def why_not_private(directory: Path) -> str:
     """Return why another user could have written to a directory or replaced it, or '' if nobody could."""
     if not hasattr(os, "geteuid"):
         return ""
-    for path in (position, position.parent):
+    for path in (directory, directory.parent):
         if path.is_symlink():
             return f"{path} is a link"
-    real = position.resolve()
+    real = directory.resolve()
     for path in (real, *real.parents):
         status = path.stat()
         ours = status.st_uid == os.geteuid()
@@ -79,14 +80,14 @@ def not_private(position: Path) -> str:
     return ""
 
 
-def _passing() -> Path:
+def _temporary_directory() -> Path:
     """Return a new private directory that is removed with this process."""
-    position, maker = Path(tempfile.mkdtemp(prefix="clearsweep-")), os.getpid()
-    atexit.register(lambda: shutil.rmtree(position, ignore_errors=True) if os.getpid() == maker else None)
-    return position
+    directory, owner = Path(tempfile.mkdtemp(prefix="clearsweep-")), os.getpid()
+    atexit.register(lambda: shutil.rmtree(directory, ignore_errors=True) if os.getpid() == owner else None)
+    return directory
 
 
-def _checked(content: bytes, path: str) -> bytes:
+def _without_checksum(content: bytes, path: str) -> bytes:
     """Return the content of a file without its checksum; ValueError if they disagree."""
     body, checksum = content[:-CHECKSUM], content[-CHECKSUM:]
     if hashlib.sha256(body).digest() != checksum:
@@ -94,14 +95,14 @@ def _checked(content: bytes, path: str) -> bytes:
     return body
 
 
-_told: set[str] = set()  # directories with a reported damage
+_reported_directories: set[str] = set()  # directories with a reported damage
 
 
-def _damaged(path: str) -> dict:
+def _report_damage(path: str) -> dict:
     """Report damage once for each directory; return an empty index."""
     directory = str(Path(path).parents[1])
-    if directory not in _told:
-        _told.add(directory)
+    if directory not in _reported_directories:
+        _reported_directories.add(directory)
         print(f"compiled code kept in {directory} is damaged and is compiled anew", file=sys.stderr)
     return {}
 
@@ -111,42 +112,42 @@ def _damaged(path: str) -> dict:
 
 def kept(name: str) -> bytes | None:
     """Return the valid content stored under a name or shipped with the package, or None."""
-    home = Path(os.environ["NUMBA_CACHE_DIR"])
-    for path in (home / "traced" / name, SHIPPED / home.name / name):
+    directory = Path(os.environ["NUMBA_CACHE_DIR"])
+    for path in (directory / "traced" / name, SHIPPED / directory.name / name):
         try:
-            return _checked(path.read_bytes(), str(path))
+            return _without_checksum(path.read_bytes(), str(path))
         except FileNotFoundError:
             continue
         except (OSError, ValueError):
-            _damaged(str(path))
+            _report_damage(str(path))
     return None
 
 
-_KEPT_IN: list[Path] = []  # directory used instead of the user's cache
+_PACKAGE_DIRECTORY: list[Path] = []  # directory used instead of the user's cache
 
 
 @contextlib.contextmanager
-def kept_in_package() -> Iterator[Path]:
+def stored_in_package() -> Iterator[Path]:
     """In this context, store code in the package and remove code of other sources from it."""
-    position = SHIPPED / Path(os.environ["NUMBA_CACHE_DIR"]).name
-    for right_operand in SHIPPED.glob("*"):
-        if right_operand != position:
-            shutil.rmtree(right_operand)
-    _KEPT_IN.append(position)
+    directory = SHIPPED / Path(os.environ["NUMBA_CACHE_DIR"]).name
+    for shipped in SHIPPED.glob("*"):
+        if shipped != directory:
+            shutil.rmtree(shipped)
+    _PACKAGE_DIRECTORY.append(directory)
     try:
-        yield position
+        yield directory
     finally:
-        _KEPT_IN.pop()
+        _PACKAGE_DIRECTORY.pop()
 
 
 def keep(name: str, content: bytes) -> None:
     """Store content under a name; on failure, store nothing."""
-    position = _KEPT_IN[-1] if _KEPT_IN else Path(os.environ["NUMBA_CACHE_DIR"]) / "traced"
-    partial = position / f"{name}.{secrets.token_hex(8)}"
+    directory = _PACKAGE_DIRECTORY[-1] if _PACKAGE_DIRECTORY else Path(os.environ["NUMBA_CACHE_DIR"]) / "traced"
+    partial = directory / f"{name}.{secrets.token_hex(8)}"
     try:
-        position.mkdir(mode=0o755 if _KEPT_IN else 0o700, parents=True, exist_ok=True)
+        directory.mkdir(mode=0o755 if _PACKAGE_DIRECTORY else 0o700, parents=True, exist_ok=True)
         partial.write_bytes(content + hashlib.sha256(content).digest())
-        partial.replace(position / name)
+        partial.replace(directory / name)
     except OSError:
         with contextlib.suppress(OSError):
             partial.unlink()

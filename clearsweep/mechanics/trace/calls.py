@@ -7,12 +7,12 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from . import symbols
-from .activation import RETURNED, Activation, refusal, tree_of
+from .activation import RETURNED, Activation, syntax_tree, untraceable_error
 from .lanes import all_of, none_of
 from .memory import View
-from .paths import Path, alike, changed, form_of, joined, leaves, passed, rebuilt, received
-from .primitives import BODIES, ON_ITS_OWN, PRIMITIVES
-from .symbols import NotTraceableError, Symbol, Truth, is_symbol, trace
+from .paths import Path, join_paths, leaves, map_leaves, passed_values, rebuilt, received, type_key, with_common_slopes
+from .primitives import BODIES, PRIMITIVES, SEPARATE
+from .symbols import Boolean, NotTraceableError, Symbol, is_symbol, trace
 
 RUNNERS: list[Callable] = []  # runs bodies; registers itself, since it calls functions of this module
 
@@ -23,34 +23,34 @@ def run(function: Any, *operands: Any, **named: Any) -> Any:
 
 
 def run_bound(function: Any, names: dict[str, Any]) -> Any:
-    """Return the same for arguments bound to names."""
-    node = tree_of(function.__code__)
+    """Return the result of a function for arguments bound to names."""
+    node = syntax_tree(function.__code__)
     free = {}
     if function.__closure__:
         free = dict(zip(function.__code__.co_freevars, (c.cell_contents for c in function.__closure__), strict=True))
-    at_work = Activation(function, names, free)
-    active_trace, asking = trace(), trace().lanes
-    active_trace.lanes = at_work.lanes_in_all
+    activation = Activation(function, names, free)
+    active_trace, caller_lanes = trace(), trace().lanes
+    active_trace.lanes = activation.lanes_in_all
     try:
         if isinstance(node, ast.Lambda):
-            return RUNNERS[0](at_work).value(node.body)
-        runner = RUNNERS[0](at_work)
+            return RUNNERS[0](activation).value(node.body)
+        runner = RUNNERS[0](activation)
         if not runner.block(node.body):
             runner.leave(None)
-        elif RETURNED in at_work.names and not at_work.returns:
-            runner.leave(at_work.names[RETURNED])
-        return joined(at_work.returns)
+        elif RETURNED in activation.names and not activation.returns:
+            runner.leave(activation.names[RETURNED])
+        return join_paths(activation.returns)
     except NotTraceableError as error:
         if str(error).startswith(function.__code__.co_filename) or "cannot be traced" in str(error):
             raise
-        raise refusal(at_work, str(error)) from error
+        raise untraceable_error(activation, str(error)) from error
     except Exception as error:
         if not hasattr(error, "traced_at"):
             error.traced_at = True  # type: ignore[attr-defined]
-            error.add_note(str(refusal(at_work, "fails")))
+            error.add_note(str(untraceable_error(activation, "fails")))
         raise
     finally:
-        active_trace.lanes = asking
+        active_trace.lanes = caller_lanes
 
 
 def _bound(function: Any, operands: tuple, named: dict[str, Any]) -> dict[str, Any]:
@@ -78,12 +78,12 @@ def call(function: Any, *operands: Any, **named: Any) -> Any:
     if hasattr(function, "body_of"):
         return call_body(function.body_of(operands[0]), operands, named)
     if hasattr(function, "each"):
-        return _mapped(function, *operands)
+        return _call_each(function, *operands)
     if hasattr(function, "sides"):
-        return _either(*function.sides, *operands)
+        return _select_call(*function.sides, *operands)
     if hasattr(function, BODIES):
-        if getattr(function, BODIES) == ON_ITS_OWN:
-            return _on_its_own(function, operands, named)
+        if getattr(function, BODIES) == SEPARATE:
+            return _call_separate(function, operands, named)
         return run(function, *operands, **named)
     if isinstance(function, Lambda):
         return function(*operands)
@@ -100,67 +100,71 @@ class _Function(NamedTuple):
 class _Returned:
     """Placeholder of a symbol in the result of a function."""
 
-    def __init__(self, position: int, symbol: Symbol):
-        self.place, self.kind, self.width = position, type(symbol), symbol.width
+    def __init__(self, index: int, symbol: Symbol):
+        self.index, self.kind, self.width = index, type(symbol), symbol.width
 
 
-def _on_its_own(function: Any, operands: tuple, named: dict[str, Any]) -> Any:
+def _call_separate(function: Any, operands: tuple, named: dict[str, Any]) -> Any:
     """Return the result of a function that is compiled separately, once for each form of arguments."""
     active_trace = trace()
-    call_arguments = _bound(function, operands, named)
+    arguments = _bound(function, operands, named)
     try:
         lanes = active_trace.lanes()
-        key = (function, lanes is None, *((name, form_of(value)) for name, value in call_arguments.items()))
-        results = active_trace.functions.get(key, ...)
+        key = (function, lanes is None, *((name, type_key(value)) for name, value in arguments.items()))
+        compiled = active_trace.functions.get(key, ...)
     except (TypeError, NotTraceableError):
         return run(function, *operands, **named)
-    if results is ...:
-        results = active_trace.functions[key] = _made(function, call_arguments, lanes)
-    if results is None:
+    if compiled is ...:
+        compiled = active_trace.functions[key] = _compile(function, arguments, lanes)
+    if compiled is None:
         return run(function, *operands, **named)
-    handed = [x for value in (lanes, *call_arguments.values()) for x in passed(value)]
-    returned = active_trace.builder.call(results.code, handed)
-    return changed(
-        results.result,
-        lambda x: (
-            x.kind(active_trace.builder.extract_value(returned, x.place), x.width) if isinstance(x, _Returned) else x
+    llvm_operands = [item for value in (lanes, *arguments.values()) for item in passed_values(value)]
+    returned = active_trace.builder.call(compiled.code, llvm_operands)
+    return map_leaves(
+        compiled.result,
+        lambda item: (
+            item.kind(active_trace.builder.extract_value(returned, item.index), item.width)
+            if isinstance(item, _Returned)
+            else item
         ),
     )
 
 
-def _made(function: Any, call_arguments: dict[str, Any], lanes: Any) -> _Function | None:
+def _compile(function: Any, arguments: dict[str, Any], lanes: Any) -> _Function | None:
     """Return the machine code function for arguments of these forms, or None if it returns arrays."""
-    active_trace, outside, asking = trace(), trace().builder, trace().lanes
-    handed = [x for value in (lanes, *call_arguments.values()) for x in passed(value)]
-    kinds = [x.type for x in handed]
+    active_trace, outside, caller_lanes = trace(), trace().builder, trace().lanes
+    llvm_operands = [x for value in (lanes, *arguments.values()) for x in passed_values(value)]
+    kinds = [x.type for x in llvm_operands]
     name = active_trace.module.get_unique_name(function.__name__)
-    begun = symbols.ir.Function(active_trace.module, symbols.ir.FunctionType(symbols.ir.VoidType(), kinds), name)
-    active_trace.builder = symbols.ir.IRBuilder(begun.append_basic_block())
-    arguments = iter(begun.args)
-    asked_for = received(lanes, arguments)
-    active_trace.lanes = lambda: asked_for
-    inner = {name: received(value, arguments) for name, value in call_arguments.items()}
+    machine_function = symbols.ir.Function(
+        active_trace.module, symbols.ir.FunctionType(symbols.ir.VoidType(), kinds), name
+    )
+    active_trace.builder = symbols.ir.IRBuilder(machine_function.append_basic_block())
+    received_values = iter(machine_function.args)
+    active_lanes = received(lanes, received_values)
+    active_trace.lanes = lambda: active_lanes
+    parameters = {name: received(value, received_values) for name, value in arguments.items()}
     try:
-        variant = run_bound(function, inner)
-        every = list(leaves(variant))
-        if any(isinstance(x, (View, Lambda)) for x in every):
+        symbolic_result = run_bound(function, parameters)
+        items = list(leaves(symbolic_result))
+        if any(isinstance(x, (View, Lambda)) for x in items):
             del active_trace.module.globals[name]
             return None
-        returned = [x for x in every if is_symbol(x)]
-        is_whole = symbols.ir.LiteralStructType([x.value.type for x in returned])
-        value: Any = symbols.ir.Constant(is_whole, symbols.ir.Undefined)
+        returned = [x for x in items if is_symbol(x)]
+        return_type = symbols.ir.LiteralStructType([x.value.type for x in returned])
+        value: Any = symbols.ir.Constant(return_type, symbols.ir.Undefined)
         for position, x in enumerate(returned):
             value = active_trace.builder.insert_value(value, x.value, position)
         active_trace.builder.ret(value)
     finally:
-        active_trace.builder, active_trace.lanes = outside, asking
-    kind = symbols.ir.FunctionType(is_whole, kinds)
-    begun.ftype, begun.type = kind, kind.as_pointer()
-    begun.return_value = type(begun.return_value)(begun, is_whole)
-    begun.linkage = "internal"
+        active_trace.builder, active_trace.lanes = outside, caller_lanes
+    kind = symbols.ir.FunctionType(return_type, kinds)
+    machine_function.ftype, machine_function.type = kind, kind.as_pointer()
+    machine_function.return_value = type(machine_function.return_value)(machine_function, return_type)
+    machine_function.linkage = "internal"
     count = itertools.count()
-    result = changed(variant, lambda x: _Returned(next(count), x) if is_symbol(x) else x)
-    return _Function(begun, result)
+    result = map_leaves(symbolic_result, lambda x: _Returned(next(count), x) if is_symbol(x) else x)
+    return _Function(machine_function, result)
 
 
 def call_body(body: Any, operands: tuple, named: dict[str, Any]) -> Any:
@@ -170,65 +174,67 @@ def call_body(body: Any, operands: tuple, named: dict[str, Any]) -> Any:
     return call(body, *operands, **named)
 
 
-def _mapped(function: Any, items: tuple, partners: tuple, position: Any, shared: Any) -> tuple:
-    one_lane, following = function.each
+def _call_each(function: Any, items: tuple, partners: tuple, position: Any, shared: Any) -> tuple:
+    body, next_position = function.each
     results = []
     for item, partner in zip(items, partners, strict=True):
-        results.append(call_body(one_lane, (item, partner, position, shared), {}))
-        position = call(following, position, item)
+        results.append(call_body(body, (item, partner, position, shared), {}))
+        position = call(next_position, position, item)
     return tuple(results)
 
 
-def _either(leading: Any, second: Any, condition: Any, operands: tuple) -> Any:
+def _select_call(first: Any, second: Any, condition: Any, operands: tuple) -> Any:
     """Return `first(*given)` where the condition is true, else `second(*given)`."""
     if not is_symbol(condition):
-        return call_body(leading if condition else second, operands, {})
+        return call_body(first if condition else second, operands, {})
     if condition.width > 1:
-        return _either_in_lanes(leading, second, condition, operands)
+        return _select_call_in_lanes(first, second, condition, operands)
     builder, active_trace = trace().builder, trace()
-    one_lane, right_operand = active_trace.block(), active_trace.block()
-    builder.cbranch(condition.value, one_lane, right_operand)
+    true_block, false_block = active_trace.block(), active_trace.block()
+    builder.cbranch(condition.value, true_block, false_block)
     paths = []
-    for block, body in ((one_lane, leading), (right_operand, second)):
+    for block, body in ((true_block, first), (false_block, second)):
         builder.position_at_end(block)
         value = call_body(body, operands, {})
         paths.append(Path(builder.block, value))
-    return joined(paths)
+    return join_paths(paths)
 
 
-def _either_in_lanes(leading: Any, second: Any, condition: Truth, operands: tuple) -> Any:
-    """Return the same by lane: only one function runs if all lanes agree, otherwise both."""
+def _select_call_in_lanes(first: Any, second: Any, condition: Boolean, operands: tuple) -> Any:
+    """Return the result of `_select_call` by lane: only one function runs if all lanes agree, otherwise both."""
     builder, active_trace = trace().builder, trace()
-    one_lane, right_operand, divergent = active_trace.block(), active_trace.block(), active_trace.block()
-    builder.cbranch(all_of(condition).value, one_lane, right_operand)
-    builder.position_at_end(one_lane)
-    value = call_body(leading, operands, {})
+    true_block, other_block, mixed_block = active_trace.block(), active_trace.block(), active_trace.block()
+    builder.cbranch(all_of(condition).value, true_block, other_block)
+    builder.position_at_end(true_block)
+    value = call_body(first, operands, {})
     paths = [Path(builder.block, value)]
-    builder.position_at_end(right_operand)
-    remaining = call_body(second, operands, {})
-    paths.append(Path(builder.block, remaining))
+    builder.position_at_end(other_block)
+    second_value = call_body(second, operands, {})
+    paths.append(Path(builder.block, second_value))
     end = active_trace.block()
-    builder.cbranch(none_of(condition).value, end, divergent)
+    builder.cbranch(none_of(condition).value, end, mixed_block)
     builder.position_at_end(end)
-    paths[-1] = Path(end, remaining)
-    builder.position_at_end(divergent)
-    value = call_body(leading, operands, {})
-    value, remaining = alike([value, remaining])
-    pairs = zip(leaves(value), leaves(remaining), strict=True)
-    blend = [a if a is b else symbols.selected(condition, a, b) for a, b in pairs]
-    paths.append(Path(builder.block, rebuilt(value, iter(blend))))
-    return joined(paths)
+    paths[-1] = Path(end, second_value)
+    builder.position_at_end(mixed_block)
+    value = call_body(first, operands, {})
+    value, second_value = with_common_slopes([value, second_value])
+    pairs = zip(leaves(value), leaves(second_value), strict=True)
+    blended_items = [a if a is b else symbols.selected(condition, a, b) for a, b in pairs]
+    paths.append(Path(builder.block, rebuilt(value, iter(blended_items))))
+    return join_paths(paths)
 
 
 class Lambda:
     """A function defined in a body."""
 
-    def __init__(self, node: ast.Lambda, at_work: Activation):
-        self.node, self.at_work = node, at_work
+    def __init__(self, node: ast.Lambda, activation: Activation):
+        self.node, self.activation = node, activation
 
     def __call__(self, *operands: Any) -> Any:
         names = [item.arg for item in self.node.args.args]
-        inner = Activation(
-            self.at_work.function, self.at_work.names | dict(zip(names, operands, strict=True)), self.at_work.free
+        call_activation = Activation(
+            self.activation.function,
+            self.activation.names | dict(zip(names, operands, strict=True)),
+            self.activation.closure,
         )
-        return RUNNERS[0](inner).value(self.node.body)
+        return RUNNERS[0](call_activation).value(self.node.body)

@@ -12,28 +12,28 @@ from .calls import Lambda, call, run
 from .fields import Fields
 from .lanes import blended
 from .memory import gathered, table_of
-from .paths import Path, alike, joined, leaves, rebuilt
+from .paths import Path, join_paths, leaves, rebuilt, with_common_slopes
 from .primitives import RULES, slope_rule
-from .symbols import NotTraceableError, Number, Truth, Whole, is_symbol, trace
+from .symbols import Boolean, Integer, NotTraceableError, Number, is_symbol, trace
 
 LARGEST_POWER = 16  # largest integer power that is expanded
 
 
 BINARY: dict[type, tuple[str, Callable, Callable]] = {}  # syntax -> (name of the rule, Python function, emitter)
-for _syntax, _name, _plainly, _emit in (
+for _syntax, _name, _on_floats, _emit in (
     (ast.Add, "__add__", lambda a, b: a + b, symbols.plus),
     (ast.Sub, "__sub__", lambda a, b: a - b, symbols.minus),
     (ast.Mult, "__mul__", lambda a, b: a * b, symbols.times),
-    (ast.Div, "__truediv__", lambda a, b: a / b, symbols.over),
-    (ast.FloorDiv, "__floordiv__", lambda a, b: a // b, symbols.whole_over),
+    (ast.Div, "__truediv__", lambda a, b: a / b, symbols.divided),
+    (ast.FloorDiv, "__floordiv__", lambda a, b: a // b, symbols.floor_divided),
     (ast.Mod, "__mod__", lambda a, b: a % b, symbols.remainder),
-    (ast.BitAnd, "__and__", lambda a, b: a & b, symbols.both),
-    (ast.BitOr, "__or__", lambda a, b: a | b, symbols.one_of),
-    (ast.BitXor, "__xor__", lambda a, b: a ^ b, symbols.without_common),
-    (ast.RShift, "__rshift__", lambda a, b: a >> b, symbols.shifted_right),
-    (ast.LShift, "__lshift__", lambda a, b: a << b, symbols.shifted_left),
+    (ast.BitAnd, "__and__", lambda a, b: a & b, symbols.bit_and),
+    (ast.BitOr, "__or__", lambda a, b: a | b, symbols.bit_or),
+    (ast.BitXor, "__xor__", lambda a, b: a ^ b, symbols.bit_xor),
+    (ast.RShift, "__rshift__", lambda a, b: a >> b, symbols.shift_right),
+    (ast.LShift, "__lshift__", lambda a, b: a << b, symbols.shift_left),
 ):
-    BINARY[_syntax] = (_name, _plainly, _emit)
+    BINARY[_syntax] = (_name, _on_floats, _emit)
 COMPARED: dict[type, tuple[str, str, Callable]] = {
     ast.Lt: ("__lt__", "<", lambda a, b: a < b),
     ast.LtE: ("__le__", "<=", lambda a, b: a <= b),
@@ -48,36 +48,36 @@ def _has_slope(*operands: Any) -> bool:
     return any(hasattr(x, "parts") for x in operands)
 
 
-def as_answer(x: Any) -> Any:
+def as_boolean(x: Any) -> Any:
     """Return the truth value of a symbol; known values unchanged."""
-    return symbols.compared("!=", x, 0) if isinstance(x, (Number, Whole)) else x
+    return symbols.compared("!=", x, 0) if isinstance(x, (Number, Integer)) else x
 
 
-def _one_of(holder: Any, index: Any) -> Any:
+def _select_item(items: Any, index: Any) -> Any:
     """Return an item of a tuple whose index is known only at run time."""
-    value = holder[len(holder) - 1]
-    for position in range(len(holder) - 2, -1, -1):
-        values = alike([holder[position], value])
+    value = items[len(items) - 1]
+    for position in range(len(items) - 2, -1, -1):
+        values = with_common_slopes([items[position], value])
         pairs = zip(leaves(values[0]), leaves(values[1]), strict=True)
-        chosen = symbols.compared("==", index, position)
-        results = [a if a is b else symbols.selected(chosen, a, b) for a, b in pairs]
-        value = rebuilt(values[0], iter(results))
+        is_chosen = symbols.compared("==", index, position)
+        selected_items = [a if a is b else symbols.selected(is_chosen, a, b) for a, b in pairs]
+        value = rebuilt(values[0], iter(selected_items))
     return value
 
 
 class Expressions:
     """Evaluates the expressions of an activation."""
 
-    def __init__(self, at_work: Activation):
-        self.at = at_work
+    def __init__(self, activation: Activation):
+        self.activation = activation
 
     def value(self, node: Any) -> Any:
         """Return the value of an expression."""
-        return getattr(self, f"see_{type(node).__name__}", self.see_what)(node)
+        return getattr(self, f"see_{type(node).__name__}", self.refuse_expression)(node)
 
-    def see_what(self, node: Any) -> Any:
-        """Refuse an expression."""
-        raise NotTraceableError(f"has an expression that is not known ({type(node).__name__})")
+    def refuse_expression(self, node: Any) -> Any:
+        """Raise the error for an unsupported expression."""
+        raise NotTraceableError(f"has an unsupported expression ({type(node).__name__})")
 
     def see_Constant(self, node: Any) -> Any:  # noqa: N802
         """Return a constant."""
@@ -85,7 +85,7 @@ class Expressions:
 
     def see_Name(self, node: Any) -> Any:  # noqa: N802
         """Return the value of a name."""
-        return self.at.look_up(node.id)
+        return self.activation.look_up(node.id)
 
     def see_Attribute(self, node: Any) -> Any:  # noqa: N802
         """Return an attribute."""
@@ -127,15 +127,15 @@ class Expressions:
     def item(self, holder: Any, index: Any) -> Any:
         """Return an item of an array, a tuple or a state with slopes."""
         if isinstance(holder, np.ndarray):
-            operands = index if isinstance(index, tuple) else (index,)
-            if any(map(is_symbol, operands)):
-                return gathered(table_of(holder), operands)
+            indices = index if isinstance(index, tuple) else (index,)
+            if any(map(is_symbol, indices)):
+                return gathered(table_of(holder), indices)
             value = holder[index]
             return value if isinstance(value, np.ndarray) else value.item()
         if hasattr(holder, "traced_item"):
             return run(holder.traced_item, holder, index)
         if is_symbol(index) and isinstance(holder, tuple):
-            return _one_of(holder, index)
+            return _select_item(holder, index)
         return holder[index]
 
     def see_BinOp(self, node: Any) -> Any:  # noqa: N802
@@ -146,12 +146,12 @@ class Expressions:
         """Return the result of a binary operation on values."""
         if isinstance(operation, ast.Pow):
             return self.power(a, b)
-        slope_rule_, plainly, emit = BINARY[type(operation)]
+        rule, on_floats, emit = BINARY[type(operation)]
         if _has_slope(a, b):
-            return run(RULES[slope_rule_], a, b)
+            return run(RULES[rule], a, b)
         if is_symbol(a) or is_symbol(b):
-            return emit(a, b, (self.at.number, trace().builder.block))
-        return plainly(a, b)
+            return emit(a, b, (self.activation.number, trace().builder.block))
+        return on_floats(a, b)
 
     def power(self, a: Any, b: Any) -> Any:
         """Return a power; a known integer power becomes products."""
@@ -171,117 +171,120 @@ class Expressions:
         """Return the result of a unary operation."""
         x = self.value(node.operand)
         if isinstance(node.op, ast.Not):
-            x = as_answer(x)
-            return symbols.opposite(x) if is_symbol(x) else not x
+            x = as_boolean(x)
+            return symbols.logical_not(x) if is_symbol(x) else not x
         if isinstance(node.op, ast.USub):
             if _has_slope(x):
                 return run(RULES["__neg__"], x)
             return symbols.negative(x) if is_symbol(x) else -x
         if isinstance(node.op, ast.Invert):
-            return symbols.without_common(x, -1) if is_symbol(x) else ~x
+            return symbols.bit_xor(x, -1) if is_symbol(x) else ~x
         if isinstance(node.op, ast.UAdd):
             return x
-        raise NotTraceableError("has an operation that is not known")
+        raise NotTraceableError("has an unsupported operation")
 
     def see_Compare(self, node: Any) -> Any:  # noqa: N802
         """Return the result of a comparison or of a chain of comparisons."""
-        left, answer = self.value(node.left), None
-        for operation, item in zip(node.ops, node.comparators, strict=True):
-            right = self.value(item)
-            one_lane = self.compare(operation, left, right)
-            if answer is None:
-                answer = one_lane
-            elif is_symbol(answer) or is_symbol(one_lane):
-                answer = symbols.both(answer, one_lane)
+        left, result = self.value(node.left), None
+        for operation, operand_node in zip(node.ops, node.comparators, strict=True):
+            right = self.value(operand_node)
+            comparison = self.compare(operation, left, right)
+            if result is None:
+                result = comparison
+            elif is_symbol(result) or is_symbol(comparison):
+                result = symbols.bit_and(result, comparison)
             else:
-                answer = answer and one_lane
+                result = result and comparison
             left = right
-        return answer
+        return result
 
     def compare(self, operation: Any, a: Any, b: Any) -> Any:
         """Return the result of a comparison."""
         if isinstance(operation, (ast.Is, ast.IsNot)):
             return (a is b) == isinstance(operation, ast.Is)
         if isinstance(operation, (ast.In, ast.NotIn)):
-            holds_true: Any = False
+            is_member: Any = False
             if is_symbol(a) or (isinstance(b, tuple) and any(map(is_symbol, b))):
                 for x in b:
-                    one_lane = self.compare(ast.Eq(), a, x)
-                    holds_true = (
-                        symbols.one_of(holds_true, one_lane)
-                        if is_symbol(holds_true) or is_symbol(one_lane)
-                        else holds_true or one_lane
+                    is_equal = self.compare(ast.Eq(), a, x)
+                    is_member = (
+                        symbols.bit_or(is_member, is_equal)
+                        if is_symbol(is_member) or is_symbol(is_equal)
+                        else is_member or is_equal
                     )
             else:
-                holds_true = a in b
+                is_member = a in b
             if isinstance(operation, ast.In):
-                return holds_true
-            return symbols.opposite(holds_true) if is_symbol(holds_true) else not holds_true
-        slope_rule_, sign, plainly = COMPARED[type(operation)]
+                return is_member
+            return symbols.logical_not(is_member) if is_symbol(is_member) else not is_member
+        rule, sign, on_floats = COMPARED[type(operation)]
         if _has_slope(a, b):
-            return run(RULES[slope_rule_], a, b)
+            return run(RULES[rule], a, b)
         if is_symbol(a) or is_symbol(b):
             return symbols.compared(sign, a, b)
-        return plainly(a, b)
+        return on_floats(a, b)
 
     def see_BoolOp(self, node: Any) -> Any:  # noqa: N802
         """Return the result of `and` or `or`, with short-circuit evaluation."""
-        is_and, answer = isinstance(node.op, ast.And), None
-        for position, item in enumerate(node.values):
+        is_and, result = isinstance(node.op, ast.And), None
+        for position, operand_node in enumerate(node.values):
             if position == 0:
-                answer = self.value(item)
+                result = self.value(operand_node)
                 continue
-            if not is_symbol(answer):
-                if bool(answer) != is_and:
-                    return answer
-                answer = self.value(item)
+            if not is_symbol(result):
+                if bool(result) != is_and:
+                    return result
+                result = self.value(operand_node)
                 continue
-            answer = self.further(as_answer(answer), item, is_and=is_and)
-        return answer
+            result = self.combine(as_boolean(result), operand_node, is_and=is_and)
+        return result
 
-    def further(self, answer: Truth, node: Any, *, is_and: bool) -> Any:
+    def combine(self, condition: Boolean, node: Any, *, is_and: bool) -> Any:
         """Return the combination of a condition with a further one, evaluated only where necessary."""
-        if answer.width > 1 or not any(isinstance(n, (ast.Call, ast.Subscript)) for n in ast.walk(node)):
-            right_operand = as_answer(self.value(node))
-            return symbols.both(answer, right_operand) if is_and else symbols.one_of(answer, right_operand)
+        if condition.width > 1 or not any(isinstance(n, (ast.Call, ast.Subscript)) for n in ast.walk(node)):
+            right = as_boolean(self.value(node))
+            return symbols.bit_and(condition, right) if is_and else symbols.bit_or(condition, right)
         builder, active_trace = trace().builder, trace()
-        more, constant_value = active_trace.block(), active_trace.block()
-        builder.cbranch(answer.value, *((more, constant_value) if is_and else (constant_value, more)))
-        builder.position_at_end(more)
-        right_operand = as_answer(self.value(node))
-        paths = [Path(builder.block, right_operand), Path(constant_value, not is_and)]
-        return joined(paths)
+        evaluate_block, short_circuit_block = active_trace.block(), active_trace.block()
+        builder.cbranch(
+            condition.value,
+            *((evaluate_block, short_circuit_block) if is_and else (short_circuit_block, evaluate_block)),
+        )
+        builder.position_at_end(evaluate_block)
+        right = as_boolean(self.value(node))
+        paths = [Path(builder.block, right), Path(short_circuit_block, not is_and)]
+        return join_paths(paths)
 
-    def answer(self, node: Any) -> Any:
+    def condition_value(self, node: Any) -> Any:
         """Return the truth value of an expression."""
-        x = as_answer(self.value(node))
+        x = as_boolean(self.value(node))
         return x if is_symbol(x) else bool(x)
 
     def see_IfExp(self, node: Any) -> Any:  # noqa: N802
         """Return one of two values."""
-        condition = self.answer(node.test)
+        condition = self.condition_value(node.test)
         if not is_symbol(condition):
             return self.value(node.body if condition else node.orelse)
         if condition.width > 1:
-            return self.one_each(condition, node)
+            return self.select_in_lanes(condition, node)
         builder, active_trace = trace().builder, trace()
-        one_lane, right_operand = active_trace.block(), active_trace.block()
-        builder.cbranch(condition.value, one_lane, right_operand)
+        true_block, false_block = active_trace.block(), active_trace.block()
+        builder.cbranch(condition.value, true_block, false_block)
         paths = []
-        for block, side in ((one_lane, node.body), (right_operand, node.orelse)):
+        for block, side in ((true_block, node.body), (false_block, node.orelse)):
             builder.position_at_end(block)
             value = self.value(side)
             paths.append(Path(builder.block, value))
-        return joined(paths)
+        return join_paths(paths)
 
-    def one_each(self, condition: Truth, node: Any) -> Any:
+    def select_in_lanes(self, condition: Boolean, node: Any) -> Any:
         """Return one of two values in each lane."""
-        outer, values = self.at.mask, []
-        for taken_mask, side in ((condition, node.body), (symbols.opposite(condition), node.orelse)):
-            self.at.mask = taken_mask if outer is None else symbols.both(outer, taken_mask)
+        outer, values = self.activation.mask, []
+        for side_lanes, side in ((condition, node.body), (symbols.logical_not(condition), node.orelse)):
+            self.activation.mask = side_lanes if outer is None else symbols.bit_and(outer, side_lanes)
             values.append(self.value(side))
-        self.at.mask = outer
-        a, b = alike(values)
+        self.activation.mask = outer
+        a, b = with_common_slopes(values)
         pairs = zip(leaves(a), leaves(b), strict=True)
         return rebuilt(a, iter([x if x is y else symbols.selected(condition, x, y) for x, y in pairs]))
 
@@ -295,13 +298,13 @@ class Expressions:
                 named.update(self.value(item.value))
             else:
                 named[item.arg] = self.value(item.value)
-        if _has_slope(*operands) and (slope_rule_ := slope_rule(function)):
-            return run(slope_rule_, *operands)
+        if _has_slope(*operands) and (rule := slope_rule(function)):
+            return run(rule, *operands)
         return call(function, *operands, **named)
 
-    def seeLambda(self, node: Any) -> Any:  # noqa: N802
+    def see_Lambda(self, node: Any) -> Any:  # noqa: N802
         """Return a function."""
-        return Lambda(node, self.at)
+        return Lambda(node, self.activation)
 
     def see_GeneratorExp(self, node: Any) -> Any:  # noqa: N802
         """Return the items of a comprehension."""
@@ -314,41 +317,41 @@ class Expressions:
         if level == len(node.generators):
             yield self.value(node.elt)
             return
-        piece, kept_arrays = node.generators[level], self.at.names
-        for item in list(self.value(piece.iter)):
-            self.at.names = dict(kept_arrays)
-            self.assign(piece.target, item)
-            if all(self.value(condition) for condition in piece.ifs):
+        generator, outer_names = node.generators[level], self.activation.names
+        for item in list(self.value(generator.iter)):
+            self.activation.names = dict(outer_names)
+            self.assign(generator.target, item)
+            if all(self.value(condition) for condition in generator.ifs):
                 yield from self.comprehended(node, level + 1)
-        self.at.names = kept_arrays
+        self.activation.names = outer_names
 
     def assign(self, target: Any, value: Any) -> None:
         """Assign a value to a target."""
         if isinstance(target, ast.Name):
-            lanes = self.at.lanes()
+            lanes = self.activation.lanes()
             if lanes is None:
-                self.at.names[target.id] = value
+                self.activation.names[target.id] = value
             else:
                 self.keep(target.id, value, lanes)
         elif isinstance(target, (ast.Tuple, ast.List)):
             items = list(value)
             if len(items) != len(target.elts):
                 raise NotTraceableError(f"unpacks {len(items)} values into {len(target.elts)}")
-            for piece, item in zip(target.elts, items, strict=True):
-                self.assign(piece, item)
+            for element, item in zip(target.elts, items, strict=True):
+                self.assign(element, item)
         elif isinstance(target, ast.Subscript):
             self.value(target.value)[self.index(target.slice)] = value
         else:
             setattr(self.fields(target), target.attr, value)
 
     def fields(self, target: Any) -> Fields:
-        """Return the Fields one of which a target names."""
+        """Return the Fields to which the number of a target belongs."""
         holder = self.value(target.value)
         if not isinstance(holder, Fields) or target.attr not in holder.DECLARED:
-            raise NotTraceableError("changes an attribute that is no number in memory")
+            raise NotTraceableError("assigns an attribute that is not a field of a Fields")
         return holder
 
     def keep(self, name: str, value: Any, lanes: Any) -> None:
         """Assign a value to a variable in some lanes."""
-        names = self.at.names
+        names = self.activation.names
         names[name] = blended(lanes, value, names[name]) if name in names else value

@@ -76,12 +76,12 @@ class Fields:
         return (self.numbers,)
 
     def copy(self) -> Self:
-        """Return it with a copy of its array."""
+        """Return the Fields with a copy of their array."""
         return type(self)(self.numbers.copy())
 
     @classmethod
     def zeros(cls, *rows: int, zeros: Callable[..., np.ndarray] = np.zeros) -> Self:
-        """Return it with zeros, or so many rows of them; `zeros` allocates the array."""
+        """Return Fields of zeros, or `rows` rows of them; `zeros` allocates the array."""
         return cls(zeros((*rows, cls.SIZE), dtype=cls.DTYPE))
 
     @classmethod

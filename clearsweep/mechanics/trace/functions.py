@@ -30,8 +30,8 @@ ONE_BITS = 1023 << 52
 FRACTION_BITS = (1 << 52) - 1
 EXPONENT_BITS = 2047 << 52
 ROOT_HALF_BITS = 0x3FE6A09E667F3BCD  # of sqrt(1/2)
-WHOLE_BITS = 1075 << 52  # of 2^52: an integer below 2^52 is added to have it as a number
-WHOLE = 2.0**52
+TWO_52_BITS = 1075 << 52  # of 2^52: an integer below 2^52 is added to have it as a number
+TWO_52 = 2.0**52
 
 LOG2_E = 1.4426950408889634
 LOG2_E_LOW = float.fromhex("0x1.777d0ffda0d24p-56")
@@ -47,10 +47,10 @@ TWO_THIRDS = 0.6666666666666666
 TWO_THIRDS_LOW = float.fromhex("0x1.5555555555555p-55")
 TAN_EIGHTH_PI = 0.4142135623730951
 
-LARGEST_ANGLE = 2.0**40  # rad: beyond, the reduction by three words of pi / 2 loses digits; sin and cos return nan
-MOST = 710.0  # exp overflows below it
-LEAST = -746.0  # exp underflows to 0 above it
-MOST_HYPERBOLIC = 710.6  # sinh and cosh overflow below it
+MAX_ANGLE = 2.0**40  # rad: beyond, the reduction by three words of pi / 2 loses digits; sin and cos return nan
+MAX_EXPONENT = 710.0  # exp overflows below it
+MIN_EXPONENT = -746.0  # exp underflows to 0 above it
+MAX_HYPERBOLIC = 710.6  # sinh and cosh overflow below it
 
 
 def polynomial(x: Any, coefficients: tuple[Any, ...]) -> Any:
@@ -74,10 +74,10 @@ def _reduced(x: Any, low: Any) -> tuple[Any, Any, Any]:
     """Return n + SHIFT and two words of r with x + low = n ln 2 + r, |r| <= ln(2) / 2."""
     shifted = fma(x, LOG2_E, SHIFT)
     n = shifted - SHIFT
-    leading = fma(-n, LN2_HIGH, x)  # exact
-    remaining = fma(-n, LN2_LOW, low)
-    r = leading + remaining
-    return shifted, r, (leading - r) + remaining
+    r_high = fma(-n, LN2_HIGH, x)  # exact
+    correction = fma(-n, LN2_LOW, low)
+    r = r_high + correction
+    return shifted, r, (r_high - r) + correction
 
 
 def _beyond_linear(r: Any, r_low: Any) -> Any:
@@ -88,8 +88,8 @@ def _beyond_linear(r: Any, r_low: Any) -> Any:
 def _scaled(x: Any, shifted: Any) -> Any:
     """Return x 2^n in two steps, as 2^n may overflow or underflow where the result does not; -2048 <= n < 2048."""
     shifted_bits = (bits_of(shifted) + 2048) & 4095  # n + 2048
-    half_value = shifted_bits >> 1
-    return x * number_of((half_value - 1) << 52) * number_of((shifted_bits - half_value - 1) << 52)
+    half = shifted_bits >> 1
+    return x * number_of((half - 1) << 52) * number_of((shifted_bits - half - 1) << 52)
 
 
 def _exp_of_sum(x: Any, low: Any) -> Any:
@@ -99,15 +99,15 @@ def _exp_of_sum(x: Any, low: Any) -> Any:
     return _scaled(high + (((1.0 - high) + r) + _beyond_linear(r, r_low)), shifted)
 
 
-def _between(x: Any, least: float, most: float) -> Any:
+def _clamped(x: Any, lower: float, upper: float) -> Any:
     """Return x within limits; nan stays."""
-    x = where(x > most, most, x)
-    return where(x < least, least, x)
+    x = where(x > upper, upper, x)
+    return where(x < lower, lower, x)
 
 
 def exp(x: Any) -> Any:
     """Return e^x."""
-    return _exp_of_sum(_between(x, LEAST, MOST), 0.0)
+    return _exp_of_sum(_clamped(x, MIN_EXPONENT, MAX_EXPONENT), 0.0)
 
 
 def _expm1_words(x: Any, down: int) -> tuple[Any, Any]:
@@ -117,20 +117,20 @@ def _expm1_words(x: Any, down: int) -> tuple[Any, Any]:
     unit = 0.5**down
     a, b = scale - unit, scale * r
     a_low = where(scale < unit, scale - (a + unit), (scale - a) - unit)
-    leading = a + b  # |a| > |b|, or a = 0
+    partial_sum = a + b  # |a| > |b|, or a = 0
     square = r * r
-    half_value = 0.5 * square  # a separate word, as a and b may cancel
-    remaining = fma(square * r, polynomial(r, EXPONENTIAL[1:]), fma(r_low, r, r_low) + fma(0.5 * r, r, -half_value))
-    c = scale * half_value
-    high = leading + c
-    return high, (((a - leading) + b) + ((leading - high) + c)) + fma(scale, remaining, a_low)
+    half_square = 0.5 * square  # a separate word, as a and b may cancel
+    series = fma(square * r, polynomial(r, EXPONENTIAL[1:]), fma(r_low, r, r_low) + fma(0.5 * r, r, -half_square))
+    c = scale * half_square
+    high = partial_sum + c
+    return high, (((a - partial_sum) + b) + ((partial_sum - high) + c)) + fma(scale, series, a_low)
 
 
 def expm1(x: Any) -> Any:
     """Return e^x - 1."""
-    high, low = _expm1_words(_between(x, -40.0, MOST), 1)
-    half_value = high + low
-    return where(abs(x) < 2.0**-54, x, half_value + half_value)
+    high, low = _expm1_words(_clamped(x, -40.0, MAX_EXPONENT), 1)
+    half = high + low
+    return where(abs(x) < 2.0**-54, x, half + half)
 
 
 def tanh(x: Any) -> Any:
@@ -150,7 +150,7 @@ def tanh(x: Any) -> Any:
 def sinh(x: Any) -> Any:
     """Return the hyperbolic sine of x."""
     size = abs(x)
-    high, low = _expm1_words(where(size > MOST_HYPERBOLIC, MOST_HYPERBOLIC, size), 2)  # e = (exp |x| - 1) / 4
+    high, low = _expm1_words(where(size > MAX_HYPERBOLIC, MAX_HYPERBOLIC, size), 2)  # e = (exp |x| - 1) / 4
     e = high + low
     e_low = (high - e) + low
     four = 4.0 * e
@@ -159,39 +159,41 @@ def sinh(x: Any) -> Any:
     inverse = 1.0 / d
     t = product(e, inverse)
     remaining = fma(-t, d, e) + fma(-t, d_low, e_low)
-    larger = size > 40.0  # d may be infinite
-    t, remaining = where(larger, 0.25, t), where(larger, 0.0, remaining)
+    is_large = size > 40.0  # d may be infinite
+    t, remaining = where(is_large, 0.25, t), where(is_large, 0.0, remaining)
     total = e + t
-    half_value = total + (((e - total) + t) + fma(remaining, inverse, e_low))
-    return where(size < 2.0**-28, x, copysign(half_value + half_value, x))
+    half = total + (((e - total) + t) + fma(remaining, inverse, e_low))
+    return where(size < 2.0**-28, x, copysign(half + half, x))
 
 
 def cosh(x: Any) -> Any:
     """Return the hyperbolic cosine of x."""
     size = abs(x)
-    shifted, r, r_low = _reduced(where(size > MOST_HYPERBOLIC, MOST_HYPERBOLIC, size), 0.0)
+    shifted, r, r_low = _reduced(where(size > MAX_HYPERBOLIC, MAX_HYPERBOLIC, size), 0.0)
     scale = number_of((bits_of(shifted) + 1021) << 52)
-    leading = 1.0 + r
-    remaining = ((1.0 - leading) + r) + _beyond_linear(r, r_low)
-    high = leading + remaining
-    u, u_low = scale * high, scale * ((leading - high) + remaining)  # exp |x| / 4
-    smaller = where(size > 40.0, 2.0**60, u)
-    d = 16.0 * smaller
+    rounded = 1.0 + r
+    remaining = ((1.0 - rounded) + r) + _beyond_linear(r, r_low)
+    high = rounded + remaining
+    u, u_low = scale * high, scale * ((rounded - high) + remaining)  # exp |x| / 4
+    capped = where(size > 40.0, 2.0**60, u)
+    d = 16.0 * capped
     inverse = 1.0 / d
     remaining = fma(-inverse, 16.0 * u_low, fma(-inverse, d, 1.0))
     total = u + inverse
-    half_value = total + (((u - total) + inverse) + fma(remaining, inverse, u_low))
-    return half_value + half_value
+    half = total + (((u - total) + inverse) + fma(remaining, inverse, u_low))
+    return half + half
 
 
 # ---------------------------------------------------------------------------------------------- logarithms
 
 
-def _parted(x: Any) -> tuple[Any, Any]:
+def _exponent_and_mantissa(x: Any) -> tuple[Any, Any]:
     """Return k and m with x = 2^k m, sqrt(1/2) <= m < sqrt(2), for 0 < x < inf."""
-    smaller = x < 2.0**-1022
-    shifted_bits = bits_of(where(smaller, x * 2.0**54, x)) + (ONE_BITS - ROOT_HALF_BITS)
-    k = number_of(((shifted_bits & EXPONENT_BITS) >> 52) + WHOLE_BITS) - where(smaller, WHOLE + 1077.0, WHOLE + 1023.0)
+    is_denormal = x < 2.0**-1022
+    shifted_bits = bits_of(where(is_denormal, x * 2.0**54, x)) + (ONE_BITS - ROOT_HALF_BITS)
+    k = number_of(((shifted_bits & EXPONENT_BITS) >> 52) + TWO_52_BITS) - where(
+        is_denormal, TWO_52 + 1077.0, TWO_52 + 1023.0
+    )
     return k, number_of((shifted_bits & FRACTION_BITS) + ROOT_HALF_BITS)
 
 
@@ -215,25 +217,25 @@ def _with_limits(x: Any, value: Any) -> Any:
 
 def log(x: Any) -> Any:
     """Return the natural logarithm of x."""
-    k, m = _parted(x)
+    k, m = _exponent_and_mantissa(x)
     return _with_limits(x, _log_with(k, m - 1.0, 0.0))
 
 
 def log1p(x: Any) -> Any:
     """Return log(1 + x)."""
     u = 1.0 + x
-    item = u - x
-    rounding_error = (1.0 - item) + (x - (u - item))  # exact 1 + x = u + lost
-    k, m = _parted(u)
-    is_whole = (k == 0.0) & (u > 0.0)
-    down = number_of((bits_of(SHIFT - k) + 1023) << 52)  # 2^-k
-    value = _log_with(k, where(is_whole, x, m - 1.0), where(is_whole | (k > 60.0), 0.0, rounding_error * down))
+    x_rounded = u - x
+    rounding_error = (1.0 - x_rounded) + (x - (u - x_rounded))  # exact 1 + x = u + rounding_error
+    k, m = _exponent_and_mantissa(u)
+    is_unscaled = (k == 0.0) & (u > 0.0)
+    scale = number_of((bits_of(SHIFT - k) + 1023) << 52)  # 2^-k
+    value = _log_with(k, where(is_unscaled, x, m - 1.0), where(is_unscaled | (k > 60.0), 0.0, rounding_error * scale))
     return where(abs(x) < 2.0**-54, x, _with_limits(u, value))
 
 
 def _log_words(x: Any) -> tuple[Any, Any, Any, Any]:
-    """Return k, ln m in two words and k ln 2's share of the second word with x = 2^k m, to 2^-65 of ln m."""
-    k, m = _parted(x)
+    """Return k, ln m in two words and the low word of ln m with x = 2^k m, to 2^-65 of ln m."""
+    k, m = _exponent_and_mantissa(x)
     f, d = m - 1.0, m + 1.0  # f is exact
     inverse = 1.0 / d
     s = f * inverse
@@ -266,10 +268,10 @@ def log2(x: Any) -> Any:
     k, leading, second, third = _log_words(x)
     high = leading + second
     low = ((leading - high) + second) + third
-    item = product(high, LOG2_E)
-    remaining = fma(low, LOG2_E, fma(high, LOG2_E_LOW, fma(high, LOG2_E, -item)))
-    total = k + item  # |k| > |part|, or k = 0
-    return _with_limits(x, total + (((k - total) + item) + remaining))
+    scaled_log = product(high, LOG2_E)
+    remaining = fma(low, LOG2_E, fma(high, LOG2_E_LOW, fma(high, LOG2_E, -scaled_log)))
+    total = k + scaled_log  # |k| > |scaled_log|, or k = 0
+    return _with_limits(x, total + (((k - total) + scaled_log) + remaining))
 
 
 def pow(x: Any, y: Any) -> Any:
@@ -278,17 +280,19 @@ def pow(x: Any, y: Any) -> Any:
     high, low = _log_in_two(size)
     exponent = y * high
     remaining = fma(y, low, fma(y, high, -exponent))
-    value = _exp_of_sum(_between(exponent, LEAST, MOST), where(abs(exponent) < -LEAST, remaining, 0.0))
+    value = _exp_of_sum(
+        _clamped(exponent, MIN_EXPONENT, MAX_EXPONENT), where(abs(exponent) < -MIN_EXPONENT, remaining, 0.0)
+    )
 
     at_infinity = where(y > 0.0, math.inf, where(y < 0.0, 0.0, y))
     at_zero = where(y > 0.0, 0.0, where(y < 0.0, math.inf, y))
     value = where(size < math.inf, where(size == 0.0, at_zero, value), where(size == math.inf, at_infinity, x))
 
-    rounded = power + WHOLE
-    is_whole = (rounded - WHOLE == power) | (power >= WHOLE)
-    is_odd = is_whole & (power < 2.0 * WHOLE) & (bits_of(where(power < WHOLE, rounded, power)) & 1 == 1)
+    rounded = power + TWO_52
+    is_integer = (rounded - TWO_52 == power) | (power >= TWO_52)
+    is_odd = is_integer & (power < 2.0 * TWO_52) & (bits_of(where(power < TWO_52, rounded, power)) & 1 == 1)
     value = where((copysign(1.0, x) < 0.0) & is_odd, -value, value)
-    value = where((x < 0.0) & (x > -math.inf) & (rounded - WHOLE != power) & (power < WHOLE), math.nan, value)
+    value = where((x < 0.0) & (x > -math.inf) & (rounded - TWO_52 != power) & (power < TWO_52), math.nan, value)
     return where((y == 0.0) | (x == 1.0) | ((x == -1.0) & (power == math.inf)), 1.0, value)
 
 
@@ -299,27 +303,27 @@ def cos_and_sin(x: Any) -> tuple[Any, Any]:
     """Return cosine and sine of an angle x (rad); nan beyond LARGEST_ANGLE."""
     shifted = fma(x, TWO_OVER_PI, SHIFT)
     n = shifted - SHIFT
-    leading = fma(-n, HALF_PI, x)  # exact
+    r_high = fma(-n, HALF_PI, x)  # exact
     middle_part = product(n, HALF_PI_MIDDLE)
-    taken_low = fma(n, HALF_PI_MIDDLE, -middle_part)
-    r = leading - middle_part
-    item = r - leading
-    rounding_error = (leading - (r - item)) - (middle_part + item)
-    r_low = fma(-n, HALF_PI_LOW, rounding_error - taken_low)
+    middle_low = fma(n, HALF_PI_MIDDLE, -middle_part)
+    r = r_high - middle_part
+    rounded = r - r_high
+    rounding_error = (r_high - (r - rounded)) - (middle_part + rounded)
+    r_low = fma(-n, HALF_PI_LOW, rounding_error - middle_low)
 
     z = r * r
-    half_value = 0.5 * z
-    sine = r + fma(r * z, polynomial(z, SINE), fma(-r_low, half_value, r_low))
-    high = 1.0 - half_value
-    half_low = fma(0.5 * r, r, -half_value)
-    cosine = high + (((1.0 - high) - half_value) + fma(z * z, polynomial(z, COSINE), fma(-r, r_low, -half_low)))
+    half_square = 0.5 * z
+    sine = r + fma(r * z, polynomial(z, SINE), fma(-r_low, half_square, r_low))
+    high = 1.0 - half_square
+    half_square_low = fma(0.5 * r, r, -half_square)
+    cosine = high + (((1.0 - high) - half_square) + fma(z * z, polynomial(z, COSINE), fma(-r, r_low, -half_square_low)))
 
     turns = bits_of(shifted)
     crossed = turns & 1 == 1
     sine, cosine = where(crossed, cosine, sine), where(crossed, sine, cosine)
     sine = where(turns & 2 == 2, -sine, sine)
     cosine = where((turns + 1) & 2 == 2, -cosine, cosine)
-    inside = abs(x) <= LARGEST_ANGLE
+    inside = abs(x) <= MAX_ANGLE
     sine = where(abs(x) < 2.0**-27, x, sine)
     return where(inside, cosine, math.nan), where(inside, sine, math.nan)
 
@@ -340,22 +344,22 @@ def atan2(y: Any, x: Any) -> Any:
     steep = height > width
     larger, smaller = where(steep, height, width), where(steep, width, height)
     scale = where(larger > 2.0**400, 2.0**-24, 2.0**600)  # no sum or inverse overflows, no remainder underflows
-    endless = larger == math.inf
-    smaller = where(endless, where(smaller == math.inf, 1.0, 0.0), smaller * scale)
-    larger = where(endless | (larger == 0.0), 1.0, larger * scale)
+    is_infinite = larger == math.inf
+    smaller = where(is_infinite, where(smaller == math.inf, 1.0, 0.0), smaller * scale)
+    larger = where(is_infinite | (larger == 0.0), 1.0, larger * scale)
 
     is_middle = smaller > TAN_EIGHTH_PI * larger  # there atan(b / a) = pi / 4 + atan((b - a) / (b + a))
-    up = where(is_middle, smaller - larger, smaller)
-    up_low = where(is_middle, smaller - (up + larger), 0.0)
-    down = where(is_middle, larger + smaller, larger)
-    down_low = where(is_middle, smaller - (down - larger), 0.0)
-    inverse = 1.0 / down
-    t = up * inverse
-    t_low = (fma(-t, down, up) + fma(-t, down_low, up_low)) * inverse
+    numerator = where(is_middle, smaller - larger, smaller)
+    numerator_low = where(is_middle, smaller - (numerator + larger), 0.0)
+    denominator = where(is_middle, larger + smaller, larger)
+    denominator_low = where(is_middle, smaller - (denominator - larger), 0.0)
+    inverse = 1.0 / denominator
+    t = numerator * inverse
+    t_low = (fma(-t, denominator, numerator) + fma(-t, denominator_low, numerator_low)) * inverse
     z = t * t
     remaining = fma(z * t, polynomial(z, ARC), fma(-z, t_low, t_low))
 
-    # the angle is j pi / 4 + t + rest, mirrored at the diagonal and at the vertical
+    # the angle is j pi / 4 + t + remaining, mirrored at the diagonal and at the vertical
     j = where(is_middle, 1.0, 0.0)
     left = copysign(1.0, x) < 0.0
     j = where(steep, 2.0 - j, j)

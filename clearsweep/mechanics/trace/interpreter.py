@@ -14,27 +14,27 @@ from typing import Any
 from . import functions, operations, symbols
 from .calls import RUNNERS, call
 from .loops import Loops
-from .primitives import INSIDE, ON_ITS_OWN, PRIMITIVES, for_symbols, traceable
-from .symbols import NotTraceableError, Whole, is_symbol
+from .primitives import INLINED, PRIMITIVES, SEPARATE, for_symbols, traceable
+from .symbols import Integer, NotTraceableError, is_symbol
 
 RUNNERS.append(Loops)
 
 
-def _size(x: Any) -> Any:
-    if isinstance(x, Whole):
+def _absolute(x: Any) -> Any:
+    if isinstance(x, Integer):
         return symbols.selected(symbols.compared("<", x, 0), symbols.negative(x), x)
     return symbols.intrinsic("fabs", x)
 
 
 for_symbols(max, symbols.extreme(">"))
 for_symbols(min, symbols.extreme("<"))
-for_symbols(abs, _size)
-for_symbols(int, symbols.as_whole)
+for_symbols(abs, _absolute)
+for_symbols(int, symbols.truncated)
 for_symbols(float, symbols.number)
 for_symbols(bool, lambda x: x)
 for_symbols(math.sqrt, lambda x: symbols.intrinsic("sqrt", x))
 for_symbols(math.copysign, lambda a, b: symbols.intrinsic("copysign", a, b))
-for_symbols(math.floor, lambda x: symbols.as_whole(symbols.floor_number(x)))
+for_symbols(math.floor, lambda x: symbols.truncated(symbols.floor_number(x)))
 for_symbols(math.isfinite, lambda x: symbols.compared("<", symbols.intrinsic("fabs", x), math.inf))
 
 
@@ -51,17 +51,17 @@ for_symbols(operations.bits_of, symbols.bits_of)
 for_symbols(operations.number_of, symbols.number_of)
 
 #: Functions of Python that are emitted from the bodies in `functions`: bits do not depend on the system's library.
-OURS = ("atan", "atan2", "cos", "cosh", "exp", "expm1", "log", "log1p", "log2", "sin", "sinh", "tanh")
+PORTABLE = ("atan", "atan2", "cos", "cosh", "exp", "expm1", "log", "log1p", "log2", "sin", "sinh", "tanh")
 for _name, _body in vars(functions).items():
     if isinstance(_body, FunctionType) and _body.__module__ == functions.__name__:
-        traceable(_body, ON_ITS_OWN if _name in (*OURS, "pow") else INSIDE)
-for _name in OURS:
+        traceable(_body, SEPARATE if _name in (*PORTABLE, "pow") else INLINED)
+for _name in PORTABLE:
     for_symbols(getattr(math, _name), functools.partial(call, getattr(functions, _name)))
 for_symbols(pow, functools.partial(call, functions.pow))
 
 
 def _refused(name: str, *operands: Any) -> Any:
-    raise NotTraceableError(f"calls math.{name}, for which there is no body of ours")
+    raise NotTraceableError(f"calls math.{name}, which has no portable implementation")
 
 
 for _name, _function in vars(math).items():

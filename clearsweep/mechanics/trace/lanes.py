@@ -3,48 +3,48 @@
 from typing import Any
 
 from . import symbols
-from .paths import alike, leaves, rebuilt
-from .symbols import NotTraceableError, Truth, is_symbol, trace
+from .paths import leaves, rebuilt, with_common_slopes
+from .symbols import Boolean, NotTraceableError, is_symbol, trace
 
 
-def _lanes(condition: Any, number: int) -> Any:
+def _compare_lanes(condition: Any, all_bits: int) -> Any:
     builder = trace().builder
     if not is_symbol(condition):
-        return bool(condition) if number else not condition
+        return bool(condition) if all_bits else not condition
     if condition.width == 1:
-        return condition if number else symbols.opposite(condition)
+        return condition if all_bits else symbols.logical_not(condition)
     bits = builder.bitcast(condition.value, symbols.ir.IntType(condition.width))
-    return Truth(builder.icmp_signed("==", bits, symbols.ir.Constant(bits.type, number)))
+    return Boolean(builder.icmp_signed("==", bits, symbols.ir.Constant(bits.type, all_bits)))
 
 
 def all_of(condition: Any) -> Any:
     """Emit whether a condition is true in every lane."""
-    return _lanes(condition, -1)
+    return _compare_lanes(condition, -1)
 
 
 def none_of(condition: Any) -> Any:
     """Emit whether a condition is true in no lane."""
-    return _lanes(condition, 0)
+    return _compare_lanes(condition, 0)
 
 
-def all_lanes(width: int) -> Truth:
+def all_lanes(width: int) -> Boolean:
     """Return a condition that is true in every lane."""
-    return Truth(symbols.constant(symbols.BIT, True, width), width)
+    return Boolean(symbols.constant(symbols.BOOL, True, width), width)
 
 
-def nothing(x: Any) -> Any:
+def undefined_like(x: Any) -> Any:
     """Return an undefined value of the kind of a symbol; a known value is returned unchanged."""
     return type(x)(symbols.constant(x.item, 0, x.width), x.width) if is_symbol(x) else x
 
 
-def blended(lanes: Any, new: Any, old_value: Any) -> Any:
-    """Return the new value in some lanes and the old one in the others; the new one if their forms differ."""
-    if new is old_value:
-        return new
+def blended(lanes: Any, new_value: Any, old_value: Any) -> Any:
+    """Return the new value in some lanes and the old one in the others, or the new value if their forms differ."""
+    if new_value is old_value:
+        return new_value
     try:
-        new, old_value = alike([new, old_value])
-        pairs = list(zip(leaves(new), leaves(old_value), strict=True))
+        new_value, old_value = with_common_slopes([new_value, old_value])
+        pairs = list(zip(leaves(new_value), leaves(old_value), strict=True))
         results = [a if a is b else symbols.selected(lanes, a, b) for a, b in pairs]
     except (NotTraceableError, ValueError, TypeError):
-        return new
-    return rebuilt(new, iter(results))
+        return new_value
+    return rebuilt(new_value, iter(results))

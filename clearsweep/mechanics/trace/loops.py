@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import symbols
-from .activation import LANES, RETURNED, Activation, Loop, Returns, contains, stored
-from .lanes import all_lanes, none_of, nothing
+from .activation import LANES, RETURNED, Activation, LoopExits, ReturnInLanes, assigned_names, contains
+from .lanes import all_lanes, none_of, undefined_like
 from .memory import View
-from .paths import Path, changed, leaves, rebuilt
-from .primitives import ABREAST, LOOPS
+from .paths import Path, leaves, map_leaves, rebuilt
+from .primitives import LANE_LOOPS, LOOPS
 from .statements import Statements
-from .symbols import WIDTH, Abreast, NotTraceableError, Symbol, Whole, is_symbol, trace
+from .symbols import WIDTH, Integer, LaneIndices, NotTraceableError, Symbol, is_symbol, trace
 
 
 class Bounds(NamedTuple):
@@ -28,18 +28,20 @@ class Bounds(NamedTuple):
     source: Any = None  # an array whose items are the loop's values
 
 
-class _Mark:
+class _Checkpoint:
     """A position in the code and in an activation that can be restored."""
 
-    def __init__(self, at: Activation):
+    def __init__(self, activation: Activation):
         builder = trace().builder
-        self.at, self.names, self.mask = at, dict(at.names), at.mask
+        self.activation, self.names, self.mask = activation, dict(activation.names), activation.mask
         self.block, self.function = builder.block, builder.function
         self.instructions, self.blocks = len(self.block.instructions), len(self.function.blocks)
-        self.paths = [(paths, len(paths)) for paths in (at.returns, *(x for loop in at.loops for x in loop))]
-        self.depth = len(at.loops)
+        self.paths = [
+            (paths, len(paths)) for paths in (activation.returns, *(x for loop in activation.loops for x in loop))
+        ]
+        self.depth = len(activation.loops)
 
-    def back(self) -> None:
+    def restore(self) -> None:
         """Remove the code emitted since."""
         builder = trace().builder
         del self.function.blocks[self.blocks :]
@@ -48,21 +50,21 @@ class _Mark:
         builder.position_at_end(self.block)
         for paths, count in self.paths:
             del paths[count:]
-        del self.at.loops[self.depth :]
-        self.at.names, self.at.mask = dict(self.names), self.mask
+        del self.activation.loops[self.depth :]
+        self.activation.names, self.activation.mask = dict(self.names), self.mask
 
 
 class _Variable:
     """A variable shared by the turns of a loop."""
 
-    def __init__(self, leading: Any, kind: type, width: int):
+    def __init__(self, first: Any, kind: type, width: int):
         self.kind, self.width = kind, width
-        self.first = symbols.as_kind(leading, kind, width)
+        self.first = symbols.as_kind(first, kind, width)
         self.phi: Any = None
 
     def begin(self, previous: Any) -> Symbol:
-        """Emit its phi node; return its value within a turn."""
-        self.phi = trace().builder.phi(symbols.form(self.kind.item, self.width))  # type: ignore[attr-defined]
+        """Emit the phi node of the variable; return its value within a turn."""
+        self.phi = trace().builder.phi(symbols.llvm_type(self.kind.item, self.width))  # type: ignore[attr-defined]
         self.phi.add_incoming(self.first, previous)
         phi_node: Symbol = self.kind(self.phi, self.width)
         return phi_node
@@ -73,7 +75,7 @@ class _Variable:
         return None if required == (self.kind, self.width) else required
 
     def close(self, last: Any) -> None:
-        """Set its value in the next turn to its value at the end of this one."""
+        """Set the value of the variable in the next turn to its value at the end of this one."""
         value = symbols.as_kind(last, self.kind, self.width)
         self.phi.add_incoming(value, trace().builder.block)
 
@@ -81,14 +83,14 @@ class _Variable:
 class _Carried:
     """The variables that a loop changes in an activation; `kinds` : those determined so far, by name and place."""
 
-    def __init__(self, at: Activation, names: list[str], kinds: dict[Any, Any]):
-        self.at, self.parts = at, {}
+    def __init__(self, activation: Activation, names: list[str], kinds: dict[Any, Any]):
+        self.activation, self.parts = activation, {}
         self.variables: dict[tuple[str, int], _Variable] = {}
         for name in names:
             if name in kinds:  # its structure changes from turn to turn, so it has no value at the start of a turn
-                del at.names[name]
+                del activation.names[name]
                 continue
-            parts = list(leaves(at.names[name]))
+            parts = list(leaves(activation.names[name]))
             if all(isinstance(x, (Symbol, int, float, np.number, np.bool_, View)) for x in parts):
                 self.parts[name] = parts
         for name, parts in self.parts.items():
@@ -100,27 +102,27 @@ class _Carried:
     def begin(self, previous: Any) -> None:
         """Emit the phi nodes of all variables; bind their values in the activation."""
         for name, parts in self.parts.items():
-            phi_node = [
+            phi_values = [
                 x if isinstance(x, View) else self.variables[name, position].begin(previous)
                 for position, x in enumerate(parts)
             ]
-            self.at.names[name] = rebuilt(self.at.names[name], iter(phi_node))
+            self.activation.names[name] = rebuilt(self.activation.names[name], iter(phi_values))
 
     def close(self) -> dict[Any, Any]:
         """Set the values for the next turn; return the kinds of the variables whose kind was too narrow."""
-        wider: dict[Any, Any] = {}
+        too_narrow: dict[Any, Any] = {}
         last: dict[tuple[str, int], Any] = {}
         for name, parts in self.parts.items():
-            rows = list(leaves(self.at.names.get(name)))
-            if name not in self.at.names or len(rows) != len(parts) or not _same_arrays(rows, parts):
-                wider[name] = None
+            rows = list(leaves(self.activation.names.get(name)))
+            if name not in self.activation.names or len(rows) != len(parts) or not _same_arrays(rows, parts):
+                too_narrow[name] = None
                 continue
             last |= {(name, position): x for position, x in enumerate(rows) if not isinstance(x, View)}
-        wider |= {key: kind for key, x in last.items() if (kind := self.variables[key].wider(x))}
-        if not wider:
+        too_narrow |= {key: kind for key, x in last.items() if (kind := self.variables[key].wider(x))}
+        if not too_narrow:
             for key, x in last.items():
                 self.variables[key].close(x)
-        return wider
+        return too_narrow
 
 
 def _same_arrays(rows: list[Any], others: list[Any]) -> bool:
@@ -133,41 +135,41 @@ class Loops(Statements):
     def do_For(self, node: Any) -> bool:  # noqa: N802 - named by the syntax
         """Run a loop over known values, over integers, or over the items of an array."""
         if node.orelse:
-            raise NotTraceableError("has an else behind a loop")
-        constant_value = node.iter
-        counted = isinstance(constant_value, ast.Call) and isinstance(constant_value.func, ast.Name)
-        if counted and self.at.look_up(constant_value.func.id) in ABREAST:
-            return self.at_once(node, self.value(constant_value.args[0]))
-        if counted and self.at.look_up(constant_value.func.id) in LOOPS:
-            ends = [self.value(item) for item in constant_value.args]
-            if any(map(is_symbol, ends)):
-                return self.loop(node, self.bounds(ends))
-            turns: Any = range(*[int(x) for x in ends])
+            raise NotTraceableError("has a loop with an else block")
+        iterable = node.iter
+        is_named_call = isinstance(iterable, ast.Call) and isinstance(iterable.func, ast.Name)
+        if is_named_call and self.activation.look_up(iterable.func.id) in LANE_LOOPS:
+            return self.run_in_lanes(node, self.value(iterable.args[0]))
+        if is_named_call and self.activation.look_up(iterable.func.id) in LOOPS:
+            range_arguments = [self.value(item) for item in iterable.args]
+            if any(map(is_symbol, range_arguments)):
+                return self.loop(node, self.bounds(range_arguments))
+            turns: Any = range(*[int(x) for x in range_arguments])
             unused = isinstance(node.target, ast.Name) and node.target.id == "_"
-            if len(turns) > 1 and (unused or self.at.look_up(constant_value.func.id) is not range):
+            if len(turns) > 1 and (unused or self.activation.look_up(iterable.func.id) is not range):
                 return self.loop(node, Bounds(turns.start, turns.stop, turns.step))
         else:
-            turns = self.value(constant_value)
+            turns = self.value(iterable)
             if isinstance(turns, View):
                 return self.loop(node, Bounds(0, turns.shape[0], source=turns))
             turns = turns.tolist() if isinstance(turns, np.ndarray) else turns
-        return self.written_out(node, list(turns))
+        return self.unrolled(node, list(turns))
 
-    def at_once(self, node: Any, count: Any) -> bool:
+    def run_in_lanes(self, node: Any, count: Any) -> bool:
         """Run all turns of a loop simultaneously, each in a lane."""
         active_trace = trace()
         if count != WIDTH or active_trace.width != 1:
-            raise NotTraceableError(f"runs other than {WIDTH} turns at once, or within others")
+            raise NotTraceableError(f"runs other than {WIDTH} turns at once, or in a nested loop")
         active_trace.width = WIDTH
-        has_ended = self.written_out(node, [Abreast(0)])
+        has_ended = self.unrolled(node, [LaneIndices(0)])
         active_trace.width = 1
         return has_ended
 
-    def bounds(self, ends: list[Any]) -> Bounds:
+    def bounds(self, range_arguments: list[Any]) -> Bounds:
         """Return the Bounds of a range."""
-        start, stop, step = (0, ends[0], 1) if len(ends) == 1 else (*ends, 1)[:3]
+        start, stop, step = (0, range_arguments[0], 1) if len(range_arguments) == 1 else (*range_arguments, 1)[:3]
         if is_symbol(step):
-            raise NotTraceableError("counts by steps that are not known")
+            raise NotTraceableError("has a step that is known only at run time")
         return Bounds(start, stop, int(step))
 
     def do_While(self, node: Any) -> bool:  # noqa: N802
@@ -176,118 +178,118 @@ class Loops(Statements):
 
     # ------------------------------------------------------------------------------------------ turns
 
-    def written_out(self, node: Any, turns: list[Any]) -> bool:
+    def unrolled(self, node: Any, turns: list[Any]) -> bool:
         """Unroll a loop."""
-        inside = Loop([], [])
-        name = self.begin_loop(node)
+        exits = LoopExits([], [])
+        loop_mask = self.begin_loop(node)
         for item in turns:
             self.assign(node.target, item)
-            inside.goes_on.clear()
-            if self.turn(node, inside):
-                return self.join([Path(path.block, _without(path.value, name)) for path in inside.breaks])
-        self.at.names.pop(name, None)
-        if inside.breaks:
-            return self.join([*inside.breaks, Path(trace().builder.block, self.at.names)])
+            exits.continues.clear()
+            if self.turn(node, exits):
+                return self.join([Path(path.block, _without(path.value, loop_mask)) for path in exits.breaks])
+        self.activation.names.pop(loop_mask, None)
+        if exits.breaks:
+            return self.join([*exits.breaks, Path(trace().builder.block, self.activation.names)])
         return False
 
     def begin_loop(self, node: Any) -> str:
         """Let lanes leave a loop one by one, if it may end early; return the name of the mask of continuing lanes."""
-        name = f"{LANES}of loop {len(self.at.loops) + 1}"
+        loop_mask = f"{LANES}of loop {len(self.activation.loops) + 1}"
         if trace().width > 1 and (isinstance(node, ast.While) or contains(node, ast.Break)):
-            self.at.names[name] = all_lanes(trace().width)
-        return name
+            self.activation.names[loop_mask] = all_lanes(trace().width)
+        return loop_mask
 
-    def turn(self, node: Any, inside: Loop) -> bool:
+    def turn(self, node: Any, exits: LoopExits) -> bool:
         """Run a turn of a loop; return whether no path continues after it."""
-        self.at.loops.append(inside)
-        name = f"{LANES}of turn {len(self.at.loops)}"
+        self.activation.loops.append(exits)
+        turn_mask = f"{LANES}of turn {len(self.activation.loops)}"
         if trace().width > 1 and contains(node, ast.Continue):
-            self.at.names[name] = all_lanes(trace().width)
+            self.activation.names[turn_mask] = all_lanes(trace().width)
         has_ended = self.block(node.body)
-        self.at.loops.pop()
-        paths = list(inside.goes_on)
-        if not has_ended or any(x.startswith(LANES) for x in self.at.names):
-            paths.append(Path(trace().builder.block, self.at.names))
+        self.activation.loops.pop()
+        paths = list(exits.continues)
+        if not has_ended or any(x.startswith(LANES) for x in self.activation.names):
+            paths.append(Path(trace().builder.block, self.activation.names))
         if self.join(paths):
             return True
-        self.at.names.pop(name, None)
+        self.activation.names.pop(turn_mask, None)
         return False
 
     # ------------------------------------------------------------------------------------------ loops of blocks
 
     def loop(self, node: Any, bounds: Bounds) -> bool:
         """Emit a loop of blocks; return whether no path continues after it."""
-        name, begin = self.begin_loop(node), _Mark(self.at)
+        loop_mask, checkpoint = self.begin_loop(node), _Checkpoint(self.activation)
         try:
             has_ended = self.with_variables(node, bounds)
-        except Returns as returned:
-            if begin.depth:
+        except ReturnInLanes as returned:
+            if checkpoint.depth:
                 raise  # the outermost loop is emitted again
-            begin.back()
-            self.at.names[RETURNED] = changed(returned.value, nothing)
-            self.at.names.setdefault(LANES, all_lanes(trace().width))
+            checkpoint.restore()
+            self.activation.names[RETURNED] = map_leaves(returned.value, undefined_like)
+            self.activation.names.setdefault(LANES, all_lanes(trace().width))
             has_ended = self.with_variables(node, bounds)
         if not has_ended:
-            self.at.names.pop(name, None)
+            self.activation.names.pop(loop_mask, None)
         return has_ended
 
     def with_variables(self, node: Any, bounds: Bounds) -> bool:
         """Emit a loop with variables of the required kinds."""
-        lanes = [name for name in self.at.names if name.startswith(LANES) or name == RETURNED]
-        names = [*(name for name in stored(node) if name in self.at.names), *lanes]
-        begin, kinds = _Mark(self.at), dict[Any, Any]()
+        masks = [name for name in self.activation.names if name.startswith(LANES) or name == RETURNED]
+        names = [*(name for name in assigned_names(node) if name in self.activation.names), *masks]
+        checkpoint, kinds = _Checkpoint(self.activation), dict[Any, Any]()
         while True:
-            left: list[Path] = []
-            wider = self.of_kinds(node, bounds, _Carried(self.at, names, kinds), left)
-            if not wider:
-                return self.join(left)
-            kinds |= wider
-            begin.back()
+            exits: list[Path] = []
+            too_narrow = self.emitted_with(node, bounds, _Carried(self.activation, names, kinds), exits)
+            if not too_narrow:
+                return self.join(exits)
+            kinds |= too_narrow
+            checkpoint.restore()
 
-    def of_kinds(self, node: Any, bounds: Bounds, loop_carried: _Carried, left: list[Path]) -> dict[Any, Any]:
+    def emitted_with(self, node: Any, bounds: Bounds, loop_carried: _Carried, loop_exits: list[Path]) -> dict[Any, Any]:
         """Emit a loop with these variables and record its exits; return the kinds of those that were too narrow."""
         builder, active_trace = trace().builder, trace()
         previous, header = builder.block, active_trace.block()
-        counter = _Variable(bounds.start, Whole, 1) if bounds.start is not None else None
+        counter = _Variable(bounds.start, Integer, 1) if bounds.start is not None else None
         builder.branch(header)
         builder.position_at_end(header)
         position = counter.begin(previous) if counter else None
         loop_carried.begin(previous)
-        self.enter_turn(self.goes_on(node, bounds, position), left)
+        self.enter_turn(self.has_next_turn(node, bounds, position), loop_exits)
         if position is not None:
             self.assign(node.target, position if bounds.source is None else bounds.source[position])
-        inside = Loop([], [])
-        if not self.turn(node, inside):
-            wider = loop_carried.close()
-            if wider:
-                return wider
+        turn_exits = LoopExits([], [])
+        if not self.turn(node, turn_exits):
+            too_narrow = loop_carried.close()
+            if too_narrow:
+                return too_narrow
             if counter:
                 counter.close(symbols.plus(position, bounds.step))
             builder.branch(header)
-        left += inside.breaks
+        loop_exits += turn_exits.breaks
         return {}
 
-    def goes_on(self, node: Any, bounds: Bounds, position: Any) -> Any:
+    def has_next_turn(self, node: Any, bounds: Bounds, position: Any) -> Any:
         """Return whether a loop has another turn, in any lane."""
         if position is not None:
             condition = symbols.compared("<" if bounds.step > 0 else ">", position, bounds.stop)
         else:
-            condition = self.answer(node.test)
-        name = f"{LANES}of loop {len(self.at.loops) + 1}"
+            condition = self.condition_value(node.test)
+        loop_mask = f"{LANES}of loop {len(self.activation.loops) + 1}"
         if is_symbol(condition) and condition.width > 1:
-            self.at.names[name] = symbols.both(self.at.names[name], condition)
+            self.activation.names[loop_mask] = symbols.bit_and(self.activation.names[loop_mask], condition)
             condition = True
-        if name in self.at.names:
-            condition = symbols.both(condition, symbols.opposite(none_of(self.at.lanes_in_all())))
+        if loop_mask in self.activation.names:
+            condition = symbols.bit_and(condition, symbols.logical_not(none_of(self.activation.lanes_in_all())))
         return condition
 
-    def enter_turn(self, condition: Any, left: list[Path]) -> None:
+    def enter_turn(self, condition: Any, loop_exits: list[Path]) -> None:
         """Continue in the body of a turn, if there is another turn."""
         builder, body = trace().builder, trace().block()
         if is_symbol(condition):
-            out = trace().block()
-            builder.cbranch(condition.value, body, out)
-            left.append(Path(out, dict(self.at.names)))
+            exit_block = trace().block()
+            builder.cbranch(condition.value, body, exit_block)
+            loop_exits.append(Path(exit_block, dict(self.activation.names)))
         elif condition:
             builder.branch(body)
         else:

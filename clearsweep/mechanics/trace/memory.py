@@ -10,14 +10,14 @@ from llvmlite import ir
 from .symbols import (
     ADDRESS,
     DOUBLE,
-    WHOLE,
-    Abreast,
+    INT64,
+    Integer,
+    LaneIndices,
     NotTraceableError,
     Number,
-    Whole,
     as_kind,
-    form,
     is_symbol,
+    llvm_type,
     minus,
     number,
     plus,
@@ -28,23 +28,23 @@ from .symbols import (
 )
 
 
-class Bare:
-    """A pointer of which only the kind of its items is known."""
+class Pointer:
+    """A pointer to items of known kind but unknown number."""
 
     def __init__(self, base: Any, item: Any):
         self.base, self.item = base, item
 
     @classmethod
-    def at(cls, address: "Whole", kind: str) -> "Bare":
+    def at(cls, address: "Integer", kind: str) -> "Pointer":
         """Return the pointer to an address, 'f' to float64, 'i' to int64."""
-        return cls(trace().builder.inttoptr(address.value, ADDRESS), DOUBLE if kind == "f" else WHOLE)
+        return cls(trace().builder.inttoptr(address.value, ADDRESS), DOUBLE if kind == "f" else INT64)
 
 
-def word_at(address: "Whole", position: int, kind: type) -> Any:
+def word_at(address: "Integer", position: int, kind: type) -> Any:
     """Emit a word stored at an address, which is constant while the program runs."""
     builder = trace().builder
-    leading = builder.inttoptr(address.value, kind.item.as_pointer())  # type: ignore[attr-defined]
-    loaded = builder.load(builder.gep(leading, [WHOLE(position)]), align=8)
+    words = builder.inttoptr(address.value, kind.item.as_pointer())  # type: ignore[attr-defined]
+    loaded = builder.load(builder.gep(words, [INT64(position)]), align=8)
     loaded.set_metadata("invariant.load", trace().module.add_metadata([]))
     return kind(loaded)
 
@@ -52,10 +52,10 @@ def word_at(address: "Whole", position: int, kind: type) -> Any:
 def call_at(code: Any, parameters: Any, arrays: tuple, integer: Any) -> None:
     """Emit a call of the machine code at an address, with the addresses of parameters and arrays, and an integer."""
     builder = trace().builder
-    operands = [builder.inttoptr(as_kind(parameters, Whole), ADDRESS)]
+    operands = [builder.inttoptr(as_kind(parameters, Integer), ADDRESS)]
     operands += [builder.bitcast(array.address(), ADDRESS) for array in arrays]
-    kind = ir.FunctionType(ir.VoidType(), [ADDRESS] * len(operands) + [WHOLE])
-    builder.call(builder.inttoptr(as_kind(code, Whole), kind.as_pointer()), [*operands, as_kind(integer, Whole)])
+    kind = ir.FunctionType(ir.VoidType(), [ADDRESS] * len(operands) + [INT64])
+    builder.call(builder.inttoptr(as_kind(code, Integer), kind.as_pointer()), [*operands, as_kind(integer, Integer)])
 
 
 class View:
@@ -77,32 +77,32 @@ class View:
 
     def reshape(self, *shape: int) -> "View":
         """Return the contiguous values as an array of another shape."""
-        steps = [self.strides[-1]]
+        strides = [self.strides[-1]]
         for count in reversed(shape[1:]):
-            steps.append(steps[-1] * count)
-        return View(self.base, self.item, shape, tuple(reversed(steps)), self.width, self.offset)
+            strides.append(strides[-1] * count)
+        return View(self.base, self.item, shape, tuple(reversed(strides)), self.width, self.offset)
 
     def _part(self, index: Any) -> "View":
-        operands = index if isinstance(index, tuple) else (index,)
+        indices = index if isinstance(index, tuple) else (index,)
         offset, shape, strides = self.offset, [], []
-        for axis, position in enumerate(operands):
-            if isinstance(position, slice):
-                leading = 0 if position.start is None else position.start
-                last = self.shape[axis] if position.stop is None else position.stop
-                offset = _moved(offset, leading, self.strides[axis])
-                shape.append(last - leading if not (is_symbol(last) or is_symbol(leading)) else minus(last, leading))
+        for axis, axis_index in enumerate(indices):
+            if isinstance(axis_index, slice):
+                start = 0 if axis_index.start is None else axis_index.start
+                stop = self.shape[axis] if axis_index.stop is None else axis_index.stop
+                offset = _moved(offset, start, self.strides[axis])
+                shape.append(stop - start if not (is_symbol(stop) or is_symbol(start)) else minus(stop, start))
                 strides.append(self.strides[axis])
                 continue
-            constant_value = not is_symbol(position)
-            counted = (
-                self.shape[axis] + int(position)
-                if constant_value and position < 0
-                else int(position)
-                if constant_value
-                else position
+            is_constant = not is_symbol(axis_index)
+            item_index = (
+                self.shape[axis] + int(axis_index)
+                if is_constant and axis_index < 0
+                else int(axis_index)
+                if is_constant
+                else axis_index
             )
-            offset = _moved(offset, counted, self.strides[axis])
-        count = len(operands)
+            offset = _moved(offset, item_index, self.strides[axis])
+        count = len(indices)
         return View(
             self.base,
             self.item,
@@ -113,65 +113,65 @@ class View:
         )
 
     def address(self) -> Any:
-        """Emit the address of its first value."""
+        """Emit the address of the first value."""
         builder = trace().builder
-        leading = builder.bitcast(self.base, self.item.as_pointer())
-        position = self.offset.value if is_symbol(self.offset) else WHOLE(self.offset)
-        at = builder.gep(leading, [position])
-        return at if self.width == 1 else builder.bitcast(at, form(self.item, self.width).as_pointer())
+        base = builder.bitcast(self.base, self.item.as_pointer())
+        item_offset = self.offset.value if is_symbol(self.offset) else INT64(self.offset)
+        pointer = builder.gep(base, [item_offset])
+        return pointer if self.width == 1 else builder.bitcast(pointer, llvm_type(self.item, self.width).as_pointer())
 
-    def abreast(self) -> Any:
+    def lane_address(self) -> Any:
         """Emit the address of values that are adjacent across lanes, for all lanes together."""
-        leading = View(self.base, self.item, (), (), 1, self.offset.first).address()
-        return trace().builder.bitcast(leading, form(self.item, self.offset.width).as_pointer())
+        pointer = View(self.base, self.item, (), (), 1, self.offset.first).address()
+        return trace().builder.bitcast(pointer, llvm_type(self.item, self.offset.width).as_pointer())
 
     def __getitem__(self, index: Any) -> Any:
         item = self._part(index)
         if item.shape:
             return item
-        if isinstance(item.offset, Abreast) and item.width == 1:
-            value = trace().builder.load(item.abreast(), align=8)
-            return (Number if self.item is DOUBLE else Whole)(value, item.offset.width)
+        if isinstance(item.offset, LaneIndices) and item.width == 1:
+            value = trace().builder.load(item.lane_address(), align=8)
+            return (Number if self.item is DOUBLE else Integer)(value, item.offset.width)
         if is_symbol(item.offset) and item.offset.width > 1:
             return item._each_lane()
         value = trace().builder.load(item.address(), align=8 * self.width)
-        return (Number if self.item is DOUBLE else Whole)(value, self.width)
+        return (Number if self.item is DOUBLE else Integer)(value, self.width)
 
     def _each_lane(self) -> Any:
         """Emit the values at places that differ between lanes."""
         builder, offset, lanes = trace().builder, self.offset, trace().lanes()
         if lanes is not None:  # the addresses of inactive lanes may be invalid
             offset = selected(lanes, offset, 0)
-        packed = ir.Constant(form(self.item, offset.width), ir.Undefined)
+        vector = ir.Constant(llvm_type(self.item, offset.width), ir.Undefined)
         for lane in range(offset.width):
-            position = Whole(builder.extract_element(offset.value, WHOLE(lane)))
+            item_offset = Integer(builder.extract_element(offset.value, INT64(lane)))
             lane_offset = lane if self.width > 1 else 0
-            one_lane = View(self.base, self.item, (), (), 1, plus(position, lane_offset) if lane_offset else position)
-            packed = builder.insert_element(packed, one_lane[()].value, WHOLE(lane))
-        return (Number if self.item is DOUBLE else Whole)(packed, offset.width)
+            item = View(self.base, self.item, (), (), 1, plus(item_offset, lane_offset) if lane_offset else item_offset)
+            vector = builder.insert_element(vector, item[()].value, INT64(lane))
+        return (Number if self.item is DOUBLE else Integer)(vector, offset.width)
 
     def __setitem__(self, index: Any, x: Any) -> None:
         item = self._part(index)
         if item.shape:
-            raise NotTraceableError("fills a part of an array at once")
-        kind, lanes = Number if self.item is DOUBLE else Whole, trace().lanes()
-        if isinstance(item.offset, Abreast) and item.width == 1:
+            raise NotTraceableError("assigns to a part of an array")
+        kind, lanes = Number if self.item is DOUBLE else Integer, trace().lanes()
+        if isinstance(item.offset, LaneIndices) and item.width == 1:
             x = x if lanes is None else selected(lanes, x, item[()])
-            trace().builder.store(as_kind(x, kind, item.offset.width), item.abreast(), align=8)
+            trace().builder.store(as_kind(x, kind, item.offset.width), item.lane_address(), align=8)
             return
         if lanes is not None:
             if self.width == 1:
-                raise NotTraceableError("puts a number of several lanes into one place")
+                raise NotTraceableError("stores values of several lanes at one address")
             x = selected(lanes, x, item[()])
         trace().builder.store(as_kind(x, kind, self.width), item.address(), align=8 * self.width)
 
 
-def viewed(array: Any, shape: tuple, apart: int = 1, width: int = 1) -> View:
-    """Return a bare pointer as an array of a shape, with a stride of `apart` numbers."""
-    steps: list[Any] = [apart]
+def viewed(array: Any, shape: tuple, stride: int = 1, width: int = 1) -> View:
+    """Return a bare pointer as an array of a shape, with a stride of `stride` numbers."""
+    strides: list[Any] = [stride]
     for count in reversed(shape[1:]):
-        steps.append(_multiplied(steps[-1], count))
-    return View(array.base, array.item, tuple(shape), tuple(reversed(steps)), width)
+        strides.append(_multiplied(strides[-1], count))
+    return View(array.base, array.item, tuple(shape), tuple(reversed(strides)), width)
 
 
 def _multiplied(a: Any, b: Any) -> Any:
@@ -182,13 +182,13 @@ def _product(shape: tuple) -> Any:
     return functools.reduce(_multiplied, shape, 1)
 
 
-def _moved(offset: Any, position: Any, stride: Any) -> Any:
-    if not is_symbol(position) and position == 0:
+def _moved(offset: Any, index: Any, stride: Any) -> Any:
+    if not is_symbol(index) and index == 0:
         return offset
-    step = position if not is_symbol(stride) and stride == 1 else _multiplied(position, stride)
+    increment = index if not is_symbol(stride) and stride == 1 else _multiplied(index, stride)
     if not is_symbol(offset) and offset == 0:
-        return step
-    return plus(offset, step) if is_symbol(offset) or is_symbol(step) else offset + step
+        return increment
+    return plus(offset, increment) if is_symbol(offset) or is_symbol(increment) else offset + increment
 
 
 def table_of(array: np.ndarray) -> View:
@@ -196,52 +196,52 @@ def table_of(array: np.ndarray) -> View:
     active_trace = trace()
     if id(array) not in active_trace.tables:
         flat = np.ascontiguousarray(array).ravel()
-        item = DOUBLE if array.dtype.kind == "f" else WHOLE
+        item = DOUBLE if array.dtype.kind == "f" else INT64
         kind = ir.ArrayType(item, flat.size)
         name = f"table.{len(active_trace.tables)}"
-        constant_value = ir.GlobalVariable(active_trace.module, kind, name)
-        constant_value.initializer = ir.Constant(kind, [item(x) for x in flat.tolist()])
-        constant_value.global_constant, constant_value.linkage = True, "internal"
-        active_trace.tables[id(array)] = constant_value
+        table = ir.GlobalVariable(active_trace.module, kind, name)
+        table.initializer = ir.Constant(kind, [item(x) for x in flat.tolist()])
+        table.global_constant, table.linkage = True, "internal"
+        active_trace.tables[id(array)] = table
         active_trace.kept_alive.append(array)
-    steps = tuple(int(math.prod(array.shape[axis + 1 :])) for axis in range(array.ndim))
-    item = DOUBLE if array.dtype.kind == "f" else WHOLE
-    return View(active_trace.tables[id(array)], item, array.shape, steps)
+    strides = tuple(int(math.prod(array.shape[axis + 1 :])) for axis in range(array.ndim))
+    item = DOUBLE if array.dtype.kind == "f" else INT64
+    return View(active_trace.tables[id(array)], item, array.shape, strides)
 
 
 def gathered(view: View, index: tuple) -> Number:
     """Emit the values of an array at places that differ between lanes."""
     width, lanes = width_of(*index), trace().lanes()
-    if width == 1 or isinstance(view._part(index).offset, Abreast):
+    if width == 1 or isinstance(view._part(index).offset, LaneIndices):
         return view[index]
     if lanes is not None:  # the addresses of inactive lanes may be invalid
         index = tuple(selected(lanes, x, 0) if is_symbol(x) else x for x in index)
     builder = trace().builder
-    joined = ir.Constant(form(view.item, width), ir.Undefined)
+    vector = ir.Constant(llvm_type(view.item, width), ir.Undefined)
     for lane in range(width):
-        position = tuple(
-            Whole(builder.extract_element(x.value, WHOLE(lane))) if is_symbol(x) and x.width > 1 else x for x in index
+        lane_index = tuple(
+            Integer(builder.extract_element(x.value, INT64(lane))) if is_symbol(x) and x.width > 1 else x for x in index
         )
-        joined = builder.insert_element(joined, view[position].value, WHOLE(lane))
-    return (Number if view.item is DOUBLE else Whole)(joined, width)
+        vector = builder.insert_element(vector, view[lane_index].value, INT64(lane))
+    return (Number if view.item is DOUBLE else Integer)(vector, width)
 
 
 def at_address(address: Number, position: Any) -> Number:
     """Emit a number stored at an address that is passed as a number."""
     builder, width = trace().builder, width_of(address, position)
 
-    def one_lane(address: Any, position: Any) -> Any:
-        leading = builder.inttoptr(builder.fptoui(address, WHOLE), DOUBLE.as_pointer())
-        return builder.load(builder.gep(leading, [position]), align=8)
+    def load(address: Any, position: Any) -> Any:
+        numbers = builder.inttoptr(builder.fptoui(address, INT64), DOUBLE.as_pointer())
+        return builder.load(builder.gep(numbers, [position]), align=8)
 
     if width == 1:
-        return Number(one_lane(number(address).value, as_kind(position, Whole)))
+        return Number(load(number(address).value, as_kind(position, Integer)))
     lanes = trace().lanes()
     if lanes is not None:  # the addresses of inactive lanes may be invalid
         position = selected(lanes, position, 0)
-    addresses, places = as_kind(address, Number, width), as_kind(position, Whole, width)
-    joined = ir.Constant(form(DOUBLE, width), ir.Undefined)
+    addresses, positions = as_kind(address, Number, width), as_kind(position, Integer, width)
+    vector = ir.Constant(llvm_type(DOUBLE, width), ir.Undefined)
     for lane in range(width):
-        at = (builder.extract_element(x, WHOLE(lane)) for x in (addresses, places))
-        joined = builder.insert_element(joined, one_lane(*at), WHOLE(lane))
-    return Number(joined, width)
+        arguments = (builder.extract_element(x, INT64(lane)) for x in (addresses, positions))
+        vector = builder.insert_element(vector, load(*arguments), INT64(lane))
+    return Number(vector, width)

@@ -17,9 +17,9 @@ from llvmlite import ir
 from ...language import phases
 from . import cache, interpreter, symbols  # noqa: F401 - the interpreter registers itself
 from .calls import call_body, run
-from .memory import Bare, View, viewed
-from .paths import changed, leaves
-from .symbols import ADDRESS, DOUBLE, WHOLE, Trace, Whole
+from .memory import Pointer, View, viewed
+from .paths import leaves, map_leaves
+from .symbols import ADDRESS, DOUBLE, INT64, Integer, Trace
 
 #: Levels of processors for which code is compiled, the best first, and the features of each.
 LEVELS = {
@@ -27,25 +27,25 @@ LEVELS = {
     "x86-64-v3": ("avx2", "fma", "bmi", "bmi2", "f16c", "lzcnt", "movbe"),
 }
 #: Other kinds of processors: triple, processor.  Objects for these have only been linked, never run.
-ELSEWHERE = {"aarch64": ("aarch64-unknown-linux-gnu", "generic")}
+OTHER_PROCESSORS = {"aarch64": ("aarch64-unknown-linux-gnu", "generic")}
 
-_WANTED: list[str] = []  # a level for which code is compiled instead of this machine's
+_LEVELS_FOR_PACKAGE: list[str] = []  # a level for which code is compiled instead of this machine's
 
 
 def level() -> str:
     """Return the level of processors for which code is compiled."""
-    return _WANTED[-1] if _WANTED else _own_level()
+    return _LEVELS_FOR_PACKAGE[-1] if _LEVELS_FOR_PACKAGE else _own_level()
 
 
 @contextlib.contextmanager
-def shipped_for(name: str) -> Iterator[Path]:
+def compiling_for_package(name: str) -> Iterator[Path]:
     """In this context, compile code for a level and store it in the package, not in the user's cache; do not run it."""
-    _WANTED.append(name)
+    _LEVELS_FOR_PACKAGE.append(name)
     try:
-        with cache.kept_in_package() as position:
-            yield position
+        with cache.stored_in_package() as directory:
+            yield directory
     finally:
-        _WANTED.pop()
+        _LEVELS_FOR_PACKAGE.pop()
 
 
 @functools.cache
@@ -58,11 +58,11 @@ def _own_level() -> str:
             required += features
             if not all(has.get(feature) for feature in required):
                 break
-            nearest_name = name
+            best = name
         else:
-            return nearest_name
+            return best
         if required != LEVELS["x86-64-v3"]:
-            return nearest_name
+            return best
     if platform.machine().lower() == "aarch64" and platform.system() == "Linux":
         return "aarch64"
     return str(llvm.get_host_cpu_name())
@@ -70,10 +70,10 @@ def _own_level() -> str:
 
 def _machine() -> Any:
     """Return a new target machine for this machine's level; an engine takes ownership of it."""
-    if level() in ELSEWHERE:
+    if level() in OTHER_PROCESSORS:
         llvm.initialize_all_targets()
         llvm.initialize_all_asmprinters()
-        target, cpu, features = llvm.Target.from_triple(_triple()), ELSEWHERE[level()][1], ""
+        target, cpu, features = llvm.Target.from_triple(_triple()), OTHER_PROCESSORS[level()][1], ""
     else:
         llvm.initialize_native_target()
         llvm.initialize_native_asmprinter()
@@ -84,7 +84,7 @@ def _machine() -> Any:
 
 
 def _triple() -> str:
-    return ELSEWHERE[level()][0] if level() in ELSEWHERE else str(llvm.get_process_triple())
+    return OTHER_PROCESSORS[level()][0] if level() in OTHER_PROCESSORS else str(llvm.get_process_triple())
 
 
 def traced(function: Callable, scene: Any, items: str) -> ir.Module:
@@ -93,9 +93,9 @@ def traced(function: Callable, scene: Any, items: str) -> ir.Module:
     items : a letter per array, 'f' for float64, 'i' for int64.
     """
 
-    def body(numbers: Bare, *remaining: Any) -> None:
-        view, places = View(numbers.base, DOUBLE, (1 << 30,), (1,)), itertools.count()
-        run(function, (changed(scene, lambda _: view[next(places)]),), *remaining)
+    def body(numbers: Pointer, *arguments: Any) -> None:
+        view, indices = View(numbers.base, DOUBLE, (1 << 30,), (1,)), itertools.count()
+        run(function, (map_leaves(scene, lambda _: view[next(indices)]),), *arguments)
 
     return _module(body, items)
 
@@ -104,17 +104,17 @@ def _module(body: Callable, items: str, width: int = 1) -> ir.Module:
     """Return the module of a body of pointers to numbers and to the items of arrays, and an integer."""
     active_trace = Trace(width)
     active_trace.module.triple = _triple()
-    kinds = [ADDRESS] * (1 + len(items)) + [WHOLE]
+    kinds = [ADDRESS] * (1 + len(items)) + [INT64]
     entry = ir.Function(active_trace.module, ir.FunctionType(ir.VoidType(), kinds), "entry")
     for pointer in entry.args[1:-1]:
         pointer.add_attribute("noalias")  # so that loaded values need not be loaded again after every store
     active_trace.builder = ir.IRBuilder(entry.append_basic_block())
-    with symbols.in_hand(active_trace):
+    with symbols.current_trace(active_trace):
         arrays = [
-            Bare(pointer, DOUBLE if item == "f" else WHOLE)
+            Pointer(pointer, DOUBLE if item == "f" else INT64)
             for pointer, item in zip(entry.args[:-1], f"f{items}", strict=True)
         ]
-        body(*arrays, Whole(entry.args[-1]))
+        body(*arrays, Integer(entry.args[-1]))
         active_trace.builder.ret_void()
     return active_trace.module
 
@@ -155,7 +155,7 @@ def loaded(content: bytes) -> Code:
 def _linker() -> Any:
     """Return LLVM's JITLink, which allocates code and constants in one piece.
 
-    The older loader, MCJIT, aborts where a large process leaves it addresses more than 2 GB apart only.
+    The older loader, MCJIT, aborts in a large process whose free addresses are more than 2 GB apart.
     """
     return llvm.create_lljit_compiler(_machine(), use_jit_link=True)
 
@@ -168,22 +168,22 @@ def compiled(function: Callable, scene: Any, kinds: tuple, items: str) -> Code |
 def compiled_at(function: Callable, cache_key: str) -> Code | None:
     """Return the machine code of `function(address)`; cache_key : everything the code depends on except its sources."""
 
-    def body(numbers: Bare, _: Any) -> None:
-        run(function, Whole(symbols.trace().builder.ptrtoint(numbers.base, WHOLE)))
+    def body(numbers: Pointer, _: Any) -> None:
+        run(function, Integer(symbols.trace().builder.ptrtoint(numbers.base, INT64)))
 
     return code_of(function, cache_key, lambda: _module(body, ""))
 
 
-def code_of(function: Callable, cache_key: str, module: Callable[[], ir.Module]) -> Code | None:
+def code_of(function: Callable, description: str, module: Callable[[], ir.Module]) -> Code | None:
     """Return the machine code of a module of a function, or of its stored object, or None if it is not available."""
-    cache_key = f"{function.__module__}.{function.__qualname__} {cache_key} {level()}"
-    name = f"{function.__name__}-{hashlib.sha256(cache_key.encode()).hexdigest()[:32]}.o"
-    content = None if _WANTED else cache.kept(name)
+    description = f"{function.__module__}.{function.__qualname__} {description} {level()}"
+    name = f"{function.__name__}-{hashlib.sha256(description.encode()).hexdigest()[:32]}.o"
+    content = None if _LEVELS_FOR_PACKAGE else cache.kept(name)
     if content is None:
         with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)):
             content = object_of(module())
         cache.keep(name, content)
-    return loaded(content) if content and not _WANTED else None
+    return loaded(content) if content and not _LEVELS_FOR_PACKAGE else None
 
 
 @functools.cache
@@ -198,37 +198,37 @@ def machine_code(function: Callable) -> Callable:
     Numbers are float64 and arguments of the code; integers, which may be loop bounds, are part of the code.  Arrays are
     float64 or int64.  The function returns numbers or nested tuples of them.
     """
-    merged: dict[Any, Any] = {}
+    compiled_forms: dict[Any, Any] = {}
 
     @functools.wraps(function)
     def called(*operands: Any) -> Any:
         arrays = [x for x in leaves(operands) if isinstance(x, np.ndarray)]
         numbers = np.array([float(x) for x in leaves(operands) if isinstance(x, float)] or [0.0])
-        key = _form(operands)
-        if key not in merged:
-            merged[key] = _of_numbers(function, operands)
-        code, result, count = merged[key]
+        key = _argument_key(operands)
+        if key not in compiled_forms:
+            compiled_forms[key] = _of_numbers(function, operands)
+        code, result, count = compiled_forms[key]
         results = np.empty(max(count, 1))
-        kept_arrays = [np.ascontiguousarray(array) for array in arrays]
-        function_at(code.address, len(kept_arrays) + 1)(
-            numbers.ctypes.data, *(array.ctypes.data for array in kept_arrays), results.ctypes.data, 0
+        contiguous = [np.ascontiguousarray(array) for array in arrays]
+        function_at(code.address, len(contiguous) + 1)(
+            numbers.ctypes.data, *(array.ctypes.data for array in contiguous), results.ctypes.data, 0
         )
-        for array, right_operand in zip(arrays, kept_arrays, strict=True):
-            if right_operand is not array:
-                array[...] = right_operand
+        for array, copy in zip(arrays, contiguous, strict=True):
+            if copy is not array:
+                array[...] = copy
         values = iter(results.tolist())
-        return changed(result, lambda x: next(values) if x is _PLACE else x)
+        return map_leaves(result, lambda x: next(values) if x is _NUMBER else x)
 
     return called
 
 
-_PLACE = object()  # placeholder of a number in a result
+_NUMBER = object()  # placeholder of a number in a result
 
 
-def _form(operands: Any) -> Any:
+def _argument_key(operands: Any) -> Any:
     """Return the part of the arguments on which machine code depends."""
     if isinstance(operands, tuple):
-        return (type(operands), *map(_form, operands))
+        return (type(operands), *map(_argument_key, operands))
     if isinstance(operands, np.ndarray):
         return operands.dtype.kind, operands.shape
     return float if isinstance(operands, float) else operands
@@ -236,29 +236,29 @@ def _form(operands: Any) -> Any:
 
 def _of_numbers(function: Callable, operands: tuple) -> tuple[Code, Any, int]:
     """Return machine code for arguments of the form of `operands`, its result without numbers, and their count."""
-    cache_key: list[Any] = []
+    outcome: list[Any] = []
     kinds = "".join(x.dtype.kind for x in leaves(operands) if isinstance(x, np.ndarray))
 
-    def body(numbers: Any, *remaining: Any) -> None:
-        *bare, out, _ = remaining
-        arrays, places = iter(bare), itertools.count()
+    def body(numbers: Any, *arguments: Any) -> None:
+        *pointers, out, _ = arguments
+        arrays, indices = iter(pointers), itertools.count()
         view = View(numbers.base, DOUBLE, (1 << 30,), (1,))
 
-        def single_lane(x: Any) -> Any:
+        def parameter(x: Any) -> Any:
             if isinstance(x, np.ndarray):
                 return viewed(next(arrays), x.shape)
-            return view[next(places)] if isinstance(x, float) else x
+            return view[next(indices)] if isinstance(x, float) else x
 
-        value = call_body(function, changed(operands, single_lane), {})
-        into, position = View(out.base, DOUBLE, (1 << 30,), (1,)), itertools.count()
+        value = call_body(function, map_leaves(operands, parameter), {})
+        out_view, out_indices = View(out.base, DOUBLE, (1 << 30,), (1,)), itertools.count()
         for x in leaves(value):
             if isinstance(x, float) or symbols.is_symbol(x):
-                into[next(position)] = x
-        cache_key.append(changed(value, lambda x: _PLACE if isinstance(x, float) or symbols.is_symbol(x) else x))
-        cache_key.append(next(position))
+                out_view[next(out_indices)] = x
+        outcome.append(map_leaves(value, lambda x: _NUMBER if isinstance(x, float) or symbols.is_symbol(x) else x))
+        outcome.append(next(out_indices))
 
     content = object_of(_module(body, f"{kinds}f"))
-    return loaded(content), *cache_key
+    return loaded(content), *outcome
 
 
 def _text(kinds: Any) -> str:

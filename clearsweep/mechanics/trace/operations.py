@@ -2,7 +2,7 @@
 
 Each is exact or rounded once, as IEEE 754 prescribes, so its bits are the same on every machine.  A symbol names the
 class that emits its operations in the attribute `operations`; that class has the same static methods as `Floats`.
-Whole numbers are int64 patterns of bits: `+ - & >> <<` on them wrap around when `number_of` reads them.
+Integers are int64 patterns of bits: `+ - & >> <<` on them wrap around when `number_of` reads them.
 """
 
 import math
@@ -71,12 +71,12 @@ class Arrays:
             high, sum_low = _two_sum(c, _product_error(a, b, product))
             total, remaining = _two_sum(product, high)
             fused = total + _sum_to_odd(sum_low, remaining)
-            size = np.maximum(np.abs(product), np.maximum(np.abs(a), np.maximum(np.abs(b), np.abs(c))))
-            splits = (size < 2.0**990) & (np.abs(product) > 2.0**-960)  # else an error overflows or is lost
+            magnitude = np.maximum(np.abs(product), np.maximum(np.abs(a), np.maximum(np.abs(b), np.abs(c))))
+            is_splittable = (magnitude < 2.0**990) & (np.abs(product) > 2.0**-960)  # else an error overflows or is lost
         finite = np.isfinite(a) & np.isfinite(b) & np.isfinite(c) & (a != 0.0) & (b != 0.0)
         result = np.where(finite, fused, plain)
-        for position in zip(*np.nonzero(finite & ~splits), strict=True):
-            result[position] = Floats.fma(float(a[position]), float(b[position]), float(c[position]))
+        for index in zip(*np.nonzero(finite & ~is_splittable), strict=True):
+            result[index] = Floats.fma(float(a[index]), float(b[index]), float(c[index]))
         return result
 
     where = staticmethod(np.where)
@@ -94,10 +94,10 @@ class Arrays:
 
 
 def _two_sum(a: Any, b: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return a + b and the error of that (Knuth 1998, The Art of Computer Programming 2, section 4.2.2)."""
+    """Return a + b and its rounding error (Knuth 1998, The Art of Computer Programming 2, section 4.2.2)."""
     total = a + b
-    item = total - a
-    return total, (a - (total - item)) + (b - item)
+    b_rounded = total - a
+    return total, (a - (total - b_rounded)) + (b - b_rounded)
 
 
 def _product_error(a: np.ndarray, b: np.ndarray, product: np.ndarray) -> np.ndarray:
@@ -114,7 +114,7 @@ def _split(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _sum_to_odd(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return a + b; where it is not exact, the neighbour of the exact sum whose last bit is set."""
+    """Return a + b or, if it is not exact, the neighbour of the exact sum whose last bit is set."""
     total, error = _two_sum(a, b)
     bits = total.view(np.int64)
     shifted_bits = bits + np.where((error > 0.0) == (total > 0.0), 1, -1)
@@ -122,7 +122,7 @@ def _sum_to_odd(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _of(*operands: Any) -> Any:
-    """Return the operations on the first value that is no plain number."""
+    """Return the class of operations for the first value that is not a plain number."""
     for x in operands:
         if isinstance(x, np.ndarray):
             return Arrays

@@ -9,7 +9,18 @@ import numpy as np
 from llvmlite import ir
 
 from .memory import View, table_of
-from .symbols import ADDRESS, Abreast, NotTraceableError, Symbol, as_kind, form, is_symbol, kind_of, trace, width_of
+from .symbols import (
+    ADDRESS,
+    LaneIndices,
+    NotTraceableError,
+    Symbol,
+    as_kind,
+    is_symbol,
+    kind_of,
+    llvm_type,
+    trace,
+    width_of,
+)
 
 
 class Path(NamedTuple):
@@ -19,64 +30,64 @@ class Path(NamedTuple):
     value: Any
 
 
-def changed(x: Any, change: Callable) -> Any:
+def map_leaves(x: Any, change: Callable) -> Any:
     """Return nested tuples with every item changed."""
     return rebuilt(x, iter([change(item) for item in leaves(x)]))
 
 
-def form_of(x: Any) -> Any:
+def type_key(x: Any) -> Any:
     """Return the form of a value on which machine code depends: all of it except the values of symbols."""
     if isinstance(x, tuple):
-        return (type(x), *map(form_of, x))
+        return (type(x), *map(type_key, x))
     if hasattr(x, "pieces"):
-        return (type(x), getattr(x, "known", None), *map(form_of, x.pieces()))
-    if isinstance(x, Abreast):
-        return Abreast, form_of(x.first)
+        return (type(x), getattr(x, "known", None), *map(type_key, x.pieces()))
+    if isinstance(x, LaneIndices):
+        return LaneIndices, type_key(x.first)
     if isinstance(x, Symbol):
         return type(x), x.width
     if isinstance(x, View):
-        constant_value = x.base if isinstance(x.base, ir.GlobalVariable) else None
-        extents = tuple(map(form_of, (*x.shape, *x.strides, x.offset)))
-        return View, constant_value, x.item, len(x.shape), extents, x.width
+        constant = x.base if isinstance(x.base, ir.GlobalVariable) else None
+        extents = tuple(map(type_key, (*x.shape, *x.strides, x.offset)))
+        return View, constant, x.item, len(x.shape), extents, x.width
     if isinstance(x, np.ndarray):
         return np.ndarray, id(x)
     if isinstance(x, float):
         return float, x.hex()
     if not isinstance(x, (int, str, type, types.FunctionType, np.generic, type(None))):
-        raise NotTraceableError(f"hands over a {type(x).__name__}")
+        raise NotTraceableError(f"passes a {type(x).__name__}")
     return type(x), x
 
 
-def passed(x: Any) -> list[Any]:
+def passed_values(x: Any) -> list[Any]:
     """Return the parts of a value that are passed to a function of machine code."""
-    names: list[Any] = []
+    values: list[Any] = []
     for item in leaves(x):
-        if isinstance(item, Abreast):
-            names += passed(item.first)
+        if isinstance(item, LaneIndices):
+            values += passed_values(item.first)
         elif isinstance(item, Symbol):
-            names.append(item.value)
+            values.append(item.value)
         elif isinstance(item, View):
             if not isinstance(item.base, ir.GlobalVariable):
-                names.append(item.base)
-            names += passed((*item.shape, *item.strides, item.offset))
-    return names
+                values.append(item.base)
+            values += passed_values((*item.shape, *item.strides, item.offset))
+    return values
 
 
 def received(x: Any, arguments: Iterator[Any]) -> Any:
     """Return a value as a function of machine code receives it."""
 
-    def one_lane(item: Any) -> Any:
-        if isinstance(item, Abreast):
-            return Abreast(one_lane(item.first))
+    def receive(item: Any) -> Any:
+        if isinstance(item, LaneIndices):
+            return LaneIndices(receive(item.first))
         if isinstance(item, Symbol):
             return type(item)(next(arguments), item.width)
         if isinstance(item, View):
             base = item.base if isinstance(item.base, ir.GlobalVariable) else next(arguments)
-            shape, strides = (tuple(one_lane(count) for count in counts) for counts in (item.shape, item.strides))
-            return View(base, item.item, shape, strides, item.width, one_lane(item.offset))
+            shape, strides = (tuple(receive(count) for count in counts) for counts in (item.shape, item.strides))
+            return View(base, item.item, shape, strides, item.width, receive(item.offset))
         return item
 
-    return changed(x, one_lane)
+    return map_leaves(x, receive)
 
 
 def leaves(x: Any) -> Iterator[Any]:
@@ -97,41 +108,41 @@ def rebuilt(x: Any, values: Iterator[Any]) -> Any:
         parts = [rebuilt(item, values) for item in x]
         return type(x)(*parts) if hasattr(x, "_fields") else tuple(parts)
     if hasattr(x, "pieces"):
-        results = [rebuilt(item, values) for item in x.pieces()]
-        return x.remade(results) if hasattr(x, "remade") else type(x)(*results)
+        pieces = [rebuilt(item, values) for item in x.pieces()]
+        return x.remade(pieces) if hasattr(x, "remade") else type(x)(*pieces)
     return next(values)
 
 
-def alike(values: list[Any]) -> list[Any]:
+def with_common_slopes(values: list[Any]) -> list[Any]:
     """Return values, with slopes added to all numbers where one of them has slopes."""
-    leading = values[0]
+    first = values[0]
     if all(isinstance(x, tuple) for x in values):
-        if any(len(x) != len(leading) or type(x) is not type(leading) for x in values):
+        if any(len(x) != len(first) or type(x) is not type(first) for x in values):
             raise NotTraceableError("returns tuples of different forms")
-        columns = [alike(list(column)) for column in zip(*values, strict=True)]
+        columns = [with_common_slopes(list(column)) for column in zip(*values, strict=True)]
         rows: Any = zip(*columns, strict=True) if columns else [() for _ in values]
-        return [type(leading)(*row) if hasattr(leading, "_fields") else tuple(row) for row in rows]
+        return [type(first)(*row) if hasattr(first, "_fields") else tuple(row) for row in rows]
     slopes = [x for x in values if hasattr(x, "parts")]
     if slopes and len(slopes) < len(values):
         return [x if hasattr(x, "parts") else type(slopes[0])(x, 0.0) for x in values]
     if slopes:
-        columns = [alike(list(column)) for column in zip(*(x.parts() for x in values), strict=True)]
+        columns = [with_common_slopes(list(column)) for column in zip(*(x.parts() for x in values), strict=True)]
         return [type(x)(*row) for x, row in zip(values, zip(*columns, strict=True), strict=True)]
     return values
 
 
-def joined(paths: list[Path]) -> Any:
+def join_paths(paths: list[Path]) -> Any:
     """Emit the block where paths join; return the value there."""
     builder = trace().builder
     if len(paths) == 1:
         builder.position_at_end(paths[0].block)
         return paths[0].value
     end = trace().block()
-    values = alike([path.value for path in paths])
+    values = with_common_slopes([path.value for path in paths])
     rows = [list(leaves(value)) for value in values]
     if len({len(row) for row in rows}) != 1:
         raise NotTraceableError("gives different forms on different paths")
-    results = [meeting([path.block for path in paths], list(column), end) for column in zip(*rows, strict=True)]
+    results = [merged([path.block for path in paths], list(column), end) for column in zip(*rows, strict=True)]
     for path in paths:
         builder.position_at_end(path.block)
         builder.branch(end)
@@ -139,53 +150,52 @@ def joined(paths: list[Path]) -> Any:
     return rebuilt(values[0], iter(results))
 
 
-def meeting(blocks: list[Any], column: list[Any], end: Any) -> Any:
+def merged(blocks: list[Any], column: list[Any], end: Any) -> Any:
     """Return the merged values in the block where other blocks end."""
-    leading, builder = column[0], trace().builder
-    if all(x is leading for x in column):
-        return leading
+    first, builder = column[0], trace().builder
+    if all(x is first for x in column):
+        return first
     if any(isinstance(x, (View, np.ndarray)) for x in column):
-        return _view_of(blocks, [table_of(x) if isinstance(x, np.ndarray) else x for x in column], end)
+        return _merged_view(blocks, [table_of(x) if isinstance(x, np.ndarray) else x for x in column], end)
     if not all(isinstance(x, (Symbol, int, float, np.number, np.bool_)) for x in column):
-        if all(type(x) is type(leading) and x == leading for x in column):
-            return leading
-        raise NotTraceableError("gives different things on different paths")
+        if all(type(x) is type(first) and x == first for x in column):
+            return first
+        raise NotTraceableError("gives values of different types on different paths")
     if not any(map(is_symbol, column)) and all(
-        type(x) is type(leading) and x == leading and math.copysign(1.0, x) == math.copysign(1.0, leading)
-        for x in column
+        type(x) is type(first) and x == first and math.copysign(1.0, x) == math.copysign(1.0, first) for x in column
     ):
-        return leading
+        return first
     kind, width = kind_of(*column), width_of(*column)
     emitted = []
     for block, x in zip(blocks, column, strict=True):
         builder.position_at_end(block)
         emitted.append(as_kind(x, kind, width))
     builder.position_at_end(end)
-    phi = builder.phi(form(kind.item, width))  # type: ignore[attr-defined]
+    phi = builder.phi(llvm_type(kind.item, width))  # type: ignore[attr-defined]
     for block, value in zip(blocks, emitted, strict=True):
         phi.add_incoming(value, block)
     return kind(phi, width)
 
 
-def _view_of(blocks: list[Any], column: list[Any], end: Any) -> View:
-    leading, base = column[0], column[0].base
+def _merged_view(blocks: list[Any], column: list[Any], end: Any) -> View:
+    first, base = column[0], column[0].base
     same = all(
-        isinstance(x, View) and (x.item, x.width, len(x.shape)) == (leading.item, leading.width, len(leading.shape))
+        isinstance(x, View) and (x.item, x.width, len(x.shape)) == (first.item, first.width, len(first.shape))
         for x in column
     )
     if not same:
         raise NotTraceableError("gives different arrays on different paths")
     if any(x.base is not base for x in column):
-        base = _address_of(blocks, [x.base for x in column], end)
+        base = _merged_address(blocks, [x.base for x in column], end)
     extents = [
-        meeting(blocks, list(each), end)
-        for each in zip(*((*x.shape, *x.strides, x.offset) for x in column), strict=True)
+        merged(blocks, list(sizes), end)
+        for sizes in zip(*((*x.shape, *x.strides, x.offset) for x in column), strict=True)
     ]
-    count = len(leading.shape)
-    return View(base, leading.item, tuple(extents[:count]), tuple(extents[count:-1]), leading.width, extents[-1])
+    count = len(first.shape)
+    return View(base, first.item, tuple(extents[:count]), tuple(extents[count:-1]), first.width, extents[-1])
 
 
-def _address_of(blocks: list[Any], bases: list[Any], end: Any) -> Any:
+def _merged_address(blocks: list[Any], bases: list[Any], end: Any) -> Any:
     """Return the address of one of several arrays in the block where other blocks end."""
     builder, addresses = trace().builder, []
     for block, base in zip(blocks, bases, strict=True):

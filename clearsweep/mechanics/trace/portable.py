@@ -15,7 +15,7 @@ import numpy as np
 NEWTON_STEPS = 6  # for the nodes of a rule; three are enough
 
 
-def _each(function: Callable, arguments: int = 1) -> Callable[..., Any]:
+def _elementwise(function: Callable, arguments: int = 1) -> Callable[..., Any]:
     """Return a function of the C library for arrays."""
     ufunc = np.frompyfunc(function, arguments, 1)
 
@@ -27,9 +27,9 @@ def _each(function: Callable, arguments: int = 1) -> Callable[..., Any]:
 
 
 sin, cos, tan, asin, atan, atanh, exp, log, log1p = map(
-    _each, (math.sin, math.cos, math.tan, math.asin, math.atan, math.atanh, math.exp, math.log, math.log1p)
+    _elementwise, (math.sin, math.cos, math.tan, math.asin, math.atan, math.atanh, math.exp, math.log, math.log1p)
 )
-power = _each(math.pow, 2)
+power = _elementwise(math.pow, 2)
 
 
 class Exact(NamedTuple):
@@ -45,7 +45,7 @@ class Exact(NamedTuple):
 
     @property
     def transposed(self) -> "Exact":
-        """The matrix with rows and columns exchanged."""
+        """Return the matrix with rows and columns exchanged."""
         return Exact([list(column) for column in zip(*self.rows, strict=True)], self.denominator)
 
     def rounded(self) -> np.ndarray:
@@ -56,8 +56,8 @@ class Exact(NamedTuple):
 def exact(matrix: Any) -> Exact:
     """Return the matrix of rows of floats."""
     ratios = [[number.as_integer_ratio() for number in row] for row in np.asarray(matrix, dtype=float).tolist()]
-    denominator = math.lcm(*(below for row in ratios for _, below in row))
-    return Exact([[above * (denominator // below) for above, below in row] for row in ratios], denominator)
+    denominator = math.lcm(*(divisor for row in ratios for _, divisor in row))
+    return Exact([[numerator * (denominator // divisor) for numerator, divisor in row] for row in ratios], denominator)
 
 
 def inverse(matrix: Exact) -> Exact:
@@ -77,34 +77,36 @@ def inverse(matrix: Exact) -> Exact:
 
 
 def least_squares(matrix: Exact) -> Exact:
-    """Return the matrix that gives from values the coefficients of the closest combination of columns."""
+    """Return the matrix that maps values to the coefficients of the closest combination of columns."""
     return inverse(matrix.transposed @ matrix) @ matrix.transposed
 
 
-def powers(places: Any, count: int) -> Exact:
-    """Return the first `count` powers of each place, from 0 on, a row per place."""
-    (row,), unit = exact([places])
+def powers(points: Any, count: int) -> Exact:
+    """Return the first `count` powers of each point, from 0 on, a row per point."""
+    (row,), unit = exact([points])
     return Exact([[n**i * unit ** (count - 1 - i) for i in range(count)] for n in row], unit ** (count - 1))
 
 
-def coefficients_through(places: Any) -> Exact:
-    """Return the inverse of `powers` of as many places, from Lagrange's polynomials.
+def coefficients_through(points: Any) -> Exact:
+    """Return the inverse of the square matrix `powers` of the places, from Lagrange's polynomials.
 
-    It gives from values at the places the coefficients, by powers, of the polynomial through them.
+    It maps values at the points to the coefficients, by powers, of the polynomial through them.
     """
-    (row,), unit = exact([places])
-    whole = [1]  # the product of all (unit x - n), the constant first
+    (row,), unit = exact([points])
+    full_product = [1]  # the product of all (unit x - n), the constant first
     for n in row:
-        whole = [unit * a - n * b for a, b in zip([0, *whole], [*whole, 0], strict=True)]
-    parts, scales = [], []
+        full_product = [unit * a - n * b for a, b in zip([0, *full_product], [*full_product, 0], strict=True)]
+    polynomials, scales = [], []
     for n in row:
-        part = [whole[-1] // unit]  # `whole` divided by (unit x - n)
-        for c in whole[-2:0:-1]:
-            part.append((c + n * part[-1]) // unit)
-        parts.append(part[::-1])
+        quotient = [full_product[-1] // unit]  # `full_product` divided by (unit x - n)
+        for c in full_product[-2:0:-1]:
+            quotient.append((c + n * quotient[-1]) // unit)
+        polynomials.append(quotient[::-1])
         scales.append(math.prod(n - other for other in row if other != n))
     denominator = math.lcm(*scales)
-    columns = [[c * (denominator // scale) for c in part] for part, scale in zip(parts, scales, strict=True)]
+    columns = [
+        [c * (denominator // scale) for c in quotient] for quotient, scale in zip(polynomials, scales, strict=True)
+    ]
     return Exact(columns, denominator).transposed
 
 
@@ -117,17 +119,17 @@ def through_points(function: Callable, degree: int) -> np.ndarray:
 def chebyshev_points(count: int) -> np.ndarray:
     """Return `count` increasing multiples of 1/4096 next to Chebyshev's points between 0 and 1.
 
-    Exact arithmetic is quick with short numbers.
+    Exact arithmetic is fast with short numbers.
     """
     return np.array([round(2048.0 - 2048.0 * math.cos(math.pi * (i + 0.5) / count)) / 4096.0 for i in range(count)])
 
 
 def _legendre(degree: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return Legendre's polynomial and its slope at places between -1 and 1."""
-    before, value = np.zeros(x.size), np.ones(x.size)
+    """Return Legendre's polynomial and its slope at points between -1 and 1."""
+    previous, value = np.zeros(x.size), np.ones(x.size)
     for n in range(degree):
-        before, value = value, ((2 * n + 1) * x * value - n * before) / (n + 1)
-    return value, degree * (before - x * value) / (1.0 - x * x)
+        previous, value = value, ((2 * n + 1) * x * value - n * previous) / (n + 1)
+    return value, degree * (previous - x * value) / (1.0 - x * x)
 
 
 def gauss_rule(count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -147,8 +149,8 @@ def lobatto_rule(count: int) -> tuple[np.ndarray, np.ndarray]:
     inner = -cos(math.pi * np.arange(1, degree) / degree)
     for _ in range(NEWTON_STEPS):
         value, slope = _legendre(degree, inner)
-        bend = (2.0 * inner * slope - degree * count * value) / (1.0 - inner * inner)
-        inner = inner - slope / bend
+        curvature = (2.0 * inner * slope - degree * count * value) / (1.0 - inner * inner)
+        inner = inner - slope / curvature
         inner = 0.5 * (inner - inner[::-1])
     value, _ = _legendre(degree, inner)
     ends = np.ones(1)

@@ -9,9 +9,9 @@ PRIMITIVES: dict[Any, Callable] = {}  # functions that are not emitted from thei
 RULES: dict[str, Callable] = {}  # Python operation -> its rule for numbers with slopes
 _SLOPE_RULES: dict[Any, Callable] = {}  # function -> its rule for numbers with slopes
 LOOPS: list[Any] = [range]  # functions that return loop indices; all but the first are never unrolled
-ABREAST: list[Any] = []  # functions that return loop indices whose turns run simultaneously, one per lane
+LANE_LOOPS: list[Any] = []  # functions that return loop indices whose turns run simultaneously, one per lane
 BODIES = "__traced__"  # attribute of a function whose body is traced at every call, ON_ITS_OWN or INSIDE
-ON_ITS_OWN, INSIDE = "on its own", "inside"  # as a separate machine code function, or inlined in its caller
+SEPARATE, INLINED = "on its own", "inside"  # as a separate machine code function, or inlined in its caller
 
 
 def primitive(*functions: Any) -> Callable:
@@ -30,9 +30,9 @@ def rules_of_slopes(rules: dict[str, Callable]) -> None:
     RULES.update(rules)
 
 
-def rule_of_function(function: Any, slope_rule_: Callable) -> None:
+def rule_of_function(function: Any, rule: Callable) -> None:
     """Register the rule of a function for numbers with slopes."""
-    _SLOPE_RULES[function] = slope_rule_
+    _SLOPE_RULES[function] = rule
 
 
 def slope_rule(function: Any) -> Callable | None:
@@ -43,7 +43,7 @@ def slope_rule(function: Any) -> Callable | None:
         return None
 
 
-def traceable(function: Any, how: str = INSIDE) -> Any:
+def traceable(function: Any, how: str = INLINED) -> Any:
     """Return a function marked as traceable."""
     setattr(function, BODIES, how)
     return function
@@ -52,8 +52,8 @@ def traceable(function: Any, how: str = INSIDE) -> Any:
 def for_symbols(function: Any, emit: Callable) -> None:
     """Register the emitter of a Python function with symbols; without symbols, Python runs the function."""
 
-    def entered(*operands: Any, **named: Any) -> Any:
-        flat = operands[0] if len(operands) == 1 and isinstance(operands[0], (list, tuple)) else operands
-        return emit(*operands, **named) if any(map(is_symbol, flat)) else function(*operands, **named)
+    def dispatch(*operands: Any, **named: Any) -> Any:
+        items = operands[0] if len(operands) == 1 and isinstance(operands[0], (list, tuple)) else operands
+        return emit(*operands, **named) if any(map(is_symbol, items)) else function(*operands, **named)
 
-    PRIMITIVES[function] = entered
+    PRIMITIVES[function] = dispatch

@@ -4,11 +4,11 @@ import ast
 from typing import Any
 
 from . import symbols
-from .activation import LANES, RETURNED, Returns
+from .activation import LANES, RETURNED, ReturnInLanes
 from .expressions import Expressions
-from .lanes import all_lanes, blended, none_of, nothing
-from .paths import Path, alike, changed, leaves, meeting, rebuilt
-from .symbols import NotTraceableError, Truth, is_symbol, trace
+from .lanes import all_lanes, blended, none_of, undefined_like
+from .paths import Path, leaves, map_leaves, merged, rebuilt, with_common_slopes
+from .symbols import Boolean, NotTraceableError, is_symbol, trace
 
 
 class Statements(Expressions):
@@ -17,14 +17,14 @@ class Statements(Expressions):
     def block(self, statements: list[Any]) -> bool:
         """Run statements; return whether no path continues after them."""
         for statement in statements:
-            self.at.node = statement
-            if getattr(self, f"do_{type(statement).__name__}", self.do_what)(statement):
+            self.activation.node = statement
+            if getattr(self, f"do_{type(statement).__name__}", self.refuse_statement)(statement):
                 return True
         return False
 
-    def do_what(self, node: Any) -> bool:
-        """Refuse a statement."""
-        raise NotTraceableError(f"has a statement that is not known ({type(node).__name__})")
+    def refuse_statement(self, node: Any) -> bool:
+        """Raise the error for an unsupported statement."""
+        raise NotTraceableError(f"has an unsupported statement ({type(node).__name__})")
 
     def do_Expr(self, node: Any) -> bool:  # noqa: N802 - named by the syntax, as all that follow
         """Evaluate an expression for its effect."""
@@ -43,11 +43,13 @@ class Statements(Expressions):
     def do_Return(self, node: Any) -> bool:  # noqa: N802
         """End this path of the function."""
         value = self.value(node.value) if node.value else None
-        lanes = self.at.lanes()
-        if lanes is None or (self.at.mask is None and LANES not in self.at.names and not self.at.loops):
+        lanes = self.activation.lanes()
+        if lanes is None or (
+            self.activation.mask is None and LANES not in self.activation.names and not self.activation.loops
+        ):
             self.leave(value)
-        elif self.at.loops and RETURNED not in self.at.names:
-            raise Returns(value)
+        elif self.activation.loops and RETURNED not in self.activation.names:
+            raise ReturnInLanes(value)
         else:
             self.keep(RETURNED, value, lanes)
             self.stop(LANES, lanes)
@@ -55,20 +57,20 @@ class Statements(Expressions):
 
     def leave(self, value: Any) -> None:
         """End this path of the function for all lanes; lanes that ended before keep their returned values."""
-        if RETURNED in self.at.names:
-            value = blended(self.at.names[LANES], value, self.at.names[RETURNED])
-        self.at.returns.append(Path(trace().builder.block, value))
+        if RETURNED in self.activation.names:
+            value = blended(self.activation.names[LANES], value, self.activation.names[RETURNED])
+        self.activation.returns.append(Path(trace().builder.block, value))
 
     def stop(self, name: str, lanes: Any) -> None:
         """Deactivate some lanes."""
-        is_running = self.at.names.get(name, True)
-        self.at.names[name] = symbols.both(is_running, symbols.opposite(lanes))
+        is_running = self.activation.names.get(name, True)
+        self.activation.names[name] = symbols.bit_and(is_running, symbols.logical_not(lanes))
 
     def do_Assign(self, node: Any) -> bool:  # noqa: N802
         """Assign a value to names, items or places in arrays."""
-        value = self.value(node.value)
+        assigned = self.value(node.value)
         for target in node.targets:
-            self.assign(target, value)
+            self.assign(target, assigned)
         return False
 
     def do_AnnAssign(self, node: Any) -> bool:  # noqa: N802
@@ -81,57 +83,57 @@ class Statements(Expressions):
         """Change a value in place."""
         target = node.target
         if isinstance(target, ast.Name):
-            self.assign(target, self.binary(node.op, self.at.look_up(target.id), self.value(node.value)))
+            self.assign(target, self.binary(node.op, self.activation.look_up(target.id), self.value(node.value)))
             return False
         if isinstance(target, ast.Attribute):
             fields, name = self.fields(target), target.attr
             setattr(fields, name, self.binary(node.op, getattr(fields, name), self.value(node.value)))
             return False
-        holder, index = self.value(target.value), self.index(target.slice)
-        old_value = self.item(holder, index)
-        holder[index] = self.binary(node.op, old_value, self.value(node.value))
+        array, index = self.value(target.value), self.index(target.slice)
+        old_value = self.item(array, index)
+        array[index] = self.binary(node.op, old_value, self.value(node.value))
         return False
 
     def do_If(self, node: Any) -> bool:  # noqa: N802
         """Run one branch, or both if the condition is a symbol."""
-        condition = self.answer(node.test)
+        condition = self.condition_value(node.test)
         if not is_symbol(condition):
             return self.block(node.body if condition else node.orelse)
         if condition.width > 1:
-            return self.in_some(condition, node)
-        builder, active_trace, previous = trace().builder, trace(), self.at.names
+            return self.run_branches_in_lanes(condition, node)
+        builder, active_trace, previous = trace().builder, trace(), self.activation.names
         sides = (active_trace.block(), node.body), (active_trace.block(), node.orelse)
         builder.cbranch(condition.value, sides[0][0], sides[1][0])
         paths = []
         for begin, statements in sides:
             builder.position_at_end(begin)
-            self.at.names = dict(previous)
+            self.activation.names = dict(previous)
             if not self.block(statements):
-                paths.append(Path(builder.block, self.at.names))
+                paths.append(Path(builder.block, self.activation.names))
         return self.join(paths)
 
-    def in_some(self, condition: Truth, node: Any) -> bool:
+    def run_branches_in_lanes(self, condition: Boolean, node: Any) -> bool:
         """Run each branch in its lanes, if there are any; return whether no path continues."""
-        builder, active_trace, outer = trace().builder, trace(), self.at.mask
+        builder, active_trace, outer = trace().builder, trace(), self.activation.mask
         has_ended = []
-        for taken_mask, statements in ((condition, node.body), (symbols.opposite(condition), node.orelse)):
+        for branch_lanes, statements in ((condition, node.body), (symbols.logical_not(condition), node.orelse)):
             if not statements:
                 has_ended.append(False)
                 continue
-            self.at.mask = taken_mask if outer is None else symbols.both(outer, taken_mask)
+            self.activation.mask = branch_lanes if outer is None else symbols.bit_and(outer, branch_lanes)
             begin, skip = active_trace.block(), active_trace.block()
-            previous = dict(self.at.names)
-            builder.cbranch(none_of(self.at.lanes_in_all()).value, skip, begin)
+            skipped_names = dict(self.activation.names)
+            builder.cbranch(none_of(self.activation.lanes_in_all()).value, skip, begin)
             builder.position_at_end(begin)
             has_ended.append(self.block(statements))
-            inside = self.at.names
-            for name, value in inside.items():  # a new name has no value in lanes of the other branch
-                if name not in previous:
-                    previous[name] = (
-                        all_lanes(active_trace.width) if name.startswith(LANES) else changed(value, nothing)
+            branch_names = self.activation.names
+            for name, value in branch_names.items():  # a new name has no value in lanes of the other branch
+                if name not in skipped_names:
+                    skipped_names[name] = (
+                        all_lanes(active_trace.width) if name.startswith(LANES) else map_leaves(value, undefined_like)
                     )
-            self.join([Path(builder.block, inside), Path(skip, previous)])
-            self.at.mask = outer
+            self.join([Path(builder.block, branch_names), Path(skip, skipped_names)])
+            self.activation.mask = outer
         return all(has_ended)
 
     def join(self, paths: list[Path]) -> bool:
@@ -140,47 +142,47 @@ class Statements(Expressions):
             return True
         if len(paths) == 1:
             trace().builder.position_at_end(paths[0].block)
-            self.at.names = paths[0].value
+            self.activation.names = paths[0].value
             return False
-        constant_value = [name for name in paths[0].value if all(name in path.value for path in paths)]
+        common_names = [name for name in paths[0].value if all(name in path.value for path in paths)]
         builder, end = trace().builder, trace().block()
-        met: dict[str, Any] = {}
-        for name in constant_value:
+        merged_names: dict[str, Any] = {}
+        for name in common_names:
             column = [path.value[name] for path in paths]
             if all(x is column[0] for x in column):
-                met[name] = column[0]
+                merged_names[name] = column[0]
                 continue
             try:
-                column = alike(column)
+                column = with_common_slopes(column)
                 rows = [list(leaves(x)) for x in column]
                 if len({len(row) for row in rows}) != 1:
                     continue
                 blocks = [path.block for path in paths]
-                results = [meeting(blocks, list(items), end) for items in zip(*rows, strict=True)]
+                results = [merged(blocks, list(items), end) for items in zip(*rows, strict=True)]
             except NotTraceableError:
                 continue  # a name with different structures has no value from here on
-            met[name] = rebuilt(column[0], iter(results))
+            merged_names[name] = rebuilt(column[0], iter(results))
         for path in paths:
             builder.position_at_end(path.block)
             builder.branch(end)
         builder.position_at_end(end)
-        self.at.names = met
+        self.activation.names = merged_names
         return False
 
     def do_Break(self, node: Any) -> bool:  # noqa: N802
         """Leave a loop."""
-        lanes = self.at.lanes()
+        lanes = self.activation.lanes()
         if lanes is not None:
-            self.stop(f"{LANES}of loop {len(self.at.loops)}", lanes)
+            self.stop(f"{LANES}of loop {len(self.activation.loops)}", lanes)
             return True
-        self.at.loops[-1].breaks.append(Path(trace().builder.block, dict(self.at.names)))
+        self.activation.loops[-1].breaks.append(Path(trace().builder.block, dict(self.activation.names)))
         return True
 
     def do_Continue(self, node: Any) -> bool:  # noqa: N802
         """End a turn of a loop."""
-        lanes = self.at.lanes()
+        lanes = self.activation.lanes()
         if lanes is not None:
-            self.stop(f"{LANES}of turn {len(self.at.loops)}", lanes)
+            self.stop(f"{LANES}of turn {len(self.activation.loops)}", lanes)
             return True
-        self.at.loops[-1].goes_on.append(Path(trace().builder.block, dict(self.at.names)))
+        self.activation.loops[-1].continues.append(Path(trace().builder.block, dict(self.activation.names)))
         return True

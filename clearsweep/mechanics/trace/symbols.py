@@ -14,7 +14,7 @@ from llvmlite import ir
 
 #: Number of loop turns that run simultaneously: as many numbers as the widest registers contain.
 WIDTH = 8
-DOUBLE, WHOLE, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
+DOUBLE, INT64, BOOL = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 ADDRESS = ir.IntType(8).as_pointer()
 
 
@@ -23,7 +23,7 @@ class NotTraceableError(Exception):
 
 
 class Trace:
-    """A module under construction, and the place where code is emitted."""
+    """A module under construction, and the builder that emits its code."""
 
     def __init__(self, width: int = 1):
         self.width = width  # current width: WIDTH in turns that run simultaneously
@@ -39,22 +39,22 @@ class Trace:
         return self.builder.function.append_basic_block()
 
 
-_IN_HAND: list[Trace] = []
+_TRACES: list[Trace] = []
 
 
 def trace() -> Trace:
     """Return the current trace."""
-    return _IN_HAND[-1]
+    return _TRACES[-1]
 
 
 @contextlib.contextmanager
-def in_hand(results: Trace) -> Iterator[None]:
+def current_trace(new_trace: Trace) -> Iterator[None]:
     """Make a trace the current one in this context."""
-    _IN_HAND.append(results)
+    _TRACES.append(new_trace)
     try:
         yield
     finally:
-        _IN_HAND.pop()
+        _TRACES.pop()
 
 
 class Symbol:
@@ -67,34 +67,34 @@ class Symbol:
 
     def __init__(self, value: Any, width: int = 1, product: Any = None):
         self.value, self.width = value, width
-        self.product = product  # place of the multiplication, if it is a product
+        self.product = product  # origin of the multiplication, if it is a product
 
     def __bool__(self) -> bool:
-        raise NotTraceableError("decides on a number outside what is traced")
+        raise NotTraceableError("branches on a symbol in code that is not traced")
 
-    def __add__(self, right_operand: Any) -> Any:
-        return plus(self, right_operand)
+    def __add__(self, other: Any) -> Any:
+        return plus(self, other)
 
-    def __radd__(self, right_operand: Any) -> Any:
-        return plus(right_operand, self)
+    def __radd__(self, other: Any) -> Any:
+        return plus(other, self)
 
-    def __sub__(self, right_operand: Any) -> Any:
-        return minus(self, right_operand)
+    def __sub__(self, other: Any) -> Any:
+        return minus(self, other)
 
-    def __rsub__(self, right_operand: Any) -> Any:
-        return minus(right_operand, self)
+    def __rsub__(self, other: Any) -> Any:
+        return minus(other, self)
 
-    def __mul__(self, right_operand: Any) -> Any:
-        return times(self, right_operand)
+    def __mul__(self, other: Any) -> Any:
+        return times(self, other)
 
-    def __rmul__(self, right_operand: Any) -> Any:
-        return times(right_operand, self)
+    def __rmul__(self, other: Any) -> Any:
+        return times(other, self)
 
-    def __truediv__(self, right_operand: Any) -> Any:
-        return over(self, right_operand)
+    def __truediv__(self, other: Any) -> Any:
+        return divided(self, other)
 
-    def __rtruediv__(self, right_operand: Any) -> Any:
-        return over(right_operand, self)
+    def __rtruediv__(self, other: Any) -> Any:
+        return divided(other, self)
 
     def __neg__(self) -> Any:
         return negative(self)
@@ -107,44 +107,44 @@ class Number(Symbol):
     item = DOUBLE
 
 
-class Whole(Symbol):
+class Integer(Symbol):
     """An int64."""
 
     __slots__ = ()
-    item = WHOLE
+    item = INT64
 
 
-class Abreast(Whole):
+class LaneIndices(Integer):
     """Consecutive integers across lanes; `first` : in the first lane."""
 
     __slots__ = ("first",)
 
-    def __init__(self, leading: Any):
-        each = ir.Constant(form(WHOLE, WIDTH), list(range(WIDTH)))
-        super().__init__(trace().builder.add(as_kind(leading, Whole, WIDTH), each), WIDTH)
-        self.first = leading
+    def __init__(self, first: Any):
+        lane_numbers = ir.Constant(llvm_type(INT64, WIDTH), list(range(WIDTH)))
+        super().__init__(trace().builder.add(as_kind(first, Integer, WIDTH), lane_numbers), WIDTH)
+        self.first = first
 
 
-class Truth(Symbol):
-    """A truth value."""
+class Boolean(Symbol):
+    """A Boolean."""
 
     __slots__ = ()
-    item = BIT
+    item = BOOL
 
 
 # ---------------------------------------------------------------------------------------------- forms
 
 
-def form(item: Any, width: int) -> Any:
+def llvm_type(item: Any, width: int) -> Any:
     """Return LLVM's type of a value or of a vector of them."""
     return item if width == 1 else ir.VectorType(item, width)
 
 
 def constant(item: Any, number: Any, width: int = 1) -> Any:
     """Return a constant of LLVM."""
-    if item is not BIT:
+    if item is not BOOL:
         number = float(number) if item is DOUBLE else int(number)
-    return ir.Constant(item, number) if width == 1 else ir.Constant(form(item, width), [number] * width)
+    return ir.Constant(item, number) if width == 1 else ir.Constant(llvm_type(item, width), [number] * width)
 
 
 def is_symbol(x: Any) -> bool:
@@ -158,26 +158,26 @@ def width_of(*operands: Any) -> int:
 
 
 def as_kind(x: Any, kind: type, width: int = 1) -> Any:
-    """Emit a value as a Number, Whole or Truth of a width; return its LLVM value."""
+    """Emit a value as a Number, Integer or Boolean of a width; return its LLVM value."""
     b = trace().builder
     if not isinstance(x, Symbol):
-        if kind is Truth:
+        if kind is Boolean:
             x = bool(x)
         return constant(kind.item, x, width)  # type: ignore[attr-defined]
     value = x.value
     if kind is Number and not isinstance(x, Number):
-        convert = b.uitofp if isinstance(x, Truth) else b.sitofp
-        value = convert(value, form(DOUBLE, x.width))
-    elif kind is Whole and not isinstance(x, Whole):
+        convert = b.uitofp if isinstance(x, Boolean) else b.sitofp
+        value = convert(value, llvm_type(DOUBLE, x.width))
+    elif kind is Integer and not isinstance(x, Integer):
         if isinstance(x, Number):
-            raise NotTraceableError("takes a number for a whole one")
-        value = b.zext(value, form(WHOLE, x.width))
-    elif kind is Truth and not isinstance(x, Truth):
-        raise NotTraceableError("takes a number for an answer")
+            raise NotTraceableError("uses a float as an integer")
+        value = b.zext(value, llvm_type(INT64, x.width))
+    elif kind is Boolean and not isinstance(x, Boolean):
+        raise NotTraceableError("uses a float as a condition")
     if width > x.width:
-        one_lane = b.insert_element(ir.Constant(form(kind.item, width), ir.Undefined), value, WHOLE(0))  # type: ignore[attr-defined]
+        vector = b.insert_element(ir.Constant(llvm_type(kind.item, width), ir.Undefined), value, INT64(0))  # type: ignore[attr-defined]
         zeros = ir.Constant(ir.VectorType(ir.IntType(32), width), [0] * width)
-        value = b.shuffle_vector(one_lane, ir.Constant(one_lane.type, ir.Undefined), zeros)
+        value = b.shuffle_vector(vector, ir.Constant(vector.type, ir.Undefined), zeros)
     return value
 
 
@@ -190,7 +190,7 @@ def number(x: Any, width: int = 1) -> Number:
 def intrinsic(name: str, *operands: Any) -> Number:
     """Emit an LLVM intrinsic of numbers."""
     width = width_of(*operands)
-    kind = form(DOUBLE, width)
+    kind = llvm_type(DOUBLE, width)
     full_name = f"llvm.{name}.{'f64' if width == 1 else f'v{width}f64'}"
     module = trace().module
     function = module.globals.get(full_name) or ir.Function(
@@ -206,53 +206,51 @@ def _is_float(*operands: Any) -> bool:
     return any(isinstance(x, (Number, float)) for x in operands)
 
 
-def _emitted(kind: type, name: str, a: Any, b: Any, product: Any = None) -> Any:
+def _emitted(kind: type, instruction: str, a: Any, b: Any, product: Any = None) -> Any:
     width = width_of(a, b)
-    emit = getattr(trace().builder, name)
+    emit = getattr(trace().builder, instruction)
     return kind(emit(as_kind(a, kind, width), as_kind(b, kind, width)), width, product)
 
 
-def plus(a: Any, b: Any, where: Any = None) -> Any:
-    """Emit a + b; `where` : current place, see `fused`."""
+def plus(a: Any, b: Any, origin: Any = None) -> Any:
+    """Emit a + b; `origin` : current place, see `fused`."""
     if _is_float(a, b):
-        fused = _fused(a, b, where, ())
+        fused = _fused(a, b, origin, ())
         return _emitted(Number, "fadd", a, b) if fused is None else fused
-    for one_lane, right_operand in ((a, b), (b, a)):
-        if isinstance(one_lane, Abreast) and width_of(right_operand) == 1:
-            return Abreast(
-                plus(one_lane.first, right_operand)
-                if is_symbol(one_lane.first) or is_symbol(right_operand)
-                else one_lane.first + right_operand
+    for indices, offset in ((a, b), (b, a)):
+        if isinstance(indices, LaneIndices) and width_of(offset) == 1:
+            return LaneIndices(
+                plus(indices.first, offset) if is_symbol(indices.first) or is_symbol(offset) else indices.first + offset
             )
-    return _emitted(Whole, "add", a, b)
+    return _emitted(Integer, "add", a, b)
 
 
-def minus(a: Any, b: Any, where: Any = None) -> Any:
+def minus(a: Any, b: Any, origin: Any = None) -> Any:
     """Emit a - b."""
     if _is_float(a, b):
-        fused = _fused(a, b, where, (1,))
+        fused = _fused(a, b, origin, (1,))
         return _emitted(Number, "fsub", a, b) if fused is None else fused
-    if isinstance(a, Abreast) and width_of(b) == 1:
+    if isinstance(a, LaneIndices) and width_of(b) == 1:
         return plus(a, negative(b) if is_symbol(b) else -b)
-    return _emitted(Whole, "sub", a, b)
+    return _emitted(Integer, "sub", a, b)
 
 
-def _fused(a: Any, b: Any, where: Any, taken_off: tuple[int, ...]) -> Any:
-    """Emit a sum with a single rounding if one side is a product from the same place; else return None."""
-    if where is None:
+def _fused(a: Any, b: Any, origin: Any, negated: tuple[int, ...]) -> Any:
+    """Emit a sum with a single rounding if one side is a product of the same origin; else return None."""
+    if origin is None:
         return None
-    sides = [a, b]
-    for position in (0, 1):
-        side = sides[position]
-        if isinstance(side, Number) and side.product == where:
+    operands = [a, b]
+    for index in (0, 1):
+        operand = operands[index]
+        if isinstance(operand, Number) and operand.product == origin:
             width, builder = width_of(a, b), trace().builder
-            factors = [Number(factor, side.width) for factor in side.value.operands]
-            remaining: Any = sides[1 - position]
-            if position in taken_off:
-                factors[0] = Number(builder.fneg(factors[0].value), side.width)
-            elif 1 - position in taken_off:
-                remaining = Number(builder.fneg(as_kind(remaining, Number, width)), width)
-            return fma(factors[0], factors[1], remaining)
+            factors = [Number(factor, operand.width) for factor in operand.value.operands]
+            addend: Any = operands[1 - index]
+            if index in negated:
+                factors[0] = Number(builder.fneg(factors[0].value), operand.width)
+            elif 1 - index in negated:
+                addend = Number(builder.fneg(as_kind(addend, Number, width)), width)
+            return fma(factors[0], factors[1], addend)
     return None
 
 
@@ -261,38 +259,38 @@ def fma(a: Any, b: Any, c: Any) -> Number:
     return intrinsic("fma", a, b, c)
 
 
-def times(a: Any, b: Any, where: Any = None) -> Any:
+def times(a: Any, b: Any, origin: Any = None) -> Any:
     """Emit a b."""
     if _is_float(a, b):
-        return _emitted(Number, "fmul", a, b, where)
-    return _emitted(Whole, "mul", a, b)
+        return _emitted(Number, "fmul", a, b, origin)
+    return _emitted(Integer, "mul", a, b)
 
 
-def over(a: Any, b: Any, where: Any = None) -> Any:
+def divided(a: Any, b: Any, origin: Any = None) -> Any:
     """Emit a / b."""
     return _emitted(Number, "fdiv", number(a), number(b))
 
 
-def whole_over(a: Any, b: Any, where: Any = None) -> Any:
+def floor_divided(a: Any, b: Any, origin: Any = None) -> Any:
     """Emit a // b of integers, b > 0."""
     if _is_float(a, b):
-        return floor_number(over(a, b))
+        return floor_number(divided(a, b))
     builder, width = trace().builder, width_of(a, b)
-    x, y = as_kind(a, Whole, width), as_kind(b, Whole, width)
-    remaining = builder.srem(x, y)
-    is_below = builder.icmp_signed("<", remaining, constant(WHOLE, 0, width))
-    return Whole(builder.sub(builder.sdiv(x, y), builder.zext(is_below, form(WHOLE, width))), width)
+    x, y = as_kind(a, Integer, width), as_kind(b, Integer, width)
+    remainder_value = builder.srem(x, y)
+    is_negative = builder.icmp_signed("<", remainder_value, constant(INT64, 0, width))
+    return Integer(builder.sub(builder.sdiv(x, y), builder.zext(is_negative, llvm_type(INT64, width))), width)
 
 
-def remainder(a: Any, b: Any, where: Any = None) -> Any:
+def remainder(a: Any, b: Any, origin: Any = None) -> Any:
     """Emit a % b of integers, b > 0."""
     if _is_float(a, b):
         raise NotTraceableError("takes the remainder of numbers")
     builder, width = trace().builder, width_of(a, b)
-    x, y = as_kind(a, Whole, width), as_kind(b, Whole, width)
-    remaining = builder.srem(x, y)
-    is_below = builder.icmp_signed("<", remaining, constant(WHOLE, 0, width))
-    return Whole(builder.select(is_below, builder.add(remaining, y), remaining), width)
+    x, y = as_kind(a, Integer, width), as_kind(b, Integer, width)
+    remainder_value = builder.srem(x, y)
+    is_negative = builder.icmp_signed("<", remainder_value, constant(INT64, 0, width))
+    return Integer(builder.select(is_negative, builder.add(remainder_value, y), remainder_value), width)
 
 
 def negative(a: Any) -> Any:
@@ -305,20 +303,20 @@ def negative(a: Any) -> Any:
 def bitwise(name: str) -> Any:
     """Return the emitter of a bitwise operation on integers or truth values."""
 
-    def emit(a: Any, b: Any, where: Any = None) -> Any:
-        truths = all(isinstance(x, (Truth, bool, np.bool_)) for x in (a, b))
-        return _emitted(Truth if truths else Whole, name, a, b)
+    def emit(a: Any, b: Any, origin: Any = None) -> Any:
+        are_booleans = all(isinstance(x, (Boolean, bool, np.bool_)) for x in (a, b))
+        return _emitted(Boolean if are_booleans else Integer, name, a, b)
 
     return emit
 
 
-both, one_of, without_common = bitwise("and_"), bitwise("or_"), bitwise("xor")
-shifted_right, shifted_left = bitwise("ashr"), bitwise("shl")
+bit_and, bit_or, bit_xor = bitwise("and_"), bitwise("or_"), bitwise("xor")
+shift_right, shift_left = bitwise("ashr"), bitwise("shl")
 
 
-def opposite(a: Any) -> Any:
+def logical_not(a: Any) -> Any:
     """Emit not a."""
-    return without_common(a, True)
+    return bit_xor(a, True)
 
 
 def compared(sign: str, a: Any, b: Any) -> Any:
@@ -326,24 +324,24 @@ def compared(sign: str, a: Any, b: Any) -> Any:
     width, builder = width_of(a, b), trace().builder
     if _is_float(a, b):
         emit = builder.fcmp_unordered if sign == "!=" else builder.fcmp_ordered
-        return Truth(emit(sign, as_kind(a, Number, width), as_kind(b, Number, width)), width)
-    if all(isinstance(x, (Truth, bool, np.bool_)) for x in (a, b)):
-        differs = without_common(a, b)
-        return differs if sign == "!=" else opposite(differs)
-    return Truth(builder.icmp_signed(sign, as_kind(a, Whole, width), as_kind(b, Whole, width)), width)
+        return Boolean(emit(sign, as_kind(a, Number, width), as_kind(b, Number, width)), width)
+    if all(isinstance(x, (Boolean, bool, np.bool_)) for x in (a, b)):
+        differs = bit_xor(a, b)
+        return differs if sign == "!=" else logical_not(differs)
+    return Boolean(builder.icmp_signed(sign, as_kind(a, Integer, width), as_kind(b, Integer, width)), width)
 
 
 def kind_of(*operands: Any) -> type:
-    """Return the common kind of several values: Number, Whole or Truth."""
-    if all(isinstance(x, (Truth, bool, np.bool_)) for x in operands):
-        return Truth
-    return Number if _is_float(*operands) else Whole
+    """Return the common kind of several values: Number, Integer or Boolean."""
+    if all(isinstance(x, (Boolean, bool, np.bool_)) for x in operands):
+        return Boolean
+    return Number if _is_float(*operands) else Integer
 
 
-def selected(condition: Truth, a: Any, b: Any) -> Any:
+def selected(condition: Boolean, a: Any, b: Any) -> Any:
     """Emit `a` where the condition is true, else `b`."""
     kind, width = kind_of(a, b), width_of(condition, a, b)
-    mask = as_kind(condition, Truth, width if condition.width > 1 else 1)
+    mask = as_kind(condition, Boolean, width if condition.width > 1 else 1)
     return kind(trace().builder.select(mask, as_kind(a, kind, width), as_kind(b, kind, width)), width)
 
 
@@ -353,29 +351,31 @@ def extreme(sign: str) -> Any:
     def emit(*operands: Any) -> Any:
         if len(operands) == 1:
             operands = tuple(operands[0])
-        nearest_name = operands[0]
+        best = operands[0]
         for x in operands[1:]:
-            if is_symbol(nearest_name) or is_symbol(x):
-                nearest_name = selected(compared(sign, x, nearest_name), x, nearest_name)
+            if is_symbol(best) or is_symbol(x):
+                best = selected(compared(sign, x, best), x, best)
             else:
-                nearest_name = max(nearest_name, x) if sign == ">" else min(nearest_name, x)
-        return nearest_name
+                best = max(best, x) if sign == ">" else min(best, x)
+        return best
 
     return emit
 
 
-def as_whole(x: Any) -> Any:
+def truncated(x: Any) -> Any:
     """Emit a number truncated to an integer; nan gives 0.
 
     So a trial step with invalid numbers still reads within a table.
     """
     if not isinstance(x, Number):
         return x
-    kinds = form(WHOLE, x.width), form(DOUBLE, x.width)
-    name = "llvm.fptosi.sat.i64.f64" if x.width == 1 else f"llvm.fptosi.sat.v{x.width}i64.v{x.width}f64"
+    types = llvm_type(INT64, x.width), llvm_type(DOUBLE, x.width)
+    intrinsic_name = "llvm.fptosi.sat.i64.f64" if x.width == 1 else f"llvm.fptosi.sat.v{x.width}i64.v{x.width}f64"
     module = trace().module
-    function = module.globals.get(name) or ir.Function(module, ir.FunctionType(kinds[0], [kinds[1]]), name)
-    return Whole(trace().builder.call(function, [x.value]), x.width)
+    function = module.globals.get(intrinsic_name) or ir.Function(
+        module, ir.FunctionType(types[0], [types[1]]), intrinsic_name
+    )
+    return Integer(trace().builder.call(function, [x.value]), x.width)
 
 
 def floor_number(x: Any) -> Number:
@@ -383,11 +383,11 @@ def floor_number(x: Any) -> Number:
     return intrinsic("floor", x)
 
 
-def bits_of(x: Number) -> Whole:
+def bits_of(x: Number) -> Integer:
     """Emit the bits of a number."""
-    return Whole(trace().builder.bitcast(x.value, form(WHOLE, x.width)), x.width)
+    return Integer(trace().builder.bitcast(x.value, llvm_type(INT64, x.width)), x.width)
 
 
-def number_of(x: Whole) -> Number:
+def number_of(x: Integer) -> Number:
     """Emit the number with these bits."""
-    return Number(trace().builder.bitcast(x.value, form(DOUBLE, x.width)), x.width)
+    return Number(trace().builder.bitcast(x.value, llvm_type(DOUBLE, x.width)), x.width)

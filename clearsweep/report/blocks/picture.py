@@ -148,7 +148,10 @@ def _plotted(picture: Picture, key: str) -> tuple[str, ToPoints]:
 
 
 def _by_matplotlib(picture: Picture, key: str) -> tuple[str, ToPoints]:
-    """Return a picture as SVG drawn by matplotlib, for spatial ones, arrows or thousands of points, and its mapping."""
+    """Return a picture as SVG drawn by matplotlib, and the mapping of its points.
+
+    Matplotlib draws spatial pictures, arrows and thousands of points.
+    """
     with rc_context({**STYLE, "svg.hashsalt": key}):
         figure, axes = drawn(picture)
         lay_out(figure)
@@ -169,7 +172,10 @@ def _by_matplotlib(picture: Picture, key: str) -> tuple[str, ToPoints]:
 
 
 def _places(spots: tuple[Spot, ...], at: ToPoints) -> str:
-    """Return spots as SVG elements; at : positions in the picture's own units -> points from the upper left."""
+    """Return spots as SVG elements.
+
+    at : maps positions in the picture's own units to points from the upper left corner.
+    """
     elements = []
     for spot in spots:
         (left, bottom), (right, top) = at([spot.low, spot.high])
@@ -187,7 +193,7 @@ def capital(name: str) -> str:
 
 
 def _rounded(attribute: re.Match[str]) -> str:
-    """Return coordinates rounded to a hundredth of a point; those of long curves, most of a page, to a tenth."""
+    """Return coordinates rounded to a hundredth of a point; those of long curves, which fill a page, to a tenth."""
     digits = 1 if len(attribute[0]) > LONG else 2
     return re.sub(
         rf"\d+\.\d{{{digits + 1},}}",

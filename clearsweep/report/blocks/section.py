@@ -81,7 +81,7 @@ Block = Sentences | Points | Note | Cards | Gallery | Detail | Facts | Interacti
 
 
 class Section(NamedTuple):
-    """One section: its id on the page, its heading ('': none), and its blocks from top to bottom."""
+    """One section: its id on the page, its heading ('' for none), and its blocks from top to bottom."""
 
     key: str
     title: str
@@ -96,7 +96,7 @@ class Section(NamedTuple):
 
     @property
     def pictures(self) -> list[tuple[str, Picture]]:
-        """Return the pictures of the section, each with its part: '', or a case."""
+        """Return the pictures of the section, each with the case to which it belongs, or '' for none."""
         return [picture for block in self.blocks for picture in _pictures(block)]
 
     @property

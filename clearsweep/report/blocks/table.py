@@ -21,7 +21,7 @@ _UNFIT = re.compile(r"[^\w.-]|^\.+")  # what no name of a file has
 
 
 class Column(NamedTuple):
-    """One column of a table: its name in words, its SI unit ('1': none), and the axis it belongs to, if any."""
+    """One column of a table: its name in words, its SI unit ('1' for none), and its axis, if it has one."""
 
     name: str
     unit: str = "1"
@@ -86,7 +86,7 @@ class Table(NamedTuple):
     def csv(self) -> str:
         """Return the table with all its rows as CSV, in SI, axes in the unit of the grid; the unit is in the head.
 
-        Behind the values of an axis with labels is a column of these.
+        A column with the labels follows the values of an axis that has labels.
         """
         text = io.StringIO(newline="")
         writer = csv.writer(text)
@@ -111,7 +111,7 @@ class Table(NamedTuple):
 
 
 def in_markdown(text: str) -> str:
-    """Return a text as Markdown shows it: nothing in it is markup, a link or the end of a cell."""
+    """Return a text escaped for Markdown, so that no part of it is markup, a link or the end of a cell."""
     return text.translate(_MARKUP)
 
 
@@ -163,7 +163,7 @@ def _plain(value: Any, column: Column) -> object:
 
 
 def _inert(text: str) -> str:
-    """Return a text so that a spreadsheet does not run it as a formula."""
+    """Return a text changed so that a spreadsheet does not run it as a formula."""
     return f"'{text}" if text.startswith(_FORMULA) else text
 
 

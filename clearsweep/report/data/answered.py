@@ -11,7 +11,7 @@ from .worst_case import question
 
 
 def answers(study: Study) -> list[str]:
-    """Return the sentences that answer the question of the grid; [] where a figure that ranks the cases is not kept."""
+    """Return the sentences that answer the question of the grid, or [] if a figure that ranks cases is not stored."""
     if any(name not in study.cases for name in question(study).columns):
         return []
     return answer.sentences(answer_cases(study))

@@ -24,8 +24,9 @@ LEADS = {
 
 
 def led_by(layout: Layout, limits: Iterable[Limit], has: Callable[[str], bool], grid: Mapping[str, Any]) -> Lead:
-    """Return the leading figure of a page: that of the first limit on a figure of a joint that any case `has`, else a
-    default.
+    """Return the leading figure of a page.
+
+    It is the figure in the first limit on a figure of a joint that any case `has`, or else a default.
 
     grid : as stored in run.json.
     """

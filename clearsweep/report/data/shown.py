@@ -1,4 +1,4 @@
-"""Which figures a table shows, in which order and under which headings: every figure says so of itself."""
+"""Determines the figures, the order and the headings of a table from the descriptions of the figures."""
 
 from ... import simulation
 from ...contracts.catalogue import Figure, Shown
@@ -36,9 +36,9 @@ COMPUTED = (
 
 
 def shown(study: Study, table: str, joint: Joint | None = None) -> list[tuple[str, str]]:
-    """Return column and heading of the figures that a table shows of a joint and of the mechanism, the joint's first.
+    """Return column and heading of the figures of a joint and of the mechanism in a table, the joint's first.
 
-    Without a `joint` those of all joints; where there are several, headings name them.
+    Without `joint`, the figures of all joints are returned; if there are several joints, headings name them.
     """
     entries = {figure.name: figure.shown for figure in (*simulation.catalogue().figures, *COMPUTED)}
     places = {joint.name: place for place, joint in enumerate(study.joints)}
@@ -63,7 +63,7 @@ def _computed(figure: Figure, joint: Joint) -> Column:
 
 
 def _heading(study: Study, heading: str, joint: str) -> str:
-    """Return a heading in full; it names `joint` where there are several."""
+    """Return a complete heading, which names `joint` if there are several joints."""
     rate = {"per_rev": " per rev.", "per_revolution": " per revolution"} if study.driven else {}
     text = heading.format_map({"output": study.run.layout.output, "per_rev": "", "per_revolution": ""} | rate)
     return text + next((study.where(each, " ({})") for each in study.joints if each.name == joint), "")

@@ -87,13 +87,13 @@ class Study(NamedTuple):
         return tuple(axis for axis in self.axes if len(axis.values) > 1)
 
     def levels(self) -> tuple[Axis, ...]:
-        """Return the axes with a few values that many cases share, by which cases can be compared."""
+        """Return the axes whose values are few and shared by many cases, so that cases can be compared."""
         return tuple(axis for axis in self.swept() if not axis.scattered)
 
     def setting(self, case_id: str, without: Axis | None = None) -> str:
-        """Return the swept values of a case in words, all but those of one axis; '' without sweep.
+        """Return the swept values of a case in words, except those of the axis `without`; '' if nothing is swept.
 
-        Of more than MANY_AXES axes, values that most cases share are left out.
+        If there are more than MANY_AXES axes, values that most cases share are left out.
         """
         values = [(axis, self._at(case_id, axis.path)) for axis in self.swept() if axis is not without]
         used = [(axis, value) for axis, value in values if not pd.isna(value)]
@@ -102,7 +102,7 @@ class Study(NamedTuple):
         return ", ".join([*words, "all else as in most cases"] if len(own) < len(used) else words)
 
     def value(self, case_id: str, path: str) -> float | str | None:
-        """Return the SI value a case has at a dotted path, swept or not, or None."""
+        """Return the value (SI) of a case at a dotted path, swept or not, or None if it has none."""
         if any(axis.path == path for axis in self.axes):
             value = self._at(case_id, path)
             return None if pd.isna(value) else value
@@ -124,16 +124,16 @@ class Study(NamedTuple):
         return max(self.joints, key=badness)
 
     def worst(self, joint: Joint) -> str:
-        """Return the case with the worst leading figure of a joint, which has it."""
+        """Return the case with the worst leading figure of a joint; at least one case must have this figure."""
         values = self.cases[joint.column(self.lead.figure)]
         return str(values.idxmin() if self.lead.smallest else values.idxmax())
 
     def where(self, joint: Joint, form: str) -> str:
-        """Return `form`, such as ' in joint {}', with a joint's name in it, or '' if there is but one joint."""
+        """Return `form`, such as ' in joint {}', filled with the name of a joint; '' if there is only one joint."""
         return form.format(joint.title) if len(self.joints) > 1 else ""
 
     def column(self, figure: str) -> str:
-        """Return the summary column of a figure of the mechanism, or '' if its cases have none."""
+        """Return the summary column of a figure of the mechanism, or '' if the run has no such column."""
         columns = (column.name for column in self.run.layout.columns if column.figure == figure and not column.joint)
         return next(columns, "")
 
@@ -142,7 +142,7 @@ class Study(NamedTuple):
         return self.cases.once(("places", axis.path), lambda: position(axis, self.cases[axis.path]))
 
     def unit(self, name: str) -> str:
-        """Return the SI unit of a column or of a dotted path, '1' where there is none."""
+        """Return the SI unit of a column or a dotted path, or '1' if it has none."""
         return self.units.get(name, "1")
 
     def scale(self, column: str) -> wording.Scale:
@@ -175,7 +175,7 @@ class Study(NamedTuple):
 
 
 def prepare(run: StoredRun, *, typical: bool = False) -> Study:
-    """Return a run (of the store) prepared for reading; `typical` as in Study."""
+    """Return a run, as the store opens it, prepared for reading; `typical` as in Study."""
     if isinstance(run, BlockedRun):
         run = SampledRun(run)
     layout, record = run.layout, run.grid
@@ -207,7 +207,7 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
 
 
 def _of_grid(run: StoredRun | SampledRun) -> np.ndarray:
-    """Return which cases are those of the grid, not those that check laws."""
+    """Return a mask of the cases that belong to the grid and do not check a law."""
     own = np.ones(len(run.column("case_id")), bool)
     for path, law in grid.base_laws(run.grid).items():
         values = run.column(path)
@@ -216,7 +216,7 @@ def _of_grid(run: StoredRun | SampledRun) -> np.ndarray:
 
 
 def _law_checks(run: StoredRun | SampledRun, chosen: np.ndarray) -> tuple[law_check.Row, ...]:
-    """Return what the finished cases came to that check laws."""
+    """Return the results of the finished cases that check laws."""
     base, lead = grid.base_laws(run.grid), order.lead_of(run.layout, _limits(run), run.grid)
     block = {name: run.column(name).to_numpy()[chosen] for name in ("case_id", *base, *lead.columns)}
     return tuple(law_check.rows_of(block, base, lead))
@@ -227,7 +227,7 @@ def _limits(run: StoredRun | SampledRun) -> tuple[Limit, ...]:
 
 
 def _over_ideal(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
-    """Return the force p99 of a joint over the peak of the ideal one."""
+    """Return the ratio of a joint's force p99 to the largest reaction of the same joint without clearance."""
     ideal = cases[joint.column("force_peak_ideal")].to_numpy()  # pandas would look through the ids, and keep them twice
     return cases[joint.column("force_p99")] / np.where(ideal > 0.0, ideal, np.nan)
 
@@ -249,7 +249,7 @@ _MADE = (
 
 
 def window(cases: Rows, base: Mapping) -> tuple[pd.Series, pd.Series]:
-    """Return the revolutions before the recorded window of each finished case, and those in it; NaN where unknown."""
+    """Return the number of revolutions before and in the recorded window of each finished case; NaN if unknown."""
     asked, before = (cases.get(path, value_at(base, path)) for path in ("simulate.revolutions", "simulate.discard"))
     before = 2.0 * (asked > 2.0) if before is None else before  # it follows from the revolutions, which vary
     before = pd.Series(before, cases.index, dtype="float64")
@@ -259,12 +259,12 @@ def window(cases: Rows, base: Mapping) -> tuple[pd.Series, pd.Series]:
 
 
 def joint_of(case: Case, joint: Joint) -> CaseJoint:
-    """Return the joint of a case that a column speaks of."""
+    """Return the joint of a case that corresponds to a joint of the columns."""
     return next(section for section in case.joints if section.column == joint.name)
 
 
 def resolved(study: Study, case_ids: Iterable[str]) -> list[Case]:
-    """Return cases of a run in SI with the keys that they use.  Raises InputError where its laws are not known."""
+    """Return cases of a run in SI with the keys that they use.  Raises InputError if a law is unknown."""
     record = study.run.grid
     varied = {key: record[key] for key in (*BASE, *WAYS) if key in record}
     for path in tried_paths(record):  # an axis like the others, of what was tried
@@ -276,7 +276,7 @@ def resolved(study: Study, case_ids: Iterable[str]) -> list[Case]:
 
 
 def grouped(places: np.ndarray, count: int) -> list[np.ndarray]:
-    """Return for each of `count` places the indices of the cases that are there, ascending."""
+    """Return for each of `count` places the ascending indices of the cases at this place."""
     order = np.argsort(places, kind="stable")
     return np.split(order, np.searchsorted(places[order], np.arange(count + 1)))[1:-1]
 
@@ -284,9 +284,9 @@ def grouped(places: np.ndarray, count: int) -> list[np.ndarray]:
 def over_other_axes(
     study: Study, values: np.ndarray, axes: tuple[Axis, Axis], reduced: Callable[[np.ndarray], float]
 ) -> np.ndarray:
-    """Return one value per finished case reduced in every cell, (values of the second axis, of the first).
+    """Return the `values` of the finished cases, reduced to one number for each cell.
 
-    NaN where there is none.
+    The shape is (values of the second axis, values of the first); cells without a value are NaN.
     """
     across, up = axes
     table = np.full(len(up.values) * len(across.values), np.nan)
@@ -297,7 +297,7 @@ def over_other_axes(
 
 
 def cells(study: Study, values: np.ndarray, axes: tuple[Axis, Axis]) -> list[np.ndarray]:
-    """Return the places of the finished cases that have a value, cell by cell, those along the first axis together."""
+    """Return the indices of the finished cases with a value for each cell; the first axis varies fastest."""
     across, up = axes
     row, column = study.places(up), study.places(across)
     known = np.isfinite(values) & (row >= 0) & (column >= 0)
@@ -315,7 +315,7 @@ def smallest(values: np.ndarray) -> float:
 
 
 def median(values: np.ndarray) -> float:
-    """Return the middle value of a figure that is neither worse where it is larger nor where it is smaller."""
+    """Return the median of a figure for which neither large nor small values are worse."""
     return float(np.median(values))
 
 

@@ -81,7 +81,7 @@ class Page(NamedTuple):
 
 
 def of(study: Study, measured: str | PathLike | None = None) -> Page:
-    """Return the page of a run, with the signals of a file `measured` compared with the computed ones."""
+    """Return the page of a run; the signals in a file `measured` are compared with the computed ones."""
     comparison = [overlay.section(study, compare_signals(study, measured))] if measured else []
     record = study.run.grid
     return Page(
@@ -94,7 +94,7 @@ def of(study: Study, measured: str | PathLike | None = None) -> Page:
 
 
 def fill(template: str, *, count: int = 0, **content: object) -> str:
-    """Return a template of this package filled with content; text is escaped, `count` pictures are drawn."""
+    """Return a template of this package filled with content; text is escaped, and `count` pictures are drawn."""
     numbers = itertools.count(1)  # so that ids in different SVGs are distinct
 
     def drawing(picture: Picture) -> Markup:

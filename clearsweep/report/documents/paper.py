@@ -78,7 +78,10 @@ def named(sections: Iterable[Section]) -> list[tuple[str, Picture]]:
 
 
 def image(picture: Picture, form: str, width: float | None = None) -> bytes:
-    """Return the bytes of a picture's file, `width` mm wide; None: COLUMN or PAGE, by its size on the page."""
+    """Return the bytes of a picture's file, `width` mm wide.
+
+    If `width` is None, it is COLUMN or PAGE, by the size of the picture on the page.
+    """
     width = width or (PAGE if picture.wide else COLUMN)
     size = width / INCH, _height(picture, width) / INCH
     scale = min(LARGEST_TEXT, size[0] / picture.size[0])
@@ -94,7 +97,7 @@ def image(picture: Picture, form: str, width: float | None = None) -> bytes:
 
 @contextlib.contextmanager
 def _without_source_date() -> Iterator[None]:
-    """Hide SOURCE_DATE_EPOCH, which matplotlib reads even where it writes no date."""
+    """Hide SOURCE_DATE_EPOCH, which matplotlib reads even if it writes no date."""
     date = os.environ.pop("SOURCE_DATE_EPOCH", None)
     try:
         yield

@@ -54,14 +54,14 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
 
 
 def to_draw(study: Study, case_id: str) -> Case:
-    """Return a case of a run in SI, its history to be saved finely."""
+    """Return a case of a run in SI, set to save its history with a fine sampling."""
     case = resolved(study, [case_id])[0]
     orbits = "last" if case.save.orbits == "none" else case.save.orbits
     return case._replace(save=case.save._replace(orbits=orbits, samples=max(case.save.samples, SAMPLES)))
 
 
 def drawn(study: Study, case_id: str, result: Trajectory) -> list[Picture]:
-    """Return the pictures of a simulated case; none where it left no history."""
+    """Return the pictures of a simulated case, or [] if it has no history."""
     path = result.channels
     if len(path.get("t", ())) < 2:
         return []

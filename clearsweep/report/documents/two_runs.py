@@ -25,7 +25,7 @@ NAMES = ("A", "B")
 
 
 class Pairs(NamedTuple):
-    """The cases that two runs share, by the values of all axes of either."""
+    """The cases that two runs share: the values on all axes of both runs are equal."""
 
     first: Study
     second: Study
@@ -34,7 +34,7 @@ class Pairs(NamedTuple):
 
 
 def compared(first: StoredRun, second: StoredRun) -> Page:
-    """Return the page that compares two runs.  Raise InputError without a common case."""
+    """Return the page that compares two runs.  Raises InputError if they have no common case."""
     return of(matched(prepare(first), prepare(second)))
 
 
@@ -86,7 +86,7 @@ def sections(pairs: Pairs) -> list[Section]:
 
 
 def _described(pairs: Pairs) -> list[str]:
-    """Return the number of compared cases, and of those identical to the last bit."""
+    """Return sentences on the number of compared cases, and of those identical to the last bit."""
     column = _lead(pairs)
     ratio = _ratio(pairs, column)
     same = int(np.count_nonzero(ratio == 1.0))
@@ -117,16 +117,16 @@ def _known(pairs: Pairs, column: str) -> bool:
 
 
 def _pictures(pairs: Pairs) -> Gallery:
-    """Return the leading figure, the force peaks and the output's error of B over those of A."""
+    """Return pictures of the leading figure, the force peaks and the output error of B over those of A."""
     study = pairs.first
     wanted = [_lead(pairs), *(joint.column("force_peak") for joint in study.joints), study.column("error_max")]
     columns = [column for column in dict.fromkeys(wanted) if column in _columns(pairs) and _known(pairs, column)]
-    note = "Each point is a case that both runs have; on the line both are equal."
+    note = "Each point is a case that both runs have; on the line they are equal."
     return Gallery(note, [_cloud(pairs, name) for name in columns])
 
 
 def _cloud(pairs: Pairs, column: str) -> Picture:
-    """Return a figure of B over that of A."""
+    """Return the picture of a figure of B over the same figure of A."""
     here, there = _values(pairs, column)
     scale = wording.scale(pairs.first.unit(column), [*here[np.isfinite(here)], *there[np.isfinite(there)]])
     name = in_words(pairs.first, column)
@@ -210,7 +210,7 @@ def _values(pairs: Pairs, column: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _ratio(pairs: Pairs, column: str) -> np.ndarray:
-    """Return a figure of B over that of A; 1 if both are equal, including zeros and missing values."""
+    """Return the ratio of a figure in B to that in A; 1 if both are equal, including zeros and missing values."""
     first, second = _values(pairs, column)
     with np.errstate(all="ignore"):
         ratio: np.ndarray = np.where((first == second) | (np.isnan(first) & np.isnan(second)), 1.0, second / first)

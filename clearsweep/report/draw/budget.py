@@ -9,7 +9,7 @@ from .style import BLUE, INK, plain_axes
 
 
 def tornado(ax: Axes, bars: Sequence[tuple[str, float, float, str, str]], name: str) -> None:
-    """Draw bars from the bottom up: name, change down and up (1, relative to the base case), and the settings there."""
+    """Draw bars from the bottom up: name, relative change down and up from the base case, settings at both ends."""
     places = np.arange(len(bars))
     down, up = (100.0 * np.array([bar[end] for bar in bars]) for end in (1, 2))
     ax.barh(places, up - down, left=down, height=0.6, color=BLUE, alpha=0.75)

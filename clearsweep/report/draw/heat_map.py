@@ -26,10 +26,10 @@ def letters(columns: int, longest: int) -> float:
 def heat_map(
     ax: Axes, table: np.ndarray, axes: tuple[Axis, Axis], scale: Scale, name: str, span: tuple[float, float]
 ) -> None:
-    """Draw a figure as colours over two axes .
+    """Draw a figure as colours over two axes.
 
-    `table` : SI, shape (values of the second axis, of the first), NaN without a finished case, infinite where some case
-    does not reach what is measured.
+    `table` : SI, shape (values of the second axis, of the first), NaN without a finished case, infinite if a case does
+    not reach the measured state.
     `span` : SI, the ends of the colour scale.
     """
     (across, up), shown = axes, table / scale.factor

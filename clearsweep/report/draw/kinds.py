@@ -109,9 +109,10 @@ def shares(ax: Axes, axis: Axis, parts: np.ndarray, names: Sequence[str], colour
 
 
 def kinds(ax: Axes, table: np.ndarray, written: np.ndarray, axes: tuple[Axis, Axis], names: Sequence[str]) -> None:
-    """Draw the kind, an index in `names`, of every cell, (values of the second axis, of the first); NaN: no case.
+    """Draw the kind of every cell as an index in `names`; cells without a case are NaN.
 
-    `written` : text of the cells, same shape, if they are few.
+    `table` : (values of the second axis, values of the first)
+    `written` : texts of the cells in the same shape, drawn if they are few
     """
     across, up = axes
     ax.set_facecolor(UNKNOWN)

@@ -52,7 +52,7 @@ def cells(ax: Axes, tables: tuple[np.ndarray, np.ndarray, np.ndarray], axes: tup
         for (row, column), fails in np.ndenumerate(failing):
             margin = margins[row, column]
             number = wording.plain(float(100.0 * margin), 2) if np.isfinite(margin) else ""
-            word = wording.DASH if np.isnan(fails) else "no" if fails else WORDS.get(reserved[row, column], "ok")
+            word = wording.DASH if np.isnan(fails) else "no" if fails else WORDS.get(float(reserved[row, column]), "ok")
             text = f"{word}\n{number}".strip()
             ax.text(column, row, text, ha="center", va="center", fontsize=letters(failing.shape[1], 5), color="black")
     for fails, colour, mark in ((False, DOT_GOOD, "o"), (True, DOT_BAD, "X")):

@@ -10,7 +10,10 @@ from .style import BLUE, plain_axes
 
 
 def intervals(ax: Axes, rows: Sequence[tuple[float, float, float, float]], over: Axis, axis: Axis) -> None:
-    """Draw answers: value on the axis `over`, ends of the interval and answer on `axis`, SI."""
+    """Draw answers.
+
+    Each row has the value on the axis `over`, the ends of the interval and the answer on `axis`, in SI.
+    """
     x, low, high, answer = np.array(rows).T
     x = over.scale.of(x)
     low, high, answer = (axis.scale.of(each) for each in (low, high, answer))

@@ -1,1 +1,1 @@
-"""Tables and pictures that compare laws with each other."""
+"""Tables and pictures that compare laws."""

@@ -1,4 +1,4 @@
-"""Elastic laws with each other in one joint: force over penetration, and how far apart they are."""
+"""Compares the elastic laws in one joint: force over penetration, and the ratios of these forces."""
 
 import numpy as np
 import pandas as pd
@@ -50,7 +50,7 @@ def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
 def of_material(study: Study, joint: Joint) -> Part | None:
     """Return the comparison of the elastic laws that the joint's material allows, in the case of largest peak force.
 
-    None where the joint has no material, or its material allows one law only.
+    Return None if the joint has no material, or if its material allows only one law.
     """
     path = f"joints.{joint.title}.contact.material"
     if value_at(study.base, path) is None and not any(axis.path.startswith(path) for axis in study.axes):
@@ -66,7 +66,7 @@ def of_material(study: Study, joint: Joint) -> Part | None:
 
 
 def load_of(study: Study, joint: Joint, case_id: str) -> float | None:
-    """Return the largest reaction (N) of a joint of a case without clearance, None where there is none."""
+    """Return the largest reaction (N) of a joint of a case without clearance, or None if it is unknown."""
     column = joint.column("force_peak_ideal")
     load = float(study.cases.at[case_id, column]) if column in study.cases else np.nan
     return load if np.isfinite(load) else None
@@ -94,7 +94,7 @@ def _law_comparison(
 
 
 def _sentences(forces: dict[str, np.ndarray], holding: list[str]) -> list[str]:
-    """Return by which factor the laws that hold differ, from the softest to the stiffest, then all of them."""
+    """Return sentences on the factor between the softest and the stiffest valid law, and between all laws."""
     if len(forces) < 2:
         return []
     values, at = np.array(list(forces.values())), [wording.scale("m", depth).given(depth) for depth in DEPTHS]
@@ -142,7 +142,7 @@ def _table(
         Column("valid up to", "m"),
         Column("in this joint"),
     )
-    note = f"{_joint_text(sections[ordered[0]])}. Valid up to {wording.DASH}: any penetration."
+    note = f'{_joint_text(sections[ordered[0]])}. A dash under "valid up to" means any penetration.'
     title = f"Elastic force against penetration, joint {joint.title}"
     return Table(f"elastic_force_{joint.name}", title, note, columns, rows)
 

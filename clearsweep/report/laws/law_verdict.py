@@ -1,4 +1,4 @@
-"""Effect of the choice of a law on which designs keep to the limits."""
+"""Effect of the choice of a law on the designs that meet the limits."""
 
 import numpy as np
 import pandas as pd
@@ -12,7 +12,7 @@ from ..statistics.matching import Matched, axis_key
 
 
 def of_axis(study: Study, groups: Matched) -> Part:
-    """Return the effect of the laws on an axis on the verdict, all else equal; an empty Part without limits."""
+    """Return the effect of the laws on an axis on the verdict, all else equal, or an empty Part without limits."""
     if verdict.EXCEEDED not in study.cases:
         return Part([], [], [])
     ids = groups.pairs["case_id"]

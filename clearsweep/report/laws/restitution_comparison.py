@@ -79,7 +79,7 @@ def _shown(specified: pd.Series) -> np.ndarray:
 
 
 def _measured(study: Study, points: pd.DataFrame, joint: Joint, law: str, specified: float) -> float:
-    """Return the median of the measured restitution of the cases of a law, NaN without measurement."""
+    """Return the median of the measured restitution of the cases of a law, or NaN if none was measured."""
     if not study.has(joint.column("restitution")):
         return np.nan
     alike = points["specified"].isna() if np.isnan(specified) else points["specified"] == specified
@@ -95,8 +95,8 @@ def _table(study: Study, axis: Axis, joint: Joint, rows: list[EffectiveRestituti
         columns.append(Column("measured here"))
         cells = [(*cell, row.measured) for cell, row in zip(cells, rows, strict=True)]
     note = (
-        f"Computed in closed form for a free impact; the elastic law has no effect. {wording.DASH}: the law has no "
-        "restitution, or mass and speed determine the result (kelvin-voigt and others)."
+        f"The values follow in closed form for a free impact; the elastic law has no effect. A dash ({wording.DASH}) "
+        "means that the law has no restitution, or that it depends on mass and speed (kelvin-voigt and others)."
     )
     key = f"{axis_key(axis)}_restitution"
     return Table(key, "Specified and computed restitution", note, tuple(columns), cells)

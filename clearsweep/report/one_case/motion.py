@@ -111,9 +111,9 @@ def pictures(study: Study, case_id: str, path: Mapping) -> list[Picture]:
 
 
 def onsets(study: Study, case_id: str, events: Mapping, path: Mapping) -> list[Picture]:
-    """Return the picture of the closing rates at contact onsets; [] without events or drive.
+    """Return the picture of the closing rates at contact onsets, or [] without events or drive.
 
-    If the speed is not constant, the picture covers the stretch whose samples are saved in `path`.
+    If the speed is not constant, the picture covers the part of the run whose samples are saved in `path`.
     """
     speed, time = study.value(case_id, "drive.speed"), np.asarray(events["t"], float)
     start = study.value(case_id, "drive.start_angle") or 0.0
@@ -184,7 +184,7 @@ def _torque(study: Study, case_id: str, saved: History) -> list[Picture]:
         if channel.name.endswith("/torque"):
             values, name = saved.values(channel.name), _words(channel)
             free = study.has("crank_speed_min")
-            caption = "What the drive gives." if free else "Torque that keeps the crank speed constant."
+            caption = "Torque of the drive." if free else "Torque that keeps the crank speed constant."
             alt = f"{capital(name)}, at most {_most(values, channel.unit)}."
             paint = saved.painter(values, channel.unit, name, ideal.torque if ideal else None)
             drawn.append(Picture(capital(name), caption, alt, paint, FLAT, played=True))
@@ -227,7 +227,7 @@ def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
         drawn.append(
             Picture(
                 f"Journal orbit{where}",
-                "Circle: radial clearance. Outside it the bodies touch.",
+                "The circle is the radial clearance; outside it the bodies touch.",
                 f"Path of the journal centre, at most {farthest} from the bearing centre; clearance {free}.",
                 lambda ax: motion.orbit(ax, x, y, force, float(clearance)),
                 SQUARE,
@@ -257,7 +257,7 @@ def _unrolled(where: str, curve: tuple[np.ndarray, ...], clearance: float) -> Pi
     """Return the gap of a journal over the direction of its centre; curve : x, y (m), normal force (N)."""
     x, y, force = curve
     times = motion.magnified(x, y, clearance)
-    below = f"; below zero, penetration drawn {times:g} times as deep" if times > 1.0 else ""
+    below = f"; below zero is the penetration, magnified {times:g} times" if times > 1.0 else ""
     least = wording.text(clearance - float(np.hypot(x, y).max()), "m").replace("-", wording.MINUS)
     return Picture(
         f"Journal orbit unrolled{where}",
@@ -323,7 +323,7 @@ def _of_body(study: Study, saved: History, body: str) -> list[Column]:
 
 
 def _words(channel: Column) -> str:
-    """Return 'crank torque' for 'crank/torque'."""
+    """Return the name of a channel in words: 'crank torque' for 'crank/torque'."""
     return channel.name.replace("/", " ").replace("_", " ")
 
 

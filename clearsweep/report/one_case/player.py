@@ -56,9 +56,9 @@ def _sketch(study: Study, case_id: str) -> simulation.Sketch | None:
 
 
 def _bodies(sketch: simulation.Sketch, path: Mapping) -> list[dict]:
-    """Return the moving bodies: points relative to the centre of mass at the start, position and angle over time.
+    """Return the moving bodies over time, or [] if a body has no channels.
 
-    [] if a body has no channels.
+    Each has its points relative to the centre of mass at the start, and its position and angle over time.
     """
     bodies = []
     for body in sketch.bodies:
@@ -103,7 +103,7 @@ def _joints(study: Study, case_id: str, path: Mapping, part: slice) -> list[dict
 
 
 def _without_rounding(values: np.ndarray) -> np.ndarray:
-    """Return values, with those within the rounding error of the largest set to 0."""
+    """Return values; those within the rounding error of the largest are set to 0."""
     clean: np.ndarray = np.where(np.abs(values) < ROUNDING * np.nanmax(np.abs(values), initial=0.0), 0.0, values)
     return clean
 

@@ -27,7 +27,7 @@ def pictures(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray], 
     return [
         Picture(
             "The journal's axis in its bearing",
-            f"Orbits of both ends, in {where}, stretched across it; circles: radial clearance.",
+            f"Orbits of both ends in {where}; the scale across it is larger. Circles are the radial clearance.",
             f"Orbits of both ends of the journal's axis; it tilts by {most} at most.",
             lambda ax: spatial.axis(ax, ends, half, joint.clearance),
             TALL,
@@ -35,7 +35,7 @@ def pictures(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray], 
         ),
         Picture(
             "Both ends along the bearing",
-            "Click: they move, a revolution in 8 s.",
+            "Click to play one revolution in 8 s.",
             "Orbits of both ends of the journal's axis, seen along the bearing.",
             lambda ax: spatial.face(ax, ends, joint.clearance),
             TALL,
@@ -52,7 +52,7 @@ def pictures(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray], 
 
 
 def ends_of(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray]) -> np.ndarray:
-    """Return where both ends of the journal's axis are, (2, n, 3) m in the frame of the bearing, z along it."""
+    """Return the positions (2, n, 3) m of both ends of the journal's axis in the frame of the bearing, z along it."""
     mechanism = simulation.mechanism_of(case)
     site = mechanism.site(joint.name)
     on, bearing = site.journals

@@ -42,7 +42,7 @@ def pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[P
         Picture(
             name,
             depth_text(depth),
-            f"{name}: wear depth round it. {depth_text(depth)}",
+            f"{name}: wear depth around it. {depth_text(depth)}",
             partial(wear.around, depth=depth, place=place, scale=scale, most=most),
             POLAR,
             "polar",
@@ -81,19 +81,22 @@ def around_body(depth: np.ndarray) -> np.ndarray:
 
 
 def ranked_by(study: Study, joint: Joint) -> str:
-    """Return the column that ranks the wear of a joint: its rate, or the depth where there is no rate."""
+    """Return the column that ranks the wear of a joint: its rate, or its depth if there is no rate."""
     rate = joint.column("wear_rate_max")
     return rate if study.has(rate) else joint.column("wear_depth_max")
 
 
 def chosen(study: Study, joint: Joint) -> Interactive | None:
-    """Return the wear of the joint's most worn cases but the first, for comparison with that; None without others."""
+    """Return the wear of the joint's most worn cases except the first, for comparison with it.
+
+    Return None if there are no others.
+    """
     column = ranked_by(study, joint)
     places = study.cases.ordered(column)[: min(int((study.cases[column] > 0.0).sum()), MOST // len(study.joints))]
     if len(places) < 2:
         return None
     places = places[1:]
-    label = f"Wear depth round the bodies of joint {joint.title}, of a case to choose"
+    label = f"Wear depth around the bodies of joint {joint.title} in a chosen case"
     cases = [_drawn(study, joint, case_id) for case_id in study.cases.index[places]]
     data = {"title": f"Joint {joint.title}, another case: ", "bodies": bodies(study, joint), "cases": cases}
     return Interactive("worn", f"worn-{joint.name}", label, data, "")

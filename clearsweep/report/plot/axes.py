@@ -1,4 +1,4 @@
-"""Items drawn on axes, stored until they are written: lines, points, areas, cells, bars, words."""
+"""Axes that store lines, points, areas, cells, bars and words until they are written."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -20,7 +20,7 @@ _WORDS = {"ha", "va", "fontsize", "color", "weight", "bbox", "zorder"}
 
 
 class Axes:
-    """Two sides and the items between them; methods of matplotlib's axes that are missing here raise an error."""
+    """Two sides and the items between them; only some methods of matplotlib's axes exist here."""
 
     def __init__(self, figure: Any):
         """Take the sheet of these axes."""

@@ -32,7 +32,7 @@ LINE = 1.17  # line height over font size
 
 
 def width(text: str, size: float) -> float:
-    """Return the width of a text in points, of several lines the widest; size : font size, points."""
+    """Return the width (points) of a text, or of its widest line; size : font size (points)."""
     return max(sum(map(_width, line)) for line in text.split("\n")) * size / 1000.0
 
 

@@ -205,7 +205,7 @@ def _tick_width(side: Side, length: float) -> float:
 
 
 def _below(side: Side, names: list[str]) -> float:
-    """Return the height of the ticks of a horizontal side and of their labels, in points."""
+    """Return the total height (points) of the ticks of a horizontal side and their labels."""
     if turned := side.style.get("rotation"):
         longest = max((width(name, side.size) for name in names), default=0.0)
         return side.tick_length + GAP + longest * float(np.sin(np.radians(turned))) + side.size

@@ -69,7 +69,7 @@ def limits(study: Study) -> LimitCounts:
 
 
 def remarks(study: Study) -> Counter[str] | None:
-    """Return the counts of remarks on all cases, their number under `cases`; None if the page shows all cases."""
+    """Return the counts of remarks on all cases, with their number under `cases`; None if the page shows all cases."""
     return _summed(study, "remarks") if study.run.marks() else None
 
 

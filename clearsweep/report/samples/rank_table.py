@@ -24,7 +24,7 @@ from .sample_tables import (
 
 
 def rank_table(study: Study, samples: list[Setting]) -> Table:
-    """Return rank correlations of each figure with each drawn variable, the strongest first; none for few cases."""
+    """Return rank correlations of each figure with each drawn variable, the strongest first; empty for few cases."""
     names = variables(study)
     drawn = {path: np.asarray(values, float) for path, values in study.run.grid["sample"]["drawn"].items()}
     limited = bool(study.run.grid.get("limits"))
@@ -43,19 +43,22 @@ def rank_table(study: Study, samples: list[Setting]) -> Table:
             halves = _halves(study, sample, drawn[path]) if limited else []
             rows.append((*head, *estimate_cells(alone, "1"), *estimate_cells(partial, "1"), *halves))
     note = (
-        "Rank correlation (Spearman): 1 where the figure always rises with the variable, "
-        f"{wording.MINUS}1 where it always falls; others fixed: of what the other variables leave (PRCC). In brackets "
-        "the 95 % interval."
+        "Spearman's rank correlation is 1 if the figure always rises with the variable, and "
+        f'{wording.MINUS}1 if it always falls. Under "others fixed" is the partial rank correlation (PRCC), after '
+        "regression on the other variables. Brackets contain the 95 % interval."
     )
     if limited:
-        note += " Limits exceeded: how likely at least one is where the variable is below its median, and above."
+        note += (
+            " The last two columns are the probabilities that a limit is exceeded with the variable below and above "
+            "its median."
+        )
     return Table("rank_drivers", "What drives the spread", note, tuple(columns), rows)
 
 
 def correlations(study: Study, sample: Setting, column: str) -> list[tuple[str, Estimate, Estimate]]:
     """Return variable, rank correlation with a figure, and partial rank correlation, the strongest first.
 
-    [] with too few cases, and for a constant figure.
+    Return [] if there are too few cases or the figure is constant.
     """
     table = study.run.grid["sample"]["drawn"]
     drawn = {path: np.asarray(table[path], float) for path in variables(study)}
@@ -63,7 +66,7 @@ def correlations(study: Study, sample: Setting, column: str) -> list[tuple[str, 
 
 
 def _halves(study: Study, sample: Setting, values: np.ndarray) -> list[Quantity]:
-    """Return the cells of the chance that a limit is exceeded below and above the median of a variable."""
+    """Return the cells with the chance that a limit is exceeded below and above the median of a variable."""
     good, beyond = finished(sample), any_exceeded(study, sample)
     values = values[good]
     middle = np.median(values)

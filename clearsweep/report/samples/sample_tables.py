@@ -63,9 +63,9 @@ def spread_table(study: Study, samples: list[Setting]) -> Table:
                     (*head, *estimate_cells(spread.mean, figure.unit), *estimate_cells(spread.cv, "1"), *quantiles)
                 )
     note = (
-        "In brackets the 95 % confidence interval: of mean and cv (standard deviation over mean) from the "
-        f"bootstrap, of quantiles from order statistics; {wording.DASH}: too few cases to give that end. "
-        f"{_left_out(samples)}"
+        "Brackets contain the 95 % confidence interval: from the bootstrap for mean and cv (standard deviation over "
+        f"mean), from order statistics for quantiles. A dash ({wording.DASH}) marks an end for which there are too few "
+        f"cases. {_left_out(samples)}"
     )
     return Table("distribution", "Spread of the figures", note.strip(), columns, rows)
 
@@ -92,14 +92,14 @@ def limit_table(study: Study, samples: list[Setting]) -> Table:
         head = ("at least one of them", "", *point_cells(study, sample))
         rows.append((*head, "", *_chances(any_exceeded(study, sample), _failed_rows(sample), failures=failures)))
     note = (
-        "In brackets the exact 95 % confidence interval (Clopper and Pearson). A case whose figure is null counts as "
-        "exceeding its limit."
+        "Brackets contain the exact 95 % confidence interval (Clopper and Pearson). A case whose figure is null counts "
+        "as exceeding its limit."
     )
     if failures:
         failed = sum(len(sample.failed) for sample in samples)
         note += (
-            f" The first probability leaves out {wording.count(failed, 'failed case')}, so it is too low where violent "
-            "cases fail. The second counts failed cases as failures of every limit."
+            f" The first probability leaves out {wording.count(failed, 'failed case')}, so it is too low if violent "
+            "cases fail. The second counts failed cases as exceeding every limit."
         )
     return Table("limits", "How likely limits are exceeded", note, columns, rows)
 
@@ -120,13 +120,13 @@ def _failed_rows(sample: Setting) -> int:
 
 
 def any_exceeded(study: Study, sample: Setting) -> np.ndarray:
-    """Return which finished cases of a sample exceed a limit, or lack the figure of one."""
+    """Return a mask of the finished cases of a sample that exceed a limit, or whose limited figure is missing."""
     beyond: np.ndarray = np.any([limit.fails(sample.figures) for limit in study.limits], axis=0)[finished(sample)]
     return beyond
 
 
 def finished(sample: Setting) -> np.ndarray:
-    """Return which rows of a sample's design finished."""
+    """Return a mask of the rows of a sample's design that finished."""
     failed = set(sample.failed)
     return np.array([case_id not in failed for case_id in sample.case_ids])
 
@@ -160,10 +160,10 @@ def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]
                 cells = (*estimate_cells(index.first, "1"), *estimate_cells(index.total, "1"))
                 rows.append((*head, *cells, *_chance_cells(chance, verdict, shown=place == 0)))
     note = (
-        "First-order: the share of the figure's variance that the variable explains by itself; total: with all its "
-        "interactions. In brackets: the bootstrap interval. Share of chance: the share of the variance that chaos "
-        "causes. If it is one half or more, the figure is chaotic: a tiny disturbance changes it as much as the "
-        "variables do."
+        "The first-order index is the share of the figure's variance that the variable explains by itself; the total "
+        "index includes all its interactions. Brackets contain the bootstrap interval. The share of chance is the "
+        "share of the variance that chaos causes. If it is one half or more, the figure is chaotic: a tiny disturbance "
+        "changes it as much as the variables do."
     )
     sentences = [
         _advice([name for name in verdicts if verdicts[name] == verdict], verdict)
@@ -171,8 +171,8 @@ def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]
     ]
     if not measured:
         sentences.append(
-            "This run did not measure chaos, it only bounds it. Its share of the variance is at most the smallest "
-            "total index of a variable that has an effect. simulate: {error_check: true} measures it."
+            "This run only gives an upper bound of chaos: its share of the variance is at most the smallest total "
+            "index of a variable that has an effect. simulate: {error_check: true} measures chaos."
         )
     return Table("sensitivity", "Sobol indices", note, columns, rows), sentences
 
@@ -202,8 +202,8 @@ def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]
                 head = (figure.name, figure.unit, *point_cells(study, sample), names[effect.path])
                 rows.append((*head, *cells, _blur(effect)))
     note = (
-        "Each variable changes alone, with the others at their medians. Scatter: change of the figure under "
-        "disturbances of 1e-9 of the variables' ranges, or at a tenth of the tolerance if the run computed that."
+        "Each variable changes alone, with the others at their medians. The scatter is the change of the figure "
+        "under disturbances of 1e-9 of the variables' ranges, or at a tenth of the tolerance if the run computed that."
     )
     sentences = [_advice(list(chaotic), "chaotic")] if chaotic else []
     return Table("one_at_a_time", "One-at-a-time effects", note, columns, rows), sentences
@@ -223,7 +223,7 @@ def _chance_cells(chance: Chance, verdict: str, *, shown: bool) -> list[Quantity
 
 
 def _blur(effect: Effect) -> str:
-    """Return the remark on an effect compared with its scatter, '' for none."""
+    """Return the remark on an effect compared with its scatter, or '' if none is needed."""
     if effect.chaotic:
         return "chaotic: scatter as large as the effect"
     blurred = effect.blurred()

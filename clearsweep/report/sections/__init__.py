@@ -97,7 +97,7 @@ def _long(section: Section) -> bool:
 
 
 def _is_second(sections: Makes, listed: list[Section]) -> bool:
-    """Return whether sections are in the second column of a wide page, after those that are `listed`."""
+    """Return whether sections belong in the second column of a wide page, after those that are `listed`."""
     if any(section.key == "optimise" for section in listed):
         return sections is explorer.leading  # as long as all others
     return sections in SECOND and (sections is not drivers.sections or any(map(_long, listed)))

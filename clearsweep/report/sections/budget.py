@@ -28,7 +28,7 @@ class Unknown(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Return it in words."""
+        """Return the name of the unknown in words."""
         return " and ".join(axis.name for axis in self.axes)
 
 
@@ -43,7 +43,7 @@ class Bar(NamedTuple):
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section where the finished cases are one and others that each change one thing of it."""
+    """Return the section, or [] unless the finished cases are a base case and cases that each change one unknown."""
     if study.cases.empty or not study.joints:
         return []
     column = study.hardest_joint().column(PEAK.figure)
@@ -83,7 +83,7 @@ def designed(study: Study) -> tuple[str, list[Unknown]] | None:
 
 
 def bars_of(study: Study, column: str, base: str, unknowns: list[Unknown]) -> list[Bar]:
-    """Return the bar of each unknown, that which moves the figure most first."""
+    """Return the bar of each unknown, the one with the largest effect first."""
     start, bars = float(study.cases.at[base, column]), []
     for unknown in unknowns:
         changes = {case: float(study.cases.at[case, column]) / start - 1.0 for case in unknown.cases}
@@ -94,9 +94,10 @@ def bars_of(study: Study, column: str, base: str, unknowns: list[Unknown]) -> li
 
 
 def together(bars: list[Bar]) -> tuple[float, float]:
-    """Return the change (of 1) of a figure, down and up, by all unknowns together.
+    """Return the relative change of a figure, down and up, by all unknowns together.
 
-    As of independent ones: roots of the sums of squares, of logarithms, since a peak falls by 100 % at the most.
+    The unknowns are independent, so the logarithms of the ratios are combined by root-sum-square.  Logarithms are used
+    because a peak cannot fall by more than 100 %.
     """
     down = np.linalg.norm([np.log1p(bar.down) for bar in bars])
     up = np.linalg.norm([np.log1p(bar.up) for bar in bars])
@@ -117,7 +118,9 @@ def _sentences(study: Study, column: str, base: str, bars: list[Bar]) -> list[st
         f"{largest[:1].upper()}{largest[1:]} {verb} the peak.",
     ]
     if idle:
-        sentences.append(f"Less than {wording.percent(SMALL)} between the ends: {wording.sentence_list(idle)}.")
+        sentences.append(
+            f"The two ends differ by less than {wording.percent(SMALL)} for {wording.sentence_list(idle)}."
+        )
     return [*sentences, "The cases change one unknown at a time, so they do not show interactions."]
 
 
@@ -145,7 +148,7 @@ def _picture(study: Study, bars: list[Bar]) -> Picture:
 
 
 def _table(study: Study, bars: list[Bar]) -> Table:
-    """Return the bars in numbers."""
+    """Return the table with the numbers of the bars."""
     heads = ("unknown", "cases", "least change", "at", "largest change", "reached at")
     rows = [
         (

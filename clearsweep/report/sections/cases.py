@@ -1,6 +1,6 @@
-"""The motion of the worst case by the question of the grid, and of the others of the worst, the median and the mildest.
+"""The motion of the worst case for the question of the grid, and of the worst, the median and the mildest case.
 
-Where a player shows the motion, no picture repeats what it shows.
+Pictures do not repeat what a player shows.
 """
 
 from collections.abc import Iterable
@@ -18,8 +18,8 @@ from ..one_case.motion import history, onsets, pictures
 
 NO_JOINT = Joint("-", "", wears=False)  # figures of the mechanism alone
 NOT_SAVED = Markup(
-    "No time histories were saved (<code>save: {{orbits: none}}</code>). To see this case in motion: "
-    "<code>clearsweep show {} {}</code>"
+    "No time histories were saved (<code>save: {{orbits: none}}</code>). <code>clearsweep show {} {}</code> "
+    "shows this case in motion."
 )
 
 
@@ -44,7 +44,7 @@ def _without_history(study: Study, case_id: str, why: str) -> Detail:
 
 
 def others(study: Study) -> list[Section]:
-    """Return the largest, the median and the smallest case of the leading figure, where these are not the worst."""
+    """Return the cases with the largest, the median and the smallest leading figure, except the worst case."""
     if study.cases.empty:
         return []
     worst, ranked = worst_case(study), _ranked(study)
@@ -58,7 +58,7 @@ def others(study: Study) -> list[Section]:
 
 
 def _ranked(study: Study) -> tuple[str, ...]:
-    """Return the ends and the middle of the cases by the leading figure of the hardest joint."""
+    """Return the cases with the largest, the median and the smallest leading figure of the most loaded joint."""
     return study.cases.ranked(study.hardest_joint().column(study.lead.figure))
 
 
@@ -78,7 +78,7 @@ def _details(study: Study, ids: Iterable[str], why: dict[str, str], otherwise: s
 
 
 def _figures(study: Study, case_id: str) -> list[tuple[str, str]]:
-    """Return the figures of a case: name, value with unit; of several joints one after another, each named."""
+    """Return name and value with unit of the figures of a case; if there are several joints, each is named."""
     whole = {name for name, _ in shown(study, "case", NO_JOINT)}
     figures: list[tuple[str, str]] = []
     for joint in study.joints:

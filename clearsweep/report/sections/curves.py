@@ -1,4 +1,4 @@
-"""The figures that decide over the crank speed, or the first axis that has numbers: one curve for each clearance."""
+"""The deciding figures over the crank speed, or over the first numeric axis: one curve for each clearance."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -24,7 +24,7 @@ LEAST = 3  # values that make a curve
 
 
 class Drawn(NamedTuple):
-    """One figure over an axis: a column, its name, its bound where it has one."""
+    """One figure over an axis: a column, its name, and its bound, if any."""
 
     column: str
     name: str
@@ -38,8 +38,9 @@ def sections(study: Study) -> list[Section]:
         return []
     second = _beside(study, across)
     pictures = [_picture(study, drawn, across, second) for drawn in _drawn(study)[:PICTURES]]
-    note = "The worst of all cases at a point" if not study.typical else "The median of all cases at a point"
-    note += "; line across: the limit." if any(drawn.limit for drawn in _drawn(study)) else "."
+    note = f"Each point is the {'median' if study.typical else 'worst'} of its cases."
+    if any(drawn.limit for drawn in _drawn(study)):
+        note += " The horizontal line is the limit."
     if any(leaves_out(study, drawn.column) for drawn in _drawn(study)):
         note += LEFT_OUT
     return [Section("curves", f"Over {across.name}", filled([Gallery(note, pictures)]))]
@@ -52,7 +53,7 @@ def _across(study: Study) -> Axis | None:
 
 
 def _beside(study: Study, across: Axis) -> Axis | None:
-    """Return the axis whose values have a curve each: a clearance, or what moves the force most."""
+    """Return the axis with one curve for each value: a clearance, or the axis with the largest effect on the force."""
     others = [effect.axis for effect in _effects(study)]
     others = [axis for axis in others if axis is not across]
     return next((axis for axis in others if axis.path.endswith(".clearance")), next(iter(others), None))
@@ -65,7 +66,7 @@ def _effects(study: Study) -> list[MainEffect]:
 
 
 def _drawn(study: Study) -> list[Drawn]:
-    """Return what is limited, then the peaks of every joint, over the ideal ones too, and the error of the output."""
+    """Return the limited figures, then the peak of every joint, its ratio to the ideal peak, and the output error."""
     by_column = {limit.column: Drawn(limit.column, in_words(study, limit.column), limit) for limit in study.limits}
     figures = [(joint, figure) for figure in ("force_peak", "force_peak_ratio") for joint in study.joints]
     columns = [joint.column(study.lead.figure) for joint in study.joints]
@@ -103,7 +104,7 @@ def _picture(study: Study, drawn: Drawn, across: Axis, second: Axis | None) -> P
 def _table(
     study: Study, values: np.ndarray, axes: tuple[Axis, Axis | None], reduced: Callable[[np.ndarray], float]
 ) -> np.ndarray:
-    """Return one value for each place of the second axis and of the first; of no second axis a single row."""
+    """Return one value for each pair of values of the second and the first axis; one row if there is no second axis."""
     across, second = axes
     if second is not None:
         return over_other_axes(study, values, (across, second), reduced)

@@ -1,4 +1,4 @@
-"""What drives the leading figure: medians over the values of each axis, drawn and tabulated."""
+"""Drivers of the leading figure: medians over the values of each axis, drawn and tabulated."""
 
 import numpy as np
 
@@ -34,7 +34,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def more(study: Study) -> list[Section]:
-    """Return the other axes, what drives the force with the ideal one, and all main effects in numbers."""
+    """Return the other axes, the drivers of the force over the ideal reaction, and a table of all main effects."""
     if not _comparable(study):
         return []
     joint, pictures = study.hardest_joint(), _leading(study)[_at_once(study) :]
@@ -60,7 +60,7 @@ def sentences(study: Study, joint: Joint) -> list[str]:
 
 
 def _others(study: Study, joint: Joint) -> list[str]:
-    """Return a sentence each on what drives other figures most, where that is clear and the answer does not say it."""
+    """Return one sentence for each other figure with a clear strongest driver that the answer does not mention."""
     asked, others = question(study).question, dict[str, str]()
     if asked != "film":
         others[joint.column("film_loss")] = "film loss"
@@ -123,22 +123,22 @@ def _leading(study: Study) -> list[Picture]:
 
 
 def _at_once(study: Study) -> int:
-    """Return how many axes are drawn at once: those that move the leading figure, the strongest first."""
+    """Return how many axes are drawn outside the folded part: those with an effect on the leading figure."""
     effects = main_effects(study, study.hardest_joint().column(study.lead.figure))
     return min(MOST, max(sum(not effect.share < LEAST_SHARE for effect in effects), 1))
 
 
 def ideal_varies(study: Study, joint: Joint) -> bool:
-    """Return whether a force over that of the ideal joint shows anything that the force itself does not."""
+    """Return whether the ideal reaction of a joint varies; if not, force over ideal reaction shows nothing new."""
     column = joint.column("force_peak_ideal")
     return study.has(column) and study.cases[column].nunique() > 1
 
 
 def _note(study: Study) -> str:
-    band = "; band: the middle 80 %" if len(study.swept()) > 1 else ""
-    note = f"Median of the cases with the value{band}. Panels share their scale."
+    band = "; the band contains the middle 80 %" if len(study.swept()) > 1 else ""
+    note = f"Each point is the median of the cases with that value{band}. Panels share their scale."
     if len(study.joints) > 1 and study.lead is PEAK:
-        note += " Solid or dots: peak of each joint; dashed or squares: its rms."
+        note += " Solid lines or dots are the peaks of a joint, dashed lines or squares its rms values."
     if leaves_out(study, study.hardest_joint().column(study.lead.figure)):
         note += LEFT_OUT
     return note

@@ -50,8 +50,8 @@ def _stiffness(study: Study, joint: Joint, worst: str, case: Case, links: Links)
     softness = stiffness * sum(1.0 / link.stiffness for link in at)
     names, verb = wording.sentence_list([link.name for link in at]), "has" if len(at) == 1 else "together have"
     compared = (
-        f"In joint {joint.title} the contact has {_stiff(stiffness)} at its greatest penetration, case {worst[:8]}. "
-        f"Along the line of its pins {names} {verb} {_stiff(stiffness / softness)}."
+        f"In joint {joint.title} the contact stiffness is {_stiff(stiffness)} at the largest penetration, in case "
+        f"{worst[:8]}. Along the line of its pins {names} {verb} a stiffness of {_stiff(stiffness / softness)}."
     )
     if study.cases.at[worst, joint.column("impacts_per_rev")] < IMPACTS:
         return compared, "Journal and bearing hardly separate there, so a rigid link changes the peak little."
@@ -67,7 +67,7 @@ def _stiff(stiffness: float) -> str:
 
 
 def _computed(study: Study, joint: Joint, worst: str) -> str:
-    """Return the peaks of the cases that differ from the worst only in the stiffness of a link, or ''."""
+    """Return the peaks of the cases that differ from the worst only in the stiffness of a link in words, or ''."""
     axis = next((axis for axis in study.swept() if axis.path.endswith(f".elastic.{KEY}")), None)
     alike = _alike(study, axis, worst) if axis is not None and axis.numeric else []
     if axis is None or len(alike) < 2:
@@ -77,7 +77,7 @@ def _computed(study: Study, joint: Joint, worst: str) -> str:
     values = [axis.text(study.cases.at[case_id, axis.path]) for case_id in alike]
     peaks = study.texts(*((case_id, column) for case_id in alike))
     pairs = [f"{peak} at {value}" for peak, value in zip(peaks, values, strict=True)]
-    return f"Force peak by {axis.name}, all else as there: {wording.sentence_list(pairs)}."
+    return f"With all else as there, the force peak depends on {axis.name}: {wording.sentence_list(pairs)}."
 
 
 def _alike(study: Study, axis: Axis, worst: str) -> list[str]:
@@ -100,7 +100,7 @@ def _neglected(links: Links) -> str:
 
 
 def _table(links: Links) -> Table:
-    """Return the links in numbers."""
+    """Return the table of the links."""
     heads = ("link", "segments")
     columns = (
         *map(Column, heads),
@@ -113,6 +113,7 @@ def _table(links: Links) -> Table:
         (link.name, str(link.segments), link.stiffness, link.first_mode, link.impedance, link.bending) for link in links
     ]
     note = (
-        "Of the case with the largest force peak. Both modes: of the link alone, a uniform bar with free ends or pins."
+        "The case is that with the largest force peak. Both modes are those of the link alone, a uniform bar with free "
+        "ends or pins."
     )
     return Table("elastic_links", "Elastic links", note, columns, rows)

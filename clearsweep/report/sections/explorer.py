@@ -18,7 +18,7 @@ WIDE = 8.0  # ratio of largest to smallest value above which an axis is logarith
 
 
 def leading(study: Study) -> list[Section]:
-    """Return the section of an optimised run, whose best cases are marked; [] of other runs."""
+    """Return the section of an optimised run, whose best cases are marked, or [] for other runs."""
     return _sections(study, "Cases that were tried") if _objectives(study) else []
 
 
@@ -44,7 +44,7 @@ def _sections(study: Study, title: str) -> list[Section]:
 
 
 def _objectives(study: Study) -> list[str]:
-    """Return the objectives of an optimised run, [] of others."""
+    """Return the objectives of an optimised run, or [] for other runs."""
     asked = study.run.grid.get("optimise") or {}
     return [name for sense in SENSES for name in asked.get(sense, []) if study.has(name)]
 

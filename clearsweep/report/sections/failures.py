@@ -18,7 +18,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def _reasons(study: Study) -> str:
-    """Return how many cases failed with which status, the most frequent first, in a sentence."""
+    """Return a sentence with the number of failed cases by status, the most frequent first."""
     ordered = sorted(counts.failures(study).items(), key=lambda pair: (-pair[1], pair[0]))
     reasons = Markup(", ").join(Markup("{} {} <b>{}</b>").format(number, TIMES, status) for status, number in ordered)
     return Markup("{}. <code>clearsweep run --retry-failed</code> runs them again.").format(reasons)

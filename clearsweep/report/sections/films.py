@@ -6,8 +6,8 @@ from ..data.shown import shown
 from ..data.study import Study
 
 NOTE = (
-    "The film carries the whole load as long as the journal does not touch the bearing. Beyond the limit of its law, "
-    "the formula is evaluated at the limit. Least film and loss belong to the recorded window."
+    "The film carries the whole load as long as the journal does not touch the bearing. Beyond the valid range of its "
+    "law, the film is evaluated at the limit. The least thickness and the loss are those of the recorded window."
 )
 
 

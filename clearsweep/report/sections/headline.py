@@ -1,4 +1,4 @@
-"""Sentences on the figures of a run: forces, what drives them, output, wear, where laws end, how motions repeat."""
+"""Sentences on the figures of a run: forces, drivers, output, wear, valid ranges of laws, periodicity."""
 
 from collections import Counter
 
@@ -34,7 +34,7 @@ def sentences(study: Study) -> list[str]:
 
 
 def _hardest(study: Study) -> list[str]:
-    """Return the largest force peak of all joints with p99 and the ideal reaction, and the smallest of that joint."""
+    """Return sentences on the largest force peak of all joints, with p99 and ideal reaction, and on the smallest."""
     known = [joint for joint in study.joints if study.has(joint.column(PEAK.figure))]
     if not known:
         return ["No contact force was recorded in any case."]
@@ -95,7 +95,7 @@ def _restitution(study: Study) -> list[str]:
 
 
 def repeating(study: Study) -> list[str]:
-    """Return the number of periodic and of chaotic motions, and the weight that a single peak thus has."""
+    """Return sentences on the number of periodic and chaotic motions, and on the significance of a single peak."""
     if "period" not in study.cases:
         return []
     if study.transient:
@@ -124,7 +124,7 @@ def _turns(period: int) -> str:
 
 
 def _expected(study: Study) -> list[str]:
-    """Return the largest force peak to expect in many revolutions of irregular motions, or why none is predicted."""
+    """Return a sentence on the largest force peak to expect in many revolutions, or why none is predicted."""
     joints = [joint.name for joint in study.joints]
     names = [name for name in expected.columns(joints) if name in study.cases]
     block = {name: study.cases[name].to_numpy() for name in names} | {"case_id": study.cases.index.to_numpy()}
@@ -141,7 +141,7 @@ def _expected(study: Study) -> list[str]:
 
 
 def _chaotic(study: Study) -> list[str]:
-    """Return how many motions were found to be chaotic; only where `simulate.horizon` looked."""
+    """Return a sentence on the number of chaotic motions, or [] unless `simulate.horizon` tests for chaos."""
     if not study.has("lyapunov_exponent"):
         return []
     chaotic = int(((study.cases["lyapunov_exponent"] > 0.0) & study.cases["period"].isna()).sum())
@@ -150,7 +150,7 @@ def _chaotic(study: Study) -> list[str]:
 
 
 def _over_median(study: Study, joint: Joint) -> str:
-    """Return by how much the largest peak of a case that does not repeat itself exceeds the median of revolutions."""
+    """Return how much the largest peak of non-periodic cases exceeds the median peak per revolution."""
     median = joint.column("force_peak_median")
     if not study.has(median):
         return ""
@@ -163,7 +163,7 @@ def _over_median(study: Study, joint: Joint) -> str:
 
 
 def limits(study: Study) -> list[str]:
-    """Return where cases leave the range of their laws, in the words of the closing lines of the run."""
+    """Return remarks on cases outside the range of their laws, in the words of the closing lines of the run."""
     joints = [joint.name for joint in study.joints]
     remarks = validity.Remarks(joints)
     cases = {"case_id": study.cases.index}

@@ -28,7 +28,10 @@ def sections(study: Study) -> list[Section]:
     blocks: list[Block] = [
         Sentences([*(f"{_estimate_text(axes[each['path']], each)}." for each in identified["parameters"])]),
         Sentences(machine.sentences(identified, joints)),
-        Gallery("Dashed: the ends of the 95 % interval; solid: the median.", _pictures(identified, sample, axes)),
+        Gallery(
+            "Dashed lines are the ends of the 95 % interval, the solid line is the median.",
+            _pictures(identified, sample, axes),
+        ),
         _parameters(identified, axes),
     ]
     return [Section("identify", "The machine that was measured", filled(blocks))]
@@ -39,7 +42,9 @@ def more(study: Study) -> list[Section]:
     if not sections(study):
         return []
     identified, sample = study.run.grid["identified"], study.run.identify
-    pairs = Gallery("Darker: likelier.", _pairs(identified, sample, {axis.path: axis for axis in study.axes}))
+    pairs = Gallery(
+        "Darker cells are more probable.", _pairs(identified, sample, {axis.path: axis for axis in study.axes})
+    )
     return [Section("identify-more", "Identified pairs and measured features", filled([pairs, _fits(identified)]))]
 
 
@@ -78,7 +83,7 @@ def _pictures(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[str, 
         def paint(ax: Any) -> None:
             posterior.density(ax, sample[axis.path].to_numpy(), weights, ends, axis)
 
-        return Picture(f"How likely: {axis.name}", "", f"{_estimate_text(axis, each)}.", paint)
+        return Picture(f"Probability of {axis.name}", "", f"{_estimate_text(axis, each)}.", paint)
 
     return [single(each) for each in identified["parameters"]]
 
@@ -93,7 +98,7 @@ def _pairs(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[str, Axi
             posterior.pair(ax, pair, weights, (first, second))
 
         title = f"{first.name} and {second.name}"
-        return Picture(title, "", f"How likely pairs of {title} are.", paint)
+        return Picture(title, "", f"Probability of pairs of {title}.", paint)
 
     pairs = itertools.combinations([axes[each["path"]] for each in identified["parameters"]], 2)
     return [both(*pair) for pair in itertools.islice(pairs, PAIRS)]
@@ -117,5 +122,8 @@ def _fits(identified: dict[str, Any]) -> Table:
         cells = [Quantity(each[name], wording.text(each[name], each["unit"])) for name in ("measured", "computed")]
         rows.append((each["channel"], each["feature"], *cells, each["deviations"]))
     columns = (Column("signal"), Column("feature"), Column("measured"), Column("computed"), Column("deviations"))
-    note = "Computed: the median of the best cases. Deviations: measured less computed, in standard deviations."
+    note = (
+        "Computed values are medians of the best cases. Deviations are measured minus computed values, in standard "
+        "deviations."
+    )
     return Table("identify-fit", "Features measured and computed", note, columns, rows)

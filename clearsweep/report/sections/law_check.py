@@ -1,4 +1,4 @@
-"""The deciding case under the other laws that hold in its joints, where the grid asks for it (`check_laws`)."""
+"""The deciding case under the other valid laws of its joints, if the grid requests it (`check_laws`)."""
 
 import math
 
@@ -13,13 +13,13 @@ from ..data.worst_case import worst_case
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where no law is checked."""
+    """Return the section, or [] if no law is checked."""
     points = sentences(study)
     return [Section("law_check", "The deciding case under other laws", filled([Points(points), _table(study)]))]
 
 
 def sentences(study: Study) -> list[str]:
-    """Return whether other laws move the verdict; [] where none is checked."""
+    """Return a sentence on whether other laws change the verdict, or [] if none is checked."""
     own = _deciding(study)
     if own is None or not study.law_checks:
         return []
@@ -28,7 +28,7 @@ def sentences(study: Study) -> list[str]:
 
 
 def _deciding(study: Study) -> law_check.Row | None:
-    """Return the worst case of the grid under the laws that it has."""
+    """Return the worst case of the grid under the laws of the grid, or None if no law is checked."""
     worst = worst_case(study)
     if worst is None:
         return None

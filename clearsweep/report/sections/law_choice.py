@@ -51,13 +51,13 @@ def _section(study: Study, axis: Axis) -> Section:
 
 
 def _figures(study: Study, joint: Joint) -> list[tuple[str, str]]:
-    """Return the forces of a joint that are compared: column, name; a percentile of few impacts says nothing."""
+    """Return column and name of the compared forces of a joint; p99 is left out without a drive."""
     named = [(joint.column(figure), name) for figure, name in FIGURES if study.driven or figure != "force_p99"]
     return [(column, name) for column, name in named if study.has(column)]
 
 
 def _forces(study: Study, matched_cases: Matched, joint: Joint) -> Table:
-    """Return the forces of one joint law by law."""
+    """Return the table of the forces of one joint, law by law."""
     axis, figures = matched_cases.axis, _figures(study, joint)
     heads = [Column(axis.name), Column("cases")]
     for column, name in figures:
@@ -79,21 +79,22 @@ def _forces(study: Study, matched_cases: Matched, joint: Joint) -> Table:
                 cells += [*ends, float(ratios[column].get(law, np.nan))]
             rows.append((law, counted(int(alike.sum())), *cells))
     note = (
-        "Median (smallest to largest) of all finished cases with the law. Compared with other laws: the figure divided "
-        "by the median of all laws at otherwise equal values. The table shows the median of these ratios."
+        "Each force is the median (smallest to largest) of all finished cases with the law. For the comparison with "
+        "other laws, it is divided by the median of all laws at otherwise equal values. The table shows the median of "
+        "these ratios."
     )
     title = f"Forces in joint {joint.title}, by {axis.name}"
     return Table(f"{axis_key(axis)}_{joint.name}", title, note, tuple(heads), rows)
 
 
 def _ratios(study: Study, matched_cases: Matched, column: str) -> pd.Series:
-    """Return law -> a figure over the median of all laws at otherwise equal values, the median of that."""
+    """Return law -> median ratio of a figure to the median of all laws at otherwise equal values."""
     table = matched_cases.table(study, column)
     return table.div(table.median(axis=1), axis=0).median()
 
 
 def _ends(values: pd.Series, unit: str) -> list[Quantity | float]:
-    """Return the median of a figure with its range in words, the smallest and the largest value."""
+    """Return the cells of a figure: its median with its range in words, its smallest and its largest value."""
     low, middle, high = values.min(), values.median(), values.max()
     scale = wording.scale(unit, middle)
     span = f" ({scale.number(low)} to {scale.number(high)})" if len(values) > 1 else ""
@@ -101,7 +102,7 @@ def _ends(values: pd.Series, unit: str) -> list[Quantity | float]:
 
 
 def _spread(study: Study, matched_cases: Matched) -> Table:
-    """Return by which factor each figure differs between laws at otherwise equal values."""
+    """Return the table of the factors by which each figure differs between laws at otherwise equal values."""
     rows = []
     for joint in study.joints:
         for column, name in _figures(study, joint):
@@ -130,13 +131,13 @@ def _spread(study: Study, matched_cases: Matched) -> Table:
         Column("law of the largest", file_only=True),
         Column("at"),
     )
-    note = "Largest over smallest value among the laws, at otherwise equal values."
+    note = "The factor is the largest over the smallest value among the laws, at otherwise equal values."
     title = f"Spread between the {_plural(matched_cases.axis)}"
     return Table(f"{axis_key(matched_cases.axis)}_spread", title, note, columns, rows)
 
 
 def _sentence(study: Study, axis: Axis, spread: Table) -> str:
-    """Return the spread in the joint that bears the largest force in a sentence."""
+    """Return a sentence on the spread in the joint with the largest force."""
     hardest = study.hardest_joint()
     rows = {name: rest for name, title, *rest in spread.rows if title == hardest.title}
     if "force peak" not in rows:
@@ -172,7 +173,7 @@ def _strip(study: Study, axis: Axis, joint: Joint, column: str, name: str) -> Pi
     medians = "; ".join(f"{law}: {scale.text(np.median(points))}" for law, points in groups)
     return Picture(
         title,
-        "One point per case; bar: median.",
+        "Each point is a case; the bar is the median.",
         f"{title}, medians. {medians}",
         lambda ax: comparison.strip(ax, groups, name, scale),
         size=(4.2, 1.0 + 0.22 * len(groups)),

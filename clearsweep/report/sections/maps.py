@@ -1,7 +1,7 @@
 """Heat maps: the leading figure of each joint over pairs of axes, and more figures over the most important pair.
 
-Of cases that share a cell the worst counts, because designs must withstand it; on request, or for figures without a
-worse direction, the median.
+A cell shows the worst of its cases, because designs must withstand it.  On request, and for figures of which neither
+large nor small values are worse, it shows the median.
 """
 
 import itertools
@@ -37,7 +37,7 @@ FIGURES = (  # of a joint
 
 
 class Map(NamedTuple):
-    """One figure over a pair of axes: what each cell shows, (values of the second axis, of the first)."""
+    """One figure over a pair of axes; `table` has the shape (values of the second axis, values of the first)."""
 
     joint: Joint
     column: str
@@ -70,7 +70,7 @@ def _section(study: Study, joint: Joint, maps: list[Map]) -> Section:
 
 
 def first(study: Study) -> list[Picture]:
-    """Return the map of the leading figure over the pair of axes that moves it most: of the verdict without limits."""
+    """Return the map of the leading figure over the two axes with the largest effect, for runs without limits."""
     if study.cases.empty or study.limits:
         return []
     if question(study).question == "start-up":
@@ -81,7 +81,7 @@ def first(study: Study) -> list[Picture]:
 
 
 def start_up(study: Study) -> list[Picture]:
-    """Return the start-up time over the two axes that move it most, or over the only one; [] without one."""
+    """Return the start-up time over the two axes with the largest effect, or over the only axis; [] without an axis."""
     if not study.has(START_UP):
         return []
     effects = main_effects(study, START_UP)
@@ -135,7 +135,7 @@ def _reduced(study: Study, column: str) -> Callable[[np.ndarray], float]:
 
 
 def over_axes(study: Study, joint: Joint, figure: str, name: str) -> list[Picture]:
-    """Return a figure of a joint over the two axes that move it most, or the only one, or [] if it does not vary."""
+    """Return a figure of a joint over the two axes with the largest effect or the only axis; [] if it does not vary."""
     column = joint.column(figure)
     varies = study.has(column) and study.cases[column].nunique() > 1
     effects = main_effects(study, column) if varies else []
@@ -159,13 +159,13 @@ def _picture(study: Study, shown: Map, span: tuple[float, float]) -> Picture:
     scale = study.scale(shown.column)
     others = [axis.name for axis in study.swept() if axis not in shown.pair]
     word = CALLED[_reduced(study, shown.column)]
-    caption = f"{word} over {wording.sentence_list(others)}." if others else "One case per cell."
+    caption = f"{word} over {wording.sentence_list(others)}." if others else "Each cell is one case."
     known = table[np.isfinite(table)]
     lowest, highest = (scale.text(value) for value in (known.min(), known.max())) if known.size else ("", "")
     if np.isinf(table).any():
         turns = value_at(study.base, "simulate.revolutions")
         after = f" after {turns:g} revolutions" if isinstance(turns, int | float) else ""
-        caption += f" Cut off: a case of the cell ends{after}, before the motor's speed."
+        caption += f" In a cell marked as cut off, at least one case ends{after}, before the motor's speed."
     caption += LEFT_OUT if leaves_out(study, shown.column) else ""
     return Picture(
         f"{capital(shown.name)}: {across.name} {wording.TIMES} {up.name}",

@@ -27,10 +27,10 @@ def sections(study: Study) -> list[Section]:
     joint = study.hardest_joint()
     if study.cases.empty or study.transient or not study.driven or not study.has(joint.column("contact_fraction")):
         return []
-    note = "Period: revolutions after which the force repeats itself; irregular: no period was found."
+    note = "The period is the number of revolutions after which the force repeats. Irregular motion has no such period."
     if not _lubricated(study, joint):
         where = study.where(joint, " of joint {}")
-        note = f"Contacts{where}: an impact is over within {kinds.SHORT:g}° of the crank. {note}"
+        note = f"Contacts{where} count as impacts if they last at most {kinds.SHORT:g}° of crank angle. {note}"
     blocks: list[Block] = [
         Gallery(note, [*_maps(study, joint), *_shares(study, joint)], small=True),
         _table(study, joint),
@@ -40,12 +40,12 @@ def sections(study: Study) -> list[Section]:
 
 
 def _lubricated(study: Study, joint: Joint) -> bool:
-    """Return whether a film bears in a joint: its journal does not fly, however seldom it touches."""
+    """Return whether a joint has a film, which carries the journal even while it does not touch the bearing."""
     return study.has(joint.column("film_thickness_min"))
 
 
 def _maps(study: Study, joint: Joint) -> list[Picture]:
-    """Return the maps of the least regular kind over the two axes that move the leading figure most."""
+    """Return the maps of the least regular kind over the two axes with the largest effect on the leading figure."""
     ranked = [effect.axis for effect in main_effects(study, joint.column(study.lead.figure))][:2]
     if len(ranked) < 2:
         return []
@@ -58,8 +58,10 @@ def _maps(study: Study, joint: Joint) -> list[Picture]:
         known = np.where(values < 0, np.nan, values)
         if np.isfinite(known).any():
             maps.append(_map(f"{name}: {across.name} {wording.TIMES} {up.name}", study, known, (across, up), words))
-    several = f"Most irregular motion over {wording.sentence_list(others)}, with the number of such cases."
-    caption = several if others else "One case per cell."
+    several = (
+        f"Each cell shows the most irregular motion over {wording.sentence_list(others)} and the number of such cases."
+    )
+    caption = several if others else "Each cell is one case."
     return [picture._replace(caption=caption) for picture in maps]
 
 
@@ -75,7 +77,7 @@ def _map(title: str, study: Study, values: np.ndarray, axes: tuple[Axis, Axis], 
 
 
 def _shares(study: Study, joint: Joint) -> list[Picture]:
-    """Return the shares of time and of periods over the axis that moves the force most."""
+    """Return the shares of time and of periods over the axis with the largest effect on the force."""
     ranked = [effect.axis for effect in main_effects(study, joint.column(study.lead.figure))]
     axis = next((axis for axis in ranked if len(axis.values) <= BARS), None)
     if axis is None:
@@ -96,7 +98,7 @@ def _bars(title: str, axis: Axis, parts: np.ndarray, names: Sequence[str], colou
     mean = "; ".join(f"{name} {wording.percent(part.mean())}" for name, part in zip(names, parts, strict=True))
     return Picture(
         f"{title} over {axis.name}",
-        "Mean of all cases that share the value.",
+        "Each bar is the mean of all cases with that value.",
         f"{title} over {axis.name}; in all {mean}.",
         lambda ax: draw.shares(ax, axis, parts, names, colours),
         SMALL,
@@ -113,19 +115,19 @@ def _table(study: Study, joint: Joint) -> Table:
             shares = (Quantity(part, wording.percent(part)) for part in parts[len(names) - len(times) :])
             rows.append((axis.name, Quantity(value, axis.text(value)), counted(cases), *shares))
     heads = ("axis", "value", "cases", *times, *(f"period {name}" for name in PERIODS[:3]), PERIODS[3])
-    note = "For all cases that share the value: mean shares of the time, and the share of the cases with each period."
+    note = "Each row gives mean shares of the time and shares of the periods, over all cases with that value."
     return Table("kinds_of_motion", "Kinds of motion", note, tuple(map(Column, heads)), rows)
 
 
 def _of_points(study: Study) -> str:
     return (
-        "The journal at crank angle 0 of every revolution of the recorded window. A motion with a period of n "
-        "revolutions appears as n points, and irregular motion as a cloud."
+        "These pictures show the journal at crank angle 0 of every revolution of the recorded window. A motion with a "
+        "period of n revolutions appears as n points, and irregular motion as a cloud."
     )
 
 
 def _diagrams(study: Study, joint: Joint) -> list[Picture]:
-    """Return the diagrams along the numeric axes, the one that moves the force most first."""
+    """Return the diagrams along the numeric axes, the one with the largest effect on the force first."""
     lead = joint.column(study.lead.figure)
     reference = study.worst(joint)
     ranked = [effect.axis for effect in main_effects(study, lead)]
@@ -141,7 +143,7 @@ def _diagram(study: Study, joint: Joint, axis: Axis, reference: str) -> Picture 
     fixed_setting = study.setting(reference, without=axis) if not axis.scattered else ""
     return Picture(
         f"Bifurcation diagram over {axis.name}{study.where(joint, ', joint {}')}",
-        f"At {fixed_setting}; dotted: the clearance." if fixed_setting else "Dotted: the clearance.",
+        f"{f'At {fixed_setting}. ' if fixed_setting else ''}The dotted lines are the clearance.",
         f"Journal at crank angle 0 against {axis.name}: {points.x.size} points of {points.cases} cases.",
         lambda ax: draw.bifurcation(ax, points, axis),
         FLAT,
@@ -149,7 +151,7 @@ def _diagram(study: Study, joint: Joint, axis: Axis, reference: str) -> Picture 
 
 
 def _once_a_turn(study: Study, joint: Joint) -> list[Picture]:
-    """Return the Poincaré section of the hardest loaded case: its places and its rates."""
+    """Return the Poincaré section of the most loaded case: positions and velocities."""
     case_id = study.worst(joint)
     frame = strobe.of_case(study, joint, case_id)
     if len(frame) < strobe.LEAST:
@@ -161,16 +163,16 @@ def _once_a_turn(study: Study, joint: Joint) -> list[Picture]:
     caption, alt = "The worst case.", f"of the worst case at crank angle 0, {count}."
     return [
         Picture(
-            f"Poincaré section: places{where}",
+            f"Poincaré section: positions{where}",
             caption,
-            f"Places of the journal {alt}",
+            f"Positions of the journal {alt}",
             lambda ax: draw.section(ax, revolution, x, y, circle),
             SQUARE,
         ),
         Picture(
-            f"Poincaré section: rates{where}",
+            f"Poincaré section: velocities{where}",
             caption,
-            f"Rates of the journal {alt}",
+            f"Velocities of the journal {alt}",
             lambda ax: draw.rates(ax, revolution, vx, vy),
             SQUARE,
         ),
@@ -178,7 +180,7 @@ def _once_a_turn(study: Study, joint: Joint) -> list[Picture]:
 
 
 def _spectra(study: Study, joint: Joint) -> list[Picture]:
-    """Return the spectra of the joint's force and the output's acceleration in the hardest loaded case."""
+    """Return the spectra of the joint's force and the output's acceleration in the most loaded case."""
     case_id = study.worst(joint)
     path = history(study.run, case_id)
     saved = saved_of(study, case_id, path) if path is not None else None
@@ -200,7 +202,7 @@ def _spectrum(name: str, unit: str, actual: spectrum.Spectrum, ideal: spectrum.S
     most = wording.text(float(actual.amplitude.max()), unit)
     return Picture(
         f"Spectrum of {name}",
-        f"Worst case, {wording.count(actual.turns, 'turn')}; pale lines: harmonics of the crank.",
+        f"Worst case, {wording.count(actual.turns, 'revolution')}. Pale lines are harmonics of the crank.",
         f"{capital(name)} over orders of the crank; largest amplitude {most} at order {strongest:g}.",
         lambda ax: draw.harmonics(ax, actual, ideal, unit, name),
         FLAT,

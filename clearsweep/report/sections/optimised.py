@@ -33,7 +33,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def ends(study: Study) -> list[tuple[str, str]]:
-    """Return each objective and the case in which it is best; [] without an answer."""
+    """Return each objective and the case in which it is best, or [] without an answer."""
     known = _known(study)
     if known is None:
         return []
@@ -56,12 +56,12 @@ def answers(study: Study) -> list[str]:
 
 
 def _senses(study: Study) -> list[list[str]]:
-    """Return the objectives that are minimised, and those that are maximised."""
+    """Return a list of the minimised objectives and a list of the maximised ones."""
     return [study.run.grid["optimise"].get(sense, []) for sense in SENSES]
 
 
 def more(study: Study) -> list[Section]:
-    """Return all of the best cases, their front, and every case as a line; [] as for `sections`."""
+    """Return sections with all best cases, their front, and every case as a line; [] if `sections` returns []."""
     known = _known(study)
     if known is None:
         return []
@@ -89,7 +89,9 @@ def _first(table: Table) -> Table:
     if len(table.rows) <= AT_ONCE:
         return table
     places = np.linspace(0, len(table.rows) - 1, AT_ONCE).round().astype(int)
-    note = f"{AT_ONCE} of {len(table.rows)} rows at equal steps. The section below under More lists all of them."
+    note = (
+        f"These are {AT_ONCE} of {len(table.rows)} rows, at equal steps. The section below under More lists all rows."
+    )
     return table._replace(key="optimise-first", note=note, rows=[table.rows[place] for place in places], is_file=False)
 
 
@@ -152,9 +154,9 @@ def _distinguished(study: Study, rows: list[dict[str, Any]], names: list[str]) -
 def _sentences(study: Study, rows: list[dict[str, Any]]) -> list[str]:
     """Return the best case and the binding limits."""
     looked_at = len(study.cases) + len(study.failed)
-    lines = [f"The best case of {looked_at:,} that were tried."]
+    lines = [f"This is the best of {looked_at:,} cases that were tried."]
     if len(rows) > 1:
-        lines = [f"The front: {len(rows)} of {looked_at:,} cases; none is worse than another in all objectives."]
+        lines = [f"The front has {len(rows)} of {looked_at:,} cases; none is worse than another in all objectives."]
     if rows[0]["margin"] is not None and rows[0]["margin"] < 0.0:
         lines.append(f"No case meets the limits; this one comes closest. It exceeds {rows[0]['limiting']}.")
     elif binding := sorted({row["limiting"] for row in rows if row["limiting"]}):
@@ -206,7 +208,7 @@ def _front(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[P
 
     title = "The front of both objectives"
     text = f"{title}: {len(rows)} cases; grey dots are all other finished cases."
-    return [Picture(title, "Grey: all cases; line: the front.", text, paint, (WIDTH, HEIGHT))]
+    return [Picture(title, "Grey dots are all cases; the line is the front.", text, paint, (WIDTH, HEIGHT))]
 
 
 def _parallel(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[Picture]:
@@ -234,4 +236,4 @@ def _parallel(study: Study, rows: list[dict[str, Any]], names: list[str]) -> lis
 
     title = "All cases as lines across the axes of variables and objectives"
     text = f"{title}: {int(best.sum())} best of {len(best)} cases."
-    return [Picture(title, "Grey: all cases; red: the best.", text, paint, (WIDTH, HEIGHT))]
+    return [Picture(title, "Grey lines are all cases, red lines the best.", text, paint, (WIDTH, HEIGHT))]

@@ -1,4 +1,4 @@
-"""The revolution of the peak: force, acceleration and torque of the worst cases with those without clearance."""
+"""The revolution of the peak: force, acceleration and torque of the worst cases, with and without clearance."""
 
 from collections.abc import Callable
 
@@ -13,8 +13,10 @@ from ..data.shown import shown
 from ..data.study import Joint, Study
 from ..one_case.motion import FLAT, JointHistory, courses, most_of, saved_of
 
-WORDS = "The revolution of the window in which the largest normal force lies, of the cases with the largest load over "
-REST = "the largest reaction without clearance. Dashed: the mechanism without clearance."
+WORDS = (
+    "Each case is shown over the revolution with its largest normal force. The cases are those with the largest load "
+)
+REST = "divided by the largest reaction without clearance. Dashed lines show the mechanism without clearance."
 
 
 def sections(study: Study) -> list[Section]:

@@ -1,4 +1,4 @@
-"""The figures of every finished case in tables: forces of each joint, output and drive, their certainty."""
+"""Tables of the figures of every finished case: forces of each joint, output and drive, and their accuracy."""
 
 from collections.abc import Iterator, Sequence
 from typing import overload
@@ -25,10 +25,10 @@ def sections(study: Study) -> list[Section]:
     if study.driven:
         blocks.append(
             Note(
-                "Peak: the largest force of the window, with the median and the 95 % quantile of the peaks of its "
-                "revolutions. In periodic motion the three are equal. Load: normal and friction force together. "
-                "p99: exceeded during 1 % of the time, so it ignores shorter impacts. Ideal peak: largest reaction of "
-                "the same joint without clearance."
+                "The peak is the largest force of the window; median and 95 % quantile are those of the peaks of its "
+                "revolutions. In periodic motion the three are equal. The load is the resultant of normal and friction "
+                "force. p99 is exceeded during 1 % of the time, so it ignores shorter impacts. The ideal peak is the "
+                "largest reaction of the same joint without clearance."
             )
         )
     tables = [*(_joint(study, joint) for joint in study.joints), _whole(study)]
@@ -61,8 +61,9 @@ def _certainty(study: Study) -> Table:
     first = next((column for column, _ in columns if study.has(column)), "")
     table = case_table(study, "certainty", "How certain the figures are", columns, first)
     return table._replace(
-        note=f"{table.note} Error: difference from a run at a tenth of the tolerance. Horizon: revolutions after which "
-        "two such runs are two samples of a chaotic motion. The error is meaningful only before the horizon.",
+        note=f"{table.note} The error is the difference from a run at a tenth of the tolerance. The horizon is the "
+        "number of revolutions after which two such runs are two samples of a chaotic motion. The error is meaningful "
+        "only before the horizon.",
         rows=_Unchecked(table, _words_of_columns(study)) if len(table.rows) else table.rows,
     )
 

@@ -30,10 +30,13 @@ HISTOGRAMS = 12  # drawn at most
 MOST_CLOUDS = 4  # seen at once
 SCATTERED = 3  # figures, and variables of each, that are drawn
 SCATTER_NOTE = (
-    "Each figure over the variables with the highest correlation. Brackets: 95 % interval; dashed line: the limit, if "
-    "one is set."
+    "Each picture shows a figure over one of the variables with the highest correlation. Brackets contain the 95 % "
+    "interval. The dashed line is the limit, if one is set."
 )
-NOTE = "Share of the cases. Dotted: 5 %, 50 % and 95 % quantiles; red: the limit, if one is set."
+NOTE = (
+    "Bars show the share of the cases. Dotted lines are the 5 %, 50 % and 95 % quantiles, the red line is the limit, "
+    "if one is set."
+)
 
 
 def sections(study: Study) -> list[Section]:
@@ -51,7 +54,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def leading(study: Study) -> list[Section]:
-    """Return what drives the leading figure of a sample; [] as for `sections`."""
+    """Return a section on the drivers of the leading figure of a sample, or [] if `sections` returns []."""
     samples = _independent(study)
     figures = _scattered(study) if samples else []
     if not figures:
@@ -79,7 +82,7 @@ def _causes(study: Study, sample: Setting, figure: LimitedFigure) -> list[str]:
 
 
 def _spreads(study: Study, samples: list[Setting]) -> list[str]:
-    """Return median and 90 % range of the leading figure, of those with a limit, and of wear."""
+    """Return sentences with median and 90 % range of the leading figure, of limited figures, and of wear."""
     texts = []
     for figure in dict.fromkeys([*_scattered(study)[:1], *(each for each in limited_figures(study) if each.limits)]):
         texts += [_spread(study, sample, figure, sample.figures[figure.column]) for sample in samples]
@@ -111,13 +114,13 @@ def _point(study: Study, sample: Setting) -> list[tuple[str, str]]:
 
 
 def _independent(study: Study) -> list[Setting]:
-    """Return the samples with finished cases, [] unless their cases are independent."""
+    """Return the samples with finished cases, or [] if their cases are not independent."""
     samples = [each for each in sensitivity.settings(study.run) if len(each.failed) < len(set(each.case_ids))]
     return samples if samples and study.run.grid["sample"]["method"] in INDEPENDENT else []
 
 
 def more(study: Study) -> list[Section]:
-    """Return spread, what drives it, and the figures as histograms; [] as for `sections`."""
+    """Return a section with spread, drivers and histograms of the figures, or [] if `sections` returns []."""
     samples = _independent(study)
     if not samples:
         return []
@@ -134,7 +137,7 @@ def more(study: Study) -> list[Section]:
 
 
 def _sensitivity(study: Study, samples: list[Setting]) -> list[Block]:
-    """Return what the design was made for, or why there is none of it."""
+    """Return the sensitivities for which the design was made, or the reason why they are missing."""
     table_of = index_table if study.run.grid["sample"]["method"] == "saltelli" else effect_table
     try:
         table, sentences = table_of(study, samples)
@@ -144,13 +147,13 @@ def _sensitivity(study: Study, samples: list[Setting]) -> list[Block]:
 
 
 def _scatter(study: Study, samples: list[Setting]) -> list[Picture]:
-    """Return the first figures over the variables that go with each most, limited ones first; not of too few cases."""
+    """Return pictures of the first figures over the variables that correlate most with them; [] for too few cases."""
     figures = _scattered(study)[1:]  # the first is seen at once
     return [picture for figure in figures for picture in _clouds(study, _widest(samples, figure), figure)]
 
 
 def _scattered(study: Study) -> list[LimitedFigure]:
-    """Return the figures that are drawn over the variables, those with a limit first."""
+    """Return the figures to draw over the variables, those with a limit first."""
     return sorted(limited_figures(study), key=lambda figure: not figure.limits)[:SCATTERED]
 
 
@@ -160,7 +163,7 @@ def _widest(samples: list[Setting], figure: LimitedFigure) -> Setting:
 
 
 def _clouds(study: Study, sample: Setting, figure: LimitedFigure) -> list[Picture]:
-    """Return a figure over the variables that go with it most."""
+    """Return pictures of a figure over the variables with the strongest correlation."""
     correlated = correlations(study, sample, figure.column)[:SCATTERED]
     return [_cloud(study, sample, figure, path, alone) for path, alone, _ in correlated]
 
@@ -172,7 +175,9 @@ def _cloud(study: Study, sample: Setting, figure: LimitedFigure, path: str, corr
     scale = study.scale(figure.column)
     bounds = [limit.value / scale.factor for limit in figure.limits if not limit.times]
     low, high = (wording.plain(end, 2) for end in correlation[1:])
-    caption = f"Rank correlation {wording.plain(correlation.value, 2)} ({low} to {high}), all variables varying."
+    caption = (
+        f"The rank correlation is {wording.plain(correlation.value, 2)} ({low} to {high}) while all variables vary."
+    )
 
     def paint(ax: Axes) -> None:
         comparison.cloud(ax, x, y, None, (axis.name, figure.name), (axis.scale, scale))

@@ -1,4 +1,4 @@
-"""Result of `seek`: the largest or smallest value that keeps to the limits, as an interval, for each case."""
+"""Result of `seek`: the largest or smallest value that meets the limits, as an interval, for each case."""
 
 from typing import Any, NamedTuple
 
@@ -43,7 +43,7 @@ class _Answers(NamedTuple):
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section, or [] without a completed search."""
+    """Return the section, or [] if no search is complete."""
     answers = _answers(study)
     if answers is None:
         return []
@@ -64,7 +64,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def safest(study: Study) -> list[str]:
-    """Return the largest (or smallest) value that is safe for all cases in a sentence; [] without `seek`."""
+    """Return a sentence with the largest (or smallest) value that is safe for all cases, or [] without `seek`."""
     answers = _answers(study)
     if answers is None:
         return []
@@ -87,7 +87,7 @@ def safest(study: Study) -> list[str]:
 
 
 def card(study: Study) -> list[tuple[str, str, str]]:
-    """Return the card of the answer; [] without one."""
+    """Return the card of the answer, or [] if there is none."""
     answers = _answers(study)
     if answers is None:
         return []
@@ -106,7 +106,7 @@ def card(study: Study) -> list[tuple[str, str, str]]:
 
 
 def _not_monotone(answers: _Answers) -> list[str]:
-    """Return a sentence for each search in which fits beyond the first one that fails keep to the limits."""
+    """Return a sentence for each search in which fits beyond the first failing one meet the limits."""
     sentences = []
     for row in answers.rows:
         if row.get("seek_beyond"):
@@ -171,7 +171,7 @@ def _table(study: Study, answers: _Answers) -> Table:
 
 
 def _nearest(study: Study, answers: _Answers) -> list[Block]:
-    """Return the distance of cases from the limits if no value keeps to them, and the other keys that would help."""
+    """Return the margins of the cases if no value meets the limits, and the other keys that would help."""
     nearest: dict[str, Any] = study.run.grid.get("nearest") or {}
     best, axis = nearest.get("best", []), answers.axis
     if not best:
@@ -200,7 +200,7 @@ def _nearest(study: Study, answers: _Answers) -> list[Block]:
 
 
 def _effects(answers: _Answers, nearest: dict[str, Any]) -> list[Block]:
-    """Return the other keys that move the margin of the case furthest from its limits."""
+    """Return the other keys that change the margin of the case furthest from its limits."""
     furthest, rows = nearest["furthest"], []
     for each in nearest["effects"]:
         margins = [_margin(each[name], "failed") for name in ("lower", "margin", "upper")]
@@ -214,7 +214,7 @@ def _effects(answers: _Answers, nearest: dict[str, Any]) -> list[Block]:
     others = [f"{other.name} {other.text(furthest['point'].get(other.path))}" for other in answers.others]
     setting = ", ".join([*others, f"{answers.axis.name} {answers.axis.text(furthest['value'])}"])
     margin = _margin(furthest["margin"]).text
-    note = f"Of the case furthest from its limits ({setting}), whose margin is {margin}. One key at a time is changed."
+    note = f"One key at a time is changed in the case furthest from its limits ({setting}); its margin is {margin}."
     columns = (Column("key"), Column("value"), Column("margin with 10 % less"), Column("with 10 % more"))
     return [Table("nearest-keys", "Other keys that change the margin", note, columns, rows)]
 
@@ -230,7 +230,7 @@ def _limits(needed: dict[str, str]) -> str:
 
 
 def _pictures(answers: _Answers, title: str) -> list[Picture]:
-    """Return the answers over the other axis, where there is one of numbers."""
+    """Return the picture of the answers over the other axis, or [] unless there is exactly one, with numbers."""
     rows = [row for row in answers.rows if row[answers.column] is not None]
     if len(answers.others) != 1 or not answers.others[0].numeric or len(rows) < PICTURED:
         return []
@@ -240,7 +240,7 @@ def _pictures(answers: _Answers, title: str) -> list[Picture]:
     return [
         Picture(
             capital(f"{title.removeprefix('The ')} over {other.name}"),
-            "Dot: the last safe value; bar: the border.",
+            "The dot is the last safe value, the bar is the border.",
             f"{title} over {other.name}. {ends}",
             lambda ax: draw.intervals(ax, results, other, answers.axis),
         )

@@ -1,4 +1,4 @@
-"""How the run was set up: what was swept, what was the same in every case, what follows from it, where it was run."""
+"""Setup of the run: swept, fixed and derived values, and the origin of the results."""
 
 import re
 
@@ -29,13 +29,13 @@ NOT_FOR_PEOPLE = ("machine.node", "merged.mark")  # the name of a machine is nob
 CHECKSUM_SHOWN = 12  # characters of a checksum; run.json has all
 SUMS = (("steps", "accepted steps, all cases"), ("rhs_evaluations", "evaluations, all cases"))
 RESIDUAL = (
-    "Energy residual: largest imbalance of work, energy and losses, divided by the largest kinetic energy. It shows "
-    "how accurately the equations are solved, and not how well they describe a machine."
+    "The energy residual is the largest imbalance of work, energy and losses, divided by the largest kinetic energy. "
+    "It shows how accurately the equations are solved, not how well they describe a machine."
 )
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section, the values on one side and where they come from on the other."""
+    """Return the section, with the values in one column and their origin in the other."""
     swept = [(axis.path, _listed(axis)) for axis in study.axes]
     values: list[Block] = [
         Facts("Swept", "Swept values", swept),
@@ -77,7 +77,7 @@ def _text(study: Study, path: str, value: object) -> str:
 
 
 def _derived(study: Study) -> list[tuple[str, str]]:
-    """Return what follows from the given values (such as a stiffness from a material): dotted path, range with unit."""
+    """Return derived values, such as a stiffness from a material: dotted path, range with unit."""
     facts = []
     for path, span in (study.run.grid.get("derived") or {}).items():
         scale = wording.scale(span["unit"], (span["min"], span["max"]))
@@ -87,13 +87,13 @@ def _derived(study: Study) -> list[tuple[str, str]]:
 
 
 def _shortened(value: object) -> str:
-    """Return a value as text, of a checksum as much as distinguishes two."""
+    """Return a value as text; of a checksum, only enough digits to distinguish two."""
     text = str(value)
     return f"{text[:CHECKSUM_SHOWN]}..." if re.fullmatch("[0-9a-f]{40,}", text) else text
 
 
 def _provenance(study: Study) -> list[tuple[str, str]]:
-    """Return where the figures come from: versions, machine, times, counts, energy residual."""
+    """Return the origin of the figures: versions, machine, times, counts, energy residual."""
     record = {key: value for key, value in study.run.grid.items() if key not in (*BASE, *ELSEWHERE) and value}
     if "sample" in record:
         record["sample"] = {key: value for key, value in record["sample"].items() if key != "drawn"}

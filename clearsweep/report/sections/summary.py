@@ -1,8 +1,8 @@
-"""The cards at the top of the page: the largest figures of the run, each next to what it is to be compared with."""
+"""The cards at the top of the page: the largest figures of the run, each with a reference for comparison."""
 
 import numpy as np
 
-from ...judging import answer, designs, fits, probability, sampled, start_up, verdict
+from ...judging import answer, designs, fits, probability, sampled, start_up, verdict, wear
 from ...language import wording
 from ..blocks.picture import capital
 from ..blocks.section import Cards, Section
@@ -26,7 +26,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def _cards(study: Study) -> list[tuple[str, str, str]]:
-    """Return name, value with unit, what to compare it with; of a figure of joints the worst, its joint named."""
+    """Return name, value with unit, and reference of each card; the worst joint of a figure is named."""
     finished, failed = counts.finished_and_failed(study)
     missing = study.run.grid.get("counts", {}).get("missing", 0)
     note = (f"{failed} failed" if failed else "none failed") + (f", {missing} not run yet" if missing else "")
@@ -48,21 +48,34 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         ("restitution", "Measured restitution", "largest of all cases"),
         (PER_HOURS, "Deepest wear in 1000 h", "of one body, at the rate of the window"),
     )
-    for figure, name, suffix in figures:
-        column, joint = _worst(study, figure)
-        if study.cases.largest(column) > 0.0:
-            where = study.where(joint, "joint {}") if joint else ""
-            values = comparable(study, column)
-            worst = study.cases.index[int(np.nanargmax(values))]
-            finished = "of the finished starts" if leaves_out(study, column) else ""
-            elastic = elastic_range.remark(study, joint, worst) if joint and figure == ONSET else ""
-            note = "; ".join(filter(None, (where, suffix, finished, elastic))) or (f"joint {joint.title}" if joint else "")
-            cards.append((name, study.text(worst, column), note))
-    return cards
+    return cards + [card for each in figures for card in _largest(study, *each)]
+
+
+def _largest(study: Study, figure: str, name: str, suffix: str) -> list[tuple[str, str, str]]:
+    """Return the card on the largest value of a figure; [] if it is null or 0."""
+    column, joint = _worst(study, figure)
+    if not study.cases.largest(column) > 0.0:
+        return []
+    where = study.where(joint, "joint {}") if joint else ""
+    values = comparable(study, column)
+    place = int(np.nanargmax(values))
+    worst = study.cases.index[place]
+    if figure == PER_HOURS and joint and (hours := _hours_to_clearance(study, joint, place, float(values[place]))):
+        return [(name, "no forecast", f"at the rate of the window, the wear equals the clearance after {hours}")]
+    starts = "of the finished starts" if leaves_out(study, column) else ""
+    elastic = elastic_range.remark(study, joint, worst) if joint and figure == ONSET else ""
+    note = "; ".join(filter(None, (where, suffix, starts, elastic))) or (f"joint {joint.title}" if joint else "")
+    return [(name, study.text(worst, column), note)]
+
+
+def _hours_to_clearance(study: Study, joint: Joint, place: int, depth: float) -> str:
+    """Return the hours after which the wear of a case equals its clearance, '' beyond 1000 h; depth : m in 1000 h."""
+    layout = next(each for each in study.run.layout.joints if each.name == joint.name)
+    return wear.hours_to_clearance(answer_cases(study), layout, place, depth)
 
 
 def _answer(study: Study) -> list[tuple[str, str, str]]:
-    """Return the cards that answer the question of the grid: the figures of its worst case."""
+    """Return the cards with the figures of the worst case, which answer the question of the grid."""
     lead = question(study)
     if lead.question == "identify":
         return identified.cards(study)
@@ -112,7 +125,7 @@ def _of_worst(study: Study) -> list[tuple[str, str, str]]:
 
 
 def _designs(study: Study) -> list[tuple[str, str, str]]:
-    """Return the card on designs that keep to the limits under every condition; [] without designs."""
+    """Return the card on designs that meet the limits under every condition, or [] without designs."""
     cases = answer_cases(study)
     grouped = designs.of_cases(cases.axes, cases.column, len(cases.case_ids))
     if grouped is None or sampled.is_one_sample(study.run.grid):
@@ -123,12 +136,12 @@ def _designs(study: Study) -> list[tuple[str, str, str]]:
     if states is not None:
         still_open = f"; open: {wording.sentence_list([fit['name'] for fit in states.open])}" if states.open else ""
         note = f"over their whole tolerance, at every {names}{still_open}"
-        return [("Fits within the limits", f"{len(states.sure)} of {states.count}", note)]
+        return [("Fits within the limits", f"{len(states.sure)} of {states.total}", note)]
     return [("Designs within the limits", f"{accepted} of {len(grouped.margins)}", f"at every {names}")]
 
 
 def _chance(study: Study) -> list[tuple[str, str, str]]:
-    """Return the card on the probability of exceeding a limit; [] unless the cases are one random sample."""
+    """Return the card on the probability of exceeding a limit, or [] if the cases are not one random sample."""
     limits = counts.limits(study)
     if not sampled.is_one_sample(study.run.grid) or not limits.cases:
         return []
@@ -138,12 +151,12 @@ def _chance(study: Study) -> list[tuple[str, str, str]]:
 
 
 def _at(study: Study, case_id: str) -> str:
-    """Return the swept values of a case, or its identity where they are many."""
+    """Return the swept values of a case, or its identity if there are many."""
     return study.setting(case_id) if len(study.swept()) <= LISTED_VALUES else f"case {wording.short_id(case_id)}"
 
 
 def _worst(study: Study, figure: str) -> tuple[str, Joint | None]:
-    """Return the column with the largest value of a figure, and its joint; None: it is of the mechanism."""
+    """Return the column with the largest value of a figure, and its joint, or None for a figure of the mechanism."""
     of_mechanism = study.column(figure)
     if of_mechanism:
         return of_mechanism, None

@@ -25,7 +25,7 @@ class Cloud(NamedTuple):
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the clouds: peak over p99, over the error of the output, over the fastest onset; [] of a few cases."""
+    """Return the clouds of the peak over p99, output error and fastest onset, or [] for few cases."""
     if len(study.cases) < 3 or not study.driven:
         return []
     joint = study.hardest_joint()
@@ -41,13 +41,15 @@ def sections(study: Study) -> list[Section]:
             f"{study.run.layout.output} error",
             peak,
             "force peak",
-            "Down and to the left is better.",
+            "Points further down and to the left are better.",
         ),
-        Cloud("How hard the journal arrives", onset, "fastest onset", peak, "force peak", elastic),
+        Cloud("Force peak against onset rate", onset, "fastest onset", peak, "force peak", elastic),
     )
     strongest = next((effect.axis for effect in main_effects(study, peak)), None)
     pictures = [_picture(study, strongest, cloud) for cloud in clouds if _varies(study, cloud.x, cloud.y)]
-    return [Section("tradeoffs", "All cases at a glance", filled([Gallery("One point per finished case.", pictures)]))]
+    return [
+        Section("tradeoffs", "All cases at a glance", filled([Gallery("Each point is a finished case.", pictures)]))
+    ]
 
 
 def _varies(study: Study, *columns: str) -> bool:
@@ -56,7 +58,7 @@ def _varies(study: Study, *columns: str) -> bool:
 
 
 def _picture(study: Study, axis: Axis | None, cloud: Cloud) -> Picture:
-    """Return a cloud, coloured by the values of an axis where there is one."""
+    """Return a cloud, coloured by the values of an axis, if any."""
     colour = axis and (study.places(axis), axis)
     x, y = (study.cases[column].to_numpy(float) for column in (cloud.x, cloud.y))
     x, y, colour = comparison.uncovered(x, y, colour)

@@ -22,10 +22,10 @@ MOST_CASES_READ = 200  # cases whose depths round the circle are read; ids are h
 SHOWN, CONTRADICTED, OPEN = "shown", "contradicted", "not decided"
 NOTE = (
     "The literature finds deeper wear with larger clearance, higher crank speed and lower stiffness, and uneven wear "
-    "around the circumference. The section compares the depth per turn of the crank in pairs of cases that differ in "
-    "one value only. The 95 % interval of the median change shows or contradicts a trend, whatever the distribution of "
-    "depths. If the interval allows both, or has no ends for lack of cases, the trend remains open. Wear is uneven if "
-    f"its deepest place is at least {UNEVEN_RATIO} times as deep as the mean around the body."
+    "around the circumference. This section compares the depth per turn of the crank in pairs of cases that differ in "
+    "one value only. The 95 % interval of the median change shows or contradicts a trend. It assumes no distribution "
+    "of the depths. If the interval allows both, or the cases are too few for one, the trend remains open. Wear is "
+    f"uneven if its deepest place is at least {UNEVEN_RATIO} times as deep as the mean around the body."
 )
 
 
@@ -74,7 +74,7 @@ def _answers(study: Study, joint: Joint) -> list[Answer]:
 
 
 def _concerns(claim: Claim, axis: Axis, joint: Joint) -> bool:
-    """Return whether an axis is that of a claim, in this joint or the drive."""
+    """Return whether a claim is about this axis, in this joint or in the drive."""
     in_scope = axis.path.startswith(f"joints.{joint.title}.") or axis.path == "drive.speed"
     is_positive = axis.numeric and min(axis.values) > 0.0
     return in_scope and is_positive and axis.path.endswith(claim.path_endings)

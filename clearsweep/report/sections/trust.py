@@ -8,7 +8,8 @@ from ..samples import counts
 from . import budget, elastic_laws, elastic_links, headline, law_choice
 
 NO_BUDGET = Markup(
-    "No error budget: this run does not vary each unknown by itself, as <code>configs/error_budget.yaml</code> does."
+    "There is no error budget: this run does not vary each unknown by itself, as "
+    "<code>configs/error_budget.yaml</code> does."
 )
 
 

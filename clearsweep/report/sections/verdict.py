@@ -1,4 +1,4 @@
-"""The verdict: the answer to the question of the grid first, then which cases keep to the limits and where not."""
+"""The verdict: first the answer to the question of the grid, then the cases that meet or exceed the limits."""
 
 import itertools
 
@@ -26,7 +26,7 @@ from . import law_check, life, maps, optimised
 from .seek import safest
 
 MAPS = 3  # pairs of axes at most
-NOTE = "Smallest margin, in per cent; a cell passes if all of its cases keep to all limits."
+NOTE = "Each cell shows its smallest margin in per cent. It passes if all of its cases meet all limits."
 
 
 def sections(study: Study) -> list[Section]:
@@ -50,14 +50,14 @@ def sections(study: Study) -> list[Section]:
 
 
 def more(study: Study) -> list[Section]:
-    """Return the limits in numbers, and the maps of further pairs of axes."""
+    """Return a section with the table of limits and the maps of further pairs of axes."""
     if study.cases.empty:
         return []
     return [Section("limits-kept", "Limits", filled([_table(study), Gallery("", _maps(study)[1:])]))]
 
 
 def _progress(study: Study) -> list[str]:
-    """Return how many cases of an unfinished run the page has; [] if none is missing."""
+    """Return a sentence with the number of cases of an unfinished run on the page, or [] if none is missing."""
     missing = study.run.grid.get("counts", {}).get("missing", 0)
     if not missing:
         return []
@@ -91,7 +91,10 @@ def ratios(study: Study) -> list[str]:
 
 
 def _motion(study: Study, joint: Joint, case_id: str, usual: list[str]) -> str:
-    """Return the occurrence of a case's largest peak: every revolution, every period, or a single one, with `usual`."""
+    """Return in words how often the largest peak of a case occurs.
+
+    If there is no period, with the median in `usual`.
+    """
     period = study.cases.at[case_id, "period"] if "period" in study.cases else np.nan
     if period == 1.0:
         return "its motion is periodic, so this peak recurs every revolution"
@@ -103,7 +106,7 @@ def _motion(study: Study, joint: Joint, case_id: str, usual: list[str]) -> str:
 
 
 def _kept(study: Study) -> list[str]:
-    """Return the number of cases that keep to the limits, and the worst and the best margin."""
+    """Return sentences with the number of cases that meet the limits, and the worst and the best margin."""
     if verdict.EXCEEDED not in study.cases:
         return []
     if question(study).question == "life":  # then the answer has the limits
@@ -145,7 +148,7 @@ def _each(study: Study) -> list[str]:
 
 
 def _chance(study: Study) -> list[str]:
-    """Return the chance of exceeding a limit if the cases are one random sample; else []."""
+    """Return a sentence with the chance of exceeding a limit, or [] if the cases are not one random sample."""
     samples = sensitivity.settings(study.run)
     if len(samples) != 1 or study.run.grid["sample"]["method"] not in probability.INDEPENDENT:
         return []
@@ -154,7 +157,7 @@ def _chance(study: Study) -> list[str]:
 
 
 def _not_judged(study: Study) -> list[str]:
-    """Return the number of cases without a verdict, and the missing figures; [] for none."""
+    """Return a sentence with the number of cases without a verdict and the missing figures, or [] for none."""
     limits = counts.limits(study)
     count = limits.unknown
     if not count:
@@ -198,8 +201,8 @@ def _table(study: Study) -> Table:
         of_cases = (counted(failing), counted(unknown), counted(kept.cases))
         rows.append((limit.column, _limit(study, limit), *of_cases, margin, *values, case_id))
     note = (
-        "Margin: 1 - value/limit, of at least value/limit - 1; negative where the limit is exceeded. A case that "
-        "cannot be assessed, because its figure is null, counts as exceeding the limit."
+        "The margin is 1 - value/limit, for a lower limit value/limit - 1. It is negative if the limit is exceeded. A "
+        "case that cannot be assessed, because its figure is null, counts as exceeding the limit."
     )
     return Table("limits_kept", "Limits", note, columns, rows)
 
@@ -210,7 +213,7 @@ def _limit(study: Study, limit: verdict.Limit) -> str:
 
 
 def _maps(study: Study) -> list[Picture]:
-    """Return the maps of the smallest margin over the pairs of axes that move it most."""
+    """Return the maps of the smallest margin over the pairs of axes with the largest effect."""
     if verdict.MARGIN not in study.cases or not study.has(verdict.MARGIN):
         return []
     ranked = [effect.axis for effect in main_effects(study, verdict.MARGIN)]
@@ -229,11 +232,12 @@ def _map(study: Study, across: Axis, up: Axis) -> Picture:
     passing_cells, cells = int((failing == 0.0).sum()), int(np.isfinite(failing).sum())
     others = [axis.name for axis in study.swept() if axis not in (across, up)]
     reserved, remark = _reservations(study, (across, up))
-    caption = f"{NOTE} Worst over {wording.sentence_list(others)}." if others else f"{NOTE} One case per cell."
+    caption = f"{NOTE} Worst over {wording.sentence_list(others)}." if others else f"{NOTE} Each cell is one case."
     caption += remark
     if len(between.x):
         dots = wording.count(len(between.x), "dot")
-        caption += f" {capital(dots)}: cases that refine placed between; crosses exceed a limit."
+        cases = "is a case" if len(between.x) == 1 else "are cases"
+        caption += f" The {dots} between cells {cases} that refine added; crosses exceed a limit."
     return Picture(
         f"Within the limits: {across.name} {wording.TIMES} {up.name}",
         caption,

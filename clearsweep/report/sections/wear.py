@@ -1,4 +1,4 @@
-"""Wear: deepest places of each joint, and its amount in every finished case."""
+"""Wear: the deepest places of each joint, and the wear in every finished case."""
 
 from ... import simulation
 from ...language import wording
@@ -12,10 +12,11 @@ from ..one_case import worn
 from . import maps
 
 NOTE = (
-    "Wear depth around each body, in the frame of the body. Angles count counter-clockwise from its x axis, which "
-    "points along a crank or rod. Bearing and journal of a case share a scale. Dotted: mean depth; dot: deepest place."
+    "The pictures show the wear depth around each body, in the frame of the body. Angles count counter-clockwise from "
+    "its x axis, which points along a crank or rod. Bearing and journal of a case share a scale. The dotted circle is "
+    "the mean depth, the dot is the deepest place."
 )
-MAPS_NOTE = "Axes: the two swept values with the largest effect on the figure. Each cell shows its worst case."
+MAPS_NOTE = "The axes are the two swept values with the largest effect on the figure. Each cell shows its worst case."
 GLANCE = (  # of one case
     (PER_HOURS, "per 1000 h"),
     (PER_STROKES, "per 10⁶ strokes"),
@@ -52,7 +53,7 @@ def _note(study: Study) -> str:
 
 
 def _coarse(study: Study, joint: Joint) -> list[str]:
-    """Return the number of cases with too coarse bins and a sufficient number of bins, or []."""
+    """Return a sentence with the number of cases with too coarse bins and a sufficient number of bins, or []."""
     column = joint.column("wear_bins_enough")
     bins = next(each.wear_bins for each in study.run.layout.joints if each.name == joint.name)
     if not study.has(column) or study.cases[column].max() <= bins:
@@ -68,15 +69,15 @@ def _coarse(study: Study, joint: Joint) -> list[str]:
 
 
 def _table(study: Study, joint: Joint) -> Table:
-    """Return the wear of one joint, the deepest first."""
+    """Return the table of the wear of one joint, the deepest first."""
     columns = shown(study, "wear", joint)
     key, title = f"wear_{joint.name}", f"Wear in joint {joint.title}"
     table = case_table(study, key, title, columns, joint.column("wear_depth_max"))
     return table._replace(
-        note=f"{table.note} Depth and volume are those of the recorded window; per 1000 h and 10⁶ "
-        "strokes, turns of the crank, at its rate. Pressure and pV are those of the contact arc, its largest unless it "
-        "says mean; catalogues' limits mean force over diameter times length. Narrow arcs: share of the wear steps "
-        "whose contact arc was narrower than five bins."
+        note=f"{table.note} Depth and volume are those of the recorded window. The depths per 1000 h and "
+        "per 10⁶ strokes (turns of the crank) are extrapolated at its wear rate. Pressure and pV are maxima on the "
+        "contact arc unless called mean; limits in catalogues refer to force over diameter times length. Narrow arcs "
+        "are the share of the wear steps whose contact arc was narrower than five bins."
     )
 
 

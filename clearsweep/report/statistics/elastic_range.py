@@ -8,7 +8,7 @@ from ...language.errors import InputError
 from ..data.study import Joint, Study, joint_of, resolved
 
 FAR = 3.0  # times the fastest onset: a higher line would compress all onsets at the bottom of a picture
-_NO_STRENGTH = ": it takes a yield strength or a hardness"
+_NO_STRENGTH = ", because it needs a yield strength or a hardness"
 
 
 def remark(study: Study, joint: Joint, case_id: str) -> str:
@@ -25,7 +25,7 @@ def span(study: Study, joint: Joint) -> str:
     column = joint.column(YIELD_SPEED)
     if not study.has(column):
         reason = " for this kind of joint or law" if _has_strength(study, joint) else _NO_STRENGTH
-        return f"At which speed the contact first yields is not computed{reason}."
+        return f"The speed at which the contact first yields is not computed{reason}."
     ends = (study.cases[column].min(), study.cases[column].max())
     scale = wording.scale("m/s", ends)
     words = " to ".join(dict.fromkeys(scale.number(end, 2) for end in ends))
@@ -45,7 +45,7 @@ def _has_strength(study: Study, joint: Joint) -> bool:
 
 
 def limits(study: Study, case_id: str, fastest: float) -> list[tuple[str, float]]:
-    """Return joint and approach speed (m/s) of first yield in a case; without speeds far above the `fastest`."""
+    """Return joint and approach speed (m/s) of first yield in a case; speeds far above the `fastest` are left out."""
     ranges = []
     for joint in study.joints:
         column = joint.column(YIELD_SPEED)

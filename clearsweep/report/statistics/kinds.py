@@ -23,7 +23,7 @@ class Kinds(NamedTuple):
     lasting: np.ndarray  # for other contacts
 
     def shares(self) -> dict[str, np.ndarray]:
-        """Return name -> share of the window's time, (n,) each; without events, contacts are one share."""
+        """Return name -> share of the window's time, (n,) each; without events, all contacts are one share."""
         known = np.isfinite(self.impact)
         if not known.any():
             return {"free flight": self.flight, "contact": 1.0 - self.flight}
@@ -63,7 +63,7 @@ def _first(conditions: list[np.ndarray], places: list[int], other: int) -> np.nd
 def short_contacts(study: Study, joint: Joint) -> np.ndarray:
     """Return the share of the window's time in contacts shorter than SHORT, for every finished case.
 
-    NaN without events, for a free crank, and for joints with several contact points.
+    It is NaN without events, for a free crank, and for joints with several contact points.
     """
     speed = study.base.get("drive", {}).get("speed")
     if "drive.speed" in study.cases:

@@ -46,5 +46,5 @@ def matched(study: Study, axis: Axis) -> Matched:
 
 
 def axis_key(axis: Axis) -> str:
-    """Return 'laws_rod_slider_contact_law' for 'joints.rod-slider.contact.law'."""
+    """Return an axis as a key of tables: 'laws_rod_slider_contact_law' for 'joints.rod-slider.contact.law'."""
     return axis.path.replace("joints.", "laws_", 1).replace(".", "_").replace("-", "_")

@@ -101,7 +101,10 @@ class Chance(NamedTuple):
 
 
 def settings(run: StoredRun) -> list[Setting]:
-    """Return the samples of a run (as the store opens it), one for each point of the other axes; [] without."""
+    """Return the samples of a run (as the store opens it), one for each point of the other axes.
+
+    Return [] if there are none.
+    """
     sample = run.grid.get("sample")
     if not sample:
         return []

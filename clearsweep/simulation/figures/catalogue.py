@@ -37,7 +37,7 @@ def restitution(window: Window, index: int) -> float | None:
 
 
 def crank_speed(name: str, text: str) -> Figure:
-    """Return the figure `name` of a free crank's speed; `text`: which speed."""
+    """Return the figure `name` of a free crank's speed; `text` describes it."""
     value, shown = largest(f"speed_{name}", "case"), (Shown("output", f"crank speed {name}", 5),)
     return Figure(f"crank_speed_{name}", "rad/s", f"{text} of a free crank", "case", ("free",), value, shown=shown)
 
@@ -348,7 +348,7 @@ def _joint_indices(layout: Layout) -> dict[str, int]:
 
 
 def figures_of(window: Window, *, failed: bool = False) -> dict:
-    """Return all columns: figures that follow from sums, else None; of a `failed` run only the work counts."""
+    """Return all columns: figures that follow from sums, None for others; for a `failed` run only the work counts."""
     shared = shared_by(window.layout)
     values = shared.blank.copy()
     for name, formula, index, kind in shared.cost if failed else shared.formulas:

@@ -25,7 +25,7 @@ def taylor(window: Window, index: int) -> float:
     """Return the largest Taylor number of the flow in the film of a joint: rho U c / mu times sqrt(c / R)."""
     joint: Any = window.case.joints[index]  # a joint with a film has a radius
     film = joint.film
-    flow = film.density * window.totals.joint[index].speed_most * joint.clearance / film.viscosity
+    flow = film.density * window.totals.joint[index].shear_speed_max * joint.clearance / film.viscosity
     return float(flow * math.sqrt(joint.clearance / joint.bearing_radius))
 
 
@@ -90,7 +90,7 @@ FILM = (
         "share of the window's time at an eccentricity beyond film.limit; the formula is then evaluated at the limit",
         of="joint",
         needs=("film",),
-        sums=Mean("held_time"),
+        sums=Mean("clamped_time"),
         shown=(Shown("film", "time past its limit", 6),),
     ),
     Figure(
@@ -99,7 +99,7 @@ FILM = (
         "mean power loss of the film, shear included",
         of="joint",
         needs=("film",),
-        sums=Mean("drained_energy"),
+        sums=Mean("film_energy"),
         shown=(Shown("film", "loss", 3),),
     ),
     Figure(

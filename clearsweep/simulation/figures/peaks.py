@@ -49,7 +49,10 @@ def of_peaks(name: str, text: str, shown: Shown) -> tuple[Figure, ...]:
 
 
 def _expected(end: str) -> Callable[[Window, int], float | None]:
-    """Return an end of the largest force to expect; of a periodic motion the largest of the window."""
+    """Return the formula of an end of the largest force to expect.
+
+    For periodic motion it is the largest in the window.
+    """
 
     def value(window: Window, index: int) -> float | None:
         spread = window.spreads[index]

@@ -132,11 +132,11 @@ register(
 _POINTS = 200  # points of the fit to `compatible`, uniform in the logarithm of the penetration
 FIT = Columns(
     "fit",
-    "user-defined points, such as a finite-element model's, that the power law is fitted to instead of `compatible`",
-    (Field("penetration", "m", "of the journal's surface into the bearing's"),),
-    (Field("force", "N", "normal, of the whole joint"),),
+    "user-defined points, such as finite-element results, to which the power law is fitted instead of to `compatible`",
+    (Field("penetration", "m", "penetration of the journal into the bearing"),),
+    (Field("force", "N", "normal force of the whole joint"),),
 )
-FIT_FROM = Field("fit_from", "m", "least penetration of the fit", default=1e-7)
+FIT_FROM = Field("fit_from", "m", "smallest penetration of the fit", default=1e-7)
 FIT_TO = Field("fit_to", "m", "largest penetration of the fit", default=2e-5)
 
 

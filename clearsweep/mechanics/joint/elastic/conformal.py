@@ -102,7 +102,7 @@ register(
         "Bai & Zhao's stiffness times a power of the penetration, as printed",
         "F_elastic = K_n pen^n, K_n = (1/8) pi E* sqrt(2 pen (3 c + 2 pen)^2 / (c + pen)^3)",
         "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; as reported by others, not compared with the paper",
-        (Field("exponent", "1", "n, as printed 1.5", 1.0, 2.0, False, False, default=1.5),),
+        (Field("exponent", "1", "exponent n; the published value is 1.5", 1.0, 2.0, False, False, default=1.5),),
         contact="line",
         needs=("material",),
         unsound="dimensionally inconsistent, and independent of the length",
@@ -161,7 +161,7 @@ register(
         "- 2 nu) t)",
         "elastic foundation: Johnson 1985, Contact Mechanics, section 4.3; integrated over p = k ((c + pen) cos phi - "
         "c)",
-        (Field("thickness", "m", "t, of the compliant layer"),),
+        (Field("thickness", "m", "thickness t of the compliant layer"),),
         needs=CYLINDER_NEEDS,
         ranges=(Range("contact.material.bearing.poisson", -1.0, 0.499, "1", "an incompressible layer is rigid"),),
         notes="E and nu of the layer are those of the bearing.  Without a real layer the thickness is a guess.  "

@@ -139,7 +139,7 @@ line_law(
             Field(
                 "curvature_factor",
                 "1",
-                "2: K_D from diameters, as in Roark; 1: from radii, as printed in the multibody literature",
+                "definition of K_D; 2: by diameters, as in Roark; 1: by radii, as in the multibody literature",
                 1.0,
                 2.0,
                 False,

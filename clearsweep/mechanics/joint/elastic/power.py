@@ -104,8 +104,12 @@ register(
         "F_elastic = K pen^n",
         "Hertz 1881 for n = 1.5",
         (
-            Field("stiffness", "N/m^exponent", "K; derived from `material` if that is given instead and n = 1.5"),
-            Field("exponent", "1", "n", default=1.5),
+            Field(
+                "stiffness",
+                "N/m^exponent",
+                "stiffness K; if `material` is given instead and n = 1.5, K follows from it",
+            ),
+            Field("exponent", "1", "exponent n", default=1.5),
         ),
         contact="ball",
         trusted=(_BALL,),
@@ -130,7 +134,7 @@ register(
         "the sphere's stiffness with another exponent",
         "F_elastic = (4/3) E* sqrt(R_b R_j / (R_b - R_j)) pen^n",
         "after Lankarani & Nikravesh 1994, Nonlinear Dyn. 5:193; as found in multibody codes",
-        (Field("exponent", "1", "n", 1.0, 1.5, False, False, default=1.5),),
+        (Field("exponent", "1", "exponent n", 1.0, 1.5, False, False, default=1.5),),
         needs=("material",),
         contact="ball",
         trusted=(_BALL,),

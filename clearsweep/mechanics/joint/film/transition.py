@@ -127,19 +127,17 @@ register(
         "after Greenwood & Tripp 1970, Proc. Instn. Mech. Engrs. 185:625; the factor derived anew from Hertz's law for "
         "a pair of paraboloids",
         (
-            Field("roughness", "m", "standard deviation of the heights of both surfaces together"),
-            Field("density", "1", "asperities per area times radius of their tips times roughness", default=0.05),
-            Field("sharpness", "1", "roughness over radius of the tips", default=0.01),
+            Field("roughness", "m", "standard deviation of the combined heights of both surfaces"),
+            Field("density", "1", "number of asperities per area, times tip radius, times roughness", default=0.05),
+            Field("sharpness", "1", "roughness divided by the tip radius of the asperities", default=0.01),
             Field(
                 "mean_height",
                 "m",
-                "mean height of the asperities of both surfaces above the zero of the film thickness; left out: 0",
+                "mean height of the asperities of both surfaces above the zero of the film thickness; default: 0",
                 low_open=False,
                 optional=True,
             ),
-            Field(
-                "modulus", "Pa", "E* of both bodies; follows from contact.material where that is given", optional=True
-            ),
+            Field("modulus", "Pa", "contact modulus E* of both bodies; default: from contact.material", optional=True),
         ),
         notes="Sources that take E' = 2 E* have half the factor.  F_5/2 is a fit, within 0.15 % from h = 0 to 4 "
         "roughnesses; from 5 on asperities carry nothing.  Their load is elastic, and the joint's friction acts on "

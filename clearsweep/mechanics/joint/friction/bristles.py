@@ -15,7 +15,7 @@ from .rest import at_rest
 from .sliding import stribeck_coefficient
 
 SLIDING = COEFFICIENT._replace(low_open=True)
-BRISTLES = Field("bristle_stiffness", "1/m", "force of the bristles per load and deflection, sigma0")
+BRISTLES = Field("bristle_stiffness", "1/m", "stiffness of the bristles per load, sigma0")
 
 
 @kernel
@@ -72,7 +72,14 @@ register(
         (
             SLIDING,
             BRISTLES,
-            Field("shape", "1", "1: exponential approach to sliding; larger: slower", 1.0, low_open=False, default=1.0),
+            Field(
+                "shape",
+                "1",
+                "exponent of the approach to sliding; 1: exponential, larger: slower",
+                1.0,
+                low_open=False,
+                default=1.0,
+            ),
         ),
         remembers=True,
         notes="z, the deflection of the bristles, begins at 0 with every contact.  No static friction above the "
@@ -160,11 +167,12 @@ DAMPED_BRISTLES = (
     STATIC._replace(low_open=True),
     *STRIBECK,
     BRISTLES,
-    Field("bristle_damping", "s/m", "of the bristles at rest per load, sigma1", low_open=False),
+    Field("bristle_damping", "s/m", "damping of the bristles per load, at zero sliding speed, sigma1", low_open=False),
     Field(
         "damping_velocity",
         "m/s",
-        "sliding speed over which the damping falls; left out: the largest at which the bristles never drive",
+        "sliding speed over which the damping falls; default: the largest value at which the bristles never drive the "
+        "slip",
         optional=True,
     ),
 )
@@ -245,7 +253,7 @@ register(
             Field(
                 "elastic_share",
                 "1",
-                "friction over mu N up to which all displacement is elastic; the default is a choice",
+                "friction relative to mu N up to which all displacement is elastic; the default is a choice",
                 0.0,
                 1.0,
                 default=0.7,

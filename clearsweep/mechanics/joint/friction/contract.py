@@ -31,7 +31,7 @@ def _default_static_limit(friction):
 
 @family
 def settled_state(friction, slip):
-    """Return the internal state of a law after it has slid at `slip` (m/s) for long, one number per field of state."""
+    """Return the internal state of a law after long sliding at `slip` (m/s), one number per field of state."""
 
 
 class Settled(NamedTuple):
@@ -66,12 +66,14 @@ def _friction_force_frictionless(friction, normal, slip):
 
 # ---------------------------------------------------------------------------------------------- what laws share
 
-COEFFICIENT = Field("coefficient", "1", "of kinetic friction, mu", low_open=False)
-STATIC = Field("static_coefficient", "1", "of static friction, mu_s", low_open=False)
-VISCOUS = Field("viscous", "s/m", "growth of the coefficient with the sliding speed", low_open=False, default=0.0)
+COEFFICIENT = Field("coefficient", "1", "coefficient of kinetic friction, mu", low_open=False)
+STATIC = Field("static_coefficient", "1", "coefficient of static friction, mu_s", low_open=False)
+VISCOUS = Field("viscous", "s/m", "increase of the coefficient per sliding speed", low_open=False, default=0.0)
 STRIBECK = (
     Field("stribeck_velocity", "m/s", "sliding speed over which friction falls from static to kinetic"),
-    Field("shape", "1", "2: a Gaussian fall, 1: an exponential one", default=2.0),
+    Field(
+        "shape", "1", "exponent of the fall from static to kinetic friction; 2: Gaussian, 1: exponential", default=2.0
+    ),
     VISCOUS,
 )
 KINETIC_FIRST = Order("coefficient", "static_coefficient", "friction falls once surfaces slide", equal=True)

@@ -34,7 +34,7 @@ register_pieces(PiecewiseFriction, slip_variable)
 
 
 def at_rest(friction):
-    """Return the kink of a law that has one where the surfaces are at rest."""
+    """Return the kink, at zero speed, of a law that has one there."""
     return (0.0,)
 
 

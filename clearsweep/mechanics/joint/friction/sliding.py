@@ -130,7 +130,8 @@ register(
             Field(
                 "divisor",
                 "1",
-                "0.95: friction ends at mu N; 1: at 0.95 mu N, as printed without a division",
+                "divisor of the formula; 0.95: full friction is mu N; 1: it is 0.95 mu N, as in papers without the "
+                "divisor",
                 0.95,
                 1.0,
                 False,

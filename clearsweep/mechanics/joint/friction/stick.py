@@ -91,7 +91,9 @@ register(
             COEFFICIENT,
             STATIC,
             *STRIBECK,
-            Field("band", "m/s", "sliding speed below which the surfaces stick; well below stribeck_velocity"),
+            Field(
+                "band", "m/s", "sliding speed below which the surfaces stick; choose it well below stribeck_velocity"
+            ),
         ),
         remembers=True,
         sticks=True,

@@ -104,15 +104,17 @@ def _its_own(law, elastic):
 
 
 def where_it_parts(law):
-    """Return the kink of a law that is damped on the approach alone, over the rate."""
+    """Return the kink, over the rate, of a law that is damped only during approach."""
     return (0.0,)
 
 
 @kernel
 def approaching(piece, rate):
-    """Return the rate (m/s) of an approach, 0 of what parts, by the piece of such a law."""
+    """Return the rate (m/s) during approach, or 0 during rebound, by the piece of such a law."""
     return where(piece_of(piece, (0.0,), rate) == 1.0, rate, 0.0)
 
 
-ANY_RESTITUTION = Field("restitution", "1", "specified ratio of rebound to approach speed", 0.0, 1.0, False, False)
+ANY_RESTITUTION = Field(
+    "restitution", "1", "specified ratio of rebound speed to approach speed", 0.0, 1.0, False, False
+)
 RESTITUTION = ANY_RESTITUTION._replace(low_open=True)  # for laws that cannot be lossless

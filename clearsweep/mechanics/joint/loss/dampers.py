@@ -13,7 +13,7 @@ from .contract import RESTITUTION, approaching, loss_form, where_it_parts
 
 MASS = Field("mass", "kg", "effective mass of the impact, m1 m2 / (m1 + m2)")
 SPRING = Field("stiffness", "N/m", "stiffness of the spring")
-DAMPER = Field("damping", "N*s/m", "of the damper", low_open=False)
+DAMPER = Field("damping", "N*s/m", "coefficient of the damper", low_open=False)
 
 # ---------------------------------------------------------------------------------------------- root of the stiffness
 
@@ -59,7 +59,7 @@ register(
 
 
 class ApproachRootDamper(NamedTuple):
-    """The same during approach, only the elastic force during rebound."""
+    """A RootDamper during approach; only the elastic force during rebound."""
 
     damping: float  # kg^0.5
     piece: float = UNKNOWN
@@ -163,7 +163,7 @@ register(
 
 
 class ViscousSpring(NamedTuple):
-    """The same, clipped at 0."""
+    """A PullingSpring whose force is clipped at 0."""
 
     damping: float  # c, N s/m
 
@@ -226,7 +226,11 @@ register(
         "viscoelastic spheres, clipped",
         "F = max(0, F_elastic + damping sqrt(pen) rate)",
         "Kuwabara & Kono 1987, Jpn. J. Appl. Phys. 26:1230",
-        (Field("damping", "N*s/m^1.5", "of the damper, over the root of the penetration", low_open=False),),
+        (
+            Field(
+                "damping", "N*s/m^1.5", "coefficient of the damper per square root of the penetration", low_open=False
+            ),
+        ),
         notes="The restitution depends on the speed and tends to 1 at low speed.  Made for an exponent of 1.5.",
     ),
     (RootViscous,),
@@ -266,7 +270,7 @@ register(
         "MSC Adams/Solver, functions IMPACT and STEP",
         (
             DAMPER,
-            Field("depth", "m", "penetration from which on the full damping acts"),
+            Field("depth", "m", "penetration from which the full damping acts"),
         ),
         notes="With elastic: power its K and e are `stiffness` and `exponent`, c_max is `damping`, d is `depth`.  The "
         "restitution depends on the speed.",

@@ -275,7 +275,7 @@ factor_law(
 
 
 class ApproachHysteresis(NamedTuple):
-    """The same during approach, only the elastic force during rebound."""
+    """Hysteresis during approach; only the elastic force during rebound."""
 
     factor: float  # chi, 1
     piece: float = UNKNOWN

@@ -207,7 +207,7 @@ register(
         "after Kogut & Etsion 2002, J. Appl. Mech. 69:657 (loading; coefficients as in public programs that quote it) "
         "and Etsion, Kligerman & Kadin 2005, Int. J. Solids Struct. 42:3716 (unloading as a Hertzian contact of the "
         "radius a_m, as used by such a program)",
-        (Field("hardness", "Pa", "H, of the softer body"),),
+        (Field("hardness", "Pa", "hardness H of the softer body"),),
         needs=("material", "hertz"),
         notes="The restitution decreases with speed: no energy is lost up to 1.48 w_c.  Three pieces are published, F "
         "/ F_elastic = 1.03 x^-0.075 for x = 1 to 6, 1.40 x^-0.237 to 110 and full plasticity, 2 pi R pen H, beyond.  "

@@ -5,8 +5,8 @@ A lasting contact has no such rate; if it kept that of its first touch, that wou
 With the elastic energy W and the effective mass m, let v = sqrt(2 W / m), the onset rate of the free,
 lossless impact that would stop at this depth.  Then
 
-    impact     F_elastic (1 + chi rate / v0), from the onset on; when v exceeds 2 v0, which no free impact approaches,
-               with v / 2 for v0: another force than the impact presses
+    impact     F_elastic (1 + chi rate / v0), from the onset on; with v / 2 in place of v0 when v exceeds 2 v0: no free
+               impact approaches this value, so another force presses
     lasting    max(0, F_elastic (1 + 2 zeta rate / v)), from a zero of the rate, so that the force is continuous: the
                deepest point of a contact that is pressed, else the first point of renewed loading
 

@@ -9,7 +9,7 @@ from ..recipe import register
 from .profile import DIMENSION, PROFILE, SCALE, derived_texture, texture
 from .spots import Piece, Surface, critical_area
 
-HARDNESS = Field("hardness", "Pa", "H, of the softer body")
+HARDNESS = Field("hardness", "Pa", "hardness H of the softer body")
 SERIES = (
     "In series with the elastic law: pen = bulk(F) + approach(F), approach = G^(D-1) a_L^((2-D)/2) with the a_L at "
     "which the spots carry F; tabulated for each joint as ln(bulk / pen) over ln pen.  Where the area A_r = "

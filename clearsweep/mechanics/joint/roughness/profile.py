@@ -28,13 +28,13 @@ _REACH = 40  # the longest lag is this share of the profile, a fifth of a piece
 _EVEN = 0.01  # relative tolerance of equal steps
 _NEAR = 0.02  # distance from the ends 0 and 2, where a power of the lag is not fractal
 
-DIMENSION = Field("dimension", "1", "D, fractal dimension of a profile", 1.0, 2.0, optional=True)
-SCALE = Field("scale", "m", "G, the length that scales its heights", optional=True)
+DIMENSION = Field("dimension", "1", "fractal dimension D of a profile", 1.0, 2.0, optional=True)
+SCALE = Field("scale", "m", "length G, which scales the heights of the profile", optional=True)
 PROFILE = Columns(
     "from_profile",
-    "a measured profile that replaces dimension and scale; even steps, at least 1000 rows",
-    (Field("x", "m", "along the surface", -math.inf),),
-    (Field("height", "m", "of the surface", -math.inf),),
+    "measured profile that replaces dimension and scale; it needs at least 1000 rows in even steps",
+    (Field("x", "m", "position along the surface", -math.inf),),
+    (Field("height", "m", "height of the surface", -math.inf),),
 )
 
 

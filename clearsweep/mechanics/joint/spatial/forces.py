@@ -195,7 +195,7 @@ def _auxiliary_contacts(joint, gap, a, b):
 
 @kernel
 def _context_of(joint, gap, offsets, state):
-    """Return the _Course of a joint."""
+    """Return the _JointContext of a joint."""
     velocity = minus(gap.velocity, cross(gap.on_bearing, gap.middle))
     return _JointContext(joint, gap, _Moving(velocity, minus(gap.on_journal, gap.on_bearing)), offsets, state)
 

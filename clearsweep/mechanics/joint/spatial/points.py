@@ -61,7 +61,7 @@ def farthest(px, py, kx, ky, radius):
 
 @kernel
 def searched(px, py, kx, ky, radius):
-    """Return the same for a strongly inclined or centred circle, by Newton's method between bounds."""
+    """Return the result of `farthest` for a strongly inclined or centred circle, by Newton's method between bounds."""
     tilt_square = radius * (kx * kx + ky * ky)
     product = kx * px + ky * py
     distance = math.sqrt(px * px + py * py)

@@ -24,7 +24,7 @@ from .strips import Strip, is_pressed, load_of, nodes_of, pressed_part
 
 @kernel
 def as_spread(contact, at_end):
-    """Return a Contact, whose force acts at its point, as a SpreadContact; at_end : N, as there."""
+    """Return a Contact, whose force acts at its point, as a SpreadContact with the field `at_end` (N)."""
     return SpreadContact(
         normal=contact.normal,
         tangential=contact.tangential,
@@ -125,7 +125,7 @@ class _Bearing(NamedTuple):
 
 @kernel
 def _bearing_of(context, end_state, end, overlap):
-    """Return how the strip of an End, one of the ENDS, lies."""
+    """Return the geometry of the strip of an End, one of the ENDS."""
     gap, moving_frame = context.gap, context.moving
     leaning = leaning_of(context.joint.ends, context.joint, gap, end)
     velocity = plus(moving_frame.velocity, cross(moving_frame.spin, minus(leaning.center, gap.middle)))
@@ -154,7 +154,10 @@ class StripForce(NamedTuple):
 
 @kernel
 def _strip_force(context, end_state, other_end, bearing):
-    """Return what the strip of an End bears; the law has the onset rate of that end if it touches, else the other's."""
+    """Return the StripForce of the strip of an End.
+
+    The law uses the onset rate of this end if it touches, else that of the other end.
+    """
     joint, is_touching, strip, overlap = context.joint, touches(end_state.mode), bearing.strip, bearing.overlap
     zero = as_type_of(0.0, strip.depth)
     if not is_pressed(strip):
@@ -248,7 +251,7 @@ def _strip_friction(context, end_state, bearing, borne):
 
 @kernel
 def _touch(context, end_state, bearing, borne, at_end):
-    """Return the Touch of an End, of which is known what its strip has Borne; at_end : N, as of a SpreadContact."""
+    """Return the Touch of an End with the StripForce `borne` of its strip; at_end : N, as for a SpreadContact."""
     strip = bearing.strip
     if not is_pressed(strip):
         return _apart(end_state, at_end)

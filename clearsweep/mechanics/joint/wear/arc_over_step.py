@@ -13,7 +13,7 @@ import numpy as np
 
 from ...compiled.choosing import abreast, rolled_range, where
 from ...compiled.family import family, inlined, kernel
-from ...observe.histogram import COURSES, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
+from ...observe.histogram import DEPTH_ROW, FORCE_ROW, FRICTION_POWER_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
 from ...trace.portable import coefficients_through, gauss_rule, least_squares, lobatto_rule, powers
 from .contract import (
     SlidingContact,
@@ -27,7 +27,7 @@ from .contract import (
 DEGREE = 6  # of the polynomials over the share of the step, as many as its stages determine
 POINTS = 8  # vector width, and sufficient for the DEGREE
 ON_BEARING, ON_JOURNAL, DEEPEST, DISTANCE, ROWS = range(
-    COURSES, COURSES + 5
+    STEP_VALUE_ROWS, STEP_VALUE_ROWS + 5
 )  # after the courses: angles, depth, way slid
 #: Rows of a body's workspace, each of POINTS numbers.  At the nodes: worn area, half-angle of the arc and its inverse,
 #: angles of the arc's middle and of both ends.  Then coefficients over the time: of the wear rate, of the arc's middle
@@ -104,12 +104,12 @@ def sliding_contact_of(joint, values, sliding_distance, clearance):
 def sliding_contact_at(joint, workspace, x):
     """Return the SlidingContact of a joint at the share `x` (0 to 1) of the step."""
     load, depth, slip = (
-        polynomial(workspace, FORCE, x),
-        polynomial(workspace, DEPTH_COURSE, x),
-        polynomial(workspace, SLIP_COURSE, x),
+        polynomial(workspace, FORCE_ROW, x),
+        polynomial(workspace, DEPTH_ROW, x),
+        polynomial(workspace, SLIP_ROW, x),
     )
     sliding_distance = workspace[DISTANCE * POINTS] + workspace[DISTANCE * POINTS + 1] * x
-    values = load, 0.0, slip, depth, polynomial(workspace, RUBBED_COURSE, x)
+    values = load, 0.0, slip, depth, polynomial(workspace, FRICTION_POWER_ROW, x)
     return sliding_contact_of(joint, values, sliding_distance, clearance_at(joint, workspace, x))
 
 
@@ -140,7 +140,7 @@ def evaluate_arc(joint, workspace, length, low, high):
         x = arc_middle + half_width * NODES[i]
         sliding = sliding_contact_at(joint, workspace, x)
         bearing, journal = wear_rate(joint.wear, sliding)
-        pace = WEIGHTS[i] * max(polynomial(workspace, KAPPA_COURSE, x), 0.0)
+        pace = WEIGHTS[i] * max(polynomial(workspace, KAPPA_ROW, x), 0.0)
         half_angle = half_arc(pressure, joint, joint.bearing_radius, sliding)
         _write_arc(
             workspace, FIRST_BODY, i, on_bearing * pace * bearing, polynomial(workspace, ON_BEARING, x), half_angle

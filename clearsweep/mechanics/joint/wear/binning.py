@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from ...compiled.choosing import abreast, rolled_range
 from ...compiled.family import family, inlined, kernel
-from ...observe.histogram import PARTS, SLIP_COURSE
+from ...observe.histogram import PARTS, SLIP_ROW
 from .arc_over_step import (
     AREA,
     BODY_SIZE,
@@ -173,14 +173,14 @@ def _default_accumulate_span(joint, workspace, length, span, bins):
 def accumulate_wear(joint, workspace, values, length, bins):
     """Add the wear of bearing and journal over a step of `length`, in the unit of kappa.
 
-    workspace : (ROOM,) with the coefficients over the share of the step; values : (COURSES, PARTS + 1), from which the
-    sliding speed is read; bins : of both bodies.
+    workspace : (ROOM,) with the coefficients over the share of the step; values : (STEP_VALUE_ROWS, PARTS + 1), from
+    which the sliding speed is read; bins : of both bodies.
     """
     low = 0.0
     for i in rolled_range(PARTS + 1):
         high = 1.0
         if i < PARTS:
-            a, b = values[SLIP_COURSE, i], values[SLIP_COURSE, i + 1]
+            a, b = values[SLIP_ROW, i], values[SLIP_ROW, i + 1]
             if a * b >= 0.0:
                 continue
             high = (i + a / (a - b)) / PARTS  # where sliding reverses, its speed has a kink

@@ -56,7 +56,7 @@ class SlidingContact(NamedTuple):
 def contact_angle(joint, gap):
     """Return the contact angle (rad) of a joint, its rate (rad/s), the depth (m) and its rate (m/s).
 
-    The depth is used for worn surfaces only.
+    Depth and its rate are used for worn surfaces only.
     """
 
 

@@ -8,8 +8,8 @@ c : radial clearance (m); h : wear depth of bearing and journal together (m); ps
 depth : penetration (m), the maximum of f, at psi = 0.
 
 The pressure is proportional to f.  Its share before the edge of a bin is known in closed form, because the table of a
-shape has the integral of h.  The wear is integrated over time by Lobatto's rule.  The total wear of a body is what the
-law gives.  A bin whose edge an end of the arc passes within a step gets a little more or less than its share.
+shape has the integral of h.  The wear is integrated over time by Lobatto's rule.  The total wear of a body is that of
+the law.  A bin whose edge an end of the arc passes within a step gets a little more or less than its share.
 """
 
 import math
@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from ...compiled.choosing import rolled_range
 from ...compiled.family import inlined, kernel
-from ...observe.histogram import FORCE, KAPPA_COURSE, PARTS, RUBBED_COURSE, SLIP_COURSE
+from ...observe.histogram import FORCE_ROW, FRICTION_POWER_ROW, KAPPA_ROW, PARTS, SLIP_ROW
 from ..nearest import surfaces_of
 from ..worn import WornOnFoundation
 from ..worn_foundation import MIN_RADIUS_DIFFERENCE, arc_ends, overlap
@@ -27,7 +27,7 @@ from .shape import wear_depth_at, wear_integral_at
 
 
 class Arc(NamedTuple):
-    """Where and how deep worn surfaces overlap; angles from the deepest point."""
+    """Overlap of worn surfaces: its position and depth; angles from the deepest point."""
 
     x: float  # m, coefficient of cos psi in f
     y: float  # m, coefficient of sin psi in f
@@ -87,14 +87,14 @@ def sum_over_force(joint, arc):
 def sliding_contact_on(joint, workspace, arc, share):
     """Return the SlidingContact on an Arc at a share (0 to 1) of a step."""
     load, sliding_distance = (
-        max(polynomial(workspace, FORCE, share), 0.0),
+        max(polynomial(workspace, FORCE_ROW, share), 0.0),
         workspace[DISTANCE * POINTS] + workspace[DISTANCE * POINTS + 1] * share,
     )
     return SlidingContact(
         line_load=load,
         depth=arc.depth,
-        slip=abs(polynomial(workspace, SLIP_COURSE, share)),
-        work=max(polynomial(workspace, RUBBED_COURSE, share), 0.0),
+        slip=abs(polynomial(workspace, SLIP_ROW, share)),
+        work=max(polynomial(workspace, FRICTION_POWER_ROW, share), 0.0),
         sliding_distance=sliding_distance,
         pressure_sum=load * sum_over_force(joint, arc),
         clearance=joint.clearance,
@@ -130,7 +130,7 @@ def _accumulate_span_worn_on_foundation(joint, workspace, length, span, bins):
         arc = arc_at(joint, workspace, share)
         if arc.total > 0.0:
             bearing, journal = wear_rate(joint.wear, sliding_contact_on(joint, workspace, arc, share))
-            pace = length * half_arc_ * WEIGHTS[i] * max(polynomial(workspace, KAPPA_COURSE, share), 0.0)
+            pace = length * half_arc_ * WEIGHTS[i] * max(polynomial(workspace, KAPPA_ROW, share), 0.0)
             accumulate_arc(joint, arc, 0, pace * bearing / joint.bearing_radius, bins[0])
             accumulate_arc(joint, arc, 1, pace * journal / joint.journal_radius, bins[1])
 
@@ -140,7 +140,7 @@ def _pressure_on_worn_on_foundation(joint, step, j, sample):
     arc = arc_at(joint, step.workspace, sample / PARTS)
     if not arc.total > 0.0:
         return 0.0, 0.0
-    load = max(step.step_values[j, FORCE, sample], 0.0) / joint.wear.length
+    load = max(step.step_values[j, FORCE_ROW, sample], 0.0) / joint.wear.length
     pressure_sum = load * sum_over_force(joint, arc) / joint.bearing_radius
     return pressure_sum / (arc.stop - arc.start), pressure_sum * arc.depth / arc.total
 

@@ -51,12 +51,12 @@ def _beyond(x, half_angle):
 
 
 def _widths(values):
-    """Return a function of squared half-angles (array, in units of LIMIT squared) from a function of one half-angle."""
+    """Return a function of squared half-angles (array, in units of LIMIT squared) from one of a single half-angle."""
     return lambda squares: np.array([values(LIMIT * math.sqrt(max(square, 1e-9))) for square in squares])
 
 
 def _arc(z):
-    """Return the half-angle (rad) over the root of z at a load q, in units of E* c, with z = q / (q + HALFWAY)."""
+    """Return the half-angle (rad) over the root of z at a load q (in units of E* c), with z = q / (q + HALFWAY)."""
     z = np.clip(z, 1e-12, 1.0 - 1e-12)
     return half_angle_at_load(HALFWAY * z / (1.0 - z)) / np.sqrt(z)
 

@@ -66,7 +66,7 @@ def _peak_over_mean_hertz_line(pressure, half_angle):
 MODULUS = Field(
     "pressure_modulus",
     "Pa",
-    "E* of both bodies, 1/E* = (1 - nu_b^2)/E_b + (1 - nu_j^2)/E_j; left out: from `material`",
+    "contact modulus E* of both bodies, 1/E* = (1 - nu_b^2)/E_b + (1 - nu_j^2)/E_j; default: from `material`",
     optional=True,
 )
 

@@ -13,7 +13,7 @@ import numpy as np
 from ...compiled.choosing import rolled_range
 from ...compiled.family import family, kernel
 from ...compiled.vector import cross, dot, plus_scaled
-from ...observe.histogram import BETWEEN, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
+from ...observe.histogram import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, QUARTER_POINTS, SLIP_ROW
 from ...trace.portable import coefficients_through, exact, powers
 from ..modes import touches
 from ..spatial import ENDS, Flanged, Through, bearing_length, wall_point
@@ -60,13 +60,13 @@ from .wall_strips import (
 
 SAME_LOAD = 0.2  # of the largest load per length: slices with smaller differences share one arc width
 EDGE_TOLERANCE = 1e-9  # of a bin's length: a slice that ends closer to an edge ends at it
-_QUARTERS = np.arange(BETWEEN + 2) / (BETWEEN + 1)
+_QUARTERS = np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
 _POWERS = coefficients_through(_QUARTERS)
-#: (PARTS + 1, BETWEEN + 2): values at equidistant times of a step from those at its quarters.
-FROM_QUARTERS = (powers(np.arange(PARTS + 1) / PARTS, BETWEEN + 2) @ _POWERS).rounded()
-#: (2, BETWEEN + 2): slopes at both ends of a step, per its length.
+#: (PARTS + 1, QUARTER_POINTS + 2): values at equidistant times of a step from those at its quarters.
+FROM_QUARTERS = (powers(np.arange(PARTS + 1) / PARTS, QUARTER_POINTS + 2) @ _POWERS).rounded()
+#: (2, QUARTER_POINTS + 2): slopes at both ends of a step, per its length.
 END_SLOPES = (
-    exact([[float(p * at ** max(p - 1, 0)) for p in range(BETWEEN + 2)] for at in (0.0, 1.0)]) @ _POWERS
+    exact([[float(p * at ** max(p - 1, 0)) for p in range(QUARTER_POINTS + 2)] for at in (0.0, 1.0)]) @ _POWERS
 ).rounded()
 
 
@@ -109,15 +109,13 @@ class Strips(NamedTuple):
 
     reach: float  # m, the largest
     at: np.ndarray  # (STRIP, PARTS + 1)
-    step_values: np.ndarray  # (COURSES, PARTS + 1) of the contact
+    step_values: np.ndarray  # (STEP_VALUE_ROWS, PARTS + 1) of the contact
 
 
 @kernel
 def _strip_at(joint, strips, i):
     """Return the Slope of a strip and its depth (m) at equidistant time number `i`."""
-    return Slope(strips.at[REACH, i], strips.at[LEAN, i]), depth_at_end(
-        joint.walls, strips.step_values[DEPTH_COURSE, i]
-    )
+    return Slope(strips.at[REACH, i], strips.at[LEAN, i]), depth_at_end(joint.walls, strips.step_values[DEPTH_ROW, i])
 
 
 @kernel
@@ -131,7 +129,7 @@ def slice_of(joint, strips, low, high):
     share = cover = depth = begin = 0.0
     for i in rolled_range(PARTS + 1):
         weight = 0.5 if i in (0, PARTS) else 1.0  # the trapezoidal rule
-        weight *= max(step_values[KAPPA_COURSE, i] * step_values[FORCE, i] * abs(step_values[SLIP_COURSE, i]), 0.0)
+        weight *= max(step_values[KAPPA_ROW, i] * step_values[FORCE_ROW, i] * abs(step_values[SLIP_ROW, i]), 0.0)
         if weight <= 0.0:
             continue
         strip, depth_at = _strip_at(joint, strips, i)
@@ -158,7 +156,7 @@ def accumulate_strip_pressure(joint, step, strips, account):
     law, step_values = joint.wear, strips.step_values
     for i in rolled_range(PARTS + 1):
         strip, depth_at = _strip_at(joint, strips, i)
-        load, slip = max(step_values[FORCE, i], 0.0), step_values[SLIP_COURSE, i]
+        load, slip = max(step_values[FORCE_ROW, i], 0.0), step_values[SLIP_ROW, i]
         loads = loads_along(joint.walls, joint, strip, depth_at, load)
         if loads.deepest <= 0.0:
             continue
@@ -170,7 +168,7 @@ def accumulate_strip_pressure(joint, step, strips, account):
         peak = (
             max_depth_.pressure_sum / (2.0 * joint.bearing_radius * half_most) * peak_over_mean(law.pressure, half_most)
         )
-        time = (0.5 if i in (0, PARTS) else 1.0) / PARTS * step.length * step_values[KAPPA_COURSE, i]
+        time = (0.5 if i in (0, PARTS) else 1.0) / PARTS * step.length * step_values[KAPPA_ROW, i]
         account[PRESSURE_TIME] += mean_sliding.pressure_sum / (2.0 * joint.bearing_radius * half_angle) * time
         account[PRESSURE_MAX] = max(account[PRESSURE_MAX], peak)
         account[PV_MAX] = max(account[PV_MAX], peak * max_depth_.slip)
@@ -238,14 +236,14 @@ def fit_strip(joint, c, step):
         unwrap_angles(angles)
         for side in range(2):
             slope = 0.0
-            for i in rolled_range(BETWEEN + 2):
+            for i in rolled_range(QUARTER_POINTS + 2):
                 slope += END_SLOPES[side, i] * angles[i]
-            step.positions[c, SLOPES + body, side * (BETWEEN + 1)] = slope
+            step.positions[c, SLOPES + body, side * (QUARTER_POINTS + 1)] = slope
     fit_places(step, c)
     longest_slice = 0.0
     for i in rolled_range(PARTS + 1):
         strip_values[LEAN, i] = strip_values[REACH, i] = 0.0
-        for k in rolled_range(BETWEEN + 2):
+        for k in rolled_range(QUARTER_POINTS + 2):
             strip_values[LEAN, i] += FROM_QUARTERS[i, k] * observed[LEAN, k]
             strip_values[REACH, i] += FROM_QUARTERS[i, k] * observed[REACH, k]
         strip_values[REACH, i] = max(strip_values[REACH, i], 0.0)
@@ -262,7 +260,7 @@ def fit_depth(strips, workspace, share):
         total = 0.0
         for k in rolled_range(PARTS + 1):
             total += FIT[k, i] * strips.at[MAX_DEPTH, k]
-        workspace[DEPTH_COURSE * POINTS + i] = share * total
+        workspace[DEPTH_ROW * POINTS + i] = share * total
 
 
 @kernel
@@ -325,7 +323,10 @@ def accumulate_group(joint, end, c, shared, strips, group):
     scratch = Bins(step.scratch, 0, count), Bins(step.scratch, worn.stride, count)
     accumulate_wear(joint, workspace, step.step_values[c], step.length, scratch)
     accumulate_arc_width(joint, step, worn.account[c], total.cover / joint.wear.length)
-    observed, cover_start = step.axial[c, :, BETWEEN // 2 + 1], 2 * (c if end == ENDS[0] else c - 1) * worn.stride
+    observed, cover_start = (
+        step.axial[c, :, QUARTER_POINTS // 2 + 1],
+        2 * (c if end == ENDS[0] else c - 1) * worn.stride,
+    )
     slice_length = 2.0 * strips.reach / rows
     for body in range(2):
         half_angle = joint.half_length if body == 0 else joint.half_journal

@@ -8,15 +8,15 @@ import numpy as np
 from ...compiled.choosing import abreast, rolled_range
 from ...compiled.family import family, kernel, map_joints
 from ...observe.histogram import (
-    BETWEEN,
-    COURSES,
-    DEPTH_COURSE,
-    FORCE,
-    KAPPA_COURSE,
-    MOMENTS,
+    DEPTH_ROW,
+    FORCE_ROW,
+    FRICTION_POWER_ROW,
+    KAPPA_ROW,
     PARTS,
-    RUBBED_COURSE,
-    SLIP_COURSE,
+    QUARTER_POINTS,
+    SLIP_ROW,
+    STATE_POINTS,
+    STEP_VALUE_ROWS,
 )
 from ...trace.portable import exact, inverse
 from ..contract import Offsets
@@ -57,15 +57,17 @@ from .contract import (
 )
 
 SMALLEST_ARC = 1e-7  # rad: half-angle below which the pressure of an arc is not evaluated
-ANGLES = BETWEEN + 4  # numbers that determine the profile of an angle: at the quarters, then its slopes at both ends
+ANGLES = (
+    QUARTER_POINTS + 4
+)  # numbers that determine the profile of an angle: at the quarters, then its slopes at both ends
 POSITIONS = 3  # such profiles of a contact: its angles on both bodies (rad) and, of worn surfaces, its depth (m)
 SLOPES = POSITIONS  # of these profiles, per share of the step; `record` writes the rates per second
 #: What a joint in space notes of a contact at the quarters, see `wall_strips.Placed`.
 LEAN, REACH, BEARING_START, JOURNAL_START, FACING, ALONG = range(6)
 #: Of the strip of one contact at equidistant times: LEAN and REACH, as at the quarters, and its largest depth (m).
 MAX_DEPTH, STRIP = REACH + 1, REACH + 2
-RECORDED = (POSITIONS + SLOPES + ALONG) * MOMENTS  # numbers stored per contact
-_QUARTERS = np.arange(BETWEEN + 2) / (BETWEEN + 1)
+RECORDED = (POSITIONS + SLOPES + ALONG) * STATE_POINTS  # numbers stored per contact
+_QUARTERS = np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
 #: (ANGLES, POINTS): the coefficients of an angle's profile from its values at the quarters and its end slopes.
 FROM_ANGLES = np.zeros((ANGLES, POINTS))
 _AT_QUARTERS = [[quarter**i for i in range(DEGREE + 1)] for quarter in _QUARTERS.tolist()]
@@ -76,11 +78,11 @@ FROM_ANGLES[:, : DEGREE + 1] = inverse(exact(_AT_QUARTERS + _AT_ENDS)).transpose
 class Step(NamedTuple):
     """Profiles and positions of the contacts over a step of the motion, and workspaces."""
 
-    step_values: np.ndarray  # (contacts, COURSES, PARTS + 1) see observe.histogram
+    step_values: np.ndarray  # (contacts, STEP_VALUE_ROWS, PARTS + 1) see observe.histogram
     length: float  # of the step
     mode: np.ndarray  # (contacts,) int64, mode of each contact
-    positions: np.ndarray  # (contacts, WHERE + SLOPES, MOMENTS)
-    axial: np.ndarray  # (contacts, ALONG, MOMENTS) of joints in space
+    positions: np.ndarray  # (contacts, WHERE + SLOPES, STATE_POINTS)
+    axial: np.ndarray  # (contacts, ALONG, STATE_POINTS) of joints in space
     strip: np.ndarray  # (STRIP, PARTS + 1) of one of their contacts, at equidistant times
     workspace: np.ndarray  # (WORKSPACE_SIZE,) see arc_over_step
     scratch: np.ndarray  # (3 stride,) bins (m) of both bodies, at 0 between the contacts; slices of one contact
@@ -149,18 +151,18 @@ def fit_profiles(step, j, length):
     """Write the coefficients of the profiles of contact `j`, its forces per `length` (m), to `step.workspace`."""
     workspace, step_values, per_length = step.workspace, step.step_values[j], 1.0 / length
     for i in abreast(POINTS):
-        for row in range(COURSES):
+        for row in range(STEP_VALUE_ROWS):
             total = 0.0
             for k in range(PARTS + 1):
                 total += FIT[k, i] * step_values[row, k]
-            workspace[row * POINTS + i] = total * per_length if row in (FORCE, RUBBED_COURSE) else total
+            workspace[row * POINTS + i] = total * per_length if row in (FORCE_ROW, FRICTION_POWER_ROW) else total
 
 
 @kernel
 def unwrap_angles(angles):
     """Remove jumps by full turns from angles (rad) at the quarters of a step."""
     correction, offset, previous = 2.0 * math.pi, 0.0, angles[0]
-    for i in range(1, BETWEEN + 2):
+    for i in range(1, QUARTER_POINTS + 2):
         angle_now = angles[i]
         offset += math.floor((angle_now - previous) * (1.0 / correction) + 0.5)
         angles[i], previous = angle_now - correction * offset, angle_now
@@ -173,10 +175,10 @@ def fit_places(step, j):
     for i in abreast(POINTS):
         for row in range(POSITIONS):
             total = 0.0
-            for k in range(BETWEEN + 2):
+            for k in range(QUARTER_POINTS + 2):
                 total += FROM_ANGLES[k, i] * positions[row, k]
             total += FROM_ANGLES[ANGLES - 2, i] * positions[SLOPES + row, 0]
-            total += FROM_ANGLES[ANGLES - 1, i] * positions[SLOPES + row, BETWEEN + 1]
+            total += FROM_ANGLES[ANGLES - 1, i] * positions[SLOPES + row, QUARTER_POINTS + 1]
             workspace[(ON_BEARING + row) * POINTS + i] = total
 
 
@@ -190,7 +192,7 @@ def accumulate_distance(step, j, account):
     workspace, step_values, distance = step.workspace, step.step_values[j], 0.0
     for i in rolled_range(PARTS + 1):
         weight = 1.0 if i in (0, PARTS) else 4.0 if i % 2 else 2.0
-        distance += weight * step_values[KAPPA_COURSE, i] * abs(step_values[SLIP_COURSE, i])
+        distance += weight * step_values[KAPPA_ROW, i] * abs(step_values[SLIP_ROW, i])
     distance *= step.length / (3.0 * PARTS)
     workspace[DISTANCE * POINTS], workspace[DISTANCE * POINTS + 1] = account[SLIDING_DISTANCE], distance
     account[SLIDING_DISTANCE] += distance
@@ -199,8 +201,8 @@ def accumulate_distance(step, j, account):
 @kernel
 def write_end_slopes(step, j):
     """Write the slopes of the profiles of the position of contact `j` at both ends of the step, from their rates."""
-    for end, part_index in ((0, 0), (BETWEEN + 1, PARTS)):
-        pace = step.length * step.step_values[j, KAPPA_COURSE, part_index]
+    for end, part_index in ((0, 0), (QUARTER_POINTS + 1, PARTS)):
+        pace = step.length * step.step_values[j, KAPPA_ROW, part_index]
         for row in range(POSITIONS):
             step.positions[j, SLOPES + row, end] *= pace
 
@@ -209,9 +211,9 @@ def write_end_slopes(step, j):
 def _default_pressure_on(joint, step, j, part_index):
     law, step_values, per_length = joint.wear, step.step_values[j], 1.0 / joint.wear.length
     load, depth, slip = (
-        step_values[FORCE, part_index] * per_length,
-        step_values[DEPTH_COURSE, part_index],
-        step_values[SLIP_COURSE, part_index],
+        step_values[FORCE_ROW, part_index] * per_length,
+        step_values[DEPTH_ROW, part_index],
+        step_values[SLIP_ROW, part_index],
     )
     clearance = clearance_at(joint, step.workspace, part_index / PARTS)
     sliding = sliding_contact_of(joint, (load, 0.0, slip, depth, 0.0), 0.0, clearance)
@@ -240,8 +242,8 @@ def accumulate_pressure(joint, step, j, account):
     largest, largest_pv = account[PRESSURE_MAX], account[PV_MAX]
     for i in rolled_range(PARTS + 1):
         mean_pressure, peak = workspace[means + i], workspace[peaks + i]
-        slip, share = abs(step_values[SLIP_COURSE, i]), (0.5 if i in (0, PARTS) else 1.0) / PARTS
-        time = share * step.length * step_values[KAPPA_COURSE, i]
+        slip, share = abs(step_values[SLIP_ROW, i]), (0.5 if i in (0, PARTS) else 1.0) / PARTS
+        time = share * step.length * step_values[KAPPA_ROW, i]
         mean_time += mean_pressure * time
         largest, largest_pv = max(largest, peak), max(largest_pv, peak * slip)
         beyond_time += time if peak * slip > joint.wear.pv_limit else 0.0
@@ -263,7 +265,7 @@ def accumulate_arc_width(joint, step, account, share):
     account[ARC_COUNT] += 1.0
     if width < RESOLVED_WIDTH * 2.0 * math.pi / joint.wear.bins:
         account[NARROW_COUNT] += 1.0
-    pace = step.length * polynomial(step.workspace, KAPPA_COURSE, 0.5)
+    pace = step.length * polynomial(step.workspace, KAPPA_ROW, 0.5)
     account[FIRST_CLASS + width_class(width)] += share * pace * (bearing + journal)
 
 

@@ -121,7 +121,7 @@ def _worn_before_inner_edge(workspace, edge):
 
 @accumulate_inside.member(Mean)
 def _accumulate_inside_mean(pressure, workspace, bins, span, at):
-    """Every bin between two such edges takes the same depth."""
+    """Every bin between two edges within the arc receives the same depth."""
     count, width, total = span[1] - span[0] - 1, 2.0 * math.pi / bins.count, row_sum(workspace, AREA)
     if count < 0:
         return at

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from ...compiled.choosing import rolled_range
 from ...compiled.family import family, kernel
 from ...compiled.vector import dot
-from ...observe.histogram import FORCE, PARTS
+from ...observe.histogram import FORCE_ROW, PARTS
 from ..elastic.contract import elastic_force
 from ..modes import touches
 from ..spatial import AtEdges, EndContacts, InBore, Overlapping, Spread
@@ -34,21 +34,21 @@ class Slope(NamedTuple):
 
 @kernel
 def pressed_range(strip, depth):
-    """Return (begin, end) (m) of the pressed part of a strip `depth` (m) deep at its begin; (0, 0) without contact."""
+    """Return (begin, end) (m) of the pressed part of a strip of `depth` (m) at its start; (0, 0) without contact."""
     pressed_range = pressed_between((depth, depth - strip.lean * strip.reach))
     return strip.reach * pressed_range.first, strip.reach * (pressed_range.first + pressed_range.length)
 
 
 @kernel
 def depth_before(strip, depth, distance):
-    """Return the integral of the depth (m^2) up to `distance` (m) along a strip; depth : at its begin, at least 0."""
+    """Return the integral (m^2) of the depth up to `distance` (m) along a strip; depth : at its start, at least 0."""
     stop_distance = min(distance, pressed_range(strip, depth)[1])
     return stop_distance * (depth - 0.5 * strip.lean * stop_distance)
 
 
 @kernel
 def share_of(strip, depth, low, high):
-    """Return the share of the load between two places (m) along a strip; for a point, all of it is at the begin."""
+    """Return the share of the load between two places (m) along a strip; for a point, all load is at its start."""
     total = depth_before(strip, depth, strip.reach)
     if total <= 0.0:
         return 1.0 if low <= 0.0 else 0.0
@@ -57,7 +57,7 @@ def share_of(strip, depth, low, high):
 
 @family
 def depth_at_end(walls, depth):
-    """Return the depth (m) at the begin of a strip from the depth of its contact."""
+    """Return the depth (m) at the start of a strip from the depth of its contact."""
 
 
 @depth_at_end.member(EndContacts)
@@ -151,7 +151,7 @@ def _bears_spread(walls, step, j, wall):
         return True
     stop_distance = 0.0
     for i in rolled_range(PARTS + 1):
-        stop_distance = max(stop_distance, step.step_values[j + wall, FORCE, i])
+        stop_distance = max(stop_distance, step.step_values[j + wall, FORCE_ROW, i])
     return touches(step.mode[j + 1 - wall]) and stop_distance > 0.0
 
 

@@ -139,7 +139,7 @@ def _shared_dependent(key: bytes, kinds: tuple, inputs: Alike) -> tuple[int, ...
 
 
 def _light(machine: Machine, form: Planar, start: np.ndarray) -> list[str]:
-    """Return the moving bodies without mass or moment of inertia; none where all accelerations are finite."""
+    """Return the moving bodies without mass or moment of inertia, or [] if all accelerations are finite."""
     no_loads = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for joint in form.joints if isinstance(joint.site, Open))
     try:
         with np.errstate(all="ignore"):
@@ -158,7 +158,7 @@ def _light(machine: Machine, form: Planar, start: np.ndarray) -> list[str]:
 def _start(ideal_machine: Ideal, state: list[Coordinate], offsets: Mapping) -> np.ndarray:
     """Return the initial state (2n+1,): n coordinates (m or rad), their rates, time (s).
 
-    offsets : as of `build`.  Raises ClosureError if the joints cannot be displaced by them.
+    offsets : as for `build`.  Raises ClosureError if the joints cannot be displaced by them.
     """
     machine, angle = ideal_machine.full_machine, ideal_machine.machine.drive.start_angle
     turn = ideal_machine.apart(offsets, angle)

@@ -14,7 +14,7 @@ LOOKS = 36  # crank angles that are examined
 
 
 def bound_of(value: Planar, machine: MachineType, courses: list) -> list[int]:
-    """Return the indices of the dependent coordinates, for which the loops stay furthest from singular.
+    """Return the indices of the coordinates that, taken as dependent, keep the loops furthest from singular.
 
     value : a machine without dependent coordinates; courses : of all coordinates in the ideal machine.
     """

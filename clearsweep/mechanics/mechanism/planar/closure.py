@@ -3,7 +3,7 @@
 The coordinates are x, y of the centre of mass and the angle of every body; the constraints those of all joints and the
 angle of the crank, so that positions follow from Newton's method, velocities and accelerations from linear equations,
 and the forces in the joints are the multipliers of the constraints (Haug 1989, "Computer Aided Kinematics and
-Dynamics", chapters 3 and 6).  Derivatives are by the crank's angle: speeds come in afterwards.
+Dynamics", chapters 3 and 6).  Derivatives are with respect to the crank's angle; speeds are applied afterwards.
 """
 
 import copy
@@ -55,7 +55,7 @@ class End(NamedTuple):
 
 
 class Closure:
-    """The constraints of a machine; `offsets` : (2,) m, by which the distal points of some joints are apart."""
+    """The constraints of a machine; `offsets` : (2,) m, displacement of the distal point of some joints."""
 
     def __init__(self, machine: Machine, offsets: Mapping | None = None):
         self.machine, self.offsets = machine, offsets or {}
@@ -75,7 +75,7 @@ class Closure:
             )
 
     def apart(self, offsets: Mapping) -> "Closure":
-        """Return the constraints with the distal points of some joints `offsets` (2,) m from the proximal ones."""
+        """Return the constraints with distal points of some joints displaced by `offsets` (2,) m from the proximal."""
         closure = copy.copy(self)
         closure.offsets = offsets
         return closure
@@ -105,7 +105,7 @@ class Closure:
     def evaluate(self, q, angles, q_rates=None):
         """Return constraints (..., rows), derivatives (..., rows, 3 bodies), and terms without accelerations.
 
-        The last are those of the constraints' second derivative.
+        The last item contains the terms of the constraints' second derivative.
 
         q, q_rates : (..., 3 bodies); angles : (...) rad.
         """
@@ -171,7 +171,7 @@ class Closure:
 
     @functools.cached_property
     def _units(self) -> tuple[np.ndarray, np.ndarray]:
-        """Unit of each coordinate (3 bodies,) and of each row (rows, 1)."""
+        """Return the unit of each coordinate (3 bodies,) and of each row (rows, 1)."""
         scale, unit, row = np.tile([self.size, self.size, 1.0], len(self.names)), np.ones(self.rows), 0
         for joint in self.machine.joints:
             unit[row] = 1.0 if isinstance(joint, (Guide, Stretch)) else self.size
@@ -187,7 +187,7 @@ class Closure:
         return values[-1] / values[0], self.names[int(np.argmax(share))]
 
     def closed(self, q, angles) -> np.ndarray:
-        """Return the coordinates (..., 3 bodies) that satisfy the constraints, near `q`; nan where that fails."""
+        """Return the coordinates (..., 3 bodies) near `q` that satisfy the constraints; nan if there are none."""
         return self._closed(q, angles)[0]
 
     def _closed(self, q, angles) -> tuple[np.ndarray, np.ndarray]:
@@ -240,7 +240,7 @@ class Closure:
         return self._near(min(solutions, key=lambda item: item[0])[1], values_given)
 
     def _near(self, q, values_given):
-        """Return `q` with its angles, but the crank's, within half a turn of those given."""
+        """Return `q` with all angles, except the crank's, within half a turn of the given ones."""
         q = q.copy()
         for i in range(len(self.names)):
             if i != self.crank:
@@ -248,7 +248,7 @@ class Closure:
         return q
 
     def _hung(self, angles) -> np.ndarray:
-        """Return bodies at given angles, each hung on one that is hung before: by a pin if there is one."""
+        """Return the bodies at given angles, each attached to an already placed one, by a pin if there is one."""
         q = np.zeros(3 * len(self.names))
         q[2::3] = angles
         placed = {GROUND}
@@ -277,7 +277,7 @@ class Closure:
         return q
 
     def _relaxed(self, q, angle) -> np.ndarray:
-        """Return the machine closed from a rough guess: Levenberg's and Marquardt's method; nan where it fails."""
+        """Return the machine closed from a rough guess by the Levenberg-Marquardt method; nan if it fails."""
         damping = 1e-3
         values, jacobian, _ = self.evaluate(q, angle)
         cost = float(np.sum(values**2))
@@ -299,7 +299,7 @@ class Closure:
         return self.closed(q, angle)
 
     def _farthest(self, values_given, angle) -> str:
-        """Return the body whose joint stays open where a machine does not close."""
+        """Return the body whose joint stays open if a machine does not close."""
         angles = values_given.copy()
         angles[self.crank] = angle
         values, _, _ = self.evaluate(self._hung(angles), angle)
@@ -327,7 +327,7 @@ class Closure:
         return turn
 
     def _continued(self, q, jacobian, start_angle_: float, end_angle: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the machine at another angle of its crank, by as many steps as that takes, with its derivatives."""
+        """Return the machine at another angle of its crank, in as many steps as necessary, with its derivatives."""
         parts = 1
         while parts <= FINEST_STEP:
             position, slopes_here, angle, far_end = q, jacobian, start_angle_, False
@@ -349,7 +349,7 @@ class Closure:
         raise ClosureError("its lengths do not let the crank turn on", self._singularity(slopes_here)[1], angle)
 
     def _check_all(self, turn: Turn, jacobian) -> None:
-        """Raise ClosureError where a turn passes a singular position between the stations that were looked at."""
+        """Raise ClosureError if a turn passes a singular position between its stations."""
         signs = np.sign(np.linalg.det(self._scaled(jacobian)))
         steep = np.max(np.abs(turn.first[:, 2::3]), axis=1) > 1.0 / NEAR_SINGULAR
         crossed = np.flatnonzero((signs != signs[0]) | steep | ~np.all(np.isfinite(turn.q), axis=1))
@@ -374,7 +374,7 @@ def extent(body) -> float:
 
 
 def _columns(q: np.ndarray) -> list:
-    """Return the coordinates one by one: numbers of one position, which are quick, arrays (N,) of many."""
+    """Return the coordinates as a list: numbers for one position, which are fast, arrays (N,) for many."""
     return q.tolist() if q.ndim == 1 else list(q.T)
 
 

@@ -98,7 +98,7 @@ def _friction_powers_of_friction_motion(motion):
 
 @family
 def friction_slips_of(motion):
-    """Return the sliding speed that the law of each friction is evaluated at."""
+    """Return the sliding speed at which the law of each friction is evaluated."""
 
 
 @friction_slips_of.member(Motion)
@@ -216,7 +216,7 @@ class FrictionDynamics(Dynamics):
         return vector_sum([force[body] for body in self.paths if self._in_subtree(body, joint)])
 
     def _in_subtree(self, body: int, joint: int) -> bool:
-        """Return whether the path from the ground to a body passes a tree joint."""
+        """Return whether the path from the ground to a body passes a joint of the tree."""
         while self.spanning_tree.parents[body] is not None:
             body, passed = self.spanning_tree.parents[body]
             if passed == joint:
@@ -255,7 +255,7 @@ def accelerate(machine: MachineType) -> str:
 
 
 class _FrictionCode(NamedTuple):
-    """The code of one friction."""
+    """Source expressions for the friction in one joint."""
 
     path: str  # of the load
     arm: str  # m, of the couple; '' in a guide
@@ -284,7 +284,7 @@ def _friction_code(bodies: Bodies, i: int, friction_load: FrictionLoad) -> _Fric
 
 
 def _sticking(machine: MachineType, frictions: list[_FrictionCode]) -> dict[str, str]:
-    """Return the further code of a machine in which joints stick, by its places in _STICKING."""
+    """Return the additional code for a machine whose joints can stick, by field of the template _STICKING."""
     sticking = [i for i, friction_load in enumerate(machine.friction_loads) if friction_load.sticks]
     rate = f"abs(pose.turns[{machine.groups.index(machine.spanning_tree.crank)}].rate)"
 

@@ -141,9 +141,9 @@ class Ideal:
         )
 
     def crank_passage(self, angles: np.ndarray, form: Callable[[], tuple]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the times (s) at which the crank passes angles (rad), and its rates (rad/s); nan if it never does.
+        """Return the times (s) at which the crank passes angles (rad), and its rates (rad/s); nan if it never passes.
 
-        form : as of `motion`.
+        form : as for `motion`
         """
         drive = self.machine.drive
         if isinstance(drive, Constant):
@@ -185,7 +185,7 @@ class Ideal:
     def with_friction(self, turn: Turn, rate: np.ndarray, solve: Callable[[np.ndarray], tuple]) -> tuple:
         """Iterate over reactions and the friction that they cause; return the last result of `solve`.
 
-        solve : returns the reactions by joint, and what else follows from forces of friction (N, 3 bodies).
+        solve : returns the reactions by joint, and further results, from forces of friction (N, 3 bodies)
         """
         forces = [load for load in self.machine.loads if isinstance(load, (Rubbing, Braking))]
         rubbing = np.zeros_like(turn.q)
@@ -331,7 +331,7 @@ def _constraints(machine: Machine) -> int:
 
 
 def _without_history(machine: Machine) -> Machine:
-    """Return a machine whose bristles are bent as after long sliding: at a crank angle there is no motion before it."""
+    """Return a machine whose bristles are bent as after long sliding, since a crank angle has no earlier motion."""
     loads = (
         load._replace(friction=settled(load.friction)) if isinstance(load, Rubbing | Braking) else load
         for load in machine.loads

@@ -27,7 +27,7 @@ class Pushing(NamedTuple):
 
 
 class Table(NamedTuple):
-    """Force and torque by a table."""
+    """Table of force and torque."""
 
     table: ArrayHandle  # address of (rows, _WIDTH) numbers
     rows: float

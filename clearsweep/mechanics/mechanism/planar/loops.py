@@ -26,7 +26,7 @@ class Equation(NamedTuple):
 
 
 def equations(kinematics: Kinematics, *, with_rates: bool = True) -> list[Equation]:
-    """Return the equations of all loops; without their bias where rates are not known."""
+    """Return the equations of all loops; without their bias if rates are unknown."""
     loop_equations: list[Equation] = []
     for j in kinematics.spanning_tree.loop_joints:
         slides = kinematics.machine.sites[j].link.slides

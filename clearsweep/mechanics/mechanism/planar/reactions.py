@@ -15,7 +15,7 @@ from .turn import Turn
 
 
 class JointForce(NamedTuple):
-    """What acts on the distal body of a joint with clearance; on the proximal body acts the opposite force."""
+    """Force and moment on the distal body of a joint with clearance; the proximal body has the opposite force."""
 
     force: np.ndarray  # (N, 2) N, at the joint's point
     couple_distal: np.ndarray  # (N,) N m, besides
@@ -33,7 +33,7 @@ class Motion(NamedTuple):
 
 
 class Reactions(NamedTuple):
-    """What acts in the joints without clearance."""
+    """Forces and couples in the joints without clearance."""
 
     forces: dict[str, np.ndarray]  # joint -> (N, 2) N, on its distal body
     couples: dict[str, np.ndarray]  # guide -> (N,) N m, on its distal body about the joint's point

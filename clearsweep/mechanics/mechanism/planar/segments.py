@@ -64,7 +64,7 @@ def axial_rate(body: Body) -> float:
 
 
 def _line(body: Body, elastic: Elastic) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first point of the line (m, in the frame of the link) and the way to its second."""
+    """Return the first point of the line (m, in the frame of the link) and the vector to its second point."""
     near_end, far_end = (np.array(body.points[point]) for point in (elastic.near, elastic.far))
     return near_end, far_end - near_end
 

@@ -39,11 +39,11 @@ class Stations:
 
     @functools.cached_property
     def inverse(self) -> np.ndarray:
-        """(STATIONS, rows, 3 bodies), gives the multipliers of the constraints from the forces on the bodies."""
+        """Return matrices (STATIONS, rows, 3 bodies): forces on the bodies -> multipliers of the constraints."""
         return inverse_of(self._closure, self.turn.q[:-1], self.turn.angles[:-1])
 
     def find(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the station (N,) nearest to angles (N,) rad, the turns before it, and which angles are elsewhere."""
+        """Return the station (N,) nearest to angles (N,) rad, the turns before it, and a mask of other angles."""
         start, step = self.turn.angles[0], 2.0 * math.pi / STATIONS
         nearest_station = np.rint((angles - start) / step)
         off_station = np.abs(start + nearest_station * step - angles) > ROUNDINGS * np.spacing(np.max(np.abs(angles)))
@@ -51,7 +51,10 @@ class Stations:
         return (nearest_station - STATIONS * total).astype(int), total, off_station
 
     def at(self, angles: np.ndarray, closed: Any) -> Turn:
-        """Return the machine at crank angles (N,) rad, by `closed`, (n,) rad -> Turn, where they are no stations."""
+        """Return the machine at crank angles (N,) rad.
+
+        `closed`, (n,) rad -> Turn, computes those that are no stations.
+        """
         station, total, off_station = self.find(angles)
         q = self.turn.q[station] + total[:, None] * winding_of(self.turn)
         turn = Turn(angles, q, self.turn.first[station], self.turn.second[station])
@@ -80,7 +83,7 @@ def stations_of(machine: Machine) -> Stations:
 
 
 def geometry_of(machine: Machine) -> bytes:
-    """Return the key of whatever determines the positions of a machine: no mass, no load, no speed."""
+    """Return the key of everything that determines the positions of a machine, without masses, loads and speeds."""
     bodies = {name: (tuple(body.center), dict(body.points), body.initial) for name, body in machine.bodies.items()}
     joints = [
         joint._replace(stiffness=0.0, damping=0.0) if isinstance(joint, Stretch) else joint for joint in machine.joints

@@ -37,7 +37,7 @@ def between(turn: Turn, angles: np.ndarray) -> Turn:
 
 
 def winding_of(turn: Turn) -> np.ndarray:
-    """Return by how much the coordinates grow with each turn: angles alone do, of bodies that go round."""
+    """Return the growth of the coordinates with each turn; only angles of rotating bodies grow."""
     winding: np.ndarray = turn.q[-1] - turn.q[0]
     winding[0::3] = winding[1::3] = 0.0
     return winding

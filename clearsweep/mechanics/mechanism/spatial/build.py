@@ -240,7 +240,7 @@ def _bodies(joint) -> tuple[str, str]:
 
 
 def _height_of_point(assembly: Assembly, endpoint: At, joints: Mapping) -> float:
-    """Return the height (m) of a point; on a loose body, in its own frame."""
+    """Return the height (m) of a point; for a loose body, in its own frame."""
     height = _point(assembly, endpoint).z
     if endpoint.body == GROUND:
         return height

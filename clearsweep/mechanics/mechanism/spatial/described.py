@@ -17,7 +17,7 @@ AXES = ("x", "y", "z")
 _CENTRE = "its centre of mass"  # a point of every body, besides user-defined points
 
 #: The key that makes a mechanism spatial.
-FLAG = ("spatial", "its bodies move in space, between spatial joints")
+FLAG = ("spatial", "whether the bodies move in space, connected by spatial joints")
 #: The time histories of every moving body.
 BODY = (
     *((axis, "m", f"{{}}'s centre of mass, {axis}") for axis in AXES),
@@ -36,7 +36,7 @@ def along_axes(unit: str, text: str, low: float = -math.inf, default: float | No
 
 def gravity_keys() -> Keys:
     """Return the section of gravity."""
-    text = "acceleration of gravity; one quantity: along -y"
+    text = "acceleration of gravity; a single quantity acts along -y"
     return Keys("mechanism.gravity", text, along_axes("m/s^2", "gravity"), "implied", scalar_factors=(0, -1, 0))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from ...compiled.choosing import abreast
 from ...compiled.family import inlined
 from ...joint.modes import acts, meets
-from ...observe.histogram import COURSE, PARTS
+from ...observe.histogram import PARTS, TO_PART_ENDS
 from ...observe.observables import (
     ACCELERATION,
     CONTACT_WIDTH,
@@ -54,7 +54,7 @@ class ContactStep(Fields):
 
     sum_stored: float  # W, stored in elastic deformation
     sum_lost: float  # W, dissipated by the normal force
-    sum_rubbed: float  # W, dissipated by friction
+    sum_friction: float  # W, dissipated by friction
     sum_force: float  # N, normal force
     sum_force_square: float  # N^2
     fastest: float  # m per unit of tau, largest journal speed at the start and all stages but the last
@@ -80,28 +80,31 @@ class TrialStep(NamedTuple):
 
 
 @inlined
-def sum_along(trial, weights):
+def sum_stages(trial, weights):
     """Write the sums of powers and squares over the stages, with `weights`, for acting contacts."""
     o, step = trial.o, trial.step
     drive = gravity = square = 0.0
     for row in range(weights.size):
         if weights[row] != 0.0:
-            share = weights[row] * o[KAPPA, row]
-            drive, gravity = drive + share * o[DRIVE, row], gravity + share * o[GRAVITY, row]
-            square = square + share * (o[ACCELERATION, row] * o[ACCELERATION, row])
+            weight = weights[row] * o[KAPPA, row]
+            drive, gravity = drive + weight * o[DRIVE, row], gravity + weight * o[GRAVITY, row]
+            square = square + weight * (o[ACCELERATION, row] * o[ACCELERATION, row])
     step.sum_drive, step.sum_gravity, step.sum_acceleration = drive, gravity, square
     for c in range(trial.mode.size):
         if not acts(trial.mode[c]):
             continue
         block, sums = CONTACTS + CONTACT_WIDTH * c, trial.contact_steps[c]
-        stored = lost = rubbed = total = square = 0.0
+        stored = dissipated = friction = total = square = 0.0
         for row in range(weights.size):
             if weights[row] != 0.0:
-                share, force = weights[row] * o[KAPPA, row], o[block + NORMAL, row]
-                stored, lost = stored + share * o[block + STORED, row], lost + share * o[block + LOST, row]
-                rubbed = rubbed - share * (o[block + TANGENTIAL, row] * o[block + SLIP, row])
-                total, square = total + share * force, square + share * (force * force)
-        sums.sum_stored, sums.sum_lost, sums.sum_rubbed = stored, lost, rubbed
+                weight, force = weights[row] * o[KAPPA, row], o[block + NORMAL, row]
+                stored, dissipated = (
+                    stored + weight * o[block + STORED, row],
+                    dissipated + weight * o[block + LOST, row],
+                )
+                friction = friction - weight * (o[block + TANGENTIAL, row] * o[block + SLIP, row])
+                total, square = total + weight * force, square + weight * (force * force)
+        sums.sum_stored, sums.sum_lost, sums.sum_friction = stored, dissipated, friction
         sums.sum_force, sums.sum_force_square = total, square
 
 
@@ -133,36 +136,36 @@ def integral_of_size(o, column, weights):
 
 
 @inlined
-def follow_along(trial):
+def write_profiles(trial):
     """Write the profiles of dt/dtau and of the forces of acting contacts: polynomials through the stages."""
-    follow_column(trial.o, KAPPA, trial.profiles[0])
+    write_profile(trial.o, KAPPA, trial.profiles[0])
     for c in range(trial.mode.size):
         if acts(trial.mode[c]):
-            follow_column(trial.o, column_of(c, NORMAL), trial.profiles[1 + c])
+            write_profile(trial.o, column_of(c, NORMAL), trial.profiles[1 + c])
 
 
 @inlined
-def follow_column(o, column, profile):
+def write_profile(o, column, profile):
     """Write the profile of an observable to `profile` (PARTS + 1,)."""
     profile[0] = o[column, START]
     for i in abreast(PARTS):
-        total = COURSE[0, i] * o[column, NODES[0]]
+        total = TO_PART_ENDS[0, i] * o[column, NODES[0]]
         for m in range(1, NODES.size):
-            total += COURSE[m, i] * o[column, NODES[m]]
+            total += TO_PART_ENDS[m, i] * o[column, NODES[m]]
         profile[1 + i] = total
 
 
 @inlined
-def sum_up(trial, weights):
+def evaluate_sums(trial, weights):
     """Write the sums, profiles and maxima of a step; its rows of `weights` are filled."""
-    sum_along(trial, weights)
-    follow_along(trial)
-    look_for_speeds(trial)
-    look_for_peaks(trial)
+    sum_stages(trial, weights)
+    write_profiles(trial)
+    find_largest_speeds(trial)
+    find_peaks(trial)
 
 
 @inlined
-def look_for_speeds(trial):
+def find_largest_speeds(trial):
     """Write the largest speed of journals in free flight at the start and all stages but the last."""
     o = trial.o
     for c in range(trial.mode.size):
@@ -175,7 +178,7 @@ def look_for_speeds(trial):
 
 
 @inlined
-def look_for_peaks(trial):
+def find_peaks(trial):
     """Write the highest values of observables that may have a peak; of contacts, only acting ones."""
     o, step = trial.o, trial.step
     step.highest_acceleration = highest_inside(o, ACCELERATION, math.copysign(1.0, o[ACCELERATION, END]))
@@ -196,8 +199,8 @@ def highest_inside(o, column, sign):
     """
     start_slope = end_slope = 0.0
     for m in range(3):
-        start_slope += RISE[m] * o[column, NODES[FIRST[m]]]
-        end_slope += FALL[m] * o[column, NODES[FINAL[m]]]
+        start_slope += START_SLOPE[m] * o[column, NODES[START_NODES[m]]]
+        end_slope += END_SLOPE[m] * o[column, NODES[END_NODES[m]]]
     if not (sign * start_slope > 0.0 > sign * end_slope):
         return NO_PEAK
     highest = sign * o[column, START]
@@ -218,5 +221,5 @@ def _slope(nodes, point):
     )
 
 
-FIRST, FINAL = np.array([0, 2, 3]), np.array([5, 6, 8])  # of NODES, some tenths of the step apart
-RISE, FALL = _slope(SHARES[FIRST], -0.1), _slope(SHARES[FINAL], 1.1)
+START_NODES, END_NODES = np.array([0, 2, 3]), np.array([5, 6, 8])  # of NODES, some tenths of the step apart
+START_SLOPE, END_SLOPE = _slope(SHARES[START_NODES], -0.1), _slope(SHARES[END_NODES], 1.1)

@@ -37,7 +37,7 @@ class WholeTotals(Fields):
     work_gravity: float  # J, of gravity and loads
     energy_stored: float  # J, in elastic deformation
     energy_lost: float  # J, dissipated by normal forces
-    energy_rubbed: float  # J, dissipated by friction
+    energy_friction: float  # J, dissipated by friction
     kinetic_start: float  # J, kinetic energy at the start
     kinetic_max: float  # J, its largest value
     residual: float  # J, largest imbalance of these
@@ -47,7 +47,7 @@ class WholeTotals(Fields):
     acceleration_max: float
     torque_max: float  # N m
     error_max: float  # of the output
-    opened: float  # s, start of the window
+    window_start: float  # s, start of the window
     speed_min: float  # rad/s, of a free crank
     speed_max: float
 
@@ -70,13 +70,13 @@ class ContactTotals(Fields):
     friction_energy: float  # J, of dry friction
     load_time: float  # N s, of the size of the normal force, where there is a film
     dry_force_time: float  # N s, of the size of its dry share
-    held_time: float  # s, within the limit of the film's formula
-    drained_energy: float  # J
-    fed_energy: float  # J
+    clamped_time: float  # s, at a depth beyond the limit of the film formula
+    film_energy: float  # J
+    generated_energy: float  # J
     heat: float  # J
     dry_max: float  # N
     pressure_max: float  # Pa
-    speed_most: float  # m/s
+    shear_speed_max: float  # m/s
     peak: float  # N, of the present contact
     approach: float  # m/s, onset rate of the present contact
 
@@ -86,7 +86,7 @@ CONTACT_FIGURES = ContactTotals.index_of("peak")  # number of fields that are re
 HIGHEST_BIN = PARTS + 1  # in Totals.bins: the highest bin used
 #: Rows of Totals.spent, for each part of the step: its duration relative to other parts, a histogram.Ramp, and the
 #: time (s) during which a film pulls.
-LASTING, BEGUN, ENDED, DENSITY, PULLED, SPENT = range(6)
+RELATIVE_DURATION, FIRST_BIN_TIME, LAST_BIN_TIME, TIME_PER_FORCE, PULLING_TIME, PART_TIME_ROWS = range(6)
 
 
 class Totals(NamedTuple):
@@ -96,11 +96,11 @@ class Totals(NamedTuple):
     joint: ContactTotals  # (contacts,)
     histogram: np.ndarray  # (contacts, BINS, 2) s, at a force within each bin; s/N, increment in each bin above it
     dry: np.ndarray  # the same for the dry share of the force, above zero; (0, BINS, 2) without films
-    step_values: np.ndarray  # (contacts, COURSES, PARTS + 1) at equidistant places of the step, see histogram
+    step_values: np.ndarray  # (contacts, STEP_VALUE_ROWS, PARTS + 1) at equidistant places of the step, see histogram
     bins: np.ndarray  # (contacts, HIGHEST_BIN + 1) int64, bins of the force between the parts of the step
-    spent: np.ndarray  # (contacts, SPENT, PARTS) contribution of each part to the histogram
+    spent: np.ndarray  # (contacts, PART_TIME_ROWS, PARTS) contribution of each part to the histogram
     length: np.ndarray  # (1,) length of the step
-    between: np.ndarray  # (2 coordinates + 1, MOMENTS) the state within the step, with wear
+    between: np.ndarray  # (2 coordinates + 1, STATE_POINTS) the state within the step, with wear
     workspace: np.ndarray  # for the wear of a step, see joint.wear.step
     wear: np.ndarray  # (2 contacts bins,) m, wear depth of bearing and journal of every joint
     account: np.ndarray  # (contacts, ACCOUNT) see joint.wear.contract
@@ -121,7 +121,7 @@ class Accumulators(NamedTuple):
     stepper: tuple
     clearance: tuple
     film: tuple
-    rubs: tuple
+    has_friction: tuple
     whole: tuple
     joint: tuple
     bins: tuple
@@ -134,117 +134,119 @@ class Accumulators(NamedTuple):
 def accumulate_step(accumulators, time):
     """Add an accepted step to the totals; `time` is the place of the time in the state.
 
-    Maxima are those at the ends of the step.  Where a larger one may lie between, `needs_peak_search` of its `step` is
+    Maxima are those at the ends of the step.  If a larger one may lie between, `needs_peak_search` of its `step` is
     set, and the `highest` of the quantity is kept for the search; all others are set to NO_PEAK.
     """
-    counted = accumulators.stepper.in_window != 0.0
+    in_window = accumulators.stepper.in_window != 0.0
     accumulators.step.needs_peak_search = 0.0
-    enter_powers(accumulators, counted)
+    add_powers(accumulators, in_window)
     for j in range(accumulators.mode.size):
         duration = accumulators.end[time] - accumulators.y[time]
         accumulators.since[j] = max(accumulators.since[j], accumulators.highest[j])  # of the step before
         accumulators.highest[j] = 0.0
-        if counted and touches(accumulators.mode[j]):
+        if in_window and touches(accumulators.mode[j]):
             accumulators.joint[j].contact_time += duration
         if acts(accumulators.mode[j]):
-            enter_contact(accumulators, j, counted, duration)
+            add_contact(accumulators, j, in_window, duration)
         else:
             highest = accumulators.contact_steps[j]
             highest.highest_force = highest.highest_depth = highest.highest_load = NO_PEAK
-            if counted:
+            if in_window:
                 accumulators.joint[j].depth_max = max(
                     accumulators.joint[j].depth_max, accumulators.o[column_of(j, DEPTH), END]
                 )
-    enter_motion(accumulators, counted)
+    add_motion(accumulators, in_window)
 
 
 @inlined
-def sought_above(step, highest, some, least):
-    """Return `highest`, and request a search for the maximum between the stages, if `some` and it exceeds `least`."""
-    if some and highest > least:
+def request_search(step, highest, is_counted, threshold):
+    """Return `highest` and request a search between the stages, if it is counted and exceeds `threshold`."""
+    if is_counted and highest > threshold:
         step.needs_peak_search = 1.0
         return highest
     return NO_PEAK
 
 
 @inlined
-def enter_powers(accumulators, counted):
+def add_powers(accumulators, in_window):
     """Integrate powers and squares with the weights of the method, at its order."""
     total, joint, step, h = accumulators.whole, accumulators.joint, accumulators.step, accumulators.step.length
     total.work_drive += h * step.sum_drive
     total.work_gravity += h * step.sum_gravity
-    if counted:
+    if in_window:
         total.acceleration_square += h * step.sum_acceleration
     for j in range(accumulators.mode.size):
         if acts(accumulators.mode[j]):
             sums, figures = accumulators.contact_steps[j], joint[j]
             total.energy_stored += h * sums.sum_stored
             total.energy_lost += h * sums.sum_lost
-            total.energy_rubbed += h * sums.sum_rubbed
-            if counted:
+            total.energy_friction += h * sums.sum_friction
+            if in_window:
                 figures.force_square += h * sums.sum_force_square
                 figures.force_time += h * sums.sum_force
                 # the tangential force includes the shear of a film
-                if accumulators.rubs[j] != 0 and accumulators.film[j, 1] == math.inf:
-                    figures.friction_energy += h * sums.sum_rubbed
+                if accumulators.has_friction[j] != 0 and accumulators.film[j, 1] == math.inf:
+                    figures.friction_energy += h * sums.sum_friction
     kinetic = accumulators.o[KINETIC, END]
-    gain = kinetic - total.kinetic_start + total.energy_stored + total.energy_lost + total.energy_rubbed
-    imbalance = abs(total.work_drive + total.work_gravity - gain)
+    energy_gain = kinetic - total.kinetic_start + total.energy_stored + total.energy_lost + total.energy_friction
+    imbalance = abs(total.work_drive + total.work_gravity - energy_gain)
     total.residual = max(total.residual, imbalance if imbalance <= math.inf else math.inf)  # a maximum skips nan
     total.kinetic_max = max(total.kinetic_max, kinetic)
 
 
 @inlined
-def enter_contact(accumulators, j, counted, duration):
+def add_contact(accumulators, j, in_window, duration):
     """Add the largest force (N) and depth (m) of acting contact `j`, and the profile of its force."""
     o, step = accumulators.o, accumulators.step
     figures, highest = accumulators.joint[j], accumulators.contact_steps[j]
     force, depth, load = column_of(j, NORMAL), column_of(j, DEPTH), column_of(j, LOAD)
-    least = 0.9 * min(figures.peak, accumulators.since[j])
-    highest.highest_force = sought_above(step, highest.highest_force, True, least)
+    threshold = 0.9 * min(figures.peak, accumulators.since[j])
+    highest.highest_force = request_search(step, highest.highest_force, True, threshold)
     largest = max(o[force, START], o[force, END])
     figures.peak = max(figures.peak, largest)
     accumulators.highest[j] = largest
     # with a film, of the eccentricity: the least distance from the bearing is needed, too
     margin = 0.02 * accumulators.clearance[j] if accumulators.film[j, 1] < math.inf else 0.0
-    least = 0.98 * figures.depth_max - margin
-    highest.highest_depth = sought_above(step, highest.highest_depth, counted, least)
+    threshold = 0.98 * figures.depth_max - margin
+    highest.highest_depth = request_search(step, highest.highest_depth, in_window, threshold)
     highest.highest_load = NO_PEAK
-    if not counted:
+    if not in_window:
         return
     figures.force_max = max(figures.force_max, largest)
     deepest = max(o[depth, START], o[depth, END])
     figures.depth_max = max(figures.depth_max, deepest)
-    enter_course(accumulators, j, duration)
-    if accumulators.rubs[j] != 0:
+    add_force_profile(accumulators, j, duration)
+    if accumulators.has_friction[j] != 0:
         for row in NODES:
             put_load(o, row, j)
-        highest.highest_load = sought_above(step, highest_inside(o, load, 1.0), True, 0.96 * figures.load_max)
+        highest.highest_load = request_search(step, highest_inside(o, load, 1.0), True, 0.96 * figures.load_max)
         largest = max(o[load, START], o[load, END])
         figures.load_max = max(figures.load_max, largest)
 
 
 @inlined
-def enter_course(accumulators, j, duration):
+def add_force_profile(accumulators, j, duration):
     """Distribute the step's time (s) over bins by the profile of contact `j`'s force, all parts of the step at once."""
-    histograms, bins, film = accumulators.spent, accumulators.bins, accumulators.film[j, 1] < math.inf
+    part_times, bins, film = accumulators.spent, accumulators.bins, accumulators.film[j, 1] < math.inf
     kappa, force = accumulators.profiles[0], accumulators.profiles[1 + j]
     for i in abreast(PARTS):
-        histograms[j, LASTING, i] = max(kappa[i], 0.0) + max(kappa[i + 1], 0.0)
-    share = duration / total_of(histograms[j, LASTING])
+        part_times[j, RELATIVE_DURATION, i] = max(kappa[i], 0.0) + max(kappa[i + 1], 0.0)
+    scale = duration / total_of(part_times[j, RELATIVE_DURATION])
     for i in abreast(PARTS):
         start_value, end_value = force[i], force[i + 1]
-        lasting = histograms[j, LASTING, i] * share
-        pulls = film and start_value * end_value < 0.0  # part of the time; noise of a contact close to 0 is excluded
-        pushing = lasting * where(
-            pulls, max(start_value, end_value) / where(pulls, abs(end_value - start_value), 1.0), 1.0
+        duration_of_part = part_times[j, RELATIVE_DURATION, i] * scale
+        changes_sign = (
+            film and start_value * end_value < 0.0
+        )  # part of the time; noise of a contact close to 0 is excluded
+        pushing = duration_of_part * where(
+            changes_sign, max(start_value, end_value) / where(changes_sign, abs(end_value - start_value), 1.0), 1.0
         )
         start_value, end_value = max(start_value, 0.0), max(end_value, 0.0)
         begin_bin, end_bin = force_bin(start_value), force_bin(end_value)
         ramp = ramp_of((start_value, end_value), (begin_bin, end_bin), pushing)
         bins[j, i], bins[j, i + 1] = begin_bin, end_bin
-        histograms[j, BEGUN, i], histograms[j, ENDED, i], histograms[j, DENSITY, i] = ramp
-        histograms[j, PULLED, i] = lasting - pushing
+        part_times[j, FIRST_BIN_TIME, i], part_times[j, LAST_BIN_TIME, i], part_times[j, TIME_PER_FORCE, i] = ramp
+        part_times[j, PULLING_TIME, i] = duration_of_part - pushing
     highest = bins[j, HIGHEST_BIN]
     for i in range(PARTS + 1):
         highest = max(highest, bins[j, i])
@@ -252,7 +254,7 @@ def enter_course(accumulators, j, duration):
 
 
 @inlined
-def enter_motion(accumulators, counted):
+def add_motion(accumulators, in_window):
     """Add the largest slider acceleration (m/s^2), torque (N m) and slider error (m)."""
     o, total, step = accumulators.o, accumulators.whole, accumulators.step
     largest, sign = max(abs(o[ERROR, START]), abs(o[ERROR, END])), math.copysign(1.0, o[ERROR, END])
@@ -261,11 +263,11 @@ def enter_motion(accumulators, counted):
         start_slope, -end_slope
     )  # a parabola's rise above the higher end
     step.highest_error = highest if start_slope > 0.0 and end_slope < 0.0 else NO_PEAK
-    least = 0.98 * total.acceleration_max
-    step.highest_acceleration = sought_above(step, step.highest_acceleration, counted, least)
-    step.highest_torque = sought_above(step, step.highest_torque, counted, 0.98 * total.torque_max)
-    step.highest_error = sought_above(step, step.highest_error, counted, total.error_max)
-    if counted:
+    threshold = 0.98 * total.acceleration_max
+    step.highest_acceleration = request_search(step, step.highest_acceleration, in_window, threshold)
+    step.highest_torque = request_search(step, step.highest_torque, in_window, 0.98 * total.torque_max)
+    step.highest_error = request_search(step, step.highest_error, in_window, total.error_max)
+    if in_window:
         acceleration = max(abs(o[ACCELERATION, START]), abs(o[ACCELERATION, END]))
         torque = max(abs(o[TORQUE, START]), abs(o[TORQUE, END]))
         total.acceleration_max = max(total.acceleration_max, acceleration)

@@ -6,42 +6,42 @@ import numpy as np
 
 from ...compiled.choosing import abreast
 from ...compiled.family import invoke, kernel, pointer_to
-from ...observe.histogram import BETWEEN, MOMENTS
+from ...observe.histogram import QUARTER_POINTS, STATE_POINTS
 from ...observe.observables import NORMAL, column_of, put_load
 from ...observe.stages import END, NODES, SCRATCH, SHARES, STAGES
 from ..collocation import dense_component, dense_state
 from ..integration import evaluate_dense
 
-PLACES = np.minimum(np.arange(MOMENTS) / (BETWEEN + 1), 1.0)
+POINT_SHARES = np.minimum(np.arange(STATE_POINTS) / (QUARTER_POINTS + 1), 1.0)
 
 
 @kernel
 def evaluate_between(pointer, between):
     """Write coordinates, their rates and the time at the moments of the step to `between`.
 
-    between : (2 coordinates + 1, MOMENTS), at every quarter from the start to the end of the step, then the end again.
+    between : (2 coordinates + 1, STATE_POINTS), at every quarter of the step, then its end again.
     """
     y, end_value, f = pointer[0].y, pointer[0].end, pointer[0].f
     for i in range(between.shape[0]):
-        for index in abreast(MOMENTS):
-            x = PLACES[index]
+        for index in abreast(STATE_POINTS):
+            x = POINT_SHARES[index]
             u = 2.0 * x - 1.0
             total = f[i, STAGES - 1]
             for m in range(STAGES - 2, -1, -1):
                 total = total * u + f[i, m]
             between[i, index] = y[i] + x * total
-        for index in range(BETWEEN + 1, MOMENTS):
+        for index in range(QUARTER_POINTS + 1, STATE_POINTS):
             between[i, index] = end_value[i]
 
 
 @kernel
 def highest_node(o, column, sign):
     """Return the node of the stage with the largest value of an observable times `sign`."""
-    largest = 0
+    best = 0
     for m in range(1, NODES.size):
-        if sign * o[column, NODES[m]] > sign * o[column, NODES[largest]]:
-            largest = m
-    return largest
+        if sign * o[column, NODES[m]] > sign * o[column, NODES[best]]:
+            best = m
+    return best
 
 
 @kernel
@@ -50,7 +50,7 @@ def observable_at(pointer, x, column):
     work = pointer[0]
     evaluate_dense(pointer, x)
     for j in range(work.mode.size):
-        if work.rubs[j]:
+        if work.has_friction[j]:
             put_load(work.o, SCRATCH, j)
     return work.o[column, SCRATCH]
 
@@ -102,19 +102,19 @@ def share_at(pointer, independent, moment):
     a, b = 0.0, 1.0
     x = (moment - work.y[independent]) / (work.end[independent] - work.y[independent])
     for _ in range(60):
-        miss = dense_component(x, independent, work.y, work.f) - moment
-        if miss > 0.0:
+        residual = dense_component(x, independent, work.y, work.f) - moment
+        if residual > 0.0:
             b = x
         else:
             a = x
         step = 1e-7  # a difference quotient suffices: only the root matters
-        slope = (dense_component(x + step, independent, work.y, work.f) - miss - moment) / step
-        new = x - miss / slope if slope > 0.0 else 0.5 * (a + b)
-        if not a <= new <= b:
-            new = 0.5 * (a + b)
-        if abs(new - x) <= 1e-15:
-            return new
-        x = new
+        slope = (dense_component(x + step, independent, work.y, work.f) - residual - moment) / step
+        newton = x - residual / slope if slope > 0.0 else 0.5 * (a + b)
+        if not a <= newton <= b:
+            newton = 0.5 * (a + b)
+        if abs(newton - x) <= 1e-15:
+            return newton
+        x = newton
     return x
 
 
@@ -150,7 +150,7 @@ def sample_states(work, states, out):
         write_sample(pointer, work.z, out[i])
 
 
-BESIDE = 1e-4  # of a step: distance from a mark at which a rising force is detected
+PROBE_DISTANCE = 1e-4  # of a step: distance from a mark at which a rising force is detected
 
 
 class RevolutionMarks(NamedTuple):
@@ -189,7 +189,7 @@ def split_peaks(pointer, i, x):
         after = max(at_mark, work.o[column, END]) if highest > 0.0 else 0.0
         before = at_mark
         if highest > after:
-            rises = x < 1.0 and observable_at(pointer, min(x + BESIDE, 1.0), column) > at_mark
+            rises = x < 1.0 and observable_at(pointer, min(x + PROBE_DISTANCE, 1.0), column) > at_mark
             before, after = (at_mark, highest) if rises else (highest, after)
             if x < 1.0:
                 evaluate_dense(pointer, x)

@@ -77,9 +77,9 @@ class Explorer {
     this.count = element("p", {class: "note", role: "status"});
     this.clear = element("button", {type: "button", click: () => this.unfilter()}, "Show all cases");
     this.lines = element("canvas", {role: "img", "aria-label":
-      "Parallel coordinates: one line a case, one axis a column. The table below has the same filters."});
+      "Parallel coordinates: each line is a case, each axis a column. The table below has the same filters."});
     this.linesRoom = element("div", {class: "lines"}, this.lines);
-    this.dots = element("canvas", {role: "img", "aria-label": "One point a case; the table below has the same cases."});
+    this.dots = element("canvas", {role: "img", "aria-label": "Each point is a case; the table below has the same cases."});
     this.tip = element("div", {class: "tip", hidden: true});
     this.pickers = ["across", "up", "coloured by"].map((name, which) => {
       const select = element("select", {change: () => this.drawDots()});
@@ -90,12 +90,12 @@ class Explorer {
     const first = [axes[0] || figures[1] || figures[0], this.sorted.column, axes[1] || axes[0] || figures[0]];
     this.pickers.forEach(([, select], which) => (select.value = this.points ? this.points[which] : first[which].place));
     this.dotsRoom = element("div", {class: "dots"}, this.dots, this.tip);
-    this.detail = element("div", {class: "case note", tabindex: "-1"}, "No case is chosen.");
+    this.detail = element("div", {class: "case note", tabindex: "-1"}, "No case is selected.");
     this.table = element("table");
     this.turn = element("p", {class: "turn"});
     this.root.append(
-      element("p", {class: "note"}, "Drag along an axis to keep a range of it, or write one below a column's head: ",
-        element("code", {}, "5..20"), ", ", element("code", {}, ">=3"), ", a word. Click a line, a point or a row for its case. ", this.note),
+      element("p", {class: "note"}, "Drag along an axis to select a range, or write one below a column's header: ",
+        element("code", {}, "5..20"), ", ", element("code", {}, ">=3"), ", a word. Click a line, a point or a row to show its case. ", this.note),
       element("div", {class: "tools"}, this.count, this.clear, this.choice),
       this.linesRoom,
       element("div", {class: "beside"},
