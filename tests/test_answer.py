@@ -55,12 +55,12 @@ def limited(columns, axes, record=LIMITED):
 def test_a_design_keeps_to_the_limits_if_it_does_at_every_speed():
     columns = {FIT: [1, 1, 2, 2, 3, 3], SPEED: [7, 8] * 3, MARGIN: [0.9, 0.1, 0.5, 0.4, 0.95, -0.2]}
     first, *_ = limited(columns, (FIT, SPEED))
-    assert first.startswith("2 of 3 designs keep to the limits at every crank speed: load peak at most 1.")
-    assert "Kept up to clearance 2 (smallest margin 40 %)." in first
+    assert first.startswith("2 of 3 designs meet the limits at every crank speed: load peak at most 1.")
+    assert "The limits are met up to clearance 2 (smallest margin 40 %)." in first
     assert first.endswith("From 3 a limit is exceeded, worst at speed 8 (margin \u221220 %).")
     columns[MARGIN] = [0.9, -0.1, 0.5, np.nan, 0.95, -0.2]  # the second cannot be assessed at one speed
     first, *_ = limited(columns, (FIT, SPEED))
-    assert first.startswith("No design keeps to the limits at every crank speed")
+    assert first.startswith("No design meets the limits at every crank speed")
     assert first.endswith("Nearest: clearance 1 \u221210 % (smallest margin).")
     columns[MARGIN] = [0.9, 0.1, -0.5, 0.4, 0.95, 0.2]  # not monotone: the best first
     assert limited(columns, (FIT, SPEED))[0].endswith("best first: clearance 3 20 %; clearance 1 10 %.")
@@ -68,10 +68,10 @@ def test_a_design_keeps_to_the_limits_if_it_does_at_every_speed():
 
 def test_cases_without_designs_are_counted_with_the_boundary_of_their_only_axis():
     first, *_ = limited({SPEED: [1, 2, 3], MARGIN: [-0.1, 0.2, 0.3]}, (SPEED,))
-    assert first.startswith("2 of 3 cases keep to the limits: load peak at most 1. Kept from speed 2")
+    assert first.startswith("2 of 3 cases meet the limits: load peak at most 1. The limits are met from speed 2")
     assert "Up to 1 a limit is exceeded" in first
-    assert limited({SPEED: [1, 2], MARGIN: [0.1, 0.2]}, (SPEED,))[0].startswith("All cases keep to the limits")
-    assert limited({SPEED: [1], MARGIN: [-0.1]}, ())[0].startswith("The case does not keep to the limits")
+    assert limited({SPEED: [1, 2], MARGIN: [0.1, 0.2]}, (SPEED,))[0].startswith("All cases meet the limits")
+    assert limited({SPEED: [1], MARGIN: [-0.1]}, ())[0].startswith("The case does not meet the limits")
 
 
 @pytest.mark.parametrize("axes", [(FIT,), (SPEED,)])
@@ -88,13 +88,13 @@ def test_a_fit_whose_largest_clearance_was_not_covered_is_to_be_run_with_it():
     fits[1]["high"] = 2.5
     columns = {FIT: np.array([1.0, 1.0, 2.0, 2.0]), SPEED: [7, 8] * 2, MARGIN: np.full(4, 0.5)}
     chosen, counted, *_ = limited(columns, (FIT, SPEED), LIMITED | {"fits": {FIT: fits}})
-    assert chosen.startswith("a keeps to the limits over its whole tolerance: its largest clearance lies below one")
-    assert "b is open: its largest clearance, 2.5e+06 µm, lies above 2e+06 µm (kept), the largest" in chosen
-    assert counted.startswith("At the mean clearances of the fits, all designs keep to the limits at every crank speed")
+    assert chosen.startswith("a meets the limits over its whole tolerance: its largest clearance lies below one")
+    assert "b is open: its largest clearance, 2.5e+06 µm, lies above 2e+06 µm (met), the largest" in chosen
+    assert counted.startswith("At the mean clearances of the fits, all designs meet the limits at every crank speed")
     columns[MARGIN] = [0.5, 0.5, -0.5, 0.5]
     chosen, *_ = limited(columns, (FIT, SPEED), LIMITED | {"fits": {FIT: fits}})
-    assert chosen.startswith("No fit is known to keep to the limits over its whole tolerance. a is open: its largest")
-    assert "1.5e+06 µm, lies between 1e+06 µm (kept) and 2e+06 µm (exceeded)" in chosen
+    assert chosen.startswith("No fit is known to meet the limits over its whole tolerance. a is open: its largest")
+    assert "1.5e+06 µm, lies between 1e+06 µm (met) and 2e+06 µm (exceeded)" in chosen
     assert "Exceeding a limit at the mean clearance: b." in chosen
     assert "fit" not in " ".join(limited(columns, (FIT, SPEED)))
 
@@ -105,7 +105,7 @@ def test_of_a_limit_that_small_clearances_exceed_the_smallest_clearance_of_a_fit
     ]
     columns = {FIT: np.array([1.5, 2.0, 3.0]), SPEED: [7, 7, 7], MARGIN: np.array([-0.1, 0.1, 0.2])}
     chosen, *_ = limited(columns, (FIT,), LIMITED | {"fits": {FIT: fits}})
-    assert chosen.startswith("b keeps to the limits over its whole tolerance: its smallest clearance lies above one")
+    assert chosen.startswith("b meets the limits over its whole tolerance: its smallest clearance lies above one")
     assert "a is open: its smallest clearance, 1e+06 µm, lies below 1.5e+06 µm (exceeded)" in chosen
     columns[MARGIN] = np.array([0.1, -0.1, 0.2])  # not monotone
     columns[FIT][:] = [1.0, 2.5, 3.0]

@@ -1,4 +1,4 @@
-"""The border of what keeps to limits is found where it is sharp, and enclosed where it is not."""
+"""The border of values within limits is found where it is sharp, and enclosed where it is not."""
 
 import pytest
 from hypothesis import given

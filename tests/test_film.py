@@ -410,4 +410,4 @@ def test_bodies_that_come_to_rest_in_oil_say_so():
     }
     path = clearsweep.simulate(clearsweep.load_case(source))
     assert path.status == "at-rest"
-    assert "ask for fewer" in path.message
+    assert "reduce it" in path.message

@@ -753,7 +753,7 @@ def test_every_law_that_is_drawn_is_named():
 @pytest.mark.parametrize(
     ("limit", "message"),
     [
-        (70000.0, "decides whether the limits are kept in 1 of 3 designs, such as at crank speed 3000 rpm: kept with "),
+        (70000.0, "decides whether the limits are met in 1 of 3 designs, such as at crank speed 3000 rpm: met with "),
         (1e9, "does not change the verdict on 3 designs: each meets the limits with every law"),
         (1.0, "does not change the verdict on 3 designs: each exceeds a limit with every law"),
         (20000.0, "lankarani-nikravesh, exceeded with exact"),

@@ -58,7 +58,7 @@ def life_effects(cases: Cases) -> list[str]:
 
 
 def kept_at_end(cases: Cases) -> list[str]:
-    """Return whether the cases keep to the limits at the end of the life, the state that their figures describe."""
+    """Return whether the cases meet the limits at the end of the life, the state that their figures describe."""
     limits = cases.limits
     if not limits:
         return []
@@ -66,9 +66,9 @@ def kept_at_end(cases: Cases) -> list[str]:
     count, exceeding = len(margins), int((~(margins >= 0.0)).sum())
     words = [cases.limit_label(limit) for limit in limits]
     listed = wording.sentence_list(words) if len(words) <= LISTED_LIMITS else f"{len(words)} limits"
-    kept = "every case keeps" if count > 1 else "the case keeps"
-    beyond = f"{exceeding} of {wording.count(count, 'case')} {'does' if exceeding == 1 else 'do'} not keep"
-    text = f"At the end of the life, {beyond if exceeding else kept} to the limits: {listed}."
+    kept = "every case meets" if count > 1 else "the case meets"
+    beyond = f"{exceeding} of {wording.count(count, 'case')} {'does' if exceeding == 1 else 'do'} not meet"
+    text = f"At the end of the life, {beyond if exceeding else kept} the limits: {listed}."
     if np.isfinite(margins).any():
         worst = int(np.nanargmin(margins))
         exceeded = cases.column(verdict.EXCEEDED)[worst] or ""

@@ -76,10 +76,10 @@ def sentences(cases: Cases, limits: str) -> list[str]:
     head = f"{number} {nouns}" if number in ("No", "All", "The") else f"{accepted} of {nouns}"
     if fits.of_cases(cases) is not None:
         head = f"At the mean clearances of the fits, {head[0].lower()}{head[1:]}"
-    verb = "keeps" if accepted <= 1 else "keep"
+    verb = "meets" if accepted <= 1 else "meet"
     if total == 1 and not accepted:
-        head, verb = "The case", "does not keep"
-    first = f"{head} {verb} to the limits{every}: {limits}."
+        head, verb = "The case", "does not meet"
+    first = f"{head} {verb} the limits{every}: {limits}."
     return [first, *_boundary(cases, designs)] if total > 1 else [first]
 
 
@@ -112,7 +112,7 @@ def _one_boundary(cases: Cases, designs: Designs, ends: list[int]) -> list[str]:
     where = f", worst at {condition}" if condition else ""
     margin = _percent(designs.margins[failing])
     return [
-        f"Kept {word} {setting} (smallest margin {_percent(designs.margins[safe])}).",
+        f"The limits are met {word} {setting} (smallest margin {_percent(designs.margins[safe])}).",
         f"{beyond} {pair[1] if pair else ''} a limit is exceeded{where} (margin {margin}).",
     ]
 

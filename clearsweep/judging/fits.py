@@ -1,4 +1,4 @@
-"""Fits of a joint against limits: which keep to them over their whole tolerance, and which are open."""
+"""Fits of a joint against limits: which meet them over their whole tolerance, and which are open."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -17,10 +17,10 @@ class FitStates(NamedTuple):
     """The fits of a path by what the run shows of them, each in the order of the grid."""
 
     path: str  # of the clearance
-    sure: tuple[Mapping[str, Any], ...]  # keep to the limits over their whole tolerance
-    open: tuple[Mapping[str, Any], ...]  # keep to them at their mean clearance; one end of the tolerance is not covered
+    sure: tuple[Mapping[str, Any], ...]  # meet the limits over their whole tolerance
+    open: tuple[Mapping[str, Any], ...]  # meet them at their mean clearance; one end of the tolerance is not covered
     exceeding: tuple[Mapping[str, Any], ...]  # exceed a limit at their mean clearance
-    kept: tuple[float, ...]  # clearances (m) that keep to the limits in every case, ascending
+    kept: tuple[float, ...]  # clearances (m) that meet the limits in every case, ascending
     exceeded: tuple[float, ...]  # the other clearances (m), ascending
 
     @property
@@ -49,9 +49,9 @@ def of_cases(cases: Cases) -> FitStates | None:
 
 
 def _is_covered(fit: Mapping[str, Any], keeps: Mapping[float, bool]) -> bool:
-    """Return whether the end of a tolerance towards the limit lies within the clearances that keep to the limits.
+    """Return whether the end of a tolerance towards the limit lies within the clearances that meet the limits.
 
-    keeps : clearance (m) -> whether all of its cases keep to the limits, ascending.  Where the verdict changes more
+    keeps : clearance (m) -> whether all of its cases meet the limits, ascending.  Where the verdict changes more
     than once, no fit is covered.
     """
     changes = [now for now, then in pairwise(keeps.values()) if now != then]
@@ -77,12 +77,12 @@ def sentences(cases: Cases) -> list[str]:
 
 def _chosen(states: FitStates) -> str:
     if not states.sure:
-        return "No fit is known to keep to the limits over its whole tolerance."
-    verb, their = ("keeps", "its") if len(states.sure) == 1 else ("keep", "their")
-    first = f"{_names(states.sure)} {verb} to the limits over {their} whole tolerance"
+        return "No fit is known to meet the limits over its whole tolerance."
+    verb, their = ("meets", "its") if len(states.sure) == 1 else ("meet", "their")
+    first = f"{_names(states.sure)} {verb} the limits over {their} whole tolerance"
     if states.exceeded and states.exceeded[0] < states.kept[0]:
-        return f"{first}: {their} smallest clearance lies above one that kept them ({_size(states.kept[0])})."
-    return f"{first}: {their} largest clearance lies below one that kept them ({_size(states.kept[-1])})."
+        return f"{first}: {their} smallest clearance lies above one that meets them ({_size(states.kept[0])})."
+    return f"{first}: {their} largest clearance lies below one that meets them ({_size(states.kept[-1])})."
 
 
 def _open(states: FitStates, fit: Mapping[str, Any]) -> str:
@@ -93,7 +93,7 @@ def _open(states: FitStates, fit: Mapping[str, Any]) -> str:
         word, end = "largest", fit["high"]
     below = max((value for value in (*states.kept, *states.exceeded) if value <= end), default=None)
     above = min((value for value in (*states.kept, *states.exceeded) if value > end), default=None)
-    ends = [f"{_size(value)} ({'kept' if value in states.kept else 'exceeded'})" for value in (below, above) if value]
+    ends = [f"{_size(value)} ({'met' if value in states.kept else 'exceeded'})" for value in (below, above) if value]
     if len(ends) == 2:
         where = f"lies between {ends[0]} and {ends[1]}"
     else:

@@ -75,7 +75,7 @@ class Limit(NamedTuple):
     def margin(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return the margin of every case: 1 - value / limit, or value / limit - 1 for `at_least`.
 
-        NaN for a zero limit.
+        It is NaN for a zero limit.
         """
         import numpy as np
 

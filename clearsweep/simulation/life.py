@@ -200,7 +200,7 @@ class LifeRun:
     def remarks(self, life: Life) -> tuple[str, ...]:
         """Return remarks on why a life did not reach its limit and on widely smoothed shapes.
 
-        '' for each that does not apply.
+        A remark that does not apply is ''.
         """
         widths = zip([worn.name for worn in self.worn_joints], self.smoothing(life.nodes[-1].state), strict=True)
         return self._unreached(life), smoothed(widths)

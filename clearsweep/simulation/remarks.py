@@ -28,7 +28,7 @@ from .window import Window
 
 
 def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the remarks on a finished case; '' stands for each that does not apply."""
+    """Return the remarks on a finished case; '' replaces each remark that does not apply."""
     parts = list(zip(scene.layout.joints, scene.case.joints, strict=True))
     shares = [(joint, summary[f"{part.name}_law_limit_fraction"]) for part, joint in parts]
     limits = past_limits(
@@ -94,7 +94,7 @@ def passive_film(joint: Joint) -> str:
 
 
 def _implausible(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the remarks on implausible figures of a finished case; '' stands for each that does not apply."""
+    """Return the remarks on implausible figures of a finished case; '' replaces each remark that does not apply."""
     joints = [
         Reached(
             joint.name,

@@ -44,7 +44,7 @@ def piece_of(piece, kink_values, x):
 def _distances(kink_values, piece, x):
     """Return the distances of `x` past the end and before the beginning of a piece.
 
-    NEVER if it has no end or beginning.
+    A piece without end or beginning gives NEVER.
     """
     above_kink = below_kink = NEVER
     for i in range(len(kink_values)):

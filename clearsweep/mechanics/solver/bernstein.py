@@ -184,7 +184,7 @@ def changes_of_sign(p):
 def only_crossing(p):
     """Return the share of its interval of the only zero of PART, which begins negative and ends positive.
 
-    Newton's method, kept in the bracket.
+    It is found by Newton's method within the bracket.
     """
     a, b = 0.0, 1.0
     x = p[PART, 0] / (p[PART, 0] - p[PART, DEGREE])
@@ -222,7 +222,7 @@ def first_crossing(p):
 
 @kernel
 def crossing_for_certain(p, noise):
-    """Return where WHOLE first crosses zero upwards, or NOWHERE if it rises no higher than its error bound.
+    """Return the place where WHOLE first crosses zero upwards, or NOWHERE if it does not exceed its error bound.
 
     noise : error bound of the values at the nodes.
     """

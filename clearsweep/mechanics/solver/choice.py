@@ -4,7 +4,7 @@ An explicit step costs a few sweeps, however many numbers the state has.  An imp
 matrices that grow with the number of unknowns.  Its price in evaluations was measured on the cases of `verify.stiff`,
 with 6, 11 and 16 numbers in the state.
 
-Where the motion is stiff, an explicit step is short although the motion hardly bends within it.  The rate at which
+If the motion is stiff, an explicit step is short although the motion hardly bends within it.  The rate at which
 small errors change follows from the contraction of the iteration.  The bend of the motion follows from states as far
 apart as those within an implicit step.  Contraction alone is not sufficient: a motion that is not stiff contracts as
 slowly now and then.
@@ -34,13 +34,13 @@ OBSERVED = radau.STAGES - 1  # evaluations of an implicit step for its observabl
 
 @kernel
 def steady(pointer, h, proposal):
-    """Return the length of the step after one of length `h`: the proposal, or `h` again where that saves work."""
+    """Return the length of the step after one of length `h`: the proposal, or `h` again if that saves work."""
     return h if pointer[0].method.current == IMPLICIT and h <= proposal <= STEADY * h else proposal
 
 
 @kernel
 def choose_method(pointer, h, pattern):
-    """Change the method where the latest step, of length `h`, shows that the other method is cheaper.
+    """Change the method if the latest step, of length `h`, shows that the other method is cheaper.
 
     pattern : result of `step_control.proposal_of`.  The change takes effect with the next step.
     """
@@ -151,7 +151,7 @@ def loses(pointer, saved, cost):
     """Return whether the implicit method has lost too much; a step saved `saved` explicit evaluations at a cost of
     `cost`.
 
-    The permitted loss grows with the savings: where explicit steps are a hundred times shorter, doing without the
+    The permitted loss grows with the savings: if explicit steps are a hundred times shorter, doing without the
     implicit
     method until the next trial costs more than a stretch on which it is expensive.
     """

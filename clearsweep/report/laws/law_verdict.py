@@ -39,9 +39,9 @@ def _sentence(study: Study, groups: Matched, table: pd.DataFrame) -> str:
     keep, exceed = ([law for law, fails in row.items() if bool(fails) is beyond] for beyond in (False, True))
     at = study.setting(groups.case(group, exceed[0]), without=groups.axis)
     where = f", such as at {at}" if at else ""
-    laws = f"kept with {wording.sentence_list(keep)}, exceeded with {wording.sentence_list(exceed)}"
+    laws = f"met with {wording.sentence_list(keep)}, exceeded with {wording.sentence_list(exceed)}"
     many = f"{len(moved)} of {designs}"
-    return f"The choice of {groups.axis.name} decides whether the limits are kept in {many}{where}: {laws}."
+    return f"The choice of {groups.axis.name} decides whether the limits are met in {many}{where}: {laws}."
 
 
 def _table(groups: Matched, compared: pd.DataFrame) -> Table:

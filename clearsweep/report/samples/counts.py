@@ -48,7 +48,7 @@ def failures(study: Study) -> Counter[str]:
 
 
 def limits(study: Study) -> LimitCounts:
-    """Return the counts of finished cases that keep to the limits of the grid."""
+    """Return the counts of finished cases that meet the limits of the grid."""
     if study.run.marks():
         total, fails, unjudged = (_summed(study, part) for part in ("limits", "fails", "unjudged"))
         each = [(fails[str(place)], unjudged[str(place)]) for place in range(len(study.limits))]

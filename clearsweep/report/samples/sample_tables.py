@@ -171,8 +171,8 @@ def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]
     ]
     if not measured:
         sentences.append(
-            "This run only gives an upper bound of chaos: its share of the variance is at most the smallest total "
-            "index of a variable that has an effect. simulate: {error_check: true} measures chaos."
+            "This run only gives an upper bound of the share of chance: the smallest total index of a variable that "
+            "has an effect. A run with `error_check: true` in `simulate` measures the share."
         )
     return Table("sensitivity", "Sobol indices", note, columns, rows), sentences
 
@@ -202,8 +202,8 @@ def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]
                 head = (figure.name, figure.unit, *point_cells(study, sample), names[effect.path])
                 rows.append((*head, *cells, _blur(effect)))
     note = (
-        "Each variable changes alone, with the others at their medians. The scatter is the change of the figure "
-        "under disturbances of 1e-9 of the variables' ranges, or at a tenth of the tolerance if the run computed that."
+        "Each variable changes alone, with the others at their medians. The scatter is the change of the figure under "
+        "disturbances of 1e-9 of their ranges. With `error_check`, it is the change at a tenth of the tolerance."
     )
     sentences = [_advice(list(chaotic), "chaotic")] if chaotic else []
     return Table("one_at_a_time", "One-at-a-time effects", note, columns, rows), sentences

@@ -136,7 +136,7 @@ def _distinguished(study: Study, rows: list[dict[str, Any]], names: list[str]) -
         feasible = study.cases["limits_exceeded"].to_numpy() == "" if "limits_exceeded" in study.cases else True
         alike = int(np.count_nonzero((low <= high[place]) & (high >= low[place]) & feasible)) - 1
         if rows[0]["margin"] is not None and rows[0]["margin"] < 0.0:
-            continue  # no case keeps to the limits, so none of the others is best either
+            continue  # no case meets the limits, so none of the others is best either
         own = " to ".join(study.text(rows[0]["case_id"], end) for end in ends)
         lines.append(
             f"The 95 % interval of {name} of the best case is {own}; {wording.count(alike, 'other case')}"

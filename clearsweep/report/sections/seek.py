@@ -111,7 +111,7 @@ def _not_monotone(answers: _Answers) -> list[str]:
     for row in answers.rows:
         if row.get("seek_beyond"):
             at = f" at {answers.setting(row)}" if answers.others else ""
-            sentences.append(f"Not monotone{at}: {row['seek_beyond']} beyond the border also keep to the limits.")
+            sentences.append(f"Not monotone{at}: {row['seek_beyond']} beyond the border also meet the limits.")
     return sentences
 
 

@@ -93,7 +93,7 @@ def ratios(study: Study) -> list[str]:
 def _motion(study: Study, joint: Joint, case_id: str, usual: list[str]) -> str:
     """Return in words how often the largest peak of a case occurs.
 
-    If there is no period, with the median in `usual`.
+    If there is no period, `usual` contains the median peak.
     """
     period = study.cases.at[case_id, "period"] if "period" in study.cases else np.nan
     if period == 1.0:
@@ -113,7 +113,7 @@ def _kept(study: Study) -> list[str]:
         return [*_chance(study), *_not_judged(study)]
     counted_cases = counts.limits(study)
     beyond, cases = counted_cases.exceeding, wording.count(counted_cases.cases, "case")
-    first = f"{beyond} of {cases} exceed at least one limit" if beyond else f"All of {cases} keep to the limits"
+    first = f"{beyond} of {cases} exceed at least one limit" if beyond else f"All of {cases} meet the limits"
     answered = question(study).question == "limits" and len(study.limits) == 1  # then the answer has the limit
     first += "." if answered else f": {wording.sentence_list(_each(study))}."
     if "refine" in study.run.grid:
@@ -241,7 +241,7 @@ def _map(study: Study, across: Axis, up: Axis) -> Picture:
     return Picture(
         f"Within the limits: {across.name} {wording.TIMES} {up.name}",
         caption,
-        f"Map of the smallest margin over {across.name} and {up.name}: {passing_cells} of {cells} cells keep to all "
+        f"Map of the smallest margin over {across.name} and {up.name}: {passing_cells} of {cells} cells meet all "
         f"limits. {caption}",
         lambda ax: pass_share.cells(ax, (smallest, failing, reserved), (across, up), between),
         heat_map.SIZE,
@@ -260,11 +260,11 @@ def _reservations(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, st
         for margin, members in zip(grouped.margins, grouped.members, strict=True):
             fails[list(members)] = pass_share.ELSEWHERE * (margin < 0.0)
     names = [wording.axis_name(path) for path in grouped.conditions] if grouped is not None else []
-    remark = f" (ok): kept here, but not at every {wording.sentence_list(names)}." if fails.any() else ""
+    remark = f" (ok): met here, but not at every {wording.sentence_list(names)}." if fails.any() else ""
     states = fits.of_cases(cases)
     if states is not None and states.open and any(axis.path == states.path for axis in pair):
         fails[np.isin(cases.column(states.path), [fit["mean"] for fit in states.open])] = pass_share.OPEN
-        remark += " open: kept at the mean clearance; an end of the fit's tolerance was not covered."
+        remark += " open: met at the mean clearance; an end of the fit's tolerance was not covered."
     return over_other_axes(study, fails, pair, largest), remark
 
 

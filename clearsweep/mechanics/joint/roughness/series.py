@@ -101,7 +101,7 @@ def _elastic_energy_rough(elastic, pen):
 
 @root_parity.member(Rough)
 def _parity_rough(elastic):
-    return elastic.parity
+    return elastic.root_parity
 
 
 @functools.lru_cache(maxsize=256, typed=True)  # laws of different types may have equal numbers

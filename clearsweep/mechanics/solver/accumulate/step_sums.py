@@ -194,19 +194,21 @@ def find_peaks(trial):
 def highest_inside(o, column, sign):
     """Return the largest value of an observable times `sign` at the nodes, or NO_PEAK if it has no peak in the step.
 
-    A peak rises at the start of the step and falls at its end, or nearly so.  The slopes are those of parabolas through
-    three nodes at either end, a tenth of the step outside, so that a peak near an end counts in both steps.
+    It has one if a stage is higher than both ends, or if it rises at the start of the step and falls at its end, or
+    nearly so.  The slopes are those of parabolas through three nodes at either end, a tenth of the step outside, so
+    that a peak near an end counts in both steps.
     """
     start_slope = end_slope = 0.0
     for m in range(3):
         start_slope += START_SLOPE[m] * o[column, NODES[START_NODES[m]]]
         end_slope += END_SLOPE[m] * o[column, NODES[END_NODES[m]]]
-    if not (sign * start_slope > 0.0 > sign * end_slope):
-        return NO_PEAK
-    highest = sign * o[column, START]
-    for m in range(STAGES):
+    ends = max(sign * o[column, START], sign * o[column, END])
+    highest = ends
+    for m in range(STAGES - 1):
         highest = max(highest, sign * o[column, m])
-    return highest
+    if highest > ends or sign * start_slope > 0.0 > sign * end_slope:
+        return highest
+    return NO_PEAK
 
 
 def _slope(nodes, point):
