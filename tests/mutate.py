@@ -171,7 +171,7 @@ MUTATIONS = (
     # where events are
     Mutation(EVENTS, "fit_gap", "depth * (depth + 2.0 * size)", "depth", SEARCH),
     Mutation(EVENTS, "first_onset", "if begin >= 0.0 and work", "if begin >= 1e9 and work", SEARCH),
-    Mutation(EVENTS, "true_onset", "x - move", "x + move", SEARCH),
+    Mutation(EVENTS, "true_onset", "x - correction", "x + correction", SEARCH),
     Mutation(EVENTS, "ROUGH", "1e-3", "1e3", SEARCH),
     Mutation(EVENTS, "first_separation", "turn_sign(work.polynomials)", "None", ENDS),
     Mutation(BERNSTEIN, "first_crossing", "changes > 1 and", "changes > 3 and", SEARCH),
@@ -182,8 +182,8 @@ MUTATIONS = (
     Mutation(
         EVENTS,
         "first_event",
-        "if x < largest: largest, kind, contact = x, event_kind",
-        "if x > largest: largest, kind, contact = x, event_kind",
+        "if x < first: first, kind, contact = x, event_kind",
+        "if x > first: first, kind, contact = x, event_kind",
         SCENES,
     ),
     # the histogram and the sums
@@ -316,12 +316,12 @@ MUTATIONS = (
     # from film to dry contact
     Mutation(
         PASSING,
-        "_even",
+        "_ramp_share",
         "(depth - transition.begin) / transition.width",
         "3.0 * (depth - transition.begin) / transition.width",
         PASSES,
     ),
-    Mutation(PASSING, "_even", "as_type_of(1.0, depth)", "as_type_of(3.0, depth)", PASSES),
+    Mutation(PASSING, "_ramp_share", "as_type_of(1.0, depth)", "as_type_of(3.0, depth)", PASSES),
     Mutation(
         PASSING,
         "_asperity_load_greenwood_tripp",

@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from clearsweep.mechanics.compiled.direction import EXACT, direction
+from clearsweep.mechanics.compiled.direction import MAX_EXACT_ANGLE, direction
 from clearsweep.mechanics.trace.objects import machine_code
 
 compiled = machine_code(direction)
 
 
 @pytest.mark.parametrize("function", [direction, compiled])
-@pytest.mark.parametrize("largest", [1e-9, 0.1, 7.0, 1e3, EXACT])
+@pytest.mark.parametrize("largest", [1e-9, 0.1, 7.0, 1e3, MAX_EXACT_ANGLE])
 def test_a_direction_is_exact_to_rounding(function, largest):
     angles = np.concatenate([np.linspace(-largest, largest, 2001), np.arange(-40, 41) * math.pi / 8 % largest])
     result = np.array([function(float(angle)) for angle in angles])

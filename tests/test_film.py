@@ -202,7 +202,7 @@ def test_butenschoens_shear_is_the_published_coefficient_of_a_bearing_at_rest():
     ratio, spin, b, psi = 0.6, 80.0, 1.0, 5e-4 / 0.02
     joint = oiled(friction="butenschoen")
     law, shear = registry.film_terms(joint)
-    size, sine, _ = finite.turning_number(law, ratio)
+    size, sine, _ = finite.wedge_number(law, ratio)
     journal, _ = film_couples(
         shear, FilmMotion(ratio, 0.0, spin), spin, ratio * 5e-4 * film_result(law, ratio, 0.0, spin)[1]
     )

@@ -29,7 +29,7 @@ from clearsweep.mechanics.joint.contract import (
 from clearsweep.mechanics.joint.dry import Gap
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.film.contract import FilmMotion, film_force
-from clearsweep.mechanics.joint.film.corners import AFLOAT, Reversals, bends
+from clearsweep.mechanics.joint.film.corners import AFLOAT, Reversals, has_reversal_corners
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.kinks import kink_variable, kinks
 from clearsweep.mechanics.joint.loss.contract import contact_force
@@ -118,7 +118,7 @@ def test_an_elastic_law_is_smooth_over_the_penetration_but_at_its_limit(name):
 @pytest.mark.parametrize("name", names("film"))
 def test_a_film_is_smooth_over_its_rate_and_its_spin_but_where_it_declares_their_signs(name):
     film = registry.joint_term(oiled(name), "slider").film
-    places = [0.0] if type(film) in bends.members else []
+    places = [0.0] if type(film) in has_reversal_corners.members else []
     for i in range(2):  # the radial and the tangential force
         for ratio in (0.3, 0.9):
             assert is_smooth_between(

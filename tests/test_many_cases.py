@@ -7,7 +7,7 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep import simulation
 from clearsweep.mechanics.compiled.family import empty_entries
-from clearsweep.mechanics.compiled.pinned import TypeKey
+from clearsweep.mechanics.compiled.pinned import Layout
 from clearsweep.mechanics.observe.histogram import BINS
 from clearsweep.mechanics.solver import loop
 from clearsweep.simulation import ensemble, run
@@ -176,7 +176,7 @@ def test_one_contact_and_several_are_of_one_form_to_the_loop():
     for joints in (("rod-slider",), ("ground-crank", "rod-slider")):
         with empty_entries():
             first = run.Run(start_of(simulation.build(cases(*joints, count=1)[0]), np.empty(0)))
-        variants.add(repr(TypeKey(first.work)))
+        variants.add(repr(Layout(first.work)))
     assert len(variants) == 1
 
 

@@ -18,7 +18,7 @@ from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.contract import ENTERED, NEVER, ONSET_FLOOR, guard_values, latched
 from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
 from clearsweep.mechanics.joint.elastic.power import power_of
-from clearsweep.mechanics.joint.loss.contract import contact_force, keeps_onset, with_mass
+from clearsweep.mechanics.joint.loss.contract import contact_force, needs_onset_rate, with_mass
 from clearsweep.mechanics.joint.loss.hysteresis import Hysteresis
 from clearsweep.mechanics.joint.loss.renewed import ENERGY_EXCEEDED, RATE_ZERO, renewed
 from clearsweep.mechanics.joint.modes import touches
@@ -274,7 +274,7 @@ def test_in_an_impact_it_is_that_of_the_impact():
     made = crank(revolutions=1, discard=0)
     run = Run(start_of(made, np.empty(0)))
     run.go(control_of(made, 1.0, keep_events=True)._replace(event_budget=1))
-    assert keeps_onset(made.value.joints[0].law._replace(doubling_energy=1.0))
+    assert needs_onset_rate(made.value.joints[0].law._replace(doubling_energy=1.0))
     assert onset_rates(run.ends())[0] == run.work.latched[0] > 0.1
 
 

@@ -327,10 +327,10 @@ def test_the_output_is_judged_by_its_own_ideal_motion_and_in_its_own_unit():
     assert message["Rocker position error"] == "Rocker error, at most 0.500°."
     assert "the ideal mechanism reaches" in message["Rocker acceleration against the ideal mechanism"]
     run.summary["rocker_error_max"] = np.radians(0.5)
-    (text,) = [sentence for sentence in headline.sentences(study.prepare(run)) if "ideal place" in sentence]
-    assert text.startswith("The rocker is off its ideal place by up to 0.500°; its acceleration reaches")
+    (text,) = [sentence for sentence in headline.sentences(study.prepare(run)) if "ideal position" in sentence]
+    assert text.startswith("The rocker deviates from its ideal position by up to 0.500°; its acceleration reaches")
     (section,) = summary.sections(study.prepare(run))
-    assert ("Largest rocker error", "0.500°", "off the ideal place") in section.blocks[0].cards
+    assert ("Largest rocker error", "0.500°", "from the ideal position") in section.blocks[0].cards
 
 
 def test_the_ideal_motion_of_the_slider_crank_is_the_closed_form_that_the_grid_gives():

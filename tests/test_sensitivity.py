@@ -332,7 +332,7 @@ def test_the_verdict_of_a_sample_has_the_probability_with_its_interval(run):
 def test_the_report_shows_spread_and_limits(run, tmp_path):
     made = run(linear, more=f"limits: {{{PEAK}: 14 N}}\n")
     page = report.write(made, tmp_path / "page.html").read_text(encoding="utf-8")
-    for text in ("Spread of the figures", "How likely limits are exceeded", "Histogram of force peak, 64 cases"):
+    for text in ("Spread of the figures", "Probability of exceeding limits", "Histogram of force peak, 64 cases"):
         assert text in page
     assert "the median of the cases with that value" not in page  # hardly two drawn cases share one
     report.tables(made, tmp_path / "tables")

@@ -57,8 +57,10 @@ def test_stages_say_what_lies_between_them():
     stages = radau.C**5 - 2.0 * radau.C  # above a start at 0
     assert shapes(shares)[:, :5] @ radau.DENSE @ stages == pytest.approx(shares**5 - 2.0 * shares, abs=1e-13)
     seen = SHARES[1:8]
-    assert radau.LOOK @ np.append(1.0, 1.0 + stages) == pytest.approx(1.0 + seen**5 - 2.0 * seen, abs=1e-13)
-    assert radau.SPREAD @ radau.C[radau.PLACES] ** 2 == pytest.approx(radau.C**2, abs=1e-13)
+    assert radau.TO_EXPLICIT_STAGES @ np.append(1.0, 1.0 + stages) == pytest.approx(
+        1.0 + seen**5 - 2.0 * seen, abs=1e-13
+    )
+    assert radau.TO_ALL_STAGES @ radau.C[radau.JACOBIAN_STAGES] ** 2 == pytest.approx(radau.C**2, abs=1e-13)
 
 
 def test_the_error_estimate_is_of_the_order_it_says():

@@ -222,7 +222,7 @@ class Channel(NamedTuple):
 class Mechanism(NamedTuple):
     """A kind of mechanism, as a user names it.
 
-    bodies : numbers in SI by their keys below `mechanism`, such as 'crank.length'; drive : rad/s, None without one
+    bodies : numbers in SI by their keys below `mechanism`, such as 'crank.length'; drive : rad/s, or None
     """
 
     name: str  # mechanism.type

@@ -62,7 +62,7 @@ def _unit(text: str, units: Mapping[str, str], vocabulary: Vocabulary) -> str:
 
 
 def value_of(text: str, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-    """Return the values (n,) of an expression checked by `unit_of`; NaN without a finite result."""
+    """Return the values (n,) of an expression checked by `unit_of`; NaN if the result is not finite."""
     import numpy as np
 
     with np.errstate(all="ignore"):

@@ -1,4 +1,4 @@
-"""Phases of work and their progress: what a process is doing, since when, and how long it will take.
+"""Phases of work and their progress: current activity of a process, elapsed time, and time left.
 
 Code opens a phase and records its progress, which takes a microsecond.  `shown` prints the open phase on stderr: a line
 after FIRST_LINE s without one, or on a terminal a line that is redrawn.  `written` stores it where another process

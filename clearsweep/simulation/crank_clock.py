@@ -27,7 +27,7 @@ class SteadyClock(NamedTuple):
         return revolutions * self.turn
 
     def at_each(self, revolutions: np.ndarray) -> np.ndarray:
-        """Return the same for an array."""
+        """Return the times (s) after arrays of revolutions."""
         return revolutions * self.turn
 
 
@@ -58,7 +58,7 @@ class ScheduledClock(NamedTuple):
         return float(self.times[row] + 2.0 * remainder / (speed + root))
 
     def at_each(self, revolutions: np.ndarray) -> np.ndarray:
-        """Return the same for an array."""
+        """Return the times (s) after arrays of revolutions."""
         return np.array([self.at(each) for each in revolutions])
 
 
@@ -77,7 +77,7 @@ class FreeClock(NamedTuple):
         return self.start + 2.0 * math.pi * revolutions
 
     def at_each(self, revolutions: np.ndarray) -> np.ndarray:
-        """Return the same for an array."""
+        """Return the angles (rad) after arrays of revolutions."""
         return self.start + 2.0 * math.pi * revolutions
 
 

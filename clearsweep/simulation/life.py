@@ -38,7 +38,7 @@ class LifeRun:
         """Prepare for the unworn scene; `log` stores the results of blocks.
 
         number : index among the lives of the case, 0 for its own.  They share a log and are run one by one.
-        name : of a further life, for progress messages.
+        name : name of a further life, for progress messages
         """
         assert scene.case.life is not None  # only for cases with a life
         self.scene, self.log, self.life, self.worn_joints = scene, log, scene.case.life, worn_joints_of(scene.case)

@@ -18,7 +18,7 @@ from ..mechanics.coupling.state import every_state
 from ..mechanics.coupling.trial_step import rates_of, stages_of, sweep_of
 from ..mechanics.coupling.wear import wear_of, workspace_size
 from ..mechanics.joint.contract import contact_modes, every_contact, every_latched
-from ..mechanics.joint.loss.contract import awaits_mass, keeps_onset
+from ..mechanics.joint.loss.contract import needs_mass, needs_onset_rate
 from ..mechanics.joint.modes import touches
 from ..mechanics.joint.offsets import Offsets, after_joint, first_place, with_current_state
 from ..mechanics.joint.wear.contract import ACCOUNT, MAX_BINS, SLIDING_DISTANCE
@@ -251,7 +251,7 @@ def onset_rates(final: FinalContacts) -> list[float]:
     """Return the onset rate (m/s) that each joint's law uses at the end of an integration, or nan if it uses none."""
     rates, contact = [math.nan] * len(final.joints), 0
     for j, joint in enumerate(final.joints):
-        if touches(final.mode.item(contact)) and keeps_onset(_law_at_end(final, j)):
+        if touches(final.mode.item(contact)) and needs_onset_rate(_law_at_end(final, j)):
             rates[j] = final.latched.item(contact)
         contact += len(contact_modes(joint))
     return rates
@@ -268,7 +268,7 @@ def _branches(scene: Scene) -> Branches:
     joints = scene.value.joints
     latched_laws = list(enumerate(every_latched(joints), start=len(every_contact(joints))))
     return Branches(
-        signs=[index for index, (law, _) in latched_laws if type(law) in awaits_mass.members],
+        signs=[index for index, (law, _) in latched_laws if type(law) in needs_mass.members],
         pieces=[index for index, (law, _) in latched_laws if hasattr(law, "piece")],
     )
 

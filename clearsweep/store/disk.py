@@ -37,7 +37,7 @@ class Waste(NamedTuple):
 
 
 def clean(directory: Path, *, batches: bool = False, dry_run: bool = False) -> dict[str, Any]:
-    """Remove the unneeded files of a run; return what was removed and what remains, for JSON.
+    """Remove the unneeded files of a run; return the removed and the remaining files, for JSON.
 
     `batches`: also the batches of a finished run, whose files are checked first.  Another grid then computes all its
     cases in this directory.  `dry_run`: nothing is removed.  `other_cases` counts cases of removed batches that the

@@ -242,7 +242,7 @@ class StoredRun:
 
     @property
     def seek(self) -> "pd.DataFrame | None":
-        """Return the answers of `seek` as a DataFrame, `attrs["units"]` by column; None without a search."""
+        """Return the answers of `seek` as a DataFrame, `attrs["units"]` by column; None if there is no search."""
         return self._answers(SEEK_FILE)
 
     @property

@@ -22,7 +22,7 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
 
     `cases` are those of the grid, `missing` those without a result; None while a run computes other values of the
     axes than the last one.  `ok` and `failed` count committed cases.  `at_work` has the progress of every
-    worker with a long case: its activity, elapsed time and time left (s; None: unknown), for a life also the block and
+    worker with a long case: its activity, elapsed time, time left (s; None if unknown), for a life also the block and
     the wear (m).  `disk` has sizes in bytes.  `damage` has a sentence for each changed file.
 
     Raise DirectoryError if there is no run that can be read.

@@ -18,7 +18,7 @@ class Working:
         self.path = durable.scratch_file(directory / SCRATCH, f"{name}.work")
 
     def put(self, content: bytes | None) -> None:
-        """Replace the stored progress, which need not survive a crash; None: remove the file."""
+        """Replace the stored progress, which need not survive a crash; for None, remove the file."""
         with contextlib.suppress(OSError):  # a full disk, of which the batch itself reports
             if content is None:
                 durable.discard(self.path)

@@ -186,9 +186,9 @@ class Identifying:
     def _posterior(
         self, rng: np.random.Generator, *, last: bool
     ) -> tuple[emulator.LikelihoodModel, emulator.Posterior, np.ndarray]:
-        """Return the likelihood on the narrowed ranges, a sample of the posterior, and its likeliest point.
+        """Return the likelihood on the narrowed ranges, a sample of the posterior, and its most likely point.
 
-        The sample is in parts of the whole ranges; the likeliest point, (inputs,), in parts of the narrowed ranges.
+        The sample is in fractions of the whole ranges; the most likely point (inputs,) in those of the narrowed ranges.
         """
         assert self.observation is not None  # cases finished
         inside = self._inside(np.array(self.points))
@@ -283,7 +283,7 @@ class Identifying:
             )
 
     def _sample(self, posterior: emulator.Posterior) -> dict[str, np.ndarray]:
-        """Return the sample in SI, only the likeliest rows if there are too many."""
+        """Return the sample in SI, or only its most likely rows if there are too many."""
         largest = np.sort(np.argsort(-posterior.weights, kind="stable")[:STORED_ROWS])
         columns = {
             path: np.array([choice.value_at(share) for share in posterior.points[largest, column].tolist()])

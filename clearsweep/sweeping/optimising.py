@@ -112,7 +112,7 @@ class Optimising:
         return Optimised(tuple(trial.best() for trial in best), start, len(self.trials), len(feasible), alike)
 
     def _indistinguishable_from(self, best: "_Trial", feasible: "list[_Trial]") -> int | None:
-        """Return how many other feasible cases are indistinguishable from the best, or None without an interval."""
+        """Return how many other feasible cases are indistinguishable from the best, or None if it has no interval."""
         ((name, _),) = self.optimise.objectives
         low, high = best.intervals[name]
         if not feasible or not math.isfinite(low + high):

@@ -143,7 +143,7 @@ def coefficients(slenderness: float) -> np.ndarray:
     """Return the (2, terms, powers) coefficients of the expansions in the law's file, for one length / diameter."""
     directions = math.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
     depths = np.cos(math.pi * (np.arange(RATIOS) + 0.5) / (2 * RATIOS))
-    ratios = np.tanh(law.DEEPEST * depths)
+    ratios = np.tanh(law.MAX_ARTANH * depths)
     values = np.array([logarithms(slenderness, ratio, np.cos(directions)) for ratio in ratios])
     harmonics = 2.0 / DIRECTIONS * values @ np.cos(np.outer(directions, np.arange(law.TERMS)))
     harmonics[:, :, 0] *= 0.5

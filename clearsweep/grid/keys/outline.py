@@ -114,7 +114,7 @@ def _plain(written: WrittenValue) -> Any:
 
 
 def _drive(drive: Mapping[str, Any], keys: set[str]) -> str:
-    """Return the form of a drive with these keys, or the likeliest one."""
+    """Return the form of a drive with these keys, or the most likely form."""
     if "motor" in keys:
         return "motor"
     if "torque" in keys or ("speed" not in keys and not keys.isdisjoint(("initial_speed", "inertia"))):

@@ -106,7 +106,7 @@ def read_keys(
 
 
 def _mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechanism:
-    """Return the mechanism whose keys apply: the named one, or the likeliest if the name is wrong."""
+    """Return the mechanism whose keys apply: the named one, or the most likely one if the name is wrong."""
     section = root.value.get("mechanism") if isinstance(root.value, dict) else None
     kind = section.value.get("type") if section and isinstance(section.value, dict) else None
     by_name = {mechanism.name: mechanism for mechanism in mechanisms}
@@ -155,7 +155,7 @@ def _walk(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> None
 
 
 def _enter(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> None:
-    """Record the value of a known key, or what a section contains, also one that replaces a quantity."""
+    """Record the value of a known key or the content of a section, even of one that replaces a quantity."""
     node = tree.get(path)
     is_replaced = isinstance(node, Number) and isinstance(written.value, dict) and _has_keys_below(tree, path)
     if isinstance(node, Section) or is_replaced:

@@ -307,7 +307,8 @@ class Measured(NamedTuple):
 def read_signals(file: str | PathLike, units: Mapping[str, str | None], *, others: bool = False) -> Measured:
     """Return the signals in a file whose SI units are `units`, by name.  Raises InputError with row and column.
 
-    units : None for an arbitrary unit; others : whether other columns are allowed, which are not read
+    units : None for an arbitrary unit
+    others : whether other columns are allowed; they are not read
     """
     import numpy as np
 

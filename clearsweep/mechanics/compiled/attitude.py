@@ -46,11 +46,11 @@ def in_fixed(frame, a):
 @inlined
 def frame_of(w, x, y, z):
     """Return the Frame that a quaternion of any length represents."""
-    share = 2.0 / (w * w + x * x + y * y + z * z)
+    factor = 2.0 / (w * w + x * x + y * y + z * z)
     return Frame(
-        Vector(1.0 - share * (y * y + z * z), share * (x * y - w * z), share * (x * z + w * y)),
-        Vector(share * (x * y + w * z), 1.0 - share * (x * x + z * z), share * (y * z - w * x)),
-        Vector(share * (x * z - w * y), share * (y * z + w * x), 1.0 - share * (x * x + y * y)),
+        Vector(1.0 - factor * (y * y + z * z), factor * (x * y - w * z), factor * (x * z + w * y)),
+        Vector(factor * (x * y + w * z), 1.0 - factor * (x * x + z * z), factor * (y * z - w * x)),
+        Vector(factor * (x * z - w * y), factor * (y * z + w * x), 1.0 - factor * (x * x + y * y)),
     )
 
 
@@ -70,23 +70,25 @@ class Turning(NamedTuple):
 @inlined
 def spin_of(q):
     """Return the angular velocity (rad/s) of a Turning body in its own frame."""
-    share = 2.0 / (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z)
+    factor = 2.0 / (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z)
     return Vector(
-        share * (q.w * q.dx - q.x * q.dw - q.y * q.dz + q.z * q.dy),
-        share * (q.w * q.dy - q.y * q.dw - q.z * q.dx + q.x * q.dz),
-        share * (q.w * q.dz - q.z * q.dw - q.x * q.dy + q.y * q.dx),
+        factor * (q.w * q.dx - q.x * q.dw - q.y * q.dz + q.z * q.dy),
+        factor * (q.w * q.dy - q.y * q.dw - q.z * q.dx + q.x * q.dz),
+        factor * (q.w * q.dz - q.z * q.dw - q.x * q.dy + q.y * q.dx),
     )
 
 
 @inlined
-def accelerated(q, spin, alpha, pace):
+def accelerated(q, spin, alpha, damping):
     """Return the accelerations (1/s^2) of the quaternion of a Turning body with angular acceleration `alpha`, rad/s^2.
 
-    spin, alpha : in the frame of the body; pace : 1/s, rate at which the quaternion's length returns to 1.
+    spin, alpha : in the frame of the body; damping : 1/s, rate at which the quaternion's length returns to 1.
     """
     square = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z
     sigma = (q.w * q.dw + q.x * q.dx + q.y * q.dy + q.z * q.dz) / square
-    scalar_term = sigma * sigma - 2.0 * pace * sigma - 0.5 * pace * pace * (square - 1.0) - 0.25 * dot(spin, spin)
+    scalar_term = (
+        sigma * sigma - 2.0 * damping * sigma - 0.5 * damping * damping * (square - 1.0) - 0.25 * dot(spin, spin)
+    )
     ax = 0.5 * alpha.x + sigma * spin.x
     ay = 0.5 * alpha.y + sigma * spin.y
     az = 0.5 * alpha.z + sigma * spin.z

@@ -9,23 +9,23 @@ from ..trace.calls import call
 from ..trace.primitives import primitive, rule_of_function
 from . import dual
 from .direction import direction as direction_of
-from .dual import FUNCTIONS, Dual, turned
+from .dual import FUNCTIONS, Dual, direction_of_dual
 
 
-def _either(function, rule):
+def _differentiable(function, rule):
     """Return `function` for numbers and `rule` for Duals."""
 
     @functools.wraps(function)
-    def either(*arguments):
+    def differentiable(*arguments):
         return rule(*arguments) if any(isinstance(x, Dual) for x in arguments) else function(*arguments)
 
-    primitive(either)(lambda *arguments: call(function, *arguments))
-    rule_of_function(either, rule)
-    return either
+    primitive(differentiable)(lambda *arguments: call(function, *arguments))
+    rule_of_function(differentiable, rule)
+    return differentiable
 
 
-globals().update({name: _either(getattr(math, name), rule) for name, rule in FUNCTIONS.items()})
-direction = _either(direction_of, turned)
+globals().update({name: _differentiable(getattr(math, name), rule) for name, rule in FUNCTIONS.items()})
+direction = _differentiable(direction_of, direction_of_dual)
 dual.math, dual.direction = (
     sys.modules[__name__],
     direction,

@@ -10,24 +10,26 @@ from .choosing import bits_of, where
 from .family import inlined
 
 # A quarter turn in two parts, the first of so few digits that its multiples up to EXACT are exact (Cody and Waite).
-COARSE = math.ldexp(round(math.ldexp(0.5 * math.pi, 32)), -32)
-FINE = (0.5 * math.pi - COARSE) + 0.5 * math.sin(math.pi)  # the sine is the difference between pi and math.pi
+HALF_PI_HIGH = math.ldexp(round(math.ldexp(0.5 * math.pi, 32)), -32)
+HALF_PI_LOW = (0.5 * math.pi - HALF_PI_HIGH) + 0.5 * math.sin(
+    math.pi
+)  # the sine is the difference between pi and math.pi
 SHIFT = 1.5 * 2.0**52  # adding this rounds a number to an integer in its last bits
-EXACT = 1e6  # rad
+MAX_EXACT_ANGLE = 1e6  # rad
 
 
 @inlined
 def direction(angle):
     """Return cosine and sine of `angle` (rad), each to 2e-16 up to EXACT; beyond, to the rounding of the angle."""
     shifted = angle * (2.0 / math.pi) + SHIFT
-    quarters, turned = shifted - SHIFT, bits_of(shifted)
-    x = (angle - quarters * COARSE) - quarters * FINE
+    quarters, shifted_bits = shifted - SHIFT, bits_of(shifted)
+    x = (angle - quarters * HALF_PI_HIGH) - quarters * HALF_PI_LOW
     z = x * x
     fourth = z * z
     high = (SINE[3] + z * SINE[4]) + fourth * (SINE[5] + z * SINE[6])
     sine = x + x * z * ((SINE[0] + z * SINE[1]) + fourth * (SINE[2] + z * high))
     high = (COSINE[2] + z * COSINE[3]) + fourth * (COSINE[4] + z * COSINE[5])
     cosine = 1.0 - (0.5 * z - fourth * ((COSINE[0] + z * COSINE[1]) + fourth * high))
-    crossed = turned & 1 == 1
-    c, s = where(crossed, sine, cosine), where(crossed, cosine, sine)
-    return where((turned + 1) & 2 == 2, -c, c), where(turned & 2 == 2, -s, s)
+    is_swapped = shifted_bits & 1 == 1
+    c, s = where(is_swapped, sine, cosine), where(is_swapped, cosine, sine)
+    return where((shifted_bits + 1) & 2 == 2, -c, c), where(shifted_bits & 2 == 2, -s, s)

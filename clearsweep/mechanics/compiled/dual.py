@@ -203,7 +203,7 @@ def _copysign(a, b):
     return Dual(result, slope(a) if result == value(a) else -slope(a))
 
 
-def turned(a):
+def direction_of_dual(a):
     """Return cosine and sine of an angle with a slope."""
     c, s = direction(a.value)
     return Dual(c, -s * a.slope), Dual(s, c * a.slope)
@@ -247,7 +247,12 @@ Seeded.traced_item = staticmethod(seeded_item)
 rules_of_slopes({name: rule for name, (_, rule) in RULES.items()})
 for _name, _rule in FUNCTIONS.items():
     rule_of_function(getattr(math, _name), _rule)
-for _function, _rule in ((direction, turned), (builtins.max, _larger), (builtins.min, _smaller), (abs, _absolute)):
+for _function, _rule in (
+    (direction, direction_of_dual),
+    (builtins.max, _larger),
+    (builtins.min, _smaller),
+    (abs, _absolute),
+):
     rule_of_function(_function, _rule)
 for _function in (value, plain, slope, as_dual, chained, rate_or_slope, as_type_of):
     traceable(_function)

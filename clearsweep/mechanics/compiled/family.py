@@ -91,11 +91,11 @@ def _fits(declared, classes):
     return all(cls in (None, actual) for cls, actual in zip(declared, classes, strict=True))
 
 
-def map_joints(function, following):
+def map_joints(function, next_position):
     """Return a function that calls `function` for every joint of a tuple, or for every part of a joint.
 
     It takes (items, partners, place, shared), two tuples in step and two values of any kind, and returns the tuple of
-    `function(item, partner, place, shared)`.  `place` is as given for the first item, and `following(place, item)`
+    `function(item, partner, place, shared)`.  `place` is as given for the first item, and `next_position(place, item)`
     after each.  Items may differ in type, so each has its own code; both functions are kernels.
     """
 
@@ -103,10 +103,10 @@ def map_joints(function, following):
         results = []
         for item, partner in zip(items, partners, strict=True):
             results.append(function(item, partner, position, shared))
-            position = following(position, item)
+            position = next_position(position, item)
         return tuple(results)
 
-    mapped.each = function, following
+    mapped.each = function, next_position
     return mapped
 
 
@@ -159,8 +159,8 @@ def empty_entries() -> Iterator[None]:
 
 
 _LATEST = [(None, 0, [])]  # the last scene with its form number and numbers, since queries repeat
-_NUMBERED: dict[tuple, int] = {}  # kinds of scenes
-_NUMBERS = itertools.count()  # makes numbers unique between threads
+_FORM_NUMBERS: dict[tuple, int] = {}  # kinds of scenes
+_FORM_COUNTER = itertools.count()  # makes numbers unique between threads
 
 
 def form_number(scene):
@@ -173,8 +173,8 @@ def _read(scene):
     latest = _LATEST[0]
     if latest[0] is not scene:
         numbers: list[float] = []
-        form = _walk(scene, numbers, _recall)
-        _LATEST[0] = latest = scene, _NUMBERED.setdefault(form, next(_NUMBERS)), numbers
+        form = _walk(scene, numbers, _walk_cached)
+        _LATEST[0] = latest = scene, _FORM_NUMBERS.setdefault(form, next(_FORM_COUNTER)), numbers
     return latest
 
 
@@ -183,21 +183,23 @@ def kinds(value):
     return _walk(value, [])
 
 
-def _recall(part, numbers):
+def _walk_cached(part, numbers):
     """Return the result of `_walk` for a part of a scene, cached because the cases of a sweep share their mechanism."""
-    recalled = _PARTS.get(id(part))
-    if recalled is None:
+    cached = _CACHED_PARTS.get(id(part))
+    if cached is None:
         number_list: list[float] = []
-        recalled = part, _walk(part, number_list), number_list
-        if len(_PARTS) >= MOST_PARTS:
-            _PARTS.clear()
-        _PARTS[id(part)] = recalled
-    numbers += recalled[2]
-    return recalled[1]
+        cached = part, _walk(part, number_list), number_list
+        if len(_CACHED_PARTS) >= MAX_CACHED_PARTS:
+            _CACHED_PARTS.clear()
+        _CACHED_PARTS[id(part)] = cached
+    numbers += cached[2]
+    return cached[1]
 
 
-MOST_PARTS = 256
-_PARTS: dict[int, tuple] = {}  # id of a part, which stays as long as it is in here -> part, its types, its numbers
+MAX_CACHED_PARTS = 256
+_CACHED_PARTS: dict[
+    int, tuple
+] = {}  # id of a part, which stays as long as it is in here -> part, its types, its numbers
 
 
 def _walk(value, numbers, walk=None):
@@ -212,13 +214,13 @@ def _walk(value, numbers, walk=None):
     if not tuples:  # as of most
         numbers += value
         return form
-    inside, first = [form], 0
+    forms, start = [form], 0
     for position in tuples:
-        numbers += value[first:position]
-        inside.append((walk or _walk)(value[position], numbers))
-        first = position + 1
-    numbers += value[first:]
-    return tuple(inside)
+        numbers += value[start:position]
+        forms.append((walk or _walk)(value[position], numbers))
+        start = position + 1
+    numbers += value[start:]
+    return tuple(forms)
 
 
 _TUPLES: dict[tuple, tuple[int, ...]] = {}  # types of a tuple and its items -> positions of nested tuples
@@ -246,8 +248,8 @@ def entry(function, scene, arrays, parameters):
 def invoke(code, parameters, arrays, integer):
     """Call the code behind an Entry with a tuple of arrays and an integer."""
     if code in _PLAIN:
-        function, known_by = _PLAIN[code]
-        function((_SCENES[known_by],), *arrays, integer)
+        function, parameters_id = _PLAIN[code]
+        function((_SCENES[parameters_id],), *arrays, integer)
     else:
         objects.function_at(int(code), len(arrays))(int(parameters), *(array.ctypes.data for array in arrays), integer)
 

@@ -17,7 +17,7 @@ from .plain import is_plain
 
 _PLAIN: dict[int, Any] = {}  # address -> value, if nothing is compiled
 _DOUBLE = struct.Struct("<d")
-_WHOLE = struct.Struct("<q")
+_INT64 = struct.Struct("<q")
 
 
 class Pinned:
@@ -35,9 +35,9 @@ class Pinned:
 
     def put(self, **numbers: float) -> None:
         """Replace numbers (float) in fields of the value; its address does not change."""
-        places, fields = form_of(self.value).places, list(self.value)
+        offsets, fields = layout_of(self.value).offsets, list(self.value)
         for name, number in numbers.items():
-            fields[type(self.value)._fields.index(name)] = self.numbers[places[name]] = number
+            fields[type(self.value)._fields.index(name)] = self.numbers[offsets[name]] = number
         self.value = self.value._make(fields)
         if is_plain():
             _PLAIN[self.address] = self.value
@@ -53,20 +53,20 @@ def _words(value: Any, machine_words: list[int]) -> None:
             machine_words.append(array.ctypes.data)
             machine_words += array.shape
         elif isinstance(item, float):
-            machine_words += _WHOLE.unpack(_DOUBLE.pack(item))
+            machine_words += _INT64.unpack(_DOUBLE.pack(item))
         else:
             machine_words.append(int(item))
 
 
-class TypeKey:
+class Layout:
     """Memory layout of a NamedTuple."""
 
     def __init__(self, value: Any):
-        self.type, self.parts, self.places, offset = type(value), {}, {}, 0
+        self.type, self.parts, self.offsets, offset = type(value), {}, {}, 0
         for name, item in zip(type(value)._fields, value, strict=True):
-            self.places[name] = offset
+            self.offsets[name] = offset
             if isinstance(item, tuple):
-                self.parts[name] = TypeKey(item)
+                self.parts[name] = Layout(item)
                 offset += self.parts[name].size
             elif isinstance(item, np.ndarray):
                 self.parts[name] = _array(name, item)
@@ -93,14 +93,14 @@ def _array(name: str, array: np.ndarray) -> tuple[str, int, int]:
     )  # for empty arrays numpy's strides are arbitrary
 
 
-_FORMS: dict[type, TypeKey] = {}  # all Pinned values of a type have one layout
+_LAYOUTS: dict[type, Layout] = {}  # all Pinned values of a type have one layout
 
 
-def form_of(value: Any) -> TypeKey:
-    """Return the TypeKey of values of this type."""
-    if type(value) not in _FORMS:
-        _FORMS[type(value)] = TypeKey(value)
-    return _FORMS[type(value)]
+def layout_of(value: Any) -> Layout:
+    """Return the Layout of values of this type."""
+    if type(value) not in _LAYOUTS:
+        _LAYOUTS[type(value)] = Layout(value)
+    return _LAYOUTS[type(value)]
 
 
 def pinned_at(model: Pinned, address: int) -> tuple[Any]:
@@ -111,8 +111,8 @@ def pinned_at(model: Pinned, address: int) -> tuple[Any]:
 class Loaded:
     """A value at an address known only at run time; its fields are loaded on access."""
 
-    def __init__(self, form: TypeKey, address: symbols.Integer, offset: int = 0):
-        self._form, self._address, self._place = form, address, offset
+    def __init__(self, layout: Layout, address: symbols.Integer, offset: int = 0):
+        self._form, self._address, self._place = layout, address, offset
 
     @property
     def known(self) -> tuple[int, int]:
@@ -130,12 +130,12 @@ class Loaded:
     def __getattr__(self, name: str) -> Any:
         if name not in self._form.parts:
             raise AttributeError(name)
-        form, offset = self._form.parts[name], self._place + self._form.places[name]
-        if isinstance(form, TypeKey):
-            return Loaded(form, self._address, offset)
-        if form in (float, int):
-            return word_at(self._address, offset, symbols.Number if form is float else symbols.Integer)
-        *named, kind, dimensions, stride = form
+        layout, offset = self._form.parts[name], self._place + self._form.offsets[name]
+        if isinstance(layout, Layout):
+            return Loaded(layout, self._address, offset)
+        if layout in (float, int):
+            return word_at(self._address, offset, symbols.Number if layout is float else symbols.Integer)
+        *named, kind, dimensions, stride = layout
         first_word = word_at(self._address, offset, symbols.Integer)
         shape = tuple(word_at(self._address, offset + 1 + axis, symbols.Integer) for axis in range(dimensions))
         if not named:
@@ -153,4 +153,4 @@ class Loaded:
 
 @primitive(pinned_at)
 def _loaded(model: Pinned, address: symbols.Integer) -> tuple[Loaded]:
-    return (Loaded(form_of(model.value), address),)
+    return (Loaded(layout_of(model.value), address),)

@@ -21,7 +21,7 @@ from ..joint.offsets import (
 )
 from ..observe.observables import column_of, observed_in
 from ..observe.stages import END, ROW_COUNT, STAGES, START
-from ..solver.event_search import ELSEWHERE
+from ..solver.event_search import SINGLE_STATE
 from .impact_mass import joints_at_event
 from .rates import observed_width
 from .state import size_of
@@ -40,7 +40,7 @@ class Guards(NamedTuple):
     ends_run: np.ndarray
     column: np.ndarray  # (g,) int64, column of the observable used as guard; -1 if the law evaluates the guard
     sign: np.ndarray  # (g,) factor on that observable, 1 or -1
-    value: np.ndarray  # (g, ELSEWHERE + 1) guards at the nodes of the current step; last at any other state
+    value: np.ndarray  # (g, SINGLE_STATE + 1) guards at the nodes of the current step; last at any other state
     event: np.ndarray  # (2,) int64, arguments of `latch`: the contact, and ENTERED, LEFT or the guard's number
 
 
@@ -59,11 +59,11 @@ class _Values(NamedTuple):
 
 
 @kernel
-def _put(value, _, offsets, out):
+def _write_value(value, _, offsets, out):
     out[offsets] = value
 
 
-_put_each = map_joints(_put, after_number)
+_write_values = map_joints(_write_value, after_number)
 
 
 @kernel
@@ -74,7 +74,7 @@ def _evaluate_part(part, _, offsets, shared):
     contact = offsets.contact + part.contact
     law, root = with_current_state(part.law, y, latched, offsets), y[roots + contact]
     values = guard_values(law, observed_in(o, START, contact), observed_in(o, row, contact), root)
-    _put_each(values, values, offsets.guard, value)
+    _write_values(values, values, offsets.guard, value)
 
 
 _evaluate_parts = map_joints(_evaluate_part, after_part)
@@ -99,10 +99,13 @@ def guards_entry(scene, y, nodes, latched, o, value, row):
     _, n, _ = size_of(parameters)
     y, nodes = shaped(y, (n,)), shaped(nodes, (n + 1, STAGES))
     latched, o = shaped(latched, (size.contact + size.latched,)), shaped(o, (observed_width(parameters), ROW_COUNT))
-    value, first_offsets = shaped(value, (size.guard, ELSEWHERE + 1)), first_place(parameters.joints, roots)
+    value, first_offsets = shaped(value, (size.guard, SINGLE_STATE + 1)), first_place(parameters.joints, roots)
     if row != END:
         _evaluate_joints(
-            parameters.joints, parameters.joints, first_offsets, _Values(y, latched, o, row, roots, value[:, ELSEWHERE])
+            parameters.joints,
+            parameters.joints,
+            first_offsets,
+            _Values(y, latched, o, row, roots, value[:, SINGLE_STATE]),
         )
         return
     _evaluate_joints(
@@ -129,11 +132,11 @@ class _Event(NamedTuple):
 
 
 @kernel
-def _set(value, _, offsets, numbers):
+def _store_value(value, _, offsets, numbers):
     numbers[offsets] = value
 
 
-_set_each = map_joints(_set, after_number)
+_store_values = map_joints(_store_value, after_number)
 
 
 @kernel
@@ -144,10 +147,10 @@ def _latch_part(part, _, offsets, shared):
     is_own = 0 <= guard - offsets.guard < after_part(offsets, part).guard - offsets.guard
     if offsets.contact + part.contact == contact and (guard < 0 or is_own):
         law = with_current_state(part.law, y, numbers, offsets)
-        kind = guard - offsets.guard if is_own else guard
-        values = latched(law, kind, observed_in(o, row, contact), y[roots + contact])
+        event = guard - offsets.guard if is_own else guard
+        values = latched(law, event, observed_in(o, row, contact), y[roots + contact])
         where, first = where_internal(part.law, y, numbers, offsets)
-        _set_each(values, values, first, where)
+        _store_values(values, values, first, where)
 
 
 _latch_parts = map_joints(_latch_part, after_part)
@@ -190,36 +193,36 @@ def latch_entry(scene, y, latched, o, event, row):
 def guards_of(scene, parameters, zeros=np.zeros) -> Guards:
     """Return the Guards of the compiled `scene`; `parameters` : of `flatten(scene)`; `zeros` allocates arrays."""
     key = form_number(scene)
-    if key not in _LISTED:
-        _LISTED[key] = _listed(scene.joints)
-    guards_listed, latching = _LISTED[key]
-    count = guards_listed["contact"].size
+    if key not in _GUARD_TABLES:
+        _GUARD_TABLES[key] = _guard_table(scene.joints)
+    table, latches = _GUARD_TABLES[key]
+    count = table["contact"].size
     return Guards(
-        evaluate=entry(guards_entry, scene, "fffff", parameters) if -1 in guards_listed["column"] else NO_ENTRY,
-        latch=entry(latch_entry, scene, "fffi", parameters) if latching else NO_ENTRY,
-        value=zeros((count, ELSEWHERE + 1)),
+        evaluate=entry(guards_entry, scene, "fffff", parameters) if -1 in table["column"] else NO_ENTRY,
+        latch=entry(latch_entry, scene, "fffi", parameters) if latches else NO_ENTRY,
+        value=zeros((count, SINGLE_STATE + 1)),
         event=zeros(2, dtype=np.int64),
-        **guards_listed,
+        **table,
     )
 
 
-_LISTED: dict[int, tuple[dict[str, np.ndarray], bool]] = {}  # key: id of the form of a scene
+_GUARD_TABLES: dict[int, tuple[dict[str, np.ndarray], bool]] = {}  # key: id of the form of a scene
 
 
-def _listed(joints) -> tuple[dict[str, np.ndarray], bool]:
+def _guard_table(joints) -> tuple[dict[str, np.ndarray], bool]:
     """Return the fields of Guards, and whether any law latches a quantity; both depend on the types of laws only."""
-    guards_listed = every_guard(joints)
-    listed_guards = [guard for _, guard in guards_listed]
+    contact_guards = every_guard(joints)
+    declared = [guard for _, guard in contact_guards]
     flags = ("at_start", "counted", "ends_run")
     arrays = {
-        "contact": np.array([contact for contact, _ in guards_listed], dtype=np.int64),
-        "modes": np.array([sum(1 << mode for mode in guard.modes) for guard in listed_guards], dtype=np.int64),
-        "leads_to": np.array([guard.leads_to for guard in listed_guards], dtype=np.int64),
+        "contact": np.array([contact for contact, _ in contact_guards], dtype=np.int64),
+        "modes": np.array([sum(1 << mode for mode in guard.modes) for guard in declared], dtype=np.int64),
+        "leads_to": np.array([guard.leads_to for guard in declared], dtype=np.int64),
     }
     arrays["column"] = np.array(
-        [column_of(contact, guard.observable) if guard.observable >= 0 else -1 for contact, guard in guards_listed],
+        [column_of(contact, guard.observable) if guard.observable >= 0 else -1 for contact, guard in contact_guards],
         np.int64,
     )
-    arrays["sign"] = np.array([guard.sign for guard in listed_guards], dtype=np.float64)
-    arrays |= {name: np.array([getattr(guard, name) for guard in listed_guards], dtype=np.int64) for name in flags}
+    arrays["sign"] = np.array([guard.sign for guard in declared], dtype=np.float64)
+    arrays |= {name: np.array([getattr(guard, name) for guard in declared], dtype=np.int64) for name in flags}
     return arrays, any(type(law) in latched.members for _, law in every_part(joints))

@@ -67,7 +67,7 @@ from ..observe.observables import (
     film_column,
     observe,
 )
-from .impact_mass import joints_now
+from .impact_mass import joints_with_mass
 from .state import put_friction_rates, size_of, with_friction_states
 from .sticking import with_sticking_forces
 from .time_scale import kappa_over_root, time_scale
@@ -91,25 +91,25 @@ def _turned_gaps(scene, y, relative):
 @kernel
 def turned_gaps(scene, y, relative):
     """Return the Gaps `relative` of a scene at the state `y`, with the rotation (rad) of the bodies of worn joints."""
-    return _turned_gaps(scene, y, relative) if some_worn(map(type, scene.joints)) else relative
+    return _turned_gaps(scene, y, relative) if uses_body_angles(map(type, scene.joints)) else relative
 
 
-def some_worn(kinds):
+def uses_body_angles(joint_types):
     """Return whether a type of joint uses the rotation of its bodies."""
-    return any(form in with_angles.members for form in kinds)
+    return any(joint_type in with_angles.members for joint_type in joint_types)
 
 
 @inlined
 def evaluate_motion(scene, y, mode, latched):
     """Return the pose at the state `y`, and the Gaps, Loads and Motion that follow from the pose."""
-    p = place(scene.mechanism, y)
-    relative = turned_gaps(scene, y, gaps(scene.mechanism, p))
+    pose = place(scene.mechanism, y)
+    relative = turned_gaps(scene, y, gaps(scene.mechanism, pose))
     state = JointState(y, mode, latched, 2 * len(scene.coordinates) + 1)
-    joints = joints_now(scene, p, relative, state)
+    joints = joints_with_mass(scene, pose, relative, state)
     loads = loads_of(joints, relative, state)
     scene = with_friction_states(scene, y)
-    loads = with_sticking_forces(scene, y, p, relative, loads, mode)
-    return p, relative, loads, accelerate(scene.mechanism, p, loads)
+    loads = with_sticking_forces(scene, y, pose, relative, loads, mode)
+    return pose, relative, loads, accelerate(scene.mechanism, pose, loads)
 
 
 @inlined
@@ -154,10 +154,10 @@ _put_numbers = map_joints(_put_number, after_number)
 
 
 @inlined
-def _put_contacts(joint, load, place, rows):
+def _put_contacts(joint, load, offsets, rows):
     o, row = rows.o, rows.row
     for i in range(len(load.contacts)):
-        contact, c = load.contacts[i], place.contact + i
+        contact, c = load.contacts[i], offsets.contact + i
         dissipated = power_lost(contact)
         observed_contact = Observed(
             normal=contact.normal,
@@ -189,10 +189,10 @@ class _RootRates(NamedTuple):
 
 
 @inlined
-def _put_roots(joint, load, place, roots):
+def _put_roots(joint, load, offsets, roots):
     state = roots.present
     for i in range(len(load.contacts)):
-        c = place.contact + i
+        c = offsets.contact + i
         arguments = roots.scene, load.contacts[i], state, roots.kappa, c
         roots.k[state.roots + c, roots.row] = _rate_of_root(touches(state.mode[c]), arguments)
 
@@ -208,23 +208,23 @@ def rates(scene, y, mode, latched, k, o, row, accurate=True):
     mode : (contacts,) mode of each contact; latched : see JointState; accurate : whether the state is on the solution,
     not an iterate.
     """
-    n = len(scene.coordinates)
-    time = 2 * n
-    p, _, loads, motion = evaluate_motion(scene, y, mode, latched)
+    count = len(scene.coordinates)
+    time = 2 * count
+    pose, _, loads, motion = evaluate_motion(scene, y, mode, latched)
     kappa = time_scale(scene, y, mode)
     state, first = JointState(y, mode, latched, time + 1), first_place(scene.joints, time + 1)
     if k is not None:
-        for i in range(n):
-            k[i, row] = kappa * y[n + i]
-            k[n + i, row] = kappa * motion.accelerations[i]
+        for i in range(count):
+            k[i, row] = kappa * y[count + i]
+            k[count + i, row] = kappa * motion.accelerations[i]
         k[time, row] = kappa
         _put_all_roots(scene.joints, loads, first, _RootRates(scene, state, kappa, k, row))
         put_internal_rates(scene.joints, loads, state, kappa, k[:, row])
         put_friction_rates(scene, y, motion, kappa, k[:, row])
     if o is not None:
         o[KAPPA, row] = kappa
-        o[DRIVE, row] = motion.torque * crank_rate(scene.mechanism, p, scene.reference_rate)
-        o[KINETIC, row], external_power = energy(scene.mechanism, p)
+        o[DRIVE, row] = motion.torque * crank_rate(scene.mechanism, pose, scene.reference_rate)
+        o[KINETIC, row], external_power = energy(scene.mechanism, pose)
         o[GRAVITY, row] = external_power + load_power(scene.mechanism, motion)
         o[ACCELERATION, row] = motion.output
         o[TORQUE, row] = motion.torque
@@ -263,10 +263,10 @@ class _SlopeColumn(NamedTuple):
 
 
 @inlined
-def _put_root_slopes(joint, load, place, column):
+def _put_root_slopes(joint, load, offsets, column):
     state = column.present
     for i in range(len(load.contacts)):
-        c = place.contact + i
+        c = offsets.contact + i
         column.out[state.roots + c] = 0.0
         if touches(state.mode[c]):
             rate = root_rate(column.scene, load.contacts[i], state, column.kappa, c)
@@ -277,8 +277,8 @@ _put_all_root_slopes = map_joints(_put_root_slopes, after_joint)
 
 
 @inlined
-def differentiate(scene, y, mode, latched, jacobian, place):
-    """Write the exact derivatives of `rates` at the state `y` to `jacobian[place]` (n, n), column by column."""
+def differentiate(scene, y, mode, latched, jacobian, stage):
+    """Write the exact derivatives of `rates` at the state `y` to `jacobian[stage]` (n, n), column by column."""
     n = len(scene.coordinates)
     _, size, _ = size_of(scene)
     for column in rolled_range(size):
@@ -286,10 +286,10 @@ def differentiate(scene, y, mode, latched, jacobian, place):
         _, _, loads, motion = evaluate_motion(scene, z, mode, latched)
         kappa = as_dual(time_scale(scene, z, mode))
         for i in range(n):
-            jacobian[place, i, column] = slope(kappa * z[n + i])
-            jacobian[place, n + i, column] = slope(kappa * motion.accelerations[i])
-        jacobian[place, 2 * n, column] = slope(kappa)
-        out, state = jacobian[place, :, column], JointState(z, mode, latched, 2 * n + 1)
+            jacobian[stage, i, column] = slope(kappa * z[n + i])
+            jacobian[stage, n + i, column] = slope(kappa * motion.accelerations[i])
+        jacobian[stage, 2 * n, column] = slope(kappa)
+        out, state = jacobian[stage, :, column], JointState(z, mode, latched, 2 * n + 1)
         _put_all_root_slopes(
             scene.joints, loads, first_place(scene.joints, 2 * n + 1), _SlopeColumn(scene, state, kappa, out)
         )
@@ -297,17 +297,17 @@ def differentiate(scene, y, mode, latched, jacobian, place):
         put_friction_rates(scene, z, motion, kappa, out)
 
 
-def slopes_entry(scene, y, mode, latched, jacobian, place):
+def slopes_entry(scene, y, mode, latched, jacobian, stage):
     """Evaluate `differentiate` with arrays from bare pointers; `scene` is a pointer to the Scene."""
     parameters = scene[0]
-    contacts, n, latching = size_of(parameters)
+    contacts, n, latched_count = size_of(parameters)
     differentiate(
         parameters,
         shaped(y, (n,)),
         shaped(mode, (contacts,)),
-        shaped(latched, (latching,)),
+        shaped(latched, (latched_count,)),
         shaped(jacobian, (3, n, n)),
-        place,
+        stage,
     )
 
 
@@ -345,11 +345,11 @@ def _after_samples(samples, joint):
 
 
 @inlined
-def _put_gap(joint, gap, samples, into):
-    out, side = into
+def _put_gap(joint, gap, samples, destination):
+    values_out, side = destination
     values = gap_histories(joint, gap, side[samples.place.contact])
     for i in range(len(values)):
-        out[samples.column + i] = values[i]
+        values_out[samples.column + i] = values[i]
 
 
 @kernel
@@ -361,13 +361,13 @@ _put_channels = map_joints(_put_channel, after_number)
 
 
 @inlined
-def _put_force(joint, load, samples, into):
+def _put_force(joint, load, samples, destination):
     values = load_histories(joint, load)
     first = samples.column + histories_of(joint) - len(values)
     for i in range(len(values)):
-        into[0][first + i] = values[i]
+        destination[0][first + i] = values[i]
     extra = extra_channels(load.contacts[0])
-    _put_channels(extra, extra, samples.column + histories_of(joint), into[0])
+    _put_channels(extra, extra, samples.column + histories_of(joint), destination[0])
 
 
 _put_gaps, _put_forces = map_joints(_put_gap, _after_samples), map_joints(_put_force, _after_samples)
@@ -379,10 +379,10 @@ def sample_entry(scene, y, mode, latched, side, out, channels):
     The forces of a joint with several contacts are those of its most loaded contact.
     """
     parameters = scene[0]
-    contacts, n, latching = size_of(parameters)
+    contacts, n, latched_count = size_of(parameters)
     values = shaped(out, (channels,))
     side, y = shaped(side, (contacts,)), shaped(y, (n,))
-    mode, latched = shaped(mode, (contacts,)), shaped(latched, (latching,))
+    mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     pose, relative, loads, motion = evaluate_motion(parameters, y, mode, latched)
     samples = _Samples(first_place(parameters.joints, 0), describe(parameters.mechanism, y, pose, motion, values))
     _put_gaps(parameters.joints, relative, samples, (values, side))

@@ -23,14 +23,14 @@ class Sliding(NamedTuple):
     slip: float  # m/s
 
 
-def _room(law):
+def _state_size(law):
     """Return how many numbers of internal state a law of a friction load has in the state vector."""
     form = form_of(law)
     return len(form._field_defaults) if integrated(form) else 0
 
 
-def _after(place, law):
-    return place + _room(law)
+def _after(offset, law):
+    return offset + _state_size(law)
 
 
 @inlined
@@ -38,7 +38,7 @@ def states_of_friction(scene):
     """Return how many numbers of internal state all friction loads have in the state vector."""
     count = 0
     for law in friction_laws(scene.mechanism):
-        count += _room(law)
+        count += _state_size(law)
     return count
 
 
@@ -52,32 +52,32 @@ def size_of(scene):
 
 def every_state(scene) -> list[tuple]:
     """Return (index of its contact or NEVER_RESET, InternalState, initial value) of every integrated number."""
-    kind = form_number(scene)
-    if kind in _STATELESS:
+    form = form_number(scene)
+    if form in _STATELESS:
         return []
     of_joints = every_internal_state(scene.joints) if states_of(scene).integrated else []
     states = of_joints + [
-        (NEVER_RESET, declared, began)
+        (NEVER_RESET, declared, initial)
         for law in friction_laws(scene.mechanism)
         if integrated(type(law))
-        for declared, began in zip(internal_state(law), law[len(law) - len(internal_state(law)) :], strict=True)
+        for declared, initial in zip(internal_state(law), law[len(law) - len(internal_state(law)) :], strict=True)
     ]
     if not states:
-        _STATELESS.add(kind)
+        _STATELESS.add(form)
     return states
 
 
 _STATELESS: set[int] = set()  # form numbers of scenes whose laws have no integrated state, as of most
 
 
-def _first(scene):
+def _first_friction_state(scene):
     size = extent(scene.joints)
     return 2 * len(scene.coordinates) + 1 + size.contact + size.internal
 
 
 @kernel
-def _current(law, _, place, y):
-    return with_internal_state(law, y, place) if _room(law) else law
+def _current(law, _, offset, y):
+    return with_internal_state(law, y, offset) if _state_size(law) else law
 
 
 _current_laws = map_joints(_current, _after)
@@ -89,7 +89,7 @@ def with_friction_states(scene, y):
     if not states_of_friction(scene):
         return scene
     laws = friction_laws(scene.mechanism)
-    laws = _current_laws(laws, laws, _first(scene), y)
+    laws = _current_laws(laws, laws, _first_friction_state(scene), y)
     return scene._replace(mechanism=with_friction_laws(scene.mechanism, laws))
 
 
@@ -101,18 +101,18 @@ class _Rates(NamedTuple):
 
 
 @kernel
-def _put(rate, _, place, shared):
-    shared.out[place] = rate_or_slope(shared.kappa * rate)
+def _put(rate, _, offset, shared):
+    shared.out[offset] = rate_or_slope(shared.kappa * rate)
 
 
 _put_each = map_joints(_put, after_number)
 
 
 @kernel
-def _put_law(law, slip, place, shared):
-    if _room(law):
+def _put_law(law, slip, offset, shared):
+    if _state_size(law):
         rates = internal_rates(law, Sliding(slip))
-        _put_each(rates, rates, place, shared)
+        _put_each(rates, rates, offset, shared)
 
 
 _put_laws = map_joints(_put_law, _after)
@@ -123,4 +123,4 @@ def put_friction_rates(scene, y, motion, kappa, out):
     """Put the rates of the internal states of friction loads with respect to tau into `out`, or their slopes."""
     if states_of_friction(scene):
         laws = friction_laws(with_friction_states(scene, y).mechanism)
-        _put_laws(laws, friction_slips(scene.mechanism, motion), _first(scene), _Rates(kappa, out))
+        _put_laws(laws, friction_slips(scene.mechanism, motion), _first_friction_state(scene), _Rates(kappa, out))

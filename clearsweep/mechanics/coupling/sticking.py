@@ -19,9 +19,9 @@ from ..joint.gripping import grips_of, is_sticking, limited_side, slip_rate, sti
 from ..joint.offsets import after_joint, after_number, extent, first_place
 from ..mechanism.contract import accelerate, gap_accelerations
 
-SWEEPS = 100  # over the grips that stick; coupling between joints is weak, so a dozen suffice
-LEAST_EXTRA = 1.0  # N, least additional force with which rates per force are computed
-SETTLED = 1e-15  # of the largest force of the surfaces
+MAX_SWEEPS = 100  # over the grips that stick; coupling between joints is weak, so a dozen suffice
+MIN_ADDED_FORCE = 1.0  # N, least additional force with which rates per force are computed
+CONVERGED = 1e-15  # of the largest force of the surfaces
 
 
 @kernel
@@ -72,8 +72,8 @@ _loads, _rates_of_each = map_joints(_loaded, _after_grips), map_joints(_rates, a
 def joined(nested):
     """Return the items of a tuple of tuples as one tuple."""
     items = ()
-    for part in nested:
-        items = (*items, *part)
+    for group in nested:
+        items = (*items, *group)
     return items
 
 
@@ -105,12 +105,12 @@ def _slip(grip, _, index, shared):
 
 
 @kernel
-def _per_force(under, base, index, force):
-    return (under - base) / force
+def _per_force(loaded_rate, base_rate, index, force):
+    return (loaded_rate - base_rate) / force
 
 
 @kernel
-def _nothing(_, base, index, shared):
+def _zero(_, base, index, shared):
     return as_type_of(0.0, base)
 
 
@@ -129,12 +129,12 @@ _sides = map_joints(_side, after_number)
 _forces = map_joints(_force, after_number)  # of grips, and their sides
 _limits, _slips = map_joints(_limit, after_number), map_joints(_slip, after_number)
 _rates_per_force = map_joints(_per_force, after_number)  # of rates with and without an additional force, and that force
-_no_rates = map_joints(_nothing, after_number)
+_no_rates = map_joints(_zero, after_number)
 _moved_rates = map_joints(_moved, after_number)  # of rates, rates per force, and the additional force
 _replaced_in_one = map_joints(_replaced, after_number)  # of grips, forces, and (the grip, its force)
 
 
-class Question(NamedTuple):
+class GainInputs(NamedTuple):
     """Inputs of the rates per force of the grips."""
 
     scene: tuple
@@ -147,14 +147,14 @@ class Question(NamedTuple):
 
 
 @kernel
-def _gain(limit, force, index, question):
+def _gain(limit, force, index, inputs):
     if limit == 0.0:
-        return _no_rates(question.rates, question.rates, 0, 0)
-    extra = abs(plain(limit)) + LEAST_EXTRA
-    change = _replaced_in_one(question.forces, question.forces, 0, (index, force + extra))
-    loads = _loads(question.grips, question.loads, 0, (change, change))
-    rates = slip_rates(question.scene, question.y, question.pose, question.grips, loads)
-    return _rates_per_force(rates, question.rates, 0, extra)
+        return _no_rates(inputs.rates, inputs.rates, 0, 0)
+    added_force = abs(plain(limit)) + MIN_ADDED_FORCE
+    changed_forces = _replaced_in_one(inputs.forces, inputs.forces, 0, (index, force + added_force))
+    loads = _loads(inputs.grips, inputs.loads, 0, (changed_forces, changed_forces))
+    rates = slip_rates(inputs.scene, inputs.y, inputs.pose, inputs.grips, loads)
+    return _rates_per_force(rates, inputs.rates, 0, added_force)
 
 
 _gains = map_joints(_gain, after_number)
@@ -169,31 +169,31 @@ def with_sticking_forces(scene, y, pose, relative, loads, mode):
     """
     if not any(type(joint.friction) in static_limit.members for joint in scene.joints if hasattr(joint, "friction")):
         return loads
-    nested, stuck = every_grip(scene.joints, relative, loads, mode), 0
+    nested, sticking_count = every_grip(scene.joints, relative, loads, mode), 0
     for j in range(extent(scene.joints).contact):
-        stuck += is_sticking(mode[j])
-    if stuck == 0:
+        sticking_count += is_sticking(mode[j])
+    if sticking_count == 0:
         return loads
     grips = joined(nested)
     sides, limits, slips = _sides(grips, grips, 0, mode), _limits(grips, grips, 0, mode), _slips(grips, grips, 0, 0)
     forces = _forces(grips, sides, 0, 0)
     loads = _loads(nested, loads, 0, (forces, forces))
     rates = slip_rates(scene, y, pose, nested, loads)
-    gains = _gains(limits, forces, 0, Question(scene, y, pose, nested, loads, forces, rates))
-    for _ in range(SWEEPS if stuck > 1 else 1):
-        change = 0.0
+    gains = _gains(limits, forces, 0, GainInputs(scene, y, pose, nested, loads, forces, rates))
+    for _ in range(MAX_SWEEPS if sticking_count > 1 else 1):
+        largest_change = 0.0
         for j in range(len(limits)):
             if (limits[j] == 0.0) | (sides[j] != 0.0):
                 continue
-            extra = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
-            change = max(change, abs(extra / limits[j]))
-            rates = _moved_rates(rates, gains[j], 0, extra)
-            forces = _replaced_in_one(forces, forces, 0, (j, forces[j] + extra))
-        if change < SETTLED:
+            force_change = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
+            largest_change = max(largest_change, abs(force_change / limits[j]))
+            rates = _moved_rates(rates, gains[j], 0, force_change)
+            forces = _replaced_in_one(forces, forces, 0, (j, forces[j] + force_change))
+        if largest_change < CONVERGED:
             break
     needed = forces
     for j in range(len(limits)):
         if limits[j] != 0.0:
-            missing = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
-            needed = _replaced_in_one(needed, needed, 0, (j, forces[j] + missing))
+            needed_change = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
+            needed = _replaced_in_one(needed, needed, 0, (j, forces[j] + needed_change))
     return _loads(nested, loads, 0, (forces, needed))

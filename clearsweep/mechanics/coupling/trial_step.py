@@ -20,24 +20,24 @@ from .time_scale import time_scale
 def rates_entry(scene, y, mode, latched, k, o, row):
     """Write rates and observables of a state to a `row`; arrays are bare pointers, `scene` points to the Scene."""
     parameters = scene[0]
-    contacts, n, latching = size_of(parameters)
+    contacts, n, latched_count = size_of(parameters)
     y, o = shaped(y, (n,)), shaped(o, (observed_width(parameters), ROW_COUNT))
-    mode, latched = shaped(mode, (contacts,)), shaped(latched, (latching,))
+    mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     rates(parameters, y, mode, latched, shaped(k, (n, ROW_COUNT)), o, row, row < FIRST_IMPLICIT_ROW)
     put_error(parameters, place(parameters.mechanism, y), o, row)
 
 
 @inlined
-def _move(scene, first, last, arguments):
+def _update_components(scene, first, last, arguments):
     """Update some components of all stages from their rates; add up the squared change over the allowed error."""
     y, weight, k, nodes, h = arguments
     n = nodes.shape[0] - 1
     for c in range(first, last):
         initial, inverse_scale = y[c], weight[c]
         for i in abreast(STAGES):
-            early = (A[0, i] * k[c, 0] + A[1, i] * k[c, 1]) + (A[2, i] * k[c, 2] + A[3, i] * k[c, 3])
-            late_terms = (A[4, i] * k[c, 4] + A[5, i] * k[c, 5]) + (A[6, i] * k[c, 6] + A[7, i] * k[c, 7])
-            predicted = initial + h * (early + late_terms)
+            first_terms = (A[0, i] * k[c, 0] + A[1, i] * k[c, 1]) + (A[2, i] * k[c, 2] + A[3, i] * k[c, 3])
+            last_terms = (A[4, i] * k[c, 4] + A[5, i] * k[c, 5]) + (A[6, i] * k[c, 6] + A[7, i] * k[c, 7])
+            predicted = initial + h * (first_terms + last_terms)
             scaled_change = (predicted - nodes[c, i]) * inverse_scale
             nodes[c, i] = predicted
             nodes[n, i] = nodes[n, i] + scaled_change * scaled_change
@@ -46,18 +46,18 @@ def _move(scene, first, last, arguments):
 def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     """Evaluate and update all stages of a step, see `solver.collocation`."""
     parameters = scene[0]
-    contacts, n, latching = size_of(parameters)
-    coordinates_count = len(parameters.coordinates)
+    contacts, n, latched_count = size_of(parameters)
+    coordinate_count = len(parameters.coordinates)
     y, weight, step = shaped(y, (n,)), shaped(weight, (n,)), Step(shaped(step, (Step.SIZE,)))
-    mode, latched = shaped(mode, (contacts,)), shaped(latched, (latching,))
+    mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     k, nodes = shaped(k, (n, ROW_COUNT)), shaped(nodes, (n + 1, STAGES))
     arguments = y, weight, k, nodes, step.length
-    time = 2 * coordinates_count
+    time = 2 * coordinate_count
     for i in abreast(STAGES):
         rates(parameters, nodes[:, i], mode, latched, k, None, i, False)
         nodes[n, i] = 0.0
-    _move(parameters, coordinates_count, time, arguments)
-    _move(parameters, time + 1 + contacts, n, arguments)
+    _update_components(parameters, coordinate_count, time, arguments)
+    _update_components(parameters, time + 1 + contacts, n, arguments)
     touching = False
     for c in range(contacts):
         touching = touching | touches(mode[c])
@@ -73,22 +73,22 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
                 k,
                 i,
             )
-        _move(parameters, time + 1, time + 1 + contacts, arguments)
+        _update_components(parameters, time + 1, time + 1 + contacts, arguments)
     for i in abreast(STAGES):
         kappa = time_scale(parameters, nodes[:, i], mode)
-        for c in range(coordinates_count):
-            k[c, i] = kappa * nodes[coordinates_count + c, i]
+        for c in range(coordinate_count):
+            k[c, i] = kappa * nodes[coordinate_count + c, i]
         k[time, i] = kappa
-    _move(parameters, 0, coordinates_count, arguments)
-    _move(parameters, time, time + 1, arguments)
+    _update_components(parameters, 0, coordinate_count, arguments)
+    _update_components(parameters, time, time + 1, arguments)
     step.change = total_of(nodes[n]) * (1.0 / n)
 
 
 def observe_entry(scene, nodes, mode, latched, o, _):
     """Write the observables of all stages of a step."""
     parameters = scene[0]
-    contacts, n, latching = size_of(parameters)
-    nodes, mode, latched = shaped(nodes, (n + 1, STAGES)), shaped(mode, (contacts,)), shaped(latched, (latching,))
+    contacts, n, latched_count = size_of(parameters)
+    nodes, mode, latched = shaped(nodes, (n + 1, STAGES)), shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     o = shaped(o, (observed_width(parameters), ROW_COUNT))
     for i in abreast(STAGES):
         rates(parameters, nodes[:, i], mode, latched, None, o, i)

@@ -24,15 +24,15 @@ from ..observe.histogram import PARTS, STATE_POINTS, STEP_VALUE_ROWS
 
 
 @kernel
-def _look(scene, between, step):
+def _record_step_positions(scene, between, step):
     """Record the contact positions of all joints on their bodies at the moments of a step."""
     for i in abreast(STATE_POINTS):
         y = between[:, i]
         pose = place(scene.mechanism, y)
         angles = body_angles(scene.mechanism, y)
         relative = with_body_angles(scene.joints, gaps(scene.mechanism, pose), angles)
-        moment = Instant(relative, angles, i, step)
-        record_positions(scene.joints, moment.gaps, JointCursor(0, first_place(scene.joints, 0)), moment)
+        instant = Instant(relative, angles, i, step)
+        record_positions(scene.joints, instant.gaps, JointCursor(0, first_place(scene.joints, 0)), instant)
 
 
 def wear_entry(scene, between, mode, step_values, length, workspace, depths, account, stride):
@@ -59,7 +59,7 @@ def wear_entry(scene, between, mode, step_values, length, workspace, depths, acc
         regions[:WORKSPACE_SIZE],
         regions[scratch:],
     )
-    _look(parameters, shaped(between, (size, STATE_POINTS)), step)
+    _record_step_positions(parameters, shaped(between, (size, STATE_POINTS)), step)
     worn = Worn(shaped(depths, (2 * contacts * stride,)), stride, shaped(account, (contacts, ACCOUNT)))
     wear_each(parameters.joints, parameters.joints, first_place(parameters.joints, 0), (step, worn))
 

@@ -27,7 +27,7 @@ from .contract import (
     power_lost,
 )
 from .film.contract import FilmMotion, asperity_load, dry_share, film_couples, film_force, film_pressure
-from .film.corners import AFLOAT, NEAR, Corners, Reversals, bends
+from .film.corners import AFLOAT, MARGIN, Corners, Reversals, has_reversal_corners
 from .film.transition import GreenwoodTripp, bears_from
 from .friction.contract import friction_force
 from .modes import ACTS, PRESSED, touches
@@ -275,7 +275,7 @@ def film_depths(joint) -> tuple[float, float]:
 
 def corners_of(clearance: float, limit: float, begin: float = math.inf, end: float = math.inf) -> Corners:
     """Return the Corners of a film kept constant beyond `limit` (ratio), with a dry transition between depths (m)."""
-    return Corners((limit - 1.0) * clearance, begin, end, NEAR * clearance)
+    return Corners((limit - 1.0) * clearance, begin, end, MARGIN * clearance)
 
 
 # ---------------------------------------------------------------------------------------------- the film alone
@@ -289,7 +289,7 @@ def _contact_modes_film(joint):
 @kernel
 def _parts_of_film(joint):
     """Return the parts that end steps at corners of the film's force."""
-    if type(joint.film) in bends.members:
+    if type(joint.film) in has_reversal_corners.members:
         return Part(joint.corners, 0), Part(Reversals(joint.corners.end), 0)
     return (Part(joint.corners, 0),)
 

@@ -237,7 +237,7 @@ def _roughness(joint: Joint) -> Series | None:
 
 
 def penetration_limit(joint: Joint) -> float:
-    """Return the largest valid penetration (m) of a joint's elastic law, rough or not; inf without a limit."""
+    """Return the largest valid penetration (m) of a joint's elastic law, rough or not; inf if there is no limit."""
     elastic_law, rough = _elastic(joint), _roughness(joint)
     limit = elastic_law.limit(joint) if elastic_law else math.inf
     return min(rough.flattened, rough.depth(limit)) if rough else limit

@@ -16,7 +16,10 @@ def column_name(name: str) -> str:
 
 
 def keys_of(outline: Outline, points: Mapping[str, tuple[str, ...]], joints: tuple[str, ...]) -> tuple[Keys, ...]:
-    """Return the sections of drive and loads; points : of each body, or () if none can be chosen; joints : names."""
+    """Return the sections of drive and loads.
+
+    points : points of each body, or () if none can be chosen; joints : their names
+    """
     sections = [*drives.keys(outline)]
     if outline.loads:
         sections.append(Keys("loads", "what acts on the mechanism from outside", need="optional"))
@@ -75,7 +78,8 @@ def channels_of(
 ) -> tuple[Channel, ...]:
     """Return the time histories in the order of `describe`.
 
-    bodies : including the ground; names : of the output's position, rate and acceleration; elastic : elastic links.
+    bodies : bodies, including the ground; names : names of the output's position, rate and acceleration
+    elastic : elastic links
     """
     units = (output.unit, f"{output.unit}/s", f"{output.unit}/s^2")
     texts = (f"position of the {output.name} along its output direction", "its rate", "its acceleration")

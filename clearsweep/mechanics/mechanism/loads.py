@@ -92,7 +92,10 @@ LOADS = {
 
 
 def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple[str, ...]) -> tuple[Keys, ...]:
-    """Return the sections of a load; points : of each body by name, or () if none can be chosen; joints : names."""
+    """Return the sections of a load.
+
+    points : points of each body by name, or () if none can be chosen; joints : their names
+    """
     path, bodies = f"loads.{load.name}", tuple(name for name in points if name != GROUND)
     body_points = tuple(points.get(load.on, ()))
     point_key = (

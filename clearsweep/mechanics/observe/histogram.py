@@ -35,9 +35,8 @@ def _lagrange(nodes, points):
     return matrix
 
 
-TO_PART_ENDS = np.ascontiguousarray(
-    _lagrange(SHARES, np.arange(1, PARTS + 1) / PARTS).T
-)  # (nodes, places behind the start)
+#: (nodes, PARTS): from values at the nodes of a step to those at the ends of its parts.
+TO_PART_ENDS = np.ascontiguousarray(_lagrange(SHARES, np.arange(1, PARTS + 1) / PARTS).T)
 
 
 class Ramp(NamedTuple):

@@ -22,7 +22,7 @@ from ..observe.stages import SHARES, STAGES
 DEGREE = STAGES
 COEFFICIENTS = DEGREE + 1
 NOWHERE = 2.0  # share of a step that means: no crossing
-MAX_BINS = 2.0**-40  # of a step: crossings closer to each other are ignored
+MIN_WIDTH = 2.0**-40  # of a step: crossings closer to each other are ignored
 FINE = 1e-12  # of a step: accuracy of the location of a crossing
 #: Rows of `Work.polynomials`: values at the nodes, the coefficients of the whole step, those of a part of the step.
 VALUES, WHOLE, PART, ROWS = range(4)
@@ -147,10 +147,10 @@ def value_and_slope(p, row, x):
     value, slope = p[row, 0] * complement, p[row, 1] - p[row, 0]
     for i in range(1, DEGREE):
         power *= x
-        ways = count * (DEGREE - i) / i  # C(n - 1, i)
-        value = (value + power * (count + ways) * p[row, i]) * complement
-        slope = slope * complement + power * ways * (p[row, i + 1] - p[row, i])
-        count = ways
+        next_count = count * (DEGREE - i) / i  # C(n - 1, i)
+        value = (value + power * (count + next_count) * p[row, i]) * complement
+        slope = slope * complement + power * next_count * (p[row, i + 1] - p[row, i])
+        count = next_count
     return value + power * x * p[row, DEGREE], DEGREE * slope
 
 
@@ -210,7 +210,7 @@ def first_crossing(p):
     while start < 1.0:
         cut(p, start, width)
         changes = changes_of_sign(p)
-        if changes > 1 and width > MAX_BINS:
+        if changes > 1 and width > MIN_WIDTH:
             width *= 0.5
         elif changes == 1 and p[PART, 0] < 0.0:
             return start + width * only_crossing(p)

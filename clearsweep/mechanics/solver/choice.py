@@ -18,22 +18,23 @@ from . import radau
 from .integration import AUTO, EXPLICIT, IMPLICIT
 from .radau import ERROR, ORDER
 
-PRICE = 0.62  # of an evaluation in an implicit step, for each number in the state, mostly for the matrices
-LOOK = 2.0  # over an implicit step worth its price: stretch over which the bend is measured, and the first such step
-SMALL = 0.5  # error over the allowed one, expected of an implicit step worth its price where it is tried
+PRICE_PER_NUMBER = 0.62  # of an evaluation in an implicit step, for each number in the state, mostly for the matrices
+#: Over an implicit step worth its price: the stretch over which the bend is measured, and the first such step.
+TRIAL_STRETCH = 2.0
+SMALL_ERROR = 0.5  # error over the allowed one, expected of an implicit step worth its price where it is tried
 SWEEPS = 6.0  # in a typical step of the explicit method; their cost is the unit of cost
 PER_STEP = 12.0  # sequential evaluations that take as long as such a step
-REST = 2.0  # pause after a measurement without result, over its stretch; it costs a lane a few per cent
-LOSS = 4.0  # implicit steps whose price the implicit method may lose before it is left,
-GAINED = 0.1  # plus this share of its earlier savings
-BACK = 0.1  # of explicit evaluations: number that must offset the loss before the bend is measured again
+PAUSE_FACTOR = 2.0  # pause after a measurement without result, over its stretch; it costs a lane a few per cent
+MAX_LOSS = 4.0  # implicit steps whose price the implicit method may lose before it is left,
+SAVINGS_SHARE = 0.1  # plus this share of its earlier savings
+RECOVERY_SHARE = 0.1  # of explicit evaluations: number that must offset the loss before the bend is measured again
 STEADY = 1.2  # growth of the step that is forgone because the factors of the matrices can be reused
 STEP_COST = SWEEPS * STAGES
-OBSERVED = radau.STAGES - 1  # evaluations of an implicit step for its observables, which need no matrices
+OBSERVATIONS = radau.STAGES - 1  # evaluations of an implicit step for its observables, which need no matrices
 
 
 @kernel
-def steady(pointer, h, proposal):
+def reused_length(pointer, h, proposal):
     """Return the length of the step after one of length `h`: the proposal, or `h` again if that saves work."""
     return h if pointer[0].method.current == IMPLICIT and h <= proposal <= STEADY * h else proposal
 
@@ -55,26 +56,26 @@ def choose_method(pointer, h, pattern):
     cost, implicit = work.counts.evaluations - work.stepper.evaluations, 1 << work.mode.size
     if work.method.current == IMPLICIT:
         explicit = max(work.proposals[pattern & ~implicit], choice.limit)  # the last one with the same contacts
-        if loses(pointer, PER_STEP * h / explicit, cost - OBSERVED):
+        if has_lost(pointer, PER_STEP * h / explicit, cost - OBSERVATIONS):
             work.method.next = EXPLICIT
     elif choice.left <= 0.0 and is_stiff(pointer, h, cost):
         work.method.next = IMPLICIT
         work.proposals[pattern] = choice.limit
-        work.proposals[pattern | implicit] = LOOK * price_of_step(work.y.size) * choice.limit
+        work.proposals[pattern | implicit] = TRIAL_STRETCH * price_of_step(work.y.size) * choice.limit
         work.paces[pattern | implicit] = work.paces[pattern]
 
 
 @kernel
 def price_of_step(n):
     """Return the cost of an implicit step in explicit steps: two iterations, and Jacobians now and then."""
-    return PRICE * n * (5.0 + 4.0 * n) / PER_STEP
+    return PRICE_PER_NUMBER * n * (5.0 + 4.0 * n) / PER_STEP
 
 
 @kernel
 def is_stiff(pointer, h, cost):
     """Return whether an implicit step would be long enough, compared with one of length `h`, to be worth its price.
 
-    It is called after LOOK times as many explicit steps in a row, each of which a stiff component may have limited.
+    It is called after TRIAL_STRETCH times as many explicit steps in a row, each perhaps limited by a stiff component.
     """
     work = pointer[0]
     n, choice = work.y.size, work.implicit.choice
@@ -83,27 +84,27 @@ def is_stiff(pointer, h, cost):
         return False
     if work.method.in_favour == 0:
         choice.span, choice.cost = 0.0, 0.0
-        mark(pointer, 0, work.y)
+        store_mark(pointer, 0, work.y)
     choice.span += h
     choice.cost += cost
     work.method.in_favour += 1
-    evaluations_used = int(LOOK * price_of_step(n) / ORDER) + 1
+    evaluations_used = int(TRIAL_STRETCH * price_of_step(n) / ORDER) + 1
     if work.method.in_favour % evaluations_used != 0:
         return False
-    mark(pointer, work.method.in_favour // evaluations_used, work.end)
+    store_mark(pointer, work.method.in_favour // evaluations_used, work.end)
     if work.method.in_favour == (ORDER - 1) * evaluations_used:
         choice.early = choice.cost
     if work.method.in_favour < ORDER * evaluations_used:
         return False
     work.method.in_favour = 0
-    if is_longer(pointer):
+    if is_error_small(pointer):
         return True
-    choice.left = REST * choice.cost / PER_STEP
+    choice.left = PAUSE_FACTOR * choice.cost / PER_STEP
     return False
 
 
 @kernel
-def mark(pointer, index, y):
+def store_mark(pointer, index, y):
     """Store the state `y` and the length of the steps so far."""
     choice, marks = pointer[0].implicit.choice, pointer[0].implicit.marks
     pointer[0].implicit.spans[index] = choice.span
@@ -112,19 +113,19 @@ def mark(pointer, index, y):
 
 
 @kernel
-def is_longer(pointer):
-    """Return whether an implicit step worth its price in explicit steps has a SMALL error.
+def is_error_small(pointer):
+    """Return whether an implicit step worth its price in explicit steps has an error of at most SMALL_ERROR.
 
     The length of these explicit steps is that of the last ones or, if they jitter at the limit of stability, the mean.
     """
     n, choice, spans = pointer[0].y.size, pointer[0].implicit.choice, pointer[0].implicit.spans
     late_span = (choice.span - spans[ORDER - 1]) / (choice.cost - choice.early)
     choice.limit, choice.saved, choice.lost = STEP_COST * max(choice.span / choice.cost, late_span), 0.0, 0.0
-    return ERROR**2 * squared_bend(pointer, price_of_step(n) * choice.limit) <= SMALL**2
+    return ERROR**2 * squared_sixth_derivative(pointer, price_of_step(n) * choice.limit) <= SMALL_ERROR**2
 
 
 @kernel
-def squared_bend(pointer, h):
+def squared_sixth_derivative(pointer, h):
     """Return the mean square, over the allowed error, of the sixth derivative of the state times h^6.
 
     The derivative is that of the polynomial through the marks.
@@ -147,7 +148,7 @@ def squared_bend(pointer, h):
 
 
 @kernel
-def loses(pointer, saved, cost):
+def has_lost(pointer, saved, cost):
     """Return whether the implicit method has lost too much; a step saved `saved` explicit evaluations at a cost of
     `cost`.
 
@@ -157,10 +158,10 @@ def loses(pointer, saved, cost):
     """
     work = pointer[0]
     n, choice = work.y.size, work.implicit.choice
-    gain = saved - PRICE * n * cost
+    gain = saved - PRICE_PER_NUMBER * n * cost
     choice.saved += gain
     choice.lost = max(choice.lost - gain, 0.0)
-    if choice.lost < LOSS * PER_STEP * price_of_step(n) + GAINED * max(choice.saved, 0.0):
+    if choice.lost < MAX_LOSS * PER_STEP * price_of_step(n) + SAVINGS_SHARE * max(choice.saved, 0.0):
         return False
-    choice.left = -min(choice.saved, 0.0) / (BACK * PER_STEP)
+    choice.left = -min(choice.saved, 0.0) / (RECOVERY_SHARE * PER_STEP)
     return True

@@ -9,13 +9,13 @@ from ..joint.modes import touches
 from ..observe.observables import observed
 from ..observe.stages import END
 from .integration import EVENT_BUDGET, GOING, GUARD, LEFT_BEARING, LIMIT, NOTHING, OK, ONSET, SEPARATION
-from .step import go_through, latch
+from .step import latch, pass_guard
 
 SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
 
 
 @kernel
-def begin_contact(pointer, j, windowed):
+def begin_contact(pointer, j, in_window):
     """Latch the onset rate of contact `j` at `work.end` and start its root of penetration."""
     work = pointer[0]
     totals, contact = work.totals, observed(pointer, END, j)
@@ -26,7 +26,7 @@ def begin_contact(pointer, j, windowed):
     work.end[work.time + 1 + j] = max(math.sqrt(depth), SEED * work.sigma)
     latch(pointer, work.end, j, ENTERED, END)
     totals.joint[j].peak, totals.joint[j].approach = 0.0, rate
-    if windowed:
+    if in_window:
         totals.joint[j].onsets += 1.0
         totals.joint[j].onset_max = max(totals.joint[j].onset_max, rate)
     return rate
@@ -74,26 +74,26 @@ def log_event(pointer, event):
 
 
 @kernel
-def apply_event(pointer, kind, j, windowed):
+def apply_event(pointer, kind, j, in_window):
     """Apply the effects of an event at contact `j` at `work.end`; return the Event."""
     work = pointer[0]
     moment, peak = work.end[work.time], work.totals.joint[j].peak
     if kind >= GUARD:
         g = kind - GUARD
-        if windowed and work.guards.counted[g]:
+        if in_window and work.guards.counted[g]:
             work.totals.joint[j].clips += 1.0
-        go_through(pointer, g, work.end, END)
+        pass_guard(pointer, g, work.end, END)
     if kind >= LIMIT:
         work.counts.passages += 1
         return Event(moment, j, kind, 0.0, 0.0)
     work.counts.events += 1
     if kind == ONSET:
-        return Event(moment, j, kind, begin_contact(pointer, j, windowed), 0.0)
+        return Event(moment, j, kind, begin_contact(pointer, j, in_window), 0.0)
     return Event(moment, j, kind, end_contact(pointer, j), peak)
 
 
 @kernel
-def parting_too(pointer):
+def simultaneous_separation(pointer):
     """Return (SEPARATION, contact) of a contact that separates at the moment of another event, such as a corner of a
     block.
 
@@ -108,16 +108,16 @@ def parting_too(pointer):
 
 
 @kernel
-def pass_events(pointer, kind, contact, windowed):
+def pass_events(pointer, kind, contact, in_window):
     """Apply an event and all others at the same moment; return GOING or the reason to end the run."""
     work = pointer[0]
     while kind != NOTHING:
-        log_event(pointer, apply_event(pointer, kind, contact, windowed))
+        log_event(pointer, apply_event(pointer, kind, contact, in_window))
         if work.control.separations > 0.0 and work.counts.separations >= work.control.separations:
             return OK
         if work.counts.events >= work.control.event_budget:
             return EVENT_BUDGET
         if kind >= GUARD and work.guards.ends_run[kind - GUARD]:
             return LEFT_BEARING
-        kind, contact = parting_too(pointer)
+        kind, contact = simultaneous_separation(pointer)
     return GOING

@@ -32,18 +32,19 @@ from .bernstein import (
 )
 from .integration import GUARD, IMPLICIT, LIMIT, NOTHING, ONSET, SEPARATION, STOP, evaluate_dense
 
-ELSEWHERE = NODES.size  # place of a guard's value at a single state, after those at the nodes of a step
+SINGLE_STATE = NODES.size  # place of a guard's value at a single state, after those at the nodes of a step
 NEXT_TO_START = 0.125  # share of a step within which a guard passed at its start is ignored
 #: Of the largest force of a contact: smaller forces count as zero.  After an impact with almost no rebound the force
 #: approaches zero slowly, and its sign is rounding.
 ROUNDING = 1e-13
-RIGHT = 1e-12  # of the size of a guard: accuracy of the location
-HALVING = 16  # evaluations after which the interval is bisected
+GUARD_TOLERANCE = 1e-12  # of the size of a guard: accuracy of the location
+BISECTION_START = 16  # evaluations after which the interval is bisected
 MARGIN = 1.2  # on the largest speed at the stages: bounds the speed between them
 ROUGH = 1e-3  # tail of a gap's polynomial, over its size, from which the step is searched in parts
-LEAST_PART = 1.0 / 16.0  # of a step: shortest part
-NEXT_TO_ROOT, ENOUGH = 0.05, 1e-7  # of a step: largest correction of an onset by Newton's method, and its tolerance
-PASSED = 1e-9  # of the root of a penetration: a step that begins this close to a limit has just passed it
+MIN_PART = 1.0 / 16.0  # of a step: shortest part
+#: Of a step: largest correction of an onset by Newton's method, and its tolerance.
+MAX_ONSET_CORRECTION, ONSET_TOLERANCE = 0.05, 1e-7
+LIMIT_TOLERANCE = 1e-9  # of the root of a penetration: a step that begins this close to a limit has just passed it
 
 
 @kernel
@@ -51,7 +52,7 @@ def evaluate_guards(pointer, y, row):
     """Write the values of all guards to `work.guards.value`.
 
     If `row` is END, these are the values at the state `y` at the start of the step, and at its stages.  Otherwise the
-    values at ELSEWHERE are those at the state `y`, whose observables are in row `row`.
+    values at SINGLE_STATE are those at the state `y`, whose observables are in row `row`.
     """
     work, guards = pointer[0], pointer[0].guards
     for g in range(guards.contact.size):
@@ -60,7 +61,7 @@ def evaluate_guards(pointer, y, row):
                 for m in range(NODES.size):
                     guards.value[g, m] = guards.sign[g] * work.o[guards.column[g], NODES[m]]
             else:
-                guards.value[g, ELSEWHERE] = guards.sign[g] * work.o[guards.column[g], row]
+                guards.value[g, SINGLE_STATE] = guards.sign[g] * work.o[guards.column[g], row]
     if guards.evaluate.code != 0:
         arguments = y, work.nodes, work.latched, work.o, guards.value
         invoke(guards.evaluate.code, guards.evaluate.parameters, arguments, row)
@@ -90,7 +91,7 @@ def guard_value(pointer, g, x):
     """Return the value of guard `g` at the share `x` of the step, from the interpolant."""
     evaluate_dense(pointer, x)
     evaluate_guards(pointer, pointer[0].z, SCRATCH)
-    return pointer[0].guards.value[g, ELSEWHERE]
+    return pointer[0].guards.value[g, SINGLE_STATE]
 
 
 @kernel
@@ -119,7 +120,7 @@ def true_passage(pointer, g, x):
         size = max(size, abs(p[VALUES, m]))
     for _ in range(3):
         value = guard_value(pointer, g, x)
-        if abs(value) <= RIGHT * size:
+        if abs(value) <= GUARD_TOLERANCE * size:
             return x
         _, slope = value_and_slope(p, WHOLE, x)
         newton = x - value / slope if slope > 0.0 else -1.0
@@ -158,14 +159,14 @@ def bracket_around(pointer, x, value):
 @kernel
 def highest_after(p, x):
     """Return the place of the largest value of WHOLE among several places between `x` and its next negative value."""
-    largest, top, step = x, 0.0, 0.02 * (1.0 - x)
+    best, best_value, step = x, 0.0, 0.02 * (1.0 - x)
     for i in range(1, 51):
         value, _ = value_and_slope(p, WHOLE, x + i * step)
         if value <= 0.0:
             break
-        if value > top:
-            largest, top = x + i * step, value
-    return largest
+        if value > best_value:
+            best, best_value = x + i * step, value
+    return best
 
 
 @kernel
@@ -182,7 +183,7 @@ def crossing_between(pointer, g, lower, upper):
     side = 0
     for iteration in range(64):
         x = (a * fb - b * fa) / (fb - fa)
-        if iteration > HALVING or not a < x < b:  # a jump, or a value that is not finite
+        if iteration > BISECTION_START or not a < x < b:  # a jump, or a value that is not finite
             x = 0.5 * (a + b)
         x = min(max(x, a + 0.4 * FINE), b - 0.4 * FINE)  # so that the retained end moves, too
         fx = guard_value(pointer, g, x)
@@ -279,11 +280,11 @@ def true_onset(pointer, j, h, x):
     for _ in range(4):
         evaluate_dense(pointer, x)
         slope = work.o[column_of(j, RATE), SCRATCH] * work.o[KAPPA, SCRATCH] * h
-        move = work.o[column_of(j, DEPTH), SCRATCH] / slope if slope != 0.0 else 1.0
-        if not abs(move) < NEXT_TO_ROOT:  # nearly tangential
+        correction = work.o[column_of(j, DEPTH), SCRATCH] / slope if slope != 0.0 else 1.0
+        if not abs(correction) < MAX_ONSET_CORRECTION:  # nearly tangential
             break
-        x = min(max(x - move, 0.0), 1.0)
-        if abs(move) <= ENOUGH:
+        x = min(max(x - correction, 0.0), 1.0)
+        if abs(correction) <= ONSET_TOLERANCE:
             break
     return x
 
@@ -294,7 +295,7 @@ def first_onset_in_parts(pointer, j, h):
     p, begin, width = pointer[0].polynomials, 0.0, 0.5
     while begin < 1.0:
         fit_gap_part(pointer, j, begin, width)
-        if width > LEAST_PART and is_rough(p):
+        if width > MIN_PART and is_rough(p):
             width *= 0.5
         else:
             x = crossing_for_certain(p, 0.0)
@@ -323,7 +324,7 @@ def first_limit(pointer, j):
     limit = math.sqrt(work.limit_depth[j])
     from_interpolant(work.polynomials, work.y[root] - limit, work.f, root)
     overshoot = work.y[root] - limit
-    if overshoot > PASSED * limit or (overshoot > -PASSED * limit and work.k[root, START] > 0.0):
+    if overshoot > LIMIT_TOLERANCE * limit or (overshoot > -LIMIT_TOLERANCE * limit and work.k[root, START] > 0.0):
         turn_sign(work.polynomials)
     return first_crossing(work.polynomials) if highest(work.polynomials) >= 0.0 else NOWHERE
 
@@ -340,9 +341,9 @@ def first_stop(pointer, stop):
 def first_event(pointer, h, stop):
     """Return (share of the step, kind, contact) of its first event; kind is NOTHING without event."""
     work, guards = pointer[0], pointer[0].guards
-    largest, kind, contact = NOWHERE, NOTHING, 0
+    first, kind, contact = NOWHERE, NOTHING, 0
     if work.end[work.independent] >= stop:
-        largest, kind = first_stop(pointer, stop), STOP
+        first, kind = first_stop(pointer, stop), STOP
     for j in range(work.mode.size):
         x, event_kind = NOWHERE, NOTHING
         if meets(work.mode[j]):
@@ -350,16 +351,16 @@ def first_event(pointer, h, stop):
         elif touches(work.mode[j]):
             x, event_kind = first_separation(pointer, j), SEPARATION
             if work.limit_depth[j] < math.inf:
-                y = first_limit(pointer, j)
-                if y < x:
-                    x, event_kind = y, LIMIT
-        if x < largest:
-            largest, kind, contact = x, event_kind, j
+                limit_share = first_limit(pointer, j)
+                if limit_share < x:
+                    x, event_kind = limit_share, LIMIT
+        if x < first:
+            first, kind, contact = x, event_kind, j
     if guards.contact.size > 0:
         evaluate_guards(pointer, work.y, END)
         for g in range(guards.contact.size):
             if is_guard_active(pointer, g):
                 x = first_passage(pointer, g)
-                if x < largest:
-                    largest, kind, contact = x, GUARD + g, guards.contact[g]
-    return largest, kind, contact
+                if x < first:
+                    first, kind, contact = x, GUARD + g, guards.contact[g]
+    return first, kind, contact

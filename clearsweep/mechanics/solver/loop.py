@@ -23,7 +23,7 @@ begin_case, then until the case ends or pauses:
 import math
 
 from ..compiled.family import kernel
-from ..compiled.pinned import Pinned, form_of, pinned_at
+from ..compiled.pinned import Pinned, layout_of, pinned_at
 from ..compiled.plain import is_plain
 from ..observe.observables import KAPPA, KINETIC
 from ..observe.stages import END, START
@@ -53,7 +53,7 @@ from .step import begin_step, find_first_event, step_to_event, take_step
 from .step_control import (
     ACCEPTANCE,
     BEGINNING,
-    MOST_TRIES,
+    MAX_REJECTIONS,
     REJECTION,
     assess_step,
     pace_of,
@@ -153,7 +153,7 @@ def next_stop(pointer, position):
 
 
 @kernel
-def interruption(pointer):
+def status_before_step(pointer):
     """Return GOING if a case may take its next step, else the status with which the loop returns."""
     work = pointer[0]
     stepper, control = work.stepper, work.control
@@ -185,7 +185,7 @@ def prepare_step(pointer):
         return STEP_BUDGET
     reason = GOING
     if stepper.rejections == 0.0:
-        reason, stepper.evaluations = interruption(pointer), work.counts.evaluations
+        reason, stepper.evaluations = status_before_step(pointer), work.counts.evaluations
     if reason == GOING:
         work.step.length = min(stepper.next_length, work.longest / work.o[KAPPA, START])
     return reason
@@ -193,13 +193,13 @@ def prepare_step(pointer):
 
 @kernel
 def reject(pointer):
-    """Reject a step and shorten the next; return GOING, or a failure after MOST_TRIES rejections."""
+    """Reject a step and shorten the next; return GOING, or a failure after MAX_REJECTIONS rejections."""
     work = pointer[0]
     stepper, error = work.stepper, work.step.error
     work.counts.rejected += 1
     stepper.rejections += 1.0
     set_next_length(pointer, REJECTION)
-    if stepper.rejections > MOST_TRIES:
+    if stepper.rejections > MAX_REJECTIONS:
         return STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE
     return GOING
 
@@ -267,7 +267,7 @@ def cut_at_event(pointer, h, event):
 
 
 @kernel
-def attempt_step(pointer):
+def take_or_reject_step(pointer):
     """Take a step with its figures, samples and events, or reject it; return GOING or the status at the end."""
     work = pointer[0]
     stepper, step = work.stepper, work.step
@@ -296,7 +296,7 @@ def compile_for(model: Pinned) -> objects.Code | None:
         def integrate_at(address):
             integrate_case(pinned_at(model, address))
 
-        code = objects.compiled_at(integrate_at, f"{form_of(model.value)}")
+        code = objects.compiled_at(integrate_at, f"{layout_of(model.value)}")
         if code is None:  # it was not compiled for this machine
             return None
         _CODE.append(code)
@@ -309,7 +309,7 @@ _CODE: list[objects.Code] = []  # of the loop, which is the same for all cases
 def integrate(pinned: Pinned) -> None:
     """Integrate a case, a pinned Work, until it ends or pauses.  Never raises.
 
-    `stepper.status` is then OK or the reason why the case ended early.  After PAUSED call again to go on;
+    `stepper.status` is then OK or the reason why the case ended early.  After PAUSED call again to continue;
     after TURNS_STIFF first compile the slopes (`work.slopes`).  Figures are in `totals`, samples in `record`, events
     in `log`.
     """
@@ -326,5 +326,5 @@ def integrate_case(pointer):
     while reason == GOING:
         reason = prepare_step(pointer)
         if reason == GOING:
-            reason = attempt_step(pointer)
+            reason = take_or_reject_step(pointer)
     pointer[0].stepper.status = reason

@@ -53,17 +53,17 @@ E = _error_weights()
 ERROR = abs(float((exact([E]) @ powers(C, ORDER + 1)).rounded()[0, ORDER])) / math.factorial(ORDER)
 DENSE = inverse(exact(shapes(C)[:, :STAGES])).rounded()  # from the stages to the first rows of the dense output
 #: From start and stages to the stages of the explicit method, by the polynomial through all.
-LOOK = (powers(SHARES[1 : 1 + END], ORDER) @ coefficients_through(np.append(0.0, C))).rounded()
+TO_EXPLICIT_STAGES = (powers(SHARES[1 : 1 + END], ORDER) @ coefficients_through(np.append(0.0, C))).rounded()
 ROWS = np.arange(FIRST_IMPLICIT_ROW, FIRST_IMPLICIT_ROW + STAGES)  # rows of the rates and observables of the stages
 STAGE_WEIGHTS = np.zeros(FIRST_IMPLICIT_ROW + STAGES)
 STAGE_WEIGHTS[ROWS] = A[-1]
-PLACES = np.array([0, 2, 4])  # stages at which Jacobians are evaluated
+JACOBIAN_STAGES = np.array([0, 2, 4])  # stages at which Jacobians are evaluated
 #: From these to all stages, by a parabola.
-SPREAD = (powers(C, PLACES.size) @ coefficients_through(C[PLACES])).rounded()
+TO_ALL_STAGES = (powers(C, JACOBIAN_STAGES.size) @ coefficients_through(C[JACOBIAN_STAGES])).rounded()
 
 ITERATIONS = 5  # with the same Jacobians
 CLOSE = 0.03  # of the allowed error: expected distance at which the iteration ends
-KEEP = 1e-3  # convergence per iteration up to which the Jacobians are kept for the next step
+KEEP_CONVERGENCE = 1e-3  # convergence per iteration up to which the Jacobians are kept for the next step
 FAILED = 10.0  # error of a step whose iteration did not converge; the step control then tries 0.6 of its length
 
 
@@ -71,7 +71,7 @@ def implicit_of(n, zeros=np.zeros) -> Implicit:
     """Return the arrays for a state of `n` numbers; `zeros` allocates them."""
     unknowns = STAGES * n
     return Implicit(
-        jacobian=zeros((PLACES.size, n, n)),
+        jacobian=zeros((JACOBIAN_STAGES.size, n, n)),
         newton=zeros((unknowns, unknowns)),
         pivots=zeros(unknowns, dtype=np.int64),
         small=zeros((n, n)),
@@ -87,27 +87,27 @@ def implicit_of(n, zeros=np.zeros) -> Implicit:
 
 
 @kernel
-def bring_largest(a, i):
+def exchange_pivot_row(a, i):
     """Exchange row `i` of `a` for the row below with the largest entry in column `i`; return its index."""
-    n, top = a.shape[0], i
+    n, pivot = a.shape[0], i
     for row in range(i + 1, n):
-        if abs(a[row, i]) > abs(a[top, i]):
-            top = row
-    if top != i:
+        if abs(a[row, i]) > abs(a[pivot, i]):
+            pivot = row
+    if pivot != i:
         for column in range(n):
-            a[i, column], a[top, column] = a[top, column], a[i, column]
-    return top
+            a[i, column], a[pivot, column] = a[pivot, column], a[i, column]
+    return pivot
 
 
 @kernel
 def factorise(a, pivots, fixed):
     """Replace the square matrix `a` by its LU factors; return whether it is regular.
 
-    Pivoting is partial but for the first `fixed` unknowns, whose rows are sparse and stay so.
+    Pivoting is partial, except for the first `fixed` unknowns, whose rows are sparse and remain so.
     """
     n = pivots.size
     for i in range(n):
-        pivots[i] = bring_largest(a, i) if i >= fixed else i
+        pivots[i] = exchange_pivot_row(a, i) if i >= fixed else i
         if not abs(a[i, i]) > 0.0:
             return False
         inverse = 1.0 / a[i, i]
@@ -150,7 +150,7 @@ def differentiate(pointer, y, stage):
 
 
 @kernel
-def renew(pointer, h):
+def renew_jacobians(pointer, h):
     """Evaluate the Jacobians at three of the current stages and factorise the matrices; return whether they are
     regular.
 
@@ -159,12 +159,12 @@ def renew(pointer, h):
     """
     work = pointer[0]
     n, history, stages = work.y.size, work.implicit.past, work.implicit.stages
-    for stage in range(PLACES.size):
+    for stage in range(JACOBIAN_STAGES.size):
         for i in range(n):
-            work.z[i] = work.y[i] + stages[PLACES[stage] * n + i]
+            work.z[i] = work.y[i] + stages[JACOBIAN_STAGES[stage] * n + i]
         differentiate(pointer, work.z, stage)
-    history.renewed, history.factored, history.convergence = h, 0.0, KEEP
-    return prepare(pointer, h)
+    history.renewed, history.factored, history.convergence = h, 0.0, KEEP_CONVERGENCE
+    return factorise_matrices(pointer, h)
 
 
 @kernel
@@ -182,7 +182,7 @@ def unknown(stage, i, time):
 
 
 @kernel
-def prepare(pointer, h):
+def factorise_matrices(pointer, h):
     """Compute the factors for a step of length `h` unless they are current; return whether the matrix is regular."""
     work, time = pointer[0].implicit, pointer[0].time
     n, jacobian = work.offset.size, work.jacobian
@@ -193,8 +193,8 @@ def prepare(pointer, h):
             first, second = unknown(0, row, time), unknown(0, column, time)
             for m in range(STAGES):
                 slope = 0.0
-                for stage in range(PLACES.size):
-                    slope += SPREAD[m, stage] * jacobian[stage, row, column]
+                for stage in range(JACOBIAN_STAGES.size):
+                    slope += TO_ALL_STAGES[m, stage] * jacobian[stage, row, column]
                 for s in range(STAGES):
                     work.newton[first + s, second + m] = -h * A[s, m] * slope
     for i in range(work.change.size):
@@ -219,14 +219,14 @@ def begin_stages(pointer, h):
         for s in range(STAGES):
             stages[s * n + i] = 0.0
         if history.length > 0.0:
-            polynomial = dense_component(history.after, i, work.y, work.f)
+            origin = dense_component(history.after, i, work.y, work.f)
             for s in range(STAGES):
                 position = history.after + C[s] * h / history.length
-                stages[s * n + i] = dense_component(position, i, work.y, work.f) - polynomial
+                stages[s * n + i] = dense_component(position, i, work.y, work.f) - origin
 
 
 @kernel
-def correct(pointer, h):
+def newton_iteration(pointer, h):
     """Do one iteration; return the change of the stages over the allowed error."""
     work = pointer[0]
     n, stages, change = work.y.size, work.implicit.stages, work.implicit.change
@@ -236,18 +236,18 @@ def correct(pointer, h):
         evaluate(pointer, work.z, ROWS[s])
     for s in range(STAGES):
         for i in range(n):
-            largest_change = 0.0
+            increment = 0.0
             for m in range(STAGES):
-                largest_change += A[s, m] * work.k[i, ROWS[m]]
-            change[unknown(s, i, work.time)] = h * largest_change - stages[s * n + i]
+                increment += A[s, m] * work.k[i, ROWS[m]]
+            change[unknown(s, i, work.time)] = h * increment - stages[s * n + i]
     substitute(work.implicit.newton, work.implicit.pivots, change)
-    size = 0.0
+    square_sum = 0.0
     for s in range(STAGES):
         for i in range(n):
             update = change[unknown(s, i, work.time)]
             stages[s * n + i] += update
-            size += (update * work.weight[i]) ** 2
-    return math.sqrt(size / (STAGES * n))
+            square_sum += (update * work.weight[i]) ** 2
+    return math.sqrt(square_sum / (STAGES * n))
 
 
 @kernel
@@ -259,15 +259,19 @@ def iterate(pointer, h):
     history = pointer[0].implicit.past
     previous = 0.0
     for iteration in range(ITERATIONS):
-        size = correct(pointer, h)
+        change = newton_iteration(pointer, h)
         if iteration > 0:
-            history.convergence = size / previous if previous > 0.0 else 0.0
+            history.convergence = change / previous if previous > 0.0 else 0.0
         convergence = history.convergence
-        if convergence < 1.0 and size * convergence <= CLOSE * (1.0 - convergence) and (iteration > 0 or size < 1.0):
+        if (
+            convergence < 1.0
+            and change * convergence <= CLOSE * (1.0 - convergence)
+            and (iteration > 0 or change < 1.0)
+        ):
             return True
         if iteration > 0 and not convergence < 1.0:
             return False
-        previous = size
+        previous = change
     return False
 
 
@@ -276,10 +280,10 @@ def solve(pointer, h):
     """Solve for the stages of a step of length `h`; return whether the iteration converged."""
     history = pointer[0].implicit.past
     begin_stages(pointer, h)
-    is_kept = history.renewed == h or (history.length > 0.0 and history.convergence <= KEEP)
-    if not (prepare(pointer, h) if is_kept else renew(pointer, h)):
+    is_kept = history.renewed == h or (history.length > 0.0 and history.convergence <= KEEP_CONVERGENCE)
+    if not (factorise_matrices(pointer, h) if is_kept else renew_jacobians(pointer, h)):
         return False
-    return iterate(pointer, h) or (renew(pointer, h) and iterate(pointer, h))
+    return iterate(pointer, h) or (renew_jacobians(pointer, h) and iterate(pointer, h))
 
 
 @kernel
@@ -356,9 +360,9 @@ def observe_stages(pointer):
     for column in range(work.o.shape[0]):
         work.o[column, ROWS[STAGES - 1]] = work.o[column, END]
         for row in range(END):
-            total = LOOK[row, 0] * work.o[column, START]
+            total = TO_EXPLICIT_STAGES[row, 0] * work.o[column, START]
             for s in range(STAGES):
-                total += LOOK[row, 1 + s] * work.o[column, ROWS[s]]
+                total += TO_EXPLICIT_STAGES[row, 1 + s] * work.o[column, ROWS[s]]
             work.o[column, row] = total
 
 

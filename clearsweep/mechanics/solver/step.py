@@ -9,20 +9,20 @@ from ..observe.stages import END, STAGES, START
 from .accumulate.step_sums import evaluate_sums
 from .bernstein import WHOLE, value_and_slope
 from .collocation import WEIGHTS, begin_stages, continue_stages, dense_state, error_norm, interpolate
-from .event_search import ELSEWHERE, evaluate_guards, first_event, fit_guard, is_guard_active
+from .event_search import SINGLE_STATE, evaluate_guards, first_event, fit_guard, is_guard_active
 from .integration import GUARD, IMPLICIT, LIMIT, ONSET, SEPARATION, STOP, evaluate, trial_of
 from .radau import FAILED, STAGE_WEIGHTS, fall_back, implicit_step
 from .radau import observe_stages as observe_implicit_stages
 
-MOST_SWEEPS = 16
-CLOSE = 0.1  # of the allowed error: expected distance at which the iteration ends
+MAX_SWEEPS = 16
+CONVERGED = 0.1  # of the allowed error: expected distance at which the iteration ends
 #: Least contraction assumed of further sweeps; the first sweeps reduce large distances and say little about the rest.
-SLOWEST = 0.05
+MIN_CONTRACTION = 0.05
 #: Of a step that ends at an event: distances between which it is repeated with another length, and up to which its end
 #: is corrected.
 CLOSE_TO_EVENT, FAR_FROM_EVENT, NEXT_TO_EVENT = 1e-6, 0.1, 1e-3
-MOST_REPEATS = 3
-HOPELESS = 0.8  # contraction at which the iteration is abandoned
+MAX_REPEATS = 3
+MAX_CONTRACTION = 0.8  # contraction at which the iteration is abandoned
 
 
 @kernel
@@ -35,7 +35,7 @@ def latch(pointer, y, contact, guard, row):
 
 
 @kernel
-def go_through(pointer, g, y, row):
+def pass_guard(pointer, g, y, row):
     """Apply the passage of guard `g` at the state `y`, whose observables are in row `row`."""
     work, guards = pointer[0], pointer[0].guards
     contact = guards.contact[g]
@@ -49,14 +49,14 @@ def begin_step(pointer):
     """Evaluate the start of a step after a change of the equations, and apply the guards that are passed there."""
     work, guards = pointer[0], pointer[0].guards
     evaluate(pointer, work.y, START)
-    is_changed, waiting = False, True
+    is_changed, is_outdated = False, True
     for g in range(guards.contact.size):
         if guards.at_start[g] and is_guard_active(pointer, g):
-            if waiting:
+            if is_outdated:
                 evaluate_guards(pointer, work.y, START)
-                waiting = False
-            if guards.value[g, ELSEWHERE] > 0.0:
-                go_through(pointer, g, work.y, START)
+                is_outdated = False
+            if guards.value[g, SINGLE_STATE] > 0.0:
+                pass_guard(pointer, g, work.y, START)
                 is_changed = True
     if is_changed:
         evaluate(pointer, work.y, START)
@@ -95,22 +95,22 @@ def observe_stages(pointer):
 def solve_stages(pointer):
     """Update the stages until they fulfil their equations; return whether they do.
 
-    The iteration has converged when the remaining distance, estimated from the contraction, is CLOSE.
+    The iteration has converged when the remaining distance, estimated from the contraction, is at most CONVERGED.
     """
     step, previous, second_last = pointer[0].step, sweep(pointer), 0.0
     if not previous < math.inf:
         return False
-    for count in range(1, MOST_SWEEPS):
+    for count in range(1, MAX_SWEEPS):
         largest_change = sweep(pointer)
         if not largest_change < math.inf:
             return False
         contraction = largest_change / previous if previous > 0.0 else 0.0
-        rate = max(contraction, SLOWEST)
-        if largest_change * rate <= CLOSE * (1.0 - rate):
+        rate = max(contraction, MIN_CONTRACTION)
+        if largest_change * rate <= CONVERGED * (1.0 - rate):
             step.contraction = max(contraction, second_last) if count < 3 else math.sqrt(contraction * second_last)
             step.sweeps = count + 1.0
             return True
-        if not (contraction < HOPELESS or count < 3):
+        if not (contraction < MAX_CONTRACTION or count < 3):
             return False
         previous, second_last = largest_change, contraction
     return False
@@ -133,7 +133,7 @@ def collocate(pointer, h):
 
 
 @kernel
-def finish(pointer):
+def sum_step(pointer):
     """Compute the sums, profiles and maxima of the current step, which is accurate or ends at an event."""
     if pointer[0].method.current == IMPLICIT:
         observe_implicit_stages(pointer)
@@ -152,7 +152,7 @@ def take_step(pointer):
     else:
         collocate(pointer, h)
     if work.step.error < 1.0:
-        finish(pointer)
+        sum_step(pointer)
     else:
         for j in range(work.mode.size):  # the interpolant belongs to an earlier step
             work.contact_steps[j].fastest = 0.0
@@ -179,45 +179,45 @@ def distance_beyond(pointer, event):
     """
     work = pointer[0]
     kind, contact, stop = event
-    miss, slope = 0.0, 0.0
+    distance, slope = 0.0, 0.0
     if kind == ONSET:
-        seen = observed(pointer, END, contact)
-        miss, slope = seen.depth, seen.rate * work.o[KAPPA, END]
+        contact_values = observed(pointer, END, contact)
+        distance, slope = contact_values.depth, contact_values.rate * work.o[KAPPA, END]
     elif kind == SEPARATION:
-        miss, slope = work.end[work.time + 1 + contact], work.k[work.time + 1 + contact, END]
+        distance, slope = work.end[work.time + 1 + contact], work.k[work.time + 1 + contact, END]
     elif kind == LIMIT:
         root = work.time + 1 + contact
-        miss, slope = work.end[root] - math.sqrt(work.limit_depth[contact]), work.k[root, END]
+        distance, slope = work.end[root] - math.sqrt(work.limit_depth[contact]), work.k[root, END]
     elif kind == STOP:
-        miss, slope = work.end[work.independent] - stop, work.k[work.independent, END]
+        distance, slope = work.end[work.independent] - stop, work.k[work.independent, END]
     elif kind >= GUARD and work.step.length > 0.0:
         evaluate_guards(pointer, work.y, END)
         if fit_guard(pointer, kind - GUARD):
-            miss, change = value_and_slope(work.polynomials, WHOLE, 1.0)
+            distance, change = value_and_slope(work.polynomials, WHOLE, 1.0)
             slope = change / work.step.length
-    return miss / slope if slope != 0.0 else 0.0
+    return distance / slope if slope != 0.0 else 0.0
 
 
 @kernel
-def close_in(pointer, event):
+def repeat_near_event(pointer, event):
     """Repeat a step to an event while it ends too far from it; return the distance along tau beyond the event.
 
     The interpolant of a longer step over a kink of the right-hand side locates the kink only roughly.
     """
     work = pointer[0]
-    beyond = distance_beyond(pointer, event)
-    for _ in range(MOST_REPEATS):
+    excess = distance_beyond(pointer, event)
+    for _ in range(MAX_REPEATS):
         h = work.step.length
-        if not (work.step.error < 1.0 and CLOSE_TO_EVENT * h < abs(beyond) < FAR_FROM_EVENT * h):
+        if not (work.step.error < 1.0 and CLOSE_TO_EVENT * h < abs(excess) < FAR_FROM_EVENT * h):
             break
-        work.step.length = h - beyond
+        work.step.length = h - excess
         take_step(pointer)
         if not work.step.error < 1.0:  # as before
             work.step.length = h
             take_step(pointer)
             break
-        beyond = distance_beyond(pointer, event)
-    return beyond
+        excess = distance_beyond(pointer, event)
+    return excess
 
 
 @kernel
@@ -231,11 +231,11 @@ def step_to_event(pointer, event):
     if work.step.error == FAILED:  # keep the interpolant of the longer step
         shorten(pointer, work.step.length / work.implicit.past.length)
     if not work.step.error < 1.0:
-        finish(pointer)
-    beyond = close_in(pointer, event)
-    if abs(beyond) <= NEXT_TO_EVENT * work.step.length:  # one Newton step, unless the event is nearly tangential
+        sum_step(pointer)
+    excess = repeat_near_event(pointer, event)
+    if abs(excess) <= NEXT_TO_EVENT * work.step.length:  # one Newton step, unless the event is nearly tangential
         for i in range(work.end.size):
-            work.end[i] -= work.k[i, END] * beyond
+            work.end[i] -= work.k[i, END] * excess
     if event[0] == STOP:
         work.end[work.independent] = event[2]
 

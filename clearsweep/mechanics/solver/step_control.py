@@ -9,19 +9,19 @@ import math
 from ..compiled.choosing import bits_of, number_of
 from ..compiled.family import inlined, kernel
 from ..joint.modes import meets, touches
-from .choice import steady
+from .choice import reused_length
 from .integration import FARTHEST, IMPLICIT
 
 SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
-MOST_TRIES = 60  # rejections in a row: each shortens the step by at least a fifth, so a shorter step would not help
+MAX_REJECTIONS = 60  # rejections in a row: each shortens the step by at least a fifth, so a shorter step would not help
 THIRD_ROOT_BITS = 2 * (1023 << 52) // 3 - (200 << 40)  # of 1; minus half the error of the root
 # Growth of the second step after an event: at the onset of a contact the motion bends less than later
 AFTER_EVENT = 0.8
-LEAST_ERROR = 1e-10  # over the allowed one: a smaller error does not predict how much longer a step may be
-FEWEST = 0.22  # contraction at which a step is cheapest per length; it varies as the square of the length
+MIN_ERROR = 1e-10  # over the allowed one: a smaller error does not predict how much longer a step may be
+BEST_CONTRACTION = 0.22  # contraction at which a step is cheapest per length; it varies as the square of the length
 #: Sweeps up to which a step is cheap regardless of its contraction, and the largest contraction that allows.
-FEW, MOST = 4.0, 0.35
-FAST = 0.03  # contraction from which a stiff component may limit the step
+CHEAP_SWEEPS, MAX_CONTRACTION = 4.0, 0.35
+STIFF_CONTRACTION = 0.03  # contraction from which a stiff component may limit the step
 
 # What the next step follows, see `set_next_length`
 BEGINNING, REJECTION, ACCEPTANCE = range(3)
@@ -42,7 +42,7 @@ def twelfth_root(error):
 
 
 @kernel
-def shrinking(error):
+def shrink_factor(error):
     """Return the factor on the length of a step whose `error`, over the allowed one, was too large."""
     return max(SHRINK, SAFETY / twelfth_root(error)) if error < 1e300 else SHRINK
 
@@ -54,7 +54,7 @@ def change_of_length(error, expected):
     The larger of the two counts, as the estimate crosses zero now and then.
     """
     larger = max(error, expected)
-    return SAFETY / twelfth_root(max(larger, LEAST_ERROR))
+    return SAFETY / twelfth_root(max(larger, MIN_ERROR))
 
 
 @kernel
@@ -104,8 +104,8 @@ def assess_step(accumulators, method):
         return
     change = min(stepper.growth, change_of_length(error, stepper.expected_error))
     stepper.expected_error = error * twelfth_power(change)
-    if method != IMPLICIT and step.contraction > FAST:
-        largest = FEWEST if step.sweeps > FEW else MOST
+    if method != IMPLICIT and step.contraction > STIFF_CONTRACTION:
+        largest = BEST_CONTRACTION if step.sweeps > CHEAP_SWEEPS else MAX_CONTRACTION
         step.stiff, change = 1.0, min(change, math.sqrt(largest / step.contraction))
     step.proposal, stepper.rejections = h * change, 0.0
 
@@ -132,7 +132,7 @@ def set_next_length(pointer, cause):
     if cause == BEGINNING:  # the error is unknown
         length, stepper.growth, stepper.expected_error = first_length(pointer, proposal_of(pointer)), AFTER_EVENT, 0.0
     elif cause == REJECTION:
-        length, stepper.growth = work.step.length * shrinking(work.step.error), 1.0
+        length, stepper.growth = work.step.length * shrink_factor(work.step.error), 1.0
     else:
         length, stepper.growth = length_with_method(pointer), GROW
     stepper.next_length = length
@@ -143,7 +143,7 @@ def length_with_method(pointer):
     """Apply a decided change of method; return the length of the step after an accepted one."""
     work = pointer[0]
     if work.method.next == work.method.current:
-        return steady(pointer, work.step.length, work.step.proposal)
+        return reused_length(pointer, work.step.length, work.step.proposal)
     work.method.current = work.method.next
     work.implicit.past.length = 0.0
     length = work.proposals[proposal_of(pointer)]

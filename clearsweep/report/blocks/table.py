@@ -98,7 +98,7 @@ class Table(NamedTuple):
         return text.getvalue()
 
     def markdown(self) -> str:
-        """Return the table as Markdown for a text: what the page shows, numbers to the right, units in the head."""
+        """Return the table as Markdown, with the rows of the page, numbers to the right and units in the header."""
         view = self.shown()
         names = [in_markdown(head.name) for head in view.heads]
         heads = [f"{name} [{head.unit}]" if head.unit else name for name, head in zip(names, view.heads, strict=True)]

@@ -28,7 +28,7 @@ def gathered(
     """
     folder = Path(tempfile.mkdtemp(prefix="clearsweep-"))
     try:
-        with phases.phase("putting the finished cases together"):
+        with phases.phase("assembling the finished cases"):
             _gather(directory, folder / "run", catalogue())
         run = opened(directory, folder / "run")
     except BaseException:

@@ -86,7 +86,7 @@ class Rows:
         return place if place < len(self) and self.index[place] == case_id else -1
 
     def largest(self, column: str) -> float:
-        """Return the largest value of a figure, NaN without any value or column."""
+        """Return the largest value of a figure, or NaN if it has no value or column."""
         if column not in self:
             return np.nan
         return self.once(("largest", column), lambda: float(self[column].max()) if len(self) else np.nan)

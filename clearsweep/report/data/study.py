@@ -74,7 +74,7 @@ class Study(NamedTuple):
 
     @property
     def onsets(self) -> str:
-        """Return what the figure `impacts_per_rev` counts."""
+        """Return the name of the events that the figure `impacts_per_rev` counts."""
         return "impacts per revolution" if self.driven else "impacts"
 
     @property

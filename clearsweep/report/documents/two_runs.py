@@ -73,7 +73,7 @@ def _keyed(study: Study, paths: list[str], name: str) -> pd.DataFrame:
 
 def sections(pairs: Pairs) -> list[Section]:
     """Return the sections of the page: differences of setup and figures, and the most different cases."""
-    setup: list[Block] = [Facts("What differs in their setup", "Differences of setup", _setup(pairs))]
+    setup: list[Block] = [Facts("Differences in setup", "Differences in setup", _setup(pairs))]
     blocks: list[Block] = [Points(_described(pairs))]
     return [
         Section("comparison", "Case by case", filled([*blocks, _pictures(pairs), _figures(pairs), _cases(pairs)])),
@@ -174,7 +174,7 @@ def _cases(pairs: Pairs) -> Table:
         values = (study.value(case_id, axis.path) for axis in shown)
         rows.append((case_id, *values, float(here[place]), float(there[place]), float(ratio[place])))
     note = "Case ids are those of A. The largest difference comes first."
-    return Table("compared_cases", "The cases side by side", note, heads, rows)
+    return Table("compared_cases", "Comparison of the cases", note, heads, rows)
 
 
 def _setup(pairs: Pairs) -> list[tuple[str, str]]:

@@ -48,7 +48,7 @@ def _part(study: Study, path: Mapping) -> slice:
 
 
 def _sketch(study: Study, case_id: str) -> simulation.Sketch | None:
-    """Return the mechanism of a case at its start, or None without picture or for another version."""
+    """Return the mechanism of a case at its start, or None if it has no picture or is from another version."""
     try:
         return simulation.sketch(resolved(study, [case_id])[0])
     except InputError:

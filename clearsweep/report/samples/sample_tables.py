@@ -101,7 +101,7 @@ def limit_table(study: Study, samples: list[Setting]) -> Table:
             f" The first probability leaves out {wording.count(failed, 'failed case')}, so it is too low if violent "
             "cases fail. The second counts failed cases as exceeding every limit."
         )
-    return Table("limits", "How likely limits are exceeded", note, columns, rows)
+    return Table("limits", "Probability of exceeding limits", note, columns, rows)
 
 
 def _chances(beyond: np.ndarray, failed: int, *, failures: bool) -> list[Quantity]:

@@ -1,6 +1,6 @@
 """The motion of the worst case for the question of the grid, and of the worst, the median and the mildest case.
 
-Pictures do not repeat what a player shows.
+Pictures do not repeat the content of a player.
 """
 
 from collections.abc import Iterable

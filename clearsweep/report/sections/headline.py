@@ -77,7 +77,7 @@ def _output(study: Study) -> list[str]:
     worst, best = study.cases[error].idxmax(), study.cases[error].idxmin()
     most, least = study.texts((worst, error), (best, error))
     sizes = f"up to {most}" if worst == best else f"{least} to {most}"
-    sentence = f"The {study.run.layout.output} is off its ideal place by {sizes}"
+    sentence = f"The {study.run.layout.output} deviates from its ideal position by {sizes}"
     if study.has(acceleration):
         sentence += f"; its acceleration reaches {study.text(study.cases[acceleration].idxmax(), acceleration)}"
     return [f"{sentence}."]

@@ -34,7 +34,7 @@ def sections(study: Study) -> list[Section]:
         ),
         _parameters(identified, axes),
     ]
-    return [Section("identify", "The machine that was measured", filled(blocks))]
+    return [Section("identify", "The identified machine", filled(blocks))]
 
 
 def more(study: Study) -> list[Section]:

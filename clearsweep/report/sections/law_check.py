@@ -59,4 +59,4 @@ def _table(study: Study) -> Table:
         kind = "elastic" if family == "elastic" else "contact"
         rows.append((joint, row.law, kind, row.column.replace("_", " "), value, row.case_id))
     note = f"As written: {_text(study, own.column, own.value)}, case {wording.short_id(own.case_id)}."
-    return Table("law_check", "Under each other valid law", note, heads, rows)
+    return Table("law_check", "Results under each other valid law", note, heads, rows)

@@ -69,11 +69,11 @@ def more(study: Study) -> list[Section]:
     table = _table(study, rows, names, _start(study))
     whole = [table] if len(table.rows) > AT_ONCE else []
     pictures = [*_front(study, rows, names), *_parallel(study, rows, names)]
-    return [Section("optimise-more", "All of the best cases", filled([*whole, Gallery("", pictures)]))]
+    return [Section("optimise-more", "All best cases", filled([*whole, Gallery("", pictures)]))]
 
 
 def _known(study: Study) -> tuple[list[dict[str, Any]], list[str]] | None:
-    """Return the best cases as rows and the names of the objectives, or None without an answer."""
+    """Return the best cases as rows and the names of the objectives, or None if there is no answer."""
     if "optimise" not in study.run.grid:
         return None
     frame = study.run.optimise

@@ -31,7 +31,7 @@ def _sentences(study: Study, comparison: SignalComparison) -> list[str]:
     return [
         f"{comparison.channel}, measured in {comparison.file}: {len(comparison.measured)} revolutions.",
         f"The nearest of {wording.count(comparison.compared, 'case')} is {case}.",
-        f"The measured crank angle was {math.degrees(comparison.angle):.3g}° off; this page corrects it.",
+        f"The measured crank angle has an offset of {math.degrees(comparison.angle):.3g}°, which this page corrects.",
         f"The mean revolutions differ by {100.0 * comparison.misfit:.3g} % (rms difference over the rms measured).",
     ]
 

@@ -26,7 +26,7 @@ def sections(study: Study) -> list[Section]:
         return []
     blocks: list[Block] = [Sentences([WORDS + REST])]
     blocks += [_detail(study, place, case_id) for place, case_id in enumerate(saved, start=1)]
-    return [Section("peak-revolution", "The peak's own revolution", blocks)]
+    return [Section("peak-revolution", "Revolution of the peak", blocks)]
 
 
 def _detail(study: Study, place: int, case_id: str) -> Detail:

@@ -167,7 +167,7 @@ def _table(study: Study, answers: _Answers) -> Table:
                 counted(row["probes"]),
             )
         )
-    return Table("seek", "What was found", "", columns, rows)
+    return Table("seek", "Results of the search", "", columns, rows)
 
 
 def _nearest(study: Study, answers: _Answers) -> list[Block]:

@@ -41,10 +41,10 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         return cards  # the others would be of machines that were only tried
     figures = (
         *(() if question(study).question == "force" else ((PEAK.figure, "Largest normal force", ""),)),
-        ("force_peak_ratio", "Load over ideal peak", "1: as without clearance"),
+        ("force_peak_ratio", "Load over ideal peak", "1 is the value without clearance"),
         ("force_rms", "Largest force rms", ""),
         (ONSET, "Fastest onset", ""),
-        ("error_max", f"Largest {study.run.layout.output} error", "off the ideal place"),
+        ("error_max", f"Largest {study.run.layout.output} error", "from the ideal position"),
         ("restitution", "Measured restitution", "largest of all cases"),
         (PER_HOURS, "Deepest wear in 1000 h", "of one body, at the rate of the window"),
     )

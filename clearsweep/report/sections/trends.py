@@ -133,4 +133,4 @@ def _table(study: Study, answers: list[Answer]) -> Table:
         )
         for answer in answers
     ]
-    return Table("wear_trends", "What the cases say", NOTE, tuple(map(Column, columns)), rows)
+    return Table("wear_trends", "Trends of wear in this run", NOTE, tuple(map(Column, columns)), rows)

@@ -15,7 +15,7 @@ NO_BUDGET = Markup(
 
 def sections(study: Study) -> list[Section]:
     """Return the section."""
-    return [Section("trust", "How far to trust it", filled([Points(points(study))]))]
+    return [Section("trust", "Reliability of the results", filled([Points(points(study))]))]
 
 
 def points(study: Study) -> list[str]:

@@ -23,7 +23,7 @@ def power(x: np.ndarray, table: np.ndarray) -> tuple[Estimate, int]:
     Parameters
     ----------
     x : (values,) above 0, distinct
-    table : (rows, values) the positive figure where all but x is equal in a row, NaN where unknown
+    table : (rows, values) the positive figure; in a row everything except x is equal; NaN if unknown
 
     Returns
     -------

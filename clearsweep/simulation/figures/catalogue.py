@@ -31,7 +31,7 @@ def depth(window: Window, index: int) -> float:
 
 
 def restitution(window: Window, index: int) -> float | None:
-    """Return the mean ratio of rebound to approach speed, or None without rebounds."""
+    """Return the mean ratio of rebound to approach speed, or None if there was no rebound."""
     joint = window.totals.joint[index]
     return joint.restitution / joint.rebounds if joint.rebounds else None
 

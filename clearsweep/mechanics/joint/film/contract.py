@@ -32,8 +32,8 @@ class Arc(NamedTuple):
 
     cosine: float  # of the angle where it begins
     sine: float
-    ends: float  # product of the film thickness, over the clearance, at both ends
-    slow: float  # 1 - ratio^2
+    end_product: float  # product of the film thickness, over the clearance, at both ends
+    one_minus_square: float  # 1 - ratio^2
     spread: float  # integral of 1 / thickness over the arc
 
 

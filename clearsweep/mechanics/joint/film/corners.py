@@ -1,7 +1,8 @@
 """Where the force of a film has a corner: steps end there, so that no step crosses one.
 
 All films have corners at some depths.  Laws that treat a closing and an opening film, or both directions of rotation,
-by different formulas also have corners where the rate or the spin changes its sign; they are members of `bends`.
+by different formulas also have corners where the rate or the spin changes its sign: they are members of
+`has_reversal_corners`.
 """
 
 from typing import NamedTuple
@@ -12,7 +13,7 @@ from ..kinks import distances_past_kinks
 from ..modes import ACTS, MEETS, TOUCHING
 
 AFLOAT = ACTS | MEETS  # apart: the film carries load, an onset is searched for
-NEAR = 1e-9  # of the clearance: a step that begins this close to a corner has just passed it
+MARGIN = 1e-9  # of the clearance: a step that begins this close to a corner has just passed it
 
 
 class Corners(NamedTuple):
@@ -21,7 +22,7 @@ class Corners(NamedTuple):
     clamped: float  # m, depth beyond which the film's formula is kept constant
     begin: float  # m, depth from which the dry contact carries load; inf: never
     end: float  # m, depth from which only the dry contact carries load; inf: never
-    near: float  # m
+    margin: float  # m
 
 
 @guards.member(Corners)
@@ -38,7 +39,7 @@ def _guards_corners(corners):
 
 @guard_values.member(Corners)
 def _guard_values_corners(corners, start, contact, root):
-    depth_before, depth_now, margin = start.depth, contact.depth, corners.near
+    depth_before, depth_now, margin = start.depth, contact.depth, corners.margin
     return (
         depth_now - corners.clamped if depth_before < corners.clamped - margin else NEVER,
         corners.clamped - depth_now if depth_before > corners.clamped + margin else NEVER,
@@ -50,7 +51,7 @@ def _guard_values_corners(corners, start, contact, root):
 
 
 @family
-def bends(law):
+def has_reversal_corners(law):
     """Declare that a film's force has corners where the rate of the eccentricity or the spin changes its sign."""
 
 

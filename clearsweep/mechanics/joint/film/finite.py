@@ -7,7 +7,7 @@ from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..recipe import register
 from .contract import film_force
-from .corners import bends
+from .corners import has_reversal_corners
 
 
 class Finite(NamedTuple):
@@ -44,11 +44,11 @@ def butenschoen(force: float, b: float) -> Finite:
 
 
 @kernel
-def turning_number(law, ratio):
+def wedge_number(law, ratio):
     """Return the Sommerfeld number of the wedge and sine and cosine of the attitude."""
     one_minus_square = 1.0 - ratio * ratio
     b, root = law.slenderness, math.sqrt(one_minus_square)
-    size = (
+    number = (
         0.5
         * b
         * b
@@ -56,11 +56,11 @@ def turning_number(law, ratio):
         / (one_minus_square * one_minus_square)
         * math.sqrt(math.pi**2 * one_minus_square + 16.0 * ratio * ratio)
     )
-    size *= law.a1 * (ratio - 1.0) / (law.a2 + ratio)
-    tilt = law.a3 + ratio * (law.a4 + ratio * (law.a5 + ratio * (law.a6 + ratio * law.a7)))
+    number *= law.a1 * (ratio - 1.0) / (law.a2 + ratio)
+    attitude_factor = law.a3 + ratio * (law.a4 + ratio * (law.a5 + ratio * (law.a6 + ratio * law.a7)))
     # arctan(pi root / (2 ratio)), also for a ratio of 0
-    attitude = (0.5 * math.pi - math.atan(2.0 * ratio / (math.pi * root))) * tilt
-    return size, math.sin(attitude), math.cos(attitude)
+    attitude = (0.5 * math.pi - math.atan(2.0 * ratio / (math.pi * root))) * attitude_factor
+    return number, math.sin(attitude), math.cos(attitude)
 
 
 @kernel
@@ -69,23 +69,23 @@ def squeeze_number(law, ratio):
     one_minus_square = 1.0 - ratio * ratio
     b, root = law.slenderness, math.sqrt(one_minus_square)
     arc = 0.25 * math.pi + 0.5 * math.atan(ratio / root)  # pi / 2 - arccos(ratio) / 2
-    size = (
+    number = (
         4.0
         * b
         * b
         / (one_minus_square * one_minus_square * root)
         * (arc * (1.0 + 2.0 * ratio * ratio) + 1.5 * ratio * root)
     )
-    return size * law.a8 * (1.0 - ratio) / (-law.a9 - ratio)
+    return number * law.a8 * (1.0 - ratio) / (-law.a9 - ratio)
 
 
-bends.member(Finite)(None)
+has_reversal_corners.member(Finite)(None)
 
 
 @film_force.member(Finite)
 def _film_force_finite(law, motion):
     ratio, squeeze_rate, entrainment = motion.ratio, motion.squeeze_rate, motion.spin
-    wedge, sine, cosine = turning_number(law, ratio)
+    wedge, sine, cosine = wedge_number(law, ratio)
     squeeze = squeeze_number(law, ratio if squeeze_rate >= 0.0 else -ratio)
     radial = -law.force * (wedge * cosine * abs(entrainment) + squeeze * squeeze_rate)
     return radial, law.force * wedge * sine * entrainment

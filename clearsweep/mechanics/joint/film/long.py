@@ -9,9 +9,9 @@ from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
 from ..recipe import register
 from .contract import arc_from, film_force, film_pressure, highest
-from .corners import bends
+from .corners import has_reversal_corners
 
-LENGTHY = Range(
+LONG_BEARING = Range(
     "length / diameter", 4.0, inf, "1", "it assumes flow around the pin only; a shorter bearing carries less"
 )
 
@@ -31,7 +31,7 @@ def _film_force_long(law, motion):
         zero = as_type_of(0.0, squeeze * wedge)
         return zero, zero
     arc = arc_from(ratio, squeeze, wedge)
-    c, s, d, one_minus_square, spread = arc.cosine, arc.sine, arc.ends, arc.slow, arc.spread
+    c, s, d, one_minus_square, spread = arc.cosine, arc.sine, arc.end_product, arc.one_minus_square, arc.spread
     film_at_start, ratio_cosine_square = 1.0 + ratio * c, ratio * c * c
     share, end_term = 6.0 * law.force * wedge / two_plus_square, (2.0 + ratio * c) / (film_at_start * film_at_start)
     # the pressure of the wedge, 0 at the beginning, plus that of the squeeze
@@ -73,7 +73,7 @@ def _film_pressure_long(law, motion):
     )
 
 
-def _sizes(joint):
+def _factors(joint):
     viscosity, length, radius = joint.film.viscosity, joint.length, joint.bearing_radius
     squared = joint.clearance * joint.clearance
     return viscosity * length * radius**3 / squared, 6.0 * viscosity * radius**2 / squared
@@ -90,11 +90,11 @@ register(
         "Sommerfeld 1904's pressure over half the circumference, as in Pinkus & Sternlicht 1961; integrated "
         "independently",
         needs=("length",),
-        trusted=(LENGTHY,),
+        trusted=(LONG_BEARING,),
         notes="Pressure counts only over the half circle; near its ends it can be negative while the film opens.",
     ),
     (Long,),
-    lambda joint: Long(*_sizes(joint)),
+    lambda joint: Long(*_factors(joint)),
 )
 
 
@@ -104,7 +104,7 @@ class PinkusSternlicht(NamedTuple):
     force: float  # mu L R^3 / c^2, N s
 
 
-bends.member(PinkusSternlicht)(None)
+has_reversal_corners.member(PinkusSternlicht)(None)
 
 
 @film_force.member(PinkusSternlicht)
@@ -114,11 +114,11 @@ def _film_force_pinkus_sternlicht(law, motion):
     one_minus_square, two_plus_square, speed = 1.0 - squared, 2.0 + squared, abs(squeeze_rate)
     half_wedge = 0.5 * entrainment * ratio
     weight = math.sqrt(one_minus_square * (half_wedge * half_wedge + squeeze_rate * squeeze_rate))  # eps |eps'| k
-    under = weight + 1.5 * ratio * speed
-    if under == 0.0:
-        zero = as_type_of(0.0, under)
+    denominator = weight + 1.5 * ratio * speed
+    if denominator == 0.0:
+        zero = as_type_of(0.0, denominator)
         return zero, zero
-    share = (weight + 3.0 * ratio * speed if squeeze_rate > 0.0 else weight) / under
+    share = (weight + 3.0 * ratio * speed if squeeze_rate > 0.0 else weight) / denominator
     sign = 1.0 if squeeze_rate > 0.0 else -1.0
     radial = -6.0 * law.force / (two_plus_square * one_minus_square * math.sqrt(one_minus_square))
     radial *= 4.0 * weight * ratio + sign * speed * two_plus_square * math.pi * share
@@ -139,10 +139,10 @@ register(
         "after Pinkus & Sternlicht 1961, Theory of Hydrodynamic Lubrication, as reported by Ravn 1998 and Flores, "
         "Ambrosio, Claro & Lankarani 2006; printed signs and brackets corrected so that F is continuous at eps' = 0",
         needs=("length",),
-        trusted=(LENGTHY,),
+        trusted=(LONG_BEARING,),
         notes="Approximates the law `long`: within 11 % while the film closes, off by 8 to 26 % while it opens and "
         "more near eps = 1.  It gives no pressure.",
     ),
     (PinkusSternlicht,),
-    lambda joint: PinkusSternlicht(_sizes(joint)[0]),
+    lambda joint: PinkusSternlicht(_factors(joint)[0]),
 )

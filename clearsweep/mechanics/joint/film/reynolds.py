@@ -26,7 +26,7 @@ FILE = Path(__file__).with_name("reynolds.npy")  # (lengths, 2, TERMS, POWERS), 
 LENGTHS = 10  # length / diameter at which the equation is solved
 SHORTEST, LONGEST = 0.2, 2.0  # length / diameter
 TERMS, POWERS = 18, 12  # terms of the expansion over directions and eccentricities; TERMS is even
-DEEPEST = float(np.arctanh(0.999))  # artanh of the largest eccentricity ratio
+MAX_ARTANH = float(np.arctanh(0.999))  # artanh of the largest eccentricity ratio
 
 
 class Reynolds(NamedTuple):
@@ -67,8 +67,8 @@ def tables(slenderness: float) -> tuple[float, float]:
     weights = (-1.0) ** np.arange(LENGTHS) * portable.sin(np.pi * (np.arange(LENGTHS) + 0.5) / LENGTHS)
     distance = math.log(slenderness) - nodes
     at_node = np.flatnonzero(distance == 0.0)
-    shares = np.eye(LENGTHS)[at_node[0]] if at_node.size else weights / distance / (weights / distance).sum()
-    series = sum(share * table for share, table in zip(shares, _file(), strict=True))
+    node_weights = np.eye(LENGTHS)[at_node[0]] if at_node.size else weights / distance / (weights / distance).sum()
+    series = sum(node_weight * table for node_weight, table in zip(node_weights, _file(), strict=True))
     power, peak = sum(series[..., i, None] * row for i, row in enumerate(_powers()))
     return array_handle(power), array_handle(peak)
 
@@ -77,11 +77,11 @@ def tables(slenderness: float) -> tuple[float, float]:
 def expansion(table, ratio, direction):
     """Return the sum of c_k(ratio) T_k(direction) over the TERMS of an array, and its derivative by direction.
 
-    With t = artanh(ratio) / DEEPEST, c_k is a polynomial of 2 t^2 - 1, times t for odd terms: the film is the same
+    With t = artanh(ratio) / MAX_ARTANH, c_k is a polynomial of 2 t^2 - 1, times t for odd terms: the film is the same
     if the ratio and both velocities change sign.
     """
-    depth = 0.5 * math.log((1.0 + ratio) / (1.0 - ratio)) / DEEPEST
-    x = 2.0 * depth * depth - 1.0
+    t = 0.5 * math.log((1.0 + ratio) / (1.0 - ratio)) / MAX_ARTANH
+    x = 2.0 * t * t - 1.0
     total = rate = as_type_of(0.0, x)
     previous, current = as_type_of(1.0, x), as_type_of(direction, x)  # T_k and T_(k + 1)
     previous_slope, current_slope = as_type_of(0.0, x), as_type_of(1.0, x)  # their derivatives over k and k + 1
@@ -92,7 +92,7 @@ def expansion(table, ratio, direction):
         for power in range(POWERS - 2, -1, -1):
             a = a * x + load_item(table, offset + power)
             b = b * x + load_item(table, offset + POWERS + power)
-        b = b * depth
+        b = b * t
         total = total + a * previous + b * current
         rate = rate + 2.0 * pair * a * previous_slope + (2.0 * pair + 1.0) * b * current_slope
         previous = 2.0 * direction * current - previous
@@ -107,31 +107,31 @@ def _direction(motion):
     """Return S and the scaled W (1/s), their magnitude (1/s), and the scale factor (1 - eps^2)^(1/4) of W (1)."""
     stretch = math.sqrt(math.sqrt(1.0 - motion.ratio * motion.ratio))
     squeeze, wedge = 2.0 * motion.squeeze_rate, motion.spin * motion.ratio * stretch
-    size = math.sqrt(squeeze * squeeze + wedge * wedge)
-    return squeeze, wedge, size, stretch
+    speed = math.sqrt(squeeze * squeeze + wedge * wedge)
+    return squeeze, wedge, speed, stretch
 
 
 @film_force.member(Reynolds)
 def _film_force_reynolds(law, motion):
-    squeeze, wedge, size, stretch = _direction(motion)
-    if size == 0.0:
-        zero = as_type_of(0.0, size)
+    squeeze, wedge, speed, stretch = _direction(motion)
+    if speed == 0.0:
+        zero = as_type_of(0.0, speed)
         return zero, zero
-    sine, cosine = squeeze / size, wedge / size
+    sine, cosine = squeeze / speed, wedge / speed
     log_share, slope = expansion(law.power, motion.ratio, sine)
     radial, tangential = film_force(law.short, motion)
     share = math.exp(log_share)
     # P / c = (-S F_r + W F_t) / 2 of the short film, times the derivative of exp(g); W = wedge / stretch
-    tangential_share = 0.5 * slope * cosine * (wedge / stretch * tangential - squeeze * radial) / size
+    tangential_share = 0.5 * slope * cosine * (wedge / stretch * tangential - squeeze * radial) / speed
     return share * (radial - tangential_share * cosine), share * (tangential - tangential_share * sine * stretch)
 
 
 @film_pressure.member(Reynolds)
 def _film_pressure_reynolds(law, motion):
-    squeeze, _, size, _ = _direction(motion)
-    if size == 0.0:
+    squeeze, _, speed, _ = _direction(motion)
+    if speed == 0.0:
         return 0.0
-    return math.exp(expansion(law.peak, motion.ratio, squeeze / size)[0]) * film_pressure(law.short, motion)
+    return math.exp(expansion(law.peak, motion.ratio, squeeze / speed)[0]) * film_pressure(law.short, motion)
 
 
 def _reynolds(joint):

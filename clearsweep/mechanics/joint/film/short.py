@@ -24,7 +24,7 @@ def _film_force_short(law, motion):
         zero = as_type_of(0.0, squeeze * wedge)
         return zero, zero
     arc = arc_from(ratio, squeeze, wedge)
-    c, s, d, one_minus_square, spread = arc.cosine, arc.sine, arc.ends, arc.slow, arc.spread
+    c, s, d, one_minus_square, spread = arc.cosine, arc.sine, arc.end_product, arc.one_minus_square, arc.spread
     cosine_square = (ratio * c) ** 2
     # integrals over the arc of sin^2, sin cos, 1 over H^3 (Booker 1965)
     squeeze_integral = 0.5 * spread / one_minus_square + s * ratio * (1.0 - 2.0 * c * c + cosine_square) / (

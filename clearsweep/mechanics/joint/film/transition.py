@@ -12,9 +12,9 @@ from ..material import plane_strain_modulus
 from ..recipe import register
 from .contract import asperity_load, dry_share
 
-HIGHEST = 5.0  # standard deviations: further away the load is below 3e-8 of that at contact
+MAX_SEPARATION = 5.0  # standard deviations: further away the load is below 3e-8 of that at contact
 #: Of ln F_5/2 + 2.5 ln g by powers of g from the sixth to the first, fitted to the integral: F_5/2 within 0.15 % from 0
-#: to 4 standard deviations, and within 1.5 % below and up to HIGHEST.
+#: to 4 standard deviations, and within 1.5 % below and up to MAX_SEPARATION.
 FIT = (0.00043721, -0.00780786, 0.05308344, -0.1640149, -0.31382968, -0.05197362)
 #: Nodes and weights of Gauss's rule on (0, 1): of half the arc in which asperities touch.
 NODES = tuple((float(0.5 * x + 0.5), float(0.5 * w)) for x, w in zip(*gauss_rule(12), strict=True))
@@ -39,13 +39,13 @@ class GreenwoodTripp(NamedTuple):
 
 
 @kernel
-def _even(transition, depth):
-    none, all_of_it = as_type_of(0.0, depth), as_type_of(1.0, depth)
-    return min(max((depth - transition.begin) / transition.width, none), all_of_it)
+def _ramp_share(transition, depth):
+    zero, one = as_type_of(0.0, depth), as_type_of(1.0, depth)
+    return min(max((depth - transition.begin) / transition.width, zero), one)
 
 
-dry_share.member(Ramp)(_even)
-dry_share.member(GreenwoodTripp)(_even)
+dry_share.member(Ramp)(_ramp_share)
+dry_share.member(GreenwoodTripp)(_ramp_share)
 
 
 @kernel
@@ -65,18 +65,18 @@ def shared_load(x):
 @asperity_load.member(GreenwoodTripp)
 def _asperity_load_greenwood_tripp(transition, depth):
     eccentricity = transition.clearance + depth
-    highest = HIGHEST * transition.roughness + transition.mean_height
-    if depth <= -highest:
+    contact_height = MAX_SEPARATION * transition.roughness + transition.mean_height
+    if depth <= -contact_height:
         return as_type_of(0.0, depth)
-    edge = max((transition.clearance - highest) / eccentricity, as_type_of(-1.0, depth))
-    depth_range = (
+    edge = max((transition.clearance - contact_height) / eccentricity, as_type_of(-1.0, depth))
+    half_angle = (
         2.0 * calculus.atan(calculus.sqrt((1.0 - edge) / (1.0 + edge))) if edge > -1.0 else as_type_of(math.pi, depth)
     )
-    total, distance = as_type_of(0.0, depth), transition.clearance - transition.mean_height
+    total, mean_gap = as_type_of(0.0, depth), transition.clearance - transition.mean_height
     for node, weight in NODES:
-        cosine = calculus.cos(depth_range * node)
-        total += weight * shared_load((distance - eccentricity * cosine) / transition.roughness) * cosine
-    return 2.0 * transition.load * depth_range * total
+        cosine = calculus.cos(half_angle * node)
+        total += weight * shared_load((mean_gap - eccentricity * cosine) / transition.roughness) * cosine
+    return 2.0 * transition.load * half_angle * total
 
 
 def bounds(transition) -> tuple[float, float]:
@@ -87,7 +87,7 @@ def bounds(transition) -> tuple[float, float]:
 def bears_from(transition) -> float:
     """Return the depth (m) below which only the film carries load."""
     if isinstance(transition, GreenwoodTripp):
-        return -HIGHEST * transition.roughness - transition.mean_height
+        return -MAX_SEPARATION * transition.roughness - transition.mean_height
     return transition.begin
 
 

@@ -11,7 +11,7 @@ from ..contract import InternalState, internal_rates, internal_state
 from ..kinks import kinks, register_kinks, slip_variable
 from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values, settled_state
-from .rest import at_rest
+from .rest import zero_slip_kink
 from .sliding import stribeck_coefficient
 
 SLIDING = COEFFICIENT._replace(low_open=True)
@@ -24,7 +24,7 @@ def direction_of(slip):
     return where(slip > 0.0, 1.0, where(slip < 0.0, -1.0, 0.0))
 
 
-def _bend_of_sliding(friction):
+def _bristle_state(friction):
     return (InternalState(friction.coefficient / friction.bristle_stiffness, False),)
 
 
@@ -50,8 +50,8 @@ def _settled_state_dahl(friction, slip):
     return (friction.coefficient * direction_of(slip) / friction.bristle_stiffness,)
 
 
-internal_state.member(Dahl)(_bend_of_sliding)
-kinks.member(Dahl)(at_rest)
+internal_state.member(Dahl)(_bristle_state)
+kinks.member(Dahl)(zero_slip_kink)
 register_kinks(Dahl, slip_variable)
 
 
@@ -120,9 +120,9 @@ def _bend_rate_lugre(friction, slip):
 @friction_force.member(LuGre)
 def _friction_force_lugre(friction, normal, slip):
     decay = math.exp(-((slip / friction.damping_velocity) ** 2))
-    share = friction.bristle_stiffness * friction.bend
-    share += friction.bristle_damping * decay * bend_rate(friction, slip)
-    return -normal * (share + friction.viscous * slip)
+    ratio = friction.bristle_stiffness * friction.bend
+    ratio += friction.bristle_damping * decay * bend_rate(friction, slip)
+    return -normal * (ratio + friction.viscous * slip)
 
 
 @settled_state.member(LuGre)
@@ -130,8 +130,8 @@ def _settled_state_damped(friction, slip):
     return (stribeck_coefficient(friction, slip) * direction_of(slip) / friction.bristle_stiffness,)
 
 
-internal_state.member(LuGre)(_bend_of_sliding)
-kinks.member(LuGre)(at_rest)
+internal_state.member(LuGre)(_bristle_state)
+kinks.member(LuGre)(zero_slip_kink)
 register_kinks(LuGre, slip_variable)
 
 
@@ -223,16 +223,18 @@ def _bend_rate_elasto_plastic(friction, slip):
     bristle_force = (
         friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip)
     )  # negative while bristles relax
-    steady_bend = stribeck_coefficient(friction, slip)
-    elastic = friction.elastic_share * friction.coefficient
-    transition = math.sin(0.5 * math.pi * min(max((bristle_force - elastic) / (steady_bend - elastic), 0.0), 1.0))
-    return slip * (1.0 - transition * transition * bristle_force / steady_bend)
+    sliding_force = stribeck_coefficient(friction, slip)
+    elastic_limit = friction.elastic_share * friction.coefficient
+    transition = math.sin(
+        0.5 * math.pi * min(max((bristle_force - elastic_limit) / (sliding_force - elastic_limit), 0.0), 1.0)
+    )
+    return slip * (1.0 - transition * transition * bristle_force / sliding_force)
 
 
 friction_force.member(ElastoPlastic)(_friction_force_lugre)
 settled_state.member(ElastoPlastic)(_settled_state_damped)
-internal_state.member(ElastoPlastic)(_bend_of_sliding)
-kinks.member(ElastoPlastic)(at_rest)
+internal_state.member(ElastoPlastic)(_bristle_state)
+kinks.member(ElastoPlastic)(zero_slip_kink)
 register_kinks(ElastoPlastic, slip_variable)
 internal_rates.member(ElastoPlastic)(_internal_rates_lugre)
 

@@ -33,7 +33,7 @@ def _kinks_piecewise_friction(friction):
 register_pieces(PiecewiseFriction, slip_variable)
 
 
-def at_rest(friction):
+def zero_slip_kink(friction):
     """Return the kink, at zero speed, of a law that has one there."""
     return (0.0,)
 
@@ -42,11 +42,11 @@ def _friction_force_by_value(law, normal, slip):
     return force_in_piece(law, piece_at(kinks(law), slip), normal, slip)
 
 
-def piecewise(form, places):
-    """Return the decorator that registers the `force_in_piece` of a type of law; places : law -> its `kinks`."""
+def piecewise(form, kink_speeds):
+    """Return the decorator that registers the `force_in_piece` of a type of law; kink_speeds : law -> its `kinks`."""
 
     def register(body):
-        kinks.member(form)(places)
+        kinks.member(form)(kink_speeds)
         friction_force.member(form)(_friction_force_by_value)
         return force_in_piece.member(form)(body)
 

@@ -201,9 +201,9 @@ class BrownMcPhee(NamedTuple):
 def _friction_force_brown_mcphee(friction, normal, slip):
     x = slip / friction.stribeck_velocity
     width = 0.25 * x * x + 0.75
-    share = friction.coefficient * math.tanh(4.0 * x)
-    share += (friction.static_coefficient - friction.coefficient) * x / (width * width)
-    return -normal * (share + friction.viscous * slip)
+    ratio = friction.coefficient * math.tanh(4.0 * x)
+    ratio += (friction.static_coefficient - friction.coefficient) * x / (width * width)
+    return -normal * (ratio + friction.viscous * slip)
 
 
 register(
@@ -257,8 +257,8 @@ def _kinks_stribeck(friction):
 
 @friction_force.member(Stribeck)
 def _friction_force_stribeck(friction, normal, slip):
-    share = stribeck_coefficient(friction, slip)
-    return -normal * (share * math.tanh(slip / friction.velocity_scale) + friction.viscous * slip)
+    ratio = stribeck_coefficient(friction, slip)
+    return -normal * (ratio * math.tanh(slip / friction.velocity_scale) + friction.viscous * slip)
 
 
 register(

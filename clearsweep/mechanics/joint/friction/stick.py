@@ -14,7 +14,7 @@ from .sliding import stribeck_coefficient
 #: Guards: into the band; out of it; the side to which it slides is not known yet; it turns where the force is clipped;
 #: the force needed to stop the sliding reaches its limit, upwards or downwards, or falls below it again.
 STICKS, SLIPS, SLIDES, TURNS, REACHES_UP, REACHES_DOWN, HOLDS_UP, HOLDS_DOWN = range(8)
-LOOSE = 1.001  # times the sticking speed: sliding speed at which surfaces are released
+RELEASE_FACTOR = 1.001  # times the sticking speed: sliding speed at which surfaces are released
 
 
 class Karnopp(NamedTuple):
@@ -61,7 +61,7 @@ def _guard_values_karnopp(friction, start, contact, root):
     limit = static_limit(friction) * contact.normal
     return (
         friction.band - side * contact.slip,
-        abs(contact.slip) - LOOSE * friction.band,
+        abs(contact.slip) - RELEASE_FACTOR * friction.band,
         abs(side) - abs(friction.piece),
         -side * contact.slip,
         contact.guarded - limit,

@@ -40,7 +40,7 @@ def with_mass(law, mass):
 
 
 @family
-def awaits_mass(law):
+def needs_mass(law):
     """Return whether the force of a law depends on the mass in its present internal state."""
 
 
@@ -49,22 +49,22 @@ def _default_with_mass(law, mass):
     return law
 
 
-@awaits_mass.member(None)
-def _default_awaits_mass(law):
+@needs_mass.member(None)
+def _default_needs_mass(law):
     return False
 
 
 @family
-def keeps_onset(law):
+def needs_onset_rate(law):
     """Return whether the force of a law depends on the onset rate in its present internal state."""
 
 
-@keeps_onset.member(None)
-def _default_keeps_onset(law):
+@needs_onset_rate.member(None)
+def _default_needs_onset_rate(law):
     return False
 
 
-def always_keeps_onset(law):
+def always_needs_onset_rate(law):
     """Return True: the law depends on the onset rate to the end of the contact."""
     return True
 
@@ -80,14 +80,14 @@ def loss_form(form, *, pulls: bool, times_elastic: bool):
     """
 
     def register(body):
-        lowest_force.member(form)(_unbounded if pulls else _zero)
-        sign_beyond.member(form)(_of_elastic if times_elastic else _its_own)
+        lowest_force.member(form)(_unbounded if pulls else _clipped_at_zero)
+        sign_beyond.member(form)(_sign_of_elastic if times_elastic else _positive_sign)
         return contact_force.member(form)(body)
 
     return register
 
 
-def _zero(law):
+def _clipped_at_zero(law):
     return 0.0
 
 
@@ -95,15 +95,15 @@ def _unbounded(law):
     return -math.inf
 
 
-def _of_elastic(law, elastic):
+def _sign_of_elastic(law, elastic):
     return root_parity(elastic)
 
 
-def _its_own(law, elastic):
+def _positive_sign(law, elastic):
     return 1.0
 
 
-def where_it_parts(law):
+def zero_rate_kink(law):
     """Return the kink, over the rate, of a law that is damped only during approach."""
     return (0.0,)
 

@@ -9,7 +9,7 @@ from ..elastic.contract import elastic_force
 from ..kinks import UNKNOWN, kinks, penetration_variable, piece_of, rate_variable, register_pieces
 from ..rebound import approach_damping_rebound, damping_ratio
 from ..recipe import register
-from .contract import RESTITUTION, approaching, loss_form, where_it_parts
+from .contract import RESTITUTION, approaching, loss_form, zero_rate_kink
 
 MASS = Field("mass", "kg", "effective mass of the impact, m1 m2 / (m1 + m2)")
 SPRING = Field("stiffness", "N/m", "stiffness of the spring")
@@ -66,7 +66,7 @@ class ApproachRootDamper(NamedTuple):
 
 
 register_pieces(ApproachRootDamper, rate_variable)
-kinks.member(ApproachRootDamper)(where_it_parts)
+kinks.member(ApproachRootDamper)(zero_rate_kink)
 
 
 @loss_form(ApproachRootDamper, pulls=False, times_elastic=False)

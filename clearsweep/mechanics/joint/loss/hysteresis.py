@@ -15,11 +15,11 @@ from ..recipe import register
 from .contract import (
     ANY_RESTITUTION,
     RESTITUTION,
-    always_keeps_onset,
+    always_needs_onset_rate,
     approaching,
-    keeps_onset,
     loss_form,
-    where_it_parts,
+    needs_onset_rate,
+    zero_rate_kink,
 )
 
 
@@ -59,8 +59,8 @@ def _hysteresis(law, elastic, pen, rate, onset_rate):
     return force + force * (law.factor / onset_rate) * rate, force
 
 
-keeps_onset.member(Hysteresis)(always_keeps_onset)
-FACTOR = "F = F_elastic (1 + chi rate / onset_rate), chi = "
+needs_onset_rate.member(Hysteresis)(always_needs_onset_rate)
+FORCE_FORMULA = "F = F_elastic (1 + chi rate / onset_rate), chi = "
 
 
 def factor_law(law: Law, chi: Callable[[float], float]) -> None:
@@ -78,7 +78,7 @@ factor_law(
         "law",
         "hunt-crossley",
         "the oldest of its form, for restitution near 1",
-        f"{FACTOR}3 (1 - e) / 2",
+        f"{FORCE_FORMULA}3 (1 - e) / 2",
         "Hunt & Crossley 1975, J. Appl. Mech. 42:440",
         (ANY_RESTITUTION,),
         notes="First-order exact as e -> 1; the restitution is never below 0.488.  Marhefka & Orin use the same.",
@@ -92,7 +92,7 @@ factor_law(
         "law",
         "herbert-mcwhannell",
         "for restitution near 1",
-        f"{FACTOR}6 (1 - e) / ((2 e - 1)^2 + 3)",
+        f"{FORCE_FORMULA}6 (1 - e) / ((2 e - 1)^2 + 3)",
         "after Herbert & McWhannell 1977, J. Eng. Ind. 99:513",
         (ANY_RESTITUTION,),
         notes="Second-order exact as e -> 1; the restitution is never below 0.488.",
@@ -106,7 +106,7 @@ factor_law(
         "law",
         "lee-wang",
         "half the loss of hunt-crossley",
-        f"{FACTOR}3 (1 - e) / 4",
+        f"{FORCE_FORMULA}3 (1 - e) / 4",
         "after Lee & Wang 1983, J. Mech. Transm. Autom. Des. 105:534",
         (ANY_RESTITUTION,),
         notes="Half of the correct dissipation as e -> 1; the restitution is never below 0.663.",
@@ -120,7 +120,7 @@ factor_law(
         "law",
         "lankarani-nikravesh",
         "hysteresis for restitution near 1",
-        f"{FACTOR}3 (1 - e^2) / 4",
+        f"{FORCE_FORMULA}3 (1 - e^2) / 4",
         "Lankarani & Nikravesh 1990, J. Mech. Des. 112:369",
         (ANY_RESTITUTION,),
         notes="First-order exact as e -> 1; below about 0.9 the restitution is too large, never below 0.663.",
@@ -134,7 +134,7 @@ factor_law(
         "law",
         "gonthier",
         "for the whole range of restitution, in its approximate form",
-        f"{FACTOR}(1 - e^2) / e",
+        f"{FORCE_FORMULA}(1 - e^2) / e",
         "Gonthier, McPhee, Lange & Piedboeuf 2004, Multibody Syst. Dyn. 11:209, approximate form",
         (RESTITUTION,),
         notes="Off by up to 4.3 %, a third too dissipative as e -> 1; gonthier-exact is not.",
@@ -148,7 +148,7 @@ factor_law(
         "law",
         "gonthier-exact",
         "has exactly the specified restitution",
-        f"{FACTOR}the root of (1 + chi) / (1 - e chi) = exp(chi (1 + e))",
+        f"{FORCE_FORMULA}the root of (1 + chi) / (1 - e chi) = exp(chi (1 + e))",
         "Gonthier, McPhee, Lange & Piedboeuf 2004, Multibody Syst. Dyn. 11:209, before its approximation",
         (RESTITUTION,),
         notes="The same as `exact`.",
@@ -162,7 +162,7 @@ factor_law(
         "law",
         "zhiying-qishao",
         "the loss of lankarani-nikravesh, raised for small restitution",
-        f"{FACTOR}(3/4) (1 - e^2) exp(2 (1 - e))",
+        f"{FORCE_FORMULA}(3/4) (1 - e^2) exp(2 (1 - e))",
         "after Zhiying & Qishao 2006, J. Dyn. Control 4:294",
         (ANY_RESTITUTION,),
         notes="First-order exact as e -> 1; the restitution is never below 0.179.",
@@ -176,7 +176,7 @@ factor_law(
         "law",
         "flores",
         "for the whole range of restitution",
-        f"{FACTOR}8 (1 - e) / (5 e)",
+        f"{FORCE_FORMULA}8 (1 - e) / (5 e)",
         "Flores, Machado, Silva & Martins 2011, Multibody Syst. Dyn. 25:357",
         (RESTITUTION,),
         notes="6.7 % too dissipative as e -> 1.",
@@ -190,7 +190,7 @@ factor_law(
         "law",
         "hu-guo",
         "accurate for a restitution above 0.6",
-        f"{FACTOR}3 (1 - e) / (2 e)",
+        f"{FORCE_FORMULA}3 (1 - e) / (2 e)",
         "after Hu & Guo 2015, Multibody Syst. Dyn. 35:131",
         (RESTITUTION,),
         notes="Second-order exact as e -> 1.  Half this chi, 3 (1 - e) / (4 e), is also in use; its restitution is "
@@ -205,7 +205,7 @@ factor_law(
         "law",
         "safaeifar-farshidianfar",
         "for small restitution",
-        f"{FACTOR}5 (1 - e) / (4 e)",
+        f"{FORCE_FORMULA}5 (1 - e) / (4 e)",
         "after Safaeifar & Farshidianfar 2020, Multibody Syst. Dyn. 50",
         (RESTITUTION,),
         notes="Its loss is a sixth too small as e -> 1; not compared with the paper.",
@@ -219,7 +219,7 @@ factor_law(
         "law",
         "carvalho-martins",
         "a rational function, nearly exact above 0.4",
-        f"{FACTOR}3 (1 - e) (11 - e) / (2 (1 + 9 e))",
+        f"{FORCE_FORMULA}3 (1 - e) (11 - e) / (2 (1 + 9 e))",
         "after Carvalho & Martins 2019, Mech. Mach. Theory 139:174",
         (ANY_RESTITUTION,),
         notes="Within 0.04 % of the specified restitution at 0.5 and above; not valid below 0.2; the restitution is "
@@ -234,7 +234,7 @@ factor_law(
         "law",
         "ye",
         "hu-guo's loss, made for a linear spring",
-        f"{FACTOR}3 (1 - e) / (2 e)",
+        f"{FORCE_FORMULA}3 (1 - e) / (2 e)",
         "after Ye, Li & Zhu 2009, Earthq. Eng. Eng. Vib. 8:433",
         (RESTITUTION,),
         notes="The paper's elastic force is linear: write `exponent: 1` with the stiffness in N/m.  The restitution "
@@ -249,7 +249,7 @@ factor_law(
         "law",
         "gharib-hurmuzlu",
         "for small restitution",
-        f"{FACTOR}1 / e",
+        f"{FORCE_FORMULA}1 / e",
         "after Gharib & Hurmuzlu 2012, J. Appl. Mech. 79:064506; as reported by others, not compared with the paper",
         (RESTITUTION,),
         notes="Within 1.5 % of the specified restitution up to 0.2, 18 % too small at 0.5, and never above 0.594, even "
@@ -264,7 +264,7 @@ factor_law(
         "law",
         "exact",
         "has exactly the specified restitution",
-        f"{FACTOR}the root of ln((1 + chi) / (1 - e chi)) = chi (1 + e)",
+        f"{FORCE_FORMULA}the root of ln((1 + chi) / (1 - e chi)) = chi (1 + e)",
         "phase curve of the free impact; the exact form of Gonthier et al. 2004, Multibody Syst. Dyn. 11:209",
         (RESTITUTION,),
         notes="The recommended law: a free impact has the specified restitution for any elastic force, mass and speed.",
@@ -282,7 +282,7 @@ class ApproachHysteresis(NamedTuple):
 
 
 register_pieces(ApproachHysteresis, rate_variable)
-kinks.member(ApproachHysteresis)(where_it_parts)
+kinks.member(ApproachHysteresis)(zero_rate_kink)
 
 
 @loss_form(ApproachHysteresis, pulls=False, times_elastic=True)
@@ -291,7 +291,7 @@ def _approach_hysteresis(law, elastic, pen, rate, onset_rate):
     return force + force * (law.factor / onset_rate) * approaching(law.piece, rate), force
 
 
-keeps_onset.member(ApproachHysteresis)(always_keeps_onset)
+needs_onset_rate.member(ApproachHysteresis)(always_needs_onset_rate)
 
 
 def approach_only_factor(e: float) -> float:

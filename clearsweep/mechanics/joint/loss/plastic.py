@@ -12,7 +12,7 @@ from ..kinks import depth_variable, distances_past_kinks, kink_variable, kinks
 from ..material import plane_strain_modulus, relative_radius
 from ..modes import TOUCHING
 from ..recipe import register
-from .contract import RESTITUTION, always_keeps_onset, keeps_onset, loss_form
+from .contract import RESTITUTION, always_needs_onset_rate, loss_form, needs_onset_rate
 
 MIN_DEPTH = 1e-12  # m, least recorded depth of a yielding contact
 RELOAD_FACTOR = 1.0 + 1e-12  # times the root of the deepest penetration: keeps rounding from reaching it again
@@ -42,7 +42,7 @@ def _plastic(law, elastic, pen, rate, onset_rate):
     return force, max(force, 0.0)
 
 
-keeps_onset.member(Plastic)(always_keeps_onset)
+needs_onset_rate.member(Plastic)(always_needs_onset_rate)
 
 
 class YieldingSphere(NamedTuple):
@@ -70,16 +70,16 @@ AREA_FIT_BEGIN, AREA_FIT_END = ((end / AREA_FIT[0]) ** (1.0 / AREA_FIT[1]) for e
 @kernel
 def force_ratio(law, x):
     """Return the force over Hertz's at `x` >= 1 yield depths, and its exponent in `x`: the least published fit."""
-    share, power = FIRST_FIT[0] * x ** FIRST_FIT[1], FIRST_FIT[1]
+    ratio, power = FIRST_FIT[0] * x ** FIRST_FIT[1], FIRST_FIT[1]
     fit = SECOND_FIT[0] * x ** SECOND_FIT[1]
-    if fit < share:
-        share, power = fit, SECOND_FIT[1]
-    yield_slope = law.plastic * x**-0.5
-    if yield_slope < share:
-        share, power = yield_slope, -0.5
-    if share > 1.0:
-        share, power = 1.0, 0.0
-    return share, power
+    if fit < ratio:
+        ratio, power = fit, SECOND_FIT[1]
+    plastic_ratio = law.plastic * x**-0.5
+    if plastic_ratio < ratio:
+        ratio, power = plastic_ratio, -0.5
+    if ratio > 1.0:
+        ratio, power = 1.0, 0.0
+    return ratio, power
 
 
 @kernel
@@ -98,15 +98,15 @@ def _yielding_sphere(law, elastic, pen, rate, onset_rate):
     is_loading = law.deepest < MIN_DEPTH
     deepest_now = pen if is_loading else as_type_of(law.deepest, pen)
     x = max(deepest_now / law.yield_depth, 1.0)
-    share, slope = force_ratio(law, x)
-    area, growth = area_ratio(x)
+    share, force_exponent = force_ratio(law, x)
+    area, area_exponent = area_ratio(x)
     recovered_share = share / math.sqrt(
         area
     )  # s, of the depth: F = (4/3) E* sqrt(R') (s pen)^1.5 with the flattened radius R'
     if is_loading:
         force = share * elastic_force(elastic, pen)
         # the returned energy is 0.4 F s pen; this is its derivative
-        return force, recovered_share * (1.0 + 0.4 * (2.0 * slope - 0.5 * growth)) * force
+        return force, recovered_share * (1.0 + 0.4 * (2.0 * force_exponent - 0.5 * area_exponent)) * force
     recovered = (pen - (1.0 - recovered_share) * deepest_now) / recovered_share
     force = share * math.copysign(
         elastic_force(elastic, abs(recovered)), recovered
@@ -116,8 +116,8 @@ def _yielding_sphere(law, elastic, pen, rate, onset_rate):
 
 @kinks.member(YieldingSphere)
 def _kinks_yielding_sphere(law):
-    yield_slope = (law.plastic / SECOND_FIT[0]) ** (1.0 / (0.5 + SECOND_FIT[1]))
-    depth_ratios = FIRST_FIT_BEGIN, AREA_FIT_BEGIN, SECOND_FIT_BEGIN, yield_slope, AREA_FIT_END
+    plastic_ratio = (law.plastic / SECOND_FIT[0]) ** (1.0 / (0.5 + SECOND_FIT[1]))
+    depth_ratios = FIRST_FIT_BEGIN, AREA_FIT_BEGIN, SECOND_FIT_BEGIN, plastic_ratio, AREA_FIT_END
     return tuple([law.yield_depth * depth_ratio for depth_ratio in depth_ratios])
 
 

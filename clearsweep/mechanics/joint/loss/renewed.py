@@ -24,7 +24,7 @@ from ..contract import ENTERED, LEFT, NEVER, ONSET_FLOOR, Guard, guard_values, g
 from ..elastic.contract import elastic_energy, elastic_force, energy_stiffness
 from ..modes import TOUCHING
 from ..rebound import damping_ratio
-from .contract import awaits_mass, contact_force, keeps_onset, loss_form, with_mass
+from .contract import contact_force, loss_form, needs_mass, needs_onset_rate, with_mass
 
 ENERGY_EXCEEDED, RATE_ZERO = 0, 1  # guards: v exceeds 2 v0; the rate crosses zero
 INITIAL_ENERGY = 1.0  # J, any positive value: separate contacts follow the law of an impact
@@ -61,7 +61,7 @@ def _after_impact(law, elastic, pen, rate, onset_rate):
 
 
 @kernel
-def _pressed_on(law, elastic, pen, rate, onset_rate):
+def _prolonged_impact(law, elastic, pen, rate, onset_rate):
     share = elastic_energy(elastic, pen) / -law.doubling_energy  # energy at which v / 2 was the onset rate
     return contact_force(law.impact, elastic, pen, rate, onset_rate * math.sqrt(share))
 
@@ -73,7 +73,7 @@ def _lasting(law, elastic, pen, rate, onset_rate):
     return force + math.sqrt(damping * law.mass) * rate, force
 
 
-_by_phase, _by_later_phase = cond(_impact, _after_impact), cond(_pressed_on, _lasting)
+_by_phase, _by_later_phase = cond(_impact, _after_impact), cond(_prolonged_impact, _lasting)
 
 
 @with_mass.member(Renewed)
@@ -81,13 +81,13 @@ def _with_mass_renewed(law, mass):
     return Renewed(law.impact, law.elastic, law.damping, mass, law.doubling_energy)
 
 
-@awaits_mass.member(Renewed)
-def _awaits_mass_renewed(law):
+@needs_mass.member(Renewed)
+def _needs_mass_renewed(law):
     return law.doubling_energy == 0.0
 
 
-@keeps_onset.member(Renewed)
-def _keeps_onset_renewed(law):
+@needs_onset_rate.member(Renewed)
+def _needs_onset_rate_renewed(law):
     return law.doubling_energy > 0.0
 
 

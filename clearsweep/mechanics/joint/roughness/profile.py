@@ -22,11 +22,11 @@ from ....contracts.catalogue import Columns, Field
 from ....language.errors import InputError
 
 GAMMA = 1.5  # ratio of the frequencies of the profile
-LEAST_ROWS = 1000
-PIECES = 8  # pieces of the profile, whose scatter gives the confidence
-_REACH = 40  # the longest lag is this share of the profile, a fifth of a piece
-_EVEN = 0.01  # relative tolerance of equal steps
-_NEAR = 0.02  # distance from the ends 0 and 2, where a power of the lag is not fractal
+MIN_ROWS = 1000
+SEGMENTS = 8  # pieces of the profile, whose scatter gives the confidence
+_LAG_DIVISOR = 40  # the longest lag is this share of the profile, a fifth of a piece
+_STEP_TOLERANCE = 0.01  # relative tolerance of equal steps
+_POWER_MARGIN = 0.02  # distance from the ends 0 and 2, where a power of the lag is not fractal
 
 DIMENSION = Field("dimension", "1", "fractal dimension D of a profile", 1.0, 2.0, optional=True)
 SCALE = Field("scale", "m", "length G, which scales the heights of the profile", optional=True)
@@ -81,25 +81,27 @@ def identify(x: tuple[float, ...], height: tuple[float, ...]) -> Identified:
     """Return the parameters from a profile (m, m).  Raises ValueError if it is not fractal."""
     from scipy.special import stdtrit
 
-    places, heights = np.array(x), np.array(height)
-    steps = np.diff(places)
-    step = (places[-1] - places[0]) / (len(places) - 1)
-    if len(places) < LEAST_ROWS:
-        raise ValueError(f"has {len(places)} rows; at least {LEAST_ROWS} are needed to estimate a dimension")
-    if np.abs(steps - step).max() > _EVEN * step:
+    positions, heights = np.array(x), np.array(height)
+    steps = np.diff(positions)
+    step = (positions[-1] - positions[0]) / (len(positions) - 1)
+    if len(positions) < MIN_ROWS:
+        raise ValueError(f"has {len(positions)} rows; at least {MIN_ROWS} are needed to estimate a dimension")
+    if np.abs(steps - step).max() > _STEP_TOLERANCE * step:
         raise ValueError(f"has steps of x from {steps.min():.4g} to {steps.max():.4g} m; expected even steps")
-    heights = heights - np.polyval(np.polyfit(places - places[0], heights, 1), places - places[0])  # remove the tilt
-    lags = np.unique(np.geomspace(1, len(heights) // _REACH, 24).round().astype(int))
+    heights = heights - np.polyval(
+        np.polyfit(positions - positions[0], heights, 1), positions - positions[0]
+    )  # remove the tilt
+    lags = np.unique(np.geomspace(1, len(heights) // _LAG_DIVISOR, 24).round().astype(int))
     distances = step * lags
     power, height, cut_off, residual = _fitted(distances, _structure(heights, lags))
     dimension, scale = _fractal(power, height)
-    pieces = []
-    for piece in np.array_split(heights, PIECES):
-        squares = _structure(piece, lags) + cut_off
-        pieces.append(_fractal(*np.polyfit(np.log(distances), np.log(squares), 1)))
-    width = stdtrit(PIECES - 1, 0.975) * np.std(pieces, axis=0, ddof=1) / math.sqrt(PIECES)
-    unsolved = residual / math.log(lags[-1] / lags[0])  # error of D if S had the residual at both ends
-    width *= math.hypot(1.0, unsolved / float(width[0]))
+    estimates = []
+    for segment in np.array_split(heights, SEGMENTS):
+        squares = _structure(segment, lags) + cut_off
+        estimates.append(_fractal(*np.polyfit(np.log(distances), np.log(squares), 1)))
+    width = stdtrit(SEGMENTS - 1, 0.975) * np.std(estimates, axis=0, ddof=1) / math.sqrt(SEGMENTS)
+    slope_error = residual / math.log(lags[-1] / lags[0])  # error of D if S had the residual at both ends
+    width *= math.hypot(1.0, slope_error / float(width[0]))
     return Identified(
         dimension,
         math.exp(scale),
@@ -132,7 +134,7 @@ def _fitted(distances: np.ndarray, squares: np.ndarray) -> tuple[float, float, f
     start = [min(max(np.polyfit(log_distances, target, 1)[0], 0.1), 1.9), 0.0, 0.0]
     fit = least_squares(residuals, start, bounds=([0.0, -50.0, -0.95], [2.0, 50.0, 50.0]))
     power, height, cut_off = map(float, fit.x)
-    if not _NEAR < power < 2.0 - _NEAR:
+    if not _POWER_MARGIN < power < 2.0 - _POWER_MARGIN:
         raise ValueError(
             f"has heights whose differences grow with the power {0.5 * power:.3g} of the distance; between 0 (noise) "
             "and 1 (a smooth line) they would be a fractal's"

@@ -23,12 +23,15 @@ from ..elastic.conformal import half_angle_at_load
 from ..elastic.contract import elastic_energy, elastic_force, root_parity
 from .spots import Surface, approach, contact_area, domain_extension, largest_spot
 
-LEAST, MOST = 1e-13, 0.1  # m, ends of the table: below, the force is a power law; beyond, u / pen is constant
+MIN_PENETRATION, MAX_PENETRATION = (
+    1e-13,
+    0.1,
+)  # m, ends of the table: below, the force is a power law; beyond, u / pen is constant
 STEP = 0.04  # step of the logarithm of penetration between rows
-SHALLOWEST = 1e-90  # m, range of penetrations of the bodies
-MOST_STEPS, TOLERANCE = 40, 1e-11  # search for u at a row: most steps, and relative tolerance on pen
+MIN_BULK = 1e-90  # m, range of penetrations of the bodies
+MAX_STEPS, TOLERANCE = 40, 1e-11  # search for u at a row: most steps, and relative tolerance on pen
 BLEND = 8.0  # the area A of the spots is bounded by that of the arc, A_n: A (1 + (A / A_n)^8)^(-1/8)
-NOTICED = 0.01  # of the penetration: below this share of rough surfaces, their flattening does not matter
+MIN_ROUGH_SHARE = 0.01  # of the penetration: below this share of rough surfaces, their flattening does not matter
 _POWERS = 6  # degree of the polynomial between two rows
 _WIDTH = 2 * _POWERS  # numbers in a row
 
@@ -40,7 +43,7 @@ class Rough(NamedTuple):
     table: ArrayHandle  # address of (rows, _WIDTH) numbers: polynomials of ln(u / pen), then of the energy over F pen
     rows: float
     start: float  # ln pen of the first row
-    below: float  # slope of ln(u / pen) before it
+    slope_below: float  # slope of ln(u / pen) before it
     root_parity: float  # as in the contract of elastic laws
 
 
@@ -86,10 +89,10 @@ def _elastic_force_rough(elastic, pen):
         return as_type_of(0.0, pen)
     x = calculus.log(pen)
     if x < elastic.start:
-        share = _column(elastic, as_type_of(elastic.start, x), 0) + elastic.below * (x - elastic.start)
+        log_ratio = _column(elastic, as_type_of(elastic.start, x), 0) + elastic.slope_below * (x - elastic.start)
     else:
-        share = _column(elastic, x, 0)
-    return elastic_force(elastic.elastic, pen * calculus.exp(share))
+        log_ratio = _column(elastic, x, 0)
+    return elastic_force(elastic.elastic, pen * calculus.exp(log_ratio))
 
 
 @elastic_energy.member(Rough)
@@ -110,23 +113,23 @@ def in_series(elastic: tuple, surface: Surface, arc: Arc) -> Series:
     from scipy.interpolate import make_interp_spline
 
     x, bulk, force = _curve(elastic, surface, arc)
-    share = make_interp_spline(x, bulk - x, k=5)
-    load = make_interp_spline(x, force, k=5)
-    power = float(load(x[0], 1))
-    energy = make_interp_spline(x, _energies(x, load, power) / np.exp(force + x), k=5)
+    log_ratio = make_interp_spline(x, bulk - x, k=5)
+    log_force = make_interp_spline(x, force, k=5)
+    power = float(log_force(x[0], 1))
+    energy = make_interp_spline(x, _energies(x, log_force, power) / np.exp(force + x), k=5)
     columns = [
-        curve(x[:-1], order) * STEP**order / math.factorial(order) for curve in (share, energy) for order in _ORDERS
+        curve(x[:-1], order) * STEP**order / math.factorial(order) for curve in (log_ratio, energy) for order in _ORDERS
     ]
     term = Rough(
         elastic,
         array_handle(np.stack(columns, -1)),
         float(len(x) - 1),
         float(x[0]),
-        float(share(x[0], 1)),
+        float(log_ratio(x[0], 1)),
         -1.0 if round(2.0 * power) % 2 else 1.0,
     )
     spots = contact_area(surface, largest_spot(surface, force, _psi(surface)), _psi(surface))
-    rough_rows = np.flatnonzero((spots >= _room(arc, force)) & (x - bulk > NOTICED))
+    rough_rows = np.flatnonzero((spots >= _log_arc_area(arc, force)) & (x - bulk > MIN_ROUGH_SHARE))
     return Series(term, float(np.exp(x[rough_rows[0]])) if rough_rows.size else math.inf, surface, arc)
 
 
@@ -137,7 +140,7 @@ def _psi(surface: Surface) -> float:
     return domain_extension(surface.dimension)
 
 
-def _room(arc: Arc, force: np.ndarray) -> np.ndarray:
+def _log_arc_area(arc: Arc, force: np.ndarray) -> np.ndarray:
     """Return the logarithm of the contact arc's area (m^2) from that of the force (N)."""
     return np.log(arc.width * half_angle_at_load(np.exp(force) / arc.stiffness))
 
@@ -146,7 +149,7 @@ def pressed(surface: Surface, arc: Arc, force: np.ndarray) -> np.ndarray:
     """Return the approach (m) of rough surfaces from the logarithm of the force (N)."""
     psi = _psi(surface)
     largest = largest_spot(surface, force, psi)
-    residual = contact_area(surface, largest, psi) - _room(arc, force)
+    residual = contact_area(surface, largest, psi) - _log_arc_area(arc, force)
     return approach(surface, largest - np.logaddexp(0.0, BLEND * residual) / BLEND)
 
 
@@ -158,10 +161,10 @@ def _curve(elastic: tuple, surface: Surface, arc: Arc) -> tuple[np.ndarray, np.n
         force = np.log([elastic_force(elastic, depth) for depth in np.exp(bulk)])
         return np.log(np.exp(bulk) + pressed(surface, arc, force)), force
 
-    coarse = np.linspace(math.log(SHALLOWEST), math.log(MOST), 800)
+    coarse = np.linspace(math.log(MIN_BULK), math.log(MAX_PENETRATION), 800)
     pen = curve_at(coarse)[0]
     guess = PchipInterpolator(pen, coarse)
-    lowest = max(math.log(LEAST), float(pen[0]))
+    lowest = max(math.log(MIN_PENETRATION), float(pen[0]))
     rows = math.ceil((float(pen[-1]) - lowest) / STEP)
     x = float(pen[-1]) - STEP * np.arange(rows, -1.0, -1.0)
     x = x[x >= pen[0]]
@@ -169,7 +172,7 @@ def _curve(elastic: tuple, surface: Surface, arc: Arc) -> tuple[np.ndarray, np.n
     low, high = coarse[upper - 1], coarse[upper]
     bulk, slope = guess(x), guess(x, 1)
     pen, force = curve_at(bulk)
-    for _ in range(MOST_STEPS):  # Newton's method with the slope of the guess, halving where that leaves the bracket
+    for _ in range(MAX_STEPS):  # Newton's method with the slope of the guess, halving where that leaves the bracket
         unsolved = np.flatnonzero(np.abs(pen - x) > TOLERANCE)
         if not unsolved.size:
             break

@@ -6,7 +6,7 @@ touch are separate contacts:
 
     1, 2    an end circle of the journal, at the end of +z and of -z, on the wall of the bore; or, if that is beyond
             the bore and there are no flanges, the edge of the bore at this end on the journal
-    3, 4    the rims of the same ends on the flanges, which the bore goes on to
+    3, 4    the rims of the same ends on the flanges, up to which the bore extends
 
 Each is one point, the deepest point of the surfaces: on a circle its exact maximiser, otherwise energy would be lost.
 Force and moment act on each body at its own surface point; their distance along the normal is the penetration, and all

@@ -13,14 +13,14 @@ from ..friction.contract import friction_force
 from ..loss.contract import contact_force, lowest_force, sign_beyond
 from ..modes import CLIPPED, FREE
 from ..offsets import after_law, with_current_state
-from .form import EndContacts, Flanged, SpatialGap, SpatialLoad, Spread, SpreadContact, Through, Touch
+from .form import ContactForce, EndContacts, Flanged, SpatialGap, SpatialLoad, Spread, SpreadContact, Through
 from .points import flange_point, overlap_of, sine_of_tilt, tilt_of, wall_point
 from .spread import as_spread, spread_walls
 
-SHARE = 0.5  # share of the stiffness at each wall
+WALL_SHARE = 0.5  # share of the stiffness at each wall
 
 
-class _Moving(NamedTuple):
+class _RelativeMotion(NamedTuple):
     """Motion of the journal relative to the bearing, about its centre."""
 
     velocity: Vector  # m/s
@@ -36,7 +36,7 @@ class _Laws(NamedTuple):
     share: float
 
 
-class _ContactNow(NamedTuple):
+class _ContactState(NamedTuple):
     """Present state of a contact."""
 
     mode: int
@@ -45,12 +45,12 @@ class _ContactNow(NamedTuple):
 
 
 @kernel
-def _touch(point, context, laws, contact_state):
+def _contact_force(point, context, laws, contact_state):
     position, normal, depth = point
-    gap, moving_frame = context.gap, context.moving
+    gap, relative_motion = context.gap, context.relative_motion
     arm = minus(position, gap.middle)
     relative_velocity = plus(
-        moving_frame.velocity, cross(moving_frame.spin, arm)
+        relative_motion.velocity, cross(relative_motion.spin, arm)
     )  # neglects the rotation of the bearing over the depth
     rate = dot(relative_velocity, normal)
     if contact_state.mode == FREE:
@@ -58,7 +58,7 @@ def _touch(point, context, laws, contact_state):
         no_force = Vector(zero, zero, zero)
         slip = math.sqrt(dot(relative_velocity, relative_velocity))
         apart_contact = Contact(normal=zero, tangential=zero, slip=slip, rate=rate, depth=depth, elastic=zero, raw=zero)
-        return Touch(no_force, no_force, no_force, no_force, apart_contact)
+        return ContactForce(no_force, no_force, no_force, no_force, apart_contact)
     pen = contact_state.root * abs(contact_state.root)
     force, elastic = contact_force(laws.law, laws.elastic, abs(pen), rate, contact_state.onset_rate)
     force, elastic = laws.share * force, laws.share * elastic
@@ -67,20 +67,20 @@ def _touch(point, context, laws, contact_state):
     if pen < 0.0:
         sign = sign_beyond(laws.law, laws.elastic)
         force, elastic = sign * force, sign * elastic
-    pressing = force if contact_state.mode != CLIPPED else as_type_of(0.0, force)
-    friction_load = pressing if lowest == 0.0 else max(pressing, 0.0)
+    clipped_force = force if contact_state.mode != CLIPPED else as_type_of(0.0, force)
+    friction_load = clipped_force if lowest == 0.0 else max(clipped_force, 0.0)
     sliding = plus_scaled(plus_scaled(relative_velocity, -rate, normal), depth, cross(gap.on_bearing, normal))
     square, circumferential = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
     slip = math.copysign(math.sqrt(square), circumferential) if square > 0.0 else as_type_of(0.0, square)
     tangential = as_type_of(friction_force(laws.friction, friction_load, slip), slip)
     friction_per_slip = tangential / slip if square > 0.0 else as_type_of(0.0, slip)
-    normal_force, rubbed = times(-pressing, normal), times(friction_per_slip, sliding)
-    resultant_force = plus(normal_force, rubbed)
+    normal_force, friction = times(-clipped_force, normal), times(friction_per_slip, sliding)
+    resultant_force = plus(normal_force, friction)
     contact = Contact(
-        normal=pressing, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=unclipped
+        normal=clipped_force, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=unclipped
     )
-    return Touch(
-        normal_force, resultant_force, cross(arm, resultant_force), times(depth, cross(normal, rubbed)), contact
+    return ContactForce(
+        normal_force, resultant_force, cross(arm, resultant_force), times(depth, cross(normal, friction)), contact
     )
 
 
@@ -89,16 +89,16 @@ class _JointContext(NamedTuple):
 
     joint: tuple
     gap: SpatialGap
-    moving: _Moving
+    relative_motion: _RelativeMotion
     place: Offsets  # of the joint
     present: tuple  # JointState
 
 
 @kernel
-def _now(context, number):
+def _contact_state(context, number):
     """Return the present state of contact `number`."""
     state, c = context.present, context.place.contact + number
-    return _ContactNow(state.mode[c], state.y[state.roots + c], state.latched[c])
+    return _ContactState(state.mode[c], state.y[state.roots + c], state.latched[c])
 
 
 @kernel
@@ -116,15 +116,15 @@ def _laws_at(context, law, elastic, share, law_offsets):
 @kernel
 def _wall(context, number, end, law_offsets):
     joint, gap = context.joint, context.gap
-    laws = _laws_at(context, joint.law, joint.elastic, SHARE, law_offsets)
-    return _touch(wall_point(joint.ends, joint, gap, end), context, laws, _now(context, number))
+    laws = _laws_at(context, joint.law, joint.elastic, WALL_SHARE, law_offsets)
+    return _contact_force(wall_point(joint.ends, joint, gap, end), context, laws, _contact_state(context, number))
 
 
 @kernel
 def _flange(context, number, end, law_offsets):
     joint, gap = context.joint, context.gap
     laws = _laws_at(context, joint.axial_law, joint.axial_elastic, 1.0, law_offsets)
-    return _touch(flange_point(joint, gap, end), context, laws, _now(context, number))
+    return _contact_force(flange_point(joint, gap, end), context, laws, _contact_state(context, number))
 
 
 @family
@@ -143,17 +143,17 @@ def _contact_of_spread(walls, contact):
 
 
 @family
-def _walls(walls, context, second):
-    """Return the Touches of both walls; second : Offsets of the laws of the second wall."""
+def _walls(walls, context, second_offsets):
+    """Return the ContactForces of both walls; second_offsets : Offsets of the laws of the second wall."""
 
 
 @_walls.member(EndContacts)
-def _walls_end_contacts(walls, context, second):
-    return _wall(context, 0, 1.0, context.place), _wall(context, 1, -1.0, second)
+def _walls_end_contacts(walls, context, second_offsets):
+    return _wall(context, 0, 1.0, context.place), _wall(context, 1, -1.0, second_offsets)
 
 
 @_walls.member(Spread)
-def _walls_spread(walls, context, second):
+def _walls_spread(walls, context, second_offsets):
     return spread_walls(context)
 
 
@@ -174,7 +174,7 @@ def _force_at_end_spread_contact(contact):
 
 @kernel
 def _auxiliary_contacts(joint, gap, a, b):
-    """Return the auxiliary Contacts from the Touches of both walls."""
+    """Return the auxiliary Contacts from the ContactForces of both walls."""
     force, resultant_force = plus(a.normal, b.normal), plus(a.force, b.force)
     square = dot(force, force)
     zero = as_type_of(0.0, square)
@@ -189,15 +189,17 @@ def _auxiliary_contacts(joint, gap, a, b):
     resultant_contact = Contact(
         normal=resultant, tangential=friction_load, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero
     )
-    uneven = Contact(normal=difference, tangential=zero, slip=zero, rate=zero, depth=sine, elastic=zero, raw=flange_gap)
-    return _contact_of(joint.walls, resultant_contact), _contact_of(joint.walls, uneven)
+    difference_contact = Contact(
+        normal=difference, tangential=zero, slip=zero, rate=zero, depth=sine, elastic=zero, raw=flange_gap
+    )
+    return _contact_of(joint.walls, resultant_contact), _contact_of(joint.walls, difference_contact)
 
 
 @kernel
 def _context_of(joint, gap, offsets, state):
     """Return the _JointContext of a joint."""
     velocity = minus(gap.velocity, cross(gap.on_bearing, gap.middle))
-    return _JointContext(joint, gap, _Moving(velocity, minus(gap.on_journal, gap.on_bearing)), offsets, state)
+    return _JointContext(joint, gap, _RelativeMotion(velocity, minus(gap.on_journal, gap.on_bearing)), offsets, state)
 
 
 @kernel
@@ -213,8 +215,8 @@ def _loaded(gap, force, moment, twist, contacts):
 @load.member(Through)
 def _load_through(joint, gap, offsets, state):
     context = _context_of(joint, gap, offsets, state)
-    second = after_law(after_law(offsets, joint.law), joint.friction)
-    a, b = _walls(joint.walls, context, second)
+    second_offsets = after_law(after_law(offsets, joint.law), joint.friction)
+    a, b = _walls(joint.walls, context, second_offsets)
     auxiliary = _auxiliary_contacts(joint, gap, a, b)
     contacts = (a.contact, b.contact, auxiliary[0], auxiliary[1])
     return _loaded(gap, plus(a.force, b.force), plus(a.moment, b.moment), plus(a.twist, b.twist), contacts)
@@ -223,19 +225,19 @@ def _load_through(joint, gap, offsets, state):
 @load.member(Flanged)
 def _load_flanged(joint, gap, offsets, state):
     context = _context_of(joint, gap, offsets, state)
-    second = after_law(after_law(offsets, joint.law), joint.friction)
-    third = after_law(after_law(second, joint.law), joint.friction)
-    fourth = after_law(after_law(third, joint.axial_law), joint.friction)
-    a, b = _walls(joint.walls, context, second)
-    c, d = _flange(context, 2, 1.0, third), _flange(context, 3, -1.0, fourth)
+    second_offsets = after_law(after_law(offsets, joint.law), joint.friction)
+    third_offsets = after_law(after_law(second_offsets, joint.law), joint.friction)
+    fourth_offsets = after_law(after_law(third_offsets, joint.axial_law), joint.friction)
+    a, b = _walls(joint.walls, context, second_offsets)
+    c, d = _flange(context, 2, 1.0, third_offsets), _flange(context, 3, -1.0, fourth_offsets)
     auxiliary = _auxiliary_contacts(joint, gap, a, b)
-    of_flanges = _contact_of(joint.walls, c.contact), _contact_of(joint.walls, d.contact)
+    flange_contacts = _contact_of(joint.walls, c.contact), _contact_of(joint.walls, d.contact)
     return _loaded(
         gap,
         plus(plus(a.force, b.force), plus(c.force, d.force)),
         plus(plus(a.moment, b.moment), plus(c.moment, d.moment)),
         plus(plus(a.twist, b.twist), plus(c.twist, d.twist)),
-        (a.contact, b.contact, of_flanges[0], of_flanges[1], auxiliary[0], auxiliary[1]),
+        (a.contact, b.contact, flange_contacts[0], flange_contacts[1], auxiliary[0], auxiliary[1]),
     )
 
 

@@ -25,18 +25,18 @@ class EndContacts(NamedTuple):
     """Each wall contact has half of the stiffness, at its end."""
 
 
-class Few(NamedTuple):
+class FewNodes(NamedTuple):
     """Gauss rule with few nodes, exact for forces in proportion to depth or depth^(3/2)."""
 
 
-class Many(NamedTuple):
+class ManyNodes(NamedTuple):
     """Gauss rule with many nodes."""
 
 
 class Spread(NamedTuple):
     """The stiffness is distributed uniformly over the overlap of journal and bore."""
 
-    rule: tuple  # Few or Many
+    rule: tuple  # FewNodes or ManyNodes
 
 
 class Leaving(NamedTuple):
@@ -98,7 +98,7 @@ class SpatialLoad(NamedTuple):
     contacts: tuple  # of Contacts
 
 
-class Touch(NamedTuple):
+class ContactForce(NamedTuple):
     """Force of a contact."""
 
     normal: Vector  # N, normal force on the journal
@@ -137,7 +137,7 @@ def _power_lost_spread_contact(contact):
 APART = ACTS | MEETS
 _WALLS = (ContactModes(FREE, PRESSED), ContactModes(FREE, PRESSED))
 _SPREAD_WALLS = (ContactModes(APART, PRESSED), ContactModes(APART, PRESSED))
-_TELLING = (ContactModes(ACTS, ACTS), ContactModes(ACTS, ACTS))
+_AUXILIARY = (ContactModes(ACTS, ACTS), ContactModes(ACTS, ACTS))
 
 
 def _walls_of(joint):
@@ -146,12 +146,12 @@ def _walls_of(joint):
 
 @contact_modes.member(Through)
 def _contact_modes_through(joint):
-    return (*_walls_of(joint), *_TELLING)
+    return (*_walls_of(joint), *_AUXILIARY)
 
 
 @contact_modes.member(Flanged)
 def _contact_modes_flanged(joint):
-    return (*_walls_of(joint), *_WALLS, *_TELLING)
+    return (*_walls_of(joint), *_WALLS, *_AUXILIARY)
 
 
 @guards.member(Leaving)

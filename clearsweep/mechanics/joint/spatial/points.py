@@ -10,9 +10,9 @@ from ...compiled.vector import Vector, dot, plus_scaled, times
 from .form import AtEdges, Flanged, InBore, Overlapping
 
 ENDS = (1.0, -1.0)  # of the journal, along its z
-LITTLE = 0.025  # of radius k^2 over the distance: below, the error after a Halley step is under the last bit
-CONVERGED = 1e-8  # of the distance: size of the last Newton step, whose error is its square
-MOST_STEPS = 60
+SERIES_LIMIT = 0.025  # of radius k^2 over the distance: below, the error after a Halley step is under the last bit
+NEWTON_TOLERANCE = 1e-8  # of the distance: size of the last Newton step, whose error is its square
+MAX_STEPS = 60
 
 
 class Point(NamedTuple):
@@ -37,11 +37,11 @@ def farthest(px, py, kx, ky, radius):
 
         x (2 + x) (1 + x + e)^2 + e c^2 (2 (1 + x) + e) = 0,    x = -e c^2 + 3/2 e^2 c^2 (1 - c^2) + O(e^3),
 
-    from where one step of Halley's method, whose error is the cube of what was left, goes to the last bit.
+    from where one step of Halley's method, whose error is the cube of the previous one, reaches the last bit.
     """
     tilt_square, square = radius * (kx * kx + ky * ky), px * px + py * py
-    if not tilt_square * tilt_square < LITTLE * LITTLE * square:
-        return searched(px, py, kx, ky, radius)
+    if not tilt_square * tilt_square < SERIES_LIMIT * SERIES_LIMIT * square:
+        return farthest_by_newton(px, py, kx, ky, radius)
     product = kx * px + ky * py
     radius_product, distance, inverse = radius * product, math.sqrt(square), 1.0 / square
     along_both = radius_product * product
@@ -60,14 +60,14 @@ def farthest(px, py, kx, ky, radius):
 
 
 @kernel
-def searched(px, py, kx, ky, radius):
+def farthest_by_newton(px, py, kx, ky, radius):
     """Return the result of `farthest` for a strongly inclined or centred circle, by Newton's method between bounds."""
     tilt_square = radius * (kx * kx + ky * ky)
     product = kx * px + ky * py
     distance = math.sqrt(px * px + py * py)
     low, high = max(-tilt_square, 0.0 * tilt_square), distance + max(-tilt_square, 0.0 * tilt_square)
     root = high
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_STEPS):
         inverse = 1.0 / (root + tilt_square) if root + tilt_square > 0.0 else as_type_of(0.0, root)
         radial_term = radius * product * inverse
         vx, vy = px - radial_term * kx, py - radial_term * ky
@@ -84,7 +84,7 @@ def searched(px, py, kx, ky, radius):
         if not low <= newton <= high:
             newton = 0.5 * (low + high)
         step, root = abs(newton - root), newton
-        if step <= CONVERGED * root:
+        if step <= NEWTON_TOLERANCE * root:
             break
     inverse = 1.0 / (root + tilt_square) if root + tilt_square > 0.0 else as_type_of(0.0, root)
     radial_term = radius * product * inverse
@@ -122,15 +122,19 @@ def _wall_point_in_bore(ends, joint, gap, end):
 @wall_point.member(AtEdges)
 def _wall_point_at_edges(ends, joint, gap, end):
     axis, radius = times(math.copysign(1.0, gap.axis.z), gap.axis), joint.bearing_radius
-    share = 1.0 / (1.0 + axis.z)
-    denominator = Vector(1.0 - axis.x * axis.x * share, -axis.x * axis.y * share, -axis.x)
-    second = Vector(-axis.x * axis.y * share, 1.0 - axis.y * axis.y * share, -axis.y)
+    factor = 1.0 / (1.0 + axis.z)
+    first_axis = Vector(1.0 - axis.x * axis.x * factor, -axis.x * axis.y * factor, -axis.x)
+    second_axis = Vector(-axis.x * axis.y * factor, 1.0 - axis.y * axis.y * factor, -axis.y)
     center = times(end * joint.half_length, axis)
     ox, oy = gap.middle.x - center.x, gap.middle.y - center.y
     dx, dy = farthest(
-        ox * denominator.x + oy * denominator.y, ox * second.x + oy * second.y, denominator.z, second.z, -radius
+        ox * first_axis.x + oy * first_axis.y,
+        ox * second_axis.x + oy * second_axis.y,
+        first_axis.z,
+        second_axis.z,
+        -radius,
     )
-    edge = plus_scaled(plus_scaled(center, radius * dx, denominator), radius * dy, second)
+    edge = plus_scaled(plus_scaled(center, radius * dx, first_axis), radius * dy, second_axis)
     hx, hy = edge.x - gap.middle.x, edge.y - gap.middle.y
     distance = math.sqrt(hx * hx + hy * hy)
     inverse = 1.0 / distance
@@ -145,15 +149,18 @@ def is_beyond(joint, gap, end):
 
     The circle's point is searched only if its centre is closer to the edge than the circle extends along the axis.
     """
-    axis, midpoint, out = gap.axis, gap.middle, end * math.copysign(1.0, gap.axis.z)
+    axis, midpoint, outward_sign = gap.axis, gap.middle, end * math.copysign(1.0, gap.axis.z)
     center = Vector(midpoint.x, midpoint.y, midpoint.z + end * joint.half_journal)
-    overshoot, radial_reach = out * dot(center, axis) - joint.half_length, joint.journal_radius * sine_of_tilt(axis)
+    overshoot, radial_reach = (
+        outward_sign * dot(center, axis) - joint.half_length,
+        joint.journal_radius * sine_of_tilt(axis),
+    )
     if overshoot > radial_reach:
         return True
     if overshoot < -radial_reach:
         return False
     point = wall_point(InBore(), joint, gap, end)
-    return out * dot(point.at, axis) > joint.half_length
+    return outward_sign * dot(point.at, axis) > joint.half_length
 
 
 @wall_point.member(Overlapping)
@@ -176,15 +183,17 @@ def overlap_of(joint, gap):
 def flange_point(joint, gap, end):
     """Return the Point of the flange contact at one of the ENDS; for a parallel journal, the centre of its face."""
     axis, midpoint = gap.axis, gap.middle
-    facing = end * math.copysign(1.0, axis.z)
+    outward_sign = end * math.copysign(1.0, axis.z)
     tilt_square = axis.x * axis.x + axis.y * axis.y
     radial_reach = (
-        facing * joint.journal_radius / math.sqrt(tilt_square) if tilt_square > 0.0 else as_type_of(0.0, tilt_square)
+        outward_sign * joint.journal_radius / math.sqrt(tilt_square)
+        if tilt_square > 0.0
+        else as_type_of(0.0, tilt_square)
     )
     position = Vector(
         midpoint.x + radial_reach * axis.x, midpoint.y + radial_reach * axis.y, midpoint.z + end * joint.half_journal
     )
-    normal = times(facing, axis)
+    normal = times(outward_sign, axis)
     return Point(position, normal, dot(position, normal) - joint.half_length - joint.axial_clearance)
 
 
@@ -214,11 +223,11 @@ def jam_angle(joint) -> float:
     if (
         isinstance(joint.ends, Overlapping) and joint.half_journal > joint.half_length
     ):  # bearing_radius cos - half_length sin = journal_radius
-        offset_length = std.hypot(joint.bearing_radius, joint.half_length)
-        return std.acos(joint.journal_radius / offset_length) - std.atan2(joint.half_length, joint.bearing_radius)
-    offset_length = std.hypot(
+        diagonal = std.hypot(joint.bearing_radius, joint.half_length)
+        return std.acos(joint.journal_radius / diagonal) - std.atan2(joint.half_length, joint.bearing_radius)
+    diagonal = std.hypot(
         joint.half_journal, joint.journal_radius
     )  # half_journal sin + journal_radius cos = bearing_radius
-    if offset_length < joint.bearing_radius:
+    if diagonal < joint.bearing_radius:
         return std.inf
-    return std.asin(joint.bearing_radius / offset_length) - std.atan2(joint.journal_radius, joint.half_journal)
+    return std.asin(joint.bearing_radius / diagonal) - std.atan2(joint.journal_radius, joint.half_journal)

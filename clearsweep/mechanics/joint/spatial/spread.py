@@ -1,7 +1,7 @@
 """Loads of walls with distributed stiffness: a strip from each end, see `strips`.
 
-The energy stored in a strip is a function of depth and lean at its end and of the length on which journal and bore
-overlap.  Its force acts along the normal at its end; the couple of the lean moves it inwards, to the centre of load.
+The energy stored in a strip is a function of depth and slope at its end and of the length on which journal and bore
+overlap.  Its force acts along the normal at its end; the couple of the slope moves it inwards, to the centre of load.
 Friction acts at the centre of the strip's load.
 """
 
@@ -16,8 +16,8 @@ from ..elastic.contract import elastic_energy
 from ..friction.contract import friction_force
 from ..loss.contract import lowest_force
 from ..modes import CLIPPED, touches
-from .form import InBore, Overlapping, SpreadContact, Touch
-from .leaning import Leaning, leaning_of
+from .form import ContactForce, InBore, Overlapping, SpreadContact
+from .inclination import Inclination, inclination_of
 from .points import Point, overlap_of, wall_point
 from .strips import Strip, is_pressed, load_of, nodes_of, pressed_part
 
@@ -81,27 +81,27 @@ class End(NamedTuple):
     mode: int
     root: float  # m^0.5, of the penetration
     onset_rate: float  # m/s
-    moving: Vector  # m/s, of the journal at the point, seen from the bearing
+    velocity: Vector  # m/s, of the journal at the point, seen from the bearing
     rate: float  # m/s, of the depth
 
 
 @kernel
 def end_of(context, number, end):
     """Return the End at one of the ENDS, contact `number` of the joint of a context."""
-    joint, gap, moving_frame, state = context.joint, context.gap, context.moving, context.present
+    joint, gap, relative_motion, state = context.joint, context.gap, context.relative_motion, context.present
     c = context.place.contact + number
     point = wall_point(joint.ends, joint, gap, end)
-    velocity = plus(moving_frame.velocity, cross(moving_frame.spin, minus(point.at, gap.middle)))
+    velocity = plus(relative_motion.velocity, cross(relative_motion.spin, minus(point.at, gap.middle)))
     rate = dot(velocity, point.normal)
     return End(point, state.mode[c], state.y[state.roots + c], state.latched[c], velocity, rate)
 
 
 @kernel
 def _apart(end_state, at_end):
-    """Return the Touch of an unloaded end; at_end : N, from the other end's strip."""
+    """Return the ContactForce of an unloaded end; at_end : N, from the other end's strip."""
     zero = as_type_of(0.0, end_state.rate)
-    no_force, slip = Vector(zero, zero, zero), math.sqrt(dot(end_state.moving, end_state.moving))
-    moving_frame = Contact(
+    no_force, slip = Vector(zero, zero, zero), math.sqrt(dot(end_state.velocity, end_state.velocity))
+    contact = Contact(
         normal=zero,
         tangential=zero,
         slip=slip,
@@ -110,34 +110,36 @@ def _apart(end_state, at_end):
         elastic=zero,
         raw=zero,
     )
-    return Touch(no_force, no_force, no_force, no_force, as_spread(moving_frame, at_end))
+    return ContactForce(no_force, no_force, no_force, no_force, as_spread(contact, at_end))
 
 
-class _Bearing(NamedTuple):
+class _LoadedStrip(NamedTuple):
     """Geometry of the strip of an end."""
 
     end: float  # one of the ENDS
-    leaning: Leaning
+    inclination: Inclination
     overlap: Overlap
     length_rate: float  # m/s, of the overlap's length
     strip: Strip
 
 
 @kernel
-def _bearing_of(context, end_state, end, overlap):
+def _loaded_strip(context, end_state, end, overlap):
     """Return the geometry of the strip of an End, one of the ENDS."""
-    gap, moving_frame = context.gap, context.moving
-    leaning = leaning_of(context.joint.ends, context.joint, gap, end)
-    velocity = plus(moving_frame.velocity, cross(moving_frame.spin, minus(leaning.center, gap.middle)))
-    lean_rate = dot(velocity, leaning.across) + dot(moving_frame.spin, leaning.about)
-    along_axis = moving_frame.velocity.z + moving_frame.spin.y * gap.middle.x - moving_frame.spin.x * gap.middle.y
+    gap, relative_motion = context.gap, context.relative_motion
+    inclination = inclination_of(context.joint.ends, context.joint, gap, end)
+    velocity = plus(relative_motion.velocity, cross(relative_motion.spin, minus(inclination.center, gap.middle)))
+    slope_rate = dot(velocity, inclination.velocity_factor) + dot(relative_motion.spin, inclination.spin_factor)
+    along_axis = (
+        relative_motion.velocity.z + relative_motion.spin.y * gap.middle.x - relative_motion.spin.x * gap.middle.y
+    )
     length_rate = overlap.growth * along_axis
     depth = end_state.root * end_state.root if touches(end_state.mode) else end_state.point.depth
-    fall_rate = overlap.half * lean_rate + 0.5 * length_rate * leaning.lean
+    fall_rate = overlap.half * slope_rate + 0.5 * length_rate * inclination.slope
     strip = Strip(
-        end_state.root, depth, depth - overlap.half * leaning.lean, end_state.rate, end_state.rate - fall_rate
+        end_state.root, depth, depth - overlap.half * inclination.slope, end_state.rate, end_state.rate - fall_rate
     )
-    return _Bearing(end, leaning, overlap, length_rate, strip)
+    return _LoadedStrip(end, inclination, overlap, length_rate, strip)
 
 
 class StripForce(NamedTuple):
@@ -164,10 +166,10 @@ def _strip_force(context, end_state, other_end, bearing):
         return StripForce(zero, zero, zero, zero, zero, zero, zero)
     pressed_range = pressed_part(strip, not touches(other_end.mode) or other_end.root < 0.0)
     onset_rate = end_state.onset_rate if is_touching else other_end.onset_rate
-    load = load_of(strip, pressed_range, (joint.law, joint.elastic), joint.walls.rule, onset_rate)
+    moments = load_of(strip, pressed_range, (joint.law, joint.elastic), joint.walls.rule, onset_rate)
     share = 0.5 * overlap.share
-    force, inner_load = share * (load.outer + load.inner), share * load.inner
-    elastic, elastic_inner = share * (load.elastic_outer + load.elastic_inner), share * load.elastic_inner
+    force, inner_load = share * (moments.outer + moments.inner), share * moments.inner
+    elastic, elastic_inner = share * (moments.elastic_outer + moments.elastic_inner), share * moments.elastic_inner
     lowest = lowest_force(joint.law)
     unclipped = force - lowest
     if (
@@ -177,8 +179,10 @@ def _strip_force(context, end_state, other_end, bearing):
         inner_load = min(max(inner_load, 0.0), force)
     if overlap.growth == 0.0 or elastic <= 0.0:
         return StripForce(force, inner_load, elastic, elastic_inner, unclipped, zero, zero)
-    stored = _energy_per_length(joint, strip, pressed_range, overlap)
-    return StripForce(force, inner_load, elastic, elastic_inner, unclipped, stored * (force / elastic), stored)
+    lengthening = _energy_per_length(joint, strip, pressed_range, overlap)
+    return StripForce(
+        force, inner_load, elastic, elastic_inner, unclipped, lengthening * (force / elastic), lengthening
+    )
 
 
 @kernel
@@ -193,21 +197,23 @@ def _energy_per_length(joint, strip, pressed_range, overlap):
 
 
 @kernel
-def _pushed(context, end_state, bearing, borne):
+def _strip_resultant(context, end_state, bearing, load):
     """Return the normal force (N) of a strip on the journal, and its moment (N m) about the journal's middle.
 
-    It acts along the normal at the end; the lean has a force and a couple; stored energy separates the bodies along
+    It acts along the normal at the end; the slope has a force and a couple; stored energy separates the bodies along
     the axis if that shortens the overlap.
     """
-    midpoint, leaning, lever = context.gap.middle, bearing.leaning, borne.inner * bearing.overlap.half
-    pressing, couple = times(-borne.force, end_state.point.normal), times(lever, leaning.across)
-    growth_force = (0.5 * borne.inner * leaning.lean - borne.lengthening) * bearing.overlap.growth
+    midpoint, inclination, lever = context.gap.middle, bearing.inclination, load.inner * bearing.overlap.half
+    pressing, couple = times(-load.force, end_state.point.normal), times(lever, inclination.velocity_factor)
+    axial_force = (0.5 * load.inner * inclination.slope - load.lengthening) * bearing.overlap.growth
     force = plus(pressing, couple)
-    moment = plus(cross(minus(end_state.point.at, midpoint), pressing), cross(minus(leaning.center, midpoint), couple))
-    moment = plus_scaled(moment, lever, leaning.about)
+    moment = plus(
+        cross(minus(end_state.point.at, midpoint), pressing), cross(minus(inclination.center, midpoint), couple)
+    )
+    moment = plus_scaled(moment, lever, inclination.spin_factor)
     return (
-        Vector(force.x, force.y, force.z + growth_force),
-        Vector(moment.x - growth_force * midpoint.y, moment.y + growth_force * midpoint.x, moment.z),
+        Vector(force.x, force.y, force.z + axial_force),
+        Vector(moment.x - axial_force * midpoint.y, moment.y + axial_force * midpoint.x, moment.z),
     )
 
 
@@ -216,76 +222,86 @@ class _StripFriction(NamedTuple):
 
     force: Vector  # N, on the journal
     arm: Vector  # m, its point of action, from the journal's centre
-    twist: Vector  # N m, see Touch
+    twist: Vector  # N m, see ContactForce
     tangential: float  # N
     slip: float  # m/s
 
 
 @kernel
-def _strip_friction(context, end_state, bearing, borne):
+def _strip_friction(context, end_state, bearing, load):
     """Return the friction of a strip, at the centre of its elastic load."""
-    joint, gap, moving_frame, half_overlap = context.joint, context.gap, context.moving, bearing.overlap.half
-    rubbing = borne.force if lowest_force(joint.law) == 0.0 else max(borne.force, 0.0)
-    weight = borne.elastic if borne.elastic > 0.0 else as_type_of(1.0, borne.elastic)
-    inwards = min(max(borne.elastic_inner / weight, 0.0), 1.0) * half_overlap
+    joint, gap, relative_motion, half_overlap = (
+        context.joint,
+        context.gap,
+        context.relative_motion,
+        bearing.overlap.half,
+    )
+    friction_load = load.force if lowest_force(joint.law) == 0.0 else max(load.force, 0.0)
+    weight = load.elastic if load.elastic > 0.0 else as_type_of(1.0, load.elastic)
+    center_distance = min(max(load.elastic_inner / weight, 0.0), 1.0) * half_overlap
     normal, arm_point = end_state.point.normal, minus(end_state.point.at, gap.middle)
     arm, depth = (
-        Vector(arm_point.x, arm_point.y, arm_point.z - bearing.end * inwards),
-        end_state.point.depth - inwards * bearing.leaning.lean,
+        Vector(arm_point.x, arm_point.y, arm_point.z - bearing.end * center_distance),
+        end_state.point.depth - center_distance * bearing.inclination.slope,
     )
     velocity = plus_scaled(
-        plus(moving_frame.velocity, cross(moving_frame.spin, arm)), depth, cross(gap.on_bearing, normal)
+        plus(relative_motion.velocity, cross(relative_motion.spin, arm)), depth, cross(gap.on_bearing, normal)
     )
     sliding = plus_scaled(velocity, -dot(velocity, normal), normal)
     square, circumferential = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
     slip = math.copysign(math.sqrt(square), circumferential) if square > 0.0 else as_type_of(0.0, square)
-    tangential = as_type_of(friction_force(joint.friction, rubbing, slip), slip)
+    tangential = as_type_of(friction_force(joint.friction, friction_load, slip), slip)
     force = times(tangential / slip if square > 0.0 else as_type_of(0.0, slip), sliding)
     twist = times(depth, cross(normal, force))
     if touches(end_state.mode):
         return _StripFriction(force, arm, twist, tangential, slip)
-    speed = math.sqrt(dot(end_state.moving, end_state.moving))  # of a separate end: it bounds the time to the onset
+    speed = math.sqrt(dot(end_state.velocity, end_state.velocity))  # of a separate end: it bounds the time to the onset
     tangential = tangential * slip / speed if speed > 0.0 else as_type_of(0.0, speed)
     return _StripFriction(force, arm, twist, tangential, speed)
 
 
 @kernel
-def _touch(context, end_state, bearing, borne, at_end):
-    """Return the Touch of an End with the StripForce `borne` of its strip; at_end : N, as for a SpreadContact."""
+def _contact_force(context, end_state, bearing, load, at_end):
+    """Return the ContactForce of an End with the StripForce `load` of its strip; at_end : N, as for a SpreadContact."""
     strip = bearing.strip
     if not is_pressed(strip):
         return _apart(end_state, at_end)
     fall_rate = strip.rate - strip.inner_rate
     length_rate = bearing.length_rate
-    stored = borne.elastic * end_state.rate - borne.elastic_inner * fall_rate + borne.elastic_lengthening * length_rate
-    power_taken = borne.force * end_state.rate - borne.inner * fall_rate + borne.lengthening * length_rate
-    normal_force, moment = _pushed(context, end_state, bearing, borne)
-    rubbed = _strip_friction(context, end_state, bearing, borne)
-    moving_frame = SpreadContact(
-        normal=borne.force,
-        tangential=rubbed.tangential,
-        slip=rubbed.slip,
+    stored = load.elastic * end_state.rate - load.elastic_inner * fall_rate + load.elastic_lengthening * length_rate
+    total_power = load.force * end_state.rate - load.inner * fall_rate + load.lengthening * length_rate
+    normal_force, moment = _strip_resultant(context, end_state, bearing, load)
+    friction = _strip_friction(context, end_state, bearing, load)
+    contact = SpreadContact(
+        normal=load.force,
+        tangential=friction.tangential,
+        slip=friction.slip,
         rate=end_state.rate,
         depth=end_state.point.depth,
-        elastic=borne.elastic,
-        raw=borne.raw,
+        elastic=load.elastic,
+        raw=load.raw,
         stored=stored,
-        lost=power_taken - stored,
+        lost=total_power - stored,
         at_end=at_end,
     )
-    moment = plus(moment, cross(rubbed.arm, rubbed.force))
-    return Touch(normal_force, plus(normal_force, rubbed.force), moment, rubbed.twist, moving_frame)
+    moment = plus(moment, cross(friction.arm, friction.force))
+    return ContactForce(normal_force, plus(normal_force, friction.force), moment, friction.twist, contact)
 
 
 @kernel
 def spread_walls(context):
-    """Return the Touches of both walls."""
+    """Return the ContactForces of both walls."""
     first_end, second_end = end_of(context, 0, 1.0), end_of(context, 1, -1.0)
     if not (touches(first_end.mode) or touches(second_end.mode)):
         zero = as_type_of(0.0, first_end.rate)
         return _apart(first_end, zero), _apart(second_end, zero)
     overlap = bearing_length(context.joint.ends, context.joint, context.gap)
-    a, b = _bearing_of(context, first_end, 1.0, overlap), _bearing_of(context, second_end, -1.0, overlap)
-    of_a, of_b = _strip_force(context, first_end, second_end, a), _strip_force(context, second_end, first_end, b)
-    at_a, at_b = of_a.force - 0.5 * of_a.inner + 0.5 * of_b.inner, of_b.force - 0.5 * of_b.inner + 0.5 * of_a.inner
-    return _touch(context, first_end, a, of_a, at_a), _touch(context, second_end, b, of_b, at_b)
+    a, b = _loaded_strip(context, first_end, 1.0, overlap), _loaded_strip(context, second_end, -1.0, overlap)
+    load_a, load_b = _strip_force(context, first_end, second_end, a), _strip_force(context, second_end, first_end, b)
+    end_force_a, end_force_b = (
+        load_a.force - 0.5 * load_a.inner + 0.5 * load_b.inner,
+        load_b.force - 0.5 * load_b.inner + 0.5 * load_a.inner,
+    )
+    return _contact_force(context, first_end, a, load_a, end_force_a), _contact_force(
+        context, second_end, b, load_b, end_force_b
+    )

@@ -22,9 +22,9 @@ from ...trace.portable import gauss_rule
 from ..elastic.contract import elastic_force
 from ..elastic.power import Linear, PowerThreeHalves
 from ..loss.contract import contact_force, sign_beyond
-from .form import Few, Many, Spread
+from .form import FewNodes, ManyNodes, Spread
 
-PAST = -0.5  # of the inner root: most negative root at an end past its separation, in a trial step
+MIN_ROOT_RATIO = -0.5  # of the inner root: most negative root at an end past its separation, in a trial step
 
 
 class Strip(NamedTuple):
@@ -60,7 +60,7 @@ def gauss(count: int) -> tuple[tuple[float, float], ...]:
     return tuple((float(0.5 * x + 0.5), float(0.5 * w)) for x, w in zip(*gauss_rule(count), strict=True))
 
 
-FEW, MANY = gauss(5), gauss(16)
+FEW_NODES, MANY_NODES = gauss(5), gauss(16)
 
 
 @family
@@ -68,19 +68,19 @@ def nodes_of(quadrature):
     """Return (node, weight) of the rule that a Spread integrates with."""
 
 
-@nodes_of.member(Few)
+@nodes_of.member(FewNodes)
 def _nodes_of_few(quadrature):
-    return FEW
+    return FEW_NODES
 
 
-@nodes_of.member(Many)
+@nodes_of.member(ManyNodes)
 def _nodes_of_many(quadrature):
-    return MANY
+    return MANY_NODES
 
 
 def spread_over(elastic: tuple) -> Spread:
     """Return the walls with distributed stiffness, with the quadrature rule for the elastic law."""
-    return Spread(Few() if isinstance(elastic, Linear | PowerThreeHalves) else Many())
+    return Spread(FewNodes() if isinstance(elastic, Linear | PowerThreeHalves) else ManyNodes())
 
 
 @kernel
@@ -102,7 +102,7 @@ def pressed_part(strip, is_one_sided):
         return Pressed(zero, root, 1.0 - pressed_range, pressed_range)
     if strip.root < 0.0 and is_one_sided:
         return Pressed(strip.root, -root, zero, unit)
-    return Pressed(max(strip.root, PAST * root), root, zero, unit)
+    return Pressed(max(strip.root, MIN_ROOT_RATIO * root), root, zero, unit)
 
 
 @kernel
@@ -110,23 +110,23 @@ def load_of(strip, pressed_range, laws, quadrature, onset_rate):
     """Return the StripLoad of a strip of which a part is Pressed; laws : (law, elastic).  Not clipped."""
     law, elastic = laws
     zero = as_type_of(0.0, strip.depth)
-    outer = inner_depth = elastic_outer = elastic_inner = zero
+    outer = inner = elastic_outer = elastic_inner = zero
     total = pressed_range.begin + pressed_range.end
     if total == 0.0:
-        return StripLoad(outer, inner_depth, elastic_outer, elastic_inner)
+        return StripLoad(outer, inner, elastic_outer, elastic_inner)
     inverse = 1.0 / total
     for node, weight in nodes_of(quadrature):
         x = pressed_range.begin + (pressed_range.end - pressed_range.begin) * node
         share = pressed_range.first + pressed_range.length * (node * (pressed_range.begin + x) * inverse)
         strip_weight = 2.0 * weight * pressed_range.length * (x * inverse)
         rate = strip.rate + (strip.inner_rate - strip.rate) * share
-        force, stored = contact_force(law, elastic, x * x, rate, onset_rate)
+        force, elastic_part = contact_force(law, elastic, x * x, rate, onset_rate)
         if x < 0.0:
             strip_weight = strip_weight * sign_beyond(law, elastic)
-        outer, inner_depth = outer + strip_weight * (1.0 - share) * force, inner_depth + strip_weight * share * force
-        elastic_outer = elastic_outer + strip_weight * (1.0 - share) * stored
-        elastic_inner = elastic_inner + strip_weight * share * stored
-    return StripLoad(outer, inner_depth, elastic_outer, elastic_inner)
+        outer, inner = outer + strip_weight * (1.0 - share) * force, inner + strip_weight * share * force
+        elastic_outer = elastic_outer + strip_weight * (1.0 - share) * elastic_part
+        elastic_inner = elastic_inner + strip_weight * share * elastic_part
+    return StripLoad(outer, inner, elastic_outer, elastic_inner)
 
 
 @kernel

@@ -208,7 +208,10 @@ class Closure:
         return np.where(satisfied, q, math.nan), jacobian
 
     def derivatives(self, q, angles, jacobian=None) -> tuple[np.ndarray, np.ndarray]:
-        """Return first and second derivatives of `q` by the crank's angle; jacobian : of the constraints, if known."""
+        """Return first and second derivatives of `q` by the crank's angle.
+
+        jacobian : Jacobian of the constraints, if known
+        """
         jacobian = self.evaluate(q, angles)[1] if jacobian is None else jacobian
         right_side = np.zeros((*q.shape[:-1], self.rows, 1))
         right_side[..., -1, :] = 1.0

@@ -18,7 +18,7 @@ from . import members  # noqa: F401 - registers the equations of motion
 from .form import AngleAim, Ball, Driven, Hinge, Loose, Opening, Part, PointAim, Sleeve, Slide, Tree
 from .spanning_tree import CYLINDRICAL, SPHERICAL, Attachment, spanning_tree
 
-STILL = Vector(0.0, 0.0, 0.0)
+ZERO_VECTOR = Vector(0.0, 0.0, 0.0)
 
 
 class Solid(NamedTuple):
@@ -120,16 +120,19 @@ def _joint_to_parent(assembly: Assembly, attachment: Attachment, numbers: Mappin
     """Return the attachment of a body in compiled form."""
     if not attachment.joint:
         return Loose()
-    near_end, far_end = (_point(assembly, endpoint) for endpoint in _ends(assembly, attachment))
+    parent_point, body_point = (_point(assembly, endpoint) for endpoint in _ends(assembly, attachment))
     joint = _joint(assembly, attachment.joint)
     if attachment.joint == assembly.machine.driven:
-        return Driven(near_end, far_end)
+        return Driven(parent_point, body_point)
     if isinstance(joint, Guide):
         return Slide(
-            numbers[attachment.parent], near_end, far_end, Vector(math.cos(joint.axis), math.sin(joint.axis), 0.0)
+            numbers[attachment.parent],
+            parent_point,
+            body_point,
+            Vector(math.cos(joint.axis), math.sin(joint.axis), 0.0),
         )
-    kind = {SPHERICAL: Ball, CYLINDRICAL: Sleeve}.get(assembly.ideal.get(attachment.joint, ""), Hinge)
-    return kind(numbers[attachment.parent], near_end, far_end)
+    attachment_type = {SPHERICAL: Ball, CYLINDRICAL: Sleeve}.get(assembly.ideal.get(attachment.joint, ""), Hinge)
+    return attachment_type(numbers[attachment.parent], parent_point, body_point)
 
 
 def _opening(assembly: Assembly, name: str, joint, numbers: Mapping) -> Opening:
@@ -225,12 +228,12 @@ def _planar_point(assembly: Assembly, endpoint: At, body_poses: Mapping) -> tupl
 def _height(assembly: Assembly, body: str, joints: Mapping) -> float:
     """Return the height (m) of a loose body's centre of mass, with the first of its open joints centred."""
     joint = next(joint for joint in assembly.machine.joints if joint.name in joints and body in _bodies(joint))
-    own_values, other_item = (
+    own_point, other_point = (
         (joint.proximal, joint.distal) if joint.proximal.body == body else (joint.distal, joint.proximal)
     )
     return (
-        _height_of_point(assembly, other_item, joints)
-        - _point(assembly, own_values).z
+        _height_of_point(assembly, other_point, joints)
+        - _point(assembly, own_point).z
         + assembly.solids[body].center[2]
     )
 
@@ -257,7 +260,7 @@ def _height_of_point(assembly: Assembly, endpoint: At, joints: Mapping) -> float
 
 def _lengths(assembly: Assembly, attachment: Attachment) -> list[float]:
     """Return the displacement (m) of a body for a unit of each of its coordinates."""
-    longest_arm = (
+    body_size = (
         extent(assembly.machine.bodies[attachment.body])
         or max(extent(body) for body in assembly.machine.bodies.values())
         or 1.0
@@ -265,23 +268,21 @@ def _lengths(assembly: Assembly, attachment: Attachment) -> list[float]:
     if attachment.joint == assembly.machine.driven:
         return []
     if not attachment.joint:
-        return [*[2.0 * longest_arm] * 4, 1.0, 1.0, 1.0]
+        return [*[2.0 * body_size] * 4, 1.0, 1.0, 1.0]
     if isinstance(_joint(assembly, attachment.joint), Guide):
         return [1.0]
     kind = assembly.ideal.get(attachment.joint, "")
-    return (
-        [2.0 * longest_arm] * 4 if kind == SPHERICAL else [1.0, longest_arm] if kind == CYLINDRICAL else [longest_arm]
-    )
+    return [2.0 * body_size] * 4 if kind == SPHERICAL else [1.0, body_size] if kind == CYLINDRICAL else [body_size]
 
 
 def _check_masses(value: Tree, start: np.ndarray) -> None:
     """Raise MobilityError if a turning body has no moment of inertia."""
-    none = tuple(SpatialLoad(STILL, STILL, STILL, ()) for _ in value.openings)
+    no_loads = tuple(SpatialLoad(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR, ()) for _ in value.openings)
     try:
         with np.errstate(all="ignore"):
-            accelerations = accelerate(value, place(value, start), none)
-        sound = bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
+            accelerations = accelerate(value, place(value, start), no_loads)
+        is_finite = bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
     except ZeroDivisionError:
-        sound = False
-    if not sound:
+        is_finite = False
+    if not is_finite:
         raise MobilityError("with these joints open, something turns that has no moment of inertia")

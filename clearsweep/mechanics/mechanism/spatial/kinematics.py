@@ -108,14 +108,14 @@ def across(tree: MachineType) -> str:
 
 def energy(tree: MachineType) -> str:
     """Return the code of the family member of that name."""
-    tree_code, doubled, falling = PosedTreeCode(tree, "mechanism", "pose"), [], []
+    tree_code, twice_kinetic, gravity_powers = PosedTreeCode(tree, "mechanism", "pose"), [], []
     for body in range(1, len(tree.parts) + 1):
         part, velocity = f"mechanism.parts[{body - 1}]", tree_code.velocity(body)
         mass, inertia = tree_code.code.expression(f"{part}.mass"), tree_code.vector(f"{part}.inertia")
         spin = tree_code.in_body(body, tree_code.spin(body))
-        doubled += [mass * velocity.dot(velocity), spin.dot(inertia.componentwise(spin))]
-        falling.append(mass * velocity.dot(tree_code.vector("mechanism.gravity")))
-    return tree_code.code.function("energy", f"{0.5 * sum_of(doubled)}, {sum_of(falling)}")
+        twice_kinetic += [mass * velocity.dot(velocity), spin.dot(inertia.componentwise(spin))]
+        gravity_powers.append(mass * velocity.dot(tree_code.vector("mechanism.gravity")))
+    return tree_code.code.function("energy", f"{0.5 * sum_of(twice_kinetic)}, {sum_of(gravity_powers)}")
 
 
 def describe(tree: MachineType) -> str:

@@ -6,7 +6,7 @@ COORDINATES = {Driven: 0, Hinge: 1, Slide: 1, Sleeve: 2, Ball: 4, Loose: 7}
 SPEEDS = {Driven: 0, Hinge: 1, Slide: 1, Sleeve: 2, Ball: 3, Loose: 6}
 
 
-class Limb:
+class BodyNode:
     """A body in the type of a tree: attachment, parent, first coordinate and first speed."""
 
     def __init__(self, form: type, parent: int, coordinate: int, speed: int):
@@ -24,11 +24,11 @@ class MachineType:
     def __init__(self, kinds: tuple):
         assert kinds[0] is Tree
         field = {name: kinds[1 + index] for index, name in enumerate(Tree._fields)}
-        self.parts: list[Limb] = []
+        self.parts: list[BodyNode] = []
         coordinate = speed = 0
         for kind in field["attachments"][1:]:
             parent = _number(kind, "parent") if "parent" in kind[0]._fields else 0
-            self.parts.append(Limb(kind[0], parent, coordinate, speed))
+            self.parts.append(BodyNode(kind[0], parent, coordinate, speed))
             coordinate, speed = coordinate + COORDINATES[kind[0]], speed + SPEEDS[kind[0]]
         self.coordinates, self.speeds = coordinate, speed
         self.openings = [(_number(kind, "bearing"), _number(kind, "journal")) for kind in field["openings"][1:]]
@@ -36,7 +36,7 @@ class MachineType:
         self.aim, self.aimed = field["aim"][0], _number(field["aim"], "body")
         self.crank = 1 + next(i for i, part in enumerate(self.parts) if part.form is Driven)
 
-    def part(self, body: int) -> Limb:
+    def part(self, body: int) -> BodyNode:
         """Return a body that moves by its number."""
         return self.parts[body - 1]
 
