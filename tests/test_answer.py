@@ -8,9 +8,9 @@ import clearsweep
 from clearsweep import report
 from clearsweep.cli import verbs
 from clearsweep.contracts.layout import Column, JointLayout, Layout
-from clearsweep.judging import answer, designs, effects, labels, sampled, wear
+from clearsweep.judging import answer, designs, effects, labels, probability, sampled, wear
 from clearsweep.judging.cases import Cases, column_texts, from_to
-from clearsweep.judging.order import lead_of
+from clearsweep.judging.order import Candidate, Lead, lead_of
 from clearsweep.judging.verdict import MARGIN, Limit
 from clearsweep.report.data import study
 from clearsweep.report.data.answered import answers
@@ -87,12 +87,64 @@ def test_a_fit_whose_largest_clearance_was_not_covered_is_to_be_run_with_it():
     ]
     fits[1]["high"] = 2.5
     columns = {FIT: np.array([1.0, 1.0, 2.0, 2.0]), SPEED: [7, 8] * 2, MARGIN: np.full(4, 0.5)}
-    remark = limited(columns, (FIT, SPEED), LIMITED | {"fits": {FIT: fits}})[-1]
-    assert "mean clearance" in remark
-    assert "Not covered: the largest clearance of b (2.5e+06 µm)." in remark  # that of a lies below the mean of b
+    chosen, counted, *_ = limited(columns, (FIT, SPEED), LIMITED | {"fits": {FIT: fits}})
+    assert chosen.startswith("a meets the limits over its whole tolerance: its largest clearance lies below one")
+    assert "b is open: its largest clearance, 2.5e+06 µm, lies above 2e+06 µm (met), the largest" in chosen
+    assert counted.startswith("At the mean clearances of the fits, all designs meet the limits at every crank speed")
     columns[MARGIN] = [0.5, 0.5, -0.5, 0.5]
-    assert "of a (1.5e+06 µm)." in limited(columns, (FIT, SPEED), LIMITED | {"fits": {FIT: fits}})[-1]
-    assert "mean clearance" not in " ".join(limited(columns, (FIT, SPEED)))
+    chosen, *_ = limited(columns, (FIT, SPEED), LIMITED | {"fits": {FIT: fits}})
+    assert chosen.startswith("No fit is known to meet the limits over its whole tolerance. a is open: its largest")
+    assert "1.5e+06 µm, lies between 1e+06 µm (met) and 2e+06 µm (exceeded)" in chosen
+    assert "Exceeding a limit at the mean clearance: b." in chosen
+    assert "fit" not in " ".join(limited(columns, (FIT, SPEED)))
+
+
+def test_of_a_limit_that_small_clearances_exceed_the_smallest_clearance_of_a_fit_decides():
+    fits = [
+        {"name": name, "low": low, "mean": mean, "high": 9.0} for name, low, mean in (("a", 1, 2.0), ("b", 2.5, 3.0))
+    ]
+    columns = {FIT: np.array([1.5, 2.0, 3.0]), SPEED: [7, 7, 7], MARGIN: np.array([-0.1, 0.1, 0.2])}
+    chosen, *_ = limited(columns, (FIT,), LIMITED | {"fits": {FIT: fits}})
+    assert chosen.startswith("b meets the limits over its whole tolerance: its smallest clearance lies above one")
+    assert "a is open: its smallest clearance, 1e+06 µm, lies below 1.5e+06 µm (exceeded)" in chosen
+    columns[MARGIN] = np.array([0.1, -0.1, 0.2])  # not monotone
+    columns[FIT][:] = [1.0, 2.5, 3.0]
+    chosen, *_ = limited(columns, (FIT,), LIMITED | {"fits": {FIT: fits}})
+    assert chosen.startswith("No fit is known")
+
+
+def test_a_probability_is_that_of_the_counted_revolutions_and_grows_with_longer_runs():
+    record = {"simulate": {"revolutions": 4.0, "discard": 1.0, "until": None}, "limits": {"pin_force_peak": 3.5}}
+    assert " within the 3 counted revolutions. " in probability.sentence((0.2, 0.1, 0.3), record)
+    for changed in (
+        {"simulate": {"revolutions": 4.0, "until": {"column": "x"}}},
+        {"units": {"simulate.revolutions": "1"}},
+    ):
+        assert "within the counted revolutions" in probability.sentence((0.2, 0.1, 0.3), record | changed)
+    columns = {"pin_force_peak": [3.0, 4.0, 5.0], "period": np.array([1.0, np.nan, np.nan]), SPEED: [1, 2, 3]}
+    made = cases(columns, (SPEED,), record=record, figures=("force_peak",))
+    period = Column("period", "1", "")
+    made = made._replace(layout=made.layout._replace(columns=(*made.layout.columns, period)))
+    first, *_ = sampled.sentences(made)
+    assert first.startswith("2 of 3 motions did not repeat within the run: longer runs exceed limits on peaks more")
+    columns["period"] = np.ones(3)
+    assert not any("longer runs" in sentence for sentence in sampled.sentences(made))
+
+
+def test_a_start_that_was_cut_off_is_no_rival_of_one_that_reached_its_speed():
+    lead = Lead("start-up", "", (), False, (Candidate("", ("start_up_time", "crank_speed_max")),))
+    record = {"drive": {"motor": {"no_load_speed": 150.0}}, "simulate": {"revolutions": 8.0, "discard": 0.0}}
+    columns = {"start_up_time": [0.1, 0.3, np.nan], "crank_speed_max": [160.0, 151.0, 99.0], SPEED: [1, 2, 3]}
+    columns["pin_force_peak"] = [2.0, 5.0, 9.0]
+    made = cases(columns, (SPEED,), lead, record, ("force_peak",))
+    started = (Column("start_up_time", "s", ""), Column("crank_speed_max", "rad/s", ""))
+    made = made._replace(layout=made.layout._replace(columns=(*made.layout.columns, *started)))
+    said = " ".join(answer.sentences(made))
+    assert "1 of 3 cases was cut off after 8 revolutions, before 142.5: at most 99 at speed 3." in said
+    assert "no-load speed of 150, takes" in said
+    assert "Largest normal force of the finished starts: 5 at speed 2 (case 0000000" in said
+    columns["start_up_time"][2] = 0.9
+    assert "Largest normal force: 9 at speed 3" in " ".join(answer.sentences(made))
 
 
 @pytest.mark.parametrize(
@@ -272,14 +324,14 @@ def test_the_start_up_time_lies_between_the_samples_around_its_speed(started):
 def test_a_start_up_is_answered_in_the_last_lines_and_at_the_top_of_the_page(started):
     run, output = started
     last = "\n".join(output.splitlines()[-10:])
-    assert "Start-up to 1425 rpm, 95 % of the motor's no-load speed, takes" in last
-    assert "1 of 2 cases did not reach 1425 rpm within 5 revolutions: at most" in last
+    assert "Start-up to 1425 rpm, 95 % of the motor's no-load speed of 1500 rpm, takes" in last
+    assert "1 of 2 cases was cut off after 5 revolutions, before 1425 rpm: at most" in last
     sentences = answers(study.prepare(run))
     assert sentences[0].startswith("Start-up to 1425")
     page = report.of(run)
     (summary,) = (part for part in page.parts if part.key == "summary")
     assert summary.blocks[0].cards[0][0] == "Start-up time"
-    assert "not reached" in output  # in the table
+    assert "cut off" in output.split("Answer")[0]  # in the table
     titles = [part.title for part in page.parts]
     assert "Impacts and kinds of motion" not in titles  # there is no steady state
     assert "start-up" in next(str(part.blocks) for part in page.parts if part.key == "trust")

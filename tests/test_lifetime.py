@@ -78,10 +78,11 @@ def test_the_closing_lines_name_the_shortest_and_the_longest_life():
     block |= {"pin_life_low": np.full(5, 990.0), "pin_life_high": np.full(5, 1010.0)}
     lives.add(block, lambda place: {"case_id": f"{place}" * 16, "swept": {"drive.speed": place}})
     lines = [plainly(line) for line in life_lines(lives.facts(), lambda point: f"speed {point['drive.speed']}")]
-    assert lines[1] == "Life of pin, until wear of one body reaches 20.0 \u00b5m"
+    assert lines[1] == "Answer"
     assert lines[2] == (
-        "  shortest 20.0 h at speed 3 (case 33333333). 95 % interval of the numerics alone: 19.8 h to 20.2 h."
+        "  Shortest life of pin, until wear of one body reaches 20.0 \u00b5m: 20.0 h at speed 3 (case 33333333). "
+        "95 % interval of the numerics alone: 19.8 h to 20.2 h."
     )
-    assert lines[3].startswith("  longest 85.5 h")
-    assert lines[4] == "  1 case did not reach the limit"
+    assert lines[3].startswith("  Longest life: 85.5 h")
+    assert lines[4] == "  1 case did not reach the limit."
     assert life_lines(Lives(Layout("planar", True, "", (), columns, ()), {}).facts(), str) == []

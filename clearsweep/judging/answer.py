@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from ..language import wording
-from . import designs, effects, labels, order, sampled, start_up, verdict
+from . import designs, effects, fits, labels, order, sampled, start_up, verdict
 from .cases import MANY_AXES, Cases
 
 RUN_LENGTH = "revolutions_run"  # column
@@ -27,13 +27,22 @@ def specific(cases: Cases) -> list[str]:
     if sampled.is_one_sample(cases.record):
         return sampled.sentences(cases)
     by_question = {
-        "life": (life_effects,),
-        "start-up": (start_up.sentences, peak_force, position_error),
+        "life": (life_effects, kept_at_end),
+        "start-up": (start_up.sentences, start_forces),
         "limits": (limited, start_up.sentences),
         "film": (films,),
         "force": (largest_force, position_error),
     }
     return [line for answer in by_question.get(cases.lead.question, (start_up.sentences,)) for line in answer(cases)]
+
+
+def start_forces(cases: Cases) -> list[str]:
+    """Return the largest force and position error of the starts that reached the motor's speed."""
+    finished = start_up.finished(cases)
+    lines = [*peak_force(finished), *position_error(finished)]
+    if len(finished.case_ids) == len(cases.case_ids):
+        return lines
+    return [line.replace(": ", " of the finished starts: ", 1) for line in lines]
 
 
 def life_effects(cases: Cases) -> list[str]:
@@ -46,6 +55,26 @@ def life_effects(cases: Cases) -> list[str]:
         cases, "life", hours, lambda values: [f"{wording.plain(value)}{wording.BLANK}h" for value in values]
     )
     return [" ".join(moved)] if moved else []
+
+
+def kept_at_end(cases: Cases) -> list[str]:
+    """Return whether the cases meet the limits at the end of the life, the state that their figures describe."""
+    limits = cases.limits
+    if not limits:
+        return []
+    margins = cases.column(verdict.MARGIN).astype(float)
+    count, exceeding = len(margins), int((~(margins >= 0.0)).sum())
+    words = [cases.limit_label(limit) for limit in limits]
+    listed = wording.sentence_list(words) if len(words) <= LISTED_LIMITS else f"{len(words)} limits"
+    kept = "every case meets" if count > 1 else "the case meets"
+    beyond = f"{exceeding} of {wording.count(count, 'case')} {'does' if exceeding == 1 else 'do'} not meet"
+    text = f"At the end of the life, {beyond if exceeding else kept} the limits: {listed}."
+    if np.isfinite(margins).any():
+        worst = int(np.nanargmin(margins))
+        exceeded = cases.column(verdict.EXCEEDED)[worst] or ""
+        margin = verdict.margin_words(float(margins[worst]), limits, exceeded)
+        text += f" Smallest margin there: {margin}{cases.at(worst)}."
+    return [text]
 
 
 def extremes(cases: Cases) -> list[str]:
@@ -211,11 +240,11 @@ def limited(cases: Cases) -> list[str]:
     kept = designs.sentences(cases, shown)
     if not kept:
         return []
-    lines = [" ".join(kept)]
+    lines = [*fits.sentences(cases), " ".join(kept)]
     for limit in _deciding(cases, limits):
         moved = _limit_effects(cases, limit, 1 if len(limits) > 1 else effects.MOST_EFFECTS)
         lines += [" ".join(moved)] if moved else []
-    return [*lines, *designs.fit_remarks(cases)]
+    return lines
 
 
 def _deciding(cases: Cases, limits: tuple[verdict.Limit, ...]) -> list[verdict.Limit]:

@@ -1,12 +1,13 @@
 """Designs of a grid: cases that differ only in their operating conditions, compared by their smallest margin."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..language import wording
+from . import fits
 from .cases import Cases
 from .verdict import MARGIN
 
@@ -73,6 +74,8 @@ def sentences(cases: Cases, limits: str) -> list[str]:
     number = {0: "No", total: "All"}.get(accepted, f"{accepted} of {total}") if total > 1 else "The"
     nouns = noun if not accepted or total == 1 else f"{noun}s" if accepted == total else wording.count(total, noun)
     head = f"{number} {nouns}" if number in ("No", "All", "The") else f"{accepted} of {nouns}"
+    if fits.of_cases(cases) is not None:
+        head = f"At the mean clearances of the fits, {head[0].lower()}{head[1:]}"
     verb = "meets" if accepted <= 1 else "meet"
     if total == 1 and not accepted:
         head, verb = "The case", "does not meet"
@@ -111,27 +114,6 @@ def _one_boundary(cases: Cases, designs: Designs, ends: list[int]) -> list[str]:
     return [
         f"The limits are met {word} {setting} (smallest margin {_percent(designs.margins[safe])}).",
         f"{beyond} {pair[1] if pair else ''} a limit is exceeded{where} (margin {margin}).",
-    ]
-
-
-def fit_remarks(cases: Cases) -> list[str]:
-    """Return remarks on what the mean clearance of fits does not cover, and on the clearances to run for a drawing."""
-    path = next((path for path in cases.record.get("fits") or {} if path in cases.axes), None)
-    if path is None:
-        return []
-    fits: Sequence[Mapping[str, Any]] = cases.record["fits"][path]
-    values, margins = cases.column(path).astype(float), cases.column(MARGIN).astype(float)
-    ran = {value: bool((margins[values == value] >= 0.0).all()) for value in np.unique(values).tolist()}
-    safe = max((value for value, keeps in ran.items() if keeps), default=-np.inf)
-    first_failing = min((value for value, keeps in ran.items() if not keeps), default=np.inf)
-    open_fits = [fit for fit in fits if ran.get(fit["mean"]) and not fit["high"] <= safe < first_failing]
-    first = "Each fit was run at its mean clearance, not at its smallest and largest."
-    if not open_fits:
-        return [f"{first} The largest clearance of each fit that passes lies below another that passes."]
-    bounds = [f"{fit['name']} ({1e6 * fit['high']:.4g}{wording.BLANK}\u00b5m)" for fit in open_fits[:LISTED]]
-    return [
-        f"{first} Not covered: the largest clearance of {wording.sentence_list(bounds)}. Before the drawing, add it to "
-        f"the sweep of {path}."
     ]
 
 

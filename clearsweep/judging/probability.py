@@ -37,6 +37,20 @@ def percentages(probability: tuple[float, float, float]) -> str:
     return f"{value} % (95 %: {low} to {high} %)"
 
 
-def sentence(probability: tuple[float, float, float]) -> str:
-    """Return the probability that any limit is exceeded, in words."""
-    return f"At least one limit is exceeded with a probability of {percentages(probability)}."
+def window(record: Mapping[str, Any]) -> str:
+    """Return ' within the 3 counted revolutions', without the number where a run ends by itself or varies it."""
+    section = record.get("simulate") or {}
+    turns, discard = section.get("revolutions"), section.get("discard", 0.0)
+    fixed = isinstance(turns, int | float) and isinstance(discard, int | float) and not section.get("until")
+    if not fixed or {"simulate.revolutions", "simulate.discard"} & set(record.get("units", {})):
+        return " within the counted revolutions"
+    counted = turns - discard
+    return f" within the {counted:g} counted revolutions" if counted != 1.0 else " within one revolution"
+
+
+def sentence(probability: tuple[float, float, float], record: Mapping[str, Any]) -> str:
+    """Return the probability that any limit is exceeded in the counted revolutions, in words; record : run.json."""
+    return (
+        f"At least one limit is exceeded with a probability of {percentages(probability)}{window(record)}. "
+        "The interval is that of the number of cases alone."
+    )

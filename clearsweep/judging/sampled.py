@@ -15,6 +15,8 @@ __all__ = ["correlations", "driver_sentences", "is_clear", "is_one_sample", "sen
 
 LEAST = 8  # cases: correlations of fewer are meaningless
 QUANTILES = (0.05, 0.5, 0.95)
+PERIOD = "period"  # column
+EXTREMES = ("_peak", "_max", "_min", "_ratio")  # ends of figures that are extremes of a window
 QUARTER = 0.25  # of the cases: those with the lowest and with the highest values of a variable
 
 Texts = Callable[[Sequence[float]], list[str]]
@@ -86,7 +88,7 @@ def sentences(cases: Cases) -> list[str]:
     columns = list(dict.fromkeys(limit.column for limit in limits if cases.has(limit.column)))
     worst = None if columns else cases.worst()
     columns += [worst[1][0]] if worst else []
-    lines = []
+    lines = longer_runs(cases, columns) if limits else []
     for name in columns:
         values = cases.column(name).astype(float)
         chances = [_chance(cases, limit) for limit in limits if limit.column == name]
@@ -98,6 +100,24 @@ def sentences(cases: Cases) -> list[str]:
         if (depths := wear.depth_in_1000_hours(cases, joint)) is not None:
             lines.append(_wear(cases, joint, depths))
     return lines
+
+
+def longer_runs(cases: Cases, limited: Sequence[str]) -> list[str]:
+    """Return that longer runs exceed limits on extremes more often where motions do not repeat; else [].
+
+    limited : columns
+    """
+    columns = {column.name: column for column in cases.layout.columns}
+    extreme = any(columns[name].figure.endswith(EXTREMES) for name in limited if name in columns)
+    if PERIOD not in columns or not extreme:
+        return []
+    count, total = int(np.isnan(cases.column(PERIOD).astype(float)).sum()), len(cases.case_ids)
+    if not count:
+        return []
+    return [
+        f"{count} of {wording.count(total, 'motion')} did not repeat within the run: longer runs exceed limits on "
+        "peaks more often. To count more revolutions, raise simulate.revolutions."
+    ]
 
 
 def _wear(cases: Cases, joint: Any, depths: np.ndarray) -> str:

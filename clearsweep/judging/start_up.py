@@ -20,7 +20,9 @@ def sentences(cases: Cases) -> list[str]:
     lines = []
     if np.isfinite(times).any():
         ends = cases.texts(START_UP, [float(np.nanmin(times)), float(np.nanmax(times))])
-        text = f"Start-up to {target}, 95 % of the motor's no-load speed, takes {' to '.join(dict.fromkeys(ends))}."
+        (full,) = cases.texts(FASTEST, [no_load])
+        taken = " to ".join(dict.fromkeys(ends))
+        text = f"Start-up to {target}, 95 % of the motor's no-load speed of {full}, takes {taken}."
         moved = (
             effects.sentences(cases, "start-up time", times, partial(cases.texts, START_UP)) if _spread(times) else []
         )
@@ -41,7 +43,8 @@ def card(cases: Cases) -> tuple[str, str] | None:
         return None
     times = cases.column(START_UP)
     missing, known = int(np.isnan(times).sum()), times[np.isfinite(times)]
-    remark = f"not reached in {missing} of {wording.count(len(times), 'case')}" if missing else "to 95 % of the speed"
+    cut = f"{missing} of {wording.count(len(times), 'case')} cut off{_after(cases)}"
+    remark = cut if missing else "to 95 % of the speed"
     ends = dict.fromkeys(cases.texts(START_UP, [float(known.min()), float(known.max())])) if known.size else ["none"]
     return " to ".join(ends), remark
 
@@ -67,13 +70,43 @@ def _not_reached(cases: Cases, target: str) -> list[str]:
     if not missing.any():
         return []
     highest = int(np.argmax(np.where(missing, speeds, -np.inf)))
-    within = ""
-    if isinstance(revolutions := (cases.record.get("simulate") or {}).get("revolutions"), float):
-        within = f" within {wording.count(int(revolutions), 'revolution')}"
     count = f"{int(missing.sum())} of {wording.count(len(times), 'case')}"
-    text = f"{count} did not reach {target}{within}: at most {cases.text(FASTEST, highest)}{cases.at(highest)}."
+    were = "was" if missing.sum() == 1 else "were"
+    text = (
+        f"{count} {were} cut off{_after(cases)}, before {target}: at most {cases.text(FASTEST, highest)}"
+        f"{cases.at(highest)}."
+    )
     shared = _shared(cases, missing)
-    return [f"{text} None with {wording.sentence_list(shared)} reached it." if shared else text]
+    within = f" All with {wording.sentence_list(shared)} were." if shared else ""
+    return [
+        f"{text}{within} Their forces and errors lack the rest of the start. To see whether they reach the speed "
+        "later, raise simulate.revolutions."
+    ]
+
+
+def _after(cases: Cases) -> str:
+    """Return ' after 8 revolutions', or '' where their number varies."""
+    turns = (cases.record.get("simulate") or {}).get("revolutions")
+    if not isinstance(turns, float) or "simulate.revolutions" in cases.axes:
+        return ""
+    return f" after {turns:g} revolution{'' if turns == 1.0 else 's'}"
+
+
+def finished(cases: Cases) -> Cases:
+    """Return the starts that reached the motor's speed, for their forces; all cases where nothing starts or none did.
+
+    A start that was cut off lacks the rest of its forces, so that its peak cannot be compared.
+    """
+    if cases.lead.question != "start-up" or _no_load_speed(cases) is None:
+        return cases
+    reached = np.flatnonzero(np.isfinite(cases.column(START_UP)))
+    if len(reached) in (0, len(cases.case_ids)):
+        return cases
+    return cases._replace(
+        case_ids=[cases.case_ids[index] for index in reached.tolist()],
+        column=lambda name: cases.column(name)[reached],
+        named_value=lambda index, path: cases.named_value(int(reached[index]), path),
+    )
 
 
 def _shared(cases: Cases, missing: np.ndarray) -> list[str]:

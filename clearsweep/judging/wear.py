@@ -34,12 +34,22 @@ def depth_in_1000_hours(cases: Cases, joint: JointLayout) -> np.ndarray | None:
 
 def remark(cases: Cases, joint: JointLayout, index: int, depth: float) -> list[str]:
     """Return the remark that a depth (m) in 1000 hours is no forecast if it exceeds the clearance, else []."""
-    clearance = _clearance(cases, joint, index)
-    if clearance is None or depth <= clearance:
+    hours, clearance = hours_to_clearance(cases, joint, index, depth), _clearance(cases, joint, index)
+    if not hours or clearance is None:
         return []
     (size,) = wording.in_common_unit([clearance], "m")
-    hours = f"{wording.plain(1000.0 * clearance / depth, 2)} h"
     return [f"This is no forecast: after {hours} the wear equals the clearance of {size}, and the rate changes."]
+
+
+def hours_to_clearance(cases: Cases, joint: JointLayout, index: int, depth: float) -> str:
+    """Return the hours after which the wear of a case equals its clearance; '' unless it does within 1000 hours.
+
+    depth : m in 1000 hours
+    """
+    clearance = _clearance(cases, joint, index)
+    if clearance is None or not depth > clearance:
+        return ""
+    return f"{wording.plain(1000.0 * clearance / depth, 2)} h"
 
 
 def _texts(values: Sequence[float]) -> list[str]:

@@ -60,14 +60,15 @@ def life_lines(life: dict[str, Any] | None, setting: Callable[[dict[str, Any]], 
     if not life:
         return []
     until = f", {life['until']}" if life["until"] else ""
-    lines, listed_ids = ["", f"Life of {wording.joint_name(life['joint'])}{until}"], []
+    lines, listed_ids = ["", "Answer"], []
     for key in BETTER:
         if key in life and life[key]["case_id"] not in listed_ids:
             listed_ids.append(life[key]["case_id"])
             case_setting = setting(life[key]["swept"])
             at = f" at {case_setting}" if case_setting else ""
             case = f"{at} (case {wording.short_id(life[key]['case_id'])})"
-            lines.append(f"  {key} {life[key]['text']}{case}. {' '.join(life[key]['remarks'])}")
+            of = "" if listed_ids[1:] else f" of {wording.joint_name(life['joint'])}{until}"
+            lines.append(f"  {key.capitalize()} life{of}: {life[key]['text']}{case}. {' '.join(life[key]['remarks'])}")
     if life["unreached"]:
-        lines.append(f"  {wording.count(life['unreached'], 'case')} did not reach the limit")
+        lines.append(f"  {wording.count(life['unreached'], 'case')} did not reach the limit.")
     return lines

@@ -27,6 +27,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
     limits, leading = run_facts.limits, run_facts.ranking
     words = {key: run.grid.get(key, {}) for key in ("units", "fits", "labels")}
     words["written_units"] = common_units(run.grid)
+    chance = _probability(result, run.grid, limits.facts())
     return words | {
         "directory": str(result.directory),
         "cases": result.cases,
@@ -43,7 +44,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "derived": result.derived,
         "warnings": [*result.warnings, *run_facts.remarks.sentences()],
         "limits": limits.facts(),
-        "probability": _probability(result, run.grid, limits.facts()),
+        "probability": chance,
         "life": run_facts.lives.facts(),
         "slowest": run_facts.pace.slowest,
         "seek": seek_facts(result, run.grid),
@@ -54,7 +55,10 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "ranked": {"title": leading.title, "headings": list(leading.headings), "units": limits.units},
         "no_limits": order.no_limits(run.layout, leading) if leading.question in order.BY_CONTENT else "",
         "worst": run_facts.worst.entries,
-        "answer": [plain(text) for text in answered.sentences(run, leading, run_facts.laws, words)],
+        "answer": [
+            *([plain(probability.sentence(chance, run.grid))] if chance else []),
+            *(plain(text) for text in answered.sentences(run, leading, run_facts.laws, words)),
+        ],
         "expected": run_facts.expected,
         "law_check": run_facts.laws.facts(next(iter(run_facts.worst.entries), None)),
         "failures": run_facts.failures,
@@ -151,8 +155,6 @@ def _answer_lines(facts: dict[str, Any]) -> list[str]:
     """Return the lines on the questions of the grid, those on the leading one last, where a reader looks first."""
     lives = life_lines(facts["life"], lambda point: setting_text(point, facts))
     sentences = [f"  {sentence}" for sentence in facts["answer"]]
-    if facts["probability"]:
-        sentences.insert(0, f"  {probability.sentence(facts['probability'])}")
     if facts["question"] == "life":
         return [*_limit_lines(facts), *seek_lines(facts), *lives, *sentences]
     lines = [*lives, *_limit_lines(facts)]
@@ -304,7 +306,7 @@ def _figure(figure: dict[str, Any], units: Mapping[str, str]) -> str:
     if value is None and name.endswith("_dry_load_share"):
         return answer.NOT_MODELLED
     if value is None and name == order.START_UP:
-        return "not reached"
+        return "cut off"
     if value is None or "words" in figure:
         return str(figure.get("words", "-"))
     if name.endswith("_life_hours"):

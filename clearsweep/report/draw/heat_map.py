@@ -14,7 +14,7 @@ SIZE = (3.4, 2.7)  # inches, of a map: small, so that its letters are large on t
 CELLS_WIDTH, LETTER = 170.0, 0.62  # points, width of all cells; width of a letter over the font size
 SMALLEST_LETTERS, LARGEST_LETTERS = 6.0, 8.5  # points
 CELLS_VECTOR = 150  # cells above which they are drawn as pixels
-NOT_REACHED = "not\nreached"
+CUT_OFF = "cut\noff"
 DECADES = 8.0  # ratio of largest to smallest value above which the colours are logarithmic
 
 
@@ -71,5 +71,5 @@ def heat_map(
 def _number(value: float) -> str:
     """Return the text of a cell."""
     if np.isinf(value):
-        return NOT_REACHED
+        return CUT_OFF
     return wording.plain(value, 3) if np.isfinite(value) else wording.DASH

@@ -14,7 +14,9 @@ from .style import INK, name_values
 GOOD, BAD, UNKNOWN = "#9fd0e8", "#f2b28c", "#e8ebee"  # pale blue and orange: distinguished by any eye, and in grey
 
 
-PARTLY = "#dcecf5"  # passes, but its design fails elsewhere
+PARTLY = "#dcecf5"  # passes, but its design fails elsewhere, or the tolerance of its fit is not covered
+ELSEWHERE, OPEN = 1.0, 2.0  # reservations of a cell that passes
+WORDS = {ELSEWHERE: "(ok)", OPEN: "open"}
 DOT_GOOD, DOT_BAD = "#1f5f86", "#a34a12"
 
 
@@ -27,17 +29,17 @@ class Dots(NamedTuple):
 
 
 def cells(ax: Axes, tables: tuple[np.ndarray, np.ndarray, np.ndarray], axes: tuple[Axis, Axis], between: Dots) -> None:
-    """Draw the smallest margin of every cell, and whether the cell or its design fails.
+    """Draw the smallest margin of every cell, and whether the cell fails or passes with a reservation.
 
     tables : (values of the second axis, of the first) each, NaN without a finished case: smallest margin; 1 where the
-    cell fails, else 0; 1 where its design fails under some condition.  The cases in `between` are drawn on top.
+    cell fails, else 0; its reservation, a key of WORDS or 0.  The cases in `between` are drawn on top.
     """
-    (margins, failing, elsewhere), (across, up) = tables, axes
+    (margins, failing, reserved), (across, up) = tables, axes
     ax.set_facecolor(UNKNOWN)
     edges = [np.arange(size + 1) - 0.5 for size in failing.shape[::-1]]
     ax.pcolormesh(
         *edges,
-        np.ma.masked_invalid(np.where((failing == 0.0) & (elsewhere == 1.0), 0.5, failing)),
+        np.ma.masked_invalid(np.where((failing == 0.0) & (reserved > 0.0), 0.5, failing)),
         cmap=ListedColormap([GOOD, PARTLY, BAD]),
         vmin=0.0,
         vmax=1.0,
@@ -50,15 +52,7 @@ def cells(ax: Axes, tables: tuple[np.ndarray, np.ndarray, np.ndarray], axes: tup
         for (row, column), fails in np.ndenumerate(failing):
             margin = margins[row, column]
             number = wording.plain(float(100.0 * margin), 2) if np.isfinite(margin) else ""
-            word = (
-                wording.DASH
-                if np.isnan(fails)
-                else "no"
-                if fails
-                else "(ok)"
-                if elsewhere[row, column] == 1.0
-                else "ok"
-            )
+            word = wording.DASH if np.isnan(fails) else "no" if fails else WORDS.get(float(reserved[row, column]), "ok")
             text = f"{word}\n{number}".strip()
             ax.text(column, row, text, ha="center", va="center", fontsize=letters(failing.shape[1], 5), color="black")
     for fails, colour, mark in ((False, DOT_GOOD, "o"), (True, DOT_BAD, "X")):

@@ -10,6 +10,7 @@ from ...language import wording
 from ..blocks.picture import Picture, capital
 from ..blocks.section import Gallery, Section, filled
 from ..data.axis import Axis
+from ..data.comparable import LEFT_OUT, comparable, leaves_out
 from ..data.shown import in_words
 from ..data.study import CALLED, Study, grouped, largest, median, over_other_axes, smallest
 from ..draw import comparison
@@ -40,6 +41,8 @@ def sections(study: Study) -> list[Section]:
     note = f"Each point is the {'median' if study.typical else 'worst'} of its cases."
     if any(drawn.limit for drawn in _drawn(study)):
         note += " The horizontal line is the limit."
+    if any(leaves_out(study, drawn.column) for drawn in _drawn(study)):
+        note += LEFT_OUT
     return [Section("curves", f"Over {across.name}", filled([Gallery(note, pictures)]))]
 
 
@@ -75,7 +78,7 @@ def _drawn(study: Study) -> list[Drawn]:
 
 def _picture(study: Study, drawn: Drawn, across: Axis, second: Axis | None) -> Picture:
     least = drawn.column.endswith(maps.LESS_IS_WORSE) or (drawn.limit is not None and drawn.limit.kind == "at_least")
-    values = study.cases[drawn.column].to_numpy(float)
+    values = comparable(study, drawn.column)
     reduced = median if study.typical else smallest if least else largest
     table = _table(study, values, (across, second), reduced)
     kept = np.unique(np.linspace(0, len(table) - 1, min(len(table), MOST)).round().astype(int))

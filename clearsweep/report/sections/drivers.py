@@ -7,6 +7,7 @@ from ...language.wording import Scale
 from ..blocks.picture import Picture, capital
 from ..blocks.section import Gallery, Points, Section, filled
 from ..blocks.table import Column, Quantity, Table
+from ..data.comparable import LEFT_OUT, leaves_out
 from ..data.leading import PEAK
 from ..data.shown import shown
 from ..data.study import RATIO, Joint, Study
@@ -138,6 +139,8 @@ def _note(study: Study) -> str:
     note = f"Each point is the median of the cases with that value{band}. Panels share their scale."
     if len(study.joints) > 1 and study.lead is PEAK:
         note += " Solid lines or dots are the peaks of a joint, dashed lines or squares its rms values."
+    if leaves_out(study, study.hardest_joint().column(study.lead.figure)):
+        note += LEFT_OUT
     return note
 
 

@@ -16,6 +16,8 @@ from ...language import wording
 from ..blocks.picture import Picture, Spot, capital
 from ..blocks.section import Gallery, Section, filled
 from ..data.axis import Axis
+from ..data.comparable import LEFT_OUT, comparable, leaves_out
+from ..data.dotted import value_at
 from ..data.study import CALLED, RATIO, Joint, Study, cells, largest, median, over_other_axes, smallest
 from ..data.worst_case import question
 from ..draw import heat_map
@@ -121,7 +123,7 @@ def _span(maps: list[Map], name: str) -> tuple[float, float]:
 
 
 def _table(study: Study, column: str, pair: tuple[Axis, Axis]) -> np.ndarray:
-    return over_other_axes(study, study.cases[column].to_numpy(float), pair, _reduced(study, column))
+    return over_other_axes(study, comparable(study, column), pair, _reduced(study, column))
 
 
 def _reduced(study: Study, column: str) -> Callable[[np.ndarray], float]:
@@ -161,7 +163,10 @@ def _picture(study: Study, shown: Map, span: tuple[float, float]) -> Picture:
     known = table[np.isfinite(table)]
     lowest, highest = (scale.text(value) for value in (known.min(), known.max())) if known.size else ("", "")
     if np.isinf(table).any():
-        caption += " In a cell marked as not reached, the motor does not reach its speed in at least one case."
+        turns = value_at(study.base, "simulate.revolutions")
+        after = f" after {turns:g} revolutions" if isinstance(turns, int | float) else ""
+        caption += f" In a cell marked as cut off, at least one case ends{after}, before the motor's speed."
+    caption += LEFT_OUT if leaves_out(study, shown.column) else ""
     return Picture(
         f"{capital(shown.name)}: {across.name} {wording.TIMES} {up.name}",
         caption,
@@ -177,7 +182,7 @@ def _spots(study: Study, shown: Map, scale: wording.Scale) -> tuple[Spot, ...]:
     across, up = shown.pair
     if len(across.values) * len(up.values) > SPOTS:
         return ()
-    reduced, values = _reduced(study, shown.column), study.cases[shown.column].to_numpy(float)
+    reduced, values = _reduced(study, shown.column), comparable(study, shown.column)
     spots = []
     for place, cases in enumerate(cells(study, values, shown.pair)):
         if len(cases):

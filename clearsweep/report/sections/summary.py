@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from ...judging import answer, designs, probability, sampled, start_up, verdict
+from ...judging import answer, designs, fits, probability, sampled, start_up, verdict, wear
 from ...language import wording
 from ..blocks.picture import capital
 from ..blocks.section import Cards, Section
 from ..data.answered import answer_cases
+from ..data.comparable import comparable, leaves_out
 from ..data.leading import PEAK
 from ..data.study import PER_HOURS, Joint, Study
 from ..data.worst_case import question, worst_case
@@ -47,15 +48,30 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         ("restitution", "Measured restitution", "largest of all cases"),
         (PER_HOURS, "Deepest wear in 1000 h", "of one body, at the rate of the window"),
     )
-    for figure, name, suffix in figures:
-        column, joint = _worst(study, figure)
-        if study.cases.largest(column) > 0.0:
-            where = study.where(joint, "joint {}") if joint else ""
-            worst = study.cases[column].idxmax()
-            elastic = elastic_range.remark(study, joint, worst) if joint and figure == ONSET else ""
-            note = "; ".join(filter(None, (where, suffix, elastic))) or (f"joint {joint.title}" if joint else "")
-            cards.append((name, study.text(worst, column), note))
-    return cards
+    return cards + [card for each in figures for card in _largest(study, *each)]
+
+
+def _largest(study: Study, figure: str, name: str, suffix: str) -> list[tuple[str, str, str]]:
+    """Return the card on the largest value of a figure; [] if it is null or 0."""
+    column, joint = _worst(study, figure)
+    if not study.cases.largest(column) > 0.0:
+        return []
+    where = study.where(joint, "joint {}") if joint else ""
+    values = comparable(study, column)
+    place = int(np.nanargmax(values))
+    worst = study.cases.index[place]
+    if figure == PER_HOURS and joint and (hours := _hours_to_clearance(study, joint, place, float(values[place]))):
+        return [(name, "no forecast", f"at the rate of the window, the wear equals the clearance after {hours}")]
+    starts = "of the finished starts" if leaves_out(study, column) else ""
+    elastic = elastic_range.remark(study, joint, worst) if joint and figure == ONSET else ""
+    note = "; ".join(filter(None, (where, suffix, starts, elastic))) or (f"joint {joint.title}" if joint else "")
+    return [(name, study.text(worst, column), note)]
+
+
+def _hours_to_clearance(study: Study, joint: Joint, place: int, depth: float) -> str:
+    """Return the hours after which the wear of a case equals its clearance, '' beyond 1000 h; depth : m in 1000 h."""
+    layout = next(each for each in study.run.layout.joints if each.name == joint.name)
+    return wear.hours_to_clearance(answer_cases(study), layout, place, depth)
 
 
 def _answer(study: Study) -> list[tuple[str, str, str]]:
@@ -116,6 +132,11 @@ def _designs(study: Study) -> list[tuple[str, str, str]]:
         return []
     accepted = sum(margin >= 0.0 for margin in grouped.margins)
     names = wording.sentence_list([wording.axis_name(path) for path in grouped.conditions])
+    states = fits.of_cases(cases)
+    if states is not None:
+        still_open = f"; open: {wording.sentence_list([fit['name'] for fit in states.open])}" if states.open else ""
+        note = f"over their whole tolerance, at every {names}{still_open}"
+        return [("Fits within the limits", f"{len(states.sure)} of {states.total}", note)]
     return [("Designs within the limits", f"{accepted} of {len(grouped.margins)}", f"at every {names}")]
 
 
@@ -125,7 +146,8 @@ def _chance(study: Study) -> list[tuple[str, str, str]]:
     if not sampled.is_one_sample(study.run.grid) or not limits.cases:
         return []
     value, _, interval = probability.percentages(probability.share(limits.exceeding, limits.cases)).partition(" (")
-    return [("Probability of exceeding a limit", value, interval.removesuffix(")"))]
+    note = f"{interval.removesuffix(')')}, by the number of cases alone;{probability.window(study.run.grid)}"
+    return [("Probability of exceeding a limit", value, note)]
 
 
 def _at(study: Study, case_id: str) -> str:

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from ...judging import designs, order, probability, sampled, verdict
+from ...judging import designs, fits, order, probability, sampled, verdict
 from ...judging.cases import MANY_AXES
 from ...judging.labels import limit_label
 from ...language import wording
@@ -109,6 +109,8 @@ def _kept(study: Study) -> list[str]:
     """Return sentences with the number of cases that meet the limits, and the worst and the best margin."""
     if verdict.EXCEEDED not in study.cases:
         return []
+    if question(study).question == "life":  # then the answer has the limits
+        return [*_chance(study), *_not_judged(study)]
     counted_cases = counts.limits(study)
     beyond, cases = counted_cases.exceeding, wording.count(counted_cases.cases, "case")
     first = f"{beyond} of {cases} exceed at least one limit" if beyond else f"All of {cases} meet the limits"
@@ -151,7 +153,7 @@ def _chance(study: Study) -> list[str]:
     if len(samples) != 1 or study.run.grid["sample"]["method"] not in probability.INDEPENDENT:
         return []
     chance = sensitivity.exceedance(any_exceeded(study, samples[0]))
-    return [probability.sentence(chance)]
+    return [probability.sentence(chance, study.run.grid)]
 
 
 def _not_judged(study: Study) -> list[str]:
@@ -229,7 +231,7 @@ def _map(study: Study, across: Axis, up: Axis) -> Picture:
     between = _between(study, exceeded, across, up)
     passing_cells, cells = int((failing == 0.0).sum()), int(np.isfinite(failing).sum())
     others = [axis.name for axis in study.swept() if axis not in (across, up)]
-    elsewhere, remark = _failing_elsewhere(study, (across, up))
+    reserved, remark = _reservations(study, (across, up))
     caption = f"{NOTE} Worst over {wording.sentence_list(others)}." if others else f"{NOTE} Each cell is one case."
     caption += remark
     if len(between.x):
@@ -241,21 +243,28 @@ def _map(study: Study, across: Axis, up: Axis) -> Picture:
         caption,
         f"Map of the smallest margin over {across.name} and {up.name}: {passing_cells} of {cells} cells meet all "
         f"limits. {caption}",
-        lambda ax: pass_share.cells(ax, (smallest, failing, elsewhere), (across, up), between),
+        lambda ax: pass_share.cells(ax, (smallest, failing, reserved), (across, up), between),
         heat_map.SIZE,
     )
 
 
-def _failing_elsewhere(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, str]:
-    """Return for each cell 1 if its design exceeds a limit under some condition, else 0; and the remark on it."""
+def _reservations(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, str]:
+    """Return the reservation of each cell, and the remark on it.
+
+    It is `pass_share.ELSEWHERE` where the design exceeds a limit under some condition, `OPEN` for an open fit, else 0.
+    """
     cases = answer_cases(study)
     grouped = designs.of_cases(cases.axes, cases.column, len(cases.case_ids))
     fails = np.zeros(len(cases.case_ids))
     if grouped is not None and any(axis.path in grouped.conditions for axis in pair):
         for margin, members in zip(grouped.margins, grouped.members, strict=True):
-            fails[list(members)] = margin < 0.0
+            fails[list(members)] = pass_share.ELSEWHERE * (margin < 0.0)
     names = [wording.axis_name(path) for path in grouped.conditions] if grouped is not None else []
     remark = f" (ok): met here, but not at every {wording.sentence_list(names)}." if fails.any() else ""
+    states = fits.of_cases(cases)
+    if states is not None and states.open and any(axis.path == states.path for axis in pair):
+        fails[np.isin(cases.column(states.path), [fit["mean"] for fit in states.open])] = pass_share.OPEN
+        remark += " open: met at the mean clearance; an end of the fit's tolerance was not covered."
     return over_other_axes(study, fails, pair, largest), remark
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...judging import variance
 from ..data.axis import Axis
+from ..data.comparable import comparable
 from ..data.study import Study, grouped
 
 
@@ -39,7 +40,7 @@ def main_effects(study: Study, column: str) -> list[MainEffect]:
 
 
 def _main_effects(study: Study, column: str) -> list[MainEffect]:
-    axes, values = study.levels(), study.cases[column].to_numpy(float)
+    axes, values = study.levels(), comparable(study, column)
     places = [study.places(axis) for axis in axes]
     shares = variance.explained(values, places)
     effects = []

@@ -1,0 +1,29 @@
+"""Figures of cases that may be compared: a start that was cut off lacks the rest of its forces."""
+
+import numpy as np
+
+from ...judging.order import FASTEST, START_UP
+from .study import Study
+from .worst_case import question
+
+LEFT_OUT = " Starts that were cut off before the motor's speed are left out."
+
+
+def comparable(study: Study, column: str) -> np.ndarray:
+    """Return a figure of the finished cases (n,) in SI, NaN for null and for starts that were cut off."""
+    values = study.cases[column].to_numpy(float)
+    return np.where(_cut_off(study), np.nan, values) if leaves_out(study, column) else values
+
+
+def leaves_out(study: Study, column: str) -> bool:
+    """Return whether a figure leaves out starts that were cut off."""
+    return column not in (START_UP, FASTEST) and bool(_cut_off(study).any())
+
+
+def _cut_off(study: Study) -> np.ndarray:
+    """Return which starts did not reach the motor's speed; none if all or nothing starts."""
+    count = len(study.cases)
+    if question(study).question != "start-up" or not study.has(START_UP):
+        return np.zeros(count, bool)
+    cut: np.ndarray = np.isnan(study.cases[START_UP].to_numpy(float))
+    return cut
