@@ -235,7 +235,7 @@ def share_of_bound(case_scene: scene.Scene, summary: dict[str, Any]) -> float:
         energies.append(_damped_energy(mass, rate, factor))
         loads.append(_largest_load(case_scene, case_joint.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
     shares = []
-    for (_, _, joint), load in zip(dry_joints, loads, strict=True):
+    for (part, _, joint), load in zip(dry_joints, loads, strict=True):
         deepest = _deepest(joint.elastic, sum(energies), load)
         deepest += joint.corners.end if type(joint) in (Lubricated,) else 0.0
         shares.append(summary[f"{part.name}_penetration_max"] / deepest if deepest > 0.0 else 0.0)
