@@ -12,30 +12,30 @@ from .sweeping import signals
 
 def main() -> None:
     """Run the command line and end the process with its exit code, even if interpreter shutdown fails."""
-    decided: list[int] = []
+    codes: list[int] = []
     # The function registered first is called last.  After it the interpreter would shut down, where a thread of any
     # library can still abort the process.
-    atexit.register(_leave, decided)
+    atexit.register(_leave, codes)
     signals.end_with_run()
     os.environ.pop("SOURCE_DATE_EPOCH", None)  # no result has a date, and scipy cannot be imported if it is no number
     try:
         cli.main()
     except SystemExit as outcome:
-        decided.append(int(outcome.code or 0))
+        codes.append(int(outcome.code or 0))
     except KeyboardInterrupt:  # between the last word and here
-        decided.append(exit_codes.INTERRUPTED)
+        codes.append(exit_codes.INTERRUPTED)
     for signum in signals.SIGNALS:
         signal.signal(signum, signal.SIG_IGN)
-    sys.exit(decided[0])
+    sys.exit(codes[0])
 
 
-def _leave(decided: list[int]) -> None:
+def _leave(codes: list[int]) -> None:
     """End the process at once if its exit code is decided; a forked child, with an empty list, ends as usual."""
-    if decided:
+    if codes:
         for stream in (sys.stdout, sys.stderr):
             with contextlib.suppress(OSError, ValueError, AttributeError):  # closed, full or None
                 stream.flush()
-        os._exit(decided[0])
+        os._exit(codes[0])
 
 
 if __name__ == "__main__":

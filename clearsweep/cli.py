@@ -26,7 +26,7 @@ VERSION_HELP = "Print the versions, the processor level and the directory of com
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit: 0 done, 1 internal error, 2 bad input, 3 some cases failed, 4 storage failed or
     scheduler lost, 129 hung up, 130 interrupted, 143 terminated."""
-    streams.outlast()
+    streams.survive_closed_streams()
     code = _exit_code(arguments)
     sys.stdout.flush()
     sys.exit(code)
@@ -243,11 +243,11 @@ def report(  # noqa: PLR0913 - one argument per option
         _write(page, out or directory / "report.html", **arguments)
 
 
-def _write(page: "Page", out: Path, *, tables: Path | None, figures: Path | None, as_json: bool, **looks: str) -> None:
-    """Write a page with its tables and figures, and print the files; `looks`: format and width of the figures."""
+def _write(page: "Page", out: Path, *, tables: Path | None, figures: Path | None, as_json: bool, **style: str) -> None:
+    """Write a page with its tables and figures, and print the files; `style`: their format and width."""
     from .report.documents.paper import Wanted
 
-    files = page.write_all(out, tables, Wanted(figures, **looks) if figures else None)
+    files = page.write_all(out, tables, Wanted(figures, **style) if figures else None)
     lines = [files["report"], *files.get("figures", []), *([files["tables"]] if "tables" in files else [])]
     click.echo(json.dumps(files, indent=2) if as_json else "\n".join(lines))
 

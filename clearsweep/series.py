@@ -21,9 +21,9 @@ from .language import quantity
 from .language.errors import InputError, nearest
 
 _LARGEST_FILE = 64 * 2**20  # bytes of a file
-_SHOWN = 200  # rows of the printed table; --json has all
-_AGREEING = 0.05  # of the depth; a more coarsely rounded table is not compared
-_NOISE = 1e-9  # of the depth; rounding error of sums in double precision
+_MAX_PRINTED_ROWS = 200  # rows of the printed table; --json has all
+_MAX_ROUNDING = 0.05  # of the depth; a more coarsely rounded table is not compared
+_ROUNDING_ERROR = 1e-9  # of the depth; rounding error of sums in double precision
 _ROUNDED = ("depth", "clearance")  # columns whose rounding matters
 _DIGITS = frozenset("0123456789+-.eE ")
 #: Column -> SI unit, and the names by which its head may begin: `contact_pressure [MPa]` or `contact_pressure_MPa`.
@@ -46,7 +46,7 @@ class Series(NamedTuple):
     name: str
 
 
-class Worn(NamedTuple):
+class SeriesWear(NamedTuple):
     """The wear computed from a series."""
 
     series: Series
@@ -126,7 +126,7 @@ def read(file: str | PathLike) -> Series:
     return Series(columns, rounding, str(path))
 
 
-def wear(series: Series, coefficient: float, area: float | None = None) -> Worn:
+def wear(series: Series, coefficient: float, area: float | None = None) -> SeriesWear:
     """Return the wear of a series with a `coefficient` (m^2/N).
 
     area : m^2, loaded by the force; None if the pressure is a column.  Raises InputError.
@@ -157,42 +157,42 @@ def wear(series: Series, coefficient: float, area: float | None = None) -> Worn:
         work = sums["trapezoidal"] * steps
         with np.errstate(over="ignore"):
             implied = np.divide(np.diff(columns["depth"]), work, out=np.full(len(work), np.nan), where=work > 0.0)
-    worn = Worn(series, coefficient, pressure, depth, implied, (), ())
-    remarks = [*_of_depth(worn), *_of_clearance(series), *_of_area(series)]
+    worn = SeriesWear(series, coefficient, pressure, depth, implied, (), ())
+    remarks = [*_depth_remarks(worn), *_clearance_remarks(series), *_area_remarks(series)]
     if coefficient > 0.0:
-        (remarks if _of_depth(worn) else notes).append(_of_unit(worn))
+        (remarks if _depth_remarks(worn) else notes).append(_unit_remark(worn))
     return worn._replace(remarks=tuple(remarks), notes=tuple(notes))
 
 
-def _tolerance(worn: Worn) -> np.ndarray:
+def _tolerance(worn: SeriesWear) -> np.ndarray:
     """Return the rounding error (rows,) m of the growth of the table's depth: half a last digit at each end."""
     half_digit = worn.series.rounding["depth"]
     first = half_digit[0] if worn.series.columns["depth"][0] else 0.0
-    return np.asarray(half_digit + first + _NOISE * worn.depth["right"][-1])
+    return np.asarray(half_digit + first + _ROUNDING_ERROR * worn.depth["right"][-1])
 
 
-def _is_coarse(worn: Worn) -> bool:
+def _is_coarse(worn: SeriesWear) -> bool:
     """Return whether the table's depth is rounded too coarsely to be compared."""
     compared = worn.implied is not None and worn.coefficient > 0.0
-    return compared and bool(_tolerance(worn)[-1] > _AGREEING * worn.depth["trapezoidal"][-1])
+    return compared and bool(_tolerance(worn)[-1] > _MAX_ROUNDING * worn.depth["trapezoidal"][-1])
 
 
-def _of_depth(worn: Worn) -> list[str]:
+def _depth_remarks(worn: SeriesWear) -> list[str]:
     """Return remarks on rows whose depth disagrees with pressures and speeds."""
     columns, implied = worn.series.columns, worn.implied
     if implied is None or worn.coefficient == 0.0:
         return []
-    grown = columns["depth"] - columns["depth"][0]
+    growth = columns["depth"] - columns["depth"][0]
     time, tolerances = columns["time"], _tolerance(worn)[1:]
-    agreeing = {rule: np.abs(grown[1:] - depths[1:]) <= tolerances for rule, depths in worn.depth.items()}
-    lengths = {rule: len(is_near) if is_near.all() else int(np.argmin(is_near)) for rule, is_near in agreeing.items()}
+    agreeing = {rule: np.abs(growth[1:] - depths[1:]) <= tolerances for rule, depths in worn.depth.items()}
+    lengths = {rule: len(agrees) if agrees.all() else int(np.argmin(agrees)) for rule, agrees in agreeing.items()}
     best = max(lengths, key=lambda rule: lengths[rule])
     if lengths[best] == len(time) - 1:
         return []
     totals = {rule: _um(depths[-1]) for rule, depths in worn.depth.items()}
     finite = implied[np.isfinite(implied)]
     sentence = (
-        f"Wear depth: the table grows by {_um(grown[-1])} um, but its pressures and speeds with "
+        f"Wear depth: the table grows by {_um(growth[-1])} um, but its pressures and speeds with "
         f"{worn.coefficient:.3g} m^2/N give {totals['trapezoidal']} um (trapezoidal rule; {totals['left']} with the "
         f"first values of each step, {totals['right']} with the last). "
     )
@@ -205,7 +205,7 @@ def _of_depth(worn: Worn) -> list[str]:
     return [sentence.strip()]
 
 
-def _one_coefficient(worn: Worn) -> bool:
+def _one_coefficient(worn: SeriesWear) -> bool:
     """Return whether one coefficient explains every step of the table's depth, by some rule and within rounding."""
     columns, depth = worn.series.columns, np.diff(worn.series.columns["depth"])
     unit = worn.series.rounding["depth"][1:] + worn.series.rounding["depth"][:-1]
@@ -220,23 +220,23 @@ def _one_coefficient(worn: Worn) -> bool:
     return bool(low.max() <= high.min())
 
 
-def _of_clearance(series: Series) -> list[str]:
+def _clearance_remarks(series: Series) -> list[str]:
     """Return a remark if the table's clearance shrinks while it wears."""
     if not {"clearance", "depth"} <= series.columns.keys():
         return []
     clearance, depth = series.columns["clearance"], series.columns["depth"]
-    change, grown = clearance[-1] - clearance[0], depth[-1] - depth[0]
-    if abs(change - grown) <= sum(float(series.rounding[name][[0, -1]].sum()) for name in _ROUNDED):
+    change, growth = clearance[-1] - clearance[0], depth[-1] - depth[0]
+    if abs(change - growth) <= sum(float(series.rounding[name][[0, -1]].sum()) for name in _ROUNDED):
         return []
     verb = "shrinks" if change < 0.0 else "grows"
     return [
         f"Clearance: the table's radial clearance {verb} by {1e6 * abs(change):.3g} um (diametral "
-        f"{2e6 * abs(change):.3g} um) while {1e6 * grown:.3g} um are worn; wear enlarges a clearance, by no more than "
+        f"{2e6 * abs(change):.3g} um) while {1e6 * growth:.3g} um are worn; wear enlarges a clearance, by no more than "
         "its depth."
     ]
 
 
-def _of_area(series: Series) -> list[str]:
+def _area_remarks(series: Series) -> list[str]:
     """Return a remark if the loaded area shrinks while the force grows."""
     if not {"pressure", "force"} <= series.columns.keys():
         return []
@@ -252,7 +252,7 @@ def _of_area(series: Series) -> list[str]:
     ]
 
 
-def _of_unit(worn: Worn) -> str:
+def _unit_remark(worn: SeriesWear) -> str:
     """Return a remark with the coefficient in mm^2/N, and with the wear if that number were in m^2/N."""
     depth = worn.depth["trapezoidal"][-1]
     return (
@@ -261,7 +261,7 @@ def _of_unit(worn: Worn) -> str:
     )
 
 
-def facts(worn: Worn, number: float | None = None) -> str:
+def facts(worn: SeriesWear, number: float | None = None) -> str:
     """Return the result as JSON, in SI; `number` is the dimensionless coefficient if a hardness was given."""
     columns = {name: values.tolist() for name, values in worn.series.columns.items()}
     implied = None if worn.implied is None else [k if math.isfinite(k) else None for k in worn.implied.tolist()]
@@ -277,12 +277,14 @@ def facts(worn: Worn, number: float | None = None) -> str:
             "contradictions": list(worn.remarks),
             "notes": list(worn.notes),
         },
-        indent=2 if len(worn.pressure) <= _SHOWN else None,  # Python's encoder of indented text takes a minute
+        indent=2
+        if len(worn.pressure) <= _MAX_PRINTED_ROWS
+        else None,  # Python's encoder of indented text takes a minute
         allow_nan=False,
     )
 
 
-def text(worn: Worn, number: float | None = None) -> str:
+def text(worn: SeriesWear, number: float | None = None) -> str:
     """Return the series with its depths as a table, followed by remarks."""
     columns, rules = worn.series.columns, ("trapezoidal", "left", "right")
     titles = ["time, s", "pressure, MPa", "speed, m/s", *(f"{rule}, um" for rule in rules)]
@@ -290,16 +292,16 @@ def text(worn: Worn, number: float | None = None) -> str:
     if worn.implied is not None:
         titles += ["table, um", "its k, m^2/N"]
         cells += [1e6 * columns["depth"], np.concatenate([[np.nan], worn.implied])]
-    cells = [column[:_SHOWN] for column in cells]
+    cells = [column[:_MAX_PRINTED_ROWS] for column in cells]
     rows = [[f"{value:.4g}" for value in row] for row in zip(*cells, strict=True)]
-    places = slice(3, 7)
+    depth_columns = slice(3, 7)
     for row, values in zip(rows, zip(*cells, strict=True), strict=True):
-        row[places] = [_um(1e-6 * value) for value in values[places]]
+        row[depth_columns] = [_um(1e-6 * value) for value in values[depth_columns]]
     rows = [["-" if cell == "nan" else cell for cell in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(titles, *rows, strict=True)]
     lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in (titles, *rows)]
-    if len(columns["time"]) > _SHOWN:
-        lines.append(f"... {len(columns['time']) - _SHOWN:,} more rows; --json has all")
+    if len(columns["time"]) > _MAX_PRINTED_ROWS:
+        lines.append(f"... {len(columns['time']) - _MAX_PRINTED_ROWS:,} more rows; --json has all")
     dimensionless = "" if number is None else f" (dimensionless {number:.3g})"
     totals = ", ".join(f"{_um(worn.depth[rule][-1])} um {rule}" for rule in rules)
     duration = f"{columns['time'][-1]:g} s"
@@ -358,11 +360,11 @@ def _last_digit(text: str) -> float:
     return 10.0 ** min(int(power or 0) - len(mantissa.partition(".")[2]), 300)
 
 
-def _read(where: str, written: str, unit: str) -> float:
+def _read(location: str, written: str, unit: str) -> float:
     try:
         return quantity.read(written.strip(), unit)
     except InputError as error:
-        raise InputError(f"{where}: {error}") from None
+        raise InputError(f"{location}: {error}") from None
 
 
 def _check(path: Path, columns: Mapping[str, np.ndarray], titles: list[str]) -> None:
@@ -381,9 +383,9 @@ def _check(path: Path, columns: Mapping[str, np.ndarray], titles: list[str]) -> 
             )
     if len(columns["time"]) < 2:
         raise InputError(f"{path}: has {len(columns['time'])} rows; a series needs at least 2")
-    late = np.flatnonzero(np.diff(columns["time"]) <= 0.0)
-    if len(late):
-        raise InputError(f"{path}: row {late[0] + 3}: the time does not increase; order the rows by it")
+    not_increasing = np.flatnonzero(np.diff(columns["time"]) <= 0.0)
+    if len(not_increasing):
+        raise InputError(f"{path}: row {not_increasing[0] + 3}: the time does not increase; order the rows by it")
     for name in ("pressure", "force"):
         if name in columns and np.any(columns[name] < 0.0):
             row = int(np.flatnonzero(columns[name] < 0.0)[0]) + 2

@@ -7,10 +7,10 @@ from io import BufferedWriter, FileIO, TextIOWrapper
 from typing import Any
 
 STANDARD = (0, 1, 2)
-LEFT = (errno.EPIPE, errno.EIO)  # the reader, as `head`, has what it wanted; the terminal is gone
+READER_GONE = (errno.EPIPE, errno.EIO)  # the reader, as `head`, has what it wanted; the terminal is gone
 
 
-def outlast() -> None:
+def survive_closed_streams() -> None:
     """Make stdout and stderr accept all writes, which are lost if a stream is closed; replace closed streams.
 
     A file opened later would else get the number of a closed stream and be written to as if it were the terminal.
@@ -24,20 +24,20 @@ def outlast() -> None:
     for number, name in enumerate(("stdout", "stderr"), 1):
         stream = getattr(sys, name)
         if stream is getattr(sys, f"__{name}__"):  # else somebody who calls us put another in its place
-            setattr(sys, name, _lasting(number, stream))
+            setattr(sys, name, _resilient(number, stream))
 
 
-def _lasting(number: int, stream: TextIOWrapper | None) -> TextIOWrapper:
+def _resilient(number: int, stream: TextIOWrapper | None) -> TextIOWrapper:
     """Return a stream that replaces `stream`, which is None if it was closed."""
     return TextIOWrapper(
-        BufferedWriter(_Lasting(number, "w", closefd=False)),
+        BufferedWriter(_ResilientFile(number, "w", closefd=False)),
         stream.encoding if stream else "utf-8",
         "replace",  # a terminal that lacks a sign gets a question mark, not a traceback
         line_buffering=stream is not None and (stream.line_buffering or stream.write_through),
     )
 
 
-class _Lasting(FileIO):
+class _ResilientFile(FileIO):
     """A file that is exchanged for the null device when it cannot be written."""
 
     def write(self, content: Any, /) -> int:
@@ -48,6 +48,6 @@ class _Lasting(FileIO):
             null = os.open(os.devnull, os.O_WRONLY)
             os.dup2(null, self.fileno())
             os.close(null)
-            if self.fileno() == 1 and error.errno not in LEFT:
+            if self.fileno() == 1 and error.errno not in READER_GONE:
                 print(f"stdout: cannot be written ({error.strerror}); what is printed there is lost", file=sys.stderr)
             return len(content)

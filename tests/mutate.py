@@ -95,7 +95,7 @@ PATTERN, IDENTITY = "grid/cases.py", "tests/test_grid.py -k 'id or demo or frame
 
 MUTATIONS = (
     # figures of merit
-    Mutation(OUTCOME, "_duration", "end - scene.crank_clock.at(scene.case.simulate.discard)", "end", WINDOW),
+    Mutation(OUTCOME, "_duration", "end - scene.crank_clock.value_after(scene.case.simulate.discard)", "end", WINDOW),
     Mutation(
         OUTCOME,
         "window_of",
@@ -111,7 +111,7 @@ MUTATIONS = (
     Mutation(FIGURES, "restitution", "joint.restitution / joint", "1.0 / joint", IMPACT),
     Mutation(WORN, "volume", "joint.journal_radius * journal.sum()", "joint.bearing_radius * journal.sum()", WEAR),
     Mutation(WORN, "volume", "2.0 * math.pi / len(bearing) * law.length", "2.0 * math.pi / len(bearing)", WEAR),
-    Mutation(WORN, "WEAR", "max(map(np.max, worn", "min(map(np.max, worn", WEAR),
+    Mutation(WORN, "WEAR", "max(map(np.max, depths_of", "min(map(np.max, depths_of", WEAR),
     Mutation(OUTCOME, "_events_of", '== integration.ONSET, "on", "off"', '!= integration.ONSET, "on", "off"', SEEN),
     # what figures follow from, and their intervals
     Mutation(
@@ -132,7 +132,7 @@ MUTATIONS = (
     Mutation(SUMS, "DepthRate.value", "/ window.duration", "", WEAR),
     Mutation(OUTCOME, "outcome_of", "RARE_SHARE * duration", "0.5 * RARE_SHARE * duration", WINDOW),
     Mutation(SPREAD, "CONFIDENCE", "0.95", "0.9", MEANS),
-    Mutation(SPREAD, "STRONGEST", "0.9", "0.95", MEANS),
+    Mutation(SPREAD, "MAX_CORRELATION", "0.9", "0.95", MEANS),
     Mutation(SUMS, "half_width", "0.5 + 0.5 * CONFIDENCE", "CONFIDENCE", MEANS),
     Mutation(
         SPREAD, "variance_inflation", "(1.0 + correlation) / (1.0 - correlation)", "1.0 / (1.0 - correlation)", MEANS
@@ -152,7 +152,7 @@ MUTATIONS = (
     ),
     Mutation(HISTOGRAM, "time_above", "bin_time[index] * (high - force)", "bin_time[index] * (force - low)", MEANS),
     Mutation(SUMS, "DryTime.over_blocks", "threshold = DRY_FORCE_THRESHOLD * (", "threshold = 0.1 * (", SHARES),
-    Mutation(SUMS, "Share.over_blocks", "half_width(part - ratio * whole)", "half_width(part)", SHARES),
+    Mutation(SUMS, "Ratio.over_blocks", "half_width(numerator - ratio * denominator)", "half_width(numerator)", SHARES),
     Mutation(
         "simulation/largest.py",
         "_jumps",
@@ -160,14 +160,20 @@ MUTATIONS = (
         "slope[rows, columns] < 0.0",
         IDEALS,
     ),
-    Mutation("simulation/ideal.py", "peaks", "np.union1d(even, knots)", "even", IDEALS),
+    Mutation("simulation/ideal.py", "peaks", "np.union1d(equidistant, knots)", "equidistant", IDEALS),
     Mutation("simulation/heat.py", "at_equilibrium", "converged = run > 0 and ", "converged = ", HEAT),
-    Mutation("simulation/heat.py", "at_equilibrium", "np.minimum(width, DOUBTFUL * (rises - ambient))", "width", HEAT),
+    Mutation(
+        "simulation/heat.py",
+        "at_equilibrium",
+        "np.minimum(width, DOUBTFUL_WIDTH * (implied_temperatures - ambient))",
+        "width",
+        HEAT,
+    ),
     Mutation(BLOCKS, "MIN_BLOCKS", "8, 32", "7, 32", MEANS),
     Mutation(BLOCKS, "MIN_BLOCKS", "8, 32", "8, 64", MEANS),
     Mutation(BLOCKS, "Interval.within", "relative * abs(self.value)", "relative * self.value", MEANS),
-    Mutation(BLOCKS, "Blocks.note", "del self.ends[1::2]", "del self.ends[0::2]", MEANS),
-    Mutation(BLOCKS, "Blocks.note", "self.stride *= 2", "self.stride += 2", MEANS),
+    Mutation(BLOCKS, "Blocks.record", "del self.sums_at_ends[1::2]", "del self.sums_at_ends[0::2]", MEANS),
+    Mutation(BLOCKS, "Blocks.record", "self.stride *= 2", "self.stride += 2", MEANS),
     # where events are
     Mutation(EVENTS, "fit_gap", "depth * (depth + 2.0 * size)", "depth", SEARCH),
     Mutation(EVENTS, "first_onset", "if begin >= 0.0 and work", "if begin >= 1e9 and work", SEARCH),

@@ -47,10 +47,10 @@ def verdict(joint, load, law):
 
 def test_a_law_of_half_spaces_is_doubted_over_a_wide_arc_alone():
     close = REFERENCE._replace(clearance=5e-6)
-    assert verdict(REFERENCE, 1e3, "johnson").word == advice.HOLDS
-    assert verdict(close, 1e4, "johnson").word == advice.DOUBTFUL
+    assert verdict(REFERENCE, 1e3, "johnson").rating == advice.SUITABLE
+    assert verdict(close, 1e4, "johnson").rating == advice.DOUBTFUL
     assert "half-spaces (trusted for arc up to 10 deg)" in verdict(close, 1e4, "johnson").reason
-    assert verdict(close, 1e4, "persson").word == advice.HOLDS
+    assert verdict(close, 1e4, "persson").rating == advice.SUITABLE
     assert "rigid circles" in verdict(REFERENCE, 1e3, "persson").reason
 
 
@@ -97,7 +97,7 @@ def test_a_written_stiffness_is_recommended(tmp_path):
     message = advice_text(path)
     assert "Recommended for rod-slider: elastic law power (its stiffness is given in the grid), in use; " in message
     (first, *_) = recommendations(load_case(path, {"sweep": None}).case)
-    assert (first.law, first.word) == ("power", advice.HOLDS)
+    assert (first.law, first.rating) == ("power", advice.SUITABLE)
 
 
 FILM = """

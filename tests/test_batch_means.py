@@ -64,10 +64,10 @@ def run(figure, turns):
     """Return a made-up run, and what a figure came to in it."""
     made = Made()
     blocks = batch_means.Blocks(LAYOUT, (figure,))
-    blocks.note(made)
+    blocks.record(made)
     for _ in range(turns):
         made.turn()
-        blocks.note(made)
+        blocks.record(made)
     return made, blocks.interval(figure)
 
 

@@ -61,8 +61,8 @@ def test_a_link_that_would_bend_is_warned_of_and_a_short_or_slow_one_is_not():
 
 def test_the_drawing_marks_an_elastic_link_between_its_pins():
     bodies = {body.name: body for body in simulation.sketch(simulation.load_case(crank()).case).bodies}
-    assert bodies["crank"].gives is None
-    assert bodies["rod"].gives == pytest.approx(np.array([[0.05, 0.0], [0.17, 0.0]]), abs=1e-12)
+    assert bodies["crank"].elastic_ends is None
+    assert bodies["rod"].elastic_ends == pytest.approx(np.array([[0.05, 0.0], [0.17, 0.0]]), abs=1e-12)
 
 
 def study_of(directory, **sweep):

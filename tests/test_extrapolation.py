@@ -40,12 +40,12 @@ def control(**other):
         "limit": 1.0,
         "tolerance": 0.05,
         "blocks": 400,
-        "least": 1.0,
-        "longest": math.inf,
-        "first": np.full(bins.stop, 0.02),
+        "min_jump": 1.0,
+        "max_jump": math.inf,
+        "max_first_growth": np.full(bins.stop, 0.02),
         "groups": (bins,),
-        "constant": False,
-        "alike": False,
+        "constant_rates": False,
+        "identical_blocks": False,
     }
     return StepControl(**usual | other)
 
@@ -53,7 +53,7 @@ def control(**other):
 def life(rates, share=0.0, **other):
     asked = control(**other)
     return extrapolated_life(
-        lambda state: BlockRecord(rates(state), share), Deepest(), asked, np.zeros(asked.first.size)
+        lambda state: BlockRecord(rates(state), share), Deepest(), asked, np.zeros(asked.max_first_growth.size)
     )
 
 
@@ -80,7 +80,7 @@ def test_a_life_is_that_of_the_law_of_its_rate_within_its_interval(law):
 @pytest.mark.parametrize("law", ["falling", "growing"])
 def test_jumps_half_as_long_leave_a_quarter_of_the_error_which_is_what_a_life_says_of_itself(law):
     rates, exact = LAWS[law]
-    result = {longest: life(rates, tolerance=0.5, longest=longest * exact) for longest in (0.02, 0.01, 0.005)}
+    result = {longest: life(rates, tolerance=0.5, max_jump=longest * exact) for longest in (0.02, 0.01, 0.005)}
     errors = [abs(each.revolutions / exact - 1.0) for each in result.values()]
     assert errors[0] > 3.4 * errors[1] > 3.4**2 * errors[2]
     assert all(error <= each.jump_error for error, each in zip(errors, result.values(), strict=True))
@@ -97,7 +97,7 @@ def test_a_tighter_tolerance_costs_blocks_and_gives_accuracy():
 
 
 def test_a_rate_that_nothing_changes_takes_one_block_and_has_the_interval_of_the_block():
-    result = life(LAWS["even"][0], share=0.1, constant=True, alike=True)
+    result = life(LAWS["even"][0], share=0.1, constant_rates=True, identical_blocks=True)
     assert result.blocks == 1
     assert result.jump_error == 0.0
     assert result.revolutions == pytest.approx(1.0 / RATE, rel=1e-12)
@@ -128,7 +128,14 @@ def run_in(turns, *, drifting, initial, tolerance=1e-3):
         return BlockRecord([RATE * (1.0 + fallen), 1.0], turns=turns)
 
     first = np.array([math.inf, 500.0])
-    asked = control(limit=0.02, tolerance=tolerance, blocks=20000, first=first, alike=True, drifting=drifting)
+    asked = control(
+        limit=0.02,
+        tolerance=tolerance,
+        blocks=20000,
+        max_first_growth=first,
+        identical_blocks=True,
+        drifting_rates=drifting,
+    )
     return extrapolated_life(measure, Depth(), asked, np.zeros(2))
 
 
@@ -161,7 +168,7 @@ def test_jumps_through_a_running_in_err_by_less_than_the_interval(tolerance):
 
 def test_independent_blocks_narrow_the_interval_and_blocks_of_one_motion_do_not():
     even = LAWS["even"][0]
-    apart, alike = life(even, share=0.1), life(even, share=0.1, alike=True)
+    apart, alike = life(even, share=0.1), life(even, share=0.1, identical_blocks=True)
     assert alike.high == pytest.approx(1.0 / (0.9 * RATE), rel=1e-6)
     assert 1.0 / RATE < apart.high < 0.97 * alike.high
 
@@ -217,7 +224,7 @@ def test_a_life_that_does_not_come_to_its_end_is_as_long_as_it_was_run():
     assert math.isnan(result.jump_error)
     still = life(lambda h: 0.0 * h)
     assert (still.reached, still.blocks, still.revolutions) == (False, 1, 0.0)
-    assert not life(lambda h: 0.0 * h, constant=True).reached
+    assert not life(lambda h: 0.0 * h, constant_rates=True).reached
 
 
 def test_a_block_that_fails_ends_it():
@@ -261,7 +268,7 @@ def test_the_eccentricity_at_first_touch_is_that_at_which_the_gap_closes():
     assert result.journal == (result.bearing - turn) % BINS
     assert abs(result.bearing - direction) < 60
     depth = bearing[result.bearing] + journal[result.journal]
-    assert (CLEARANCE + depth) * result.slant == pytest.approx(CLEARANCE + result.growth, rel=1e-12)
+    assert (CLEARANCE + depth) * result.growth_per_depth == pytest.approx(CLEARANCE + result.growth, rel=1e-12)
 
 
 def test_a_body_that_is_worn_all_round_widens_the_joint_and_one_narrow_pit_does_not():

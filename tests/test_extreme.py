@@ -6,7 +6,7 @@ import pytest
 import clearsweep
 from clearsweep.judging import expected
 from clearsweep.simulation import revolutions
-from clearsweep.simulation.extreme import NO_QUANTILE, Tail, expected_largest
+from clearsweep.simulation.extreme import UNKNOWN_QUANTILE, Tail, expected_largest
 
 MANY = 1e6
 
@@ -43,8 +43,8 @@ def test_more_values_make_the_interval_narrower():
 
 def test_nothing_is_predicted_of_few_or_of_dependent_values():
     chance = np.random.default_rng(2)
-    assert expected_largest(beta(chance, 99), MANY) == NO_QUANTILE
-    assert expected_largest(np.repeat(beta(chance, 50), 3), MANY) == NO_QUANTILE
+    assert expected_largest(beta(chance, 99), MANY) == UNKNOWN_QUANTILE
+    assert expected_largest(np.repeat(beta(chance, 50), 3), MANY) == UNKNOWN_QUANTILE
 
 
 def test_values_that_repeat_predict_the_largest_of_them():
@@ -61,8 +61,8 @@ def test_the_prediction_is_never_below_what_was_seen_and_scales_with_the_unit():
 
 def test_a_tail_without_shape_is_exponential():
     item = Tail(np.array([2.0, 2.0]), np.array([0.0, -1e-9]), np.array([0.5, 0.5]))
-    assert item.exceeded(3.0) == pytest.approx(np.exp(-1.5), rel=1e-8)
-    assert Tail(np.array([2.0]), np.array([-0.5]), np.ones(1)).exceeded(4.0) == 0.0  # its end
+    assert item.exceedance_probabilities(3.0) == pytest.approx(np.exp(-1.5), rel=1e-8)
+    assert Tail(np.array([2.0]), np.array([-0.5]), np.ones(1)).exceedance_probabilities(4.0) == 0.0  # its end
 
 
 def test_the_sentence_names_interval_window_and_place():

@@ -78,15 +78,15 @@ def test_losses_that_never_agree_within_a_tenth_of_the_rise_settle_nowhere(monke
     monkeypatch.setitem(globals(), "loss", lambda temperature: quiet(temperature) + 25.0 * next(signs))
     balance, tried = balanced(monkeypatch, math.inf)
     assert not balance.converged
-    assert len(tried) == heat.MOST_RUNS
+    assert len(tried) == heat.MAX_RUNS
 
 
 @pytest.mark.parametrize(("width", "known"), [(0.0, True), (1.0, True), (20.0, False), (math.inf, False)])
 def test_a_temperature_is_flagged_where_it_is_known_less_than_a_tenth_of_its_rise(monkeypatch, width, known):
     balance, _ = balanced(monkeypatch, width)
-    assert (balance.unsure() == {}) == known
+    assert (balance.doubtful() == {}) == known
     if not known:
-        ((temperature, half, rise),) = balance.unsure().values()
+        ((temperature, half, rise),) = balance.doubtful().values()
         assert (temperature - rise, half) == (pytest.approx(AMBIENT), width / CONDUCTANCE)
 
 

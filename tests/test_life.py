@@ -289,7 +289,7 @@ def test_what_does_not_wear_has_no_life_and_says_so():
 @heavy
 @pytest.mark.parametrize("kept", [1, 3])
 def test_a_life_that_was_killed_gives_the_same_end_to_the_last_bit(monkeypatch, kept):
-    monkeypatch.setattr(lives.LifeRun, "alike", False)  # as if what has worn changed the motion
+    monkeypatch.setattr(lives.LifeRun, "identical_blocks", False)  # as if what has worn changed the motion
     whole = lived(limit="60 um")
     assert whole.summary["rod_slider_life_blocks"] > 4
     log = Memory(most=kept)
@@ -323,7 +323,7 @@ def test_a_life_of_one_block_that_was_killed_is_one_of_one_block():
 
 @heavy
 def test_a_life_whose_blocks_do_not_reach_its_limit_has_a_lower_bound_and_reports_how_far_it_is(monkeypatch, capsys):
-    monkeypatch.setattr(lives.LifeRun, "alike", False)
+    monkeypatch.setattr(lives.LifeRun, "identical_blocks", False)
     monkeypatch.setattr("clearsweep.language.phases.FIRST_LINE", 0.0)
     monkeypatch.setattr("clearsweep.language.phases.LONGEST_PAUSE", 0.0)
     monkeypatch.setattr("clearsweep.language.phases.REFRESH", 1e-3)
@@ -353,7 +353,7 @@ def test_a_life_that_fails_says_in_which_block():
 
 @heavy
 def test_time_that_a_killed_life_took_counts_towards_its_budget(monkeypatch):
-    monkeypatch.setattr(lives.LifeRun, "alike", False)
+    monkeypatch.setattr(lives.LifeRun, "identical_blocks", False)
     log = Memory(most=2)
     with pytest.raises(KilledError):
         lived(log=log)
@@ -412,7 +412,7 @@ def worn_on(case, turns):
         control = control_of(scene, math.inf, keep_events=False)._replace(window=0.0, step_budget=10**9)
         if last:
             restore(snapshot_of(last.work), run.work)
-        status, _ = run.go(control._replace(pause=scene.crank_clock.at(case.simulate.discard + k)))
+        status, _ = run.advance(control._replace(pause=scene.crank_clock.value_after(case.simulate.discard + k)))
         assert status == integration.PAUSED
         last = run
         if k:

@@ -81,10 +81,10 @@ def too_weak():
 @pytest.mark.slow
 def test_a_crank_stalls_where_it_stalls_however_often_the_run_pauses():
     scene = clearsweep.load_case(too_weak())
-    control, ends = control_of(scene, scene.crank_clock.at(1.0), keep_events=False), []
+    control, ends = control_of(scene, scene.crank_clock.value_after(1.0), keep_events=False), []
     for pause_steps in (control.pause_steps, 10):
         run = Run(start_of(scene, np.empty(0)))
-        status, _ = run.go(control._replace(pause_steps=pause_steps))
+        status, _ = run.advance(control._replace(pause_steps=pause_steps))
         ends.append((status, *run.work.end))
     assert ends[0][0] == integration.STALLED
     assert ends[1] == ends[0]

@@ -14,7 +14,7 @@ from clearsweep.language.errors import InputError
 from clearsweep.mechanics.mechanism.loads import keys
 from clearsweep.mechanics.mechanism.planar.form import Planar
 from clearsweep.report.one_case import mechanism as pictures
-from clearsweep.simulation.crank_clock import followed
+from clearsweep.simulation.crank_clock import scheduled_clock
 from clearsweep.simulation.ideal import ideal_peaks, mechanism_of
 
 CATALOGUE = simulation.catalogue()
@@ -297,7 +297,7 @@ def test_a_linkage_that_cannot_turn_is_refused_with_place_body_and_angle(tmp_pat
 
 
 def test_the_revolutions_of_a_speed_table_end_where_its_angle_says():
-    schedule = followed(Schedule(times=_array(0.0, 1.0, 3.0), speeds=_array(0.0, 10.0, 4.0)))
+    schedule = scheduled_clock(Schedule(times=_array(0.0, 1.0, 3.0), speeds=_array(0.0, 10.0, 4.0)))
     assert schedule.at(5.0 / (2.0 * math.pi)) == pytest.approx(1.0, rel=1e-12)
     assert schedule.at(19.0 / (2.0 * math.pi)) == pytest.approx(3.0, rel=1e-12)
     assert schedule.at(23.0 / (2.0 * math.pi)) == pytest.approx(4.0, rel=1e-12)

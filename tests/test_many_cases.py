@@ -122,10 +122,10 @@ def test_what_goes_wrong_with_one_case_on_the_way_is_its_own(monkeypatch):
             raise MemoryError("no room")
         return through(self, status)
 
-    listed, through = cases(count=4), run.Run.ended
+    listed, through = cases(count=4), run.Run.has_ended
     unlucky = listed[2].joints[0].clearance
     alone = [simulation.solve(case) for case in listed]
-    monkeypatch.setattr(run.Run, "ended", ended)
+    monkeypatch.setattr(run.Run, "has_ended", ended)
     result = dict(simulation.solve_each(listed))
     assert isinstance(result.pop(2), MemoryError)
     assert len(result) == 3

@@ -207,7 +207,7 @@ def test_pressure_laws_agree_on_the_worn_volume_and_joints_in_space_wear_at_thei
     assert max(apart) < 0.1 * profiles["persson"].mean()  # the page says that they hardly differ
     springs, line = (depths for _, depths in worn.worn_in_profiles().values())
     for node, rms, most in ((1, 0.07, 0.23), (-1, 0.09, 0.26)):  # new and worn in
-        assert worn.apart(springs[node], line[node]) == pytest.approx((rms, most), abs=0.03)
+        assert worn.profile_difference(springs[node], line[node]) == pytest.approx((rms, most), abs=0.03)
 
 
 @pytest.fixture(scope="module")
@@ -226,10 +226,10 @@ def test_of_differences_that_are_normal_the_spread_contains_19_of_20_further_one
     (row,) = hertz.measure()[:1]
     for _ in range(300):
         drawn = chance.normal(0.0, 2.0, 6)
-        limit = page.further([row._replace(difference=float(value)) for value in drawn])
+        limit = page.expected_difference([row._replace(difference=float(value)) for value in drawn])
         inside.append(np.mean(np.abs(chance.normal(0.0, 2.0, 100)) <= limit))
     assert 0.94 < np.mean(inside) < 0.99
-    assert page.further([row]) is None
+    assert page.expected_difference([row]) is None
 
 
 @pytest.mark.usefixtures("few")

@@ -86,7 +86,7 @@ def test_the_mean_pressure_times_speed_is_that_of_the_histories():
     changes = {"joints.rod-slider.wear": WEAR | {"coefficient": 1e-12}}
     changes |= {"simulate.revolutions": 0.5, "simulate.discard": 0.0, "simulate.tolerance": 1e-6}
     ready = clearsweep.load_case(slider_crank("rod-slider", changes=changes))
-    path = clearsweep.simulate(ready, times=np.linspace(0.0, ready.crank_clock.at(0.5), 40001))
+    path = clearsweep.simulate(ready, times=np.linspace(0.0, ready.crank_clock.value_after(0.5), 40001))
     joint, force = ready.case.joints[0], path["joints/rod_slider/force_normal"]
     x, y, vx, vy = (path[f"joints/rod_slider/{name}"] for name in ("x", "y", "vx", "vy"))
     distance = (x * vy - y * vx) / np.maximum(np.hypot(x, y), 1e-12)

@@ -216,7 +216,7 @@ def steps(run, control):
     status, work = integration.PAUSED, run.work
     while status == integration.PAUSED:
         before = work.latched[-1]
-        status, _ = run.go(control._replace(pause=np.nextafter(work.y[work.time], math.inf)))
+        status, _ = run.advance(control._replace(pause=np.nextafter(work.y[work.time], math.inf)))
         yield before, work.latched[-1]
 
 
@@ -234,7 +234,7 @@ def test_a_contact_turns_lasting_where_its_rate_is_zero():
 def test_the_error_follows_the_tolerance():
     def end(tolerance):
         run = Run(start_of(made := crank(tolerance=tolerance, revolutions=0.4, discard=0), np.empty(0)))
-        run.go(control_of(made, 0.4 * period(made), keep_events=False))
+        run.advance(control_of(made, 0.4 * period(made), keep_events=False))
         return run.work.end[:2]
 
     truth = end(1e-13)
@@ -249,7 +249,7 @@ def test_the_implicit_method_agrees_with_the_explicit_one():
         control = control_of(made, 0.4 * period(made), keep_events=False)
         if method == "implicit":
             run.work.method.current = run.work.method.next = 1
-        run.go(control)
+        run.advance(control)
         return run.work.end[:2]
 
     truth = end("explicit", 1e-13)
@@ -273,9 +273,9 @@ def test_the_rate_in_force_is_reported():
 def test_in_an_impact_it_is_that_of_the_impact():
     made = crank(revolutions=1, discard=0)
     run = Run(start_of(made, np.empty(0)))
-    run.go(control_of(made, 1.0, keep_events=True)._replace(event_budget=1))
+    run.advance(control_of(made, 1.0, keep_events=True)._replace(event_budget=1))
     assert needs_onset_rate(made.value.joints[0].law._replace(doubling_energy=1.0))
-    assert onset_rates(run.ends())[0] == run.work.latched[0] > 0.1
+    assert onset_rates(run.final_contacts())[0] == run.work.latched[0] > 0.1
 
 
 def identity(**contact):

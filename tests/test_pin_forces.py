@@ -86,7 +86,7 @@ def test_forces_in_ideal_joints_bear_gravity_a_spring_and_friction():
     times = np.linspace(0.01, 0.09, 60)
     plain = pin_reactions(clearsweep.load_case(LOADED), times)
     assert set(plain.forces) == {"ground_crank", "crank_coupler", "rocker_ground"}
-    torque = plain.path["crank/torque"][::2]
+    torque = plain.trajectory["crank/torque"][::2]
     assert np.abs(torque).max() > 0.5
     np.testing.assert_allclose(plain.torque, torque, rtol=1e-4, atol=1e-4 * np.abs(torque).max())
     rubbed = pin_reactions(clearsweep.load_case(LOADED | {"loads": LOADED["loads"] | {"rub": RUB}}), times)

@@ -189,7 +189,7 @@ def test_the_compiler_is_reported_from_its_begin_as_it_reports_nothing_itself(ma
 
 
 def test_a_life_of_equal_blocks_foretells_its_end(manual_time):
-    with phases.phase(Life(LifeLimits(50e-6, 10e-6, 100, 10.0, constant=False), before=0)) as life:
+    with phases.phase(Life(LifeLimits(50e-6, 10e-6, 100, 10.0, constant_rates=False), earlier_blocks=0)) as life:
         assert phases.progress().left is None
         for block in range(5):  # 20 s each, 10 um further with each but the first
             manual_time.now += 20.0
@@ -205,11 +205,11 @@ def test_a_life_of_equal_blocks_foretells_its_end(manual_time):
 
 
 def test_the_time_left_of_a_life_counts_those_that_follow_it(manual_time):
-    limits = LifeLimits(50e-6, 10e-6, 100, 10.0, constant=False)
+    limits = LifeLimits(50e-6, 10e-6, 100, 10.0, constant_rates=False)
     left = []
     for further in (0, 2):
         manual_time.now = 0.0
-        with phases.phase(Life(limits._replace(further=further), before=0)) as life:
+        with phases.phase(Life(limits._replace(further_lives=further), earlier_blocks=0)) as life:
             for k in range(1, 3):
                 manual_time.now = 10.0 * k
                 life.reached(10e-6 * k)

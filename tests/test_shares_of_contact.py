@@ -16,7 +16,7 @@ from clearsweep.mechanics.solver.accumulate.totals import ContactTotals
 from clearsweep.simulation.figures import catalogue as figures
 from clearsweep.simulation.outcome import trajectory_of
 from clearsweep.simulation.run import integration_of
-from clearsweep.simulation.sums import DryTime, Share
+from clearsweep.simulation.sums import DryTime, Ratio
 
 J = "joints.rod-slider"
 STEEL = {"young": 207e9, "poisson": 0.3}
@@ -102,7 +102,7 @@ def blocks(loads, dry):
         joint[0].dry_force_time += 0.5 * force
         totals = SimpleNamespace(joint=joint, dry=filled)
         taken.append(DryTime(bears=True).take(totals, 0))
-        sums.append(Share("dry_force_time", "load_time").take(totals, 0))
+        sums.append(Ratio("dry_force_time", "load_time").take(totals, 0))
     return np.arange(len(loads) + 1.0), taken, sums
 
 
@@ -113,11 +113,11 @@ def test_shares_of_blocks_are_those_of_their_mean_load():
     assert share == pytest.approx(0.375, rel=1e-12)
     assert DryTime(bears=False).over_blocks(times, taken, 1) == (pytest.approx(0.625, rel=1e-12), width)
     assert width > 0.1
-    ratio, around = Share("dry_force_time", "load_time").over_blocks(times, sums, 1)
+    ratio, around = Ratio("dry_force_time", "load_time").over_blocks(times, sums, 1)
     assert ratio == pytest.approx(3.45 / 4000.0, rel=1e-12)
     assert 0.0 < around < ratio
     _, _, even = blocks([500.0, 1500.0, 1000.0], [1.0, 3.0, 2.0])  # the same share in every block
-    share = Share("dry_force_time", "load_time").over_blocks(np.arange(4.0), even, 1)
+    share = Ratio("dry_force_time", "load_time").over_blocks(np.arange(4.0), even, 1)
     assert share == pytest.approx((1e-3, 0.0), abs=1e-15)
 
 
@@ -151,7 +151,7 @@ def test_friction_at_walls_and_flanges_of_a_joint_in_space_is_all_that_is_rubbed
     changes = {"simulate.revolutions": 0.1, "simulate.tolerance": 1e-7, "drive.speed": 200.0}
     source = changed(spatial(friction=FRICTION, tilt=[2e-3, 2e-3], axial_clearance=4e-5), changes)
     scene = clearsweep.load_case(source)
-    end = scene.crank_clock.at(0.1)
+    end = scene.crank_clock.value_after(0.1)
     with np.errstate(all="ignore"):  # as compiled code does
         run = integration_of(scene, np.empty(0), end)
     rubbed = run.work.totals.whole.energy_friction

@@ -17,9 +17,9 @@ from clearsweep.verify import extremes, stability
 pytestmark = pytest.mark.heavy
 
 TABLE = extremes.cases()
-SOME = stability.some(TABLE, 25)
+SOME = stability.evenly_spaced(TABLE, 25)
 # Most of them compile a form of their own, ten seconds each: all are run by `make test-all`, and by `verify`.
-FEW = stability.some(SOME, 8)
+FEW = stability.evenly_spaced(SOME, 8)
 CHOSEN = [case if case in FEW else pytest.param(case, marks=pytest.mark.slow) for case in SOME]
 FIGURES = ("force_peak", "force_rms", "penetration_max", "impacts_per_rev", "onset_rate_max")
 
@@ -97,9 +97,9 @@ def test_what_is_beyond_the_bound_fails_and_is_compared_with_a_tighter_tolerance
 def test_a_contact_that_the_log_lacks_is_seen():
     made, _ = stability.scene_of(next(case for case in TABLE if case.name == "stiffness/C 1e+10"))
     result = clearsweep.simulate(made, times=np.linspace(0.0, 0.02, 4001))
-    assert stability._largest_escape(made, result, 0, "rod_slider") < stability.SLACK
+    assert stability._largest_escape(made, result, 0, "rod_slider") < stability.BOUND_TOLERANCE
     lost = clearsweep.Trajectory("ok", "", result.summary, result.channels, result.events[1:])
-    assert stability._largest_escape(made, lost, 0, "rod_slider") > stability.SLACK
+    assert stability._largest_escape(made, lost, 0, "rod_slider") > stability.BOUND_TOLERANCE
 
 
 def test_a_joint_that_has_just_left_its_bearing_is_not_met_again_at_once():
@@ -134,10 +134,10 @@ def untimed(summary):
     return {name: value for name, value in summary.items() if name not in TIMINGS}
 
 
-@pytest.mark.parametrize("names", list(itertools.permutations(extremes.ALL)), ids="+".join)
+@pytest.mark.parametrize("names", list(itertools.permutations(extremes.JOINTS)), ids="+".join)
 def test_the_order_of_joints_in_the_file_does_not_matter(names):
     changes = {"simulate.revolutions": 0.5, "mechanism.gravity": 9.81, "joints.rod-slider.clearance": 2e-4}
-    first = run(slider_crank(*extremes.ALL, changes=changes))
+    first = run(slider_crank(*extremes.JOINTS, changes=changes))
     other = run(slider_crank(*names, changes=changes))
     assert untimed(first) == untimed(other)
 
@@ -155,11 +155,11 @@ def test_a_tighter_tolerance_converges(opening):
 
 
 def test_bodies_of_a_pair_may_be_swapped():
-    first, other = (run(extremes.pair(1e9, 0.5, masses=masses)) for masses in ((0.1, 3.0), (3.0, 0.1)))
+    first, other = (run(extremes.impact_pair_grid(1e9, 0.5, masses=masses)) for masses in ((0.1, 3.0), (3.0, 0.1)))
     assert untimed(first) == untimed(other)
 
 
-@pytest.mark.parametrize("name", extremes.ALL)
+@pytest.mark.parametrize("name", extremes.JOINTS)
 def test_either_body_may_carry_the_journal_where_nothing_rubs(name):
     """Without friction only the normal counts, which both surfaces share: from concentric pins the motion is one."""
     proximal, distal = name.split("-")
@@ -174,7 +174,7 @@ def test_either_body_may_carry_the_journal_where_nothing_rubs(name):
 
 def mirrored(sign):
     """Return the state of a slider seated across its bearing's side `sign`, weightless at standstill of the rod."""
-    case = extremes.Extreme("mirror/C", extremes.crank("C", speed=1000.0), (0.3, 0.4 * sign))
+    case = extremes.Extreme("mirror/C", extremes.slider_crank_grid("C", speed=1000.0), (0.3, 0.4 * sign))
     made, _ = stability.scene_of(case)
     return made
 

@@ -67,7 +67,7 @@ def test_what_cannot_be_printed_is_dropped_and_a_full_stdout_is_reported(tmp_pat
 def test_the_null_device_takes_the_place_of_a_stream_that_was_left(tmp_path):
     reading, writing = os.pipe()
     os.close(reading)
-    lasting = streams._Lasting(writing, "w")
+    lasting = streams._ResilientFile(writing, "w")
     assert lasting.write(b"12345") == 5
     assert os.fstat(lasting.fileno()).st_rdev == os.stat(os.devnull).st_rdev
     lasting.close()

@@ -153,8 +153,8 @@ def test_further_lives_are_phases_of_their_own_whose_time_is_foretold():
                 seen.append(result.what)
 
     aged, block = evolving()
-    assert aged.progress.limits.further == 2
-    assert life_run(loaded(FACTOR).case(0)).progress.limits.further == 0  # one block gives all
+    assert aged.progress.limits.further_lives == 2
+    assert life_run(loaded(FACTOR).case(0)).progress.limits.further_lives == 0  # one block gives all
     listener = Listener()
     phases._listeners.append(listener)
     try:
@@ -164,7 +164,7 @@ def test_further_lives_are_phases_of_their_own_whose_time_is_foretold():
     for end in (uncertain.LOW, uncertain.HIGH):
         of_end = [words for words in seen if words.startswith(f"life with the wear coefficients at their {end} ends, ")]
         assert any("block 2, " in words for words in of_end)
-    assert [aged.bounding(aged.scene.case, "").progress.limits.further for _ in range(2)][1] < 1
+    assert [aged.bounding(aged.scene.case, "").progress.limits.further_lives for _ in range(2)][1] < 1
 
 
 def test_a_further_life_whose_block_fails_is_reported_and_the_other_one_stays():

@@ -9,7 +9,7 @@ import pytest
 from clearsweep import simulate, verify
 from clearsweep.mechanics.solver.integration import ONSET, SEPARATION
 from clearsweep.verify import accuracy, convergence, known_machines, stability, stiff, text
-from clearsweep.verify.problems import found_by_simulate, problems, returned, scene_of
+from clearsweep.verify.problems import problems, restitution_of, scene_of, solution_of
 from clearsweep.verify.rivals import runge_kutta_4, scipy_ivp
 
 pytestmark = pytest.mark.heavy
@@ -23,7 +23,7 @@ def verdict_of(name, tolerance):
     """Return the Verdict on our own solution of a problem."""
     problem = PROBLEMS[name]
     times = problem.times if len(problem.times) else [0.0]
-    return problem.assess(found_by_simulate(problem, simulate(scene_of(problem, tolerance), times=times)))
+    return problem.assess(solution_of(problem, simulate(scene_of(problem, tolerance), times=times)))
 
 
 def test_references_hold_five_trajectories_with_one_and_two_open_joints():
@@ -55,7 +55,7 @@ def test_usual_tolerance_follows_the_reference_through_the_first_half(name):
 @pytest.mark.parametrize("name", TRAJECTORIES)
 def test_event_times_and_rates_are_those_of_the_reference(name):
     problem = PROBLEMS[name]
-    result = found_by_simulate(problem, simulate(scene_of(problem, 1e-12), times=problem.times)).events
+    result = solution_of(problem, simulate(scene_of(problem, 1e-12), times=problem.times)).events
     assert result[:, 0] == pytest.approx(problem.events[:, 0], abs=1e-6 * problem.end)
     assert result[:, 3] == pytest.approx(problem.events[:, 3], abs=1e-6)
 
@@ -74,8 +74,8 @@ def test_impact_pair_returns_the_closed_form():
 
 @pytest.mark.parametrize(("factor", "ratio"), [(0.1425, 0.91317668), (1.0, 0.59362426), (10.0, 0.09998162)])
 def test_closed_form_of_restitution_gives_known_values(factor, ratio):
-    assert returned(factor) == pytest.approx(ratio, abs=1e-8)
-    chi, e = factor, returned(factor)
+    assert restitution_of(factor) == pytest.approx(ratio, abs=1e-8)
+    chi, e = factor, restitution_of(factor)
     assert chi * e + math.log1p(-chi * e) == pytest.approx(-(chi - math.log1p(chi)), rel=1e-9)
 
 
@@ -105,7 +105,7 @@ def test_scipy_on_the_same_laws_agrees_with_the_reference_and_with_ours(name):
     verdict = problem.assess(result)
     assert verdict.first_half < 1e-7
     assert verdict.events_exact
-    ours = found_by_simulate(problem, simulate(scene_of(problem, 1e-12), times=problem.times))
+    ours = solution_of(problem, simulate(scene_of(problem, 1e-12), times=problem.times))
     assert np.max(np.abs(result.states - ours.states) / problem.scales) < 1e-5
     assert result.events[:, 3] == pytest.approx(ours.events[:, 3], abs=1e-4)
 
@@ -123,7 +123,7 @@ def test_rivals_return_the_closed_form_of_the_impact_pair():
 
 def test_verdict_sees_a_missing_event_and_a_wrong_order():
     problem = PROBLEMS["ab_base"]
-    result = found_by_simulate(problem, simulate(scene_of(problem, 1e-9), times=problem.times))
+    result = solution_of(problem, simulate(scene_of(problem, 1e-9), times=problem.times))
     assert problem.assess(result).events_exact
     assert not problem.assess(result._replace(events=result.events[:-1])).events_exact
     swapped = result.events[[1, 0, *range(2, len(result.events))]]
@@ -140,7 +140,7 @@ def results():
         patch.setattr(accuracy, "QUICK_STEPS", (1e-5, 1e-6))
         patch.setattr(accuracy, "QUICK_ROUNDS", 1)
         patch.setattr(convergence, "QUICK_LENGTHS", (10, 20))
-        patch.setattr(stability, "QUICK", 4)
+        patch.setattr(stability, "QUICK_CASES", 4)
         patch.setattr(stiff, "cases", lambda: one_joint)
         return verify.measure(quick=True)
 
@@ -240,7 +240,7 @@ def test_the_stiff_problem_has_the_same_answer_by_methods_of_others():
 def test_each_of_our_methods_solves_the_stiff_problem_and_the_implicit_one_is_the_cheapest():
     problem, spent = PROBLEMS["b_damped"], {}
     for method in ("auto", "explicit", "implicit"):
-        result = found_by_simulate(problem, simulate(scene_of(problem, 1e-6, method), times=problem.times))
+        result = solution_of(problem, simulate(scene_of(problem, 1e-6, method), times=problem.times))
         assert problem.assess(result).whole < 1e-5
         spent[method] = result.evaluations
     assert spent["implicit"] < 0.3 * spent["explicit"]

@@ -210,7 +210,7 @@ class Watch:
         self.blocks = batch_means.Blocks(layout, self.names)
 
     def observe(self, work):
-        self.blocks.note(work)
+        self.blocks.record(work)
         return False
 
 
@@ -277,7 +277,7 @@ def test_the_exponent_is_reproducible_and_leaves_the_figures_alone():
 def test_the_exponent_does_not_depend_on_the_size_of_the_disturbance(monkeypatch):
     result = []
     for size in (1e-7, 1e-6, 1e-5):
-        monkeypatch.setattr(lyapunov, "SIZE", size)
+        monkeypatch.setattr(lyapunov, "DISTURBANCE", size)
         asked = {"simulate.horizon": True, "simulate.revolutions": 30, "simulate.tolerance": 1e-11}
         result.append(run(asked).summary["lyapunov_exponent"])
     assert len(set(result)) == 3

@@ -23,8 +23,7 @@ def explained(values: np.ndarray, places: list[np.ndarray]) -> list[tuple[float,
     """Return, for each axis, its share of the variance of log(values), corrected for chance, and its F ratio.
 
     `places` : per axis the index of each case on it, (cases,).  The scatter is the residual of the sum of all main
-    effects
-    (analysis of variance without interactions); without degrees of freedom both are NaN.
+    effects (analysis of variance without interactions); without degrees of freedom both are NaN.
     """
     known = np.isfinite(values) & (values > 0.0)
     rest = np.log(values[known])  # the largest array here, so there is only one

@@ -36,8 +36,7 @@ def open(directory: str | Path, *, partial: bool = False) -> Run | RunOfBlocks:
     """Return the run in `directory`: its summary, orbits, events and wear; raise DirectoryError if there is none.
 
     An unfinished run raises an error unless `partial` is set; then the run contains the cases finished so far.  They
-    are
-    assembled in a temporary directory, which is deleted with the object; `directory` is not changed.
+    are assembled in a temporary directory, which is deleted with the object; `directory` is not changed.
     """
     directory = Path(directory)
     if store.is_cut(directory):

@@ -8,7 +8,7 @@ from ..contracts.results import Trajectory
 from ..mechanics.joint.registry import elastic_choices, elastic_forces, jam_angle, penetration_limit, restitution
 from ..mechanics.joint.wear.contract import MAX_BINS
 from ..mechanics.mechanism.contract import IdealMotion
-from .advice import HOLDS, laws_text
+from .advice import SUITABLE, laws_text
 from .ensemble import solve_each
 from .ideal import ideal_motion, ideal_peaks, mechanism_of
 from .life_block import Log
@@ -29,8 +29,8 @@ from .sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
 from .trajectory import compile_for, compile_loop, simulate
 
 __all__ = [
-    "HOLDS",
     "MAX_BINS",
+    "SUITABLE",
     "ElasticLink",
     "IdealMotion",
     "PinReactions",

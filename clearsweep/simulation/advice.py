@@ -19,17 +19,17 @@ from ..mechanics.joint.material import plane_strain_modulus, relative_radius
 from .ideal import ideal_peaks
 from .scene import catalogue
 
-WORDS = HOLDS, DOUBTFUL, OUT = "suitable", "doubtful", "not here"  # best first
-KEYS = {
+RATINGS = SUITABLE, DOUBTFUL, UNSUITABLE = "suitable", "doubtful", "not here"  # best first
+FAMILY_KEYS = {
     "elastic": "contact.elastic",
     "roughness": "roughness.law",
     "law": "contact.law",
     "film": "film.law",
     "pressure": "wear.pressure",
 }
-NOTHING = "no known objection"
+NO_OBJECTION = "no known objection"
 RESTITUTION_TOLERANCE = 0.05  # relative error of the restitution that a suitable law reproduces
-WRITTEN = Merit(0, "its stiffness is given in the grid")
+STIFFNESS_GIVEN = Merit(0, "its stiffness is given in the grid")
 
 
 class Verdict(NamedTuple):
@@ -37,7 +37,7 @@ class Verdict(NamedTuple):
 
     family: str
     law: str
-    word: str  # HOLDS, DOUBTFUL or OUT
+    rating: str  # HOLDS, DOUBTFUL or OUT
     reason: str
     merit: Merit | None = None  # what speaks for it
 
@@ -46,14 +46,14 @@ class Advice(NamedTuple):
     """The laws for one joint of a case."""
 
     joint: str
-    setting: str  # the deciding quantities, in words
+    conditions: str  # the deciding quantities, in words
     verdicts: tuple[Verdict, ...]
 
 
 def advice(case: Case) -> list[Advice]:
     """Return, for each joint of a case, the laws that suit it."""
     peaks = ideal_peaks(case)
-    return [of_joint(joint, peaks.get(joint.name)) for joint in case.joints]
+    return [advice_for_joint(joint, peaks.get(joint.name)) for joint in case.joints]
 
 
 def laws_text(name: str | None = None) -> str:
@@ -62,15 +62,17 @@ def laws_text(name: str | None = None) -> str:
     Raises InputError with the nearest name.
     """
     if name is None:
-        lines = [f"  {kind:10}{', '.join(entries)}" for kind, entries in library.LIBRARIES.items()]
+        lines = [f"  {library_name:10}{', '.join(entries)}" for library_name, entries in library.LIBRARIES.items()]
         indent = " " * len(f"  {'':10}")
         wrapped = [textwrap.fill(line, WIDTH, subsequent_indent=indent, break_on_hyphens=False) for line in lines]
         return "\n".join([describe.text(), "", "libraries", *wrapped])
     laws = catalogue()
     if texts := [text for text in (library.text(name), describe.text(name), grid.key_text(name, laws)) if text]:
         return "\n\n".join(texts)
-    word = name.rpartition(".")[2]
-    similar = similar_words(word, (*describe.names(), *library.names())) or similar_words(word, grid.key_names(laws))
+    last_part = name.rpartition(".")[2]
+    similar = similar_words(last_part, (*describe.names(), *library.names())) or similar_words(
+        last_part, grid.key_names(laws)
+    )
     suggestion = (
         f"; did you mean '{similar[0]}'?"
         if len(similar) == 1
@@ -84,28 +86,28 @@ def laws_text(name: str | None = None) -> str:
     )
 
 
-def of_joint(joint: Joint, load: float | None) -> Advice:
+def advice_for_joint(joint: Joint, load: float | None) -> Advice:
     """Return the laws that suit a joint under a load (N), which is None if unknown."""
     dry = (*_elastic(joint, load), *_roughness(joint, load), *_losses(joint)) if joint.is_dry else ()
     verdicts = (*dry, *_films(joint, load), *_pressures(joint, load))
-    return Advice(joint.name, _setting(joint, load), verdicts)
+    return Advice(joint.name, _conditions(joint, load), verdicts)
 
 
-def _setting(joint: Joint, load: float | None) -> str:
+def _conditions(joint: Joint, load: float | None) -> str:
     """Return clearance, dimensions, material and load of a joint in words."""
     clearance, diametral = (wording.text(factor * joint.clearance, "m", 4) for factor in (1.0, 2.0))
-    words = [f"clearance {clearance}"]
+    phrases = [f"clearance {clearance}"]
     if joint.bearing_radius is not None:
-        words = [f"radial clearance {clearance} (diametral {diametral})"]
+        phrases = [f"radial clearance {clearance} (diametral {diametral})"]
     for name, size in (("bearing radius", joint.bearing_radius), ("length", joint.length)):
-        words.append(f"{name} {wording.text(size, 'm', 4)}" if size else f"no {name}")
+        phrases.append(f"{name} {wording.text(size, 'm', 4)}" if size else f"no {name}")
     if joint.contact.material:
-        words.append(f"E* {wording.text(plane_strain_modulus(joint.contact.material), 'Pa', 4)}")
+        phrases.append(f"E* {wording.text(plane_strain_modulus(joint.contact.material), 'Pa', 4)}")
     else:
-        words.append("no material")
-    words.append("load unknown before the run" if load is None else f"load {wording.text(load, 'N', 4)}")
+        phrases.append("no material")
+    phrases.append("load unknown before the run" if load is None else f"load {wording.text(load, 'N', 4)}")
     arc = _arc(joint, load)
-    return ", ".join(words) + (f", half the contact arc {math.degrees(arc):.3g} deg" if arc is not None else "")
+    return ", ".join(phrases) + (f", half the contact arc {math.degrees(arc):.3g} deg" if arc is not None else "")
 
 
 def _arc(joint: Joint, load: float | None) -> float | None:
@@ -123,33 +125,35 @@ def _doubts(law: Law, joint: Joint, load: float | None) -> list[str]:
     with_values = [(limit, measured[limit.path]) for limit in law.trusted]
     outside = [limit for limit, value in with_values if value is not None and not limit.contains(value)]
     ranges = [f" (trusted for {limit.path} {limit.allowed()})" if limit.high else "" for limit in outside]
-    doubts = [f"{limit.reason}{where}" for limit, where in zip(outside, ranges, strict=True)]
+    doubts = [f"{limit.reason}{trusted_range}" for limit, trusted_range in zip(outside, ranges, strict=True)]
     return ([law.unsound] if law.unsound else []) + doubts
 
 
 def _elastic(joint: Joint, load: float | None) -> Iterator[Verdict]:
     """Yield the verdicts on the elastic laws."""
     laws = {law.name: law for law in registry.described() if law.family == "elastic"}
-    for name, (candidate, lack) in registry.elastic_candidates(joint).items():
-        if lack:
-            yield Verdict("elastic", name, OUT, lack)
+    for name, (candidate, objection) in registry.elastic_candidates(joint).items():
+        if objection:
+            yield Verdict("elastic", name, UNSUITABLE, objection)
             continue
-        measured = "stiffness" in candidate.contact.values and any(x.name == "stiffness" for x in laws[name].fields)
+        measured = "stiffness" in candidate.contact.values and any(
+            field.name == "stiffness" for field in laws[name].fields
+        )
         doubts = [] if measured else _doubts(laws[name], joint, load)
-        reason, too_deep = _depth(candidate, load)
-        reason = reason or ("its stiffness is given" if measured else NOTHING)
-        word = DOUBTFUL if doubts or too_deep else HOLDS
-        merit = WRITTEN if measured else laws[name].merit
-        yield Verdict("elastic", name, word, "; ".join(too_deep + doubts) or reason, merit)
+        reason, too_deep = _depth_verdict(candidate, load)
+        reason = reason or ("its stiffness is given" if measured else NO_OBJECTION)
+        rating = DOUBTFUL if doubts or too_deep else SUITABLE
+        merit = STIFFNESS_GIVEN if measured else laws[name].merit
+        yield Verdict("elastic", name, rating, "; ".join(too_deep + doubts) or reason, merit)
 
 
-def _depth(joint: Joint, load: float | None) -> tuple[str, list[str]]:
+def _depth_verdict(joint: Joint, load: float | None) -> tuple[str, list[str]]:
     """Return the penetration under a joint's load in words ('' without load), and objections if it is too deep."""
     if load is None:
         return "", []
     limit, depth = registry.penetration_limit(joint), static_penetration(registry.contact_terms(joint)[1], load)
-    words = f"{wording.text(depth, 'm')} deep under the load"
-    return words, [f"{words}, valid up to {wording.text(limit, 'm')}"] if depth > limit else []
+    depth_text = f"{wording.text(depth, 'm')} deep under the load"
+    return depth_text, [f"{depth_text}, valid up to {wording.text(limit, 'm')}"] if depth > limit else []
 
 
 def _roughness(joint: Joint, load: float | None) -> Iterator[Verdict]:
@@ -158,8 +162,10 @@ def _roughness(joint: Joint, load: float | None) -> Iterator[Verdict]:
     if rough is None or not rough.values:
         return
     for law in (law for law in registry.described() if law.family == "roughness"):
-        reason, too_deep = _depth(joint._replace(roughness=rough._replace(law=law.name)), load)
-        yield Verdict("roughness", law.name, DOUBTFUL if too_deep else HOLDS, "; ".join(too_deep) or reason or NOTHING)
+        reason, too_deep = _depth_verdict(joint._replace(roughness=rough._replace(law=law.name)), load)
+        yield Verdict(
+            "roughness", law.name, DOUBTFUL if too_deep else SUITABLE, "; ".join(too_deep) or reason or NO_OBJECTION
+        )
 
 
 def _films(joint: Joint, load: float | None) -> Iterator[Verdict]:
@@ -170,9 +176,9 @@ def _films(joint: Joint, load: float | None) -> Iterator[Verdict]:
         slenderness = joint.length / (2.0 * joint.bearing_radius)
         outside = [limit for limit in law.ranges if not limit.contains(slenderness)]
         doubts = _doubts(law, joint, load)
-        lack = "; ".join(f"{limit.path} {limit.allowed()}: {limit.reason}" for limit in outside)
-        word = OUT if lack else DOUBTFUL if doubts else HOLDS
-        yield Verdict("film", law.name, word, lack or "; ".join(doubts) or NOTHING)
+        objection = "; ".join(f"{limit.path} {limit.allowed()}: {limit.reason}" for limit in outside)
+        rating = UNSUITABLE if objection else DOUBTFUL if doubts else SUITABLE
+        yield Verdict("film", law.name, rating, objection or "; ".join(doubts) or NO_OBJECTION)
 
 
 def _losses(joint: Joint) -> Iterator[Verdict]:
@@ -181,24 +187,24 @@ def _losses(joint: Joint) -> Iterator[Verdict]:
     for law in (law for law in registry.described() if law.family == "law"):
         restitution_of = registry.RECIPES["law", law.name].returned
         field = next((field for field in law.fields if field.name == "restitution"), None)
-        if lacking := _lacking(law, joint):
-            yield Verdict("law", law.name, OUT, f"needs {' and '.join(lacking)}")
+        if missing := _missing_keys(law, joint):
+            yield Verdict("law", law.name, UNSUITABLE, f"needs {' and '.join(missing)}")
         elif "hertz" in law.needs and joint.contact.elastic != "power":
-            yield Verdict("law", law.name, OUT, "needs elastic: power with the exponent 1.5")
+            yield Verdict("law", law.name, UNSUITABLE, "needs elastic: power with the exponent 1.5")
         elif restitution_of is None:
             yield Verdict("law", law.name, DOUBTFUL, "its restitution depends on its keys, mass and speed")
         elif required is None:
-            yield Verdict("law", law.name, DOUBTFUL if field else HOLDS, "the joint has no restitution")
+            yield Verdict("law", law.name, DOUBTFUL if field else SUITABLE, "the joint has no restitution")
         elif field and not field.contains(required):
-            yield Verdict("law", law.name, OUT, f"takes a restitution {field.allowed()}")
+            yield Verdict("law", law.name, UNSUITABLE, f"takes a restitution {field.allowed()}")
         else:
             reproduced = float(restitution_of(required))
-            word = HOLDS if abs(reproduced - required) <= RESTITUTION_TOLERANCE * required else DOUBTFUL
+            rating = SUITABLE if abs(reproduced - required) <= RESTITUTION_TOLERANCE * required else DOUBTFUL
             reason = f"has a restitution of {reproduced:.3g} instead of {required:.3g}"
-            yield Verdict("law", law.name, word, reason, law.merit)
+            yield Verdict("law", law.name, rating, reason, law.merit)
 
 
-def _lacking(law: Law, joint: Joint) -> list[str]:
+def _missing_keys(law: Law, joint: Joint) -> list[str]:
     """Return the keys, besides the restitution, that a law of the normal force needs and a joint lacks."""
     available = {"restitution", *joint.contact.values, *(("stiffness",) if joint.contact.material else ())}
     required = (field for field in law.fields if field.default is None and not field.optional)
@@ -210,7 +216,7 @@ def _pressures(joint: Joint, load: float | None) -> Iterator[Verdict]:
     for law in (law for law in registry.described() if law.family == "pressure" and joint.wear):
         modulus = joint.contact.material or (joint.wear and joint.wear.values.get("pressure_modulus"))
         if "modulus" in law.needs and not modulus:
-            yield Verdict("pressure", law.name, OUT, "needs material or pressure_modulus")
+            yield Verdict("pressure", law.name, UNSUITABLE, "needs material or pressure_modulus")
             continue
         doubts = _doubts(law, joint, load)
-        yield Verdict("pressure", law.name, DOUBTFUL if doubts else HOLDS, "; ".join(doubts) or NOTHING)
+        yield Verdict("pressure", law.name, DOUBTFUL if doubts else SUITABLE, "; ".join(doubts) or NO_OBJECTION)

@@ -39,28 +39,30 @@ class Blocks:
         self.layout = layout
         self.figures = {name: column_of(layout, name) for name in figures}
         # time (s) and figure -> its sums, at the start of the first block and the end of every one
-        self.ends: list[tuple[float, dict[str, Any]]] = []
+        self.sums_at_ends: list[tuple[float, dict[str, Any]]] = []
         self.turns, self.stride = 0, 1  # revolutions recorded, and revolutions in a block
 
-    def note(self, work: Work) -> bool:
+    def record(self, work: Work) -> bool:
         """Record the sums at the end of a revolution of a run (integration.Work); return whether a block ends here."""
         is_block_end = self.turns % self.stride == 0
         self.turns += 1
         if is_block_end:
-            whole: Any = work.totals  # mypy takes it for a tuple of anything
-            totals = by_joint(whole, self.layout)
+            contact_totals: Any = work.totals  # mypy takes it for a tuple of anything
+            totals = by_joint(contact_totals, self.layout)
             sums = {name: figure.sums.take(totals, index) for name, (figure, index) in self.figures.items()}
-            self.ends.append((float(work.y[work.time]), sums))
-            if len(self.ends) > MAX_BLOCKS + 1:
-                del self.ends[1::2]
+            self.sums_at_ends.append((float(work.y[work.time]), sums))
+            if len(self.sums_at_ends) > MAX_BLOCKS + 1:
+                del self.sums_at_ends[1::2]
                 self.stride *= 2
         return is_block_end
 
     def interval(self, name: str) -> Interval:
         """Return the mean of a figure over all blocks, and its interval."""
-        if len(self.ends) < 2:
+        if len(self.sums_at_ends) < 2:
             return Interval(math.nan, math.inf, 0)
-        times = np.array([time for time, _ in self.ends])
+        times = np.array([time for time, _ in self.sums_at_ends])
         sums = self.figures[name][0].sums
-        value, half_width = sums.over_blocks(times, [sums_at_end[name] for _, sums_at_end in self.ends], self.stride)
+        value, half_width = sums.over_blocks(
+            times, [sums_at_end[name] for _, sums_at_end in self.sums_at_ends], self.stride
+        )
         return Interval(float(value), float(half_width), len(times) - 1)

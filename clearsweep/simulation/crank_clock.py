@@ -8,27 +8,27 @@ import numpy as np
 from ..contracts.machine import Machine, Motor, Schedule
 from ..mechanics.mechanism import planar
 
-STARTED = 0.95  # of the no-load speed: a motor is then said to have started
-PATIENCE = 100.0  # turns at nominal speed after which a free crank that hardly moves counts as stalled
+STARTED_FRACTION = 0.95  # of the no-load speed: a motor is then said to have started
+STALL_TURNS = 100.0  # turns at nominal speed after which a free crank that hardly moves counts as stalled
 
 
 class SteadyClock(NamedTuple):
     """Clock of a crank at constant speed, or of a machine without a crank; it shows time."""
 
-    turn: float  # s, of a revolution
+    period: float  # s, of a revolution
 
     @property
     def free(self) -> bool:
         """Return whether a run is measured along the angle of a free crank."""
         return False
 
-    def at(self, revolutions: float) -> float:
+    def value_after(self, revolutions: float) -> float:
         """Return the time (s) after a number of revolutions."""
-        return revolutions * self.turn
+        return revolutions * self.period
 
-    def at_each(self, revolutions: np.ndarray) -> np.ndarray:
+    def values_after(self, revolutions: np.ndarray) -> np.ndarray:
         """Return the times (s) after arrays of revolutions."""
-        return revolutions * self.turn
+        return revolutions * self.period
 
 
 class ScheduledClock(NamedTuple):
@@ -43,7 +43,7 @@ class ScheduledClock(NamedTuple):
         """Return whether a run is measured along the angle of a free crank."""
         return False
 
-    def at(self, revolutions: float) -> float:
+    def value_after(self, revolutions: float) -> float:
         """Return the time (s) after a number of revolutions, or inf if the crank comes to rest before."""
         angle = 2.0 * math.pi * revolutions
         row = int(np.searchsorted(self.angles, angle, side="right")) - 1
@@ -57,9 +57,9 @@ class ScheduledClock(NamedTuple):
         root = math.sqrt(max(speed * speed + 2.0 * slope * remainder, 0.0))
         return float(self.times[row] + 2.0 * remainder / (speed + root))
 
-    def at_each(self, revolutions: np.ndarray) -> np.ndarray:
+    def values_after(self, revolutions: np.ndarray) -> np.ndarray:
         """Return the times (s) after arrays of revolutions."""
-        return np.array([self.at(each) for each in revolutions])
+        return np.array([self.value_after(each) for each in revolutions])
 
 
 class FreeClock(NamedTuple):
@@ -72,25 +72,25 @@ class FreeClock(NamedTuple):
         """Return whether a run is measured along the angle of a free crank."""
         return True
 
-    def at(self, revolutions: float) -> float:
+    def value_after(self, revolutions: float) -> float:
         """Return the angle (rad) after a number of revolutions."""
         return self.start + 2.0 * math.pi * revolutions
 
-    def at_each(self, revolutions: np.ndarray) -> np.ndarray:
+    def values_after(self, revolutions: np.ndarray) -> np.ndarray:
         """Return the angles (rad) after arrays of revolutions."""
         return self.start + 2.0 * math.pi * revolutions
 
 
-def clock_of(machine: Machine | None, turn: float) -> SteadyClock | ScheduledClock | FreeClock:
-    """Return the clock of a machine; `turn` (s): a revolution at its nominal speed."""
+def clock_of(machine: Machine | None, period: float) -> SteadyClock | ScheduledClock | FreeClock:
+    """Return the clock of a machine; `period` (s): a revolution at its nominal speed."""
     if machine is None or not isinstance(machine.drive, (Schedule, Motor)):
-        return SteadyClock(turn)
+        return SteadyClock(period)
     if isinstance(machine.drive, Motor):
         return FreeClock(machine.drive.start_angle)
-    return followed(machine.drive)
+    return scheduled_clock(machine.drive)
 
 
-def followed(schedule: Schedule) -> ScheduledClock:
+def scheduled_clock(schedule: Schedule) -> ScheduledClock:
     """Return the clock of a speed table from t = 0 on; the speed is constant before the first row."""
     is_later = schedule.times > 0.0
     times = np.concatenate([[0.0], schedule.times[is_later]])
@@ -108,4 +108,4 @@ def start_up_speed(machine: Machine | None) -> float:
     """Return the speed (rad/s) at which a motor counts as started; 0 for other drives and for constant torque."""
     if machine is None or not isinstance(machine.drive, Motor) or math.isinf(machine.drive.no_load_speed):
         return 0.0
-    return STARTED * machine.drive.no_load_speed
+    return STARTED_FRACTION * machine.drive.no_load_speed

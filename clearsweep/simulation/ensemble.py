@@ -9,45 +9,45 @@ from ..contracts.results import Trajectory
 from .figures.catalogue import SETUP
 from .heat import has_balance
 from .outcome import Outcome, outcome_of, periods_of, to_trajectory
-from .run import integrate, keeps_events, release, run_at
+from .run import initial_run, integrate, keeps_events, release
 from .scene import Scene, build
 from .trajectory import horizon_of, simulate, with_deadline, with_limits
 
-OFTEN = 0.05  # s of processor time after which finished cases are reported together
+REPORT_INTERVAL = 0.05  # s of processor time after which finished cases are reported together
 
-Ended = tuple[int, Trajectory | Exception]
+IndexedResult = tuple[int, Trajectory | Exception]
 
 
 class PendingResult(NamedTuple):
     """A case that is integrated but not reported yet."""
 
     case_index: int
-    seconds: float  # s, time to build the scene
+    build_time: float  # s, time to build the scene
     outcome: Outcome
 
 
-def solve_each(cases: Iterable[Case]) -> Iterator[Ended]:
+def solve_each(cases: Iterable[Case]) -> Iterator[IndexedResult]:
     """Yield the index of each case and its result or error, the same as from a run of that case alone.
 
     Figures of plain cases are computed for many cases at a time, which halves the time.
     """
-    waiting: list[PendingResult] = []
+    pending: list[PendingResult] = []
     reported = time.process_time()
     for index, case in enumerate(cases):
         try:
             begin = time.perf_counter()
             scene = build(case)
             if is_plain(scene):
-                waiting.append(_integrate_plain(index, scene, begin))
-                if time.process_time() - reported > OFTEN:
-                    yield from _results(waiting)
-                    waiting, reported = [], time.process_time()
+                pending.append(_integrate_plain(index, scene, begin))
+                if time.process_time() - reported > REPORT_INTERVAL:
+                    yield from _results(pending)
+                    pending, reported = [], time.process_time()
                 continue
             result: Trajectory | Exception = simulate(scene)
         except Exception as error:
             result = error
         yield index, result
-    yield from _results(waiting)
+    yield from _results(pending)
 
 
 def is_plain(scene: Scene) -> bool:
@@ -60,29 +60,29 @@ def is_plain(scene: Scene) -> bool:
 def _integrate_plain(index: int, scene: Scene, begin: float) -> PendingResult:
     """Return a plain scene with its integration; building it began at `begin` (s)."""
     scene = with_deadline(scene)
-    extent = horizon_of(scene)
-    run = run_at(scene, extent.times, turned=False, marks=extent.marks)
-    seconds = time.perf_counter() - begin
-    integrate(scene, run, extent.end, keep_events=keeps_events(scene, extent.times))
-    outcome = outcome_of(scene, run, extent.end)
+    horizon = horizon_of(scene)
+    run = initial_run(scene, horizon.times, turned=False, marks=horizon.marks)
+    build_time = time.perf_counter() - begin
+    integrate(scene, run, horizon.end, keep_events=keeps_events(scene, horizon.times))
+    outcome = outcome_of(scene, run, horizon.end)
     release(run)
-    return PendingResult(index, seconds, outcome)
+    return PendingResult(index, build_time, outcome)
 
 
-def _results(waiting: list[PendingResult]) -> Iterator[Ended]:
+def _results(pending: list[PendingResult]) -> Iterator[IndexedResult]:
     """Yield the results of cases."""
     try:
-        periods = iter(periods_of([case.outcome for case in waiting]))
+        periods = iter(periods_of([finished.outcome for finished in pending]))
     except Exception:  # one of them has failed: each is reported by itself
         periods = None
-    for case in waiting:
+    for finished in pending:
         begin = time.perf_counter()
         try:
-            period = next(periods) if periods else periods_of([case.outcome])[0]
-            result: Trajectory | Exception = to_trajectory(case.outcome, period)
+            period = next(periods) if periods else periods_of([finished.outcome])[0]
+            result: Trajectory | Exception = to_trajectory(finished.outcome, period)
             assert isinstance(result, Trajectory)
-            result.summary[SETUP.name] = case.seconds + time.perf_counter() - begin
-            result = with_limits(case.outcome.scene, result)
+            result.summary[SETUP.name] = finished.build_time + time.perf_counter() - begin
+            result = with_limits(finished.outcome.scene, result)
         except Exception as error:
             result = error
-        yield case.case_index, result
+        yield finished.case_index, result

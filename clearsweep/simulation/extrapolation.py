@@ -51,13 +51,13 @@ class StepControl(NamedTuple):
     limit: float
     tolerance: float
     blocks: int  # at most
-    least: float  # revolutions, shortest jump: one block
-    longest: float
-    first: np.ndarray  # (n,) largest growth of each element in the first jump; inf: no bound
+    min_jump: float  # revolutions, shortest jump: one block
+    max_jump: float
+    max_first_growth: np.ndarray  # (n,) largest growth of each element in the first jump; inf: no bound
     groups: tuple[slice, ...]  # groups of elements whose distribution of wear is compared separately
-    constant: bool  # no rate depends on wear
-    alike: bool  # all blocks have the same motion, so the errors of their rates are equal
-    drifting: bool = False  # rates drift during a block, so they apply to its middle
+    constant_rates: bool  # no rate depends on wear
+    identical_blocks: bool  # all blocks have the same motion, so the errors of their rates are equal
+    drifting_rates: bool = False  # rates drift during a block, so they apply to its middle
 
 
 class Node(NamedTuple):
@@ -97,37 +97,43 @@ def extrapolated_life(
         return None
     nodes, blocks = [Node(0.0, start, first_block.rate, first_block)], 1
     grows = first_block.rate > 0.0
-    jump = float(np.min(settings.first[grows] / first_block.rate[grows], initial=math.inf))
-    while settings.constant or blocks < settings.blocks:
+    jump = float(np.min(settings.max_first_growth[grows] / first_block.rate[grows], initial=math.inf))
+    while settings.constant_rates or blocks < settings.blocks:
         node = nodes[-1]
         largest_rate = max(float(node.rate[group].max(initial=0.0)) for group in settings.groups)
         if largest_rate == 0.0:
             break
         remaining = revolutions_to(settings.limit, criterion, node, largest_rate)
-        if settings.constant:
+        if settings.constant_rates:
             if math.isinf(remaining):
                 break
             nodes.append(Node(remaining, node.state + remaining * node.rate, node.rate, first_block))
             return _interval(nodes, blocks, criterion, settings)
-        jump = max(min(jump, settings.longest, OVERSHOOT * remaining), settings.least)
+        jump = max(min(jump, settings.max_jump, OVERSHOOT * remaining), settings.min_jump)
         predicted = node.state + jump * node.rate
         next_block = run_block(predicted)
         blocks += 1
         if next_block is None:
             return None
-        share = redistributed_share(node, next_block, settings.groups)
-        if share > settings.tolerance and jump > settings.least:
+        redistributed = redistributed_share(node, next_block, settings.groups)
+        if redistributed > settings.tolerance and jump > settings.min_jump:
             jump *= MIN_JUMP_RATIO
             continue
         # the motion is unchanged: only the sliding distance acts, and its prediction is exact
-        rate = next_block.rate if settings.alike else _corrected(node.rate, next_block.rate, criterion.slope(predicted))
+        rate = (
+            next_block.rate
+            if settings.identical_blocks
+            else _corrected(node.rate, next_block.rate, criterion.slope(predicted))
+        )
         next_node = Node(node.revolutions + jump, node.state + 0.5 * jump * (node.rate + rate), rate, next_block)
         if criterion.value(next_node.state) >= settings.limit:
             nodes.append(_node_at_limit(settings.limit, criterion, node, next_node))
             return _interval(nodes, blocks, criterion, settings, jump)
         nodes.append(next_node)
         jump *= (
-            min(max(SAFETY * settings.tolerance / share, MIN_JUMP_RATIO), MAX_JUMP_RATIO) if share else MAX_JUMP_RATIO
+            min(max(SAFETY * settings.tolerance / redistributed, MIN_JUMP_RATIO), MAX_JUMP_RATIO)
+            if redistributed
+            else MAX_JUMP_RATIO
         )
     low = nodes[-1].revolutions
     return Life(tuple(nodes), reached=False, low=low, high=math.inf, jump_error=math.nan, blocks=blocks)
@@ -150,8 +156,8 @@ def _corrected(before: np.ndarray, after: np.ndarray, slope: np.ndarray) -> np.n
 
 def _node_between(start: Node, end: Node, turns: float) -> Node:
     """Return the worn state `turns` revolutions into a jump, in which the rates change linearly."""
-    share = turns / (end.revolutions - start.revolutions)
-    rate = start.rate + share * (end.rate - start.rate)
+    fraction = turns / (end.revolutions - start.revolutions)
+    rate = start.rate + fraction * (end.rate - start.rate)
     return Node(start.revolutions + turns, start.state + 0.5 * turns * (start.rate + rate), rate, end.block)
 
 
@@ -165,8 +171,8 @@ def _node_at_limit(limit: float, criterion: LimitedQuantity, start: Node, end: N
 
 def redistributed_share(node: Node, next_block: Block, groups: tuple[slice, ...]) -> float:
     """Return the share of the wear that two rates distribute differently, in the worst group."""
-    allowed = np.hypot(*(np.where(np.isfinite(block.width), block.width, 0.0) for block in (node.block, next_block)))
-    shifted = np.maximum(np.abs(next_block.rate - node.rate) - allowed, 0.0)
+    explained = np.hypot(*(np.where(np.isfinite(block.width), block.width, 0.0) for block in (node.block, next_block)))
+    shifted = np.maximum(np.abs(next_block.rate - node.rate) - explained, 0.0)
     shares = [0.0]
     for group in groups:
         total = float((node.rate + next_block.rate)[group].sum())
@@ -180,19 +186,19 @@ def revolutions_to(limit: float, criterion: LimitedQuantity, node: Node, largest
     def value(turns: float) -> float:
         return criterion.value(node.state + turns * node.rate)
 
-    estimate = last = (limit - value(0.0)) / largest_rate
-    while value(last) < limit:
-        last *= 2.0
-        if last > MAX_LIFE_FACTOR * estimate:
+    estimate = upper = (limit - value(0.0)) / largest_rate
+    while value(upper) < limit:
+        upper *= 2.0
+        if upper > MAX_LIFE_FACTOR * estimate:
             return math.inf
-    return _root(lambda turns: value(turns) - limit, last)
+    return _root(lambda turns: value(turns) - limit, upper)
 
 
-def _root(function: Callable[[float], float], last: float) -> float:
-    """Return the zero of a function that is negative at 0 but not at `last`."""
+def _root(function: Callable[[float], float], upper: float) -> float:
+    """Return the zero of a function that is negative at 0 but not at `upper`."""
     from scipy.optimize import brentq
 
-    return float(brentq(function, 0.0, last, xtol=1e-14 * last, rtol=1e-14))
+    return float(brentq(function, 0.0, upper, xtol=1e-14 * upper, rtol=1e-14))
 
 
 def _interval(
@@ -209,66 +215,66 @@ def _interval(
     total = nodes[-1].revolutions
     slopes = [criterion.slope(node.state) for node in (*nodes[1:], nodes[-1])]  # growth in each jump
     floor = MIN_RELATIVE_GROWTH * settings.limit / total
-    growth = [max(float(slope @ node.rate), floor) for slope, node in zip(slopes, nodes, strict=True)]
+    growth_rates = [max(float(slope @ node.rate), floor) for slope, node in zip(slopes, nodes, strict=True)]
     weights: dict[int, float] = {}  # per block: revolutions to which its rate applies, times its relative error
-    for k, offsets in enumerate(_revolutions_by_block(nodes, jump)):
+    for k, turns in enumerate(_revolutions_by_block(nodes, jump)):
         block = nodes[k].block
-        weights[id(block)] = weights.get(id(block), 0.0) + offsets * _rate_half_width(slopes[k], block) / growth[k]
-    spread = (math.fsum(weights.values()) if settings.alike else math.hypot(*weights.values())) / total
-    error = abs(_change_without_every_other(nodes, slopes, growth)) / total
+        weights[id(block)] = weights.get(id(block), 0.0) + turns * _rate_half_width(slopes[k], block) / growth_rates[k]
+    spread = (math.fsum(weights.values()) if settings.identical_blocks else math.hypot(*weights.values())) / total
+    error = abs(_change_without_every_other(nodes, slopes, growth_rates)) / total
     half_width = math.hypot(spread, error)
     low, high = total / (1.0 + half_width), total / (1.0 - half_width) if half_width < 1.0 else math.inf
-    if settings.drifting:
-        lag = _drift_bias(nodes, growth)
-        low, high = max(low - lag, 0.0), high + lag
+    if settings.drifting_rates:
+        drift_bias = _drift_bias(nodes, growth_rates)
+        low, high = max(low - drift_bias, 0.0), high + drift_bias
     return Life(tuple(nodes), reached=True, low=low, high=high, jump_error=error, blocks=blocks)
 
 
-def _drift_bias(nodes: list[Node], growth: list[float]) -> float:
+def _drift_bias(nodes: list[Node], growth_rates: list[float]) -> float:
     """Return the error (revolutions) of a life because mid-block rates are used at the start of a block.
 
     With rates r(n + h) in place of r(n), h half a block, the limit q is reached where q(n + h) - q(h) = limit: to first
     order in h the life changes by h (r(0) / r(n) - 1), r / r(n) being summed over its changes from node to node here.
 
-    growth : rate of the limited quantity at each node
+    growth_rates : rate of the limited quantity at each node
     """
     changes = [
         0.5 * max(node.block.turns, next_node.block.turns) * abs(next_rate - rate)
         for (node, next_node), (rate, next_rate) in zip(
-            itertools.pairwise(nodes), itertools.pairwise(growth), strict=True
+            itertools.pairwise(nodes), itertools.pairwise(growth_rates), strict=True
         )
     ]
-    return math.fsum(changes) / growth[-1]
+    return math.fsum(changes) / growth_rates[-1]
 
 
 def _revolutions_by_block(nodes: list[Node], jump: float | None) -> list[float]:
     """Return the revolutions to which each node's block applies; the last jump may have been longer."""
-    offsets = [0.0] * len(nodes)
+    turns_by_block = [0.0] * len(nodes)
     for k in range(len(nodes) - 1):
         turns = nodes[k + 1].revolutions - nodes[k].revolutions
         half_square = 0.5 * turns * turns / (jump if jump and k == len(nodes) - 2 else turns)
-        offsets[k] += turns - half_square
-        offsets[k + 1] += half_square
-    return offsets
+        turns_by_block[k] += turns - half_square
+        turns_by_block[k + 1] += half_square
+    return turns_by_block
 
 
 def _rate_half_width(slope: np.ndarray, block: Block) -> float:
     """Return the half-width of the 95 % interval of the limited quantity's rate; bin errors are fully correlated."""
-    counts = slope != 0.0
-    return float(np.abs(slope[counts]) @ block.width[counts])
+    contributes = slope != 0.0
+    return float(np.abs(slope[contributes]) @ block.width[contributes])
 
 
-def _change_without_every_other(nodes: list[Node], slopes: list[np.ndarray], growth: list[float]) -> float:
+def _change_without_every_other(nodes: list[Node], slopes: list[np.ndarray], growth_rates: list[float]) -> float:
     """Return the change (revolutions) of a life without every other node; for one jump, with the rate after it.
 
-    slopes, growth : derivatives of the limited quantity at the end of each jump, and its rate at each node
+    slopes, growth_rates : derivatives of the limited quantity at the end of each jump, and its rate at each node
     """
     last = len(nodes) - 1
-    remaining = sorted({0, *range(last, -1, -2)})
+    kept = sorted({0, *range(last, -1, -2)})
     total = 0.0
-    for k, m in itertools.pairwise(remaining):
+    for k, m in itertools.pairwise(kept):
         node, next_node = nodes[k], nodes[m]
         rates = node.rate + (next_node.rate if last > 1 else node.rate)
-        missing = 0.5 * (next_node.revolutions - node.revolutions) * rates - (next_node.state - node.state)
-        total += float(slopes[m - 1] @ missing) / growth[m]
+        change = 0.5 * (next_node.revolutions - node.revolutions) * rates - (next_node.state - node.state)
+        total += float(slopes[m - 1] @ change) / growth_rates[m]
     return total

@@ -11,24 +11,26 @@ class Touch(NamedTuple):
     growth: float  # m, eccentricity minus the clearance of the unworn joint
     bearing: int  # bins in contact there
     journal: int
-    slant: float  # growth of the eccentricity per depth worn there: 1 / cos of the angle between both directions
+    growth_per_depth: (
+        float  # growth of the eccentricity per depth worn there: 1 / cos of the angle between both directions
+    )
 
 
-def first_touch(clearance: float, bearing: np.ndarray, journal: np.ndarray, turned: np.ndarray) -> Touch:
+def first_touch(clearance: float, bearing: np.ndarray, journal: np.ndarray, relative_angles: np.ndarray) -> Touch:
     """Return the largest eccentricity of a journal before its surfaces touch.
 
     With the gap clearance + h_bearing + h_journal - e cos(phi - gamma), a journal that moves in the direction gamma
     touches at e = min over phi of (clearance + h_bearing + h_journal) / cos(phi - gamma), to first order in depths
     over the radius.  The result is the largest e over all gamma and relative angles of the bodies.
 
-    bearing, journal : (bins,) m, depth of each bin in the frame of its body; turned : (n,) rad, the angles of the
-    body of the journal minus those of the body of the bearing.
+    bearing, journal : (bins,) m, depth of each bin in the frame of its body; relative_angles : (n,) rad, the angles
+    of the body of the journal minus those of the body of the bearing.
     """
     bins = len(bearing)
-    steps = np.unique(np.round(np.asarray(turned) * bins / (2.0 * np.pi)).astype(int) % bins)
+    bin_shifts = np.unique(np.round(np.asarray(relative_angles) * bins / (2.0 * np.pi)).astype(int) % bins)
     bin_numbers = np.arange(bins)
     on_journal = (
-        bin_numbers - steps[:, None]
+        bin_numbers - bin_shifts[:, None]
     ) % bins  # (turns, bins) bin of the journal that faces each bin of the bearing
     gap = clearance + bearing + journal[on_journal]
     bins_in_reach = int(np.arccos(clearance / gap.max()) * bins / (2.0 * np.pi)) + 1  # no first touch beyond this angle
@@ -41,8 +43,10 @@ def first_touch(clearance: float, bearing: np.ndarray, journal: np.ndarray, turn
     turn, direction = np.unravel_index(int(np.argmax(smallest)), smallest.shape)
     offset = int(at_step[turn, direction])
     touched = int((direction + offset) % bins)
-    slant = float(1.0 / np.cos(2.0 * np.pi * offset / bins))
-    return Touch(float(smallest[turn, direction]) - clearance, touched, int(on_journal[turn, touched]), slant)
+    growth_per_depth = float(1.0 / np.cos(2.0 * np.pi * offset / bins))
+    return Touch(
+        float(smallest[turn, direction]) - clearance, touched, int(on_journal[turn, touched]), growth_per_depth
+    )
 
 
 def first_touch_in_slot(bearing: np.ndarray, journal: np.ndarray) -> Touch:

@@ -26,10 +26,10 @@ from .window import by_joint
 ABSOLUTE_TOLERANCE = 0.02  # K
 RELATIVE_TOLERANCE = 0.01  # of the rise
 STRICT_RUNS = 8  # runs
-DOUBTFUL = 0.1  # of the rise: a less accurate temperature gets a remark
-MOST_RUNS = 30  # runs
-CAUTIOUS = 0.5  # damping of a film's first step: oil thins as it warms up
-CLOSEST, EARLY = 1e-7, 5  # of the rise: accuracy for a dry joint while there are fewer runs than STRICT_RUNS
+DOUBTFUL_WIDTH = 0.1  # of the rise: a less accurate temperature gets a remark
+MAX_RUNS = 30  # runs
+FILM_DAMPING = 0.5  # damping of a film's first step: oil thins as it warms up
+DRY_TOLERANCE, EARLY_RUNS = 1e-7, 5  # of the rise: accuracy for a dry joint while there are fewer runs than STRICT_RUNS
 SEIZED_CLEARANCE = 0.01  # of the cold clearance: a joint with less has seized
 
 
@@ -44,12 +44,12 @@ class Balance(NamedTuple):
     implied: dict[str, float]  # K, implied by the last loss
     seized: tuple[str, ...]  # column names of dry joints whose clearance closes before equilibrium
 
-    def unsure(self) -> dict[str, tuple[float, float, float]]:
+    def doubtful(self) -> dict[str, tuple[float, float, float]]:
         """Return temperature, half-width and rise (K) of every joint with a DOUBTFUL temperature."""
         return {
             joint: (self.temperature[joint], width, self.rise[joint])
             for joint, width in self.width.items()
-            if width > max(ABSOLUTE_TOLERANCE, DOUBTFUL * self.rise[joint])
+            if width > max(ABSOLUTE_TOLERANCE, DOUBTFUL_WIDTH * self.rise[joint])
         }
 
 
@@ -69,7 +69,7 @@ class HeatObserver:
         self.times.append(float(work.y[work.time]))
         totals: Any = work.totals  # mypy takes it for a tuple of anything
         joints = by_joint(totals, self.layout).joint
-        self.sums.append(np.array([getattr(joints[place], name) for place, name in self.energies.items()]))
+        self.sums.append(np.array([getattr(joints[index], field) for index, field in self.energies.items()]))
         return False
 
 
@@ -85,43 +85,48 @@ def at_equilibrium(scene: Scene) -> tuple[Scene, Balance]:
     """
     joints = [joint for joint in scene.case.joints if joint.balance]
     names, cold = [joint.column for joint in joints], scene
-    thermals = [joint.balance for joint in joints if joint.balance]
-    ambient = np.array([thermal.ambient for thermal in thermals])
-    conductance = np.array([thermal.conductance for thermal in thermals])
-    dry, hottest = np.array([joint.film is None for joint in joints]), np.array(list(map(_hottest, joints)))
-    current, last, missing = np.minimum(ambient, hottest), ambient.copy(), np.zeros(len(names))
-    width, converged, rises = np.full(len(names), math.inf), False, ambient
-    for run in range(MOST_RUNS):
+    balances = [joint.balance for joint in joints if joint.balance]
+    ambient = np.array([thermal.ambient for thermal in balances])
+    conductance = np.array([thermal.conductance for thermal in balances])
+    dry, seizure = np.array([joint.film is None for joint in joints]), np.array(list(map(_seizure_temperature, joints)))
+    current, last, residual = np.minimum(ambient, seizure), ambient.copy(), np.zeros(len(names))
+    width, converged, implied_temperatures = np.full(len(names), math.inf), False, ambient
+    for run in range(MAX_RUNS):
         scene = at_temperatures(cold, dict(zip(names, current, strict=True)))
         measured = _losses(scene, names)
         if measured is None:
             break
         loss, width = measured
-        rises, width = ambient + loss / conductance, width / conductance
-        previous, missing = missing, np.minimum(rises, hottest) - current
-        accuracy = np.maximum(ABSOLUTE_TOLERANCE, RELATIVE_TOLERANCE * (rises - ambient))
-        if run < EARLY:
-            accuracy = np.where(dry, CLOSEST * (rises - ambient), accuracy)
+        implied_temperatures, width = ambient + loss / conductance, width / conductance
+        previous, residual = residual, np.minimum(implied_temperatures, seizure) - current
+        accuracy = np.maximum(ABSOLUTE_TOLERANCE, RELATIVE_TOLERANCE * (implied_temperatures - ambient))
+        if run < EARLY_RUNS:
+            accuracy = np.where(dry, DRY_TOLERANCE * (implied_temperatures - ambient), accuracy)
         if run >= STRICT_RUNS:
-            accuracy = np.maximum(accuracy, np.minimum(width, DOUBTFUL * (rises - ambient)))
-        converged = run > 0 and bool(np.all(np.abs(missing) <= accuracy))
-        if converged or run == MOST_RUNS - 1:
+            accuracy = np.maximum(accuracy, np.minimum(width, DOUBTFUL_WIDTH * (implied_temperatures - ambient)))
+        converged = run > 0 and bool(np.all(np.abs(residual) <= accuracy))
+        if converged or run == MAX_RUNS - 1:
             break
-        step = np.where(dry, 1.0, CAUTIOUS) * missing
+        step = np.where(dry, 1.0, FILM_DAMPING) * residual
         if run:
-            change = missing - previous
-            moved = current - last
-            secant = np.where(change * moved < 0.0, -missing * moved / np.where(change == 0.0, 1.0, change), step)
-            step = np.clip(secant, -2.0 * np.abs(missing), 2.0 * np.abs(missing))
-        last, current = current, np.minimum(np.maximum(current + step, ambient), hottest)
+            residual_change = residual - previous
+            temperature_change = current - last
+            secant = np.where(
+                residual_change * temperature_change < 0.0,
+                -residual * temperature_change / np.where(residual_change == 0.0, 1.0, residual_change),
+                step,
+            )
+            step = np.clip(secant, -2.0 * np.abs(residual), 2.0 * np.abs(residual))
+        last, current = current, np.minimum(np.maximum(current + step, ambient), seizure)
     temperature, half_width, rise, implied = (
-        dict(zip(names, map(float, values), strict=True)) for values in (current, width, current - ambient, rises)
+        dict(zip(names, map(float, values), strict=True))
+        for values in (current, width, current - ambient, implied_temperatures)
     )
-    closed = tuple(joint.column for joint in joints if _closed(joint, implied[joint.column]))
+    closed = tuple(joint.column for joint in joints if _is_closed(joint, implied[joint.column]))
     return scene, Balance(temperature, half_width, rise, converged, cold.case.joints, implied, closed)
 
 
-def _hottest(joint: Joint) -> float:
+def _seizure_temperature(joint: Joint) -> float:
     """Return the temperature (K) at which SEIZED_CLEARANCE of a joint's clearance is left; inf if it never closes."""
     if not joint.thermal:
         return math.inf
@@ -129,7 +134,7 @@ def _hottest(joint: Joint) -> float:
     return COLD + (1.0 - SEIZED_CLEARANCE) * joint.clearance / narrower if narrower > 0.0 else math.inf
 
 
-def _closed(joint: Joint, temperature: float) -> bool:
+def _is_closed(joint: Joint, temperature: float) -> bool:
     """Return whether the clearance of a dry joint is at or below zero at a temperature (K)."""
     return joint.thermal is not None and joint.warm_clearance(temperature) <= 0.0
 
@@ -153,15 +158,15 @@ def _warm(joint: Joint, temperature: float) -> Joint:
 
 def _losses(scene: Scene, names: list[str]) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the mean loss (W) of joints over the window and half of its 95 % interval, or None if the run failed."""
-    looked = [(row, joint) for row, joint in enumerate(scene.layout.joints) if joint.name in names]
-    energies = {row: "heat" if joint.film else "friction_energy" for row, joint in looked}
-    settings, blocks = scene.case.simulate, HeatObserver(scene.layout, energies)
-    end = scene.crank_clock.at(settings.revolutions)
-    run = integration_of(scene, np.empty(0), end, (blocks,), turned=True)
+    observed = [(row, joint) for row, joint in enumerate(scene.layout.joints) if joint.name in names]
+    energies = {row: "heat" if joint.film else "friction_energy" for row, joint in observed}
+    settings, observer = scene.case.simulate, HeatObserver(scene.layout, energies)
+    end = scene.crank_clock.value_after(settings.revolutions)
+    run = integration_of(scene, np.empty(0), end, (observer,), turned=True)
     if run.status != integration.OK:
         return None
-    blocks.observe(run.work)
-    times, sums = np.array(blocks.times), np.array(blocks.sums)
+    observer.observe(run.work)
+    times, sums = np.array(observer.times), np.array(observer.sums)
     means = np.diff(sums, axis=0) / np.diff(times)[:, None]
     widths = np.array([half_width(means[:, k]) if len(means) > 1 else math.inf for k in range(len(energies))])
     return (sums[-1] - sums[0]) / (times[-1] - times[0]), widths

@@ -14,7 +14,7 @@ from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import IdealMotion
 from .largest import largest
 
-STEPS = 720  # initial samples of a turn
+SAMPLES_PER_TURN = 720  # initial samples of a turn
 
 
 def mechanism_of(case: Case) -> Mechanism:
@@ -42,11 +42,11 @@ def ideal_peaks(case: Case, machine: Machine | None = None) -> Mapping[str, floa
     mechanism = mechanism_of(case)
     if not mechanism.machine:
         return {}
-    machine, stretch = machine or mechanism.machine(case), _stretch(case)
-    return _peaks(planar.key_of(machine), stretch, _knots(case, stretch), planar.Alike(machine))
+    machine, turn_range = machine or mechanism.machine(case), _turn_range(case)
+    return _peaks(planar.key_of(machine), turn_range, _knots(case, turn_range), planar.Alike(machine))
 
 
-def _stretch(case: Case) -> tuple[float, float]:
+def _turn_range(case: Case) -> tuple[float, float]:
     """Return the revolutions over which the ideal mechanism is evaluated: one period, or else the window."""
     tables = [load.table for load in case.loads if load.table]
     is_free = case.outline.free or (case.drive is not None and case.drive.table is not None)
@@ -57,10 +57,10 @@ def _stretch(case: Case) -> tuple[float, float]:
     return 0.0, float(max([1, *(round(span / (2.0 * math.pi)) for span in spans)]))
 
 
-def _knots(case: Case, stretch: tuple[float, float]) -> tuple[float, ...]:
+def _knots(case: Case, turn_range: tuple[float, float]) -> tuple[float, ...]:
     """Return the crank angles (rad from the start) of rows in load tables."""
     assert case.drive is not None  # a machine has an ideal motion
-    begin, end = (2.0 * math.pi * turns for turns in stretch)
+    begin, end = (2.0 * math.pi * turns for turns in turn_range)
     knots: list[float] = []
     for table in [load.table for load in case.loads if load.table]:
         if "crank_angle" in table:
@@ -78,14 +78,14 @@ def _knots(case: Case, stretch: tuple[float, float]) -> tuple[float, ...]:
 
 @functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
 def _peaks(
-    key: bytes, stretch: tuple[float, float], knots: tuple[float, ...], machine: planar.Alike
+    key: bytes, turn_range: tuple[float, float], knots: tuple[float, ...], machine: planar.Alike
 ) -> Mapping[str, float]:
     start = machine.value.drive.start_angle
-    return peaks(lambda angles: planar.ideal(machine.value, start + angles), stretch, knots)
+    return peaks(lambda angles: planar.ideal(machine.value, start + angles), turn_range, knots)
 
 
 def peaks(
-    motion: Callable[[np.ndarray], IdealMotion], stretch: tuple[float, float], knots: tuple[float, ...] = ()
+    motion: Callable[[np.ndarray], IdealMotion], turn_range: tuple[float, float], knots: tuple[float, ...] = ()
 ) -> Mapping[str, float]:
     """Return the largest reaction (N) of each joint over a range of revolutions, both ends included.
 
@@ -93,12 +93,12 @@ def peaks(
     """
     names: list[str] = []
 
-    def sizes(angles: np.ndarray) -> np.ndarray:
+    def magnitudes(angles: np.ndarray) -> np.ndarray:
         reactions = motion(angles).reactions
         names[:] = reactions
         return np.array([np.hypot(force[:, 0], force[:, 1]) for force in reactions.values()])
 
-    first, last = (2.0 * math.pi * turns for turns in stretch)
-    even = np.linspace(first, last, max(round(STEPS * (stretch[1] - stretch[0])), 2) + 1)
-    largest_values = largest(sizes, np.union1d(even, knots))
+    first, last = (2.0 * math.pi * turns for turns in turn_range)
+    equidistant = np.linspace(first, last, max(round(SAMPLES_PER_TURN * (turn_range[1] - turn_range[0])), 2) + 1)
+    largest_values = largest(magnitudes, np.union1d(equidistant, knots))
     return dict(zip(names, largest_values.tolist(), strict=True))

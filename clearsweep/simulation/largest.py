@@ -12,7 +12,7 @@ NEIGHBOURS = 7  # intervals in this median
 MAX_REFINED = 32  # jumps, and maxima of a function, that are refined
 SAMPLES_PER_SIDE = 8  # further samples on each side of a maximum per round
 VERTEX_OFFSET = 1e-3  # of its interval: distance of two more samples from the vertex of the parabola
-ROUNDS = 60
+MAX_ROUNDS = 60
 
 Functions = Callable[[np.ndarray], np.ndarray]  # (n,) -> (m, n): m functions at n points
 
@@ -28,8 +28,8 @@ def largest(functions: Functions, points: np.ndarray) -> np.ndarray:
     defined = np.isfinite(values).all(axis=1)
     if defined.any():
 
-        def defined_functions(at: np.ndarray) -> np.ndarray:
-            return functions(at)[defined]
+        def defined_functions(x: np.ndarray) -> np.ndarray:
+            return functions(x)[defined]
 
         samples = [(points, values[defined])]
         maxima[defined] = _maxima(defined_functions, *_merged(samples + _jumps(defined_functions, *samples[0])))
@@ -59,7 +59,7 @@ def _jumps(functions: Functions, points: np.ndarray, values: np.ndarray) -> list
     columns = columns[np.argsort(-steep[columns], kind="stable")[:MAX_REFINED]]
     low, high, left, right = points[columns], points[columns + 1], values[:, columns], values[:, columns + 1]
     jumps = []
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         centre = 0.5 * (low + high)
         is_open = (low < centre) & (centre < high) & (np.abs(right - left) > ACCURACY * scale).any(axis=0)
         if not is_open.any():
@@ -85,17 +85,19 @@ def _maxima(functions: Functions, points: np.ndarray, values: np.ndarray) -> np.
     """Return the largest value of each function, refining around every maximum that may be the largest."""
     largest_values: np.ndarray = values.max(axis=1)
     rows, x, y = _candidates(points, values)
-    share = np.arange(1, SAMPLES_PER_SIDE + 1) / (SAMPLES_PER_SIDE + 1.0)
-    for _ in range(ROUNDS):
-        fall = y[:, 1] - y.min(axis=1)
+    fractions = np.arange(1, SAMPLES_PER_SIDE + 1) / (SAMPLES_PER_SIDE + 1.0)
+    for _ in range(MAX_ROUNDS):
+        drop = y[:, 1] - y.min(axis=1)
         is_wide = x[:, 2] - x[:, 0] > 4.0 * np.spacing(np.abs(x).max(axis=1))
-        is_open = is_wide & (fall > ACCURACY * np.abs(largest_values[rows])) & (y[:, 1] + fall >= largest_values[rows])
+        is_open = is_wide & (drop > ACCURACY * np.abs(largest_values[rows])) & (y[:, 1] + drop >= largest_values[rows])
         if not is_open.any():
             break
         rows, x, y = rows[is_open], x[is_open], y[is_open]
         low, top, high = (x[:, k : k + 1] for k in range(3))
         near_vertex = np.clip(_vertex(x, y)[:, None] + (high - low) * VERTEX_OFFSET * np.arange(-1, 2), low, high)
-        new_points = np.concatenate([low + share * (top - low), top + share * (high - top), near_vertex], axis=1)
+        new_points = np.concatenate(
+            [low + fractions * (top - low), top + fractions * (high - top), near_vertex], axis=1
+        )
         new_values = functions(new_points.ravel())[
             np.repeat(rows, new_points.shape[1]), np.arange(new_points.size)
         ].reshape(new_points.shape)

@@ -53,35 +53,39 @@ class LifeRun:
         self.target = next(worn for worn in self.worn_joints if worn.name == self.life.joint)
         most_wear = FIRST_WEAR * min(joint.clearance for joint in scene.case.joints)
         limits = LifeLimits(
-            self.life.limit, most_wear, self.life.blocks, scene.case.simulate.revolutions, self.constant
+            self.life.limit, most_wear, self.life.blocks, scene.case.simulate.revolutions, self.constant_rates
         )
-        if scene.case.uncertain and not self.constant:  # if rates are constant, one block also gives the further lives
-            limits = limits._replace(further=BOUNDING_LIVES - number)
+        if (
+            scene.case.uncertain and not self.constant_rates
+        ):  # if rates are constant, one block also gives the further lives
+            limits = limits._replace(further_lives=BOUNDING_LIVES - number)
         self.progress = LifePhase(limits, len(self.records), name)
 
     def bounding(self, case: Case, name: str) -> "LifeRun":
         """Return the LifeRun of another case as the next life, with the processor time and log of this one."""
         self.lives += 1
         scene = dataclasses.replace(build(case), deadline=self.scene.deadline, verdict=self.scene.verdict)
-        other = LifeRun(scene, self.log, self.lives, name)
-        other.seconds_before = self.seconds_before
-        return other
+        bounding_run = LifeRun(scene, self.log, self.lives, name)
+        bounding_run.seconds_before = self.seconds_before
+        return bounding_run
 
     @property
-    def alike(self) -> bool:
+    def identical_blocks(self) -> bool:
         """Return whether the motion is independent of wear."""
         return not any(joint.wear.evolve for joint in self.scene.case.joints if joint.wear)
 
     @property
-    def constant(self) -> bool:
+    def constant_rates(self) -> bool:
         """Return whether the wear rates are independent of wear."""
-        return self.alike and not any(joint.wear.running_in for joint in self.scene.case.joints if joint.wear)
+        return self.identical_blocks and not any(
+            joint.wear.running_in for joint in self.scene.case.joints if joint.wear
+        )
 
     def settings(self) -> StepControl:
         """Return limit and step control of the extrapolation."""
         case, life, first_growth = self.scene.case, self.life, np.full(self.size, math.inf)
         for worn in self.worn_joints:
-            first_growth[worn.both] = FIRST_WEAR * min(joint.clearance for joint in case.joints)
+            first_growth[worn.all_bins] = FIRST_WEAR * min(joint.clearance for joint in case.joints)
             wear = case.joints[worn.joint_index].wear
             if wear and wear.running_in:
                 first_growth[worn.sliding_distance] = FIRST_SLIDING * wear.running_in["distance"]
@@ -89,13 +93,13 @@ class LifeRun:
             limit=life.limit,
             tolerance=life.tolerance,
             blocks=life.blocks,
-            least=case.simulate.revolutions - case.simulate.discard,
-            longest=life.longest_jump,
-            first=first_growth,
-            groups=tuple(worn.both for worn in self.worn_joints),
-            constant=self.constant,
-            alike=self.alike,
-            drifting=any(joint.wear.running_in for joint in case.joints if joint.wear),
+            min_jump=case.simulate.revolutions - case.simulate.discard,
+            max_jump=life.longest_jump,
+            max_first_growth=first_growth,
+            groups=tuple(worn.all_bins for worn in self.worn_joints),
+            constant_rates=self.constant_rates,
+            identical_blocks=self.identical_blocks,
+            drifting_rates=any(joint.wear.running_in for joint in case.joints if joint.wear),
         )
 
     def scene_at(self, state: np.ndarray) -> Scene:
@@ -153,19 +157,19 @@ class LifeRun:
         """Return the limited quantity (m) of a worn state."""
         if self.life.of == "clearance_growth":
             return self.touch(self.target, state).growth
-        return float(state[self.target.both].max())
+        return float(state[self.target.all_bins].max())
 
     def slope(self, state: np.ndarray) -> np.ndarray:
         """Return the derivatives (n,) of the limited quantity."""
         slope, worn = np.zeros(self.size), self.target
         if self.life.of == "clearance_growth":
             touch = self.touch(worn, state)
-            slope[[worn.bearing.start + touch.bearing, worn.journal.start + touch.journal]] = touch.slant
+            slope[[worn.bearing.start + touch.bearing, worn.journal.start + touch.journal]] = touch.growth_per_depth
         else:
-            slope[worn.first + int(np.argmax(state[worn.both]))] = 1.0
+            slope[worn.first + int(np.argmax(state[worn.all_bins]))] = 1.0
         return slope
 
-    def ended(self, life: Life, record: BlockRecord) -> Life:
+    def with_last_block(self, life: Life, record: BlockRecord) -> Life:
         """Return a life with the block of its last node's worn state."""
         last_node = life.nodes[-1]._replace(rate=record.rate, block=record)
         return life._replace(nodes=(*life.nodes[:-1], last_node), blocks=life.blocks + 1)
@@ -222,22 +226,22 @@ class LifeRun:
         columns = {"revolutions": np.array([node.revolutions for node in nodes])}
         for worn in self.worn_joints:
             columns |= {
-                f"{worn.column}/{name}": np.array([self._at(worn, node)[name] for node in nodes])
+                f"{worn.column}/{name}": np.array([self._node_values(worn, node)[name] for node in nodes])
                 for name in ("wear_depth_max", "clearance", "force_peak", "wear_rate")
             }
             bins = layouts[worn.joint_index].wear_bins
-            for body, where in (("bearing", worn.bearing), ("journal", worn.journal)):
-                profiles = [node.state[where] for node in nodes]
+            for body, elements in (("bearing", worn.bearing), ("journal", worn.journal)):
+                profiles = [node.state[elements] for node in nodes]
                 columns[f"{worn.column}/profile_{body}"] = np.array(
                     [profile if bins == worn.bins else interpolated_depths(profile, bins) for profile in profiles]
                 )
         return columns
 
-    def _at(self, worn: WornJoint, node: Node) -> dict[str, float]:
+    def _node_values(self, worn: WornJoint, node: Node) -> dict[str, float]:
         """Return the values of a joint at a node of the history."""
         return {
-            "wear_depth_max": float(node.state[worn.both].max()),
+            "wear_depth_max": float(node.state[worn.all_bins].max()),
             "clearance": self.scene.case.joints[worn.joint_index].clearance + self.touch(worn, node.state).growth,
             "force_peak": float(node.block.force_peak[worn.joint_index]),
-            "wear_rate": float(node.rate[worn.both].max() / node.rate[-1]),
+            "wear_rate": float(node.rate[worn.all_bins].max() / node.rate[-1]),
         }

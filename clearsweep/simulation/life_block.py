@@ -44,19 +44,19 @@ class WornJoint(NamedTuple):
         return slice(self.first + self.bins, self.first + 2 * self.bins)
 
     @property
-    def both(self) -> slice:
+    def all_bins(self) -> slice:
         """Return the elements that are depths (m) of both bodies."""
         return slice(self.first, self.first + 2 * self.bins)
 
 
 def worn_joints_of(case: Case) -> tuple[WornJoint, ...]:
     """Return the joints with wear; the worn state is the bins of all, their sliding distances, then the time."""
-    wearing = [(place, joint, joint.wear) for place, joint in enumerate(case.joints) if joint.wear]
+    wearing = [(index, joint, joint.wear) for index, joint in enumerate(case.joints) if joint.wear]
     bins = [min(wear.bins, MAX_BINS) for *_, wear in wearing]
     firsts = [2 * sum(bins[:k]) for k in range(len(bins))]
     return tuple(
-        WornJoint(place, joint.name, joint.column, bins[k], firsts[k], 2 * sum(bins) + k)
-        for k, (place, joint, _) in enumerate(wearing)
+        WornJoint(index, joint.name, joint.column, bins[k], firsts[k], 2 * sum(bins) + k)
+        for k, (index, joint, _) in enumerate(wearing)
     )
 
 
@@ -84,7 +84,7 @@ class RateObserver:
         assert case.life is not None  # asked of cases that have one
         self.target, self.tolerance = wear_rate(case.life.column), case.life.tolerance
         self.blocks = Blocks(scene.layout, [wear_rate(worn.column) for worn in worn_joints_of(case)])
-        self.discard, self.least, self.observations = case.simulate.discard, case.simulate.revolutions, 0
+        self.discard, self.min_revolutions, self.observations = case.simulate.discard, case.simulate.revolutions, 0
         self.revolutions = self.discard
         self.mechanism, self.sides = scene.value.mechanism, [joint.side for joint in scene.value.joints]
         self.turned: list[list[float]] = []
@@ -109,9 +109,9 @@ class RateObserver:
         if self.observations == 1:
             return False  # a revolution has just begun; all other pauses are at the same distance from its end
         self.revolutions = self.discard + (self.observations - 1) // PHASES
-        if self.blocks.note(work) or self.interval is None:
+        if self.blocks.record(work) or self.interval is None:
             self.interval = self.blocks.interval(self.target)
-        return self.interval.within(self.tolerance) and self.revolutions >= self.least
+        return self.interval.within(self.tolerance) and self.revolutions >= self.min_revolutions
 
 
 def wear_rate(joint: str) -> str:
@@ -130,16 +130,16 @@ def block_record_of(scene: Scene, run: Run, observer: RateObserver, process_time
     """Return the result of a finished block; `process_time`: s, total processor time so far."""
     worn_joints = worn_joints_of(scene.case)
     turns = observer.revolutions - observer.discard
-    whole: Any = run.totals  # mypy takes it for a tuple of anything
-    totals = by_joint(whole, scene.layout)
+    contact_totals: Any = run.totals  # mypy takes it for a tuple of anything
+    totals = by_joint(contact_totals, scene.layout)
     depths = totals.wear.reshape(len(scene.layout.joints), 2, -1)
     rate, width = np.zeros(worn_joints[-1].sliding_distance + 2), np.zeros(worn_joints[-1].sliding_distance + 2)
-    rate[-1] = (float(run.work.end[run.work.time]) - float(whole.whole.window_start)) / turns
+    rate[-1] = (float(run.work.end[run.work.time]) - float(contact_totals.whole.window_start)) / turns
     for worn in worn_joints:
-        rate[worn.both] = depths[worn.joint_index, :, : worn.bins].ravel() / turns
+        rate[worn.all_bins] = depths[worn.joint_index, :, : worn.bins].ravel() / turns
         earlier_slid = scene.worn[worn.name].sliding_distance
         rate[worn.sliding_distance] = (totals.account[worn.joint_index, SLIDING_DISTANCE] - earlier_slid) / turns
-        width[worn.both] = _half_widths(observer.blocks, worn) * rate[-1]
+        width[worn.all_bins] = _half_widths(observer.blocks, worn) * rate[-1]
     peaks = np.array(totals.joint.column("force_max"))
     seconds = np.array([run.duration, process_time])
     return BlockRecord(rate, width, peaks, np.array(observer.turned), run.counts.numbers.copy(), seconds, turns)
@@ -148,13 +148,13 @@ def block_record_of(scene: Scene, run: Run, observer: RateObserver, process_time
 def _half_widths(blocks: Blocks, worn: WornJoint) -> np.ndarray:
     """Return the half-widths of the 95 % intervals of bin wear rates (m/s); inf for fewer than two blocks."""
     widths = np.full(2 * worn.bins, math.inf)
-    if len(blocks.ends) > 2:
+    if len(blocks.sums_at_ends) > 2:
         figure = wear_rate(worn.column)
-        depths = np.array([sums[figure].reshape(2, -1)[:, : worn.bins].ravel() for _, sums in blocks.ends])
-        rates = np.diff(depths, axis=0) / np.diff([time for time, _ in blocks.ends])[:, None]
+        depths = np.array([sums[figure].reshape(2, -1)[:, : worn.bins].ravel() for _, sums in blocks.sums_at_ends])
+        rates = np.diff(depths, axis=0) / np.diff([time for time, _ in blocks.sums_at_ends])[:, None]
         has_worn = rates.any(axis=0)
         widths[:] = 0.0
-        widths[has_worn] = [half_width(column) for column in rates.T[has_worn]]
+        widths[has_worn] = [half_width(bin_rates) for bin_rates in rates.T[has_worn]]
     return widths
 
 

@@ -12,18 +12,22 @@ from ..mechanics.solver.integration import Work
 from .observed_run import Pausing, restore, snapshot_of
 
 RESCALINGS = 20  # rescalings per revolution
-SIZE, OVER, MOST = 1e-6, 1e3, 1e-3  # clearances: size after rescaling, and the least in tolerances
+DISTURBANCE, DISTURBANCE_PER_TOLERANCE, MAX_DISTURBANCE = (
+    1e-6,
+    1e3,
+    1e-3,
+)  # clearances: size after rescaling, and the least in tolerances
 SMALLEST_DISTURBANCE = 1e-9  # of that: lower bound of a disturbance, to avoid the logarithm of zero
-SATURATED = 0.1  # clearances: a saturated disturbance
-LONG_RUN = 4  # revolutions
-HORIZON = 0.01  # clearances: size at which prediction ends
+SATURATION = 0.1  # clearances: a saturated disturbance
+ALIGNMENT_RUN = 4  # revolutions
+HORIZON_SIZE = 0.01  # clearances: size at which prediction ends
 
 
 class Branches(NamedTuple):
     """Indices of latched numbers that select the branch of a force law: by their sign, or by their value."""
 
-    signs: Sequence[int] = ()
-    pieces: Sequence[int] = ()
+    by_sign: Sequence[int] = ()
+    by_value: Sequence[int] = ()
 
 
 NO_BRANCHES = Branches()
@@ -53,24 +57,24 @@ class Perturbed:
         scale : (coordinates and rates,) unit of each; branches : while they differ, rescaling waits, as if only one run
         were in contact.
         """
-        self.signs, self.pieces = list(branches.signs), list(branches.pieces)
+        self.by_sign, self.by_value = list(branches.by_sign), list(branches.by_value)
         self.control = control._replace(keep_events=False, end=math.inf)
         self.run, self.work, self.scale, self.tolerance = run, run.work, scale, tolerance
         self.roots = slice(run.work.time + 1, run.work.time + 1 + run.work.mode.size)  # of penetrations, in the state
-        self.size = max(SIZE, min(OVER * tolerance, MOST))
+        self.size = max(DISTURBANCE, min(DISTURBANCE_PER_TOLERANCE * tolerance, MAX_DISTURBANCE))
         self.times: list[float] = []  # s
         self.growths: list[float] = []  # logarithm of the growth from the start to each of `times`
         self.status = integration.OK
 
     def observe(self, base: Work) -> bool:
         """Advance the perturbed run to the present time of `base`."""
-        moment = float(base.y[base.time])
+        now = float(base.y[base.time])
         if not self.times:
-            self.times, self.growths = [moment], [0.0]
-            self._bring(base, self.scale / math.sqrt(self.scale.size), 0.0, 0.0)
-        elif self.status == integration.OK and moment > self.work.y[base.time]:
-            control = self.control._replace(window=moment, pause=moment)
-            status, _ = self.run.go(control)
+            self.times, self.growths = [now], [0.0]
+            self._displace(base, self.scale / math.sqrt(self.scale.size), 0.0, 0.0)
+        elif self.status == integration.OK and now > self.work.y[base.time]:
+            control = self.control._replace(window=now, pause=now)
+            status, _ = self.run.advance(control)
             if status != integration.PAUSED:
                 self.status = status
                 return False
@@ -82,45 +86,50 @@ class Perturbed:
         work, n = self.work, self.scale.size
         same_contacts = bool(np.all(work.mode == base.mode))
         same_contacts = same_contacts and bool(
-            np.all(np.sign(work.latched[self.signs]) == np.sign(base.latched[self.signs]))
+            np.all(np.sign(work.latched[self.by_sign]) == np.sign(base.latched[self.by_sign]))
         )
-        same_contacts = same_contacts and bool(np.all(work.latched[self.pieces] == base.latched[self.pieces]))
+        same_contacts = same_contacts and bool(np.all(work.latched[self.by_value] == base.latched[self.by_value]))
         distance = float(np.linalg.norm((work.y[:n] - base.y[:n]) / self.scale))
-        if not same_contacts and distance < SATURATED:
+        if not same_contacts and distance < SATURATION:
             return
         self.times.append(float(base.y[base.time]))
         self.growths.append(self.growths[-1] + math.log(max(distance, SMALLEST_DISTURBANCE * self.size) / self.size))
         if same_contacts and distance > 0.0:
-            deeper = np.square(work.y[self.roots]) - np.square(base.y[self.roots])
-            self._bring(base, (work.y - base.y) / distance, (work.latched - base.latched) / distance, deeper / distance)
+            depth_difference = np.square(work.y[self.roots]) - np.square(base.y[self.roots])
+            self._displace(
+                base,
+                (work.y - base.y) / distance,
+                (work.latched - base.latched) / distance,
+                depth_difference / distance,
+            )
         else:
-            self._bring(base, self.scale / math.sqrt(n), 0.0, 0.0)
+            self._displace(base, self.scale / math.sqrt(n), 0.0, 0.0)
 
-    def _bring(
-        self, base: Work, direction: np.ndarray, latched: np.ndarray | float, deeper: np.ndarray | float
+    def _displace(
+        self, base: Work, direction: np.ndarray, latched: np.ndarray | float, depth_difference: np.ndarray | float
     ) -> None:
         """Place the perturbed motion next to `base`, displaced along `direction` in its first components.
 
-        deeper : m, likewise of the penetrations.  At an onset they grow from nothing, and their roots do not follow a
-        small displacement linearly.
+        depth_difference : m, likewise of the penetrations.  At an onset they grow from nothing, and their roots do not
+        follow a small displacement linearly.
         """
         work, seed = self.work, event_actions.SEED * self.work.sigma
         restore(snapshot_of(base), work)
         work.y[: len(direction)] += self.size * direction
         work.latched[:] += self.size * latched
-        roots = np.sqrt(np.maximum(np.square(base.y[self.roots]) + self.size * deeper, seed * seed))
+        roots = np.sqrt(np.maximum(np.square(base.y[self.roots]) + self.size * depth_difference, seed * seed))
         work.y[self.roots] = np.where(touches(work.mode), roots, 0.0)
 
-    def figures(self, turn: float) -> dict[str, float | None]:
+    def figures(self, period: float) -> dict[str, float | None]:
         """Return exponent and horizon, each None if undefined or if disturbances do not grow.
 
         With more than LONG_RUN revolutions the first is left out: in it the disturbance aligns with the fastest growth.
         """
         exponent = horizon = None
         if self.status == integration.OK and len(self.times) > 1:
-            turns = (np.array(self.times) - self.times[0]) / turn
-            first = int(np.searchsorted(turns, 1.0)) if turns[-1] > LONG_RUN else 0
+            turns = (np.array(self.times) - self.times[0]) / period
+            first = int(np.searchsorted(turns, 1.0)) if turns[-1] > ALIGNMENT_RUN else 0
             exponent = (self.growths[-1] - self.growths[first]) / (self.times[-1] - self.times[first])
         if exponent is not None and exponent > 0.0:
-            horizon = max(math.log(HORIZON / self.tolerance), 0.0) / (exponent * turn)
+            horizon = max(math.log(HORIZON_SIZE / self.tolerance), 0.0) / (exponent * period)
         return {"lyapunov_exponent": exponent, "horizon_revolutions": horizon}

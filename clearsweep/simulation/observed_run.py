@@ -27,7 +27,7 @@ class Pausing(Protocol):
 
     work: Work
 
-    def go(self, control: integration.Control) -> tuple[int, np.ndarray]:
+    def advance(self, control: integration.Control) -> tuple[int, np.ndarray]:
         """Return status and events from the present state to the end or pause in `control`."""
 
 
@@ -44,35 +44,35 @@ def run_observed(
     control: integration.Control,
     run: Pausing,
     discard: float,
-    at: Callable[[float], float],
+    value_after: Callable[[float], float],
     observers: Sequence[Observer],
 ) -> tuple[int, np.ndarray]:
     """Return the status and the events of an integration that `observers` observe.
 
-    discard : revolutions before the first observation; at : revolutions -> clock, see `crank_clock`.
+    discard : revolutions before the first observation; value_after : revolutions -> clock, see `crank_clock`.
     """
     work, logs, per_revolution = run.work, [], max(observer.per_revolution for observer in observers)
     for k in itertools.count():
-        pause = pause_at(k / per_revolution, discard, at)
+        pause = pause_at(k / per_revolution, discard, value_after)
         if pause >= control.end:
             break
-        status, log = run.go(control._replace(pause=pause))
+        status, log = run.advance(control._replace(pause=pause))
         logs.append(log)
         if status != integration.PAUSED:
             return status, np.concatenate(logs)
-        end = at(discard + k // per_revolution)
+        end = value_after(discard + k // per_revolution)
         may_end = [
             observer.observe(work) for observer in observers if k % (per_revolution // observer.per_revolution) == 0
         ]
         if any(may_end) and work.y[work.independent] < end:
             control = control._replace(end=end)
-    status, log = run.go(control)
+    status, log = run.advance(control)
     return status, np.concatenate([*logs, log])
 
 
-def pause_at(turns: float, discard: float, at: Callable[[float], float]) -> float:
+def pause_at(turns: float, discard: float, value_after: Callable[[float], float]) -> float:
     """Return the pause for `turns` after the first `discard`: LEAD earlier, except at the start."""
-    return at(discard + turns - LEAD if turns else discard)
+    return value_after(discard + turns - LEAD if turns else discard)
 
 
 def snapshot_of(work: Work) -> Snapshot:

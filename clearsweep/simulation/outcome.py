@@ -17,7 +17,7 @@ from ..mechanics.solver.integration import Counts
 from .figures.catalogue import figures_of, shared_by
 from .ideal import ideal_peaks
 from .remarks import remarks
-from .revolutions import Marks, peak_spreads, periods_in, reached, start_turns
+from .revolutions import Marks, marks_reached, peak_spreads, periods_in, start_turns
 from .run import TIME_BUDGET, FinalContacts, Run, onset_rates
 from .scene import Scene
 from .start import control_of
@@ -29,16 +29,16 @@ _STATUS = {
     integration.OK: ("ok", ""),
     integration.STEP_BUDGET: (
         "step-budget",
-        "reached the budget of {budget:,} steps at {time:.6g} s{whole} ({steps:,} accepted, {rejected:,} rejected); "
+        "reached the budget of {budget:,} steps at {time:.6g} s{of_total} ({steps:,} accepted, {rejected:,} rejected); "
         "increase simulate.step_budget",
     ),
     integration.EVENT_BUDGET: (
         "event-budget",
-        "reached the budget of {events:,} events at {time:.6g} s{whole}; increase simulate.event_budget",
+        "reached the budget of {events:,} events at {time:.6g} s{of_total}; increase simulate.event_budget",
     ),
     TIME_BUDGET: (
         "time-budget",
-        "reached the budget of {patience:.6g} s of process time at {time:.6g} s{whole}, after {steps:,} steps; "
+        "reached the budget of {patience:.6g} s of process time at {time:.6g} s{of_total}, after {steps:,} steps; "
         "increase simulate.time_budget",
     ),
     integration.NOT_FINITE: (
@@ -51,18 +51,18 @@ _STATUS = {
     ),
     integration.TIME_LIMIT: (
         "time-limit",
-        "reached the time limit of {time:.6g} s{whole}; increase simulate.time_limit",
+        "reached the time limit of {time:.6g} s{of_total}; increase simulate.time_limit",
     ),
     integration.STALLED: (
         "stalled",
-        "the drive stalls: at {time:.6g} s, after {turned:.4g}{whole}, the crank stops; increase torque, flywheel "
+        "the drive stalls: at {time:.6g} s, after {turned:.4g}{of_total}, the crank stops; increase torque, flywheel "
         "inertia or initial speed, or reduce the loads",
     ),
     integration.LEFT_BEARING: (
         LEFT_BEARING,
-        "the journal of {joint} leaves its bearing at {left:.6g} s, after {angle:.4g} revolutions. The axial "
-        "distance of their middles is {beyond:.4g} mm, half of the sum of both lengths. Write flange: true with an "
-        "axial_clearance, lengthen bearing or journal, or hold the body along the axis at another joint",
+        "the journal of {joint} leaves its bearing at {escape_time:.6g} s, after {revolutions:.4g} revolutions. The "
+        "axial distance of their middles is {axial_distance:.4g} mm, half of the sum of both lengths. Write flange: "
+        "true with an axial_clearance, lengthen bearing or journal, or hold the body along the axis at another joint",
     ),
 }
 
@@ -76,8 +76,8 @@ REST_SPEED = 1e-3  # of the initial speed: slower bodies count as at rest when n
 
 def _status_of(scene: Scene, run: Run) -> tuple[str, str]:
     """Return the status of an integration and its message."""
-    film = any(joint.film for joint in scene.layout.joints)
-    if run.status == integration.STEP_UNDERFLOW and film and not scene.mechanism.turns:
+    has_film = any(joint.film for joint in scene.layout.joints)
+    if run.status == integration.STEP_UNDERFLOW and has_film and not scene.mechanism.turns:
         rates = slice(len(scene.value.coordinates), 2 * len(scene.value.coordinates))
         if np.abs(run.work.y[rates]).max() <= REST_SPEED * np.abs(scene.start[rates]).max():
             return _AT_REST
@@ -95,11 +95,11 @@ class Outcome(NamedTuple):
     wear: np.ndarray
     account: np.ndarray
     friction: np.ndarray
-    exceeded: list[float]  # by joint, see `Window`; empty if it failed, as sums may then be infinite
-    dry: list[float]  # likewise
+    exceeded_forces: list[float]  # by joint, see `Window`; empty if it failed, as sums may then be infinite
+    dry_times: list[float]  # likewise
     revolutions: Any  # RevolutionMarks
     marks: Marks
-    ends: FinalContacts
+    final_contacts: FinalContacts
     events: int  # events located without a search
     counts: Counts  # of the whole integration
     seconds: float  # s, processor time
@@ -125,11 +125,11 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
         wear=totals.wear.copy(),
         account=totals.account.copy(),
         friction=totals.friction.copy(),
-        exceeded=[] if failed else _exceeded_forces(totals, RARE_SHARE * duration),
-        dry=_dry_times(totals, scene.layout, duration),
+        exceeded_forces=[] if failed else _exceeded_forces(totals, RARE_SHARE * duration),
+        dry_times=_dry_times(totals, scene.layout, duration),
         revolutions=revolutions._make([array.copy() for array in revolutions]),
         marks=run.marks,
-        ends=run.ends(),
+        final_contacts=run.final_contacts(),
         events=int(run.work.counts.events),
         counts=run.counts,
         seconds=run.duration,
@@ -189,8 +189,8 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
         of_total = f" of {scene.case.simulate.revolutions:.6g} revolutions"
     message = text.format(
         time=run.work.y[run.work.time],
-        turned=(run.work.y[run.work.independent] - scene.crank_clock.at(0.0)) / (2.0 * math.pi),
-        whole=of_total,
+        turned=(run.work.y[run.work.independent] - scene.crank_clock.value_after(0.0)) / (2.0 * math.pi),
+        of_total=of_total,
         events=int(run.work.counts.events),
         steps=int(run.work.counts.steps),
         rejected=int(run.work.counts.rejected),
@@ -211,9 +211,9 @@ def _escaped_journal(scene: Scene, run: Run) -> dict[str, str | float]:
     turns = work.end[work.time] * scene.case.drive.speed / (2.0 * math.pi)
     return {
         "joint": scene.case.joints[index].name,
-        "left": work.end[work.time],
-        "angle": turns,
-        "beyond": 1e3 * (joint.half_length + joint.half_journal),
+        "escape_time": work.end[work.time],
+        "revolutions": turns,
+        "axial_distance": 1e3 * (joint.half_length + joint.half_journal),
     }
 
 
@@ -222,7 +222,7 @@ def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
     if not len(run.marks.sections) or not run.work.sample.code:
         return {}
     revolutions: Any = run.work.revolutions  # mypy takes it for a tuple of anything
-    sections = reached(run.marks.sections, revolutions)
+    sections = marks_reached(run.marks.sections, revolutions)
     channels = scene.layout.channels
     values = np.zeros((len(sections), len(channels)))
     sample_states(run.work, revolutions.states[sections], values)
@@ -261,8 +261,8 @@ def window_of(outcome: Outcome, period: int | None) -> Window:
         layout=scene.layout,
         joints=scene.value.joints,
         totals=totals,
-        exceeded=outcome.exceeded,
-        dry=outcome.dry,
+        exceeded=outcome.exceeded_forces,
+        dry=outcome.dry_times,
         ideal=ideal_peaks(scene.case, scene.machine) if scene.mechanism.turns and outcome.status == "ok" else {},
         wear=wear_of(scene.layout, totals),
         counts=outcome.counts,
@@ -275,7 +275,7 @@ def window_of(outcome: Outcome, period: int | None) -> Window:
         sliding_distance=[
             scene.worn[joint.name].sliding_distance if joint.name in scene.worn else 0.0 for joint in scene.case.joints
         ],
-        onset=onset_rates(outcome.ends),
+        onset=onset_rates(outcome.final_contacts),
     )
 
 
@@ -285,4 +285,4 @@ def _duration(scene: Scene, run: Run, end: float) -> float:
         return float(run.work.end[run.work.time])
     if scene.crank_clock.free:
         return float(run.work.end[run.work.time] - run.totals.whole.window_start)
-    return end - scene.crank_clock.at(scene.case.simulate.discard)
+    return end - scene.crank_clock.value_after(scene.case.simulate.discard)

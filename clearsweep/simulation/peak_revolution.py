@@ -12,7 +12,7 @@ from .revolutions import marks_of, peaks_of
 from .run import integration_of
 from .scene import build
 
-REFINEMENT, MOST_SAMPLES = 20, 1_000_000  # times the usual number of samples
+REFINEMENT, MAX_SAMPLES = 20, 1_000_000  # times the usual number of samples
 REFINED_SAMPLES = 1.5  # usual samples on each side of the largest force within which all fine samples are kept
 
 
@@ -32,20 +32,23 @@ def peak_revolution(case: Case, joint: int, revolutions: float) -> Peak:
     scene = build(case._replace(simulate=simulate_settings, save=case.save._replace(orbits="none")))
     if has_balance(case):
         scene, _ = at_equilibrium(scene)
-    at, is_free = scene.crank_clock.at, scene.crank_clock.free
-    end, marks = at(revolutions), marks_of(scene, revolutions)
-    run = integration_of(scene, np.empty(0), end, turned=is_free, marks=marks)
+    value_after, crank_is_free = scene.crank_clock.value_after, scene.crank_clock.free
+    end, marks = value_after(revolutions), marks_of(scene, revolutions)
+    run = integration_of(scene, np.empty(0), end, turned=crank_is_free, marks=marks)
     peaks, window = peaks_of(scene, marks, run.work.revolutions), marks.turns[marks.window]
     peak_index = int(peaks[:, joint].argmax()) if len(peaks) else 0
     first, last = (
         window[peak_index : peak_index + 2].tolist() if len(peaks) else (max(revolutions - 1.0, 0.0), revolutions)
     )
-    samples, density = case.save.samples, max(min(REFINEMENT, MOST_SAMPLES // case.save.samples), 1)
+    samples, density = case.save.samples, max(min(REFINEMENT, MAX_SAMPLES // case.save.samples), 1)
     counts = np.arange(round(first * samples) * density, round(last * samples) * density + 1)
-    times = np.minimum([at(count / (density * samples)) for count in counts.tolist()], end)
-    path = trajectory_of(scene, integration_of(scene, times, end, turned=is_free, marks=marks), end)
-    if path.status != "ok":
-        return Peak(first, path)
-    largest = int(path[f"joints/{case.joints[joint].column}/force_normal"].argmax())
+    times = np.minimum([value_after(count / (density * samples)) for count in counts.tolist()], end)
+    trajectory = trajectory_of(scene, integration_of(scene, times, end, turned=crank_is_free, marks=marks), end)
+    if trajectory.status != "ok":
+        return Peak(first, trajectory)
+    largest = int(trajectory[f"joints/{case.joints[joint].column}/force_normal"].argmax())
     is_kept = (counts % density == 0) | (np.abs(np.arange(len(counts)) - largest) <= REFINED_SAMPLES * density)
-    return Peak(first, dataclasses.replace(path, channels={name: path[name][is_kept] for name in path.channels}))
+    return Peak(
+        first,
+        dataclasses.replace(trajectory, channels={name: trajectory[name][is_kept] for name in trajectory.channels}),
+    )

@@ -13,13 +13,13 @@ from .scene import Scene
 from .trajectory import simulate
 
 STEP = 1e-6  # of the mean distance of the samples of a turn, between the two velocities of an acceleration
-NEEDED = ("x", "y", "force_normal", "force_tangential")  # channels of an open pin
+PIN_CHANNELS = ("x", "y", "force_normal", "force_tangential")  # channels of an open pin
 
 
 class PinReactions(NamedTuple):
     """A trajectory, and the forces on the bodies with the journals of its pins without clearance, at its times."""
 
-    path: Trajectory
+    trajectory: Trajectory
     forces: dict[str, np.ndarray]  # joint in columns ('crank_rod') -> (n, 2) N, in the fixed frame
     couples: dict[str, np.ndarray]  # guide in columns -> (n,) N m, on the sliding body
     torque: np.ndarray  # (n,) N m, of the drive
@@ -52,18 +52,18 @@ def pin_reactions(scene: Scene, times: np.ndarray) -> PinReactions:
     machine = machine_of(case)
     step = STEP * float(np.min(np.diff(times)))
     first = np.append(times[:-1], times[-1] - step)
-    path = simulate(scene, np.stack([first, first + step], -1).ravel())
-    if path.status != "ok":
-        return PinReactions(path, {}, {}, np.zeros(0))
+    trajectory = simulate(scene, np.stack([first, first + step], -1).ravel())
+    if trajectory.status != "ok":
+        return PinReactions(trajectory, {}, {}, np.zeros(0))
     result = reactions(
-        machine, _motion(machine, path), {each.name: _force(each, machine, path) for each in case.joints}
+        machine, _motion(machine, trajectory), {joint.name: _force(joint, machine, trajectory) for joint in case.joints}
     )
-    return PinReactions(path, _on_journals(case, result), *_named(result))
+    return PinReactions(trajectory, _on_journals(case, result), *_couples_and_torque(result))
 
 
-def _motion(machine: Machine, path: Trajectory) -> Motion:
+def _motion(machine: Machine, trajectory: Trajectory) -> Motion:
     """Return the bodies at every second sample of a trajectory, with the accelerations up to the sample after it."""
-    channels = path.channels
+    channels = trajectory.channels
     names = [column_name(name) for name in machine.bodies if name != GROUND]
     time, step = channels["t"][::2], np.diff(channels["t"])[::2]
     q = np.stack([channels[f"{name}/{key}"] for name in names for key in ("x", "y", "angle")], -1)
@@ -72,15 +72,17 @@ def _motion(machine: Machine, path: Trajectory) -> Motion:
     return Motion(time, channels["crank_angle"][::2], q[::2], rates[::2], accelerations)
 
 
-def _force(joint: Joint, machine: Machine, path: Trajectory) -> JointForce:
+def _force(joint: Joint, machine: Machine, trajectory: Trajectory) -> JointForce:
     """Return force and moment in a dry pin with clearance at every second sample of a trajectory."""
-    x, y, normal, tangential = (path.channels[f"joints/{column_name(joint.name)}/{key}"][::2] for key in NEEDED)
+    x, y, normal, tangential = (
+        trajectory.channels[f"joints/{column_name(joint.name)}/{key}"][::2] for key in PIN_CHANNELS
+    )
     distance = np.hypot(x, y)
-    out = np.stack([x, y], -1) / np.where(distance > 0.0, distance, 1.0)[:, None]
-    on_journal = -normal[:, None] * out + tangential[:, None] * np.stack([-out[:, 1], out[:, 0]], -1)
+    outward = np.stack([x, y], -1) / np.where(distance > 0.0, distance, 1.0)[:, None]
+    on_journal = -normal[:, None] * outward + tangential[:, None] * np.stack([-outward[:, 1], outward[:, 0]], -1)
     radius = joint.bearing_radius or 0.0
     couples = (radius - joint.clearance) * tangential, -radius * tangential
-    distal = next(each.distal.body for each in machine.joints if each.name == joint.name)
+    distal = next(machine_joint.distal.body for machine_joint in machine.joints if machine_joint.name == joint.name)
     if joint.journal in (None, distal):
         return JointForce(on_journal, *couples)
     return JointForce(-on_journal, *couples[::-1])
@@ -92,5 +94,5 @@ def _on_journals(case: Case, result: Reactions) -> dict[str, np.ndarray]:
     return {column_name(name): signs.get(name, 1.0) * force for name, force in result.forces.items()}
 
 
-def _named(result: Reactions) -> tuple[dict[str, np.ndarray], np.ndarray]:
+def _couples_and_torque(result: Reactions) -> tuple[dict[str, np.ndarray], np.ndarray]:
     return {column_name(name): couple for name, couple in result.couples.items()}, result.torque

@@ -12,7 +12,7 @@ from ..mechanics.trace import objects
 from . import catalogue
 from .trajectory import compile_loop
 
-PAIR = {  # any case is suitable
+IMPACT_PAIR = {  # any case is suitable
     "mechanism": {"type": "impact-pair", "masses": ["1 kg", "1 kg"], "speed": "1 m/s"},
     "joints": {
         "pair": {
@@ -27,7 +27,7 @@ PAIR = {  # any case is suitable
 
 def main(levels: list[str]) -> int:
     """Compile the loop for processor levels and print each; return the exit code."""
-    case = load(PAIR, catalogue()).case(0)
+    case = load(IMPACT_PAIR, catalogue()).case(0)
     for level in levels or [objects.level()]:
         known = (*objects.LEVELS, *objects.OTHER_PROCESSORS)
         if level not in known and level != objects.level():

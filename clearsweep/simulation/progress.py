@@ -15,7 +15,7 @@ class Revolutions(phases.Phase):
         """Prepare for the integration of a scene."""
         super().__init__(self._words)
         self.revolutions = scene.case.simulate.revolutions if scene.mechanism.turns else None
-        self.most = " at most" if scene.layout.until or scene.case.life else ""  # it may end earlier
+        self.at_most = " at most" if scene.layout.until or scene.case.life else ""  # it may end earlier
 
     @property
     def turns(self) -> float:
@@ -25,29 +25,29 @@ class Revolutions(phases.Phase):
     def _words(self) -> str:
         if not self.revolutions or self.share is None:
             return "integrating"
-        return f"revolution {self.turns:,.6g} of {self.revolutions:,.6g}{self.most}"
+        return f"revolution {self.turns:,.6g} of {self.revolutions:,.6g}{self.at_most}"
 
 
 class LifeLimits(NamedTuple):
     """Settings that determine the time of a life."""
 
     limit: float  # m
-    first: float  # m, most wear in the first jump
+    first_jump: float  # m, most wear in the first jump
     blocks: int  # at most
-    least: float  # revolutions of a block
-    constant: bool  # one block is enough
-    further: int = 0  # lives after this one, which take about as long
+    min_revolutions: float  # revolutions of a block
+    constant_rates: bool  # one block is enough
+    further_lives: int = 0  # lives after this one, which take about as long
 
 
 class Life(phases.Phase):
     """The phase of a life: its block, the limited wear (m), and the time of the remaining blocks."""
 
-    def __init__(self, limits: LifeLimits, before: int, name: str = ""):
-        """Prepare after `before` blocks in another process; `name` is that of a further life."""
+    def __init__(self, limits: LifeLimits, earlier_blocks: int, name: str = ""):
+        """Prepare after `earlier_blocks` blocks in another process; `name` is that of a further life."""
         super().__init__(self._words, whole=True)
-        self.limits, self.before, self.name = limits, before, name
-        self.block, self.worn, self.jump = 1, 0.0, limits.first
-        self.since = self.begin  # s, start of the current block
+        self.limits, self.earlier_blocks, self.name = limits, earlier_blocks, name
+        self.block, self.worn, self.jump = 1, 0.0, limits.first_jump
+        self.block_begin = self.begin  # s, start of the current block
 
     def _words(self) -> str:
         life = f"{self.name}, " if self.name else ""
@@ -56,7 +56,7 @@ class Life(phases.Phase):
     def reached(self, worn: float) -> None:
         """Record the end of a block, with the wear depth (m) that the limit refers to."""
         self.block, self.jump = self.block + 1, max(worn - self.worn, 0.0) or self.jump
-        self.worn, self.since, self.idle = worn, time.monotonic(), 0.0
+        self.worn, self.block_begin, self.idle = worn, time.monotonic(), 0.0
         self.note(block=self.block, reached=worn, limit=self.limits.limit)
 
     def left(self, now: float) -> float | None:
@@ -64,17 +64,17 @@ class Life(phases.Phase):
         block = self._block_seconds(now)
         if block is None:
             return None
-        jumps = 0.0 if self.limits.constant else max(self.limits.limit - self.worn, 0.0) / self.jump
+        jumps = 0.0 if self.limits.constant_rates else max(self.limits.limit - self.worn, 0.0) / self.jump
         blocks = 1.0 + min(jumps, float(max(self.limits.blocks - self.block, 0)))
-        remaining = max(block * blocks - (now - self.since - self.idle), 0.0)
-        return remaining + self.limits.further * block * (self.block - 1 + blocks) or None
+        remaining = max(block * blocks - (now - self.block_begin - self.idle), 0.0)
+        return remaining + self.limits.further_lives * block * (self.block - 1 + blocks) or None
 
     def _block_seconds(self, now: float) -> float | None:
         """Return the time (s) of a block: the mean of finished blocks, or else the time of the shortest block."""
-        run = self.block - 1 - self.before
-        if run > 0:
-            return (self.since - self.begin) / run
+        finished_blocks = self.block - 1 - self.earlier_blocks
+        if finished_blocks > 0:
+            return (self.block_begin - self.begin) / finished_blocks
         inner = phases.innermost()
         if not isinstance(inner, Revolutions) or not inner.turns:
             return None
-        return (now - inner.begin - inner.idle) * max(self.limits.least / inner.turns, 1.0)
+        return (now - inner.begin - inner.idle) * max(self.limits.min_revolutions / inner.turns, 1.0)

@@ -11,12 +11,12 @@ from ..contracts.case import Case, Joint
 from ..language import wording
 from ..language.errors import InputError, nearest
 from ..mechanics.joint import registry
-from .advice import DOUBTFUL, HOLDS, KEYS, OUT, WORDS, Advice, Verdict, advice, of_joint
+from .advice import DOUBTFUL, FAMILY_KEYS, RATINGS, SUITABLE, UNSUITABLE, Advice, Verdict, advice, advice_for_joint
 from .scene import catalogue
 
 FAMILIES = ("elastic", "law")  # of which one law each is recommended
-MOST_CASES = 25  # of a grid that are looked at
-DEPTH = 1e-6  # m, at which the forces of laws are compared
+MAX_CASES = 25  # of a grid that are looked at
+COMPARED_DEPTH = 1e-6  # m, at which the forces of laws are compared
 _JOINTS = "{joints}"  # in a text that several joints may share
 _CAVEAT = "The load is the largest reaction without clearance; impacts are harder. clearsweep list NAME explains a law."
 
@@ -29,26 +29,26 @@ class Recommendation(NamedTuple):
     law: str  # '' if none is valid
     reason: str
     used: str  # the law that the grid has
-    word: str  # HOLDS, DOUBTFUL or OUT, of the law that the grid has
+    rating: str  # HOLDS, DOUBTFUL or OUT, of the law that the grid has
     objection: str  # what is to be said of that
 
-    def _kind(self) -> str:
+    def _law_kind(self) -> str:
         return "elastic law" if self.key.endswith("elastic") else "contact law"
 
-    def _name(self) -> str:
+    def _law_text(self) -> str:
         """Return the law in words, with the reason."""
         law = f"{self.law} ({self.reason})" if self.law else "none, as none is valid there"
-        return f"{self._kind()} {law}{', in use' if self.law == self.used else ''}"
+        return f"{self._law_kind()} {law}{', in use' if self.law == self.used else ''}"
 
     def _used(self) -> str:
         """Return the verdict on the law in use as a sentence."""
-        description = f"is {self.word}" + ("" if self.word == HOLDS else f": {self.objection}")
-        return f"The {self._kind()} in use, {self.used}, {description}."
+        description = f"is {self.rating}" + ("" if self.rating == SUITABLE else f": {self.objection}")
+        return f"The {self._law_kind()} in use, {self.used}, {description}."
 
 
 def _recommended_text(laws: Sequence[Recommendation]) -> str:
     """Return the laws that are recommended for the joints _JOINTS, with reasons and the verdict on the laws in use."""
-    summary = f"Recommended for {_JOINTS}: {'; '.join(recommendation._name() for recommendation in laws)}."
+    summary = f"Recommended for {_JOINTS}: {'; '.join(recommendation._law_text() for recommendation in laws)}."
     return " ".join(
         [
             summary,
@@ -73,20 +73,20 @@ def recommendations(case: Case) -> list[Recommendation]:
     return [
         recommendation
         for joint, joint_advice in zip(case.joints, advice(case), strict=True)
-        for recommendation in _of(joint, joint_advice.verdicts)
+        for recommendation in _recommended_for(joint, joint_advice.verdicts)
     ]
 
 
 def recommendations_for(joint: Joint, load: float | None) -> list[Recommendation]:
     """Return the recommendations for a joint under a load (N)."""
-    return _of(joint, of_joint(joint, load).verdicts)
+    return _recommended_for(joint, advice_for_joint(joint, load).verdicts)
 
 
 def elastic_words(joint: Joint, load: float | None) -> dict[str, tuple[str, str]]:
     """Return elastic law -> whether it is valid for a joint under a load (N), and why."""
     return {
-        verdict.law: (verdict.word, verdict.reason)
-        for verdict in of_joint(joint, load).verdicts
+        verdict.law: (verdict.rating, verdict.reason)
+        for verdict in advice_for_joint(joint, load).verdicts
         if verdict.family == "elastic"
     }
 
@@ -96,8 +96,12 @@ def alternatives(case: Case) -> dict[str, list[str]]:
     names: dict[str, list[str]] = {}
     for joint, joint_advice in zip(case.joints, advice(case), strict=True):
         for verdict in joint_advice.verdicts:
-            if verdict.family in FAMILIES and verdict.word == HOLDS and verdict.law != _used(joint, verdict.family):
-                names.setdefault(f"joints.{joint.name}.{KEYS[verdict.family]}", []).append(verdict.law)
+            if (
+                verdict.family in FAMILIES
+                and verdict.rating == SUITABLE
+                and verdict.law != _law_used(joint, verdict.family)
+            ):
+                names.setdefault(f"joints.{joint.name}.{FAMILY_KEYS[verdict.family]}", []).append(verdict.law)
     return names
 
 
@@ -107,17 +111,17 @@ def advice_text(source: str | PathLike, name: str | None = None) -> str:
     Only some of many cases are assessed; a law gets its worst verdict over these.  Raises InputError.
     """
     cases = grid.load(source, catalogue())
-    sample_indices = np.unique(np.linspace(0, len(cases) - 1, MOST_CASES).round().astype(int)).tolist()
+    sample_indices = np.unique(np.linspace(0, len(cases) - 1, MAX_CASES).round().astype(int)).tolist()
     sampled = [cases.case(index) for index in sample_indices]
     by_case = [advice(case) for case in sampled]
     joints_by_paragraphs: dict[tuple[str, ...], list[str]] = {}  # paragraphs -> the joints they are about
-    for number, section in enumerate(sampled[0].joints):
-        text = _paragraphs(section, [sections[number] for sections in by_case], name)
-        joints_by_paragraphs.setdefault(text, []).append(section.name)
+    for number, joint in enumerate(sampled[0].joints):
+        text = _paragraphs(joint, [case_advice[number] for case_advice in by_case], name)
+        joints_by_paragraphs.setdefault(text, []).append(joint.name)
     lines: list[str] = []
     printed: dict[str, str] = {}  # paragraph on a family of laws -> the joint where it is
-    for (setting, *families), joints in joints_by_paragraphs.items():
-        lines.append(f"{', '.join(joints)}: {setting.replace(_JOINTS, wording.sentence_list(joints))}")
+    for (conditions, *families), joints in joints_by_paragraphs.items():
+        lines.append(f"{', '.join(joints)}: {conditions.replace(_JOINTS, wording.sentence_list(joints))}")
         for paragraph in families:
             first_joint = printed.setdefault(paragraph, joints[0])
             lines.append(
@@ -131,21 +135,21 @@ def _paragraphs(joint: Joint, sampled: Sequence[Advice], name: str | None) -> tu
 
     `joint` is taken from the first case.
     """
-    settings = dict.fromkeys((sampled[0].setting, sampled[-1].setting))
+    conditions = dict.fromkeys((sampled[0].conditions, sampled[-1].conditions))
     worst = [_worst(verdicts) for verdicts in _by_law(sampled).values()]
     if name is not None:
         of_name = [verdict for verdict in worst if verdict.law == name]
         if not of_name:
             law_names = dict.fromkeys(verdict.law for verdict in worst)
             raise InputError(f"list: no entry '{name}' there{nearest(name, law_names)}")
-        return " ... ".join(settings), *("\n".join(_rows([verdict])) for verdict in of_name)
-    recommended = _of(joint, worst)
-    lines = [" ... ".join(settings), *(["", _recommended_text(recommended)] if recommended else [])]
-    if factor := _factor(
-        joint, [verdict.law for verdict in worst if verdict.family == "elastic" and verdict.word == HOLDS]
+        return " ... ".join(conditions), *("\n".join(_rows([verdict])) for verdict in of_name)
+    recommended = _recommended_for(joint, worst)
+    lines = [" ... ".join(conditions), *(["", _recommended_text(recommended)] if recommended else [])]
+    if factor := _force_ratio_text(
+        joint, [verdict.law for verdict in worst if verdict.family == "elastic" and verdict.rating == SUITABLE]
     ):
         lines.append(factor)
-    families = sorted({verdict.family for verdict in worst}, key=[*KEYS].index)
+    families = sorted({verdict.family for verdict in worst}, key=[*FAMILY_KEYS].index)
     rows = ("\n".join(_rows([verdict for verdict in worst if verdict.family == family])) for family in families)
     return "\n".join(lines), *rows
 
@@ -153,46 +157,50 @@ def _paragraphs(joint: Joint, sampled: Sequence[Advice], name: str | None) -> tu
 def _rows(verdicts: list[Verdict]) -> list[str]:
     """Return lines on the laws of a family: suitable ones row by row, others only by name."""
     is_single = len(verdicts) == 1
-    listed = [verdict for verdict in verdicts if is_single or verdict.word == HOLDS]
+    listed = [verdict for verdict in verdicts if is_single or verdict.rating == SUITABLE]
     width = max((len(verdict.law) for verdict in listed), default=0)
     lines = [
-        KEYS[verdicts[0].family],
-        *(f"  {verdict.law:{width}}  {verdict.word:8}  {verdict.reason}" for verdict in listed),
+        FAMILY_KEYS[verdicts[0].family],
+        *(f"  {verdict.law:{width}}  {verdict.rating:8}  {verdict.reason}" for verdict in listed),
     ]
-    for word in () if is_single else (DOUBTFUL, OUT):
-        if names := [verdict.law for verdict in verdicts if verdict.word == word]:
-            lines.append(f"  {word}: {', '.join(names)} (clearsweep list NAME --for GRID gives the reason)")
+    for rating in () if is_single else (DOUBTFUL, UNSUITABLE):
+        if names := [verdict.law for verdict in verdicts if verdict.rating == rating]:
+            lines.append(f"  {rating}: {', '.join(names)} (clearsweep list NAME --for GRID gives the reason)")
     return lines
 
 
-def _factor(joint: Joint, names: list[str]) -> str:
+def _force_ratio_text(joint: Joint, names: list[str]) -> str:
     """Return in words the factor between the forces of suitable elastic laws, or '' for fewer than two laws."""
     candidates = registry.elastic_candidates(joint)
-    forces = {law: registry.elastic_forces(candidates[law][0], [DEPTH])[0] for law in names}
+    forces = {law: registry.elastic_forces(candidates[law][0], [COMPARED_DEPTH])[0] for law in names}
     if len(forces) < 2:
         return ""
     softest, stiffest = min(forces, key=forces.__getitem__), max(forces, key=forces.__getitem__)
-    depth_text = wording.text(DEPTH, "m", 1)
+    depth_text = wording.text(COMPARED_DEPTH, "m", 1)
     return (
         f"The {len(forces)} valid elastic laws differ by a factor of "
         f"{wording.plain(forces[stiffest] / forces[softest])} in force at {depth_text}, from {softest} to {stiffest}."
     )
 
 
-def _of(joint: Joint, verdicts: Iterable[Verdict]) -> list[Recommendation]:
+def _recommended_for(joint: Joint, verdicts: Iterable[Verdict]) -> list[Recommendation]:
     """Return the recommendations for a joint from the verdicts on the laws."""
     all_verdicts = list(verdicts)
     recommended = []
     for family in FAMILIES:
         by_law = {verdict.law: verdict for verdict in all_verdicts if verdict.family == family}
-        if not by_law or all(verdict.reason == _NO_RESTITUTION for verdict in by_law.values() if verdict.word == HOLDS):
+        if not by_law or all(
+            verdict.reason == _NO_RESTITUTION for verdict in by_law.values() if verdict.rating == SUITABLE
+        ):
             continue
-        used = _used(joint, family)
-        current = by_law.get(used, Verdict(family, used, HOLDS, ""))
-        suitable = [verdict for verdict in by_law.values() if verdict.word == HOLDS]
+        used = _law_used(joint, family)
+        current = by_law.get(used, Verdict(family, used, SUITABLE, ""))
+        suitable = [verdict for verdict in by_law.values() if verdict.rating == SUITABLE]
         best = min(suitable, key=_rank, default=None)
         law, reason = (best.law, best.merit.reason if best.merit else best.reason) if best else ("", "")
-        recommended.append(Recommendation(joint.name, KEYS[family], law, reason, used, current.word, current.reason))
+        recommended.append(
+            Recommendation(joint.name, FAMILY_KEYS[family], law, reason, used, current.rating, current.reason)
+        )
     return recommended
 
 
@@ -200,24 +208,24 @@ _NO_RESTITUTION = "the joint has no restitution"
 
 
 def _rank(verdict: Verdict) -> int:
-    return verdict.merit.rank if verdict.merit else len(WORDS) + 10
+    return verdict.merit.rank if verdict.merit else len(RATINGS) + 10
 
 
-def _used(joint: Joint, family: str) -> str:
+def _law_used(joint: Joint, family: str) -> str:
     return joint.contact.law if family == "law" else joint.contact.elastic or ""
 
 
 def _by_law(advices: Iterable[Advice]) -> dict[tuple[str, str], list[Verdict]]:
     """Return the verdicts on each law in some cases."""
     verdicts: dict[tuple[str, str], list[Verdict]] = {}
-    for verdict in (verdict for offered in advices for verdict in offered.verdicts):
+    for verdict in (verdict for joint_advice in advices for verdict in joint_advice.verdicts):
         verdicts.setdefault((verdict.family, verdict.law), []).append(verdict)
     return verdicts
 
 
 def _worst(verdicts: list[Verdict]) -> Verdict:
     """Return the worst verdict on a law, and in how many cases it applies."""
-    worst = max(verdicts, key=lambda verdict: WORDS.index(verdict.word))
-    count = sum(verdict.word == worst.word for verdict in verdicts)
-    share = f" ({count} of {len(verdicts)} cases)" if count < len(verdicts) else ""
-    return worst._replace(reason=f"{worst.reason}{share}")
+    worst = max(verdicts, key=lambda verdict: RATINGS.index(verdict.rating))
+    count = sum(verdict.rating == worst.rating for verdict in verdicts)
+    case_share = f" ({count} of {len(verdicts)} cases)" if count < len(verdicts) else ""
+    return worst._replace(reason=f"{worst.reason}{case_share}")

@@ -29,21 +29,23 @@ from .window import Window
 
 def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the remarks on a finished case; '' replaces each remark that does not apply."""
-    parts = list(zip(scene.layout.joints, scene.case.joints, strict=True))
-    shares = [(joint, summary[f"{part.name}_law_limit_fraction"]) for part, joint in parts]
+    pairs = list(zip(scene.layout.joints, scene.case.joints, strict=True))
+    shares = [(joint, summary[f"{layout.name}_law_limit_fraction"]) for layout, joint in pairs]
     limits = past_limits(
         [(joint.name, joint.elastic_name, registry.penetration_limit(joint), share) for joint, share in shares if share]
     )
-    film_remarks = films(_lubricated(scene, window, summary)) if any(part.film for part, _ in parts) else ()
-    dry = [(part, joint) for part, joint in parts if part.friction and not part.film]
-    leads = [joint.thermal.conductance if joint.thermal else None for _, joint in dry]
-    powers = [(joint.name, summary[f"{part.name}_friction_power"]) for part, joint in dry]
+    film_remarks = films(_lubricated(scene, window, summary)) if any(layout.film for layout, _ in pairs) else ()
+    dry = [(layout, joint) for layout, joint in pairs if layout.friction and not layout.film]
+    conductances = [joint.thermal.conductance if joint.thermal else None for _, joint in dry]
+    powers = [(joint.name, summary[f"{layout.name}_friction_power"]) for layout, joint in dry]
     ideal = [(name, summary[f"{column_name(name)}_{FRICTION_POWER}"], None) for name in _rubbing(scene)]
-    heat = friction_heat([*((*power, mean_lead) for power, mean_lead in zip(powers, leads, strict=True)), *ideal])
-    balls = ball_stiffness([joint.name for _, joint in parts if scene.mechanism.turns and registry.is_ball(joint)])
+    heat = friction_heat(
+        [*((*power, conductance) for power, conductance in zip(powers, conductances, strict=True)), *ideal]
+    )
+    balls = ball_stiffness([joint.name for _, joint in pairs if scene.mechanism.turns and registry.is_ball(joint)])
     return (
         limits,
-        kept_onsets(_lasting(scene, window)),
+        kept_onsets(_lasting_contacts(scene, window)),
         *film_remarks,
         heat,
         balls,
@@ -57,7 +59,7 @@ def _rubbing(scene: Scene) -> list[str]:
     return [name for name in names if column_name(name) in scene.layout.rubbing]
 
 
-def _lasting(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
+def _lasting_contacts(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
     """Yield joint and onset rate (m/s) of every contact that lasts for the whole window."""
     for j, joint in enumerate(scene.case.joints):
         rate = float(window.onset[j])
@@ -98,24 +100,24 @@ def _implausible(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tu
     joints = [
         Reached(
             joint.name,
-            summary[f"{part.name}_penetration_max"] if joint.is_dry else 0.0,
-            summary[f"{part.name}_wear_depth_max"] if part.wear_bins else 0.0,
+            summary[f"{layout.name}_penetration_max"] if joint.is_dry else 0.0,
+            summary[f"{layout.name}_wear_depth_max"] if layout.wear_bins else 0.0,
             joint.clearance,
             joint.bearing_radius,
         )
-        for part, joint in zip(scene.layout.joints, scene.case.joints, strict=True)
+        for layout, joint in zip(scene.layout.joints, scene.case.joints, strict=True)
     ]
     count = 0.5 * window.events + max(scene.case.simulate.revolutions, 1.0)
     balance = imbalance(summary["energy_residual"], scene.case.simulate.tolerance, count)
     rubbed = [
         Rubbed(
             joint.name,
-            summary[f"{part.name}_wear_rate_max"],
-            summary[f"{part.name}_pv_mean"],
+            summary[f"{layout.name}_wear_rate_max"],
+            summary[f"{layout.name}_pv_mean"],
             joint.bearing_radius or 0.0,
             joint.film is not None,
         )
-        for part, joint in zip(scene.layout.joints, scene.case.joints, strict=True)
-        if part.wear_bins
+        for layout, joint in zip(scene.layout.joints, scene.case.joints, strict=True)
+        if layout.wear_bins
     ]
     return too_deep(joints), worn_through(joints), worn_away(rubbed), pv_high(rubbed), balance

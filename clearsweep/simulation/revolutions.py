@@ -84,7 +84,7 @@ def buffers_for(marks: np.ndarray, n: int, contacts: int, zeros: Callable[..., n
 
 def peak_spreads(scene: Scene, marks: Marks, revolutions: Any) -> tuple[Spread, ...]:
     """Return the distribution of each joint's force peaks over the window's revolutions."""
-    begins = marks.turns[reached(marks.window, revolutions)]
+    begins = marks.turns[marks_reached(marks.window, revolutions)]
     return tuple([_spread(peaks, begins) for peaks in peaks_of(scene, marks, revolutions).T])
 
 
@@ -105,7 +105,7 @@ def _largest_peak(peaks: np.ndarray, begins: np.ndarray) -> tuple[float, int] | 
     return float(peaks[index]), math.floor(begins[index] + MARK_TOLERANCE) + 1
 
 
-def reached(indices: np.ndarray, revolutions: Any) -> np.ndarray:
+def marks_reached(indices: np.ndarray, revolutions: Any) -> np.ndarray:
     """Return the `indices` of marks that a run has reached."""
     passed = revolutions.passed.item()
     return indices if passed == len(revolutions.marks) else indices[indices < passed]
@@ -117,7 +117,7 @@ def peaks_of(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
     For a joint with several contacts it is the force of the most loaded contact; for a spatial joint
     the sum over its walls.
     """
-    window = reached(marks.window, revolutions)
+    window = marks_reached(marks.window, revolutions)
     if len(window) < 2:
         return np.zeros((0, len(scene.layout.joints)))
     first, last = int(window[0]) + 1, int(window[-1]) + 1
@@ -137,33 +137,33 @@ def periods_in(runs: Sequence[tuple[Scene, Marks, Any]]) -> list[int | None]:
     periods: list[int | None] = [None] * len(runs)
     by_length: dict[int, list[int]] = {}  # revolutions -> indices of runs
     for run_index, (_, marks, revolutions) in enumerate(runs):
-        by_length.setdefault(len(reached(marks.window, revolutions)), []).append(run_index)
-    for indices in [indices for rows, indices in by_length.items() if rows > MIN_REPEATS]:
+        by_length.setdefault(len(marks_reached(marks.window, revolutions)), []).append(run_index)
+    for indices in [indices for revolution_count, indices in by_length.items() if revolution_count > MIN_REPEATS]:
         units = np.array([state_units(runs[run_index][0]) for run_index in indices])[:, None]
         states = np.array([_returns(*runs[run_index]) for run_index in indices])
-        turn = 2.0 * math.pi / units[..., : units.shape[-1] // 2]
-        for run_index, period in zip(indices, periods_of(states / units, turn), strict=True):
+        angle_period = 2.0 * math.pi / units[..., : units.shape[-1] // 2]
+        for run_index, period in zip(indices, periods_of(states / units, angle_period), strict=True):
             periods[run_index] = period
     return periods
 
 
 def _returns(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
     """Return coordinates and rates at the ends of the window's last revolutions, (revolutions, columns)."""
-    rows = reached(marks.window, revolutions)[-LONGEST_PERIOD * (MIN_REPEATS + 1) :]
+    rows = marks_reached(marks.window, revolutions)[-LONGEST_PERIOD * (MIN_REPEATS + 1) :]
     states: np.ndarray = revolutions.states[rows, : 2 * len(scene.value.coordinates)]
     return states
 
 
-def period_of(returns: np.ndarray, turn: np.ndarray | None = None) -> int | None:
+def period_of(returns: np.ndarray, angle_period: np.ndarray | None = None) -> int | None:
     """Return the period of the last rows of (revolutions, columns), or None.
 
-    turn : period of the angles in the first columns: multiples of it count as no difference.
+    angle_period : period of the angles in the first columns: multiples of it count as no difference.
     """
-    return periods_of(returns[None], None if turn is None else turn[None, None])[0]
+    return periods_of(returns[None], None if angle_period is None else angle_period[None, None])[0]
 
 
-def periods_of(returns: np.ndarray, turn: np.ndarray | None = None) -> list[int | None]:
-    """Return the periods of several motions, (motions, revolutions, columns); turn : (motions, 1, angles)."""
+def periods_of(returns: np.ndarray, angle_period: np.ndarray | None = None) -> list[int | None]:
+    """Return the periods of several motions, (motions, revolutions, columns); angle_period : (motions, 1, angles)."""
     periods, rows = np.zeros(len(returns), int), returns.shape[1]
     for period in range(1, min(LONGEST_PERIOD, rows // (MIN_REPEATS + 1)) + 1):
         undecided = np.flatnonzero(periods == 0)
@@ -173,8 +173,8 @@ def periods_of(returns: np.ndarray, turn: np.ndarray | None = None) -> list[int 
             returns[undecided, rows - MIN_REPEATS * period :]
             - returns[undecided, rows - (MIN_REPEATS + 1) * period : -period]
         )
-        if turn is not None:
-            angles = differences[..., : turn.shape[-1]]
-            angles -= np.round(angles / turn[undecided]) * turn[undecided]
+        if angle_period is not None:
+            angles = differences[..., : angle_period.shape[-1]]
+            angles -= np.round(angles / angle_period[undecided]) * angle_period[undecided]
         periods[undecided[np.all(np.abs(differences) <= RETURN_TOLERANCE, axis=(1, 2))]] = period
     return [period or None for period in periods.tolist()]

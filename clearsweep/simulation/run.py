@@ -35,11 +35,11 @@ from .progress import Revolutions
 from .revolutions import NO_MARKS, Marks, buffers_for
 from .run_arrays import Memory, arrays_of, fields_from
 from .scene import Scene, state_units
-from .start import NOWHERE, Start, control_of, inputs_of, period, start_of
+from .start import NO_TIMES, Start, control_of, inputs_of, period, start_of
 
 TIME_BUDGET = -1  # a further status besides those of the loop
 NO_EVENTS = np.empty((0, 5))
-MOST_KEPT = 2**23  # bytes of time histories of a run that waits for the next case
+MAX_RETAINED_BYTES = 2**23  # bytes of time histories of a run that waits for the next case
 
 
 def _accumulators_of(
@@ -81,36 +81,36 @@ class Run:
         scene, value, contacts = start.scene, start.scene.value, every_contact(start.scene.value.joints)
         internal, self.memory = every_state(value), Memory()
         n, contact_count, zeros = scene.start.size, len(contacts), self.memory.zeros
-        self.number, self.form, self.turned = form_number(value), start.form, turned
+        self.number, self.batch_key, self.turned = form_number(value), start.batch_key, turned
         self.arrays = arrays = arrays_of(scene)
         self.parameters = arrays["parameters"]  # compiled code keeps its address
-        moment = 2 * len(value.coordinates)
-        independent = 0 if scene.crank_clock.free else moment
-        self.given = start.given.copy()
-        given = inputs_of(self.given, start.form, contact_count, len(internal))
+        time_index = 2 * len(value.coordinates)
+        independent = 0 if scene.crank_clock.free else time_index
+        self.inputs = start.inputs.copy()
+        inputs = inputs_of(self.inputs, start.batch_key, contact_count, len(internal))
         self.totals = _accumulators_of(scene, contact_count, fields_from(total_columns.Totals, arrays), zeros)
-        samples = zeros((given.times.size, len(scene.layout.channels)))
-        self.record = Record(given.times, samples, independent if turned else moment)
-        revolutions = buffers_for(given.marks, n, contact_count, zeros)
+        samples = zeros((inputs.times.size, len(scene.layout.channels)))
+        self.record = Record(inputs.times, samples, independent if turned else time_index)
+        revolutions = buffers_for(inputs.marks, n, contact_count, zeros)
         self.work = integration.Work(
             rates=rates_of(value, self.parameters),
             sweep=sweep_of(value, self.parameters),
             observed=stages_of(value, self.parameters),
-            sample=samples_of(value, self.parameters) if given.times.size else NO_ENTRY,
+            sample=samples_of(value, self.parameters) if inputs.times.size else NO_ENTRY,
             wear=wear_of(value, self.parameters) if self.totals.workspace.size else NO_ENTRY,
-            time=moment,
+            time=time_index,
             independent=independent,
-            knots=given.knots,
+            knots=inputs.knots,
             reference_rate=0.0,
             sigma=0.0,
             longest=0.0,
             apart=np.array([modes.apart for _, modes in contacts]),
             pressed=np.array([modes.pressed for _, modes in contacts]),
-            side=given.side,
+            side=inputs.side,
             ended_by=np.array([-1 if state.kept else contact for contact, state, _ in internal], dtype=np.int64),
-            began=given.began,
+            began=inputs.began,
             guards=guards_of(value, self.parameters, zeros),
-            limit_depth=given.limit_depth,
+            limit_depth=inputs.limit_depth,
             counts=integration.Counts.zeros(zeros=zeros),
             method=integration.Method.zeros(zeros=zeros),
             proposals=zeros(2 << contact_count),
@@ -124,7 +124,7 @@ class Run:
             revolutions=revolutions._replace(**fields_from(RevolutionMarks, arrays)),
             **fields_from(integration.Work, arrays),
         )
-        self.kept = Pinned(self.work)
+        self.pinned = Pinned(self.work)
         self._begin(start)
 
     def begin(self, start: Start) -> None:
@@ -140,20 +140,20 @@ class Run:
     def _begin(self, start: Start) -> None:
         """Initialise; the run's own arrays are zero already."""
         work: Any = self.work  # mypy takes its parts for tuples of anything
-        arrays, scene, value, begun = self.arrays, start.scene, start.scene.value, start.first.size
-        self.given[:] = start.given
-        arrays["begun"][:begun], arrays["begun"][begun:] = start.first, 0.0
+        arrays, scene, value, used = self.arrays, start.scene, start.scene.value, start.initial_values.size
+        self.inputs[:] = start.inputs
+        arrays["initial_values"][:used], arrays["initial_values"][used:] = start.initial_values, 0.0
         arrays["bins"][:] = 0
         arrays["mode"][:], arrays["has_friction"][:] = (
             work.pressed if scene.in_contact else work.apart,
             start.has_friction,
         )
-        put_numbers(value, start.first[: self.parameters.size], self.parameters)
+        put_numbers(value, start.initial_values[: self.parameters.size], self.parameters)
         self.totals.whole.speed_awaited = start_up_speed(scene.machine)
         if start.sliding_distance:
             self.totals.account[:, SLIDING_DISTANCE] = start.sliding_distance
-        self.kept.put(reference_rate=value.reference_rate, sigma=value.sigma, longest=start.longest)
-        self.work = self.kept.value
+        self.pinned.put(reference_rate=value.reference_rate, sigma=value.sigma, longest=start.longest)
+        self.work = self.pinned.value
         self.value, self.deadline, self.marks = value, scene.deadline, start.marks
         self.status, self.events, self.duration = integration.OK, NO_EVENTS, 0.0
         self.logs: list[np.ndarray] = []  # blocks of events, as they were copied
@@ -167,7 +167,7 @@ class Run:
         joints = self.value.joints
         return list(itertools.accumulate(joints, after_joint, initial=first_place(joints, self.work.time + 1)))
 
-    def go(self, control: integration.Control) -> tuple[int, np.ndarray]:
+    def advance(self, control: integration.Control) -> tuple[int, np.ndarray]:
         """Return the status and events of an integration from the present state to the end in `control`."""
         self.use_control(control)
         self.run_to_end()
@@ -175,18 +175,18 @@ class Run:
 
     def run_to_end(self) -> None:
         """Integrate to the end in one call."""
-        waits = True
-        while waits:
+        is_paused = True
+        while is_paused:
             began = time.perf_counter()
-            loop.integrate(self.kept)
+            loop.integrate(self.pinned)
             self.duration += time.perf_counter() - began
-            waits = not self.ended(int(self.work.stepper.status))
+            is_paused = not self.has_ended(int(self.work.stepper.status))
 
     def use_control(self, control: integration.Control) -> None:
         """Use `control` from the present state on."""
         self.work.control.numbers[:], self.work.stepper.begun, self.logs = control, 0.0, []
 
-    def ended(self, status: int) -> bool:
+    def has_ended(self, status: int) -> bool:
         """Return whether the paused integration has ended; if not, prepare to resume it.
 
         Code for stiff motion is compiled only when it is needed.
@@ -209,7 +209,7 @@ class Run:
         """Return the events, (events, 5), since `control` was set."""
         return np.concatenate(self.logs) if self.logs else NO_EVENTS
 
-    def ends(self) -> FinalContacts:
+    def final_contacts(self) -> FinalContacts:
         """Return the state of the contacts at the end of this run."""
         work = self.work
         return FinalContacts(self.value.joints, self.offsets, work.mode.copy(), work.latched.copy(), work.end.copy())
@@ -219,7 +219,7 @@ class Run:
         self.events = log
         self.counts.numbers[:] += self.work.counts.numbers
 
-    def spent(self, other: "Run") -> None:
+    def add_cost(self, other: "Run") -> None:
         """Add the work counts of another run."""
         self.counts.numbers[:] += other.counts.numbers
         self.duration += other.duration
@@ -228,14 +228,14 @@ class Run:
 _spare: list[Run] = []  # the last released run: creating one takes four times as long as restarting one
 
 
-def run_at(scene: Scene, times: np.ndarray, *, turned: bool, marks: Marks) -> Run:
+def initial_run(scene: Scene, times: np.ndarray, *, turned: bool, marks: Marks) -> Run:
     """Return a run at the start of a scene: the released run if it has the same type and BatchKey."""
     try:
         run = _spare.pop()
     except IndexError:
         run = None
     start = start_of(scene, times, marks)
-    if run and (run.number, run.form, run.turned) == (form_number(scene.value), start.form, turned):
+    if run and (run.number, run.batch_key, run.turned) == (form_number(scene.value), start.batch_key, turned):
         run.begin(start)
         return run
     return Run(start, turned=turned)
@@ -243,7 +243,7 @@ def run_at(scene: Scene, times: np.ndarray, *, turned: bool, marks: Marks) -> Ru
 
 def release(run: Run) -> None:
     """Release a run for reuse, except one with large time histories."""
-    if run.record.samples.nbytes <= MOST_KEPT:
+    if run.record.samples.nbytes <= MAX_RETAINED_BYTES:
         _spare[:] = [run]
 
 
@@ -268,8 +268,8 @@ def _branches(scene: Scene) -> Branches:
     joints = scene.value.joints
     latched_laws = list(enumerate(every_latched(joints), start=len(every_contact(joints))))
     return Branches(
-        signs=[index for index, (law, _) in latched_laws if type(law) in needs_mass.members],
-        pieces=[index for index, (law, _) in latched_laws if hasattr(law, "piece")],
+        by_sign=[index for index, (law, _) in latched_laws if type(law) in needs_mass.members],
+        by_value=[index for index, (law, _) in latched_laws if hasattr(law, "piece")],
     )
 
 
@@ -283,7 +283,7 @@ def integration_of(
     marks: Marks = NO_MARKS,
 ) -> Run:
     """Return the integration of a scene up to `end` (s, or rad for a free crank), reported at `times`."""
-    run = run_at(scene, times, turned=turned, marks=marks)
+    run = initial_run(scene, times, turned=turned, marks=marks)
     integrate(scene, run, end, keep_events=keeps_events(scene, times), observers=observers)
     return run
 
@@ -297,32 +297,34 @@ def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, observer
     """Integrate a scene up to `end` (s, or rad for a free crank), observed by `observers`, see `observed_run`."""
     control = control_of(scene, end, keep_events=keep_events)
     if not scene.layout.horizon:
-        call(run, control, scene, observers)
+        run_integration(run, control, scene, observers)
         return
-    neighbour = Run(start_of(scene, NOWHERE))
+    neighbour = Run(start_of(scene, NO_TIMES))
     perturbed = Perturbed(control, neighbour, state_units(scene), scene.case.simulate.tolerance, _branches(scene))
-    call(run, control, scene, (*observers, perturbed))
+    run_integration(run, control, scene, (*observers, perturbed))
     run.figures = perturbed.figures(period(scene))
     neighbour.counts.numbers[:] += neighbour.work.counts.numbers
-    run.spent(neighbour)
+    run.add_cost(neighbour)
 
 
-def start(run: Run, control: integration.Control) -> None:
+def prepare(run: Run, control: integration.Control) -> None:
     """Start a run with `control` and its initial method."""
     if control.method == integration.IMPLICIT and run.work.stepper.next_length == 0.0:
         run.work.method.current = run.work.method.next = integration.IMPLICIT
     run.use_control(control)
 
 
-def call(run: Run, control: integration.Control, scene: Scene, observers: Sequence[Observer] = ()) -> None:
+def run_integration(run: Run, control: integration.Control, scene: Scene, observers: Sequence[Observer] = ()) -> None:
     """Integrate in one call, or with pauses if there are observers."""
-    start(run, control)
+    prepare(run, control)
     run.phase = phases.start(Revolutions(scene))
     try:
         if observers:
-            run.status, log = run_observed(control, run, scene.case.simulate.discard, scene.crank_clock.at, observers)
+            run.status, log = run_observed(
+                control, run, scene.case.simulate.discard, scene.crank_clock.value_after, observers
+            )
         else:
-            run.status, log = run.go(control)
+            run.status, log = run.advance(control)
     finally:
         phases.end(run.phase)
         run.phase = None

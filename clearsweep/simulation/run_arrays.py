@@ -17,18 +17,18 @@ from ..mechanics.solver.bernstein import COEFFICIENTS, ROWS
 from ..mechanics.trace.fields import Fields
 from ..mechanics.trace.symbols import WIDTH
 from .scene import Scene
-from .start import first_forms
+from .start import initial_shapes
 
-PIECE = 16384  # bytes: need of a short motion without histograms
+BLOCK_BYTES = 16384  # bytes: need of a short motion without histograms
 
 Arrays = dict[str, np.ndarray]  # name of a field of Work, Totals or RevolutionMarks -> array
 
 
 def arrays_of(scene: Scene) -> Arrays:
-    """Return the arrays that a step of `scene` uses, as zeros, and `begun`, the initial values in one array."""
+    """Return the arrays that a step of `scene` uses, as zeros, and `initial_values`, all initial ones in one array."""
     contacts, n = len(every_contact(scene.value.joints)), scene.start.size
-    begun: dict[str, tuple[int, ...]] = {
-        **first_forms(scene),
+    initial: dict[str, tuple[int, ...]] = {
+        **initial_shapes(scene),
         "stepper": (integration.Stepper.SIZE,),
         **dict.fromkeys(("highest", "since"), (contacts,)),
         "whole": (total_columns.WholeTotals.SIZE,),
@@ -47,13 +47,13 @@ def arrays_of(scene: Scene) -> Arrays:
         "end": (n,),
         "z": (n,),
     }
-    numbers, arrays = np.zeros(sum(map(math.prod, begun.values()))), dict[str, np.ndarray]()
-    ends = itertools.accumulate(map(math.prod, begun.values()))
-    for (name, shape), end in zip(begun.items(), ends, strict=True):
+    numbers, arrays = np.zeros(sum(map(math.prod, initial.values()))), dict[str, np.ndarray]()
+    ends = itertools.accumulate(map(math.prod, initial.values()))
+    for (name, shape), end in zip(initial.items(), ends, strict=True):
         arrays[name] = numbers[end - math.prod(shape) : end].reshape(shape)
     arrays |= {name: _aligned(shape) for name, shape in step.items()}
-    whole = {"mode": (contacts,), "has_friction": (contacts,), "bins": (contacts, total_columns.HIGHEST_BIN + 1)}
-    return arrays | {name: np.zeros(shape, np.int64) for name, shape in whole.items()} | {"begun": numbers}
+    integers = {"mode": (contacts,), "has_friction": (contacts,), "bins": (contacts, total_columns.HIGHEST_BIN + 1)}
+    return arrays | {name: np.zeros(shape, np.int64) for name, shape in integers.items()} | {"initial_values": numbers}
 
 
 def _aligned(shape: tuple[int, ...]) -> np.ndarray:
@@ -63,12 +63,12 @@ def _aligned(shape: tuple[int, ...]) -> np.ndarray:
     return numbers[first : first + math.prod(shape)].reshape(shape)
 
 
-def fields_from(form: type, arrays: Arrays) -> dict[str, Any]:
+def fields_from(record_type: type, arrays: Arrays) -> dict[str, Any]:
     """Return the arrays that are fields of a NamedTuple, with names for their numbers if the type defines them."""
-    kinds = form.__annotations__
+    types = record_type.__annotations__
     return {
-        name: kinds[name](arrays[name]) if issubclass(kinds[name], Fields) else arrays[name]
-        for name in kinds
+        name: types[name](arrays[name]) if issubclass(types[name], Fields) else arrays[name]
+        for name in types
         if name in arrays
     }
 
@@ -77,20 +77,20 @@ class Memory:
     """Arrays that start as zeros, cut from a few large blocks so that they are cleared quickly."""
 
     def __init__(self) -> None:
-        self.pieces: list[np.ndarray] = []
+        self.blocks: list[np.ndarray] = []
         self.used = 0  # bytes used of the latest block
 
     def zeros(self, shape: int | tuple[int, ...], dtype: Any = float) -> np.ndarray:
         """Return an array of zeros."""
         size = math.prod(shape if isinstance(shape, tuple) else (shape,)) * np.dtype(dtype).itemsize
-        if not self.pieces or self.used + size > PIECE:
-            self.pieces.append(np.zeros(max(size, PIECE), np.uint8))
+        if not self.blocks or self.used + size > BLOCK_BYTES:
+            self.blocks.append(np.zeros(max(size, BLOCK_BYTES), np.uint8))
             self.used = 0
         first, self.used = self.used, self.used + -(-size // 8) * 8
-        part: np.ndarray = self.pieces[-1][first : first + size].view(dtype).reshape(shape)
-        return part
+        array: np.ndarray = self.blocks[-1][first : first + size].view(dtype).reshape(shape)
+        return array
 
     def clear(self) -> None:
         """Set all arrays to zero."""
-        for piece in self.pieces:
-            piece.fill(0)
+        for block in self.blocks:
+            block.fill(0)

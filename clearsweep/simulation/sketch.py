@@ -21,26 +21,26 @@ class SketchedBody(NamedTuple):
     points: np.ndarray  # (n, 2) positions of its joints
     center: np.ndarray  # (2,) centre of mass; for the ground, its first point
     angle: float  # rad, of its frame
-    gives: np.ndarray | None = None  # (2, 2) ends of the elastic link; None: rigid
+    elastic_ends: np.ndarray | None = None  # (2, 2) ends of the elastic link; None: rigid
 
 
 class SketchedJoint(NamedTuple):
     """A joint; position in m, in the fixed frame."""
 
     name: str
-    place: np.ndarray  # (2,)
+    position: np.ndarray  # (2,)
     guide: float | None  # rad, direction of a guide; None: a pin
-    open: bool  # it has clearance
+    has_clearance: bool  # it has clearance
     driven: bool
     grounded: bool  # one of its bodies is the ground
-    slides: str = ""  # the body in a guide
+    sliding_body: str = ""  # the body in a guide
 
 
 class SketchedLoad(NamedTuple):
     """A load; positions in m, in the fixed frame."""
 
     name: str
-    place: np.ndarray  # (2,)
+    position: np.ndarray  # (2,)
     direction: np.ndarray | None  # (2,) unit vector of a force; None: no fixed direction
     anchor: np.ndarray | None = None  # (2,) the other end of a spring
 
@@ -139,11 +139,11 @@ def _start_angle(machine: Machine) -> float:
     return float(drive.start_angle)
 
 
-def _load(load: Any, place: Callable[[str, str], np.ndarray], joints: list[SketchedJoint]) -> SketchedLoad:
+def _load(load: Any, position_of: Callable[[str, str], np.ndarray], joints: list[SketchedJoint]) -> SketchedLoad:
     if isinstance(load, (Rubbing, Braking)):
-        return SketchedLoad(load.name, next(joint.place for joint in joints if joint.name == load.joint), None)
+        return SketchedLoad(load.name, next(joint.position for joint in joints if joint.name == load.joint), None)
     if isinstance(load, Spring):
-        return SketchedLoad(load.name, place(*load.second), None, place(*load.first))
+        return SketchedLoad(load.name, position_of(*load.second), None, position_of(*load.first))
     force = np.array([load.fx, load.fy]) if isinstance(load, Push) else np.zeros(2)
     size = float(np.hypot(*force))
-    return SketchedLoad(load.name, place(*load.at), force / size if size else None)
+    return SketchedLoad(load.name, position_of(*load.at), force / size if size else None)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 CONFIDENCE = 0.95
-STRONGEST = 0.9  # largest correlation of neighbours in the correction
+MAX_CORRELATION = 0.9  # largest correlation of neighbours in the correction
 TAIL_PROBABILITY = 0.5 * (1.0 - CONFIDENCE)  # probability beyond either end of an interval
 
 
@@ -23,11 +23,11 @@ class Spread(NamedTuple):
 
     median: Quantile
     p95: Quantile
-    million: Quantile = Quantile(None, None, None)  # the largest of 10^6 revolutions
+    of_million: Quantile = Quantile(None, None, None)  # the largest of 10^6 revolutions
     highest: tuple[float, int] | None = None  # N, and its revolution in the run, counted from 1
 
 
-def quantiles(values: np.ndarray, shares: tuple[float, ...]) -> tuple[Quantile, ...]:
+def quantiles(values: np.ndarray, probabilities: tuple[float, ...]) -> tuple[Quantile, ...]:
     """Return quantiles (linear interpolation) of successive values, with their intervals.
 
     Intervals are between order statistics (David & Nagaraja 2003, Order Statistics, 7.1).  If neighbours correlate
@@ -35,22 +35,22 @@ def quantiles(values: np.ndarray, shares: tuple[float, ...]) -> tuple[Quantile, 
     autoregressive process.
     """
     if not len(values):
-        return (Quantile(None, None, None),) * len(shares)
+        return (Quantile(None, None, None),) * len(probabilities)
     ordered = sorted(values.tolist())
     independent = max(round(len(values) / variance_inflation(values)), 1)
-    return tuple([_quantile(ordered, independent, share) for share in shares])
+    return tuple([_quantile(ordered, independent, probability) for probability in probabilities])
 
 
-def _quantile(ordered: list[float], independent: int, share: float) -> Quantile:
+def _quantile(ordered: list[float], independent: int, probability: float) -> Quantile:
     """Return a quantile of sorted values, of which the number `independent` are independent."""
     count = len(ordered)
-    rank = share * (count - 1)
+    rank = probability * (count - 1)
     lower = min(int(rank), count - 1)
     value = ordered[lower] + (rank - lower) * (ordered[min(lower + 1, count - 1)] - ordered[lower])
-    low, high = _enclosing_ranks(independent, share)
-    bottom = None if low is None else ordered[low * count // independent]
-    top = None if high is None else ordered[min(-(-(high + 1) * count // independent), count) - 1]
-    return Quantile(value, bottom, top)
+    low, high = _enclosing_ranks(independent, probability)
+    lower_end = None if low is None else ordered[low * count // independent]
+    upper_end = None if high is None else ordered[min(-(-(high + 1) * count // independent), count) - 1]
+    return Quantile(value, lower_end, upper_end)
 
 
 def variance_inflation(values: np.ndarray) -> float:
@@ -59,16 +59,20 @@ def variance_inflation(values: np.ndarray) -> float:
         return 1.0  # two values lie on either side of their mean
     deviations = values - np.add.reduce(values) / len(values)
     squares = float(deviations @ deviations)
-    correlation = min(max(float(deviations[1:] @ deviations[:-1]) / squares, 0.0), STRONGEST) if squares > 0.0 else 0.0
+    correlation = (
+        min(max(float(deviations[1:] @ deviations[:-1]) / squares, 0.0), MAX_CORRELATION) if squares > 0.0 else 0.0
+    )
     return (1.0 + correlation) / (1.0 - correlation)
 
 
 @lru_cache(1024)
-def _enclosing_ranks(count: int, share: float) -> tuple[int | None, int | None]:
+def _enclosing_ranks(count: int, probability: float) -> tuple[int | None, int | None]:
     """Return the ranks, from 0, that enclose a quantile, or None for too few values."""
     from scipy.special import bdtr
 
-    probabilities = np.asarray(bdtr(np.arange(count, dtype=float), count, share))  # of at most 0, 1, ... values below
-    low = int(np.searchsorted(probabilities, TAIL_PROBABILITY, side="right")) - 1
-    high = int(np.searchsorted(probabilities, 1.0 - TAIL_PROBABILITY))
+    cumulative = np.asarray(
+        bdtr(np.arange(count, dtype=float), count, probability)
+    )  # of at most 0, 1, ... values below
+    low = int(np.searchsorted(cumulative, TAIL_PROBABILITY, side="right")) - 1
+    high = int(np.searchsorted(cumulative, 1.0 - TAIL_PROBABILITY))
     return (low if low >= 0 else None), (high if high < count else None)

@@ -19,7 +19,7 @@ from ..mechanics.joint.contract import (
 )
 from ..mechanics.joint.lubricated import film_depths
 from ..mechanics.solver import integration
-from .crank_clock import PATIENCE, knots_of
+from .crank_clock import STALL_TURNS, knots_of
 from .revolutions import NO_MARKS, Marks
 from .scene import Scene
 
@@ -27,11 +27,11 @@ from .scene import Scene
 #: crank speed, of roots of penetration in roots of the clearance.  Errors of coordinates rotate the contact force a
 #: little; those of a root of penetration change its magnitude, so they count most.  Chosen on the one-joint
 #: reference trajectories: 15 to 20 % fewer evaluations at equal error than with 1, 1, 1 or a relative tolerance.
-PLACE_WEIGHT, RATE_WEIGHT, ROOT_WEIGHT = 30.0, 3.0, 0.1
-OILED = 0.1  # of RATE_WEIGHT with a film: a small error of a rate is a large one of the damping force
-LONGEST = 0.02  # crank turns per step at most: keeps maxima and histograms of slow motions accurate
+POSITION_WEIGHT, RATE_WEIGHT, ROOT_WEIGHT = 30.0, 3.0, 0.1
+FILM_RATE_FACTOR = 0.1  # of RATE_WEIGHT with a film: a small error of a rate is a large one of the damping force
+MAX_STEP_TURNS = 0.02  # crank turns per step at most: keeps maxima and histograms of slow motions accurate
 ROUNDING = 1e-15  # of the mechanism's size and speed: least tolerance
-NOWHERE = np.empty(0)  # to report
+NO_TIMES = np.empty(0)  # to report
 UNLIMITED = 2**62  # largest count of steps or events
 
 _METHODS = {"auto": integration.AUTO, "explicit": integration.EXPLICIT, "implicit": integration.IMPLICIT}
@@ -62,10 +62,10 @@ class RunInputs(NamedTuple):
     limit_depth: np.ndarray
 
 
-def inputs_of(given: np.ndarray, form: BatchKey, contacts: int, internal: int) -> RunInputs:
+def inputs_of(values: np.ndarray, batch_key: BatchKey, contacts: int, internal: int) -> RunInputs:
     """Return views of the inputs in one array, for a number of contacts and `internal` states."""
-    sizes = form.samples, form.marks, form.knots, internal, contacts, contacts
-    return RunInputs._make(given[first:end] for first, end in pairwise(accumulate(sizes, initial=0)))
+    sizes = batch_key.samples, batch_key.marks, batch_key.knots, internal, contacts, contacts
+    return RunInputs._make(values[first:end] for first, end in pairwise(accumulate(sizes, initial=0)))
 
 
 class InitialState(NamedTuple):
@@ -83,10 +83,10 @@ class Start(NamedTuple):
     """Initial state and inputs of an integration of a scene."""
 
     scene: Scene
-    form: BatchKey
+    batch_key: BatchKey
     marks: Marks
-    given: np.ndarray  # the arrays of a RunInputs, concatenated
-    first: np.ndarray  # the arrays of an InitialState, concatenated
+    inputs: np.ndarray  # the arrays of a RunInputs, concatenated
+    initial_values: np.ndarray  # the arrays of an InitialState, concatenated
     has_friction: list[bool]  # by contact
     sliding_distance: list[float]  # m, earlier wear by contact, or []
     longest: float  # s, longest step
@@ -94,7 +94,7 @@ class Start(NamedTuple):
     @property
     def times(self) -> np.ndarray:
         """Return the times at which results are reported."""
-        return self.given[: self.form.samples]
+        return self.inputs[: self.batch_key.samples]
 
 
 def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
@@ -103,14 +103,14 @@ def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
     contacts = [pair for pair in pairs for _ in contact_modes(pair[0])]
     internal, latched = _states(scene)
     knots = knots_of(scene.machine)
-    given = [  # in the order of RunInputs
-        *map(scene.crank_clock.at, marks.turns.tolist()),
+    inputs = [  # in the order of RunInputs
+        *map(scene.crank_clock.value_after, marks.turns.tolist()),
         *knots,
         *[began for _, _, began in internal],
         *[joint.side for joint, _ in contacts],
-        *[registry.penetration_limit(described) for _, described in contacts],
+        *[registry.penetration_limit(case_joint) for _, case_joint in contacts],
     ]
-    first = InitialState(
+    initial = InitialState(
         parameters=numbers_of(scene.value),
         y=scene.start.tolist(),
         weight=[1.0 / error for error in _error_scale(scene, len(contacts), [state.scale for _, state, _ in internal])],
@@ -120,21 +120,21 @@ def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
     )
     return Start(
         scene=scene,
-        form=BatchKey(scene.layout, times.size, marks.turns.size, knots.size),
+        batch_key=BatchKey(scene.layout, times.size, marks.turns.size, knots.size),
         marks=marks,
-        given=np.concatenate([times, given]),
-        first=np.array(list(chain.from_iterable(first))),
-        has_friction=[described.friction is not None or described.film is not None for _, described in contacts],
+        inputs=np.concatenate([times, inputs]),
+        initial_values=np.array(list(chain.from_iterable(initial))),
+        has_friction=[case_joint.friction is not None or case_joint.film is not None for _, case_joint in contacts],
         sliding_distance=[
             scene.worn[part.name].sliding_distance if part.name in scene.worn else 0.0
             for _, part in contacts
             if scene.worn
         ],
-        longest=LONGEST * period(scene) if scene.mechanism.turns else math.inf,
+        longest=MAX_STEP_TURNS * period(scene) if scene.mechanism.turns else math.inf,
     )
 
 
-def first_forms(scene: Scene) -> dict[str, tuple[int, ...]]:
+def initial_shapes(scene: Scene) -> dict[str, tuple[int, ...]]:
     """Return the shapes of the arrays of an InitialState."""
     contacts, latched = len(every_contact(scene.value.joints)), _states(scene)[1]
     shapes = flatten(scene.value).shape, scene.start.shape, scene.start.shape, (contacts + len(latched),)
@@ -151,11 +151,11 @@ def _error_scale(scene: Scene, contacts: int, internal: list[float]) -> list[flo
     value, tolerance = scene.value, scene.case.simulate.tolerance
     clearance, size = min([joint.clearance for joint in value.joints]), scene.built.size
     lengths = scene.built.lengths.tolist()
-    oiled = any(joint.film for joint in scene.layout.joints)
-    weight = OILED * RATE_WEIGHT if oiled else RATE_WEIGHT
-    displacement = max(PLACE_WEIGHT * tolerance * clearance, ROUNDING * size)
+    has_film = any(joint.film for joint in scene.layout.joints)
+    weight = FILM_RATE_FACTOR * RATE_WEIGHT if has_film else RATE_WEIGHT
+    displacement = max(POSITION_WEIGHT * tolerance * clearance, ROUNDING * size)
     rate = max(weight * tolerance * clearance, ROUNDING * size) * value.reference_rate
-    moment = max(PLACE_WEIGHT * tolerance, ROUNDING) / value.reference_rate
+    moment = max(POSITION_WEIGHT * tolerance, ROUNDING) / value.reference_rate
     root = ROOT_WEIGHT * tolerance * math.sqrt(clearance)
     scales = [*(displacement / length for length in lengths), *(rate / length for length in lengths), moment]
     return [*scales, *[root] * contacts, *(tolerance * scale for scale in internal)]
@@ -165,7 +165,7 @@ def control_of(scene: Scene, end: float, *, keep_events: bool) -> integration.Co
     """Return the control of an integration up to `end` (s, or rad for a free crank)."""
     settings = scene.case.simulate
     has_crank, free = scene.mechanism.turns, scene.crank_clock.free
-    window = scene.crank_clock.at(settings.discard) if has_crank else 0.0
+    window = scene.crank_clock.value_after(settings.discard) if has_crank else 0.0
     units = max(settings.revolutions, 1.0) if has_crank else settings.impacts
     return integration.Control(
         window=window,
@@ -176,5 +176,5 @@ def control_of(scene: Scene, end: float, *, keep_events: bool) -> integration.Co
         method=_METHODS[settings.method],
         keep_events=keep_events,
         time_limit=settings.time_limit if free else math.inf,
-        patience=PATIENCE * period(scene) if free else math.inf,
+        patience=STALL_TURNS * period(scene) if free else math.inf,
     )

@@ -79,36 +79,36 @@ class FrictionMean(NamedTuple):
         return _mean(times, sums)
 
 
-def of_joint(figure: Figure, layout: Layout, joint: str) -> Figure:
+def figure_of_joint(figure: Figure, layout: Layout, joint: str) -> Figure:
     """Return a figure for a joint; for a joint without clearance, the friction power is that of the friction loads."""
     return figure._replace(sums=FrictionMean()) if joint in layout.rubbing else figure
 
 
-class Share(NamedTuple):
+class Ratio(NamedTuple):
     """The ratio of two integrals over time."""
 
-    part: str  # field of ContactTotals or WholeTotals
+    numerator: str  # field of ContactTotals or WholeTotals
     whole: str  # the denominator
 
     def take(self, totals: Totals | Summed, index: int | None) -> Any:
         """Return both integrals."""
-        return np.array([_sum(totals, index, self.part), _sum(totals, index, self.whole)])
+        return np.array([_sum(totals, index, self.numerator), _sum(totals, index, self.whole)])
 
     def value(self, window: Window, index: int | None) -> Any:
         """Return the ratio over the window, or 0 if both integrals are 0."""
-        part, whole = self.take(window.totals, index)
-        return part / whole if whole else 0.0
+        numerator, denominator = self.take(window.totals, index)
+        return numerator / denominator if denominator else 0.0
 
     def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the ratio and its half-width, that of the mean of part - ratio whole (Cochran 1977, section 6.4)."""
-        part, whole = np.diff(sums, axis=0).T
-        if not whole.any():
+        numerator, denominator = np.diff(sums, axis=0).T
+        if not denominator.any():
             return 0.0, 0.0
-        ratio = part.sum() / whole.sum()
-        return ratio, half_width(part - ratio * whole) / whole.mean()
+        ratio = numerator.sum() / denominator.sum()
+        return ratio, half_width(numerator - ratio * denominator) / denominator.mean()
 
 
-class DryShare(Share):
+class DryLoadRatio(Ratio):
     """The share of a load that a contact behind a film carries, or None without a contact."""
 
     def value(self, window: Window, index: int | None) -> Any:
@@ -188,13 +188,13 @@ class ForceExceeded(NamedTuple):
 
         The interval is that of the time share above the force, by block, converted to forces (Woodruff 1952).
         """
-        whole, duration = histograms[-1] - histograms[0], times[-1] - times[0]
+        difference, duration = histograms[-1] - histograms[0], times[-1] - times[0]
 
         def force(share: float) -> float:
-            return histogram.force_exceeded(whole, min(max(share, 0.0), 1.0) * duration)
+            return histogram.force_exceeded(difference, min(max(share, 0.0), 1.0) * duration)
 
         value = force(RARE_SHARE)
-        time_above = np.array([histogram.time_above(value, total) for total in histograms])
+        time_above = np.array([histogram.time_above(value, forces) for forces in histograms])
         width = half_width(np.diff(time_above) / np.diff(times))
         return value, 0.5 * (force(RARE_SHARE - width) - force(RARE_SHARE + width))
 
@@ -202,7 +202,7 @@ class ForceExceeded(NamedTuple):
 class DryTime(NamedTuple):
     """Share of time with a dry force above, or not above, DRY_FORCE_THRESHOLD of the mean load."""
 
-    bears: bool  # True: above
+    above: bool  # True: above
 
     def take(self, totals: Totals, index: int | None) -> Any:
         """Return the joint's histogram of the dry force over time, and the integral of its load (N s)."""
@@ -210,14 +210,14 @@ class DryTime(NamedTuple):
 
     def value(self, window: Window, index: int) -> Any:
         """Return the share of the window."""
-        return self._of(window.dry[index] / window.duration)
+        return self._share(window.dry[index] / window.duration)
 
     def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the share and its half-width, with the mean load of all blocks."""
         histograms, loads = zip(*sums, strict=True)
         threshold = DRY_FORCE_THRESHOLD * (loads[-1] - loads[0]) / (times[-1] - times[0])
-        share, width = _mean(times, [histogram.time_above(threshold, total) for total in histograms])
-        return self._of(share), width
+        share, width = _mean(times, [histogram.time_above(threshold, forces) for forces in histograms])
+        return self._share(share), width
 
-    def _of(self, share: float) -> float:
-        return share if self.bears else 1.0 - share
+    def _share(self, share: float) -> float:
+        return share if self.above else 1.0 - share

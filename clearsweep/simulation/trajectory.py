@@ -21,19 +21,19 @@ from ..mechanics.observe.histogram import compile_exceeded
 from ..mechanics.solver import integration, loop
 from ..mechanics.solver.accumulate.within_step import Record
 from .extrapolation import extrapolated_life
-from .figures.catalogue import COST, SETUP
+from .figures.catalogue import SETUP, WORK_COUNTS
 from .heat import Balance, at_equilibrium, has_balance
 from .life import LifeRun
 from .life_block import BlockRecord, Log, RateObserver, block_record_of, longest_block
 from .observed_run import Observer, Snapshot, restore
 from .outcome import trajectory_of
 from .revolutions import Marks, marks_of
-from .run import Run, call, integrate, integration_of, release
+from .run import Run, integrate, integration_of, release, run_integration
 from .scene import Scene, build
-from .start import NOWHERE, control_of, start_of
+from .start import NO_TIMES, control_of, start_of
 from .uncertain import failures, further_lives
 from .uncertain import figures as uncertain_figures
-from .until import Until, longest, marks
+from .until import ConvergenceObserver, max_revolutions, pauses
 
 
 def simulate(
@@ -103,8 +103,8 @@ def with_limits(scene: Scene, trajectory: Trajectory) -> Trajectory:
 
 def _seized(scene: Scene, balance: Balance) -> Trajectory:
     """Return the failed trajectory of a case with a joint that closes as it warms up."""
-    trajectory = _simulate(scene, NOWHERE)
-    spent = {figure.name: trajectory.summary[figure.name] for figure in COST}
+    trajectory = _simulate(scene, NO_TIMES)
+    spent = {figure.name: trajectory.summary[figure.name] for figure in WORK_COUNTS}
     closing_joints = [
         f"{joint.name}, with {1e6 * cold.clearance:.4g} um of clearance at 20 degC, closes on its way to "
         f"{balance.implied[joint.column]:.4g} K"
@@ -120,13 +120,13 @@ def _seized(scene: Scene, balance: Balance) -> Trajectory:
 
 def _with_balance(scene: Scene, trajectory: Trajectory, balance: Balance) -> Trajectory:
     """Return a trajectory with the accuracy of its joint temperatures."""
-    kinds = {joint.column: "film_temperature" if joint.film else "temperature" for joint in scene.case.joints}
+    figure_names = {joint.column: "film_temperature" if joint.film else "temperature" for joint in scene.case.joints}
     for joint, width in balance.width.items():
-        trajectory.summary[f"{joint}_{kinds[joint]}_ci"] = width if math.isfinite(width) else None
+        trajectory.summary[f"{joint}_{figure_names[joint]}_ci"] = width if math.isfinite(width) else None
     if trajectory.status != "ok":
         return trajectory
-    whose = {joint.column: f"the film of {joint.name}" if joint.film else joint.name for joint in scene.case.joints}
-    unsure = unsure_films([(whose[joint], *accuracy) for joint, accuracy in balance.unsure().items()])
+    subjects = {joint.column: f"the film of {joint.name}" if joint.film else joint.name for joint in scene.case.joints}
+    unsure = unsure_films([(subjects[joint], *accuracy) for joint, accuracy in balance.doubtful().items()])
     remark = unsure if balance.converged else UNBALANCED
     return dataclasses.replace(trajectory, message=message_of(trajectory.message, remark))
 
@@ -143,7 +143,7 @@ def end_of(scene: Scene) -> float:
     """
     if not scene.mechanism.turns:
         return math.inf
-    end = scene.crank_clock.at(scene.case.simulate.revolutions)
+    end = scene.crank_clock.value_after(scene.case.simulate.revolutions)
     if math.isinf(end):
         raise InputError(
             f"drive.speed.table: the crank stops before {scene.case.simulate.revolutions:.6g} revolutions; "
@@ -165,22 +165,22 @@ def horizon_of(scene: Scene, times: ArrayLike | None = None) -> Horizon:
     """Return the horizon of a scene, reported at `times` (s) or at the samples of its case."""
     end, free = end_of(scene), scene.crank_clock.free
     if times is not None:
-        reported = checked_times(times, math.inf if free else end)
+        sample_times = checked_times(times, math.inf if free else end)
     elif scene.case.save.orbits == "none":
-        reported = NOWHERE
+        sample_times = NO_TIMES
     elif not scene.mechanism.turns:  # its duration is unknown before the run
-        last = integration_of(scene, NOWHERE, end)
-        reported = np.linspace(0.0, last.work.end[last.work.time], scene.case.save.samples + 1)
+        last = integration_of(scene, NO_TIMES, end)
+        sample_times = np.linspace(0.0, last.work.end[last.work.time], scene.case.save.samples + 1)
     else:
         check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
-        reported = sampling_times(scene)
-    return Horizon(end, reported, free and times is None, marks_of(scene, scene.case.simulate.revolutions))
+        sample_times = sampling_times(scene)
+    return Horizon(end, sample_times, free and times is None, marks_of(scene, scene.case.simulate.revolutions))
 
 
 def _simulate(scene: Scene, times: ArrayLike | None, observers: Sequence[Observer] = ()) -> Trajectory:
     """Return the trajectory of a scene of given length."""
-    end, reported, turned, marked = horizon_of(scene, times)
-    run = integration_of(scene, reported, end, observers, turned=turned, marks=marked)
+    end, sample_times, turned, marks_of_run = horizon_of(scene, times)
+    run = integration_of(scene, sample_times, end, observers, turned=turned, marks=marks_of_run)
     if scene.crank_clock.free and times is not None and run.status == integration.OK:
         finish_samples(scene, run)
     trajectory = trajectory_of(scene, run, end)
@@ -199,7 +199,7 @@ def finish_samples(scene: Scene, run: Run) -> None:
     times[:] = np.minimum(times, last)
     run.work.y[:] = run.work.end
     run.work.stepper.next_length = 0.0
-    run.go(control_of(scene, math.inf, keep_events=False)._replace(window=math.inf, step_budget=0))
+    run.advance(control_of(scene, math.inf, keep_events=False)._replace(window=math.inf, step_budget=0))
     run.status = integration.OK
 
 
@@ -208,14 +208,14 @@ def _run_until_converged(scene: Scene, times: ArrayLike | None, observers: Seque
 
     The samples come from a second, bit-identical run over the saved revolutions, as their times were unknown.
     """
-    settings, at, orbits = scene.case.simulate, scene.crank_clock.at, scene.case.save.orbits
-    full_scene = _with_settings(scene, revolutions=longest(settings))
-    end = at(full_scene.case.simulate.revolutions)
-    run = Run(start_of(scene, marks(settings, at), marks_of(scene, longest(settings))), turned=True)
-    observer = Until(scene, run.record.samples)
+    settings, value_after, orbits = scene.case.simulate, scene.crank_clock.value_after, scene.case.save.orbits
+    full_scene = _with_settings(scene, revolutions=max_revolutions(settings))
+    end = value_after(full_scene.case.simulate.revolutions)
+    run = Run(start_of(scene, pauses(settings, value_after), marks_of(scene, max_revolutions(settings))), turned=True)
+    observer = ConvergenceObserver(scene, run.record.samples)
     keep_events = orbits != "none" or times is not None
     integrate(full_scene, run, end, keep_events=keep_events, observers=(observer, *observers))
-    run.record = Record(NOWHERE, NOWHERE, run.record.independent)
+    run.record = Record(NO_TIMES, NO_TIMES, run.record.independent)
     if run.status != integration.OK:
         return trajectory_of(full_scene, run, end)
     trajectory = _converged_trajectory(scene, run, observer, times)
@@ -224,17 +224,17 @@ def _run_until_converged(scene: Scene, times: ArrayLike | None, observers: Seque
 
 
 def _converged_trajectory(
-    scene: Scene, run: Run, observer: Until | RateObserver, times: ArrayLike | None
+    scene: Scene, run: Run, observer: ConvergenceObserver | RateObserver, times: ArrayLike | None
 ) -> Trajectory:
     """Return the trajectory of a run that has determined its length."""
-    at, orbits = scene.crank_clock.at, scene.case.save.orbits
+    value_after, orbits = scene.crank_clock.value_after, scene.case.save.orbits
     final_scene = _with_settings(scene, revolutions=observer.revolutions)
-    end = at(observer.revolutions)
+    end = value_after(observer.revolutions)
     if times is not None or orbits != "none":
         check_memory(0.0 if times is not None else history_bytes(scene.layout, scene.case.save, observer.revolutions))
         last = math.inf if scene.crank_clock.free else end
-        reported = sampling_times(final_scene) if times is None else checked_times(times, last)
-        second_run = Run(start_of(scene, reported), turned=times is None)
+        sample_times = sampling_times(final_scene) if times is None else checked_times(times, last)
+        second_run = Run(start_of(scene, sample_times), turned=times is None)
         _retrace(final_scene, run, second_run, end, observer.starts)
     return trajectory_of(final_scene, run, end)
 
@@ -247,31 +247,31 @@ def _run_life(scene: Scene, times: ArrayLike | None, observers: Sequence[Observe
 
     def run_block(life_run: LifeRun, state: np.ndarray) -> BlockRecord | None:
         last[:] = [_block(life_run.scene_at(state), observers)]
-        aged, run, observer = last[0]
+        worn_scene, run, observer = last[0]
         if run.status != integration.OK:
-            life_run.failure = _failed_block(aged, run).status
+            life_run.failure = _failed_block(worn_scene, run).status
             return None
-        return block_record_of(aged, run, observer, life_run.seconds_before + time.process_time() - begin)
+        return block_record_of(worn_scene, run, observer, life_run.seconds_before + time.process_time() - begin)
 
     with phases.phase(life_run.progress):
         life = extrapolated_life(life_run.measured(run_block), life_run, life_run.settings(), life_run.start)
-        if life and not life_run.constant:
+        if life and not life_run.constant_rates:
             last_block = run_block(life_run, life.nodes[-1].state)
-            life = life_run.ended(life, last_block) if last_block else None
+            life = life_run.with_last_block(life, last_block) if last_block else None
         elif life and not last and not run_block(life_run, life_run.start):  # its only block is in the log
             life = None
-    aged, run, observer = last[0]
+    worn_scene, run, observer = last[0]
     if life is None:
-        failed = _failed_block(aged, run)
+        failed = _failed_block(worn_scene, run)
         return dataclasses.replace(failed, message=f"block {len(life_run.records) + 1} of its life: {failed.message}")
     bounding_lives = further_lives(life_run, run_block) if scene.case.uncertain else {}
     for block_record in [
-        *([] if life_run.constant else life_run.records),
+        *([] if life_run.constant_rates else life_run.records),
         *(block_record for bounding_life in bounding_lives.values() for block_record in bounding_life.records),
     ]:
         run.counts.numbers[:] += block_record.counts
         run.duration += float(block_record.seconds[0])
-    trajectory = _converged_trajectory(aged, run, observer, times)
+    trajectory = _converged_trajectory(worn_scene, run, observer, times)
     trajectory.summary.update(life_run.figures(life))
     trajectory.summary.update(uncertain_figures(life_run.target.column, bounding_lives) if bounding_lives else {})
     message = message_of(trajectory.message, *life_run.remarks(life), *failures(bounding_lives))
@@ -281,16 +281,22 @@ def _run_life(scene: Scene, times: ArrayLike | None, observers: Sequence[Observe
 def _failed_block(scene: Scene, run: Run) -> Trajectory:
     """Return the trajectory of a failed block."""
     full_scene = _with_settings(scene, revolutions=longest_block(scene.case))
-    return trajectory_of(full_scene, run, scene.crank_clock.at(full_scene.case.simulate.revolutions))
+    return trajectory_of(full_scene, run, scene.crank_clock.value_after(full_scene.case.simulate.revolutions))
 
 
 def _block(scene: Scene, observers: Sequence[Observer]) -> tuple[Scene, Run, RateObserver]:
     """Return a scene, the run of a block of revolutions, and its observer."""
-    longest = longest_block(scene.case)
-    full_scene = _with_settings(scene, revolutions=longest)
-    run, observer = Run(start_of(full_scene, NOWHERE, marks_of(full_scene, longest))), RateObserver(scene)
+    max_revolutions = longest_block(scene.case)
+    full_scene = _with_settings(scene, revolutions=max_revolutions)
+    run, observer = Run(start_of(full_scene, NO_TIMES, marks_of(full_scene, max_revolutions))), RateObserver(scene)
     keep_events = scene.case.save.orbits != "none"
-    integrate(full_scene, run, scene.crank_clock.at(longest), keep_events=keep_events, observers=(observer, *observers))
+    integrate(
+        full_scene,
+        run,
+        scene.crank_clock.value_after(max_revolutions),
+        keep_events=keep_events,
+        observers=(observer, *observers),
+    )
     return scene, run, observer
 
 
@@ -300,11 +306,11 @@ def _retrace(scene: Scene, run: Run, second_run: Run, end: float, starts: Iterab
     snapshots = [start for start in starts if times.size and start["y"][independent] <= times[0]]
     if snapshots:
         restore(snapshots[-1], second_run.work)
-    call(second_run, control_of(scene, end, keep_events=False), scene)
+    run_integration(second_run, control_of(scene, end, keep_events=False), scene)
     if scene.crank_clock.free and independent == second_run.work.time and second_run.status == integration.OK:
         finish_samples(scene, second_run)
     run.status, run.record = second_run.status, second_run.record
-    run.spent(second_run)
+    run.add_cost(second_run)
 
 
 def _with_settings(scene: Scene, **settings: Any) -> Scene:
@@ -320,7 +326,7 @@ def _error_checked(scene: Scene, trajectory: Trajectory) -> Trajectory:
     tighter = {"tolerance": 0.1 * scene.case.simulate.tolerance}
     if scene.layout.until:
         tighter["revolutions"] = trajectory.summary["revolutions_run"]
-    tighter_run = _simulate(_with_settings(scene, **tighter), NOWHERE)
+    tighter_run = _simulate(_with_settings(scene, **tighter), NO_TIMES)
     _add_differences(trajectory.summary, tighter_run.summary)
     if tighter_run.status == "ok":
         return trajectory
@@ -335,7 +341,7 @@ def _add_differences(summary: dict, tighter: dict) -> None:
     for name in [name for name in summary if name.endswith(DIFFERENCE)]:
         values = (summary[name.removesuffix(DIFFERENCE)], tighter[name.removesuffix(DIFFERENCE)])
         summary[name] = None if None in values else abs(values[0] - values[1])
-    for figure in COST:
+    for figure in WORK_COUNTS:
         summary[figure.name] += tighter[figure.name]
 
 
@@ -343,15 +349,15 @@ def compile_for(case: Case) -> None:
     """Compile the code of a case's scene, or load it from the cache; stiff motion may need further code."""
     scene = build(case)
     without_samples = case.save.orbits == "none" and not scene.layout.until
-    Run(start_of(scene, NOWHERE if without_samples else np.array([0.0])))
+    Run(start_of(scene, NO_TIMES if without_samples else np.array([0.0])))
 
 
 def compile_loop(case: Case) -> None:
     """Compile the code that is the same for all cases, the integration loop above all, or load it from the cache."""
     scene = build(case)
     with empty_entries():
-        run = Run(start_of(scene, NOWHERE))
-    loop.compile_for(run.kept)
+        run = Run(start_of(scene, NO_TIMES))
+    loop.compile_for(run.pinned)
     compile_exceeded()
 
 
@@ -371,13 +377,13 @@ def sampling_times(scene: Scene) -> np.ndarray:
     save, revolutions, crank_clock = scene.case.save, scene.case.simulate.revolutions, scene.crank_clock
     first = 0 if save.orbits == "all" else round((revolutions - save.revolutions) * save.samples)
     count = np.arange(first, math.floor(revolutions * save.samples + 1e-9) + 1)
-    times: np.ndarray = np.minimum(crank_clock.at_each(count / save.samples), crank_clock.at(revolutions))
+    times: np.ndarray = np.minimum(crank_clock.values_after(count / save.samples), crank_clock.value_after(revolutions))
     return times
 
 
 def work_counts(scene: Scene) -> dict[str, int]:
     """Return the work counts of a slider-crank: steps, rejected steps, evaluations, evaluations for events."""
-    counts = integration_of(scene, NOWHERE, scene.crank_clock.at(scene.case.simulate.revolutions)).work.counts
+    counts = integration_of(scene, NO_TIMES, scene.crank_clock.value_after(scene.case.simulate.revolutions)).work.counts
     return {
         "steps": int(counts.steps),
         "steps_rejected": int(counts.rejected),

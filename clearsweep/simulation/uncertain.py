@@ -51,15 +51,17 @@ def further_lives(
     lives = {}
     for end in (LOW, HIGH):
         case = with_bounding_coefficients(life_run.scene.case, end)
-        if life_run.constant:
+        if life_run.constant_rates:
             lives[end] = BoundingLife(
                 extrapolated_life(_repeated(_scaled(life_run, case)), life_run, life_run.settings(), life_run.start), ()
             )
             continue
-        aged = life_run.bounding(case, f"life with the wear coefficients at their {end} ends")
-        with phases.phase(aged.progress):
-            life = extrapolated_life(aged.measured(run), aged, aged.settings(), aged.start)
-        lives[end] = BoundingLife(life, tuple(aged.records), aged.failure)
+        bounding_run = life_run.bounding(case, f"life with the wear coefficients at their {end} ends")
+        with phases.phase(bounding_run.progress):
+            life = extrapolated_life(
+                bounding_run.measured(run), bounding_run, bounding_run.settings(), bounding_run.start
+            )
+        lives[end] = BoundingLife(life, tuple(bounding_run.records), bounding_run.failure)
     return lives
 
 
@@ -73,8 +75,8 @@ def _scaled(life_run: LifeRun, case: Case) -> BlockRecord:
     record = life_run.records[0]
     factors = np.ones(life_run.size)
     for worn in life_run.worn_joints:
-        for body, where in (("bearing", worn.bearing), ("journal", worn.journal)):
-            factors[where] = _ratio(life_run.scene.case, case, worn, body)
+        for body, elements in (("bearing", worn.bearing), ("journal", worn.journal)):
+            factors[elements] = _ratio(life_run.scene.case, case, worn, body)
     return record._replace(rate=record.rate * factors, width=record.width * factors)
 
 
@@ -105,4 +107,7 @@ def figures(column: str, lives: dict[str, BoundingLife]) -> dict[str, float | No
     """Return both ends of a joint's life by column, with None for unknown ones; more wear means a shorter life."""
     ends = {"low": lives[HIGH].life, "high": lives[LOW].life}
     turns = {end: life.revolutions if life and life.reached else math.nan for end, life in ends.items()}
-    return {f"{column}_life_{end}_uncertain": turn if math.isfinite(turn) else None for end, turn in turns.items()}
+    return {
+        f"{column}_life_{end}_uncertain": life_turns if math.isfinite(life_turns) else None
+        for end, life_turns in turns.items()
+    }

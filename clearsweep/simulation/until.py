@@ -15,23 +15,23 @@ from .revolutions import period_of
 from .scene import Scene
 
 
-def marks(settings: Simulate, at: Callable[[float], float]) -> np.ndarray:
+def pauses(settings: Simulate, value_after: Callable[[float], float]) -> np.ndarray:
     """Return the pauses: one per revolution, at a fixed crank angle, up to the longest run."""
-    count = math.ceil(longest(settings) - settings.discard - 1e-9)
-    return np.array([pause_at(k, settings.discard, at) for k in range(1, count + 1)])
+    count = math.ceil(max_revolutions(settings) - settings.discard - 1e-9)
+    return np.array([pause_at(k, settings.discard, value_after) for k in range(1, count + 1)])
 
 
-class Until:
+class ConvergenceObserver:
     """Ends a run when its figure has converged or its motion is periodic."""
 
     per_revolution = 1
 
     def __init__(self, scene: Scene, samples: np.ndarray):
-        """Prepare for a run of `scene` that stores its time histories at the `marks` in `samples`."""
+        """Prepare for a run of `scene` that stores its time histories at the `pauses` in `samples`."""
         settings, save, until = scene.case.simulate, scene.case.save, until_of(scene.case.simulate)
         self.figure, self.relative = until.figure, until.relative_ci
         self.blocks = Blocks(scene.layout, (self.figure,))
-        self.discard, self.least = settings.discard, settings.revolutions
+        self.discard, self.min_revolutions = settings.discard, settings.revolutions
         self.samples, self.columns, self.units = samples, *_journal_channels(scene)
         # snapshots, oldest first, from which the saved revolutions can be repeated
         self.starts: deque[Snapshot] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
@@ -44,11 +44,11 @@ class Until:
         turns = self.blocks.turns
         self.revolutions = self.discard + turns
         self.starts.append(snapshot_of(work))
-        if self.blocks.note(work) or self.interval is None:
+        if self.blocks.record(work) or self.interval is None:
             self.interval = self.blocks.interval(self.figure)
         self.period = period_of(self.samples[:turns, self.columns] / self.units)
         self.settled = self.period is not None or self.interval.within(self.relative)
-        return turns > 0 and self.settled and self.revolutions >= self.least
+        return turns > 0 and self.settled and self.revolutions >= self.min_revolutions
 
     def figures(self) -> dict[str, float | None]:
         """Return the results as columns of the summary."""
@@ -72,7 +72,7 @@ def _journal_channels(scene: Scene) -> tuple[list[int], np.ndarray]:
     return columns, np.array(units)
 
 
-def longest(settings: Simulate) -> float:
+def max_revolutions(settings: Simulate) -> float:
     """Return the largest number of revolutions that `until` allows: `discard` plus whole ones."""
     discard = settings.discard
     return discard + math.floor(until_of(settings).max_revolutions - discard + 1e-9)

@@ -111,14 +111,16 @@ def by_joint(totals: Totals, layout: Layout) -> Totals:
 def _with_friction(totals: Totals, layout: Layout) -> Totals:
     """Return the sums with the work of friction loads assigned to their joints."""
     joint, work = totals.joint.copy(), dict.fromkeys(layout.rubbing, 0.0)
-    clearance_joints = {part.name: (row, part) for row, part in zip(rows_of(layout), layout.joints, strict=True)}
-    for name, taken in zip(layout.frictions, totals.friction, strict=True):
+    clearance_joints = {
+        joint_layout.name: (row, joint_layout) for row, joint_layout in zip(rows_of(layout), layout.joints, strict=True)
+    }
+    for name, friction_work in zip(layout.frictions, totals.friction, strict=True):
         if name in clearance_joints:
             row, _ = clearance_joints[name]
-            joint[row.start].friction_energy += taken
-            joint[row.start].heat += taken
+            joint[row.start].friction_energy += friction_work
+            joint[row.start].heat += friction_work
         else:
-            work[name] += taken
+            work[name] += friction_work
     return totals._replace(joint=joint, friction=np.array(list(work.values())))
 
 

@@ -1,10 +1,9 @@
 """Accuracy and cost: error against run time on problems with known answers.
 
 A problem (`problems`) is a trajectory in quadruple precision or a closed form.  The rivals (`rivals`) are integrators
-in
-common use, on the same compiled laws.  `measure` runs all methods on all problems, a chaotic case over tolerances and
-lengths (`convergence`), every case of a table of stiff and extreme ones (`stability`), and cases that show the savings
-of the implicit method (`stiff`).
+in common use, on the same compiled laws.  `measure` runs all methods on all problems, a chaotic case over tolerances
+and lengths (`convergence`), every case of a table of stiff and extreme ones (`stability`), and cases that show the
+savings of the implicit method (`stiff`).
 """
 
 from collections.abc import Callable
@@ -18,20 +17,19 @@ def main(*, json: bool = False, quick: bool = False, directory: str | Path | Non
     """Measure, and print the tables or JSON; progress goes to stderr.
 
     `quick` uses fewer tolerances, steps, rounds and extreme cases, and ends within a minute; `directory` : destination
-    of
-    the report, see `write`.
+    of the report, see `write`.
     """
     from json import dumps
 
     from . import text
 
-    at = ["verify"]
+    latest_line = ["verify"]
 
     def note(sentence: str) -> None:
-        at[0] = f"verify: {sentence}"
-        phases.say(at[0])
+        latest_line[0] = f"verify: {sentence}"
+        phases.say(latest_line[0])
 
-    with phases.phase(lambda: at[0]):
+    with phases.phase(lambda: latest_line[0]):
         results = measure(quick=quick, note=note)
     print(dumps(results, indent=2, allow_nan=False) if json else text.text(results), flush=True)
     if directory is not None:
@@ -42,9 +40,9 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     """Return all figures as a dict for JSON; see `measure` of each of the modules named above."""
     from . import accuracy, convergence, known_machines, stability, stiff
 
-    others = {"machines": known_machines, "convergence": convergence, "stability": stability, "stiffness": stiff}
-    first = accuracy.measure(quick=quick, note=note)
-    return first | {name: module.measure(quick=quick, note=note) for name, module in others.items()}
+    modules = {"machines": known_machines, "convergence": convergence, "stability": stability, "stiffness": stiff}
+    results = accuracy.measure(quick=quick, note=note)
+    return results | {name: module.measure(quick=quick, note=note) for name, module in modules.items()}
 
 
 def write(results: dict[str, Any], directory: str | Path) -> Path:

@@ -18,21 +18,24 @@ import numpy as np
 import clearsweep
 
 from ..simulation.trajectory import simulate
-from .problems import Verdict, found_by_simulate, problems, scene_of
+from .problems import Errors, problems, scene_of, solution_of
 from .rivals import Solution, runge_kutta_4, scipy_ivp
 
 TOLERANCES = tuple(10.0**-k for k in range(4, 13))
 QUICK_TOLERANCES = (1e-4, 1e-6, 1e-9, 1e-12)
-FEW, QUICK_FEW = (1e-4, 1e-6, 1e-8), (1e-6,)  # for methods that are slow at tight tolerances
+COARSE_TOLERANCES, QUICK_COARSE_TOLERANCES = (
+    (1e-4, 1e-6, 1e-8),
+    (1e-6,),
+)  # for methods that are slow at tight tolerances
 STEPS = (1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8)  # s
 QUICK_STEPS = (1e-5, 1e-6, 1e-7)  # s
 ROUNDS, QUICK_ROUNDS = 7, 2
-SLOW = 0.2  # s, a run of this duration has one round: short disturbances hardly affect it
+SINGLE_ROUND_TIME = 0.2  # s, a run of this duration has one round: short disturbances hardly affect it
 SHORTEST_ROUND = 0.02  # s, a round repeats a short run until this time has passed
 FLAGSHIP, TOLERANCE = "b_base", 1e-9
 #: ms per revolution of scipy's DOP853 on the flagship when it was first measured, by tolerance (2-core x86-64 machine):
 #: a rival that takes far more or less than this is not the one that a ratio is quoted against.
-RIVAL = {1e-6: 74.0, 1e-9: 127.0}
+FIRST_MEASURED_MS = {1e-6: 74.0, 1e-9: 127.0}
 
 
 class Method(NamedTuple):
@@ -47,7 +50,7 @@ class Method(NamedTuple):
 
 def _solve_ours(problem, tolerance: float, method: str) -> Solution:
     times = problem.times if len(problem.times) else [0.0]  # with times, events are kept
-    return found_by_simulate(problem, simulate(scene_of(problem, tolerance, method), times=times))
+    return solution_of(problem, simulate(scene_of(problem, tolerance, method), times=times))
 
 
 def _repeat_ours(problem, tolerance: float, method: str):
@@ -76,18 +79,18 @@ def _repeat_scipy(problem, tolerance: float, method: str, times=()):
 def methods(*, quick: bool) -> list[Method]:
     """Return our methods, then those of the rivals, with their settings."""
     tolerances, steps = (QUICK_TOLERANCES, QUICK_STEPS) if quick else (TOLERANCES, STEPS)
-    repeats = QUICK_FEW if quick else FEW
+    coarse_tolerances = QUICK_COARSE_TOLERANCES if quick else COARSE_TOLERANCES
 
-    def of(name, settings, solve, repeat, method):
+    def adaptive(name, settings, solve, repeat, method):
         return Method(name, "tolerance", settings, partial(solve, method=method), partial(repeat, method=method))
 
     return [
-        of("event-driven", tolerances, _solve_ours, _repeat_ours, "auto"),
-        of("explicit only", repeats, _solve_ours, _repeat_ours, "explicit"),
-        of("implicit only", repeats, _solve_ours, _repeat_ours, "implicit"),
-        of("scipy DOP853", tolerances, _solve_scipy, _repeat_scipy, "DOP853"),
-        of("scipy LSODA", repeats, _solve_scipy, _repeat_scipy, "LSODA"),
-        of("scipy Radau", repeats, _solve_scipy, _repeat_scipy, "Radau"),
+        adaptive("event-driven", tolerances, _solve_ours, _repeat_ours, "auto"),
+        adaptive("explicit only", coarse_tolerances, _solve_ours, _repeat_ours, "explicit"),
+        adaptive("implicit only", coarse_tolerances, _solve_ours, _repeat_ours, "implicit"),
+        adaptive("scipy DOP853", tolerances, _solve_scipy, _repeat_scipy, "DOP853"),
+        adaptive("scipy LSODA", coarse_tolerances, _solve_scipy, _repeat_scipy, "LSODA"),
+        adaptive("scipy Radau", coarse_tolerances, _solve_scipy, _repeat_scipy, "Radau"),
         Method("fixed-step RK4", "step", steps, _solve_runge_kutta, _repeat_runge_kutta),
     ]
 
@@ -96,9 +99,8 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     """Return every figure of every method on every problem, as `results["problems"][i]["rows"]`, and `headline`.
 
     `note` : called with progress messages.  Times are the least of several rounds, in each of which every method has
-    one
-    turn, after compilation.  Our time is that of the whole call of `simulate` with every figure of the summary and no
-    history; `integration_ms_per_revolution` is the part that the summary calls `run_time`.
+    one turn, after compilation.  Our time is that of the whole call of `simulate` with every figure of the summary and
+    no history; `integration_ms_per_revolution` is the part that the summary calls `run_time`.
     """
     results = stamp("clearsweep verify" + (" --quick" if quick else "")) | {
         "quick": quick,
@@ -113,7 +115,9 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     return results
 
 
-def measure_one(problem, selected: list[Method], repeats: int, slow: float = SLOW, timer=time.perf_counter) -> dict:
+def measure_one(
+    problem, selected: list[Method], rounds: int, slow: float = SINGLE_ROUND_TIME, timer=time.perf_counter
+) -> dict:
     """Return the figures of all methods on one problem; runs that take `slow` s or more have one round."""
     rows, runs = [], []
     for method in selected:
@@ -123,7 +127,7 @@ def measure_one(problem, selected: list[Method], repeats: int, slow: float = SLO
             solution = method.solve(problem, setting)
             rows.append(_row(method, setting, problem.assess(solution), solution))
             runs.append(method.repeat(problem, setting))
-    least, integrations = _least_times(runs, repeats, slow, timer)
+    least, integrations = _least_times(runs, rounds, slow, timer)
     for row, total, integration in zip(rows, least, integrations, strict=True):
         row["ms_per_revolution"] = 1e3 * total / problem.revolutions
         row["integration_ms_per_revolution"] = 1e3 * integration / problem.revolutions if integration else None
@@ -137,8 +141,8 @@ def measure_one(problem, selected: list[Method], repeats: int, slow: float = SLO
     }
 
 
-def _row(method: Method, setting: float, verdict: Verdict, solution: Solution) -> dict:
-    figures = {name: _number(value) for name, value in verdict._asdict().items()}
+def _row(method: Method, setting: float, errors: Errors, solution: Solution) -> dict:
+    figures = {name: _number(value) for name, value in errors._asdict().items()}
     return {
         "method": method.name,
         method.setting: setting,
@@ -159,22 +163,22 @@ def _number(value):
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _least_times(runs: list, repeats: int, slow: float, timer) -> tuple[np.ndarray, list]:
+def _least_times(runs: list, rounds: int, slow: float, timer) -> tuple[np.ndarray, list]:
     """Return the least time (s) of each of `runs`, and the least time reported by the run itself, if any."""
     least, integrations = np.full(len(runs), math.inf), [None] * len(runs)
-    for _ in range(repeats):
+    for _ in range(rounds):
         for i, run in enumerate(runs):
             if math.isfinite(least[i]) and least[i] > slow:
                 continue
             elapsed = 0.0
             while elapsed < SHORTEST_ROUND:
                 begin = timer()
-                reason = run()
+                result = run()
                 duration = timer() - begin
                 elapsed += duration
                 least[i] = min(least[i], duration)
-                if isinstance(reason, float):
-                    integrations[i] = min(integrations[i] or math.inf, reason)
+                if isinstance(result, float):
+                    integrations[i] = min(integrations[i] or math.inf, result)
     return least, integrations
 
 
@@ -187,7 +191,7 @@ def headline(entries: list[dict]) -> dict:
     """Return the figures on the flagship problem: time and error of ours and of scipy's, and their ratios."""
     entry = next(entry for entry in entries if entry["name"] == FLAGSHIP)
     event_driven, rival = (row_of(entry, name, TOLERANCE) for name in ("event-driven", "scipy DOP853"))
-    equal = time_at_error(entry, "scipy DOP853", event_driven["error_first_half"])
+    time_at_equal_error = time_at_error(entry, "scipy DOP853", event_driven["error_first_half"])
     return {
         "problem": FLAGSHIP,
         "tolerance": TOLERANCE,
@@ -197,11 +201,13 @@ def headline(entries: list[dict]) -> dict:
         "scipy_ms_per_revolution": rival["ms_per_revolution"],
         "scipy_error_first_half": rival["error_first_half"],
         "ratio_at_equal_tolerance": rival["ms_per_revolution"] / event_driven["ms_per_revolution"],
-        "scipy_ms_per_revolution_at_equal_error": equal,
-        "ratio_at_equal_error": equal / event_driven["ms_per_revolution"] if equal else None,
+        "scipy_ms_per_revolution_at_equal_error": time_at_equal_error,
+        "ratio_at_equal_error": time_at_equal_error / event_driven["ms_per_revolution"]
+        if time_at_equal_error
+        else None,
         "scipy_over_first_measured": {
             f"{tolerance:g}": row_of(entry, "scipy DOP853", tolerance)["ms_per_revolution"] / first
-            for tolerance, first in RIVAL.items()
+            for tolerance, first in FIRST_MEASURED_MS.items()
         },
     }
 

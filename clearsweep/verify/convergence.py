@@ -2,8 +2,7 @@
 
 After one or two revolutions two integrations of the same chaotic motion are two samples of it, whatever their
 tolerance.  Only figures over many revolutions can converge.  With the length of the run they converge to a value with
-an
-interval (blocks of revolutions, see `blocks`), and these intervals must agree between tolerances.
+an interval (blocks of revolutions, see `blocks`), and these intervals must agree between tolerances.
 """
 
 import copy
@@ -29,7 +28,7 @@ LENGTHS = (10, 30, 100, 300, 1000)  # revolutions
 QUICK_TOLERANCES, QUICK_LENGTHS = (1e-6, 1e-8, 1e-10), (10, 30, 100)
 
 
-class Lengths:
+class LengthObserver:
     """Records the intervals of the figures when a run reaches given lengths."""
 
     per_revolution = 1
@@ -41,7 +40,7 @@ class Lengths:
     def observe(self, work: Work) -> bool:
         """Add the end of a revolution."""
         turns = self.blocks.turns
-        self.blocks.note(work)
+        self.blocks.record(work)
         if turns in self.lengths:
             self.intervals[turns] = {figure: self.blocks.interval(figure) for figure in FIGURES}
         return False
@@ -60,9 +59,9 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
             note(f"convergence of statistics: tolerance {tolerance:g}")
         rows += run(tolerance, lengths)
     pairs = [
-        (single[figure], other[figure])
+        (one[figure], other[figure])
         for length in lengths
-        for single, other in itertools.combinations([row for row in rows if row["revolutions"] == length], 2)
+        for one, other in itertools.combinations([row for row in rows if row["revolutions"] == length], 2)
         for figure in FIGURES
     ]
     agrees = [abs(a["value"] - b["value"]) <= math.hypot(a["half_width"], b["half_width"]) for a, b in pairs]
@@ -83,7 +82,7 @@ def run(tolerance: float, lengths: Sequence[int]) -> list[dict[str, Any]]:
     length = DISCARD + max(lengths)
     source["simulate"] = {"revolutions": length, "discard": DISCARD, "tolerance": tolerance}
     scene_of_problem = scene.build(grid.load(source, scene.catalogue()).case(0))
-    observer = Lengths(scene_of_problem.layout, lengths)
+    observer = LengthObserver(scene_of_problem.layout, lengths)
     simulate(scene_of_problem, observers=(observer,))
     return [
         {"tolerance": tolerance, "revolutions": turns}

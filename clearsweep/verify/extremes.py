@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-ALL = ("ground-crank", "crank-rod", "rod-slider")
-LETTERS = dict(zip("ABC", ALL, strict=True))
+JOINTS = ("ground-crank", "crank-rod", "rod-slider")
+LETTERS = dict(zip("ABC", JOINTS, strict=True))
 OPENINGS = ("A", "B", "C", "AB", "AC", "BC", "ABC")
 STIFFNESS_AND_SPEED = {  # N/m^1.5 -> rpm
     1e5: 100,
@@ -41,9 +41,9 @@ SPEED_AND_STIFFNESS = {  # rpm -> N/m^1.5
     20000: 1e12,
     50000: 1e12,
 }
-MIXED, SEED = 48, 20240229  # drawn at random with a fixed seed
+MIXED_CASES, SEED = 48, 20240229  # drawn at random with a fixed seed
 SURFACES = ("johnson/fractal", "compatible/kogut-etsion", "compatible/", "power/fractal")  # elastic law/roughness
-ROUGH, ROUGH_SEED = 10, 20261122
+ROUGH_CASES, ROUGH_SEED = 10, 20261122
 CYCLES = 5e4  # largest number of oscillations in contact per revolution of a mixed case
 
 Section = dict[str, Any]  # of a grid, in SI
@@ -83,7 +83,7 @@ def ambrosio(coefficient: float) -> Section:
     return {"law": "ambrosio", "coefficient": coefficient, "v0": 1e-3, "v1": 1e-2}
 
 
-def crank(  # noqa: PLR0913 - parameters that differ between cases, by name
+def slider_crank_grid(  # noqa: PLR0913 - parameters that differ between cases, by name
     opening: str,
     *,
     speed: float = 5000.0,
@@ -117,7 +117,7 @@ def crank(  # noqa: PLR0913 - parameters that differ between cases, by name
     }
 
 
-def pair(
+def impact_pair_grid(
     stiffness: float,
     restitution: float,
     masses: tuple[float, float] = (0.2, 0.2),
@@ -135,88 +135,101 @@ def pair(
 
 def cases() -> list[Extreme]:
     """Return all cases of the table except those of `machines`."""
-    return [*_along_the_axes(), *_degenerate(), *_tuned(), *_stiff(), *_mixed(), *_pairs(), *_surfaces(), *_dear()]
+    return [*_along_the_axes(), *_degenerate(), *_tuned(), *_stiff(), *_mixed(), *_pairs(), *_surfaces(), *_expensive()]
 
 
 def _along_the_axes() -> Iterator[Extreme]:
     """Yield cases in which one quantity varies over its range."""
     for (stiffness, speed), opening in itertools.product(STIFFNESS_AND_SPEED.items(), ("C", "BC", "ABC")):
-        yield Extreme(f"stiffness/{opening} {stiffness:.0e}", crank(opening, speed=speed, law=contact(stiffness)))
+        yield Extreme(
+            f"stiffness/{opening} {stiffness:.0e}", slider_crank_grid(opening, speed=speed, law=contact(stiffness))
+        )
     for clearance, opening in itertools.product((1e-7, 1e-6, 1e-5, 5e-5, 2e-4, 1e-3, 2e-3, 5e-3), ("C", "AB", "ABC")):
-        yield Extreme(f"clearance/{opening} {clearance:.0e} m", crank(opening, speed=1500, clearance=clearance))
+        yield Extreme(
+            f"clearance/{opening} {clearance:.0e} m", slider_crank_grid(opening, speed=1500, clearance=clearance)
+        )
     for restitution, opening in itertools.product((0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 1.0), ("C", "BC")):
         law = contact(restitution=restitution)
-        yield Extreme(f"restitution/{opening} {restitution:g}", crank(opening, law=law))
+        yield Extreme(f"restitution/{opening} {restitution:g}", slider_crank_grid(opening, law=law))
     for (speed, stiffness), opening in itertools.product(SPEED_AND_STIFFNESS.items(), ("C", "ABC")):
-        grid = crank(opening, speed=speed, law=contact(stiffness, 0.7), gravity=9.81)
+        grid = slider_crank_grid(opening, speed=speed, law=contact(stiffness, 0.7), gravity=9.81)
         yield Extreme(f"speed/{opening} {speed} rpm", grid)
     for smooth, opening in ((tanh, "C"), (ambrosio, "C"), (tanh, "BC"), (tanh, "ABC")):
         for coefficient in (0.01, 0.1, 0.3, 0.5, 1.0):
             name = f"friction/{opening} {smooth.__name__} {coefficient:g}"
-            yield Extreme(name, crank(opening, speed=3000, friction=smooth(coefficient), gravity=9.81))
+            yield Extreme(name, slider_crank_grid(opening, speed=3000, friction=smooth(coefficient), gravity=9.81))
     for mass, opening in itertools.product((1e-2, 1e-1, 10.0, 1e2), ("C", "BC", "ABC")):
-        yield Extreme(f"mass/{opening} all x {mass:g}", crank(opening, mass=mass, speed=2000))
+        yield Extreme(f"mass/{opening} all x {mass:g}", slider_crank_grid(opening, mass=mass, speed=2000))
     for slider, opening in itertools.product((1e-3, 1e-2, 1.0, 10.0), ("C", "BC")):
-        yield Extreme(f"mass/{opening} slider {slider:g} kg", crank(opening, slider=slider, speed=2000))
+        yield Extreme(f"mass/{opening} slider {slider:g} kg", slider_crank_grid(opening, slider=slider, speed=2000))
 
 
 def _degenerate() -> Iterator[Extreme]:
     """Yield starts in contact, exactly centred without gravity, and at the bearing's edge without force or speed."""
     for opening, speed in itertools.product(OPENINGS, (300, 5000)):
-        grid = crank(opening, speed=speed, law=contact(restitution=0.5), gravity=9.81, start="seated")
+        grid = slider_crank_grid(opening, speed=speed, law=contact(restitution=0.5), gravity=9.81, start="seated")
         yield Extreme(f"seated/{opening} {speed} rpm", grid)
     for opening in OPENINGS:
-        yield Extreme(f"centred/{opening} weightless", crank(opening, speed=1000, law=contact(1e9, 0.5)))
+        yield Extreme(f"centred/{opening} weightless", slider_crank_grid(opening, speed=1000, law=contact(1e9, 0.5)))
     for speed in (1, 10, 100):
-        yield Extreme(f"centred/C weightless, {speed} rpm", crank("C", speed=speed, law=contact(1e7, 0.1)))
+        yield Extreme(f"centred/C weightless, {speed} rpm", slider_crank_grid("C", speed=speed, law=contact(1e7, 0.1)))
     for forward, sideways in ((1, 0), (-1, 0), (0, 1), (0, -1), (math.sqrt(0.5), math.sqrt(0.5))):
         for speed in (100, 3000):
             name = f"touching/C at {forward:.2g}, {sideways:.2g} clearances, {speed} rpm"
-            yield Extreme(name, crank("C", speed=speed, law=contact(1e10, 0.5)), (forward, sideways))
+            yield Extreme(name, slider_crank_grid("C", speed=speed, law=contact(1e10, 0.5)), (forward, sideways))
 
 
 def _tuned() -> Iterator[Extreme]:
     """Yield grazing onsets, and simultaneous onsets of two joints."""
     for opening, speed, restitution in itertools.product("ABC", (1000, 5000), (0.9, 0.7)):
-        grid = crank(opening, speed=speed, law=contact(restitution=restitution))
+        grid = slider_crank_grid(opening, speed=speed, law=contact(restitution=restitution))
         tuning = ("graze", f"joints.{LETTERS[opening]}.clearance", 1e-4, 3e-3)
         yield Extreme(f"graze/{opening} {speed} rpm {restitution:g}", grid, tuning=tuning)
     for (free, opening), speed in itertools.product((("C", "BC"), ("C", "AC"), ("B", "AB")), (1000, 5000)):
         tuning = ("meet", f"joints.{LETTERS[free]}.clearance", 1e-6, 4e-3)
-        yield Extreme(f"simultaneous/{opening} {speed} rpm", crank(opening, speed=speed), tuning=tuning)
+        yield Extreme(f"simultaneous/{opening} {speed} rpm", slider_crank_grid(opening, speed=speed), tuning=tuning)
     for opening in ("BC", "ABC"):  # all separate together, from rest under their static load
-        yield Extreme(f"simultaneous/{opening} equal joints, seated", crank(opening, law=contact(1e12), start="seated"))
+        yield Extreme(
+            f"simultaneous/{opening} equal joints, seated",
+            slider_crank_grid(opening, law=contact(1e12), start="seated"),
+        )
 
 
 def _stiff() -> Iterator[Extreme]:
     """Yield contacts whose damping or friction is faster than the motion."""
     for damping, opening, speed in itertools.product((1e6, 1e7), ("C", "BC"), (300, 1500, 5000)):
-        grid = crank(opening, speed=speed, law=voigt(damping))
+        grid = slider_crank_grid(opening, speed=speed, law=voigt(damping))
         yield Extreme(f"stiff/{opening} damping {damping:.0e}, {speed} rpm", grid)
     for stiffness, opening in itertools.product((1e12, 1e13, 1e14), ("C", "B")):
-        grid = crank(opening, speed=300, law=contact(stiffness, 0.01), gravity=9.81)
+        grid = slider_crank_grid(opening, speed=300, law=contact(stiffness, 0.01), gravity=9.81)
         yield Extreme(f"stiff/{opening} {stiffness:.0e}, restitution 0.01", grid)
     for scale, opening in itertools.product((1e-3, 1e-4, 1e-5), ("C", "B")):
-        grid = crank(opening, speed=60, law=contact(1e9, 0.1), friction=tanh(0.3, scale), gravity=9.81)
+        grid = slider_crank_grid(opening, speed=60, law=contact(1e9, 0.1), friction=tanh(0.3, scale), gravity=9.81)
         yield Extreme(f"stiff/{opening} friction full at {scale:.0e} m/s", grid)
 
 
 def _mixed() -> Iterator[Extreme]:
     """Yield cases in which all quantities differ."""
-    draw = np.random.default_rng(SEED)
-    for number in range(MIXED):
+    generator = np.random.default_rng(SEED)
+    for number in range(MIXED_CASES):
         opening = OPENINGS[number % len(OPENINGS)]
-        speed, clearance = 10.0 ** draw.uniform(0.0, math.log10(5e4)), 10.0 ** draw.uniform(-7.0, math.log10(5e-3))
-        mass, restitution = 10.0 ** draw.uniform(-2.0, 2.0), float(draw.choice([0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0]))
-        coefficient, gravity = float(draw.choice([0.0, 0.05, 0.3, 1.0])), float(draw.choice([0.0, 9.81]))
+        speed, clearance = (
+            10.0 ** generator.uniform(0.0, math.log10(5e4)),
+            10.0 ** generator.uniform(-7.0, math.log10(5e-3)),
+        )
+        mass, restitution = (
+            10.0 ** generator.uniform(-2.0, 2.0),
+            float(generator.choice([0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0])),
+        )
+        coefficient, gravity = float(generator.choice([0.0, 0.05, 0.3, 1.0])), float(generator.choice([0.0, 9.81]))
         load = 0.65 * mass * (gravity + 0.05 * (speed * math.pi / 30.0) ** 2)
         softest = max(1e5, load / 5e-4**1.5)  # penetration of half a millimetre
         # the frequency of small oscillations, sqrt(1.5 K^(2/3) F^(1/3) / m), times the duration of a revolution
         stiffest = ((CYCLES * speed / 60.0 * 2.0 * math.pi) ** 2 * 0.14 * mass / (1.5 * load ** (1.0 / 3.0))) ** 1.5
         stiffest = min(max(stiffest, softest), 1e14)
-        stiffness = softest * (stiffest / softest) ** draw.uniform()
+        stiffness = softest * (stiffest / softest) ** generator.uniform()
         friction = tanh(coefficient, 1e-2) if coefficient else None
-        grid = crank(
+        grid = slider_crank_grid(
             opening,
             speed=speed,
             law=contact(stiffness, restitution),
@@ -231,33 +244,38 @@ def _mixed() -> Iterator[Extreme]:
 def _pairs() -> Iterator[Extreme]:
     """Yield impacts of two bodies."""
     for stiffness, restitution in itertools.product((1e5, 1e9, 1e14), (0.01, 0.5, 1.0)):
-        yield Extreme(f"pair/{stiffness:.0e}, restitution {restitution:g}", pair(stiffness, restitution))
-    yield Extreme("pair/mass ratio 1e4", pair(1e9, 0.5, masses=(0.01, 100.0)))
-    yield Extreme("pair/creeping", pair(1e5, 0.5, speed=1e-4))
-    yield Extreme("pair/tight", pair(1e10, 0.5, clearance=1e-7))
+        yield Extreme(f"pair/{stiffness:.0e}, restitution {restitution:g}", impact_pair_grid(stiffness, restitution))
+    yield Extreme("pair/mass ratio 1e4", impact_pair_grid(1e9, 0.5, masses=(0.01, 100.0)))
+    yield Extreme("pair/creeping", impact_pair_grid(1e5, 0.5, speed=1e-4))
+    yield Extreme("pair/tight", impact_pair_grid(1e10, 0.5, clearance=1e-7))
 
 
 def _surfaces() -> Iterator[Extreme]:
     """Yield rough and conformal joints in which all quantities differ."""
-    draw = np.random.default_rng(ROUGH_SEED)
-    for number in range(ROUGH):
+    generator = np.random.default_rng(ROUGH_SEED)
+    for number in range(ROUGH_CASES):
         elastic, _, rough = SURFACES[number % len(SURFACES)].partition("/")
-        speed, clearance = 10.0 ** draw.uniform(1.8, 4.0), 10.0 ** draw.uniform(-5.3, -3.0)
-        texture = {"dimension": draw.uniform(1.1, 1.9), "scale": 10.0 ** draw.uniform(-13.0, -8.0)}
-        hardness, young = 10.0 ** draw.uniform(8.0, 10.0), 10.0 ** draw.uniform(9.0, 11.6)
-        restitution, coefficient = float(draw.choice([0.01, 0.1, 0.5, 0.9, 1.0])), float(draw.choice([0.0, 0.1, 0.5]))
+        speed, clearance = 10.0 ** generator.uniform(1.8, 4.0), 10.0 ** generator.uniform(-5.3, -3.0)
+        texture = {"dimension": generator.uniform(1.1, 1.9), "scale": 10.0 ** generator.uniform(-13.0, -8.0)}
+        hardness, young = 10.0 ** generator.uniform(8.0, 10.0), 10.0 ** generator.uniform(9.0, 11.6)
+        restitution, coefficient = (
+            float(generator.choice([0.01, 0.1, 0.5, 0.9, 1.0])),
+            float(generator.choice([0.0, 0.1, 0.5])),
+        )
         law = {"law": "exact", "elastic": elastic, "restitution": restitution}
         law["material"] = {"young": young, "poisson": 0.3}
         friction = tanh(coefficient, 1e-2) if coefficient else None
-        grid = crank("C", speed=speed, law=law, clearance=clearance, friction=friction, gravity=9.81)
+        grid = slider_crank_grid("C", speed=speed, law=law, clearance=clearance, friction=friction, gravity=9.81)
         grid["joints"][LETTERS["C"]]["length"] = 0.02
         if rough:
             grid["joints"][LETTERS["C"]]["roughness"] = {"law": rough, "hardness": hardness, **texture}
         yield Extreme(f"rough/{number:02d} {elastic}{' ' * bool(rough)}{rough}", grid)
 
 
-def _dear() -> Iterator[Extreme]:
+def _expensive() -> Iterator[Extreme]:
     """Yield contacts with so many oscillations per revolution that they may exceed the budget of steps."""
-    yield Extreme("dear/C undamped 1e14, 1 rpm", crank("C", speed=1, law=contact(1e14, 1.0)))
-    yield Extreme("dear/ABC undamped 1e14, 1 rpm", crank("ABC", speed=1, law=contact(1e14, 1.0), gravity=9.81))
-    yield Extreme("dear/C 1e14, 10 rpm", crank("C", speed=10, law=contact(1e14, 0.9), gravity=9.81))
+    yield Extreme("dear/C undamped 1e14, 1 rpm", slider_crank_grid("C", speed=1, law=contact(1e14, 1.0)))
+    yield Extreme(
+        "dear/ABC undamped 1e14, 1 rpm", slider_crank_grid("ABC", speed=1, law=contact(1e14, 1.0), gravity=9.81)
+    )
+    yield Extreme("dear/C 1e14, 10 rpm", slider_crank_grid("C", speed=10, law=contact(1e14, 0.9), gravity=9.81))

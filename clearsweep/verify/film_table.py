@@ -22,9 +22,9 @@ from scipy.sparse.linalg import spsolve
 from ..mechanics.joint.film import reynolds as law
 
 GRIDS = ((64, 8), (128, 16))  # cells around and along half of the pin; the second-order error is extrapolated to zero
-RATIOS, DIRECTIONS = 16, 24  # nodes at which the expansion is fitted
-SHARE = 0.5  # of the cells that are spaced evenly around the pin; the others cluster where the film is thin
-GATHERED = 2.2  # clustering of cells at the end of the pin
+RATIO_NODES, DIRECTION_NODES = 16, 24  # nodes at which the expansion is fitted
+EVEN_SHARE = 0.5  # of the cells that are spaced evenly around the pin; the others cluster where the film is thin
+CLUSTERING = 2.2  # clustering of cells at the end of the pin
 
 
 class Solution(NamedTuple):
@@ -41,9 +41,9 @@ class Film:
     def __init__(self, slenderness: float, ratio: float, grid: tuple[int, int]) -> None:
         """Take length / diameter, the eccentricity ratio, and the numbers of cells around and along half of the pin."""
         circumferential, axial = grid
-        faces, self.angles = _round(ratio, circumferential)
+        faces, self.angles = _circumferential_cells(ratio, circumferential)
         steps = np.arange(2 * axial + 1) / (2.0 * axial)
-        heights = np.tanh(GATHERED * steps) / math.tanh(GATHERED)
+        heights = np.tanh(CLUSTERING * steps) / math.tanh(CLUSTERING)
         widths, spans, self.heights = np.diff(faces), np.diff(heights[::2]), heights[1::2]
         distances = (self.angles - np.roll(self.angles, 1)) % (2.0 * math.pi)
         upstream = ((1.0 + ratio * np.cos(faces[:-1])) ** 3 / distances)[:, None] * spans
@@ -85,16 +85,16 @@ class Film:
         """Return the largest pressure, by a parabola along y and one along theta."""
         low, high = self.heights[:2]
         midplane = field[:, 0] - low**2 * (field[:, 1] - field[:, 0]) / (high**2 - low**2)
-        places = np.arange(-1, 2) + int(np.argmax(midplane))
-        angles = np.unwrap(np.take(self.angles, places, mode="wrap"))
-        a, b, c = np.polyfit(angles - angles[1], np.take(midplane, places, mode="wrap"), 2)
+        neighbours = np.arange(-1, 2) + int(np.argmax(midplane))
+        angles = np.unwrap(np.take(self.angles, neighbours, mode="wrap"))
+        a, b, c = np.polyfit(angles - angles[1], np.take(midplane, neighbours, mode="wrap"), 2)
         return float(c - b * b / (4.0 * a))
 
 
-def _round(ratio: float, cells: int) -> tuple[np.ndarray, np.ndarray]:
+def _circumferential_cells(ratio: float, cells: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the angles of the faces of cells, and of their centres."""
     fine = np.linspace(0.0, 2.0 * math.pi, 40001)
-    density = SHARE + (1.0 - SHARE) * math.sqrt(1.0 - ratio * ratio) / (1.0 + ratio * np.cos(fine))
+    density = EVEN_SHARE + (1.0 - EVEN_SHARE) * math.sqrt(1.0 - ratio * ratio) / (1.0 + ratio * np.cos(fine))
     counted = np.concatenate([[0.0], np.cumsum(density[1:] + density[:-1])])
     angles = np.interp(np.arange(2 * cells + 1) / (2.0 * cells), counted / counted[-1], fine)
     return angles[::2], angles[1::2]
@@ -141,11 +141,11 @@ def logarithms(slenderness: float, ratio: float, directions: np.ndarray) -> np.n
 
 def coefficients(slenderness: float) -> np.ndarray:
     """Return the (2, terms, powers) coefficients of the expansions in the law's file, for one length / diameter."""
-    directions = math.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
-    depths = np.cos(math.pi * (np.arange(RATIOS) + 0.5) / (2 * RATIOS))
+    directions = math.pi * (np.arange(DIRECTION_NODES) + 0.5) / DIRECTION_NODES
+    depths = np.cos(math.pi * (np.arange(RATIO_NODES) + 0.5) / (2 * RATIO_NODES))
     ratios = np.tanh(law.MAX_ARTANH * depths)
     values = np.array([logarithms(slenderness, ratio, np.cos(directions)) for ratio in ratios])
-    harmonics = 2.0 / DIRECTIONS * values @ np.cos(np.outer(directions, np.arange(law.TERMS)))
+    harmonics = 2.0 / DIRECTION_NODES * values @ np.cos(np.outer(directions, np.arange(law.TERMS)))
     harmonics[:, :, 0] *= 0.5
     powers = np.polynomial.chebyshev.chebvander(2.0 * depths**2 - 1.0, law.POWERS - 1)
     fitted = np.empty((2, law.TERMS, law.POWERS))

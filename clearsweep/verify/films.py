@@ -1,10 +1,9 @@
 """Cases of the stability table with films: a factorial drawn once, by a seed, before the first run.
 
-There are two families of FOLD cases: a film alone, which must carry the load, and a film with a dry joint behind it.
-In
-some of the latter the film is so thin that the dry joint carries most of the load.  In every factor each level occurs
-equally often, as in `machines`.  The viscosity follows from the ratio of the load to the load capacity of the film at
-half its clearance in pure rotation.
+There are two families of CASES_PER_FAMILY cases: a film alone, which must carry the load, and a film with a dry joint
+behind it. In some of the latter the film is so thin that the dry joint carries most of the load.  In every factor each
+level occurs equally often, as in `machines`.  The viscosity follows from the ratio of the load to the load capacity of
+the film at half its clearance in pure rotation.
 """
 
 import math
@@ -14,7 +13,7 @@ import numpy as np
 
 from .extremes import CYCLES, Extreme, Section, contact, tanh
 
-SEED, FOLD = 20261123, 15
+SEED, CASES_PER_FAMILY = 20261123, 15
 RADIUS, LENGTH = 0.02, 0.04  # m
 CRANK, ROD, SLIDER = 0.05, 0.12, 0.14  # m, m, kg
 FACTORS = {
@@ -36,18 +35,21 @@ Levels = dict[str, float]
 
 def cases() -> list[Extreme]:
     """Return all cases."""
-    draw = np.random.default_rng(SEED)
+    generator = np.random.default_rng(SEED)
     return [
         Extreme(f"{family}/{number:02d} {_levels_text(levels)}", _grid(levels, dry=family == "mixed film"))
         for family in ("film", "mixed film")
-        for number, levels in enumerate(_levels(draw))
+        for number, levels in enumerate(_levels(generator))
     ]
 
 
-def _levels(draw: np.random.Generator) -> Iterator[Levels]:
-    """Yield FOLD combinations of levels."""
-    columns = {name: draw.permutation(np.tile(values, FOLD // len(values))) for name, values in FACTORS.items()}
-    for row in range(FOLD):
+def _levels(generator: np.random.Generator) -> Iterator[Levels]:
+    """Yield CASES_PER_FAMILY combinations of levels."""
+    columns = {
+        name: generator.permutation(np.tile(values, CASES_PER_FAMILY // len(values)))
+        for name, values in FACTORS.items()
+    }
+    for row in range(CASES_PER_FAMILY):
         yield {name: float(column[row]) for name, column in columns.items()}
 
 
@@ -78,8 +80,8 @@ def _grid(levels: Levels, *, dry: bool) -> Section:
 def _joint(levels: Levels, load: float, *, dry: bool) -> Section:
     """Return a joint whose film at half its clearance carries `load` (N) over the scarcity at the crank's speed."""
     rate, clearance = levels["speed"] * math.pi / 30.0, levels["clearance"]
-    bears = 2.6 * LENGTH * RADIUS**3 / clearance**2 * rate  # N per Pa s, for length / diameter 1, to an order
-    film: Section = {"law": LAWS[int(levels["law"])], "viscosity": load / (levels["scarcity"] * bears)}
+    capacity = 2.6 * LENGTH * RADIUS**3 / clearance**2 * rate  # N per Pa s, for length / diameter 1, to an order
+    film: Section = {"law": LAWS[int(levels["law"])], "viscosity": load / (levels["scarcity"] * capacity)}
     joint: Section = {"clearance": clearance, "bearing_radius": RADIUS, "length": LENGTH, "film": film}
     if not dry:
         return joint

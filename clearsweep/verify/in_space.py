@@ -1,7 +1,7 @@
 """Cases of the stability table with spatial joints: a factorial drawn once, by a seed.
 
-There are FOLD cases of each form; in every factor each level occurs equally often in each form, in random order.
-Stiffness is chosen as for `machines`; misalignment is a share of the tilt that jams the journal.
+There are CASES_PER_FORM cases of each form; in every factor each level occurs equally often in each form, in random
+order. Stiffness is chosen as for `machines`; misalignment is a share of the tilt that jams the journal.
 """
 
 import math
@@ -10,7 +10,7 @@ import numpy as np
 
 from .extremes import CYCLES, Extreme, Section, contact, tanh
 
-SEED, FOLD = 20261122, 8
+SEED, CASES_PER_FORM = 20261122, 8
 RADIUS, LENGTH = 0.01, 0.02  # m, of the bearing
 FACTORS = {
     "speed": (30.0, 300.0, 1500.0, 6000.0),  # rpm
@@ -34,13 +34,16 @@ Levels = dict[str, float]
 
 def cases() -> list[Extreme]:
     """Return all cases."""
-    draw, cases = np.random.default_rng(SEED), []
-    for name, (clearance_joint, ideal, flange) in FORMS.items():
-        columns = {key: draw.permutation(np.tile(values, FOLD // len(values))) for key, values in FACTORS.items()}
-        for number in range(FOLD):
+    generator, cases = np.random.default_rng(SEED), []
+    for name, (clearance_joint, freedoms, flange) in FORMS.items():
+        columns = {
+            key: generator.permutation(np.tile(values, CASES_PER_FORM // len(values)))
+            for key, values in FACTORS.items()
+        }
+        for number in range(CASES_PER_FORM):
             levels = {key: float(column[number]) for key, column in columns.items()}
-            grid = _grid(levels, clearance_joint, ideal)
-            grid["joints"][clearance_joint] |= _ends(levels, flange=flange)
+            grid = _grid(levels, clearance_joint, freedoms)
+            grid["joints"][clearance_joint] |= _axial_sections(levels, flange=flange)
             cases.append(Extreme(f"in space/{name} {number} {_levels_text(levels)}", grid))
     return cases
 
@@ -49,17 +52,17 @@ def _levels_text(levels: Levels) -> str:
     return f"{levels['speed']:g} rpm, {levels['clearance']:.0e} m, e {levels['restitution']:g}, tilt {levels['tilt']:g}"
 
 
-def _ends(levels: Levels, *, flange: bool) -> Section:
+def _axial_sections(levels: Levels, *, flange: bool) -> Section:
     """Return flanges, or a journal that extends beyond its bearing, and the misalignment of the bearing."""
     axial = levels["axial"] * levels["clearance"]
-    steepest = min(levels["clearance"] / (0.5 * LENGTH), axial / RADIUS if flange else math.inf)
-    tilt = [0.8 * levels["tilt"] * steepest, 0.6 * levels["tilt"] * steepest]
+    jam_tilt = min(levels["clearance"] / (0.5 * LENGTH), axial / RADIUS if flange else math.inf)
+    tilt = [0.8 * levels["tilt"] * jam_tilt, 0.6 * levels["tilt"] * jam_tilt]
     if flange:
         return {"flange": True, "axial_clearance": axial, "tilt": tilt}
     return {"flange": False, "journal_length": 1.5 * LENGTH, "tilt": tilt}
 
 
-def _grid(levels: Levels, clearance_joint: str, ideal: str) -> Section:
+def _grid(levels: Levels, clearance_joint: str, freedoms: str) -> Section:
     rate, mass = levels["speed"] * math.pi / 30.0, levels["mass"]
     load = 0.65 * mass * (9.81 + 0.05 * rate**2)
     softest = max(1e5, load / min(5e-4, levels["clearance"] * 10.0) ** 1.5)
@@ -82,7 +85,7 @@ def _grid(levels: Levels, clearance_joint: str, ideal: str) -> Section:
             "rod": {"length": 0.12, "mass": 0.21 * mass, "inertia": [2e-5 * mass, 2.5e-4 * mass, 2.5e-4 * mass]},
             "slider": {"mass": 0.14 * mass},
             "gravity": [0.0, -9.81, 0.0],
-            "ideal": {ideal_joint: ideal},
+            "ideal": {ideal_joint: freedoms},
         },
         "drive": {"speed": rate},
         "joints": {clearance_joint: joint},

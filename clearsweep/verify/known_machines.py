@@ -18,7 +18,7 @@ from ..simulation.trajectory import simulate
 
 TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12)
 ROUNDS = 3  # the least run time counts
-SMALLEST_VALUE = 1e-9  # largest value below which a channel is at rest
+REST_VALUE = 1e-9  # largest value below which a channel is at rest
 TITLES = {
     "fb_c": "four-bar, clearance in coupler-rocker",
     "sc_load": "slider-crank pressed by 500 N",
@@ -84,6 +84,6 @@ def _error(computed: np.ndarray, reference: np.ndarray) -> float:
     largest = float(np.max(np.abs(reference)))
     return (
         float(np.max(np.abs(computed - reference))) / largest
-        if largest > SMALLEST_VALUE and math.isfinite(largest)
+        if largest > REST_VALUE and math.isfinite(largest)
         else 0.0
     )

@@ -1,8 +1,8 @@
 """Cases of the stability table with loads, free cranks, four-bars, guides, elastic rods: a factorial drawn by a seed.
 
-Each family has FOLD cases.  In every factor each level occurs equally often, in random order: a balanced factorial.
-Stiffness is between that with a penetration of half a millimetre under load and that with CYCLES oscillations per
-revolution, as in the mixed cases of `extremes`.
+Each family has CASES_PER_FAMILY cases.  In every factor each level occurs equally often, in random order: a balanced
+factorial. Stiffness is between that with a penetration of half a millimetre under load and that with CYCLES
+oscillations per revolution, as in the mixed cases of `extremes`.
 """
 
 import math
@@ -12,7 +12,7 @@ import numpy as np
 
 from .extremes import CYCLES, Extreme, Section, contact, tanh
 
-SEED, FOLD = 20261122, 16
+SEED, CASES_PER_FAMILY = 20261122, 16
 LINKS = {"crank": (0.05, 0.3, 1e-4), "rod": (0.12, 0.21, 2.5e-4), "rocker": (0.1, 0.25, 2.2e-4)}  # m, kg, kg m^2
 FACTORS = {
     "speed": (30.0, 300.0, 1500.0, 6000.0),  # rpm; of a free crank near its steady speed
@@ -29,18 +29,21 @@ Levels = dict[str, float]
 def cases() -> list[Extreme]:
     """Return all cases."""
     families = {"loaded": _loaded, "free crank": _free, "four-bar": _four_bar, "guide": _guide, "elastic rod": _elastic}
-    draw = np.random.default_rng(SEED)
+    generator = np.random.default_rng(SEED)
     return [
         Extreme(f"{name}/{number:02d} {_levels_text(levels)}", family(levels))
         for name, family in families.items()
-        for number, levels in enumerate(_levels(draw))
+        for number, levels in enumerate(_levels(generator))
     ]
 
 
-def _levels(draw: np.random.Generator) -> Iterator[Levels]:
-    """Yield FOLD combinations of levels."""
-    columns = {name: draw.permutation(np.tile(values, FOLD // len(values))) for name, values in FACTORS.items()}
-    for row in range(FOLD):
+def _levels(generator: np.random.Generator) -> Iterator[Levels]:
+    """Yield CASES_PER_FAMILY combinations of levels."""
+    columns = {
+        name: generator.permutation(np.tile(values, CASES_PER_FAMILY // len(values)))
+        for name, values in FACTORS.items()
+    }
+    for row in range(CASES_PER_FAMILY):
         yield {name: float(column[row]) for name, column in columns.items()}
 
 

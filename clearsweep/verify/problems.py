@@ -22,10 +22,10 @@ from .rivals import Solution
 
 CRANK, ROD = 0.05, 0.12  # m
 STIFF_TURNS, TIGHT = 0.25, 1e-12  # revolutions; tolerance of the trajectory of the stiff problem
-KINDS = {"on": ONSET, "off": SEPARATION}
+EVENT_KINDS = {"on": ONSET, "off": SEPARATION}
 
 
-class Verdict(NamedTuple):
+class Errors(NamedTuple):
     """Errors of a solution, None where undefined."""
 
     first_half: float | None  # largest error of a sample in the first half of the run, over its scale
@@ -36,7 +36,7 @@ class Verdict(NamedTuple):
     first_peaks: float | None  # as peaks, of the first three force peaks
 
 
-class Trajectory(NamedTuple):
+class ReferenceTrajectory(NamedTuple):
     """A slider-crank whose motion is known at given times."""
 
     name: str
@@ -56,7 +56,7 @@ class Trajectory(NamedTuple):
         """Return the length of the run, s."""
         return self.times[-1]
 
-    def assess(self, solution: Solution) -> Verdict:
+    def assess(self, solution: Solution) -> Errors:
         """Return the errors of a solution at the samples."""
         half = len(self.times) // 2
         complete = solution.states.shape == self.samples.shape and bool(np.all(np.isfinite(solution.states)))
@@ -64,7 +64,7 @@ class Trajectory(NamedTuple):
         exact = _same_events(solution.events, self.events)
         peaks = self._peak_error(solution) if complete else None
         first_peaks = self._peak_error(solution, 3) if complete else None
-        return Verdict(float(error[:half].max()), float(error.max()), len(solution.events), exact, peaks, first_peaks)
+        return Errors(float(error[:half].max()), float(error.max()), len(solution.events), exact, peaks, first_peaks)
 
     def _peak_error(self, solution: Solution, count: int | None = None) -> float | None:
         """Return the largest relative error of the force peaks (or of `count` of them) in the first half."""
@@ -96,12 +96,12 @@ class ImpactPair(NamedTuple):
         """Return the events in the form of `Trajectory.events`, with joint and kind only."""
         return np.array([(0.0, 0.0, kind, 0.0, 0.0) for kind in (ONSET, SEPARATION)] * self.separations)
 
-    def assess(self, solution: Solution) -> Verdict:
+    def assess(self, solution: Solution) -> Errors:
         """Return the largest error of the ratio of rebound to approach speed."""
         exact = _same_events(solution.events, self.events)
         rates = solution.events[:, 3]
         worst = float(np.max(np.abs(-rates[1::2] / rates[::2] - self.restitution))) if exact else math.nan
-        return Verdict(None, worst, len(solution.events), exact, None, None)
+        return Errors(None, worst, len(solution.events), exact, None, None)
 
 
 def _same_events(computed: np.ndarray, reference: np.ndarray) -> bool:
@@ -114,7 +114,7 @@ def scene_of(problem, tolerance: float, method: str = "auto"):
     return scene.build(grid.load(problem.grid, scene.catalogue(), settings).case(0))
 
 
-def returned(factor: float) -> float:
+def restitution_of(factor: float) -> float:
     """Return the ratio of rebound to approach speed under F = F_elastic (1 + chi u), chi being `factor`.
 
     It is (1 + W(-(1 + chi) exp(-(1 + chi)))) / chi with Lambert's W, for any elastic law, masses and speed.
@@ -122,7 +122,7 @@ def returned(factor: float) -> float:
     return float(1.0 + lambertw(-(1.0 + factor) * math.exp(-(1.0 + factor))).real) / factor
 
 
-def _held() -> dict:
+def _reference_entries() -> dict:
     """Return the entries of the reference trajectories by name."""
     file = resources.files(__package__) / "references" / "planar.json"
     return json.loads(file.read_text(encoding="utf-8"))["problems"]
@@ -130,15 +130,15 @@ def _held() -> dict:
 
 def problems() -> list:
     """Return all problems."""
-    return [*(_trajectory(name, entry) for name, entry in _held().items()), _stiff(), _pair()]
+    return [*(_trajectory(name, entry) for name, entry in _reference_entries().items()), _stiff(), _pair()]
 
 
-def _stiff() -> Trajectory:
+def _stiff() -> ReferenceTrajectory:
     """Return a heavily damped contact as a problem; its trajectory is our own at the tightest tolerance.
 
     scipy's methods, which share only the force law with it, give the same trajectory.
     """
-    source = copy.deepcopy(_trajectory("", _held()["b_base"]).grid)
+    source = copy.deepcopy(_trajectory("", _reference_entries()["b_base"]).grid)
     (joint,) = source["joints"]
     source["joints"][joint]["contact"] = {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 1e6}
     source["simulate"]["revolutions"] = STIFF_TURNS
@@ -146,14 +146,14 @@ def _stiff() -> Trajectory:
     times = np.arange(1, 41) / 40 * STIFF_TURNS * 2.0 * math.pi / speed
     scales = np.array([0.05, 0.05, speed, speed * CRANK])
     title = "rod-slider, damped by 1e6 N s/m; reference: ours at 1e-12"
-    blank = Trajectory(
+    without_samples = ReferenceTrajectory(
         "b_damped", title, source, scales, np.empty((0, 0)), times, np.empty((0, 5)), STIFF_TURNS, tightest=1e-6
     )
-    reference = found_by_simulate(blank, simulate(scene_of(blank, TIGHT), times=times))
-    return blank._replace(samples=reference.states, events=reference.events)
+    reference = solution_of(without_samples, simulate(scene_of(without_samples, TIGHT), times=times))
+    return without_samples._replace(samples=reference.states, events=reference.events)
 
 
-def _trajectory(name: str, entry: dict) -> Trajectory:
+def _trajectory(name: str, entry: dict) -> ReferenceTrajectory:
     """Return a reference trajectory as a problem."""
     joint = {
         "clearance": entry["clearance"],
@@ -182,12 +182,14 @@ def _trajectory(name: str, entry: dict) -> Trajectory:
     }
     samples = np.array(entry["samples"])
     names = [column_name(joint) for joint in entry["joints"]]
-    events = [(t, names.index(joint), KINDS[kind], rate, peak) for t, joint, kind, rate, peak in entry["events"]]
+    events = [(t, names.index(joint), EVENT_KINDS[kind], rate, peak) for t, joint, kind, rate, peak in entry["events"]]
     speed = 2.0 * math.pi * entry["revolutions"] / samples[-1, 0]
-    order, places = ([0, 1], 2) if len(names) == 1 else ([2, 3, 0, 1], 4)  # two joints: the rod's centre comes first
-    scales = np.array([0.05] * places + [speed] + [speed * CRANK] * (places - 1))
-    values = samples[:, 1:][:, order + [places + place for place in order]]
-    return Trajectory(
+    order, coordinate_count = (
+        ([0, 1], 2) if len(names) == 1 else ([2, 3, 0, 1], 4)
+    )  # two joints: the rod's centre comes first
+    scales = np.array([0.05] * coordinate_count + [speed] + [speed * CRANK] * (coordinate_count - 1))
+    values = samples[:, 1:][:, order + [coordinate_count + column for column in order]]
+    return ReferenceTrajectory(
         name, entry["title"], source, scales, values, samples[:, 0], np.array(events, dtype=float), entry["revolutions"]
     )
 
@@ -210,17 +212,17 @@ def _pair() -> ImpactPair:
         "simulate": {"impacts": 5},
         "save": {"orbits": "none"},
     }
-    ratio = returned(0.75 * (1.0 - 0.9**2))
+    ratio = restitution_of(0.75 * (1.0 - 0.9**2))
     return ImpactPair("impact_pair", "five impacts of two bodies", source, ratio, 5, 1.0)
 
 
-def found_by_simulate(problem, trajectory) -> Solution:
+def solution_of(problem, trajectory) -> Solution:
     """Return the Trajectory of `clearsweep.simulate` as a Solution."""
     summary, channels = trajectory.summary, trajectory.channels
     names = _channel_names(problem)
     states = np.column_stack([channels[name] for name in names]) if channels and names else np.empty((0, 0))
     events, joints = trajectory.events, [column_name(joint) for joint in problem.grid["joints"]]
-    rows = [(e["t"], joints.index(e["joint"]), KINDS[e["kind"]], e["rate"], e["force_peak"]) for e in events]
+    rows = [(e["t"], joints.index(e["joint"]), EVENT_KINDS[e["kind"]], e["rate"], e["force_peak"]) for e in events]
     return Solution(
         states, np.array(rows).reshape(-1, 5), summary["steps"], summary["steps_rejected"], summary["rhs_evaluations"]
     )

@@ -20,10 +20,10 @@ from ..mechanics.trace.objects import machine_code
 
 ROWS = 4  # of the rates: the stages of Runge-Kutta 4
 DEPTH, RATE, NORMAL, JOINT_WIDTH = 0, 1, 2, 3  # numbers after the rates, for every joint
-TINY = 1e-300  # m
-RELATIVE = 2.3e-14  # least relative tolerance of scipy
-BLIND = 1e-9  # turns of the crank after an event during which its joint has no other event
-LONGEST = 0.02  # largest step in turns of the crank, so that no step skips a contact
+TINY_DEPTH = 1e-300  # m
+LEAST_RELATIVE_TOLERANCE = 2.3e-14  # least relative tolerance of scipy
+EVENT_DEAD_TIME = 1e-9  # turns of the crank after an event during which its joint has no other event
+MAX_STEP_TURNS = 0.02  # largest step in turns of the crank, so that no step skips a contact
 
 
 class Solution(NamedTuple):
@@ -117,12 +117,12 @@ def runge_kutta_4(scene, times, step, separations=0) -> Solution:
     """
     parameters = flatten(scene.value)  # compiled code contains its address
     n, joints = 2 * len(scene.value.coordinates) + 1, len(scene.value.joints)
-    each = 0
+    steps_per_sample = 0
     if len(times):
-        each = math.ceil(times[0] / step * (1.0 - 1e-9))
-        step = times[0] / each
-    states, log = np.zeros((len(times), n - 1)), np.zeros((MOST_EVENTS, 5))
-    counts = np.array([*rates_of(scene.value, parameters), each, separations, 0, 0, 0])
+        steps_per_sample = math.ceil(times[0] / step * (1.0 - 1e-9))
+        step = times[0] / steps_per_sample
+    states, log = np.zeros((len(times), n - 1)), np.zeros((MAX_EVENTS, 5))
+    counts = np.array([*rates_of(scene.value, parameters), steps_per_sample, separations, 0, 0, 0])
     work = March(
         y=scene.start[:n].copy(),
         z=np.zeros(n),
@@ -147,8 +147,8 @@ class March(NamedTuple):
     peak: np.ndarray  # (j,) N
 
 
-CODE, PARAMETERS, EACH, WANTED, STEPS, EVALUATIONS, EVENTS = range(7)  # of `counts`
-MOST_EVENTS = 1 << 16  # capacity of the log
+CODE, PARAMETERS, STEPS_PER_SAMPLE, SEPARATIONS, STEPS, EVALUATIONS, EVENTS = range(7)  # of `counts`
+MAX_EVENTS = 1 << 16  # capacity of the log
 
 
 @machine_code
@@ -156,19 +156,18 @@ def _march(work, counts, states, log, step):
     """Take steps of Runge-Kutta 4; fill a row of `states` every counts[EACH] steps.
 
     A contact begins at the first step with penetration, which also sets the onset rate, and ends at the first step
-    without
-    penetration.
+    without penetration.
     """
     y, z, k, state, onset, peak = work.y, work.z, work.k, work.state, work.onset, work.peak
-    n, joints, evaluation, status = y.size, state.size, counts[EACH], 0
-    while status < counts[WANTED] or counts[STEPS] < evaluation * states.shape[0]:
+    n, joints, steps_per_sample, separations = y.size, state.size, counts[STEPS_PER_SAMPLE], 0
+    while separations < counts[SEPARATIONS] or counts[STEPS] < steps_per_sample * states.shape[0]:
         invoke(counts[CODE], counts[PARAMETERS], (y, state, onset, k), 0)
         counts[EVALUATIONS] += 4
         is_changed = False
         for j in range(joints):
-            place = n + JOINT_WIDTH * j
-            inside, rate = k[0, place + DEPTH] > 0.0, k[0, place + RATE]
-            if inside != (state[j] != FREE) and counts[EVENTS] < MOST_EVENTS:
+            column = n + JOINT_WIDTH * j
+            inside, rate = k[0, column + DEPTH] > 0.0, k[0, column + RATE]
+            if inside != (state[j] != FREE) and counts[EVENTS] < MAX_EVENTS:
                 event = counts[EVENTS]
                 log[event, 0], log[event, 1], log[event, 3] = y[n - 1], j, rate
                 log[event, 2], log[event, 4] = (ONSET, 0.0) if inside else (SEPARATION, peak[j])
@@ -177,7 +176,7 @@ def _march(work, counts, states, log, step):
                 state[j], onset[j], peak[j], is_changed = PRESSED, max(rate, ONSET_FLOOR), 0.0, True
             elif not inside and state[j] != FREE:
                 state[j], is_changed = FREE, True
-                status += 1
+                separations += 1
         if is_changed:
             invoke(counts[CODE], counts[PARAMETERS], (y, state, onset, k), 0)
             counts[EVALUATIONS] += 1
@@ -192,9 +191,9 @@ def _march(work, counts, states, log, step):
             y[i] += step / 6.0 * (k[0, i] + 2.0 * k[1, i] + 2.0 * k[2, i] + k[3, i])
         counts[STEPS] += 1
         y[n - 1] = counts[STEPS] * step
-        if evaluation > 0 and counts[STEPS] % max(evaluation, 1) == 0:
+        if steps_per_sample > 0 and counts[STEPS] % max(steps_per_sample, 1) == 0:
             for i in range(n - 1):
-                states[counts[STEPS] // max(evaluation, 1) - 1, i] = y[i]
+                states[counts[STEPS] // max(steps_per_sample, 1) - 1, i] = y[i]
 
 
 # ---------------------------------------------------------------------------------------------- scipy
@@ -204,10 +203,8 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
     """Integrate with `scipy.integrate.solve_ivp` and its `method`, from event to event, located on dense output.
 
     `times` : (n,) s, output times, may be empty; `end` : s; or `separations`, after which to stop.  Errors are scaled
-    as ours
-    are, in clearances: the error of a step is at most `tolerance` times clearance, of rates times crank speed,
-    regardless of
-    the size of the coordinates.  There is no search for force peaks.
+    as ours are, in clearances: the error of a step is at most `tolerance` times clearance, of rates times crank speed,
+    regardless of the size of the coordinates.  There is no search for force peaks.
     """
     value = scene.value
     parameters = flatten(value)
@@ -229,8 +226,10 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
         row = 2 * half + 1 + JOINT_WIDTH * j + DEPTH
 
         def depth(t, y):
-            if at_event == j and t - begin < blind:  # zero except for rounding, whose sign must not hide the next event
-                return -TINY * depth.direction
+            if (
+                at_event == j and t - begin < dead_time
+            ):  # zero except for rounding, whose sign must not hide the next event
+                return -TINY_DEPTH * depth.direction
             return evaluate(t, y)[row]
 
         depth.terminal = True
@@ -240,8 +239,8 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
     clearance = min(joint.clearance for joint in value.joints)
     allowed = tolerance * clearance * np.repeat([1.0, value.reference_rate], half)
     begin, y, at_event = 0.0, scene.start[: 2 * half], -1
-    blind, longest = BLIND * turn, math.inf if separations else LONGEST * turn
-    states, events, steps, ended = [], [], 0, 0
+    dead_time, longest = EVENT_DEAD_TIME * turn, math.inf if separations else MAX_STEP_TURNS * turn
+    states, events, steps, separated = [], [], 0, 0
     while begin < end:
         for j in range(joints):
             depths[j].direction = 1.0 if state[j] == FREE else -1.0
@@ -254,7 +253,7 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
                 method,
                 remaining,
                 events=depths,
-                rtol=RELATIVE,
+                rtol=LEAST_RELATIVE_TOLERANCE,
                 atol=allowed,
                 max_step=longest,
                 dense_output=remaining is not None,
@@ -271,8 +270,8 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
         kind = ONSET if state[j] == FREE else SEPARATION
         events.append((begin, j, kind, rate, 0.0))
         state[j], onset[j] = (PRESSED, max(rate, ONSET_FLOOR)) if kind == ONSET else (FREE, 1.0)
-        ended += kind == SEPARATION
-        if 0 < separations <= ended:
+        separated += kind == SEPARATION
+        if 0 < separations <= separated:
             break
     return Solution(np.array(states), np.array(events).reshape(-1, 5), steps, None, evaluations)
 

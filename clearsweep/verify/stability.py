@@ -15,7 +15,7 @@ m : the largest reduced mass of the mechanism in which only that joint is open, 
     (to hold the other joints closed can only raise it);
 E : summed over all open joints at the largest onset rate each of them had in this run, as an impact in one joint
     strikes the others through the bodies between them;
-F : the largest load of the joint in the ideal mechanism, times LOAD as clearance displaces the bodies, and times
+F : the largest load of the joint in the ideal mechanism, times LOAD_FACTOR as clearance displaces the bodies, and times
     1 + mu as friction adds to it.
 A film in a joint only adds to what resists; behind it the dry contact bears in full from the end of the transition on,
 so the bound is deeper by as much.  A joint with nothing but a film has none; the case says how far it goes.
@@ -56,10 +56,10 @@ from .extremes import Extreme
 from .tuning import tuned
 
 ENERGY = 1000.0  # tolerances per revolution
-LOAD = 2.0
-SLACK = 1e-6  # of the bound, and of the clearance outside of contacts: permitted by the tolerance
+LOAD_FACTOR = 2.0
+BOUND_TOLERANCE = 1e-6  # of the bound, and of the clearance outside of contacts: permitted by the tolerance
 SAMPLES = 4000  # samples of every joint per run
-QUICK = 30
+QUICK_CASES = 30
 ANGLES = np.linspace(0.0, 2.0 * math.pi, 361)
 
 
@@ -67,12 +67,11 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     """Return the results of all cases of the table, `rows`, and their summary.
 
     `quick` runs some of each group, and none of `machines`, `films` and `in_space`, each kind of which compiles a
-    scene;
-    `note` is called with progress messages.
+    scene; `note` is called with progress messages.
     """
     rows, begin = [], time.perf_counter()
     all_cases = (*extremes.cases(), *machines.cases(), *films.cases(), *in_space.cases())
-    selected = some(extremes.cases(), QUICK) if quick else all_cases
+    selected = evenly_spaced(extremes.cases(), QUICK_CASES) if quick else all_cases
     for group in dict.fromkeys(case.group for case in selected):
         if note:
             note(f"stability: {group}")
@@ -90,7 +89,7 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     }
 
 
-def some(table: list[Extreme], count: int) -> list[Extreme]:
+def evenly_spaced(table: list[Extreme], count: int) -> list[Extreme]:
     """Return `count` cases, evenly spaced within each group; none that is expensive to run or to compile."""
     groups = [[case for case in table if case.group == name] for name in dict.fromkeys(case.group for case in table)]
     groups = [group for group in groups if group[0].group not in ("dear", "rough")]
@@ -106,7 +105,9 @@ def run(case: Extreme) -> dict[str, Any]:
     times = None  # of a free crank they are unknown in advance: the grid's own samples
     if not case_scene.crank_clock.free:
         times = (
-            np.linspace(0.0, case_scene.crank_clock.at(turns), SAMPLES + 1) if case_scene.layout.turns else np.empty(0)
+            np.linspace(0.0, case_scene.crank_clock.value_after(turns), SAMPLES + 1)
+            if case_scene.layout.turns
+            else np.empty(0)
         )
     trajectory = simulate(case_scene, times=times)
     summary = trajectory.summary
@@ -154,19 +155,22 @@ def _failure(case_scene: scene.Scene, trajectory: Trajectory, row: dict[str, Any
         return f"energy: the balance is off by {row['energy_residual']:.1e} of the largest kinetic energy"
     if case_scene.mechanism.spatial:
         return ""
-    if row["share_of_bound"] > 1.0 + SLACK:
-        return f"penetration: {row['share_of_bound']:.2f} of its bound; {_second_look(case_scene)}"
+    if row["share_of_bound"] > 1.0 + BOUND_TOLERANCE:
+        return f"penetration: {row['share_of_bound']:.2f} of its bound; {_accuracy_note(case_scene)}"
     for index, part in enumerate(case_scene.layout.joints):
-        if trajectory.channels and (escape := _largest_escape(case_scene, trajectory, index, part.name)) > SLACK:
+        if (
+            trajectory.channels
+            and (escape := _largest_escape(case_scene, trajectory, index, part.name)) > BOUND_TOLERANCE
+        ):
             return f"contact lost: {part.name} is {escape:.1e} clearances beyond its bearing, and no contact is logged"
     return ""
 
 
-def _second_look(case_scene: scene.Scene) -> str:
+def _accuracy_note(case_scene: scene.Scene) -> str:
     """Return a sentence on the accuracy of a penetration beyond its bound."""
     settings = case_scene.case.simulate
     tighter = settings._replace(tolerance=0.1 * settings.tolerance, step_budget=10 * settings.step_budget)
-    end = case_scene.crank_clock.at(settings.revolutions) if case_scene.layout.turns else math.inf
+    end = case_scene.crank_clock.value_after(settings.revolutions) if case_scene.layout.turns else math.inf
     run, tighter_run = (
         integration_of(
             dataclasses.replace(case_scene, case=case_scene.case._replace(simulate=simulate)), np.empty(0), end
@@ -222,8 +226,8 @@ def share_of_bound(case_scene: scene.Scene, summary: dict[str, Any]) -> float:
     """Return the largest penetration of a run over its bound, the largest of its joints."""
     energies, loads = [], []
     joints = zip(case_scene.layout.joints, case_scene.case.joints, case_scene.value.joints, strict=True)
-    trios = [trio for trio in joints if not isinstance(trio[2], Film)]
-    for part, case_joint, joint in trios:
+    dry_joints = [joint_terms for joint_terms in joints if not isinstance(joint_terms[2], Film)]
+    for part, case_joint, joint in dry_joints:
         rate = summary[f"{part.name}_onset_rate_max"]
         impact = getattr(joint.law, "impact", joint.law)
         factor = getattr(impact, "factor", 0.0) * min(1.0, rate / ONSET_FLOOR)  # laws do not divide by less
@@ -231,7 +235,7 @@ def share_of_bound(case_scene: scene.Scene, summary: dict[str, Any]) -> float:
         energies.append(_damped_energy(mass, rate, factor))
         loads.append(_largest_load(case_scene, case_joint.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
     shares = []
-    for (_, _, joint), load in zip(trios, loads, strict=True):
+    for (_, _, joint), load in zip(dry_joints, loads, strict=True):
         deepest = _deepest(joint.elastic, sum(energies), load)
         deepest += joint.corners.end if type(joint) in (Lubricated,) else 0.0
         shares.append(summary[f"{part.name}_penetration_max"] / deepest if deepest > 0.0 else 0.0)
@@ -265,8 +269,8 @@ def _damped_energy(mass: float, rate: float, factor: float) -> float:
 
 
 def _largest_load(case_scene: scene.Scene, name: str) -> float:
-    """Return LOAD times the largest load (N) of a joint in the ideal mechanism, 0 without a load."""
-    return LOAD * ideal_peaks(case_scene.case).get(name, 0.0)
+    """Return LOAD_FACTOR times the largest load (N) of a joint in the ideal mechanism, 0 without a load."""
+    return LOAD_FACTOR * ideal_peaks(case_scene.case).get(name, 0.0)
 
 
 def _mass_of_machine(case_scene: scene.Scene, part: JointLayout) -> float:
@@ -302,15 +306,15 @@ def _reduced_mass(case: Case, name: str) -> float:
     for angle in ANGLES:
         sin = -values["crank.length"] * math.sin(angle) / length
         cos = math.sqrt(1.0 - sin**2)
-        gap = np.array([[length * sin, 1.0], [-length * cos, 0.0]])  # its rate, from those of rod angle and slider
+        gap_rate = np.array([[length * sin, 1.0], [-length * cos, 0.0]])  # its rate, from those of rod angle and slider
         if name == "rod_slider":
             mass = np.diag([rod_inertia + rod_mass * center**2, slider_mass])
         else:
             arm = length - center
-            heart = np.array([[arm * sin, 1.0], [-arm * cos, 0.0]])
-            mass = rod_mass * heart.T @ heart + np.diag([rod_inertia, slider_mass])
+            centre_rate = np.array([[arm * sin, 1.0], [-arm * cos, 0.0]])
+            mass = rod_mass * centre_rate.T @ centre_rate + np.diag([rod_inertia, slider_mass])
         if name == "ground_crank":
-            mass = mass + crank_mass * gap.T @ gap
-        inverse = np.linalg.inv(gap)
+            mass = mass + crank_mass * gap_rate.T @ gap_rate
+        inverse = np.linalg.inv(gap_rate)
         largest = max(largest, np.linalg.eigvalsh(inverse.T @ mass @ inverse)[-1])
     return float(largest)

@@ -1,9 +1,8 @@
 """Savings of the implicit method where stability limits the explicit one, and its cost elsewhere.
 
 Equal error: the explicit method at some tolerance is compared with `auto` at the loosest power of ten at which its
-error
-is no larger.  The reference is the explicit method at TIGHT, which shares only the right-hand side with the implicit
-one.  An evaluation of the Jacobian counts as one of the right-hand side for each of its columns.
+error is no larger.  The reference is the explicit method at REFERENCE_TOLERANCE, which shares only the right-hand side
+with the implicit one.  An evaluation of the Jacobian counts as one of the right-hand side for each of its columns.
 
 Equal tolerance: `auto` over the better of the two methods, in processor time.
 """
@@ -19,15 +18,15 @@ from .. import grid
 from ..contracts import results
 from ..simulation import scene
 from ..simulation.trajectory import simulate
-from .extremes import Extreme, contact, crank, tanh, voigt
-from .problems import ImpactPair, Trajectory, problems, scene_of
+from .extremes import Extreme, contact, slider_crank_grid, tanh, voigt
+from .problems import ImpactPair, ReferenceTrajectory, problems, scene_of
 
 TOLERANCES, QUICK_TOLERANCES = (1e-6, 1e-8), (1e-6,)
 CHOICE_TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10)
 METHODS = ("explicit", "implicit", "auto")
-DEFAULT = 1e-8
-TIGHT = 1e-11
-TIGHTER = 3  # powers of ten by which `auto` may be tighter
+DEFAULT_TOLERANCE = 1e-8
+REFERENCE_TOLERANCE = 1e-11
+EXTRA_DECADES = 3  # powers of ten by which `auto` may be tighter
 SAMPLES = 160  # per revolution, samples of the error
 STEPS = 3e6  # budget: not a limit for the explicit method
 ROUNDS = 3  # the least run time counts
@@ -35,17 +34,27 @@ ROUNDS = 3  # the least run time counts
 
 def cases() -> list[Extreme]:
     """Return cases in which stability limits the steps of the explicit method: damping, stiffness, friction."""
-    slow: dict[str, Any] = {"gravity": 9.81, "start": "seated"}
+    loaded: dict[str, Any] = {"gravity": 9.81, "start": "seated"}
     steep, soft = tanh(0.3, 1e-5), contact(1e9, 0.1)
     return [
-        Extreme("damping/C 1e6 N s/m", crank("C", law=voigt(1e6))),
-        Extreme("damping/C 1e7 N s/m", crank("C", law=voigt(1e7))),
-        Extreme("damping/BC 1e6 N s/m", crank("BC", speed=1500, law=voigt(1e6))),
-        Extreme("damping/ABC 1e6 N s/m", crank("ABC", speed=1500, law=voigt(1e6))),
-        Extreme("stiffness/C 1e13, restitution 0.01, 300 rpm", crank("C", speed=300, law=contact(1e13, 0.01), **slow)),
-        Extreme("stiffness/C 1e14, restitution 0.01, 300 rpm", crank("C", speed=300, law=contact(1e14, 0.01), **slow)),
-        Extreme("friction/C full at 1e-5 m/s, 60 rpm", crank("C", speed=60, law=soft, friction=steep, **slow)),
-        Extreme("friction/B full at 1e-5 m/s, 60 rpm", crank("B", speed=60, law=soft, friction=steep, **slow)),
+        Extreme("damping/C 1e6 N s/m", slider_crank_grid("C", law=voigt(1e6))),
+        Extreme("damping/C 1e7 N s/m", slider_crank_grid("C", law=voigt(1e7))),
+        Extreme("damping/BC 1e6 N s/m", slider_crank_grid("BC", speed=1500, law=voigt(1e6))),
+        Extreme("damping/ABC 1e6 N s/m", slider_crank_grid("ABC", speed=1500, law=voigt(1e6))),
+        Extreme(
+            "stiffness/C 1e13, restitution 0.01, 300 rpm",
+            slider_crank_grid("C", speed=300, law=contact(1e13, 0.01), **loaded),
+        ),
+        Extreme(
+            "stiffness/C 1e14, restitution 0.01, 300 rpm",
+            slider_crank_grid("C", speed=300, law=contact(1e14, 0.01), **loaded),
+        ),
+        Extreme(
+            "friction/C full at 1e-5 m/s, 60 rpm", slider_crank_grid("C", speed=60, law=soft, friction=steep, **loaded)
+        ),
+        Extreme(
+            "friction/B full at 1e-5 m/s, 60 rpm", slider_crank_grid("B", speed=60, law=soft, friction=steep, **loaded)
+        ),
     ]
 
 
@@ -64,14 +73,14 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     return {
         "rows": rows,
         "choices": choices,
-        "others": [other(problem) for problem in problems() if problem.name != "b_damped"],
+        "others": [cost_ratio(problem) for problem in problems() if problem.name != "b_damped"],
     }
 
 
-def other(problem: Trajectory | ImpactPair) -> dict[str, Any]:
+def cost_ratio(problem: ReferenceTrajectory | ImpactPair) -> dict[str, Any]:
     """Return the evaluations of explicit and automatic on a problem that is not stiff, and their ratio."""
     spent = {
-        method: simulate(scene_of(problem, DEFAULT, method)).summary["rhs_evaluations"]
+        method: simulate(scene_of(problem, DEFAULT_TOLERANCE, method)).summary["rhs_evaluations"]
         for method in ("explicit", "auto")
     }
     return {"name": problem.name} | spent | {"evaluations_ratio": spent["auto"] / spent["explicit"]}
@@ -79,12 +88,12 @@ def other(problem: Trajectory | ImpactPair) -> dict[str, Any]:
 
 def compare(case: Extreme, tolerances: Sequence[float]) -> list[dict[str, Any]]:
     """Return a row for each of the tolerances of the explicit method."""
-    reference = run(case, TIGHT, "explicit")
+    reference = run(case, REFERENCE_TOLERANCE, "explicit")
     rows = []
     for tolerance in tolerances:
         explicit = _figures(case, tolerance, "explicit", reference)
-        for tens in range(TIGHTER + 1):
-            auto = _figures(case, tolerance / 10.0**tens, "auto", reference)
+        for decades in range(EXTRA_DECADES + 1):
+            auto = _figures(case, tolerance / 10.0**decades, "auto", reference)
             if auto["error"] <= explicit["error"]:
                 break
         equal = auto["error"] <= explicit["error"]

@@ -12,7 +12,7 @@ from ..simulation import scene
 from ..simulation.trajectory import simulate
 from .extremes import Extreme
 
-HORIZON = 0.25  # revolutions, within which it shall happen
+TUNED_REVOLUTIONS = 0.25  # revolutions, within which it shall happen
 SCAN_VALUES = 64  # values of the parameter among which a change is looked for
 MOST_HALVINGS = 60
 GRAZE_RATIO = 1e-4  # of the largest onset rate: a graze closes slower
@@ -39,7 +39,7 @@ def changed(source: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
 
 def onsets(source: dict[str, Any], path: str, value: float) -> np.ndarray:
     """Return the event log's onsets within HORIZON revolutions."""
-    shortened = changed(changed(source, path, value), "simulate.revolutions", HORIZON)
+    shortened = changed(changed(source, path, value), "simulate.revolutions", TUNED_REVOLUTIONS)
     events = simulate(scene.build(grid.load(shortened, scene.catalogue()).case(0)), times=[0.0]).events
     onset_times: np.ndarray = events[events["kind"] == "on"]
     return onset_times

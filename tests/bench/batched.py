@@ -13,7 +13,7 @@ import numpy as np
 import optimistix
 
 from clearsweep.verify.problems import scene_of
-from clearsweep.verify.rivals import LONGEST, RELATIVE, TINY
+from clearsweep.verify.rivals import LEAST_RELATIVE_TOLERANCE, MAX_STEP_TURNS, TINY_DEPTH
 
 from .mechanics import FLOOR, parameters
 
@@ -34,7 +34,7 @@ def _reach(t, u, r):
     angle, x = u[0] * r["angle"], u[1] * r["place"]
     c, s, c1, s1 = jnp.cos(angle), jnp.sin(angle), jnp.cos(t), jnp.sin(t)
     dx, dy = x - r["crank"] * c1 - r["rod"] * c, -r["crank"] * s1 - r["rod"] * s
-    return c, s, c1, s1, dx, dy, jnp.maximum(jnp.sqrt(dx * dx + dy * dy), TINY)  # cases begin centred
+    return c, s, c1, s1, dx, dy, jnp.maximum(jnp.sqrt(dx * dx + dy * dy), TINY_DEPTH)  # cases begin centred
 
 
 def _closing(t, u, r):
@@ -65,7 +65,7 @@ def _margin(t, y, args, **_):
 
 def _case(u, record, end, tolerance):
     """Return the state of a case when the crank has turned by `end` (rad)."""
-    control = diffrax.PIDController(rtol=RELATIVE, atol=tolerance, dtmax=LONGEST * 2.0 * math.pi)
+    control = diffrax.PIDController(rtol=LEAST_RELATIVE_TOLERANCE, atol=tolerance, dtmax=MAX_STEP_TURNS * 2.0 * math.pi)
     event = diffrax.Event(_margin, optimistix.Newton(LOCATED, LOCATED), direction=False)
 
     def under_way(carry):

@@ -19,7 +19,7 @@ from llvmlite.binding import get_host_cpu_features
 
 from clearsweep import simulation
 from clearsweep.simulation.trajectory import simulate
-from clearsweep.verify.problems import found_by_simulate, problems, scene_of
+from clearsweep.verify.problems import problems, scene_of, solution_of
 
 try:
     from . import soda
@@ -67,7 +67,7 @@ def varied(problem, count: int) -> list:
 def ours(short: list, tolerance: float) -> np.ndarray:
     """Return what clearsweep gives at the times of problems."""
     result = [(first, simulate(scene_of(first, tolerance), times=first.times)) for first in short]
-    return np.array([found_by_simulate(first, path).states[0] for first, path in result])
+    return np.array([solution_of(first, path).states[0] for first, path in result])
 
 
 def ways_of(like: list, short: list, *, flagship: bool) -> list[Route]:

@@ -129,7 +129,7 @@ def spaces(repetitions: int = 20 * ROUNDS) -> dict[str, dict[str, float]]:
     runs, least = {}, {state: {"plane": np.inf, "space": np.inf} for state in ("apart", "pressed")}
     for name, scene in in_both().items():
         print(f"compiling {name}", file=sys.stderr, flush=True)
-        runs[name] = integration_of(scene, np.empty(0), 0.1 * scene.crank_clock.at(1.0))
+        runs[name] = integration_of(scene, np.empty(0), 0.1 * scene.crank_clock.value_after(1.0))
     for _ in range(repetitions):
         for name, run in runs.items():
             work = run.work
@@ -148,7 +148,7 @@ def kinds(repetitions: int = ROUNDS) -> list[tuple[str, float]]:
     runs, least = {}, dict.fromkeys(scenes, np.inf)  # a run keeps the parameters that compiled code reads
     for name, scene in scenes.items():
         print(f"compiling {name}", file=sys.stderr, flush=True)
-        runs[name] = integration_of(scene, np.empty(0), 0.1 * scene.crank_clock.at(1.0))
+        runs[name] = integration_of(scene, np.empty(0), 0.1 * scene.crank_clock.value_after(1.0))
         _side(runs[name].work)
     for _ in range(repetitions):
         for name, run in runs.items():

@@ -63,7 +63,7 @@ def spent(scene, *, each: bool) -> float:
     run, end = Run(start_of(scene, np.empty(0))), scene.case.simulate.revolutions * period(scene)
     control = control_of(scene, end, keep_events=False)
     began = time.process_time()
-    run.go(control)
+    run.advance(control)
     took = time.process_time() - began
     return took / run.work.counts.evaluations if each else took / scene.case.simulate.revolutions
 

@@ -20,7 +20,7 @@ from numbalsoda import dop853, lsoda, solve_ivp
 
 from clearsweep.mechanics.solver.integration import ONSET, SEPARATION
 from clearsweep.verify.problems import scene_of
-from clearsweep.verify.rivals import BLIND, LONGEST, RELATIVE, Solution
+from clearsweep.verify.rivals import EVENT_DEAD_TIME, LEAST_RELATIVE_TOLERANCE, MAX_STEP_TURNS, Solution
 
 from .mechanics import FLOOR, FREE, MODELS, PRESSED, RECORD, margin, parameters, units
 
@@ -66,7 +66,7 @@ def switch(p, j, t, log, count):
     p.state[j] = PRESSED if kind == ONSET else FREE
     if kind == ONSET:
         p.onset[j] = max(p.closing_rate[j], FLOOR)
-    p.latest, p.blind = j, t + BLIND * 2.0 * math.pi / p.rate
+    p.latest, p.blind = j, t + EVENT_DEAD_TIME * 2.0 * math.pi / p.rate
 
 
 @functools.cache
@@ -79,11 +79,22 @@ def by_events(model):
     def drive(record, u, end, tolerance, log, states):
         p, du, count, t = record[0], np.empty_like(u), 0, 0.0
         span, last = np.array([0.0, end / TICK]), np.array([end / TICK])
-        longest = LONGEST * 2.0 * math.pi / (p.rate * TICK)
+        longest = MAX_STEP_TURNS * 2.0 * math.pi / (p.rate * TICK)
         while count < MOST:
             span[0] = t
             result = solve_ivp(
-                slope, span, u, last, "DOP853", 1, event, record.ctypes.data, 0.0, longest, RELATIVE, tolerance
+                slope,
+                span,
+                u,
+                last,
+                "DOP853",
+                1,
+                event,
+                record.ctypes.data,
+                0.0,
+                longest,
+                LEAST_RELATIVE_TOLERANCE,
+                tolerance,
             )
             if not result.event_found:
                 states[count] = result.y[-1]
@@ -151,7 +162,7 @@ def located(record, rates, slope, times, result, j, tolerance):
     for _ in range(TRIES):
         u = result[0]
         if t > times[0]:
-            u = lsoda(slope, u, np.array([times[0], t]), record, RELATIVE, tolerance, STEPS)[0][1]
+            u = lsoda(slope, u, np.array([times[0], t]), record, LEAST_RELATIVE_TOLERANCE, tolerance, STEPS)[0][1]
         rates(t * TICK, u, du, p)
         rest = -p.depth[j] / p.closing_rate[j]  # s
         if abs(rest) < NEAR or t + rest / TICK <= times[0]:
@@ -172,7 +183,7 @@ def by_grid(model):
         began, lasted, du = np.zeros(joints), np.zeros(joints), np.empty(size)
         while t < end and count < MOST:
             times = np.linspace(t, min(t + longest_step(p, t, began, lasted), end), GRID + 1)
-            result, fine = lsoda(slope, u, times, record, RELATIVE, tolerance, STEPS)
+            result, fine = lsoda(slope, u, times, record, LEAST_RELATIVE_TOLERANCE, tolerance, STEPS)
             if not fine:
                 break
             i = first_past(p, depths, times, result)
@@ -277,7 +288,9 @@ def solve(problem, tolerance, method) -> Solution:
         wanted = problem.times[(problem.times > t) & (problem.times <= stop)]
         fine = max(FINE, math.ceil((stop - t) / (MAX_BINS * turn)))
         grid = np.unique(np.concatenate([np.linspace(t, stop, fine + 1), wanted]))
-        result, _ = dop853(slope, np.ascontiguousarray(u), grid / TICK, record, RELATIVE, tolerance, STEPS)
+        result, _ = dop853(
+            slope, np.ascontiguousarray(u), grid / TICK, record, LEAST_RELATIVE_TOLERANCE, tolerance, STEPS
+        )
         samples += [result[np.searchsorted(grid, time)] * unit for time in wanted]
         for j in np.flatnonzero(record["state"][0, : model.joints] == PRESSED):
             force = forces(model.rates, record, grid, result, j)

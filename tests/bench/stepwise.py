@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 from clearsweep.mechanics.solver.integration import ONSET, SEPARATION
 from clearsweep.verify.problems import scene_of
-from clearsweep.verify.rivals import BLIND, Solution
+from clearsweep.verify.rivals import EVENT_DEAD_TIME, Solution
 
 from .mechanics import FLOOR, FREE, MODELS, PRESSED, margin, parameters
 
@@ -105,7 +105,7 @@ class _Drive:
         p["state"][j] = PRESSED if kind == ONSET else FREE
         if kind == ONSET:
             p["onset"][j] = max(rate, FLOOR)
-        p["latest"], p["blind"] = j, t + BLIND * 2.0 * math.pi / p["rate"]
+        p["latest"], p["blind"] = j, t + EVENT_DEAD_TIME * 2.0 * math.pi / p["rate"]
 
     def at(self, times):
         """Return the states at `times` (s), each by the last step that reaches it: earlier ones went past an event."""

@@ -93,8 +93,11 @@ def _alike(joints: Sequence[simulation.SketchedJoint]) -> list[tuple[np.ndarray,
     """Return position (m), whether open, and names of joints, grouped by equal position and openness."""
     alike: dict[tuple, list[simulation.SketchedJoint]] = {}
     for joint in joints:
-        alike.setdefault((*np.round(joint.place, 9), joint.open), []).append(joint)
-    return [(group[0].place, group[0].open, ", ".join(joint.name for joint in group)) for group in alike.values()]
+        alike.setdefault((*np.round(joint.position, 9), joint.has_clearance), []).append(joint)
+    return [
+        (group[0].position, group[0].has_clearance, ", ".join(joint.name for joint in group))
+        for group in alike.values()
+    ]
 
 
 class _Labels:
@@ -155,8 +158,8 @@ def _body(ax: Axes, body: simulation.SketchedBody, colour: str) -> np.ndarray:
         ax.fill(*points[order].T, facecolor=(colour, 0.25), edgecolor=colour, linewidth=2.5)
     else:
         ax.plot(points[:, 0], points[:, 1], color=colour, lw=4.0, solid_capstyle="round", zorder=2)
-    if body.gives is not None:
-        ax.plot(*_spring(*body.gives).T, color="white", lw=1.2, zorder=3)
+    if body.elastic_ends is not None:
+        ax.plot(*_spring(*body.elastic_ends).T, color="white", lw=1.2, zorder=3)
     ax.plot(*body.center, marker="+", color=INK, ms=5, mew=0.8, zorder=5)
     return np.vstack([_between(points), body.center])
 
@@ -174,12 +177,12 @@ def _spring(near: np.ndarray, far: np.ndarray) -> np.ndarray:
 def _guide(ax: Axes, joint: simulation.SketchedJoint, direction: float, size: float) -> np.ndarray:
     """Draw the line of a guide and the block that moves along it; return points (m) of the block."""
     unit = np.array([math.cos(direction), math.sin(direction)])
-    ends = joint.place + 0.2 * size * np.array([[-1.0], [1.0]]) * unit
+    ends = joint.position + 0.2 * size * np.array([[-1.0], [1.0]]) * unit
     ax.plot(ends[:, 0], ends[:, 1], color=GREY, lw=0.8, ls=(0, (6, 3)), zorder=1)
     wide, high = 0.14 * size, 0.08 * size
     across = np.array([-unit[1], unit[0]])
-    rim = joint.place + 0.5 * (np.array(_RIM)[:, :1] * wide * unit + np.array(_RIM)[:, 1:] * high * across)
-    ax.fill(*rim[:-1].T, facecolor=PALE, edgecolor=RED if joint.open else GREY, linewidth=1.0)
+    rim = joint.position + 0.5 * (np.array(_RIM)[:, :1] * wide * unit + np.array(_RIM)[:, 1:] * high * across)
+    ax.fill(*rim[:-1].T, facecolor=PALE, edgecolor=RED if joint.has_clearance else GREY, linewidth=1.0)
     return _between(rim)
 
 
@@ -189,10 +192,10 @@ def _joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> np.ndarray
     Return points (n, 2) m of it.
     """
     if joint.guide is not None:
-        return joint.place[None]
+        return joint.position[None]
     radius = 0.016 * size
-    x, y = joint.place
-    drawn = [joint.place[None]]
+    x, y = joint.position
+    drawn = [joint.position[None]]
     if joint.grounded:
         wide = 2.2 * radius
         feet = y - 1.6 * wide
@@ -200,11 +203,11 @@ def _joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> np.ndarray
         ax.plot([x - 1.5 * wide, x + 1.5 * wide], [y - 1.6 * wide] * 2, color=GREY, lw=1.2)
         drawn.append(_between(np.array([(x - wide, y - 1.6 * wide), (x, y), (x + wide, y - 1.6 * wide)])))
     ax.add_patch(Circle((x, y), radius, facecolor="white", edgecolor=INK, lw=1.2, zorder=4))
-    if joint.open:
+    if joint.has_clearance:
         ax.add_patch(Circle((x, y), 1.9 * radius, fill=False, edgecolor=RED, lw=1.4, zorder=4))
     if joint.driven:
         wide = 0.11 * size
-        turn = joint.place + 0.5 * wide * _TURN
+        turn = joint.position + 0.5 * wide * _TURN
         ax.plot(*turn.T, color=INK, lw=1.0, zorder=3)
         _arrow_head(ax, turn[-1], turn[-1] - turn[-2], 0.022 * size)
         drawn.append(turn)
@@ -214,18 +217,18 @@ def _joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> np.ndarray
 def _load(ax: Axes, load: simulation.SketchedLoad, size: float) -> np.ndarray:
     """Draw a load; return the position (m) of its name."""
     if load.anchor is not None:
-        line = np.linspace(load.anchor, load.place, 15)
-        across = load.place - load.anchor
+        line = np.linspace(load.anchor, load.position, 15)
+        across = load.position - load.anchor
         across = np.array([-across[1], across[0]]) / max(float(np.hypot(*across)), 1e-12)
         line[2:-2] += 0.02 * size * np.where(np.arange(11) % 2, 1.0, -1.0)[:, None] * across
         ax.plot(line[:, 0], line[:, 1], color=INK, lw=0.9, zorder=3)
-        return 0.5 * (load.anchor + load.place)
+        return 0.5 * (load.anchor + load.position)
     if load.direction is None:
-        ax.plot(*load.place, marker="D", color=INK, ms=4, zorder=5)
-        return np.asarray(load.place)
-    tail = load.place - 0.2 * size * load.direction
-    ax.plot(*np.stack([tail, load.place]).T, color=INK, lw=1.4, zorder=5)
-    _arrow_head(ax, load.place, load.direction, 0.04 * size)
+        ax.plot(*load.position, marker="D", color=INK, ms=4, zorder=5)
+        return np.asarray(load.position)
+    tail = load.position - 0.2 * size * load.direction
+    ax.plot(*np.stack([tail, load.position]).T, color=INK, lw=1.4, zorder=5)
+    _arrow_head(ax, load.position, load.direction, 0.04 * size)
     return np.asarray(tail)
 
 

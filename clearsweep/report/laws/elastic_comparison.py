@@ -19,7 +19,7 @@ from ..draw import comparison
 UNKNOWN = "This version does not know every law of this run, so it does not compare their forces."
 DEPTHS = (0.1e-6, 1e-6, 5e-6, 10e-6, 20e-6)  # m, at which forces are tabulated
 FIRST = 1  # index in DEPTHS of the depth by which laws are ordered
-HOLDING = (simulation.HOLDS, "")  # verdict on a law without objection
+HOLDING = (simulation.SUITABLE, "")  # verdict on a law without objection
 CURVE = np.geomspace(DEPTHS[0], DEPTHS[-1], 25)  # m, at which they are drawn
 
 

@@ -24,8 +24,8 @@ def picture(case: Case) -> Picture | None:
     if sketch is None:
         return None
     bodies = ", ".join(body.name for body in sketch.bodies if body.name != GROUND)
-    opened = ", ".join(joint.name for joint in sketch.joints if joint.open) or "none"
-    elastic = ", ".join(body.name for body in sketch.bodies if body.gives is not None)
+    opened = ", ".join(joint.name for joint in sketch.joints if joint.has_clearance) or "none"
+    elastic = ", ".join(body.name for body in sketch.bodies if body.elastic_ends is not None)
     angle = f"{math.degrees(sketch.angle):.6g}°"
     return Picture(
         f"The mechanism at crank angle {angle}",

@@ -18,7 +18,7 @@ def all_forces(case: Case, channels: Mapping, joints: tuple[Joint, ...]) -> pd.D
     if simulation.reactions_unknown(case) or len(channels.get("t", ())) < 2:
         return pin_forces(channels, joints)
     known = simulation.pin_reactions(simulation.build(case), np.asarray(channels["t"], float))
-    forces = pin_forces({name: values[::2] for name, values in known.path.channels.items()}, joints)
+    forces = pin_forces({name: values[::2] for name, values in known.trajectory.channels.items()}, joints)
     for name, force in known.forces.items():
         forces[f"{name}/fx [N]"], forces[f"{name}/fy [N]"] = force.T
         if name in known.couples:

@@ -31,7 +31,7 @@ def of(study: Study, case_id: str, path: Mapping) -> Interactive | None:
     data = {
         "angle": packed(np.degrees(saved.angle[part])),
         "bodies": [body | {key: packed(body[key][part]) for key in ("x", "y", "angle")} for body in bodies],
-        "ground": [joint.place.tolist() for joint in sketch.joints if joint.grounded and joint.guide is None],
+        "ground": [joint.position.tolist() for joint in sketch.joints if joint.grounded and joint.guide is None],
         "joints": _joints(study, case_id, path, part),
         "charts": _charts(study, case_id, saved, part),
     }

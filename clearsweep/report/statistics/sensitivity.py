@@ -237,9 +237,8 @@ def chance(setting: Setting, figure: str, indices: list[Index]) -> Chance:
     """Return the share of chance in the variance of a figure over a design of method saltelli.
 
     Cases that diverge under a disturbance are two samples of the same figure: their mean squared difference is twice
-    the
-    variance of chance.  Without such differences chance is bounded by the smallest total index of the variables that
-    disturb the motion, as it contributes to all of these.
+    the variance of chance.  Without such differences chance is bounded by the smallest total index of the variables
+    that disturb the motion, as it contributes to all of these.
     """
     blocks = (len(indices) + 2, -1)
     variance, scatter = setting.figures[figure].reshape(blocks)[:2].var(), disturbance(setting, figure)
@@ -262,8 +261,7 @@ def effects(setting: Setting, figure: str, paths: list[str]) -> list[Effect]:
     """Return the effect of each variable alone, from a design of method one-at-a-time, the largest first.
 
     The scatter is that of the design's own disturbed cases, or the `disturbance` if that is larger.  Raise InputError
-    with
-    the failed cases.
+    with the failed cases.
     """
     middle, *rest = _complete(setting, figure).tolist()
     low, high, disturbed = (rest[start::3] for start in range(3))

@@ -10,15 +10,15 @@ from typing import NamedTuple
 
 from ...contracts.catalogue import NOTHING, Figure, Shown
 from ...contracts.layout import Layout
-from ..sums import ForceExceeded, Mean, PerRevolution, RootMean, of_joint
+from ..sums import ForceExceeded, Mean, PerRevolution, RootMean, figure_of_joint
 from ..window import Window
 from . import film, life, wear
-from .peaks import PEAKS, RETURNS, ideal_peak
+from .peaks import PEAKS, PERIOD, ideal_peak
 from .spatial import SPATIAL
 from .start_up import START_UP_TIME
 
 
-def largest(name: str, of: str = "joint") -> Callable[[Window, int], float]:
+def field_of_totals(name: str, of: str = "joint") -> Callable[[Window, int], float]:
     """Return the formula of a figure that is itself a field of ContactTotals or WholeTotals."""
     if of == "joint":
         return lambda window, index: getattr(window.totals.joint[index], name)
@@ -38,7 +38,7 @@ def restitution(window: Window, index: int) -> float | None:
 
 def crank_speed(name: str, text: str) -> Figure:
     """Return the figure `name` of a free crank's speed; `text` describes it."""
-    value, shown = largest(f"speed_{name}", "case"), (Shown("output", f"crank speed {name}", 5),)
+    value, shown = field_of_totals(f"speed_{name}", "case"), (Shown("output", f"crank speed {name}", 5),)
     return Figure(f"crank_speed_{name}", "rad/s", f"{text} of a free crank", "case", ("free",), value, shown=shown)
 
 
@@ -48,7 +48,7 @@ JOINT = (
         "N",
         "largest normal force in the window, located",
         of="joint",
-        value=largest("force_max"),
+        value=field_of_totals("force_max"),
         shown=(Shown("forces", "force peak", 1), Shown("sample", "force peak", 3), Shown("case", "peak", 3)),
     ),
     Figure(
@@ -102,7 +102,7 @@ JOINT = (
         "m/s",
         "largest closing rate at a contact onset",
         of="joint",
-        value=largest("onset_max"),
+        value=field_of_totals("onset_max"),
         shown=(Shown("forces", "fastest onset", 8), Shown("case", "fastest onset", 8)),
     ),
     Figure(
@@ -152,7 +152,7 @@ JOINT = (
         "1",
         "number of times that a contact force turned to traction and was clipped at zero",
         of="joint",
-        value=largest("clips"),
+        value=field_of_totals("clips"),
         shown=(Shown("forces", "clips", 11, if_any=True),),
     ),
     Figure(
@@ -222,7 +222,7 @@ MECHANISM = (
         "{output}/s^2",
         "largest {output} acceleration, absolute",
         of="output",
-        value=largest("acceleration_max", "output"),
+        value=field_of_totals("acceleration_max", "output"),
         shown=(Shown("output", "{output} acc. peak", 2), Shown("sample", "{output} acc. peak", 21)),
     ),
     Figure(
@@ -238,7 +238,7 @@ MECHANISM = (
         "{output}",
         "largest distance of the {output} from its position in the ideal mechanism",
         of="output",
-        value=largest("error_max", "output"),
+        value=field_of_totals("error_max", "output"),
         shown=(
             Shown("output", "{output} error", 1),
             Shown("forces", "{output} error", 12),
@@ -255,12 +255,12 @@ MECHANISM = (
         "N*m",
         "largest drive torque, absolute",
         needs=("turns",),
-        value=largest("torque_max", "case"),
+        value=field_of_totals("torque_max", "case"),
         shown=(Shown("output", "crank torque peak", 4), Shown("sample", "crank torque peak", 22)),
     ),
 )
 #: Figures of observed runs only, under these names: see `lyapunov` and `until`.
-WATCHED = (
+OBSERVED = (
     Figure(
         "lyapunov_exponent",
         "1/s",
@@ -310,7 +310,7 @@ RESIDUAL = Figure(
     differs=False,
 )
 #: Work counts of a case, even if it failed; further runs are included.
-COST = (
+WORK_COUNTS = (
     Figure("steps", "1", "accepted steps", value=lambda window, _: window.counts.steps, kind="int", differs=False),
     Figure(
         "steps_rejected",
@@ -332,14 +332,14 @@ COST = (
 )
 #: Known last; the caller that solves a case sets it.
 SETUP = Figure("setup_time", "s", "further time: ideal mechanism and figures; not part of run_time", differs=False)
-FIGURES = (*JOINT, *MECHANISM, *RETURNS, *WATCHED, RESIDUAL, *COST, SETUP)
+FIGURES = (*JOINT, *MECHANISM, *PERIOD, *OBSERVED, RESIDUAL, *WORK_COUNTS, SETUP)
 
 
 def column_of(layout: Layout, name: str) -> tuple[Figure, int | None]:
     """Return the figure of a column of the summary and the index of its joint, or None."""
     column = next(column for column in layout.columns if column.name == name)
     figure = next(figure for figure in FIGURES if figure.name == column.figure)
-    return of_joint(figure, layout, column.joint), _joint_indices(layout).get(column.joint)
+    return figure_of_joint(figure, layout, column.joint), _joint_indices(layout).get(column.joint)
 
 
 def _joint_indices(layout: Layout) -> dict[str, int]:
@@ -378,7 +378,7 @@ def shared_by(layout: Layout) -> Shared:
     """Return the values that all cases of a layout share, created once for successive cases."""
     if _LATEST[0].layout is not layout or _LATEST[0].figures is not FIGURES:
         blank = dict.fromkeys(column.name for column in layout.columns)
-        formulas, cost = _formulas(layout, FIGURES), _formulas(layout, COST)
+        formulas, cost = _formulas(layout, FIGURES), _formulas(layout, WORK_COUNTS)
         _LATEST[0] = Shared(layout, FIGURES, blank, layout.units, formulas, cost)
     return _LATEST[0]
 
@@ -388,7 +388,7 @@ def _formulas(layout: Layout, figures: tuple[Figure, ...]) -> list[_Formula]:
     known, indices = {figure.name: figure for figure in figures}, _joint_indices(layout)
     formulas: list[_Formula] = []
     for column in layout.columns:
-        figure = column.figure in known and of_joint(known[column.figure], layout, column.joint)
+        figure = column.figure in known and figure_of_joint(known[column.figure], layout, column.joint)
         formula = figure and (figure.sums.value if figure.settles else figure.value)
         if figure and formula:
             formulas.append((column.name, formula, indices.get(column.joint), int if figure.kind == "int" else float))

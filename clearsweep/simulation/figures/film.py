@@ -5,7 +5,7 @@ from typing import Any
 
 from ...contracts.catalogue import Figure, Shown
 from ...mechanics.joint.film.contract import film_pressure
-from ..sums import DryShare, DryTime, Mean
+from ..sums import DryLoadRatio, DryTime, Mean
 from ..window import Window
 
 
@@ -63,7 +63,7 @@ FILM = (
         "share of the window's time with load on the film only: 1 - dry_fraction",
         of="joint",
         needs=("film",),
-        sums=DryTime(bears=False),
+        sums=DryTime(above=False),
         shown=(Shown("film", "time on film alone", 4),),
     ),
     Figure(
@@ -72,7 +72,7 @@ FILM = (
         "share of the window's time with a dry force above 0.1 % of the mean normal force",
         of="joint",
         needs=("film",),
-        sums=DryTime(bears=True),
+        sums=DryTime(above=True),
         shown=(Shown("film", "time on dry contact", 5),),
     ),
     Figure(
@@ -81,7 +81,7 @@ FILM = (
         "mean dry force over mean normal force (film and dry); null: no contact behind the film",
         of="joint",
         needs=("film",),
-        sums=DryShare("dry_force_time", "load_time"),
+        sums=DryLoadRatio("dry_force_time", "load_time"),
         shown=(Shown("film", "dry share of the load", 5),),
     ),
     Figure(

@@ -7,7 +7,7 @@ from functools import partial
 from ...contracts.catalogue import Figure, Shown
 from ..window import Window
 
-WITHIN = 1e-9  # relative difference below which two peaks are the same
+PEAK_TOLERANCE = 1e-9  # relative difference below which two peaks are the same
 
 
 def ideal_peak(window: Window, index: int) -> float | None:
@@ -30,25 +30,25 @@ def peak_ratio(window: Window, index: int) -> float | None:
 def peak_turn(window: Window, index: int) -> int | None:
     """Return the revolution of the largest normal force, or None if that revolution is incomplete."""
     highest, largest = window.spreads[index].highest, window.totals.joint[index].force_max
-    return highest[1] if highest and highest[0] >= (1.0 - WITHIN) * largest > 0.0 else None
+    return highest[1] if highest and highest[0] >= (1.0 - PEAK_TOLERANCE) * largest > 0.0 else None
 
 
-def of_peaks(name: str, text: str, shown: Shown) -> tuple[Figure, ...]:
+def peak_quantile_figures(name: str, text: str, shown: Shown) -> tuple[Figure, ...]:
     """Return the figures of a quantile of force peaks per revolution: its value and the ends of its interval."""
 
     def value(end: str) -> Callable[[Window, int], float | None]:
         return lambda window, index: getattr(getattr(window.spreads[index], name), end)
 
     column, end = f"force_peak_{name}", "{} end of the 95 % interval of {}; null: too few revolutions"
-    made = partial(Figure, unit="N", of="joint", needs=("turns",))
+    figure = partial(Figure, unit="N", of="joint", needs=("turns",))
     return (
-        made(column, text=text, value=value("value"), shown=(shown,)),
-        made(f"{column}_low", text=end.format("lower", column), value=value("low"), differs=False),
-        made(f"{column}_high", text=end.format("upper", column), value=value("high"), differs=False),
+        figure(column, text=text, value=value("value"), shown=(shown,)),
+        figure(f"{column}_low", text=end.format("lower", column), value=value("low"), differs=False),
+        figure(f"{column}_high", text=end.format("upper", column), value=value("high"), differs=False),
     )
 
 
-def _expected(end: str) -> Callable[[Window, int], float | None]:
+def _expected_largest(end: str) -> Callable[[Window, int], float | None]:
     """Return the formula of an end of the largest force to expect.
 
     For periodic motion it is the largest in the window.
@@ -56,7 +56,7 @@ def _expected(end: str) -> Callable[[Window, int], float | None]:
 
     def value(window: Window, index: int) -> float | None:
         spread = window.spreads[index]
-        return spread.highest[0] if window.period and spread.highest else getattr(spread.million, end)
+        return spread.highest[0] if window.period and spread.highest else getattr(spread.of_million, end)
 
     return value
 
@@ -73,12 +73,12 @@ PEAKS = (
         value=peak_turn,
         differs=False,
     ),
-    *of_peaks(
+    *peak_quantile_figures(
         "median",
         "median of the largest normal forces of the window's revolutions",
         Shown("forces", "median of revolutions", 3),
     ),
-    *of_peaks(
+    *peak_quantile_figures(
         "p95",
         "95 % quantile of the largest normal forces of the window's revolutions",
         Shown("forces", "95 % of revolutions", 3),
@@ -90,7 +90,7 @@ PEAKS = (
         "revolutions; null: fewer than 100 independent ones",
         of="joint",
         needs=("turns",),
-        value=_expected("value"),
+        value=_expected_largest("value"),
         differs=False,
         shown=(Shown("forces", "expected in 10⁶ revolutions", 3, if_any=True),),
     ),
@@ -100,7 +100,7 @@ PEAKS = (
         "exceeded by the largest normal force of 10^6 revolutions with a probability of 2.5 %; null as the median",
         of="joint",
         needs=("turns",),
-        value=_expected("high"),
+        value=_expected_largest("high"),
         differs=False,
     ),
     Figure(
@@ -126,7 +126,7 @@ PEAKS = (
     ),
 )
 #: Figures from the state at the ends of revolutions; for a watched run they come from the observer, see `until`.
-RETURNS = (
+PERIOD = (
     Figure(
         "period",
         "1",

@@ -22,17 +22,17 @@ from ...mechanics.joint.wear.contract import (
 from ..sums import DepthRate
 from ..window import Window
 
-RESOLVED = 0.95  # of the worn volume: share that must come from arcs wide enough for the bins
+RESOLVED_SHARE = 0.95  # of the worn volume: share that must come from arcs wide enough for the bins
 
 
-def worn(window: Window, index: int) -> tuple[np.ndarray, np.ndarray]:
+def depths_of(window: Window, index: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the wear depths (m) of the bearing and the journal of a joint, by bin."""
     return window.wear[window.layout.joints[index].name]
 
 
 def volume(window: Window, index: int) -> float:
     """Return the volume (m^3) worn off both bodies of a joint."""
-    joint, (bearing, journal) = window.joints[index], worn(window, index)
+    joint, (bearing, journal) = window.joints[index], depths_of(window, index)
     law: Any = joint.wear  # mypy takes it for a tuple of anything
     cell, (on_bearing, on_journal) = 2.0 * math.pi / len(bearing) * law.length, _cells(joint)
     round_journal = joint.journal_radius * journal.sum() * on_journal
@@ -55,7 +55,7 @@ def narrow_arcs(window: Window, index: int) -> float:
 def bins_enough(window: Window, index: int) -> int:
     """Return how many bins resolve 95 % of the worn volume by arcs of at least five bins; 0 without wear."""
     by_width = window.totals.account[index, FIRST_CLASS:]
-    narrowest = int(np.searchsorted(np.cumsum(by_width), RESOLVED * by_width.sum()))
+    narrowest = int(np.searchsorted(np.cumsum(by_width), RESOLVED_SHARE * by_width.sum()))
     return int(np.ceil(RESOLVED_WIDTH * 2.0 * math.pi / class_width(narrowest))) if by_width.any() else 0
 
 
@@ -88,7 +88,7 @@ WEAR = (
         "largest wear depth in the window, of both bodies",
         of="joint",
         needs=("wear",),
-        value=lambda window, index: max(map(np.max, worn(window, index))),
+        value=lambda window, index: max(map(np.max, depths_of(window, index))),
         shown=(Shown("wear", "depth"), Shown("sample", "wear depth", 5), Shown("effects", "wear depth", 4)),
     ),
     Figure(

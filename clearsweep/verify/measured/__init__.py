@@ -23,13 +23,13 @@ def main(*, json: bool = False, quick: bool = False, directory: str | Path | Non
     """
     from . import page
 
-    at = ["verify"]
+    latest_line = ["verify"]
 
     def note(sentence: str) -> None:
-        at[0] = f"verify: {sentence}"
-        phases.say(at[0])
+        latest_line[0] = f"verify: {sentence}"
+        phases.say(latest_line[0])
 
-    with phases.phase(lambda: at[0]):
+    with phases.phase(lambda: latest_line[0]):
         rows = measure(quick=quick, note=note)
     print(json_format.dumps(listed(rows), indent=2, allow_nan=False) if json else page.text(rows), flush=True)
     if directory is not None:

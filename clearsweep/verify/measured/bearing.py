@@ -11,15 +11,15 @@ from ...simulation.trajectory import simulate
 
 def grid(joint: dict[str, Any], speed: float, load: float, *, mass: float, revolutions: float) -> dict[str, Any]:
     """Return the grid of a rig: joint, shaft speed (rad/s), downward load (N) and mass (kg) of the housing."""
-    at_rest = [0.0, 0.0]
+    origin = [0.0, 0.0]
     return {
         "mechanism": {
             "type": "planar",
             "bodies": {
-                "ground": {"points": {"main": at_rest, "rail": at_rest}},
-                "shaft": {"mass": 1.0, "inertia": 1e-4, "points": {"pin": at_rest}},
-                "carriage": {"mass": 0.0, "inertia": 0.0, "points": {"pin": at_rest}},
-                "housing": {"mass": mass, "inertia": 0.0, "points": {"bore": at_rest}},
+                "ground": {"points": {"main": origin, "rail": origin}},
+                "shaft": {"mass": 1.0, "inertia": 1e-4, "points": {"pin": origin}},
+                "carriage": {"mass": 0.0, "inertia": 0.0, "points": {"pin": origin}},
+                "housing": {"mass": mass, "inertia": 0.0, "points": {"bore": origin}},
             },
             "joints": {
                 "main": {"type": "revolute", "between": ["ground.main", "shaft.pin"]},

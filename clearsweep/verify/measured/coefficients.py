@@ -55,8 +55,7 @@ def threshold(values: dict[str, float]) -> float:
     """Return the whirl threshold of a rigid rotor of this weight, speed w over sqrt(g / c); inf if it never whirls.
 
     values : result of `of_film`.  Routh's criterion: at the threshold M s^2 c / W is the stiffness `whirling`, s the
-    whirl
-    speed, and `square` is (s / w)^2 (Lund & Thomsen 1978).
+    whirl speed, and `square` is (s / w)^2 (Lund & Thomsen 1978).
     """
     names = [first + second for first in AXES for second in AXES]
     k, b = ({name: values[f"{kind}{name}"] for name in names} for kind in ("stiffness K", "damping B"))

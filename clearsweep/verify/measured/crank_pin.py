@@ -43,28 +43,28 @@ ASPERITIES = {
     "modulus": 53.3e9,
     "width": 2e-6,
 }
-HEIGHTS = 0.6e-6  # m, mean height of the asperities of both surfaces together
-BEHIND = {"law": "hertz", "stiffness": 1e10, "exponent": 1.5}  # beyond the clearance, not reached in any run
+MEAN_HEIGHT = 0.6e-6  # m, mean height of the asperities of both surfaces together
+DRY_CONTACT = {"law": "hertz", "stiffness": 1e10, "exponent": 1.5}  # beyond the clearance, not reached in any run
 FRICTION = {"law": "tanh", "coefficient": 0.02, "velocity_scale": 1e-3}
-MASS, TURNS = 0.02, 40  # kg, light enough to avoid whirl; revolutions until equilibrium
+MASS, REVOLUTIONS = 0.02, 40  # kg, light enough to avoid whirl; revolutions until equilibrium
 
 
-def at_rest(size: dict[str, float], load: float, rate: float, law: str) -> tuple[float, float]:
+def equilibrium(size: dict[str, float], load: float, rate: float, law: str) -> tuple[float, float]:
     """Return torque (N m) and least film (um) of one bearing that carries `load` (N) at `rate` (rad/s)."""
-    asperities = ASPERITIES | ({"mean_height": HEIGHTS} if law == MEAN_HEIGHTS else {})
+    asperities = ASPERITIES | ({"mean_height": MEAN_HEIGHT} if law == MEAN_HEIGHTS else {})
     film: dict[str, Any] = {"law": law.partition(",")[0], "viscosity": VISCOSITY}
     if size is TEST:  # the source has asperities for this bearing only
         film["transition"] = asperities
-    joint: dict[str, Any] = {**size, "film": film, "contact": BEHIND, "friction": FRICTION}
-    trajectory = bearing.run(bearing.grid(joint, rate, load, mass=MASS, revolutions=TURNS))
+    joint: dict[str, Any] = {**size, "film": film, "contact": DRY_CONTACT, "friction": FRICTION}
+    trajectory = bearing.run(bearing.grid(joint, rate, load, mass=MASS, revolutions=REVOLUTIONS))
     return bearing.torque(trajectory), 1e6 * (size["clearance"] - bearing.eccentricity(trajectory))
 
 
 def rig(load: float, rpm: float, law: str) -> dict[str, float]:
     """Return the torque of the shaft and the least film of the test bearing under a load (N)."""
     rate = rpm * math.pi / 30.0
-    torque, film_thickness = at_rest(TEST, load, rate, law)
-    support, _ = at_rest(SUPPORT, 0.5 * load, rate, law)
+    torque, film_thickness = equilibrium(TEST, load, rate, law)
+    support, _ = equilibrium(SUPPORT, 0.5 * load, rate, law)
     return {"shaft torque": torque + 2.0 * support, "least film": film_thickness}
 
 
@@ -77,13 +77,13 @@ def measure(*, quick: bool = False) -> list[Row]:
         computed = {
             (point, name): value
             for point in (points[:2] + points[-2:-1] if quick else points)
-            for name, value in rig(*_named(point), law).items()
+            for name, value in rig(*_load_and_speed(point), law).items()
         }
         rows += table.rows(computed, law)
     return rows
 
 
-def _named(point: str) -> tuple[float, float]:
+def _load_and_speed(point: str) -> tuple[float, float]:
     """Return load (N) and speed (rpm) of a point such as '8 kN, 3000 rpm'."""
     words = point.split()
     return 1e3 * float(words[0]), float(words[2])
@@ -95,9 +95,9 @@ def picture(rows: list[Row]) -> Figure:
     for panel, load in zip(page.subplots(1, 2), LOADS, strict=True):
         for law, colour in zip(LAWS, COLOURS, strict=False):
             selected = [r for r in rows if (r.variant, r.quantity) == (law, "shaft torque")]
-            selected = [r for r in selected if _named(r.point)[0] == 1e3 * load]
-            order = np.argsort([_named(r.point)[1] for r in selected])
-            speeds = [_named(selected[i].point)[1] for i in order]
+            selected = [r for r in selected if _load_and_speed(r.point)[0] == 1e3 * load]
+            order = np.argsort([_load_and_speed(r.point)[1] for r in selected])
+            speeds = [_load_and_speed(selected[i].point)[1] for i in order]
             panel.plot(speeds, [selected[i].computed for i in order], color=colour, marker=".", label=law)
         panel.plot(speeds, [selected[i].reference for i in order], **REFERENCE, label="Sander et al., digitised")
         panel.set(xscale="log", xlabel="speed [rpm]", ylabel="shaft torque [N m]", title=f"{load:g} kN")

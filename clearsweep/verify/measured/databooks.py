@@ -5,7 +5,7 @@ import math
 from matplotlib.figure import Figure
 
 from .coefficients import of_film, threshold
-from .drawing import LOOK, REFERENCE, tidy
+from .drawing import LINE_STYLES, REFERENCE, tidy
 from .film_at_rest import equilibrium_of
 from .points import Row, reference
 
@@ -70,7 +70,7 @@ def picture(rows: list[Row]) -> Figure:
         longer = [row for row in selected if row.point.startswith("L/D 1,")]
         for law in LAWS:
             points = [(_load_number(row), row.computed) for row in longer if row.variant == law]
-            panel.plot(*zip(*points, strict=True), **LOOK[law], label=law)
+            panel.plot(*zip(*points, strict=True), **LINE_STYLES[law], label=law)
         table = dict.fromkeys((_load_number(row), row.reference) for row in longer)
         panel.plot(*zip(*table, strict=True), **REFERENCE, label="Someya 1989")
         signed = {"Kyx": "symlog", "Bxy": "linear"}  # figures that may change sign

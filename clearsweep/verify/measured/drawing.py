@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#666666")  # Okabe and Ito 2008
 REFERENCE: dict[str, Any] = {"color": "black", "marker": "o", "markerfacecolor": "none", "linestyle": "", "zorder": 3}
-LOOK: dict[str, dict[str, Any]] = {
+LINE_STYLES: dict[str, dict[str, Any]] = {
     "reynolds": {"color": COLOURS[0]},
     "finite": {"color": COLOURS[1], "linestyle": "--"},
     "short": {"color": COLOURS[2], "linestyle": ":"},

@@ -7,7 +7,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from . import bearing
-from .drawing import LOOK, REFERENCE, tidy
+from .drawing import LINE_STYLES, REFERENCE, tidy
 from .points import Reference, Row, reference
 
 NAME = "Films at rest in their load"
@@ -26,7 +26,7 @@ are results.
 * The table of Raimondi & Boyd adds the friction of the shaft, (R / c) f = torque / (load c)."""
 RADIUS, CLEARANCE, VISCOSITY, SPEED = 0.02, 2e-5, 0.01, 100.0  # m, m, Pa s, rad/s: without effect on the figures
 MASS = 0.01  # kg: light enough to prevent whirl
-TURNS = 30
+REVOLUTIONS = 30
 _LONG, _SHORT = ("reynolds", "finite"), ("reynolds", "finite", "short")
 LAWS = {"1": _LONG, "0.5": _LONG, "0.4": _LONG, "0.333333": _LONG, "0.25": _SHORT, "0.2": _SHORT}
 DRAWN = ("1", "0.5", "0.25")  # length / diameter
@@ -41,7 +41,7 @@ def grid_of(law: str, slenderness: float, sommerfeld: float) -> dict[str, Any]:
     """Return the grid of a bearing of this length / diameter under its load."""
     film = {"law": law, "viscosity": VISCOSITY}
     joint = {"clearance": CLEARANCE, "bearing_radius": RADIUS, "length": 2.0 * RADIUS * slenderness, "film": film}
-    return bearing.grid(joint, SPEED, load_of(slenderness, sommerfeld), mass=MASS, revolutions=TURNS)
+    return bearing.grid(joint, SPEED, load_of(slenderness, sommerfeld), mass=MASS, revolutions=REVOLUTIONS)
 
 
 def equilibrium_of(law: str, slenderness: float, sommerfeld: float) -> dict[str, float]:
@@ -88,7 +88,7 @@ def picture(rows: list[Row]) -> Figure:
                 [r.computed for r in selected if r.variant == law and r.quantity == name]
                 for name in ("eccentricity ratio", "attitude")
             )
-            panel.plot(ratio, angle, **LOOK[law], label=law)
+            panel.plot(ratio, angle, **LINE_STYLES[law], label=law)
         table = [r for r in selected if r.variant == "reynolds"]
         values = [[r.reference for r in table if r.quantity == name] for name in ("eccentricity ratio", "attitude")]
         panel.plot(*values, **REFERENCE, label="Butenschoen 1976")

@@ -34,19 +34,24 @@ RADIUS, DENSITY, SPEED = 2.5e-3, 4000.0, 3.9  # m, kg/m^3, m/s
 STIFFNESS, RESTITUTION, FRICTION = 2.672e10, 0.98, 0.092
 BRISTLES = 1.61e5  # 1/m
 WALL = 1.0  # m, radius of the bearing that represents the wall
-GAP = 1e-6  # m, initial distance of the ball
-SLOW = 1e-3  # m/s: sliding speed of fully developed friction; far below all speeds of the impact
-TIME = 20e-6  # s, after the end of the contact
-_STRIBECK = {"coefficient": FRICTION, "static_coefficient": FRICTION, "stribeck_velocity": SLOW}
+INITIAL_GAP = 1e-6  # m, initial distance of the ball
+FULL_FRICTION_SPEED = 1e-3  # m/s: sliding speed of fully developed friction; far below all speeds of the impact
+FREE_FLIGHT_TIME = 20e-6  # s, after the end of the contact
+_STRIBECK = {"coefficient": FRICTION, "static_coefficient": FRICTION, "stribeck_velocity": FULL_FRICTION_SPEED}
 _BRISTLES = _STRIBECK | {"bristle_stiffness": BRISTLES, "bristle_damping": 0.0}
 LAWS: dict[str, dict[str, float]] = {
-    "tanh": {"coefficient": FRICTION, "velocity_scale": SLOW},
-    "ambrosio": {"coefficient": FRICTION, "v0": 0.1 * SLOW, "v1": SLOW},
-    "threlfall": {"coefficient": FRICTION, "velocity_scale": SLOW},
-    "bengisu-akay": {"coefficient": FRICTION, "static_coefficient": FRICTION, "velocity_scale": SLOW, "decay": 0.0},
+    "tanh": {"coefficient": FRICTION, "velocity_scale": FULL_FRICTION_SPEED},
+    "ambrosio": {"coefficient": FRICTION, "v0": 0.1 * FULL_FRICTION_SPEED, "v1": FULL_FRICTION_SPEED},
+    "threlfall": {"coefficient": FRICTION, "velocity_scale": FULL_FRICTION_SPEED},
+    "bengisu-akay": {
+        "coefficient": FRICTION,
+        "static_coefficient": FRICTION,
+        "velocity_scale": FULL_FRICTION_SPEED,
+        "decay": 0.0,
+    },
     "brown-mcphee": _STRIBECK,
-    "stribeck": _STRIBECK | {"velocity_scale": SLOW},
-    "karnopp": _STRIBECK | {"band": SLOW},
+    "stribeck": _STRIBECK | {"velocity_scale": FULL_FRICTION_SPEED},
+    "karnopp": _STRIBECK | {"band": FULL_FRICTION_SPEED},
     "dahl": {"coefficient": FRICTION, "bristle_stiffness": BRISTLES},
     "lugre": _BRISTLES,
     "elasto-plastic": _BRISTLES,
@@ -57,20 +62,20 @@ DRAWN = ("tanh", "karnopp", "dahl", "lugre", "elasto-plastic")
 def grid(incidence: float, friction: dict[str, Any]) -> dict[str, Any]:
     """Return the grid of an impact at an angle (rad) from the normal, which is the x axis."""
     mass, reach = 4.0 / 3.0 * math.pi * RADIUS**3 * DENSITY, WALL - RADIUS
-    at_rest = [0.0, 0.0]
+    origin = [0.0, 0.0]
     speed = {"vx": SPEED * math.cos(incidence), "vy": SPEED * math.sin(incidence)}
     ball = {
         "mass": mass,
         "inertia": 0.4 * mass * RADIUS**2,
-        "points": {"middle": at_rest},
-        "initial": {"x": reach - GAP, **speed},
+        "points": {"middle": origin},
+        "initial": {"x": reach - INITIAL_GAP, **speed},
     }
     return {
         "mechanism": {
             "type": "planar",
             "bodies": {
-                "ground": {"points": {"axle": at_rest, "wall": at_rest}},
-                "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": at_rest}},  # a planar machine needs a drive
+                "ground": {"points": {"axle": origin, "wall": origin}},
+                "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": origin}},  # a planar machine needs a drive
                 "ball": ball,
             },
             "joints": {
@@ -80,7 +85,7 @@ def grid(incidence: float, friction: dict[str, Any]) -> dict[str, Any]:
             "driven": "axle",
             "output": {"body": "wheel"},
         },
-        "drive": {"speed": 2.0 * math.pi / (TIME / math.cos(incidence) ** 0.2 + GAP / speed["vx"])},
+        "drive": {"speed": 2.0 * math.pi / (FREE_FLIGHT_TIME / math.cos(incidence) ** 0.2 + INITIAL_GAP / speed["vx"])},
         "joints": {
             "wall": {
                 "clearance": reach,

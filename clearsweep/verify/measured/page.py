@@ -39,7 +39,7 @@ def spread(rows: list[Row]) -> tuple[float, float]:
     return math.sqrt(sum(d * d for d in differences) / len(differences)), max(differences)
 
 
-def further(rows: list[Row]) -> float | None:
+def expected_difference(rows: list[Row]) -> float | None:
     """Return the magnitude below which 95 % of further differences are expected; None for a single point.
 
     It is the largest one, or the prediction interval of normal differences about zero if that is wider.
@@ -54,7 +54,7 @@ def write(rows: list[Row], directory: str | Path, benchmarks: Sequence[Any]) -> 
     """Write `measured.md` and its pictures below `directory`, a section for each benchmark; return its path."""
     directory = Path(directory)
     (directory / PICTURES).mkdir(parents=True, exist_ok=True)
-    lines = list(_head(rows))
+    lines = list(_introduction(rows))
     for number, benchmark in enumerate(benchmarks, 1):
         selected = [row for row in rows if row.benchmark == benchmark.NAME]
         if not selected:
@@ -65,13 +65,13 @@ def write(rows: list[Row], directory: str | Path, benchmarks: Sequence[Any]) -> 
             benchmark.picture(selected).savefig(directory / file, metadata={"Date": None})
             lines += ["", f"![{benchmark.NAME}]({file})"]
         lines += ["", *_sources(selected), "", *_spreads(selected)]
-    lines += ["", "## Every point", "", *_every(rows)]
+    lines += ["", "## Every point", "", *_all_points(rows)]
     page = directory / "measured.md"
     page.write_text("\n".join([*lines, ""]), encoding="utf-8")
     return page
 
 
-def _head(rows: list[Row]) -> Iterator[str]:
+def _introduction(rows: list[Row]) -> Iterator[str]:
     """Yield the introduction."""
     count = {kind: len({row[:5] for row in rows if row.kind == kind}) for kind in KINDS}
     yield "# Comparison with measurements and published solutions"
@@ -105,12 +105,12 @@ def _spreads(rows: list[Row]) -> Iterator[str]:
     for group in groups(rows):
         rms, largest = spread(group)
         first = group[0]
-        numbers = (len(group), f"{rms:.3g}", f"{largest:.3g}", _number(further(group), 3))
+        numbers = (len(group), f"{rms:.3g}", f"{largest:.3g}", _number(expected_difference(group), 3))
         cells = (first.quantity, first.variant, first.kind, *numbers, first.unit)
         yield f"| {' | '.join(map(str, cells))} |"
 
 
-def _every(rows: list[Row]) -> Iterator[str]:
+def _all_points(rows: list[Row]) -> Iterator[str]:
     """Yield the table of all points."""
     yield "| benchmark | point | quantity | by | reference | computed | difference | unit |"
     yield "| --- | --- | --- | --- | ---: | ---: | ---: | --- |"

@@ -44,7 +44,7 @@ CONTACT = {"law": "lankarani-nikravesh", "stiffness": 1e9, "exponent": 1.5, "res
 def grid(clearance: float = 0.0) -> dict[str, Any]:
     """Return the machine, with a clearance (m) in the pin between crank and link unless that is 0."""
     a, origin = [-0.06934, -0.00227], [0.0, 0.0]
-    at = {
+    angles = {
         "crank": START["crank"],
         "link": START["crank"] + START["theta"],
         "lever": START["b"],
@@ -63,9 +63,9 @@ def grid(clearance: float = 0.0) -> dict[str, Any]:
         "lower": _body(0.00706, 5.667e-7, [0.00579, 0.0], h=origin, e=[0.02, 0.0]),
         "right": _body(0.05498, 1.912e-5, [0.01228, -0.00449], a=origin, h=[0.0, -0.04]),
     }
-    ends = ["ground.o crank.o", "crank.pin link.pin", "ground.b lever.b", "ground.a left.a", "ground.a right.a"]
-    ends += ["left.k upper.k", "right.h lower.h", "link.e lever.e", "link.e upper.e", "link.e lower.e"]
-    pins = {f"p{i}": pin for i, pin in enumerate(ends)} | ({} if clearance else {"rest": "ground.o weight.middle"})
+    pin_ends = ["ground.o crank.o", "crank.pin link.pin", "ground.b lever.b", "ground.a left.a", "ground.a right.a"]
+    pin_ends += ["left.k upper.k", "right.h lower.h", "link.e lever.e", "link.e upper.e", "link.e lower.e"]
+    pins = {f"p{i}": pin for i, pin in enumerate(pin_ends)} | ({} if clearance else {"rest": "ground.o weight.middle"})
     if not clearance:  # a grid needs a joint with clearance: here that of a body at rest
         bodies["weight"] = _body(1.0, 1.0, origin, middle=origin) | {"initial": {}}
     joint = {"clearance": clearance, "bearing_radius": 2e-3, "contact": CONTACT}
@@ -75,7 +75,7 @@ def grid(clearance: float = 0.0) -> dict[str, Any]:
             "bodies": bodies,
             "joints": {name: {"type": "revolute", "between": pin.split()} for name, pin in pins.items()},
             "driven": "p0",
-            "start": {name: angle for name, angle in at.items() if name != "crank"},
+            "start": {name: angle for name, angle in angles.items() if name != "crank"},
             "output": {"body": "lever"},
         },
         "drive": {"torque": 0.033, "initial_speed": 0.0, "start_angle": START["crank"]},
@@ -90,7 +90,7 @@ def _body(mass: float, inertia: float, center: list[float], **points: list[float
     return {"mass": mass, "inertia": inertia, "center": center, "points": points}
 
 
-def end(clearance: float = 0.0) -> dict[tuple[str, str], float]:
+def end_state(clearance: float = 0.0) -> dict[tuple[str, str], float]:
     """Return angles and rates at the end, by the names of the source."""
     trajectory = simulate(load_case(grid(clearance)), times=np.array([END]))
     if trajectory.status != "ok":
@@ -106,5 +106,5 @@ def end(clearance: float = 0.0) -> dict[tuple[str, str], float]:
 def measure(*, quick: bool = False) -> list[Row]:
     """Return the rows of the machine, and of the machine with one open pin."""
     table = reference(NAME)
-    rows = table.rows(end(), "all pins ideal")
-    return rows if quick else rows + table.rows(end(1e-5), "one pin open")
+    rows = table.rows(end_state(), "all pins ideal")
+    return rows if quick else rows + table.rows(end_state(1e-5), "one pin open")

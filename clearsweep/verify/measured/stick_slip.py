@@ -26,7 +26,7 @@ s/m that do not fall. Nothing is fitted.
 * `karnopp` has no bristles: the block rests until the spring draws with 1.5 N. With bristles it creeps before, and
   breaks away 0.1 s earlier."""
 END, STEP = 25.0, 1e-3  # s
-SLIPS = 1e-3  # m/s: sliding speed from which it slips
+SLIP_SPEED = 1e-3  # m/s: sliding speed from which it slips
 DAMPING = 1e5**0.5
 LAW = {
     "coefficient": 1.0,
@@ -40,19 +40,19 @@ LAW = {
 }
 BRISTLES = {"lugre": LAW, "elasto-plastic": LAW}
 LAWS = BRISTLES | {"karnopp": {key: LAW[key] for key in list(LAW)[:5]} | {"band": 1e-5}}
-FAR = 1e4  # m, length of the spring: its direction is nearly constant
+SPRING_LENGTH = 1e4  # m, length of the spring: its direction is nearly constant
 
 
 def grid(friction: dict[str, Any]) -> dict[str, Any]:
     """Return the grid of a block that a spring pulls along a guide."""
-    at_rest, clearance = [0.0, 0.0], 1e-3
+    origin, clearance = [0.0, 0.0], 1e-3
     return {
         "mechanism": {
             "type": "planar",
             "bodies": {
-                "ground": {"points": {"axle": at_rest, "rail": at_rest}},
-                "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": at_rest}},
-                "block": {"mass": 1.0, "inertia": 0.1, "points": {"middle": at_rest}, "initial": {"y": -clearance}},
+                "ground": {"points": {"axle": origin, "rail": origin}},
+                "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": origin}},
+                "block": {"mass": 1.0, "inertia": 0.1, "points": {"middle": origin}, "initial": {"y": -clearance}},
             },
             "joints": {
                 "axle": {"type": "revolute", "between": ["ground.axle", "wheel.axle"]},
@@ -67,10 +67,10 @@ def grid(friction: dict[str, Any]) -> dict[str, Any]:
             "pull": {"on": "block", "table": {"time [s]": [0.0, END], "fx [N]": [0.0, 0.2 * END]}},
             "spring": {
                 "between": ["ground", "block"],
-                "anchor": [-FAR, 0.0],
+                "anchor": [-SPRING_LENGTH, 0.0],
                 "point": "middle",
                 "stiffness": 2.0,
-                "free_length": FAR,
+                "free_length": SPRING_LENGTH,
             },
         },
         "joints": {
@@ -103,18 +103,23 @@ def bend(law: str, trajectory: Trajectory) -> float:
     normal, tangential, slip = (
         float(trajectory[f"joints/guide/{name}"][-1]) for name in ("force_normal", "force_tangential", "vx")
     )
-    most = LAW["static_coefficient"] / LAW["bristle_stiffness"]
+    static_deflection = LAW["static_coefficient"] / LAW["bristle_stiffness"]
     return float(
-        brentq(lambda z: friction_force(term._replace(bend=z), normal, slip) - tangential, -most, most, xtol=1e-16)
+        brentq(
+            lambda z: friction_force(term._replace(bend=z), normal, slip) - tangential,
+            -static_deflection,
+            static_deflection,
+            xtol=1e-16,
+        )
     )
 
 
 def figures(law: str, trajectory: Trajectory) -> dict[tuple[str, str], float]:
     """Return the figures of the reference, for a run."""
     t, x, v = trajectory.t, trajectory["block/x"], trajectory["block/vx"]
-    fast = np.flatnonzero(np.diff((v > SLIPS).astype(int)))
-    crossed = t[fast] + STEP * (SLIPS - v[fast]) / (v[fast + 1] - v[fast])
-    begins, ends = crossed[::2], crossed[1::2]
+    crossings = np.flatnonzero(np.diff((v > SLIP_SPEED).astype(int)))
+    crossing_times = t[crossings] + STEP * (SLIP_SPEED - v[crossings]) / (v[crossings + 1] - v[crossings])
+    begins, ends = crossing_times[::2], crossing_times[1::2]
     values = {("at 25 s", "place"): x[-1], ("at 25 s", "velocity"): v[-1], ("all slips", "peak speed"): v.max()}
     for i, (begin, end) in enumerate(zip(begins, ends, strict=False), 1):
         values[f"slip {i}", "begins"] = begin

@@ -27,11 +27,11 @@ below the onset the housing has come to rest, above it whirls. The threshold is 
 * The whirl's own speed is taken from the motion at the largest stable speed."""
 GRAVITY = 9.81  # m/s^2
 RADIUS, CLEARANCE, MASS, SLENDERNESS = 0.02, 4e-5, 10.0, 0.25  # m, m, kg, of the closed form: without effect on it
-STIFF = 1e3  # kg m^2: a housing that does not rotate
-ASIDE = 0.02  # of the clearance: initial distance of the housing from its equilibrium
-BOUND = 1.02  # times the weight: a film in equilibrium carries the weight only, a whirl more
-TURNS, WINDOW = 1000, 60  # revolutions of a probe, and of its evaluated part
-WITHIN = 0.003  # of the speed
+HOUSING_INERTIA = 1e3  # kg m^2: a housing that does not rotate
+INITIAL_OFFSET = 0.02  # of the clearance: initial distance of the housing from its equilibrium
+LOAD_FACTOR = 1.02  # times the weight: a film in equilibrium carries the weight only, a whirl more
+REVOLUTIONS, WINDOW = 1000, 60  # revolutions of a probe, and of its evaluated part
+SPEED_TOLERANCE = 0.003  # of the speed
 
 
 def short_film(ratio: float, speed: float) -> float:
@@ -47,7 +47,7 @@ def joint(law: str, viscosity: float, slenderness: float, radius: float, clearan
     return {"clearance": clearance, "bearing_radius": radius, "length": 2.0 * radius * slenderness, "film": film}
 
 
-def rest(film: dict[str, Any], speed: float, mass: float) -> tuple[float, float]:
+def equilibrium(film: dict[str, Any], speed: float, mass: float) -> tuple[float, float]:
     """Return the equilibrium (m) of the housing: that of a massless housing under the same load."""
     trajectory = bearing.run(bearing.grid(film, speed, mass * GRAVITY, mass=1e-4 * mass, revolutions=60))
     return float(trajectory["housing/x"][-1]), float(trajectory["housing/y"][-1])
@@ -55,13 +55,13 @@ def rest(film: dict[str, Any], speed: float, mass: float) -> tuple[float, float]
 
 def grid(film: dict[str, Any], speed: float, mass: float) -> dict[str, Any]:
     """Return the grid of a housing on its film; `speed` (rad/s): at which its equilibrium is computed."""
-    x, y = rest(film, speed, mass)
-    clearance, at_rest = film["clearance"], [0.0, 0.0]
-    offset = 1.0 - ASIDE * clearance / math.hypot(x, y)
+    x, y = equilibrium(film, speed, mass)
+    clearance, origin = film["clearance"], [0.0, 0.0]
+    offset = 1.0 - INITIAL_OFFSET * clearance / math.hypot(x, y)
     housing = {
         "mass": mass,
-        "inertia": STIFF,
-        "points": {"bore": at_rest},
+        "inertia": HOUSING_INERTIA,
+        "points": {"bore": origin},
         "initial": {"x": offset * x, "y": offset * y},
     }
     return {
@@ -69,8 +69,8 @@ def grid(film: dict[str, Any], speed: float, mass: float) -> dict[str, Any]:
             "type": "planar",
             "gravity": GRAVITY,
             "bodies": {
-                "ground": {"points": {"main": at_rest}},
-                "shaft": {"mass": 1.0, "inertia": 1e-4, "points": {"pin": at_rest}},
+                "ground": {"points": {"main": origin}},
+                "shaft": {"mass": 1.0, "inertia": 1e-4, "points": {"pin": origin}},
                 "housing": housing,
             },
             "joints": {
@@ -82,9 +82,9 @@ def grid(film: dict[str, Any], speed: float, mass: float) -> dict[str, Any]:
         },
         "drive": {"speed": speed},
         "joints": {"film": film},
-        "simulate": {"revolutions": TURNS, "discard": TURNS - WINDOW, "tolerance": 1e-7},
+        "simulate": {"revolutions": REVOLUTIONS, "discard": REVOLUTIONS - WINDOW, "tolerance": 1e-7},
         "save": {"orbits": "none"},
-        "limits": {"film_load_peak": BOUND * mass * GRAVITY},
+        "limits": {"film_load_peak": LOAD_FACTOR * mass * GRAVITY},
     }
 
 
@@ -93,7 +93,7 @@ def threshold(source: dict[str, Any], between: tuple[float, float]) -> float:
     seek = {
         "largest": "drive.speed",
         "between": list(between),
-        "within": WITHIN * between[1],
+        "within": SPEED_TOLERANCE * between[1],
         "meeting": "limits",
         "for": "all",
     }
@@ -129,10 +129,10 @@ def measure(*, quick: bool = False) -> list[Row]:
         values[point, "threshold speed"] = onset * math.sqrt(CLEARANCE / GRAVITY)
         values[point, "whirl over shaft speed"] = whirl_ratio(source, onset)
     rows = table.rows(values, "short")
-    return rows if quick else rows + _plain()
+    return rows if quick else rows + _plain_bearings()
 
 
-def _plain() -> list[Row]:
+def _plain_bearings() -> list[Row]:
     """Return the rows of plain bearings like those of Nicholas, Barrett & Leader."""
     table, values = reference(NAME, "nicholas"), {}
     for point, *_ in table.points:

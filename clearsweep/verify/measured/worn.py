@@ -83,13 +83,13 @@ def worn_in_profiles() -> dict[str, tuple[np.ndarray, np.ndarray]]:
     return {kind: (history["revolutions"], history["crank_rod/profile_bearing"]) for kind, history in histories.items()}
 
 
-def apart(first: np.ndarray, second: np.ndarray) -> tuple[float, float]:
+def profile_difference(first: np.ndarray, second: np.ndarray) -> tuple[float, float]:
     """Return the difference of two profiles of the same volume, over their mean: rms, and largest."""
     difference = first / first.mean() - second / second.mean()
     return float(np.sqrt(np.mean(difference**2))), float(np.abs(difference).max())
 
 
-def in_space(tilt: float) -> dict[str, Any]:
+def spatial_grid(tilt: float) -> dict[str, Any]:
     """Return the grid of a slider-crank with a spatial joint whose bearing is tilted (rad)."""
     contact = {"law": "lankarani-nikravesh", "stiffness": 6.61e10, "exponent": 1.5, "restitution": 0.7}
     return {
@@ -154,8 +154,10 @@ def measure(*, quick: bool = False) -> list[Row]:
     rates = {kind: depths[-1].mean() / turns[-1] for kind, (turns, depths) in worn_in_profiles().items()}
     ratio = float(rates["line contact"] / rates["foundation"])
     rows += reference(NAME, "bushing").rows({("line contact over foundation, worn in", "ratio of worn volumes"): ratio})
-    places = {(name, "place of the deepest wear"): deepest(run(in_space(tilt))) for name, tilt in TILTS.items()}
-    return rows + reference(NAME, "in space").rows(places)
+    axial_positions = {
+        (name, "place of the deepest wear"): deepest(run(spatial_grid(tilt))) for name, tilt in TILTS.items()
+    }
+    return rows + reference(NAME, "in space").rows(axial_positions)
 
 
 def picture(rows: list[Row]) -> Figure:
