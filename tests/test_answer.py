@@ -107,6 +107,8 @@ def test_of_a_limit_that_small_clearances_exceed_the_smallest_clearance_of_a_fit
     chosen, *_ = limited(columns, (FIT,), LIMITED | {"fits": {FIT: fits}})
     assert chosen.startswith("b meets the limits over its whole tolerance: its smallest clearance lies above one")
     assert "a is open: its smallest clearance, 1e+06 µm, lies below 1.5e+06 µm (exceeded)" in chosen
+    ends = [fit | {"mean": fit["mean"] + 0.25} for fit in fits]  # none of them ran
+    assert not any("fit" in said for said in limited(columns, (FIT,), LIMITED | {"fits": {FIT: ends}}))
     columns[MARGIN] = np.array([0.1, -0.1, 0.2])  # not monotone
     columns[FIT][:] = [1.0, 2.5, 3.0]
     chosen, *_ = limited(columns, (FIT,), LIMITED | {"fits": {FIT: fits}})
