@@ -8,7 +8,7 @@ import clearsweep
 from clearsweep import report
 from clearsweep.cli import verbs
 from clearsweep.contracts.layout import Column, JointLayout, Layout
-from clearsweep.judging import answer, designs, effects, labels, probability, sampled, wear
+from clearsweep.judging import answer, designs, dominance, effects, labels, probability, sampled, wear
 from clearsweep.judging.cases import Cases, column_texts, from_to
 from clearsweep.judging.order import Candidate, Lead, lead_of
 from clearsweep.judging.verdict import MARGIN, Limit
@@ -107,6 +107,8 @@ def test_of_a_limit_that_small_clearances_exceed_the_smallest_clearance_of_a_fit
     chosen, *_ = limited(columns, (FIT,), LIMITED | {"fits": {FIT: fits}})
     assert chosen.startswith("b meets the limits over its whole tolerance: its smallest clearance lies above one")
     assert "a is open: its smallest clearance, 1e+06 µm, lies below 1.5e+06 µm (exceeded)" in chosen
+    ends = [fit | {"mean": fit["mean"] + 0.25} for fit in fits]  # none of them ran
+    assert not any("fit" in said for said in limited(columns, (FIT,), LIMITED | {"fits": {FIT: ends}}))
     columns[MARGIN] = np.array([0.1, -0.1, 0.2])  # not monotone
     columns[FIT][:] = [1.0, 2.5, 3.0]
     chosen, *_ = limited(columns, (FIT,), LIMITED | {"fits": {FIT: fits}})
@@ -211,14 +213,30 @@ def test_a_film_that_its_law_does_not_cover_is_said_to_be_so_beside_it():
     assert first == "Thinnest film: 1 at speed 2 (case 00000000)."
     assert moved == "Least film is smallest, 1, at speed 2 and largest, 3, at 1."
     assert (
-        loss
-        == "Film loss: 1 to 9; 5 in the case of the thinnest film. It falls from 9 to 1 as speed grows from 1 to 3."
+        loss == "Film loss: 1 to 9, in the case of the thinnest film 5. It is largest at speed 1. "
+        "Film loss falls from 9 to 1 as speed grows from 1 to 3."
     )
     assert share == "Dry load share in the case of the thinnest film: 20 %."
     first, *_ = film(film_limit_fraction=[0.0, 0.04, 0.0])
     assert first.endswith(
-        " It is thinner than its law covers for 4 % of the time. The thinnest that its law covers: 2 at speed 3."
+        " It is thinner than its law covers for 4 % of the time: do not rely on it. "
+        "The thinnest that its law covers: 2 at speed 3."
     )
+
+
+def test_clearances_are_compared_at_equal_other_values():
+    columns = {"pin_film_thickness_min": [3.0, 1.0, 5.0, 2.0], "pin_film_loss": [1.0, 2.0, 4.0, 3.0]}
+    columns |= {FIT: [0.2, 0.5, 0.2, 0.5], SPEED: [1, 1, 2, 2]}
+    figures = ("film_thickness_min", "film_loss")
+    made = cases(columns, (FIT, SPEED), figures=figures)
+    said = dominance.sentences(made, "pin_film_thickness_min", "pin_film_loss")
+    assert said == [
+        "Clearance 0.2 has the thickest film in 2 of 2 combinations of the other values, and the least loss in 1 of 2."
+    ]
+    columns["pin_film_thickness_min"] = [3.0, 4.0, 5.0, 6.0]
+    (other,) = dominance.sentences(made, "pin_film_thickness_min", "pin_film_loss")
+    assert other.startswith("Clearance 0.5 has the thickest film in 2 of 2")
+    assert dominance.sentences(cases(columns, (FIT,), figures=figures), "pin_film_thickness_min", "pin_film_loss") == []
 
 
 @pytest.mark.parametrize(
@@ -347,7 +365,7 @@ def test_the_causes_of_a_spread_are_those_of_clear_correlations():
     text = " ".join(sampled.driver_sentences(drawn, values, names, lambda numbers: [f"{each:.2g}" for each in numbers]))
     low, high = np.quantile(drawn["a"], [0.25, 0.75])
     low, high = (np.median(values[where]) for where in (drawn["a"] <= low, drawn["a"] >= high))
-    assert text.startswith("It rises most with play (rank correlation 1.0")
+    assert text.startswith("It rises most with play (partial rank correlation 1.0")
     assert text.endswith(f"median {low:.2g} in its lowest quarter, {high:.2g} in its highest.")
     assert "colour" not in text
     assert sampled.correlations(drawn, np.ones(60)) == []
@@ -379,3 +397,13 @@ def test_the_figures_of_a_grid_are_answered_with_the_cases_at_their_ends():
     columns = {"headroom": [2.0, 5.0, 3.0], SPEED: [1, 2, 3]}
     (sentence,) = answer.own_figures(cases(columns, (SPEED,), record={"figures": {"headroom": ""}}))
     assert sentence == "Headroom: 2 to 5. It is smallest, 2, at speed 1 and largest, 5, at 2."
+
+
+def test_a_figure_also_has_its_range_in_the_designs_that_meet_the_limits():
+    columns = {"hours": [9.0, 7.0, 2.0, 8.0], FIT: [1, 1, 2, 2], SPEED: [1, 2, 1, 2], MARGIN: [0.1, 0.2, -0.1, 0.3]}
+    columns |= {"pin_load_peak": np.ones(4)}
+    made = cases(columns, (FIT, SPEED), record=LIMITED | {"figures": {"hours": ""}}, figures=("load_peak",))
+    (sentence,) = answer.own_figures(made)
+    assert sentence.startswith("Hours: 2 to 9. Where the limits are met: 7 to 9.")
+    columns[MARGIN] = [0.1, 0.2, 0.1, 0.3]
+    assert "Where the limits" not in answer.own_figures(made)[0]

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from ..language import wording
-from . import designs, effects, fits, labels, order, sampled, start_up, verdict
+from . import designs, dominance, effects, fits, labels, order, sampled, start_up, verdict
 from .cases import MANY_AXES, Cases
 
 RUN_LENGTH = "revolutions_run"  # column
@@ -29,7 +29,7 @@ def specific(cases: Cases) -> list[str]:
     by_question = {
         "life": (life_effects, kept_at_end),
         "start-up": (start_up.sentences, start_forces),
-        "limits": (limited, start_up.sentences),
+        "limits": (limited, film_losses, start_up.sentences),
         "film": (films,),
         "force": (largest_force, position_error),
     }
@@ -54,7 +54,12 @@ def life_effects(cases: Cases) -> list[str]:
     moved = effects.sentences(
         cases, "life", hours, lambda values: [f"{wording.plain(value)}{wording.BLANK}h" for value in values]
     )
-    return [" ".join(moved)] if moved else []
+    lines = [" ".join(moved)] if moved else []
+    if "uncertain" not in cases.record or not cases.record["uncertain"]:
+        lines.append(
+            "The intervals exclude the wear coefficient, often uncertain by a factor of 3 to 10: see `uncertain`."
+        )
+    return lines
 
 
 def kept_at_end(cases: Cases) -> list[str]:
@@ -166,7 +171,7 @@ def films(cases: Cases) -> list[str]:
         cases, cases.label(thinnest), cases.column(thinnest).astype(float), partial(cases.texts, thinnest)
     )
     lines += [" ".join(moved)] if moved else []
-    lines += _loss(cases, index, joint)
+    lines += [*dominance.sentences(cases, thinnest, f"{joint}_film_loss"), *_loss(cases, index, joint)]
     if not np.isnan(figure := float(cases.column(share)[index])):
         lines.append(f"Dry load share in the case of the thinnest film: {share_words(figure)}.")
     return lines
@@ -177,7 +182,7 @@ def _beyond_law(cases: Cases, index: int, thinnest: str, joint: str) -> list[str
     outside = cases.column(f"{joint}_film_limit_fraction")
     if not outside[index] > 0.0:
         return []
-    said = [f"It is {beyond_law(float(outside[index]))}."]
+    said = [f"It is {beyond_law(float(outside[index]))}: do not rely on it."]
     within = np.where(outside > 0.0, np.nan, cases.column(thinnest))
     if np.isfinite(within).any():
         least = int(np.nanargmin(within))
@@ -195,8 +200,22 @@ def _loss(cases: Cases, index: int, joint: str) -> list[str]:
     name = labels.capital(cases.label(loss))
     if low == high:
         return [f"{name}: {high}."]
-    text = f"{name}: {low} to {high}; {cases.text(loss, index)} in the case of the thinnest film."
-    return [" ".join([text, *_strongest(cases, loss)])]
+    text = (
+        f"{name}: {low} to {high}, in the case of the thinnest film {cases.text(loss, index)}. "
+        f"It is largest{cases.at(cases.extremes(loss)[1])}."
+    )
+    moved = effects.sentences(cases, cases.label(loss), cases.column(loss).astype(float), partial(cases.texts, loss))
+    return [" ".join([text, *moved])]
+
+
+def film_losses(cases: Cases) -> list[str]:
+    """Return sentences on the loss of each film, for a grid whose limits lead."""
+    lines = []
+    for joint in cases.layout.joints:
+        thickness = f"{joint.name}_film_thickness_min"
+        if cases.has(thickness):
+            lines += _loss(cases, cases.extremes(thickness)[0], joint.name)
+    return lines
 
 
 def _where_different(cases: Cases, index: int, other: int) -> str:
@@ -280,5 +299,16 @@ def own_figures(cases: Cases) -> list[str]:
         if np.isfinite(values).any():
             low, high = (cases.text(name, int(pick(values))) for pick in (np.nanargmin, np.nanargmax))
             ends = " to ".join(dict.fromkeys((low, high)))
-            lines.append(" ".join([f"{labels.capital(cases.label(name))}: {ends}.", *_strongest(cases, name)]))
+            text = f"{labels.capital(cases.label(name))}: {ends}."
+            lines.append(" ".join([text, *_of_accepted(cases, name), *_strongest(cases, name)]))
     return lines
+
+
+def _of_accepted(cases: Cases, name: str) -> list[str]:
+    """Return the range of a figure in the designs that meet the limits, if there are others; else []."""
+    values, accepted = cases.column(name).astype(float), designs.accepted(cases)
+    if not accepted.any() or accepted.all() or not np.isfinite(values[accepted]).any():
+        return []
+    known = values[accepted]
+    ends = " to ".join(dict.fromkeys(cases.texts(name, [float(np.nanmin(known)), float(np.nanmax(known))])))
+    return [f"Where the limits are met: {ends}."]

@@ -54,6 +54,18 @@ def _grouped(
     )
 
 
+def accepted(cases: Cases) -> np.ndarray:
+    """Return which cases (n,) belong to a design that meets the limits in all of its cases; all without limits."""
+    count = len(cases.case_ids)
+    if not cases.limits:
+        return np.ones(count, bool)
+    grouped = of_cases(cases.axes, cases.column, count) or _grouped(cases.axes, (), cases.column, count)
+    meets = np.zeros(count, bool)
+    for margin, members in zip(grouped.margins, grouped.members, strict=True):
+        meets[list(members)] = margin >= 0.0
+    return meets
+
+
 def sentences(cases: Cases, limits: str) -> list[str]:
     """Return sentences on the designs that meet the limits under every condition, and on the first one that does not.
 

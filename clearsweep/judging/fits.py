@@ -30,7 +30,7 @@ class FitStates(NamedTuple):
 
 
 def of_cases(cases: Cases) -> FitStates | None:
-    """Return the states of the fits of the first path with fits that varies; None without one or without margins."""
+    """Return the states of the fits of the first path with fits that varies; None without one or without limits."""
     path = next((path for path in cases.record.get("fits") or {} if path in cases.axes), None)
     if path is None or not cases.record.get("limits") or (cases.record.get("sample") or {}).get("drawn", {}).get(path):
         return None
@@ -38,6 +38,8 @@ def of_cases(cases: Cases) -> FitStates | None:
     keeps = {value: bool((margins[values == value] >= 0.0).all()) for value in np.unique(values).tolist()}
     listed: Sequence[Mapping[str, Any]] = [fit for fit in cases.record["fits"][path] if fit["mean"] in keeps]
     keeping = [fit for fit in listed if keeps[fit["mean"]]]
+    if not listed:  # a search runs the ends of fits, not their means
+        return None
     return FitStates(
         path,
         tuple(fit for fit in keeping if _is_covered(fit, keeps)),

@@ -160,4 +160,9 @@ def no_limits(layout: Layout, leading: Lead) -> str:
         example = f"{joint}_force_peak: " + (f"{{at_most: 3, times: {ideal}}}" if ideal in names else "5 kN")
     else:
         return "No limits are set, so no case is assessed."
+    if leading.question == "film":
+        advice = "A film that separates the surfaces exceeds about three times their combined roughness."
+        return (
+            f"No limits are set, so no case is assessed. {advice} For example, add to the grid: limits: {{{example}}}"
+        )
     return f"No limits are set, so no case is assessed. To assess them, add to the grid: limits: {{{example}}}"

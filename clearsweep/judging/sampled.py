@@ -61,8 +61,8 @@ def driver_sentences(
     (path, strongest), *others = clear
     low, high = texts(_quarters(np.asarray(drawn[path], float), values))
     lines = [
-        f"It {_verb(strongest)} most with {names[path]} (rank correlation {wording.plain(strongest, 2)}): median {low} "
-        f"in its lowest quarter, {high} in its highest."
+        f"It {_verb(strongest)} most with {names[path]} (partial rank correlation {wording.plain(strongest, 2)}): "
+        f"median {low} in its lowest quarter, {high} in its highest."
     ]
     if others:
         listed = [f"{_verb(value)} with {names[path]} ({wording.plain(value, 2)})" for path, value in others[:3]]
@@ -128,8 +128,8 @@ def _wear(cases: Cases, joint: Any, depths: np.ndarray) -> str:
     texts = wording.in_common_unit(quantiles, "m")
     return " ".join(
         [
+            *wear.remark(cases, joint, middle, float(depths[middle]), "The wear per 1000 h"),
             spread(f"Wear depth per 1000 h{cases.in_joint(joint.name)}: median", texts),
-            *wear.remark(cases, joint, middle, float(depths[middle])),
             *_drivers(cases, depths, lambda numbers: wording.in_common_unit(numbers, "m")),
         ]
     )

@@ -19,9 +19,12 @@ def sentences(cases: Cases) -> list[str]:
         if depths is None:
             continue
         worst = int(np.nanargmax(depths))
+        if growth := _growth(cases, joint, worst):
+            lines += growth
+            continue
         (depth,) = wording.in_common_unit([float(depths[worst])], "m")
         text = f"Deepest wear of one body{cases.in_joint(joint.name)}: {depth} per 1000 h{cases.at(worst)}."
-        parts = [text, *_growth(cases, joint, worst), *remark(cases, joint, worst, float(depths[worst]))]
+        parts = [text, *remark(cases, joint, worst, float(depths[worst]))]
         lines.append(" ".join([*parts, *effects.sentences(cases, effects.NEXT, depths, _texts, 1)]))
     return lines
 
@@ -32,13 +35,13 @@ def depth_in_1000_hours(cases: Cases, joint: JointLayout) -> np.ndarray | None:
     return THOUSAND_HOURS * cases.column(rate).astype(float) if joint.wear_bins and cases.has(rate) else None
 
 
-def remark(cases: Cases, joint: JointLayout, index: int, depth: float) -> list[str]:
+def remark(cases: Cases, joint: JointLayout, index: int, depth: float, subject: str = "This") -> list[str]:
     """Return the remark that a depth (m) in 1000 hours is no forecast if it exceeds the clearance, else []."""
     hours, clearance = hours_to_clearance(cases, joint, index, depth), _clearance(cases, joint, index)
     if not hours or clearance is None:
         return []
     (size,) = wording.in_common_unit([clearance], "m")
-    return [f"This is no forecast: after {hours} the wear equals the clearance of {size}, and the rate changes."]
+    return [f"{subject} is no forecast: after {hours} the wear equals the clearance of {size}, and the rate changes."]
 
 
 def hours_to_clearance(cases: Cases, joint: JointLayout, index: int, depth: float) -> str:
@@ -65,7 +68,8 @@ def _growth(cases: Cases, joint: JointLayout, worst: int) -> list[str]:
     if not np.isfinite(grown):
         return []
     (per_hours,) = wording.in_common_unit([grown], "m")
-    return [f"Both bodies together widen the clearance by {per_hours} per 1000 h of its life."]
+    where = f"{cases.in_joint(joint.name)}{cases.at(worst)}"
+    return [f"Wear of both bodies widens the clearance{where} by {per_hours} per 1000 h of the life."]
 
 
 def _clearance(cases: Cases, joint: JointLayout, index: int) -> float | None:

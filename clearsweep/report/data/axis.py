@@ -72,7 +72,8 @@ class Axis(NamedTuple):
 
     def label(self) -> str:
         """Return name and unit, for an axis of a figure."""
-        return f"{self.name} [{self.scale.unit}]" if self.scale.unit else self.name
+        named = all(value in self.names or value in self.labels for value in self.values)
+        return f"{self.name} [{self.scale.unit}]" if self.scale.unit and not named else self.name
 
 
 def position(axis: Axis, values: pd.Series) -> np.ndarray:

@@ -12,7 +12,10 @@ LEFT_OUT = " Starts that were cut off before the motor's speed are left out."
 def comparable(study: Study, column: str) -> np.ndarray:
     """Return a figure of the finished cases (n,) in SI, NaN for null and for starts that were cut off."""
     values = study.cases[column].to_numpy(float)
-    return np.where(_cut_off(study), np.nan, values) if leaves_out(study, column) else values
+    if not leaves_out(study, column):
+        return values
+    finished = np.where(_cut_off(study), np.nan, values)
+    return finished if np.isfinite(finished).any() else values
 
 
 def leaves_out(study: Study, column: str) -> bool:

@@ -29,7 +29,12 @@ def sections(study: Study) -> list[Section]:
         return []
     worst = worst_case(study)
     ids = [worst[0]] if worst else []
-    why = "Worst case" if len(study.cases) > 1 else "The case"
+    title = question(study).title
+    why = (
+        (f"Worst case: {title[:1].lower()}{title[1:]}" if title else "Worst case")
+        if len(study.cases) > 1
+        else "The case"
+    )
     shown_ids = [*ids, *_ranked(study)][:1]
     blocks: list[Block] = [*_details(study, shown_ids, {}, why)] or [
         _without_history(study, each, why) for each in shown_ids
