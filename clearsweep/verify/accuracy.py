@@ -116,7 +116,7 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
 
 
 def measure_one(
-    problem, selected: list[Method], rounds: int, slow: float = SINGLE_ROUND_TIME, timer=time.perf_counter
+    problem, selected: list[Method], repetitions: int, slow: float = SINGLE_ROUND_TIME, timer=time.perf_counter
 ) -> dict:
     """Return the figures of all methods on one problem; runs that take `slow` s or more have one round."""
     rows, runs = [], []
@@ -127,7 +127,7 @@ def measure_one(
             solution = method.solve(problem, setting)
             rows.append(_row(method, setting, problem.assess(solution), solution))
             runs.append(method.repeat(problem, setting))
-    least, integrations = _least_times(runs, rounds, slow, timer)
+    least, integrations = _least_times(runs, repetitions, slow, timer)
     for row, total, integration in zip(rows, least, integrations, strict=True):
         row["ms_per_revolution"] = 1e3 * total / problem.revolutions
         row["integration_ms_per_revolution"] = 1e3 * integration / problem.revolutions if integration else None
@@ -163,10 +163,10 @@ def _number(value):
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _least_times(runs: list, rounds: int, slow: float, timer) -> tuple[np.ndarray, list]:
+def _least_times(runs: list, repetitions: int, slow: float, timer) -> tuple[np.ndarray, list]:
     """Return the least time (s) of each of `runs`, and the least time reported by the run itself, if any."""
     least, integrations = np.full(len(runs), math.inf), [None] * len(runs)
-    for _ in range(rounds):
+    for _ in range(repetitions):
         for i, run in enumerate(runs):
             if math.isfinite(least[i]) and least[i] > slow:
                 continue

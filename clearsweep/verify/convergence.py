@@ -59,9 +59,9 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
             note(f"convergence of statistics: tolerance {tolerance:g}")
         rows += run(tolerance, lengths)
     pairs = [
-        (one[figure], other[figure])
+        (first[figure], second[figure])
         for length in lengths
-        for one, other in itertools.combinations([row for row in rows if row["revolutions"] == length], 2)
+        for first, second in itertools.combinations([row for row in rows if row["revolutions"] == length], 2)
         for figure in FIGURES
     ]
     agrees = [abs(a["value"] - b["value"]) <= math.hypot(a["half_width"], b["half_width"]) for a, b in pairs]

@@ -15,7 +15,7 @@ EXPLANATION = (
     "events: contact onsets and separations found; = means that number and order are exact.",
     "force peaks: largest relative error in the first half; '-' where contacts are missing or peaks are not compared.",
     "rhs: evaluations of the equations of motion, those for events included.",
-    "time: least of {rounds} interleaved rounds (one for runs of 0.2 s and more), compilation excluded; ours: the",
+    "time: least of {repetitions} interleaved rounds (one for runs of 0.2 s and more), compilation excluded; ours: the",
     "    whole call of clearsweep.simulate with every figure of the summary.",
 )
 METHODS = (
@@ -39,7 +39,12 @@ def text(results: dict) -> str:
     ]
     for entry in results["problems"]:
         lines += ["", *_problem(entry)]
-    lines += ["", *(line.format(rounds=results["rounds"]) for line in EXPLANATION), "", *_headline(results["headline"])]
+    lines += [
+        "",
+        *(line.format(repetitions=results["rounds"]) for line in EXPLANATION),
+        "",
+        *_headline(results["headline"]),
+    ]
     lines += ["", *machines(results["machines"])] if results["machines"]["rows"] else []
     lines += ["", *convergence(results["convergence"]), "", *stability(results["stability"])]
     lines += ["", *stiffness(results["stiffness"])]

@@ -214,13 +214,13 @@ def _walk(value, numbers, walk=None):
     if not tuples:  # as of most
         numbers += value
         return form
-    forms, start = [form], 0
+    result, start = [form], 0
     for position in tuples:
         numbers += value[start:position]
-        forms.append((walk or _walk)(value[position], numbers))
+        result.append((walk or _walk)(value[position], numbers))
         start = position + 1
     numbers += value[start:]
-    return tuple(forms)
+    return tuple(result)
 
 
 _TUPLES: dict[tuple, tuple[int, ...]] = {}  # types of a tuple and its items -> positions of nested tuples

@@ -205,19 +205,19 @@ def repeat_near_event(pointer, event):
     The interpolant of a longer step over a kink of the right-hand side locates the kink only roughly.
     """
     work = pointer[0]
-    excess = distance_beyond(pointer, event)
+    distance = distance_beyond(pointer, event)
     for _ in range(MAX_REPEATS):
         h = work.step.length
-        if not (work.step.error < 1.0 and CLOSE_TO_EVENT * h < abs(excess) < FAR_FROM_EVENT * h):
+        if not (work.step.error < 1.0 and CLOSE_TO_EVENT * h < abs(distance) < FAR_FROM_EVENT * h):
             break
-        work.step.length = h - excess
+        work.step.length = h - distance
         take_step(pointer)
         if not work.step.error < 1.0:  # as before
             work.step.length = h
             take_step(pointer)
             break
-        excess = distance_beyond(pointer, event)
-    return excess
+        distance = distance_beyond(pointer, event)
+    return distance
 
 
 @kernel
@@ -232,10 +232,10 @@ def step_to_event(pointer, event):
         shorten(pointer, work.step.length / work.implicit.past.length)
     if not work.step.error < 1.0:
         sum_step(pointer)
-    excess = repeat_near_event(pointer, event)
-    if abs(excess) <= NEXT_TO_EVENT * work.step.length:  # one Newton step, unless the event is nearly tangential
+    distance = repeat_near_event(pointer, event)
+    if abs(distance) <= NEXT_TO_EVENT * work.step.length:  # one Newton step, unless the event is nearly tangential
         for i in range(work.end.size):
-            work.end[i] -= work.k[i, END] * excess
+            work.end[i] -= work.k[i, END] * distance
     if event[0] == STOP:
         work.end[work.independent] = event[2]
 

@@ -40,8 +40,8 @@ class GreenwoodTripp(NamedTuple):
 
 @kernel
 def _ramp_share(transition, depth):
-    zero, one = as_type_of(0.0, depth), as_type_of(1.0, depth)
-    return min(max((depth - transition.begin) / transition.width, zero), one)
+    lowest, highest = as_type_of(0.0, depth), as_type_of(1.0, depth)
+    return min(max((depth - transition.begin) / transition.width, lowest), highest)
 
 
 dry_share.member(Ramp)(_ramp_share)
