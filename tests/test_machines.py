@@ -279,7 +279,7 @@ def test_loads_and_drives_come_to_a_machine_in_its_own_words():
 def test_the_branches_of_a_four_bar_lie_on_either_side(branch, side):
     case = grid.load(changed(FOUR_BAR, mechanism__branch=branch, drive__start_angle="70 deg"), CATALOGUE).case(0)
     sketch = simulation.sketch(case)
-    places = {joint.name: joint.place for joint in sketch.joints}
+    places = {joint.name: joint.position for joint in sketch.joints}
     pin, pivot, coupler = places["crank-coupler"], places["rocker-ground"], places["coupler-rocker"]
     distance, to = pivot - pin, coupler - pin
     assert side * (distance[0] * to[1] - distance[1] * to[0]) > 0.0
@@ -298,11 +298,11 @@ def test_a_linkage_that_cannot_turn_is_refused_with_place_body_and_angle(tmp_pat
 
 def test_the_revolutions_of_a_speed_table_end_where_its_angle_says():
     schedule = scheduled_clock(Schedule(times=_array(0.0, 1.0, 3.0), speeds=_array(0.0, 10.0, 4.0)))
-    assert schedule.at(5.0 / (2.0 * math.pi)) == pytest.approx(1.0, rel=1e-12)
-    assert schedule.at(19.0 / (2.0 * math.pi)) == pytest.approx(3.0, rel=1e-12)
-    assert schedule.at(23.0 / (2.0 * math.pi)) == pytest.approx(4.0, rel=1e-12)
+    assert schedule.value_after(5.0 / (2.0 * math.pi)) == pytest.approx(1.0, rel=1e-12)
+    assert schedule.value_after(19.0 / (2.0 * math.pi)) == pytest.approx(3.0, rel=1e-12)
+    assert schedule.value_after(23.0 / (2.0 * math.pi)) == pytest.approx(4.0, rel=1e-12)
     turns = 1.25 / (2.0 * math.pi)  # after half a second, at half of the acceleration
-    assert schedule.at(turns) == pytest.approx(0.5, rel=1e-12)
+    assert schedule.value_after(turns) == pytest.approx(0.5, rel=1e-12)
 
 
 def _array(*values):

@@ -324,8 +324,8 @@ def test_the_verdict_of_a_sample_has_the_probability_with_its_interval(run):
     made, text = verdict_of("")
     beyond = int((made.summary[PEAK] > 14.0).sum())
     low, high = stats.binomtest(beyond, 64).proportion_ci(0.95, method="exact")
-    expected = f"probability of {100.0 * beyond / 64:.2g} % (95 %: {100.0 * low:.2g} to {100.0 * high:.2g} %)."
-    assert expected in text
+    expected = f"probability of {100.0 * beyond / 64:.2g} % (95 %: {100.0 * low:.2g} to {100.0 * high:.2g} %)"
+    assert f"{expected} within the 8 counted revolutions." in text
     assert "probability" not in verdict_of("sweep: {mechanism.gravity: [0, 1]}\n")[1]  # two samples
 
 

@@ -101,7 +101,7 @@ def blocks(loads, dry):
         joint[0].load_time += load
         joint[0].dry_force_time += 0.5 * force
         totals = SimpleNamespace(joint=joint, dry=filled)
-        taken.append(DryTime(bears=True).take(totals, 0))
+        taken.append(DryTime(above=True).take(totals, 0))
         sums.append(Ratio("dry_force_time", "load_time").take(totals, 0))
     return np.arange(len(loads) + 1.0), taken, sums
 
@@ -109,9 +109,9 @@ def blocks(loads, dry):
 def test_shares_of_blocks_are_those_of_their_mean_load():
     """0.9 N is below a thousandth of 1000 N, the mean; 2 N in three blocks of four is above it for half a second."""
     times, taken, sums = blocks([500.0, 1500.0, 1000.0, 1000.0], [2.0, 2.0, 0.9, 2.0])
-    share, width = DryTime(bears=True).over_blocks(times, taken, 1)
+    share, width = DryTime(above=True).over_blocks(times, taken, 1)
     assert share == pytest.approx(0.375, rel=1e-12)
-    assert DryTime(bears=False).over_blocks(times, taken, 1) == (pytest.approx(0.625, rel=1e-12), width)
+    assert DryTime(above=False).over_blocks(times, taken, 1) == (pytest.approx(0.625, rel=1e-12), width)
     assert width > 0.1
     ratio, around = Ratio("dry_force_time", "load_time").over_blocks(times, sums, 1)
     assert ratio == pytest.approx(3.45 / 4000.0, rel=1e-12)

@@ -147,7 +147,7 @@ def test_a_folder_that_is_a_link_is_refused_and_what_it_leads_to_stays(run, fold
 
 def test_a_lock_that_is_a_file_of_the_user_is_refused(run):
     (run / "lock").write_text("precious")
-    with pytest.raises(DirectoryError, match="lock: is not a lock"):
+    with pytest.raises(DirectoryError, match="lock: is not the lock file of a run"):
         again(run)
     assert (run / "lock").read_text() == "precious"
 

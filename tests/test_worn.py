@@ -201,7 +201,7 @@ def test_forces_and_moments_are_the_derivatives_of_what_is_stored(wear):
         (contact,) = load.contacts
         power = force * (slopes[0] * 0.3 - slopes[1] * 0.2 + slopes[2] * 40.0 - slopes[3] * 90.0)
         assert contact.rate * force == pytest.approx(power, rel=1e-6)
-        assert contact.elastic * contact.pace == pytest.approx(power, rel=1e-6)
+        assert contact.elastic * contact.generalised_rate == pytest.approx(power, rel=1e-6)
         assert contact.normal == pytest.approx(math.hypot(load.fx, load.fy), rel=1e-12)
 
 

@@ -300,7 +300,7 @@ def pow(x: Any, y: Any) -> Any:
 
 
 def cos_and_sin(x: Any) -> tuple[Any, Any]:
-    """Return cosine and sine of an angle x (rad); nan beyond LARGEST_ANGLE."""
+    """Return cosine and sine of an angle x (rad); nan beyond MAX_ANGLE."""
     shifted = fma(x, TWO_OVER_PI, SHIFT)
     n = shifted - SHIFT
     r_high = fma(-n, HALF_PI, x)  # exact
@@ -329,12 +329,12 @@ def cos_and_sin(x: Any) -> tuple[Any, Any]:
 
 
 def sin(x: Any) -> Any:
-    """Return the sine of an angle x (rad); nan beyond LARGEST_ANGLE."""
+    """Return the sine of an angle x (rad); nan beyond MAX_ANGLE."""
     return cos_and_sin(x)[1]
 
 
 def cos(x: Any) -> Any:
-    """Return the cosine of an angle x (rad); nan beyond LARGEST_ANGLE."""
+    """Return the cosine of an angle x (rad); nan beyond MAX_ANGLE."""
     return cos_and_sin(x)[0]
 
 
