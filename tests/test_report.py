@@ -470,7 +470,7 @@ def test_every_key_is_shown_in_the_unit_that_the_key_table_gives(mechanism):
 )
 def test_the_parameters_of_laws_are_shown_with_their_units(contact, friction, path, text):
     row = shown(resolved(contact, friction))[f"{JOINT}.{path}"]
-    assert row.replace("\u00a0", " ").replace("\u2009", " ") == text
+    assert row.replace("\u00a0", " ").replace("\u202f", " ") == text
 
 
 def test_a_stiffness_next_to_a_swept_law_has_the_exponent_that_the_law_takes_by_default():
@@ -572,7 +572,7 @@ def shared_values(tmp_path_factory):
         ("kuwabara-kono, lugre", "contact.damping", "120 N s/m¹·⁵"),
         ("kuwabara-kono, lugre", "friction.bristle_stiffness", "5000 1/m"),
         ("kuwabara-kono, lugre", "friction.bristle_damping", "316 s/m"),
-        ("kelvin-voigt, karnopp", "contact.stiffness", "20\u2009000 N/m"),
+        ("kelvin-voigt, karnopp", "contact.stiffness", "20\u202f000 N/m"),
         ("kelvin-voigt, karnopp", "contact.damping", "120 N s/m"),
         ("kelvin-voigt, karnopp", "friction.band", "0.2 mm/s"),
         ("layer, stribeck", "contact.thickness", "5 mm"),

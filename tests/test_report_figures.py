@@ -458,7 +458,7 @@ def living():
 def test_lives_are_reported_mapped_and_drawn_with_their_intervals():
     (part,) = sections.life.sections(study.prepare(living()))
     points, gallery = part.blocks
-    said = [text.replace("\u00a0", " ").replace("\u2009", "") for text in points.texts]
+    said = [text.replace("\u00a0", " ").replace("\u202f", "") for text in points.texts]
     assert said[0].startswith(
         "Shortest life of joint rod-slider, until the clearance has grown by 50.0 µm: 4.17 h at clearance 0.2 mm, "
         "stiffness 1 \u00d7 10¹⁰ N/m¹·⁵, crank speed 1000 rpm. This is 250000 revolutions. "

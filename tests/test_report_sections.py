@@ -616,7 +616,7 @@ def test_what_was_sought_stands_in_the_verdict_and_in_a_section_of_its_own(tmp_p
     frame = run.seek
     assert [row[-5] for row in table.rows] == pytest.approx(frame[f"seek.{MASS}"].tolist(), rel=1e-12, nan_ok=True)
     assert len(table.rows) == (2 if whom == "each" else 1)
-    first = sentence_of(verdict_section.sections(prepared)).replace("\u2009", "")
+    first = sentence_of(verdict_section.sections(prepared)).replace("\u202f", "")
     assert first.partition(". ")[0] not in sentence_of([part])  # nothing is said twice
     if limit == 0.05:
         assert "Largest safe slider mass: none in the range in 2 of 2 searches, limited by" in first

@@ -145,7 +145,7 @@ def test_closing_lines_give_a_value_in_the_unit_of_the_grid():
 )
 def test_imperial_units_are_those_of_handbooks(value, unit, said):
     with wording.units("imperial"):
-        text = wording.text(value, unit).replace(wording.BLANK, " ").replace("\u2009", " ")
+        text = wording.text(value, unit).replace(wording.BLANK, " ").replace("\u202f", " ")
         scale = wording.scale(unit, value)
     assert text == said
     assert scale.of(value) * scale.factor == pytest.approx(value)

@@ -276,5 +276,5 @@ def _largest(values: Iterable[float | None] | float) -> float:
 
 def _thousands(digits: str) -> str:
     integer, dot, fraction = digits.partition(".")
-    grouped = f"{int(integer):,}".replace(",", "\u2009") if len(integer.lstrip("-")) > 4 else integer
+    grouped = f"{int(integer):,}".replace(",", "\u202f") if len(integer.lstrip("-")) > 4 else integer
     return grouped + dot + fraction

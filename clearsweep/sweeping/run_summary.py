@@ -266,7 +266,7 @@ def cases(count: int) -> str:
 
 def plain(text: str) -> str:
     """Return a text with ordinary spaces, at which a terminal can break lines."""
-    return text.replace("\u00a0", " ").replace("\u2009", " ")
+    return text.replace("\u00a0", " ").replace("\u202f", " ")
 
 
 def _listed_paths(facts: dict[str, Any]) -> list[str]:

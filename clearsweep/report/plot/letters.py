@@ -21,7 +21,7 @@ _OTHERS = {
     "⁻": 528,
     "·": 318,
     wording.DASH: 500,
-    "\u2009": 200,
+    "\u202f": 200,
     wording.MINUS: 838,
     wording.TIMES: 838,
 }
