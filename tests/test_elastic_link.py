@@ -148,7 +148,7 @@ def test_a_planar_grid_says_where_a_link_gives():
     ("path", "value", "sentence"),
     [
         ("mechanism.bodies.rod.elastic.between", ["big", "big"], "lies between rod.big and itself"),
-        ("mechanism.bodies.rod.elastic.between", ["big", "middle"], "rod-slider, at rod.small, is on this elastic link"),
+        ("mechanism.bodies.rod.elastic.between", ["big", "middle"], "rod-slider, at rod.small, is on this"),
         ("mechanism.bodies.rod.elastic.segments", 13, "out of range"),
         ("mechanism.bodies.rod.mass", 0, "an elastic link needs a mass above 0"),
         ("loads", {"push": {"on": "rod", "force": ["1 N", "0 N"]}}, "away from its pins"),
