@@ -58,7 +58,7 @@ def test_a_sum_is_fused_where_it_is_written_and_nowhere_else():
 
 @pytest.mark.parametrize("level", objects.LEVELS)
 def test_an_object_is_made_for_every_level_whatever_the_processor(monkeypatch, level):
-    monkeypatch.setattr(objects, "_WANTED", [level])
+    monkeypatch.setattr(objects, "_LEVELS_FOR_PACKAGE", [level])
     assert len(objects.object_of(entry_of(both_sums))) > 200
 
 
@@ -67,9 +67,9 @@ def test_all_levels_that_run_here_give_the_same_bits(monkeypatch):
     if objects.level() not in known:
         pytest.skip("a processor of another kind")
     for level in known[known.index(objects.level()) :]:
-        monkeypatch.setattr(objects, "_WANTED", [level])
+        monkeypatch.setattr(objects, "_LEVELS_FOR_PACKAGE", [level])
         content, out = objects.object_of(entry_of(both_sums)), np.zeros(2)
-        monkeypatch.setattr(objects, "_WANTED", [])
+        monkeypatch.setattr(objects, "_LEVELS_FOR_PACKAGE", [])
         code = objects.loaded(content)
         objects.function_at(code.address, 1)(NUMBERS.ctypes.data, out.ctypes.data, 0)
         result.append(out.tobytes())
@@ -79,7 +79,7 @@ def test_all_levels_that_run_here_give_the_same_bits(monkeypatch):
 def test_an_object_for_another_kind_of_processor_asks_for_nothing_more_and_links(tmp_path, monkeypatch):
     """A step of a slider-crank with friction; linking needs that processor's linker.  Nobody has run it."""
     case = clearsweep.load_case(slider_crank("rod-slider", changes={"joints.rod-slider.friction": TANH}))
-    monkeypatch.setattr(objects, "_WANTED", ["aarch64"])
+    monkeypatch.setattr(objects, "_LEVELS_FOR_PACKAGE", ["aarch64"])
     made = objects.traced(trial_step.sweep_entry, case.value, "fifffff")
     content = objects.object_of(made)
     assert int.from_bytes(content[0x12:0x14], "little") == 183  # of AArch64, in ELF

@@ -37,7 +37,7 @@ def test_every_picture_of_the_page_has_a_name_of_its_own_that_the_next_page_has_
     assert len(names) == len(set(names)) == report.of(Run()).text().count("<svg ") + len(played)
     assert all(re.fullmatch(r"[a-z0-9-]+", name) for name in names)
     assert "verdict-force-peak-clearance-crank-speed" in names
-    assert "cases-worst-case-journal-orbit" in names
+    assert "cases-worst-case-largest-normal-force-journal-orbit" in names
 
 
 def test_pictures_of_one_title_are_numbered():
