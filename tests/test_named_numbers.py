@@ -85,5 +85,5 @@ def test_an_attribute_that_is_no_number_is_not_assigned():
 
     with pytest.raises(AttributeError, match="levle"):
         misspelt(np.zeros(2))
-    with pytest.raises(NotTraceableError, match="changes an attribute that is no number in memory"):
+    with pytest.raises(NotTraceableError, match="assigns an attribute that is no number in memory"):
         machine_code(misspelt)(np.zeros(2))

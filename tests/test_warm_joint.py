@@ -126,7 +126,7 @@ def test_without_expansion_the_clearance_stays(monkeypatch):
 
 
 def test_what_cannot_be_is_refused():
-    with pytest.raises(InputError, match=r"thermal: is for dry joints.*use film\.thermal"):
+    with pytest.raises(InputError, match=r"thermal: applies to dry joints.*use film\.thermal"):
         scene(**{"joints__rod-slider__film": {"oil": "ISO VG 46", "temperature": "60 degC"}})
     changes = copy.deepcopy(DRY)
     del changes["joints.rod-slider.friction"]

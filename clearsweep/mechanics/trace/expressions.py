@@ -348,7 +348,7 @@ class Expressions:
         """Return the Fields to which the number of a target belongs."""
         holder = self.value(target.value)
         if not isinstance(holder, Fields) or target.attr not in holder.DECLARED:
-            raise NotTraceableError("assigns an attribute that is not a field of a Fields")
+            raise NotTraceableError("assigns an attribute that is no number in memory")
         return holder
 
     def keep(self, name: str, value: Any, lanes: Any) -> None:
