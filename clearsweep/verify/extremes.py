@@ -8,7 +8,7 @@ the group `dear`, whose cases may need more steps than the budget.
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -47,6 +47,9 @@ ROUGH_CASES, ROUGH_SEED = 10, 20261122
 CYCLES = 5e4  # largest number of oscillations in contact per revolution of a mixed case
 
 Section = dict[str, Any]  # of a grid, in SI
+
+
+Levels = dict[str, float]  # factor -> level
 
 
 class Extreme(NamedTuple):
@@ -131,6 +134,15 @@ def impact_pair_grid(
         "simulate": {"impacts": 10},
         "save": {"orbits": "none"},
     }
+
+
+def balanced_levels(
+    generator: np.random.Generator, factors: Mapping[str, Sequence[float]], count: int
+) -> Iterator[Levels]:
+    """Yield `count` combinations of the levels of all factors: each level as often as the others, in random order."""
+    columns = {name: generator.permutation(np.tile(values, count // len(values))) for name, values in factors.items()}
+    for row in range(count):
+        yield {name: float(column[row]) for name, column in columns.items()}
 
 
 def cases() -> list[Extreme]:

@@ -7,11 +7,10 @@ the film at half its clearance in pure rotation.
 """
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
-from .extremes import CYCLES, Extreme, Section, contact, tanh
+from .extremes import CYCLES, Extreme, Levels, Section, balanced_levels, contact, tanh
 
 SEED, CASES_PER_FAMILY = 20261123, 15
 RADIUS, LENGTH = 0.02, 0.04  # m
@@ -30,7 +29,6 @@ FACTORS = {
 }
 LAWS = ("finite", "short", "long", "pinkus-sternlicht", "reynolds")
 OPENINGS = (("rod-slider",), ("crank-rod",), ("crank-rod", "rod-slider"))
-Levels = dict[str, float]
 
 
 def cases() -> list[Extreme]:
@@ -39,18 +37,8 @@ def cases() -> list[Extreme]:
     return [
         Extreme(f"{family}/{number:02d} {_levels_text(levels)}", _grid(levels, dry=family == "mixed film"))
         for family in ("film", "mixed film")
-        for number, levels in enumerate(_levels(generator))
+        for number, levels in enumerate(balanced_levels(generator, FACTORS, CASES_PER_FAMILY))
     ]
-
-
-def _levels(generator: np.random.Generator) -> Iterator[Levels]:
-    """Yield CASES_PER_FAMILY combinations of levels."""
-    columns = {
-        name: generator.permutation(np.tile(values, CASES_PER_FAMILY // len(values)))
-        for name, values in FACTORS.items()
-    }
-    for row in range(CASES_PER_FAMILY):
-        yield {name: float(column[row]) for name, column in columns.items()}
 
 
 def _levels_text(levels: Levels) -> str:

@@ -6,11 +6,10 @@ oscillations per revolution, as in the mixed cases of `extremes`.
 """
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
-from .extremes import CYCLES, Extreme, Section, contact, tanh
+from .extremes import CYCLES, Extreme, Levels, Section, balanced_levels, contact, tanh
 
 SEED, CASES_PER_FAMILY = 20261122, 16
 LINKS = {"crank": (0.05, 0.3, 1e-4), "rod": (0.12, 0.21, 2.5e-4), "rocker": (0.1, 0.25, 2.2e-4)}  # m, kg, kg m^2
@@ -23,7 +22,6 @@ FACTORS = {
     "friction": (0.0, 0.0, 0.1, 0.5),
     "mass": (0.1, 1.0, 1.0, 30.0),  # factor on all masses and inertias
 }
-Levels = dict[str, float]
 
 
 def cases() -> list[Extreme]:
@@ -33,18 +31,8 @@ def cases() -> list[Extreme]:
     return [
         Extreme(f"{name}/{number:02d} {_levels_text(levels)}", family(levels))
         for name, family in families.items()
-        for number, levels in enumerate(_levels(generator))
+        for number, levels in enumerate(balanced_levels(generator, FACTORS, CASES_PER_FAMILY))
     ]
-
-
-def _levels(generator: np.random.Generator) -> Iterator[Levels]:
-    """Yield CASES_PER_FAMILY combinations of levels."""
-    columns = {
-        name: generator.permutation(np.tile(values, CASES_PER_FAMILY // len(values)))
-        for name, values in FACTORS.items()
-    }
-    for row in range(CASES_PER_FAMILY):
-        yield {name: float(column[row]) for name, column in columns.items()}
 
 
 def _levels_text(levels: Levels) -> str:
