@@ -21,14 +21,7 @@ MIN_COMPLIANCE = 1e-6  # rad/s^2 per N m, m/s^2 per N: a less compliant joint fo
 CONVERGED = 1e-15  # tolerance, relative to the largest friction
 JAM_TOLERANCE = 1e-9  # the same after all sweeps: a larger change means that the joint jams
 
-_SOLVED = """def accelerate(mechanism, pose, loads):
-    normal = under_friction(mechanism, pose, loads, {zeros})[1]
-    rub = {friction}
-    change, largest = 0.0, 0.0
-    for _ in range({sweeps}):
-        normal = under_friction(mechanism, pose, loads, rub)[1]
-        before, rub = rub, {friction}
-        change, largest = 0.0, 0.0
+_UNTIL_CONVERGED = """        change, largest = 0.0, 0.0
         for i in range({count}):
             change = max(change, abs(plain(rub[i]) - plain(before[i])))
             largest = max(largest, abs(plain(rub[i])))
@@ -38,6 +31,19 @@ _SOLVED = """def accelerate(mechanism, pose, loads):
     valid = 1.0 if change <= {jams} * largest else math.nan
     return FrictionMotion(motion.accelerations, motion.output, motion.torque, {power}, {speeds})
 """
+
+
+_SOLVED = (
+    """def accelerate(mechanism, pose, loads):
+    normal = under_friction(mechanism, pose, loads, {zeros})[1]
+    rub = {friction}
+    change, largest = 0.0, 0.0
+    for _ in range({sweeps}):
+        normal = under_friction(mechanism, pose, loads, rub)[1]
+        before, rub = rub, {friction}
+"""
+    + _UNTIL_CONVERGED
+)
 
 
 _GIVEN = """def accelerate(mechanism, pose, loads):
@@ -49,7 +55,8 @@ _GIVEN = """def accelerate(mechanism, pose, loads):
 
 #: Karnopp 1985: below the band each couple or force makes the slip decay with the rate of the crank,
 #: within its limits, which may depend on reactions; several are iterated (projected Gauss-Seidel).
-_STICKING = """def accelerate(mechanism, pose, loads):
+_STICKING = (
+    """def accelerate(mechanism, pose, loads):
     _, normal, pace = under_friction(mechanism, pose, loads, {zeros})
     rub = {friction}
     _, normal, pace = under_friction(mechanism, pose, loads, rub)
@@ -59,16 +66,9 @@ _STICKING = """def accelerate(mechanism, pose, loads):
         before = rub
         rub = {sliding}
 {turns}
-        change, largest = 0.0, 0.0
-        for i in range({count}):
-            change = max(change, abs(plain(rub[i]) - plain(before[i])))
-            largest = max(largest, abs(plain(rub[i])))
-        if change <= {converged} * largest:
-            break
-    motion = under_friction(mechanism, pose, loads, rub)[0]
-    valid = 1.0 if change <= {jams} * largest else math.nan
-    return FrictionMotion(motion.accelerations, motion.output, motion.torque, {power}, {speeds})
 """
+    + _UNTIL_CONVERGED
+)
 
 
 class FrictionMotion(NamedTuple):
