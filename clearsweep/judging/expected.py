@@ -50,8 +50,8 @@ def sentence(figures: list[str], where: str) -> str:
     """
     value, high, largest = figures
     return (
-        f"In 10⁶ revolutions expect a force peak of {value}, at most {high} (97.5 %){where}; the window's largest is "
-        f"{largest}."
+        f"The largest force peak in 10⁶ revolutions is estimated at {value}, at most {high} (97.5 %){where}. The "
+        f"largest peak in the window is {largest}."
     )
 
 

@@ -115,8 +115,8 @@ def longer_runs(cases: Cases, limited: Sequence[str]) -> list[str]:
     if not count:
         return []
     return [
-        f"{count} of {wording.count(total, 'motion')} did not repeat within the run: longer runs exceed limits on "
-        "peaks more often. To count more revolutions, raise simulate.revolutions."
+        f"{count} of {wording.count(total, 'motion')} did not become periodic within the run: longer runs exceed limits "
+        "on peaks more often. To count more revolutions, raise simulate.revolutions."
     ]
 
 

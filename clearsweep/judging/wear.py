@@ -41,7 +41,9 @@ def remark(cases: Cases, joint: JointLayout, index: int, depth: float, subject: 
     if not hours or clearance is None:
         return []
     (size,) = wording.in_common_unit([clearance], "m")
-    return [f"{subject} is no forecast: after {hours} the wear equals the clearance of {size}, and the rate changes."]
+    return [
+        f"{subject} is not a forecast: after {hours} the wear reaches the clearance of {size}, and the rate changes."
+    ]
 
 
 def hours_to_clearance(cases: Cases, joint: JointLayout, index: int, depth: float) -> str:
