@@ -194,9 +194,9 @@ def put_saved_signals(reader: Reader) -> None:
         except InputError:
             continue  # `check` says what is wrong
         angle = signals.places if signals.over == "crank_angle" else signals.places * (rate or 1.0)
-        densest = max(densest, features.density(angle))
+        densest = max(densest, features.samples_per_revolution(angle))
     if "save.samples" not in reader.written:
-        reader.values["save.samples"] = int(min(max(features.SAMPLES, 2.0 * densest), MAX_BINS))
+        reader.values["save.samples"] = int(min(max(features.MIN_SAMPLES, 2.0 * densest), MAX_BINS))
     if "save.revolutions" not in reader.written:
         samples = reader.values["save.samples"]
         total = min(reader.values_of("simulate.revolutions") or (10.0,))
@@ -276,10 +276,10 @@ def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turne
 
 def _enough(file: str, column: str, angle: "np.ndarray", values: "np.ndarray") -> None:
     """Raise InputError if a signal has too few revolutions, or too few samples per impact."""
-    count, density = (angle[-1] - angle[0]) / features.TURN, features.density(angle)
+    count, density = (angle[-1] - angle[0]) / features.TURN, features.samples_per_revolution(angle)
     if count < LEAST_TURNS - 1e-6:
         raise InputError(f"{file}: {column} has {count:.3g} revolutions; at least {LEAST_TURNS} are needed")
-    impacts = max(features.of(features.revolutions(angle, values)).impacts, 1.0)
+    impacts = max(features.features_of(features.split_revolutions(angle, values)).impacts, 1.0)
     if density < LEAST_SAMPLES * impacts:
         raise InputError(
             f"{file}: {column} has {density:.3g} samples a revolution and {impacts:.3g} impacts a revolution, "
