@@ -55,7 +55,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def _section(study: Study, joint: Joint, maps: list[Map]) -> Section:
-    note = "The maps show every pair of swept values. The last ones show more figures for the pair with the largest effect. "
+    note = "The maps show every pair of swept values; the last ones show more figures of the pair with most effect. "
     worst = "Each cell shows its worst case; for contact time, impacts and restitution it shows the median."
     note += "Each cell shows the median of its cases." if study.typical else worst
     if "refine" in study.run.grid:
