@@ -30,24 +30,34 @@ def of_cases(axes: Sequence[str], column: Callable[[str], np.ndarray], count: in
 
     axes : varied paths; column : values of a path or of the margin
     """
-    conditions = tuple(path for path in axes if path.startswith(OPERATING))
-    varied = tuple(path for path in axes if path not in conditions)
+    varied, conditions = divided(axes)
     if not conditions or not varied:
         return None
     designs = _grouped(varied, conditions, column, count)
     return None if len(designs.members) in (1, count) else designs
 
 
+def divided(axes: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the varied paths that make a design, and those that are operating conditions."""
+    conditions = tuple(path for path in axes if path.startswith(OPERATING))
+    return tuple(path for path in axes if path not in conditions), conditions
+
+
+def groups(varied: Sequence[str], column: Callable[[str], np.ndarray], count: int) -> list[list[int]]:
+    """Return the indices of the cases with equal values at the `varied` paths."""
+    values = [column(path) for path in varied]
+    grouped: dict[tuple, list[int]] = {}
+    for index in range(count):
+        grouped.setdefault(tuple(str(each[index]) for each in values), []).append(index)
+    return list(grouped.values())
+
+
 def _grouped(
     varied: tuple[str, ...], conditions: tuple[str, ...], column: Callable[[str], np.ndarray], count: int
 ) -> Designs:
     """Return the cases grouped by their values at the `varied` paths."""
-    values = [column(path) for path in varied]
     margins = np.nan_to_num(column(MARGIN).astype(float), nan=-np.inf)
-    groups: dict[tuple, list[int]] = {}
-    for index in range(count):
-        groups.setdefault(tuple(str(each[index]) for each in values), []).append(index)
-    members = sorted(groups.values(), key=lambda cases: -float(margins[cases].min()))
+    members = sorted(groups(varied, column, count), key=lambda cases: -float(margins[cases].min()))
     worst = tuple(cases[int(np.argmin(margins[cases]))] for cases in members)
     return Designs(
         varied, conditions, worst, tuple(float(margins[index]) for index in worst), tuple(map(tuple, members))
