@@ -39,26 +39,28 @@ def _counts(cases: Cases, path: str, values: np.ndarray) -> tuple[int, int]:
 
 
 def _groups(cases: Cases, path: str, by: str | None) -> list[np.ndarray]:
-    """Return the cases with equal values at all axes but `path`, or at the axis `by` only, in order of appearance."""
+    """Return the cases with equal values at all axes but `path`, or at the axis `by` only, in order of appearance.
+
+    Cases without a value at `path` are left out.
+    """
+    is_used = ~np.isnan(cases.column(path).astype(float))
     others = [by] if by else [axis for axis in cases.axes if axis != path]
     columns = [cases.column(other) for other in others]
     groups: dict[tuple, list[int]] = {}
-    for index in range(len(cases.case_ids)):
+    for index in np.flatnonzero(is_used).tolist():
         groups.setdefault(tuple(str(column[index]) for column in columns), []).append(index)
     return [np.array(group) for group in groups.values()]
 
 
 def _medians(numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the median of the values (n,) at each distinct number (n,), numbers ascending; NaN for null."""
-    return np.array([np.nanmedian(values[numbers == each]) for each in np.unique(numbers)])
+    """Return the median of the known values (n,) at each distinct number (n,), numbers ascending."""
+    known = np.isfinite(values)
+    return np.array([np.median(values[known & (numbers == each)]) for each in np.unique(numbers[known])])
 
 
 def _trend(numbers: np.ndarray, values: np.ndarray) -> int:
     """Return 1 if values clearly rise with numbers, -1 if they clearly fall, 0 otherwise."""
-    known = np.isfinite(values)
-    if known.sum() < 2:
-        return 0
-    medians = _medians(numbers[known], values[known])
+    medians = _medians(numbers, values)
     if len(medians) < 2 or not factor(medians[[0, -1]]) >= CLEAR_FACTOR:
         return 0
     return 1 if medians[-1] > medians[0] else -1
