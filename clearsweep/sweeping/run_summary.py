@@ -73,7 +73,7 @@ def _probability(
     """Return the probability of exceeding a limit, with its interval; None if the cases are not one random sample."""
     if not limits or not limits["cases"] or result.failed or not probability.is_one_sample(record):
         return None
-    return probability.share(limits["exceeding"], limits["cases"])
+    return probability.binomial_interval(limits["exceeding"], limits["cases"])
 
 
 def _limit_lines(facts: dict[str, Any]) -> list[str]:

@@ -131,7 +131,8 @@ def _expected(study: Study) -> list[str]:
     largest = expected.worst(block, joints)
     if largest is None:
         return [
-            f"Without a period, the largest peak in 10⁶ revolutions is predicted only from {expected.NEEDED} or more "
+            "Without a period, the largest peak in 10⁶ revolutions is predicted only from "
+            f"{expected.MIN_REVOLUTIONS} or more "
             "independent revolutions in the window."
         ]
     joint = next(joint for joint in study.joints if joint.name == largest.joint)

@@ -66,7 +66,7 @@ def _pictures(comparison: SignalComparison) -> list[Picture]:
 
 def _table(comparison: SignalComparison) -> Table:
     """Return rms, peaks and bands of the spectrum of both."""
-    both = [features.of(comparison.measured), features.of(comparison.computed)]
+    both = [features.features_of(comparison.measured), features.features_of(comparison.computed)]
     rows = [
         ("rms", *(each.rms for each in both)),
         ("peak per revolution, median", *(each.peak_median for each in both)),

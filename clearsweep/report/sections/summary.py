@@ -143,12 +143,14 @@ def _designs(study: Study) -> list[tuple[str, str, str]]:
     if grouped is None or sampled.is_one_sample(study.run.grid):
         return []
     accepted = sum(margin >= 0.0 for margin in grouped.margins)
-    names = wording.sentence_list([wording.axis_name(path) for path in grouped.conditions])
+    names = wording.sentence_list([wording.axis_name(path) for path in grouped.condition_paths])
     states = fits.of_cases(cases)
     if states is not None:
-        still_open = f"; open: {wording.sentence_list([fit['name'] for fit in states.open])}" if states.open else ""
+        still_open = (
+            f"; open: {wording.sentence_list([fit['name'] for fit in states.undecided])}" if states.undecided else ""
+        )
         note = f"over their whole tolerance, at every {names}{still_open}"
-        return [("Fits within the limits", f"{len(states.sure)} of {states.total}", note)]
+        return [("Fits within the limits", f"{len(states.accepted)} of {states.total}", note)]
     return [("Designs within the limits", f"{accepted} of {len(grouped.margins)}", f"at every {names}")]
 
 
@@ -157,8 +159,10 @@ def _chance(study: Study) -> list[tuple[str, str, str]]:
     limits = counts.limits(study)
     if not sampled.is_one_sample(study.run.grid) or not limits.cases:
         return []
-    value, _, interval = probability.percentages(probability.share(limits.exceeding, limits.cases)).partition(" (")
-    note = f"{interval.removesuffix(')')}, by the number of cases alone;{probability.window(study.run.grid)}"
+    value, _, interval = probability.percentages(
+        probability.binomial_interval(limits.exceeding, limits.cases)
+    ).partition(" (")
+    note = f"{interval.removesuffix(')')}, by the number of cases alone;{probability.window_text(study.run.grid)}"
     return [("Probability of exceeding a limit", value, note)]
 
 

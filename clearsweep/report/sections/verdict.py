@@ -150,7 +150,7 @@ def _each(study: Study) -> list[str]:
 def _chance(study: Study) -> list[str]:
     """Return a sentence with the chance of exceeding a limit, or [] if the cases are not one random sample."""
     samples = sensitivity.settings(study.run)
-    if len(samples) != 1 or study.run.grid["sample"]["method"] not in probability.INDEPENDENT:
+    if len(samples) != 1 or study.run.grid["sample"]["method"] not in probability.RANDOM_METHODS:
         return []
     chance = sensitivity.exceedance(any_exceeded(study, samples[0]))
     return [probability.sentence(chance, study.run.grid)]
@@ -256,14 +256,14 @@ def _reservations(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, st
     cases = answer_cases(study)
     grouped = designs.of_cases(cases.axes, cases.column, len(cases.case_ids))
     fails = np.zeros(len(cases.case_ids))
-    if grouped is not None and any(axis.path in grouped.conditions for axis in pair):
+    if grouped is not None and any(axis.path in grouped.condition_paths for axis in pair):
         for margin, members in zip(grouped.margins, grouped.members, strict=True):
             fails[list(members)] = pass_share.ELSEWHERE * (margin < 0.0)
-    names = [wording.axis_name(path) for path in grouped.conditions] if grouped is not None else []
+    names = [wording.axis_name(path) for path in grouped.condition_paths] if grouped is not None else []
     remark = f" (ok): met here, but not at every {wording.sentence_list(names)}." if fails.any() else ""
     states = fits.of_cases(cases)
-    if states is not None and states.open and any(axis.path == states.path for axis in pair):
-        fails[np.isin(cases.column(states.path), [fit["mean"] for fit in states.open])] = pass_share.OPEN
+    if states is not None and states.undecided and any(axis.path == states.path for axis in pair):
+        fails[np.isin(cases.column(states.path), [fit["mean"] for fit in states.undecided])] = pass_share.OPEN
         remark += " open: met at the mean clearance; an end of the fit's tolerance was not covered."
     return over_other_axes(study, fails, pair, largest), remark
 
