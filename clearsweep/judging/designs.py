@@ -30,24 +30,35 @@ def of_cases(axes: Sequence[str], column: Callable[[str], np.ndarray], count: in
 
     axes : varied paths; column : values of a path or of the margin
     """
-    condition_paths = tuple(path for path in axes if path.startswith(OPERATING_PREFIXES))
-    design_paths = tuple(path for path in axes if path not in condition_paths)
+    design_paths, condition_paths = divided(axes)
     if not condition_paths or not design_paths:
         return None
     designs = _grouped(design_paths, condition_paths, column, count)
     return None if len(designs.members) in (1, count) else designs
 
 
+def divided(axes: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the varied paths that make a design, and those that are operating conditions."""
+    condition_paths = tuple(path for path in axes if path.startswith(OPERATING_PREFIXES))
+    return tuple(path for path in axes if path not in condition_paths), condition_paths
+
+
+def groups(design_paths: Sequence[str], column: Callable[[str], np.ndarray], count: int) -> list[list[int]]:
+    """Return the indices of the cases with equal values at `design_paths`."""
+    values = [column(path) for path in design_paths]
+    grouped: dict[tuple, list[int]] = {}
+    for index in range(count):
+        grouped.setdefault(tuple(str(column_values[index]) for column_values in values), []).append(index)
+    return list(grouped.values())
+
+
 def _grouped(
     design_paths: tuple[str, ...], condition_paths: tuple[str, ...], column: Callable[[str], np.ndarray], count: int
 ) -> Designs:
     """Return the cases grouped by their values at `design_paths`."""
-    values = [column(path) for path in design_paths]
     margins = np.nan_to_num(column(MARGIN).astype(float), nan=-np.inf)
-    groups: dict[tuple, list[int]] = {}
-    for index in range(count):
-        groups.setdefault(tuple(str(column_values[index]) for column_values in values), []).append(index)
-    members = sorted(groups.values(), key=lambda indices: -float(margins[indices].min()))
+    grouped = groups(design_paths, column, count)
+    members = sorted(grouped, key=lambda indices: -float(margins[indices].min()))
     worst_cases = tuple(indices[int(np.argmin(margins[indices]))] for indices in members)
     return Designs(
         design_paths,

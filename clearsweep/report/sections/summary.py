@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ...judging import answer, designs, fits, probability, sampled, start_up, verdict, wear
+from ...judging import designs, films, fits, probability, sampled, start_up, verdict, wear
+from ...judging.order import Candidate
 from ...language import wording
-from ..blocks.picture import capital
 from ..blocks.section import Cards, Section
 from ..data.answered import answer_cases
 from ..data.comparable import comparable, leaves_out
@@ -111,17 +111,29 @@ def _of_worst(study: Study) -> list[tuple[str, str, str]]:
         return [(f"Best {name}", study.text(best, name), _at(study, best)) for name, best in optimised.ends(study)]
     if lead.question == "force":
         return [("Largest normal force", study.text(case_id, candidate.columns[0]), at)]
-    outside = float(study.cases.at[case_id, f"{candidate.joint}_film_limit_fraction"])
-    at += f"; {answer.beyond_law(outside)}" if outside > 0.0 else ""
-    cards = [("Thinnest film", study.text(case_id, candidate.columns[0]), at)]
-    for heading, name in zip(lead.headings[1:], candidate.columns[1:], strict=True):
-        figure = float(study.cases.at[case_id, name])
-        if name.endswith("dry_load_share"):
-            value_text = answer.share_words(figure)
-            cards.append(("Dry load share", value_text, "no contact behind the film" if np.isnan(figure) else THERE))
-        elif not np.isnan(figure):
-            cards.append((capital(heading), study.text(case_id, name), THERE))
-    return cards
+    return _films(study, case_id, candidate)
+
+
+def _films(study: Study, case_id: str, candidate: Candidate) -> list[tuple[str, str, str]]:
+    """Return the cards on the safe combination, its loss, the range of the law, and the thinnest film."""
+    cases, thinnest = answer_cases(study), candidate.columns[0]
+    cards, chosen = [], films.choice(cases)
+    if chosen is not None:
+        (film,) = cases.texts(f"{chosen.joint}_{films.THICKNESS}", [chosen.thickness])
+        setting = films.setting_of(cases, chosen)
+        every = films.every_condition(chosen)
+        cards.append((f"Safest film{every}", f"{film} or more", setting))
+        if np.isfinite(chosen.loss):
+            (loss,) = cases.texts(f"{chosen.joint}_{films.LOSS}", [chosen.loss])
+            cards.append(("Its film loss", f"up to {loss}", setting))
+    outside, count = films.outside_law(cases)
+    named = f"outside:{cases.at(int(outside[0])).removeprefix(' at')}" if len(outside) == 1 else "range of the film law"
+    cards.append(("Cases within the film law", f"{count - len(outside)} of {count}", named))
+    share = float(study.cases.at[case_id, f"{candidate.joint}_{films.OUTSIDE}"])
+    remark = f"; {films.beyond_law(share)}" if share > 0.0 else ""
+    cards.append(("Thinnest film of all", study.text(case_id, thinnest), f"{_at(study, case_id)}{remark}"))
+    dry = float(study.cases.at[case_id, f"{candidate.joint}_{films.SHARE}"])
+    return cards if np.isnan(dry) else [*cards, ("Dry load share", films.share_words(dry), THERE)]
 
 
 def _designs(study: Study) -> list[tuple[str, str, str]]:

@@ -4,12 +4,12 @@ import itertools
 
 import numpy as np
 
-from ...judging import designs, fits, order, probability, sampled, verdict
+from ...judging import advice, designs, fits, order, probability, sampled, verdict
 from ...judging.cases import MANY_AXES
 from ...judging.labels import limit_label
 from ...language import wording
 from ..blocks.case_table import axis_columns
-from ..blocks.picture import Picture, capital
+from ..blocks.picture import Picture
 from ..blocks.section import Block, Gallery, Points, Section, filled
 from ..blocks.table import Column, Quantity, Table, counted
 from ..data.answered import answer_cases, answers
@@ -69,7 +69,7 @@ def _advice(study: Study) -> list[str]:
     """Return the limit to add to a grid without limits."""
     if question(study).question not in order.BY_CONTENT:
         return []
-    return [capital(order.no_limits(study.run.layout, question(study))) + "."]
+    return [f"{advice.no_limits(answer_cases(study))}."]
 
 
 def ratios(study: Study) -> list[str]:
