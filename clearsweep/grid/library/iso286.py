@@ -9,7 +9,7 @@ from bisect import bisect_left
 from fractions import Fraction
 from typing import NamedTuple
 
-from ...language.errors import InputError, shown
+from ...language.errors import InputError, quoted
 
 SMALLEST, LARGEST = 10, 500  # mm, both included
 _RANGES = (10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)  # mm, upper end of each range
@@ -79,7 +79,7 @@ def fit(name: str, diameter: Fraction) -> Fit:
     """
     hole_class, slash, shaft_class = re.sub(r"\s", "", name).partition("/")
     if not slash or not hole_class[:1].isupper() or not shaft_class[:1].islower():
-        raise InputError(f"found {shown(name)}; expected a fit of ISO 286, hole before shaft, such as H7/f7")
+        raise InputError(f"found {quoted(name)}; expected a fit of ISO 286, hole before shaft, such as H7/f7")
     if not SMALLEST <= diameter <= LARGEST:
         in_metres = diameter > 20.0 * LARGEST  # the size in mm, read as m
         remedy = "a bearing_radius without a unit is in m" if in_metres else "write the radial clearance"
@@ -119,7 +119,7 @@ def limits(tolerance_class: str, diameter: Fraction) -> tuple[Fraction, Fraction
         forced = hole and not is_known and lower >= "j"
         why = "holes from J to ZC are made for transition and interference; " if forced else ""
         raise InputError(
-            f"{shown(tolerance_class)} is not a known tolerance class; {why}known are {KNOWN}, in the grades "
+            f"{quoted(tolerance_class)} is not a known tolerance class; {why}known are {KNOWN}, in the grades "
             f"1 to {len(_IT)}"
         )
     tolerance = _at(_IT[grade], diameter)
