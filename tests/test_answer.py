@@ -415,7 +415,7 @@ def test_a_start_up_is_answered_in_the_last_lines_and_at_the_top_of_the_page(sta
     assert "1 of 2 cases was cut off after 5 revolutions, before 1425 rpm: at most" in last
     sentences = answers(study.prepare(run))
     assert sentences[0].startswith("Start-up to 1425")
-    page = report.of(run)
+    page = report.page_of(run)
     (summary,) = (part for part in page.parts if part.key == "summary")
     assert summary.blocks[0].cards[0][0] == "Start-up time"
     assert "cut off" in output.split("Answer")[0]  # in the table

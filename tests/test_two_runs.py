@@ -48,8 +48,8 @@ def test_a_value_that_one_run_sweeps_and_the_other_has_fixed_is_matched():
     speed = study.prepare(single).base["drive"]["speed"]
     several.summary.loc[several.summary["drive.speed"] == 1000 * RPM, "drive.speed"] = speed
     pairs = two_runs.matched(study.prepare(several), study.prepare(single))
-    assert len(pairs.ids) == 1
-    assert pairs.alone == (3, 1)
+    assert len(pairs.case_ids) == 1
+    assert pairs.unpaired == (3, 1)
 
 
 def test_runs_without_a_case_in_common_are_refused():
