@@ -416,12 +416,12 @@ def test_a_start_up_is_answered_in_the_last_lines_and_at_the_top_of_the_page(sta
     sentences = answers(study.prepare(run))
     assert sentences[0].startswith("Start-up to 1425")
     page = report.page_of(run)
-    (summary,) = (part for part in page.parts if part.key == "summary")
+    (summary,) = (part for part in page.sections if part.key == "summary")
     assert summary.blocks[0].cards[0][0] == "Start-up time"
     assert "cut off" in output.split("Answer")[0]  # in the table
-    titles = [part.title for part in page.parts]
+    titles = [part.title for part in page.sections]
     assert "Impacts and kinds of motion" not in titles  # there is no steady state
-    assert "start-up" in next(str(part.blocks) for part in page.parts if part.key == "trust")
+    assert "start-up" in next(str(part.blocks) for part in page.sections if part.key == "trust")
 
 
 def test_the_causes_of_a_spread_are_those_of_clear_correlations():

@@ -70,7 +70,7 @@ def test_the_page_says_what_differs_in_the_setup():
 
 def test_what_is_drawn_is_each_case_of_b_over_that_of_a():
     first, second = made(sweep=SHORT), harder(made(sweep=SHORT))
-    (name, picture), *_ = two_runs.compared(first, second).parts[0].pictures
+    (name, picture), *_ = two_runs.compared(first, second).sections[0].pictures
     assert (name, picture.title) == ("", "Force peak of B over A")
     axes = Figure().subplots()
     picture.paint(axes)
