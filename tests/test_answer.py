@@ -141,7 +141,9 @@ def test_a_probability_is_that_of_the_counted_revolutions_and_grows_with_longer_
     period = Column("period", "1", "")
     made = made._replace(layout=made.layout._replace(columns=(*made.layout.columns, period)))
     first, *_ = sampled.sentences(made)
-    assert first.startswith("2 of 3 motions did not repeat within the run: longer runs exceed limits on peaks more")
+    assert first.startswith(
+        "2 of 3 motions did not become periodic within the run: longer runs exceed limits on peaks more"
+    )
     columns["period"] = np.ones(3)
     assert not any("longer runs" in sentence for sentence in sampled.sentences(made))
 
@@ -487,7 +489,7 @@ def test_wear_beyond_the_clearance_is_no_forecast():
     made = cases(columns, (FIT,), figures=("wear_rate_max", "wear_depth_max"))
     (joint,) = made.layout.joints
     (said,) = wear.remark(made, joint, 0, 3.6e-3)
-    assert "after 28 h the wear equals the clearance of 0.100" in said  # 1000 h * 0.1 mm / 3.6 mm
+    assert "after 28 h the wear reaches the clearance of 0.100" in said  # 1000 h * 0.1 mm / 3.6 mm
     assert wear.remark(made, joint, 1, 3.6e-6) == []
 
 

@@ -50,9 +50,8 @@ def sentence(figures: list[str], location: str) -> str:
     """
     value, upper_bound, largest = figures
     return (
-        f"In 10⁶ revolutions expect a force peak of {value}, at most {upper_bound} (97.5 %){location}; the window's "
-        "largest is "
-        f"{largest}."
+        f"The largest force peak in 10⁶ revolutions is estimated at {value}, at most {upper_bound} (97.5 %){location}. "
+        f"The largest peak in the window is {largest}."
     )
 
 

@@ -47,7 +47,7 @@ def sentences(identified: Mapping[str, Any], joint_count: int) -> list[str]:
         if speed and abs(speed / computed_speed - 1.0) > MAX_SPEED_DEVIATION:
             lines.append(
                 f"{signal['file']}: the measured speed is {speed * 30.0 / math.pi:.5g} rpm, but the cases have "
-                f"{computed_speed * 30.0 / math.pi:.5g} rpm; write the measured speed under drive."
+                f"{computed_speed * 30.0 / math.pi:.5g} rpm; set drive.speed to the measured speed."
             )
     gain, noise_range = (
         identified["priors"]["gain"],

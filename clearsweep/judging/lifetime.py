@@ -78,7 +78,7 @@ def _hours(life: Lifetime, revolutions: float, digits: int) -> str:
 def _numerical_interval(life: Lifetime) -> str:
     """Return the numerical 95 % interval: its ends if five digits distinguish them, else its half-width."""
     if not math.isfinite(life.high):
-        return f"{_hours(life, life.low, INTERVAL_DIGITS[0])} to no end"
+        return f"at least {_hours(life, life.low, INTERVAL_DIGITS[0])}"
     for digits in INTERVAL_DIGITS:
         texts = [_hours(life, revolutions, digits) for revolutions in (life.low, life.revolutions, life.high)]
         if len({*texts}) == len(texts):

@@ -121,8 +121,8 @@ def longer_run_warning(cases: Cases, limited_columns: Sequence[str]) -> list[str
     if not irregular:
         return []
     return [
-        f"{irregular} of {wording.count(total, 'motion')} did not repeat within the run: longer runs exceed limits on "
-        "peaks more often. To count more revolutions, raise simulate.revolutions."
+        f"{irregular} of {wording.count(total, 'motion')} did not become periodic within the run: longer "
+        "runs exceed limits on peaks more often. To count more revolutions, raise simulate.revolutions."
     ]
 
 

@@ -42,8 +42,8 @@ def remark(cases: Cases, joint: JointLayout, index: int, depth: float, subject: 
         return []
     (clearance_text,) = wording.in_common_unit([clearance], "m")
     return [
-        f"{subject} is no forecast: after {hours} the wear equals the clearance of {clearance_text}, and the rate "
-        "changes."
+        f"{subject} is not a forecast: after {hours} the wear reaches the clearance of {clearance_text}, and the "
+        "rate changes."
     ]
 
 

@@ -145,7 +145,7 @@ def add_thermal(tree: Shape, path: str) -> None:
         field = Field(
             body,
             "1/K",
-            f"coefficient of thermal expansion of the {body}; default: the value of its named material",
+            f"coefficient of thermal expansion of the {body}; a named material provides it",
             low_open=False,
         )
         add_numbers(tree, f"{thermal}.expansion", (field,))

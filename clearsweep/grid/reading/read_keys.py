@@ -184,7 +184,7 @@ def _unknown(path: str, key: str, known: list[str]) -> str:
         other_drive = next((drive for drive in DRIVES if drive in known), DRIVES[0])
         return f"conflicts with {other_drive}; a drive can have only one of {', '.join(DRIVES)}; remove the others"
     if key == "elastic" and path.startswith("mechanism."):
-        stretches = "an elastic link stretches along the line between two pins of a plane"
+        stretches = "only a link between two pins of a planar mechanism can be elastic"
         return f"{stretches}; this one is rigid: leave `elastic` out"
     if key[:1].isdigit() and not any(name[:1].isdigit() for name in known):
         return f"unknown key '{key}'; write numbers with a decimal point, not a comma"

@@ -99,7 +99,7 @@ class Study(NamedTuple):
         used = [(axis, value) for axis, value in values if not pd.isna(value)]
         own = [each for each in used if len(used) <= MANY_AXES or each[1] != self._usual(each[0])]
         words = [f"{axis.name} {axis.text(value)}" for axis, value in own]
-        return ", ".join([*words, "all else as in most cases"] if len(own) < len(used) else words)
+        return ", ".join([*words, "all other values as in most cases"] if len(own) < len(used) else words)
 
     def value(self, case_id: str, path: str) -> float | str | None:
         """Return the value (SI) of a case at a dotted path, swept or not, or None if it has none."""

@@ -16,7 +16,7 @@ from .motion import ORBIT, History, courses, has_straight_walls, saved_of
 ROUNDING = 1e-12  # of the largest value of a curve: smaller values, such as a torque at a dead centre, are rounding
 MOST = 3000  # samples: longer histories are cut to those around the largest force
 DEEPEST = 0.25  # of the clearance: drawn height of the deepest penetration
-WITHOUT = "The motion needs scripts; clearsweep show DIR CASE draws it without."
+WITHOUT = "The animation needs scripts. clearsweep show DIR CASE draws the motion without scripts."
 
 
 def of(study: Study, case_id: str, path: Mapping) -> Interactive | None:

@@ -56,13 +56,11 @@ def sections(study: Study) -> list[Section]:
 
 
 def _section(study: Study, joint: Joint, maps: list[Map]) -> Section:
-    note = (
-        "The maps show every pair of swept values; the last ones show further figures for the pair that matters most. "
-    )
+    note = "The maps show every pair of swept values; the last ones show more figures of the pair with most effect. "
     worst = "Each cell shows its worst case; for contact time, impacts and restitution it shows the median."
     note += "Each cell shows the median of its cases." if study.typical else worst
     if "refine" in study.run.grid:
-        note += " The maps leave out the cases that refine put between the values of the axes."
+        note += " The maps leave out the cases that refine added between the values of the axes."
     note += " Maps of one figure share their colours."
     title = f"Heat maps{study.where(joint, ', joint {}')}"
     places = _first(study, maps) if first(study) else []

@@ -41,12 +41,12 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         return cards  # the others would be of machines that were only tried
     figures = (
         *(() if question(study).question == "force" else ((PEAK.figure, "Largest normal force", ""),)),
-        ("force_peak_ratio", "Load over ideal peak", "1 is the value without clearance"),
+        ("force_peak_ratio", "Load over ideal peak", "relative to the mechanism without clearance"),
         ("force_rms", "Largest force rms", ""),
         (ONSET, "Fastest onset", ""),
         ("error_max", f"Largest {study.run.layout.output} error", "from the ideal position"),
         ("restitution", "Measured restitution", "largest of all cases"),
-        (PER_HOURS, "Deepest wear in 1000 h", "of one body, at the rate of the window"),
+        (PER_HOURS, "Deepest wear in 1000 h", "of one body, at the wear rate of the window"),
     )
     return cards + [card for each in figures for card in _largest(study, *each)]
 
@@ -61,7 +61,7 @@ def _largest(study: Study, figure: str, name: str, suffix: str) -> list[tuple[st
     place = int(np.nanargmax(values))
     worst = study.cases.index[place]
     if figure == PER_HOURS and joint and (hours := _hours_to_clearance(study, joint, place, float(values[place]))):
-        return [(name, "no forecast", f"at the rate of the window, the wear equals the clearance after {hours}")]
+        return [(name, "no forecast", f"at the wear rate of the window, the depth reaches the clearance after {hours}")]
     starts = "of the started cases" if leaves_out(study, column) else ""
     if figure == PEAK.figure and joint and question(study).question == "start-up":
         until = start_up.until_start(start_up.started(answer_cases(study)), joint.name)
@@ -163,7 +163,7 @@ def _chance(study: Study) -> list[tuple[str, str, str]]:
     value, _, interval = probability.percentages(
         probability.binomial_interval(limits.exceeding, limits.cases)
     ).partition(" (")
-    note = f"{interval.removesuffix(')')}, by the number of cases alone;{probability.window_text(study.run.grid)}"
+    note = f"{interval.removesuffix(')')}, from the number of cases only;{probability.window_text(study.run.grid)}"
     return [("Probability of exceeding a limit", value, note)]
 
 

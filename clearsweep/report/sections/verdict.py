@@ -83,8 +83,8 @@ def ratios(study: Study) -> list[str]:
             compared = [joint.column(name) for name in ("load_peak", "force_peak_ideal", "force_peak_median")]
             load, ideal, *usual = study.texts(*((worst, name) for name in compared if study.has(name)))
             sentences.append(
-                f"At most {study.text(worst, column)} times the largest reaction without clearance"
-                f"{study.where(joint, ' in joint {}')}: {load} against {ideal}{at}; "
+                f"The load{study.where(joint, ' in joint {}')} is at most {study.text(worst, column)} times the "
+                f"largest reaction without clearance: {load} against {ideal}{at}. "
                 f"{_motion(study, joint, worst, usual)}."
             )
     return sentences
@@ -97,12 +97,12 @@ def _motion(study: Study, joint: Joint, case_id: str, usual: list[str]) -> str:
     """
     period = study.cases.at[case_id, "period"] if "period" in study.cases else np.nan
     if period == 1.0:
-        return "its motion is periodic, so this peak recurs every revolution"
+        return "This motion is periodic, so the peak recurs every revolution"
     if period > 1.0:
-        return f"its motion repeats itself every {period:.0f} revolutions, and so does this peak"
+        return f"This motion has a period of {period:.0f} revolutions, and the peak recurs in every period"
     if not usual or wording.missing(study.cases.at[case_id, joint.column("force_peak_median")]):
-        return "no period was found in its motion"
-    return f"no period was found; half of its revolutions have a force peak of {usual[0]} or more"
+        return "No period was found in this motion"
+    return f"No period was found; the median peak per revolution is {usual[0]}"
 
 
 def _kept(study: Study) -> list[str]:

@@ -150,7 +150,7 @@ JOINT = (
     Figure(
         "force_clips",
         "1",
-        "number of times that a contact force turned to traction and was clipped at zero",
+        "number of times that a contact force became tensile and was clipped at zero",
         of="joint",
         value=field_of_totals("clips"),
         shown=(Shown("forces", "clips", 11, if_any=True),),
@@ -209,7 +209,7 @@ JOINT = (
     Figure(
         "restitution",
         "1",
-        "mean of rebound over approach speed; null: nothing rebounded",
+        "mean ratio of rebound speed to approach speed; null: no rebound",
         of="joint",
         needs=("rests",),
         value=restitution,
@@ -221,7 +221,7 @@ MECHANISM = (
     Figure(
         "acceleration_peak",
         "{output}/s^2",
-        "largest {output} acceleration, absolute",
+        "largest absolute {output} acceleration",
         of="output",
         value=field_of_totals("acceleration_max", "output"),
         shown=(Shown("output", "{output} acc. peak", 2), Shown("sample", "{output} acc. peak", 21)),
@@ -255,7 +255,7 @@ MECHANISM = (
     Figure(
         "crank_torque_peak",
         "N*m",
-        "largest drive torque, absolute",
+        "largest absolute drive torque",
         needs=("turns",),
         value=field_of_totals("torque_max", "case"),
         shown=(Shown("output", "crank torque peak", 4), Shown("sample", "crank torque peak", 22)),
@@ -333,7 +333,7 @@ WORK_COUNTS = (
     Figure("run_time", "s", "time spent integrating", value=lambda window, _: window.seconds, differs=False),
 )
 #: Known last; the caller that solves a case sets it.
-SETUP = Figure("setup_time", "s", "further time: ideal mechanism and figures; not part of run_time", differs=False)
+SETUP = Figure("setup_time", "s", "time of the ideal mechanism and the figures; not part of run_time", differs=False)
 FIGURES = (*JOINT, *MECHANISM, *PERIOD, *OBSERVED, RESIDUAL, *WORK_COUNTS, SETUP)
 
 
