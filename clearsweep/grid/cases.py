@@ -1,4 +1,4 @@
-"""Numbers the cases of a grid and names them: factors of a product, shared content, identities."""
+"""Numbers the cases of a grid, and computes their content and their identities without creating all of them."""
 
 import hashlib
 import json

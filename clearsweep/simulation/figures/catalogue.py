@@ -1,4 +1,4 @@
-"""The figures of merit: a block for each, with name, unit, description and formula over the sums of the motion.
+"""Defines the figures of merit, one block each: name, unit, description, and formula over the sums of the motion.
 
 A new figure needs only its block: columns, units, `until`, `limits`, the JSON Schema and all tables follow.  The order
 is that of the columns.

@@ -68,7 +68,7 @@ def _wear_rate_running_in(law, sliding):
 
 
 def _make(form, joint: Joint):
-    """Return the wear law `form` of a joint, or its running-in law."""
+    """Return the compiled wear law `form` of a joint, within RunningIn if the coefficient changes during running-in."""
     wear = joint.wear
     pressure, bins = compiled_term("pressure", wear.pressure, joint), float(min(wear.bins, MAX_BINS))
     common = bins, joint.length, pressure, wear.values.get("pv_limit", math.inf)
