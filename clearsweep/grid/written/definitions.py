@@ -317,7 +317,7 @@ def _value(text: str, known: Definitions) -> tuple[Fraction, str]:
 def _quantity(value: Any) -> tuple[Fraction, str]:
     """Return value (SI) and unit of a written quantity."""
     if isinstance(value, str):
-        number, dimension = quantity.with_unit(value)
+        number, dimension = quantity.value_and_dimension(value)
         return Fraction(repr(number)), quantity.unit_of(dimension)
     if isinstance(value, bool | dict | list) or value is None:
         raise InputError(
