@@ -172,8 +172,8 @@ _FACTOR_KEY = QuantityKey(
 UNCERTAIN_SECTION = NameSection(
     UNCERTAIN,
     "dotted path of a wear coefficient -> its distribution; {factor: 3}: lognormal, with 95 % between a third and "
-    "three times the value; `published`: loguniform over the range of the named wear pair; or a distribution of `sample`. "
-    "Two further lives, at the ends of the distribution, give a second interval of the life",
+    "three times the value; `published`: loguniform over the range of the named wear pair; or a distribution of "
+    "`sample`. Two further lives, at the ends of the distribution, give a second interval of the life",
     "path",
     "joints.rod-slider.wear.coefficient: {factor: 3}",
     {
