@@ -138,7 +138,7 @@ def test_a_spectrum_finds_every_oscillation_at_its_order_and_no_other():
     angle = np.linspace(0.0, 2 * TURN, 1441)
     values = 7.0 + 3.0 * np.cos(2 * angle + 0.3) + 0.5 * np.sin(5.5 * angle)
     result = spectrum.of_history(angle, values)
-    assert result.turns == 2
+    assert result.revolutions == 2
     amplitudes = dict(zip(result.order.tolist(), result.amplitude.tolist(), strict=True))
     assert amplitudes.pop(2.0) == pytest.approx(3.0, rel=1e-12)
     assert amplitudes.pop(5.5) == pytest.approx(0.5, rel=1e-12)

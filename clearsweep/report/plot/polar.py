@@ -21,7 +21,7 @@ class PolarAxes(Axes):
         self.equal_aspect, self.label_angle = True, 0.0
         self.yaxis.set_limits[0] = 0.0
 
-    def points(self, x: Any, y: Any, box: Box) -> tuple[np.ndarray, np.ndarray]:
+    def to_points(self, x: Any, y: Any, box: Box) -> tuple[np.ndarray, np.ndarray]:
         """Return angles and radii as points on the sheet."""
         reach = 0.5 * box.width * self.yaxis.fraction(y)
         return box.left + 0.5 * box.width + reach * np.cos(x), box.top + 0.5 * box.height - reach * np.sin(x)
