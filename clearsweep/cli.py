@@ -13,7 +13,7 @@ import clearsweep
 from . import exit_codes, streams
 from .language.errors import InputError, printable, writing
 from .language.wording import SYSTEMS
-from .language.wording import units as shown_in
+from .language.wording import unit_system as shown_in
 from .sweeping import resources
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class _Verb(click.Command):
         from .language import phases
 
         resources.check_space()
-        with phases.shown():
+        with phases.show_progress():
             return super().invoke(context)
 
 
@@ -190,19 +190,9 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
 @click.option(
     "--tables", type=_PATH, metavar="OUT", help="Also write every table to this directory, as CSV and Markdown."
 )
-@click.option(
-    "--figures", type=_PATH, metavar="OUT", help="Also write every figure of the report to this directory as a file."
-)
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["svg", "pdf", "png"]),
-    default="svg",
-    help="Format of the files of --figures.",
-)
-@click.option(
-    "--width", type=click.Choice(["85", "170", "auto"]), default="auto", help="Width of the files of --figures in mm."
-)
+@click.option("--figures", type=_PATH, metavar="OUT", help="Also write every figure to this directory, a file each.")
+@click.option("--format", "form", type=click.Choice(["svg", "pdf", "png"]), default="svg", help="Format of --figures.")
+@click.option("--width", type=click.Choice(["85", "170", "auto"]), default="auto", help="Width of --figures in mm.")
 @click.option(
     "--overlay", type=_PATH, metavar="CSV", help="Compare the measured signals of this file with the computed ones."
 )
@@ -249,15 +239,15 @@ def report(  # noqa: PLR0913 - one argument per option
     directory = directories[0] if directories else store.newest(RESULTS)
     opened = complete_run(directory) if all_cases else contextlib.nullcontext(reports.open(directory, partial=partial))
     with opened as stored, writing(), shown_in(units):
-        page = reports.of(stored, typical=median, measured=overlay)
+        page = reports.page_of(stored, typical=median, measured=overlay)
         _write(page, out or directory / "report.html", **arguments)
 
 
 def _write(page: "Page", out: Path, *, tables: Path | None, figures: Path | None, as_json: bool, **style: str) -> None:
     """Write a page with its tables and figures, and print the files; `style`: their format and width."""
-    from .report.documents.paper import Wanted
+    from .report.documents.paper import FigureOptions
 
-    files = page.write_all(out, tables, Wanted(figures, **style) if figures else None)
+    files = page.write_all(out, tables, FigureOptions(figures, **style) if figures else None)
     lines = [files["report"], *files.get("figures", []), *([files["tables"]] if "tables" in files else [])]
     click.echo(json.dumps(files, indent=2) if as_json else "\n".join(lines))
 
@@ -306,9 +296,7 @@ def verify(quick: bool, as_json: bool, write: bool, measured: bool) -> None:
 
 @verbs.command("list")
 @click.argument("name", required=False)
-@click.option(
-    "--for", "grid", type=_PATH, metavar="GRID", help="Assess the laws for each joint of GRID: valid or not, and why."
-)
+@click.option("--for", "grid", type=_PATH, metavar="GRID", help="Assess which laws are valid in each joint of GRID.")
 def list_(name: str | None, grid: Path | None) -> None:
     """Print all mechanisms, drives, loads and laws, or explain NAME.
 

@@ -9,7 +9,7 @@ from ..blocks.section import Cards, Section
 from ..data.answered import answer_cases
 from ..data.comparable import comparable, leaves_out
 from ..data.leading import PEAK
-from ..data.study import PER_HOURS, Joint, Study
+from ..data.study import WEAR_PER_1000_HOURS, Joint, Study
 from ..data.worst_case import question, worst_case
 from ..samples import counts
 from ..statistics import elastic_range
@@ -46,7 +46,7 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         (ONSET, "Fastest onset", ""),
         ("error_max", f"Largest {study.run.layout.output} error", "from the ideal position"),
         ("restitution", "Measured restitution", "largest of all cases"),
-        (PER_HOURS, "Deepest wear in 1000 h", "of one body, at the wear rate of the window"),
+        (WEAR_PER_1000_HOURS, "Deepest wear in 1000 h", "of one body, at the wear rate of the window"),
     )
     return cards + [card for each in figures for card in _largest(study, *each)]
 
@@ -56,13 +56,20 @@ def _largest(study: Study, figure: str, name: str, suffix: str) -> list[tuple[st
     column, joint = _worst(study, figure)
     if not study.cases.largest(column) > 0.0:
         return []
-    where = study.where(joint, "joint {}") if joint else ""
+    where = study.joint_text(joint, "joint {}") if joint else ""
     values = comparable(study, column)
     place = int(np.nanargmax(values))
     worst = study.cases.index[place]
-    if figure == PER_HOURS and joint and (hours := _hours_to_clearance(study, joint, place, float(values[place]))):
+    if (
+        figure == WEAR_PER_1000_HOURS
+        and joint
+        and (hours := _hours_to_clearance(study, joint, place, float(values[place])))
+    ):
         return [(name, "no forecast", f"at the wear rate of the window, the depth reaches the clearance after {hours}")]
-    starts = "of the finished starts" if leaves_out(study, column) else ""
+    starts = "of the started cases" if leaves_out(study, column) else ""
+    if figure == PEAK.figure and joint and question(study).question == "start-up":
+        until = start_up.until_start(start_up.started(answer_cases(study)), joint.name)
+        starts = "; ".join(filter(None, ("in the whole run", starts, until and f"until the start: {until}")))
     elastic = elastic_range.remark(study, joint, worst) if joint and figure == ONSET else ""
     note = "; ".join(filter(None, (where, suffix, starts, elastic))) or (f"joint {joint.title}" if joint else "")
     return [(name, study.text(worst, column), note)]
@@ -79,9 +86,7 @@ def _answer(study: Study) -> list[tuple[str, str, str]]:
     lead = question(study)
     if lead.question == "identify":
         return identified.cards(study)
-    started = start_up.card(answer_cases(study))
-    cards = [("Start-up time", *started)] if started else []
-    return cards + _of_worst(study)
+    return [*start_up.cards(answer_cases(study)), *_of_worst(study)]
 
 
 def _of_worst(study: Study) -> list[tuple[str, str, str]]:
