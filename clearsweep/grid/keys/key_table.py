@@ -173,7 +173,7 @@ def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     kinds = tuple(mechanism.name for mechanism in catalogue.mechanisms)
     tree: Shape = {
         "mechanism": Section("type, bodies and dimensions of the mechanism"),
-        "mechanism.type": Word(kinds, "which mechanism"),
+        "mechanism.type": Word(kinds, "type of the mechanism"),
     }
     for keys in mechanism.keys:
         _keys(tree, keys, catalogue)

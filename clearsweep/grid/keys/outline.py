@@ -227,7 +227,7 @@ def unit_of_number(node: Number, names: Mapping[str, frozenset[str]], exponent: 
     `exponent` is the value of the key `exponent` next to it, or None if there is none or it varies.
     """
     written = [field.unit for field in node.fields(names)]
-    exact = written if exponent is None else [quantity.exponent_of(name, exponent) for name in written]
+    exact = written if exponent is None else [quantity.with_exponent(name, exponent) for name in written]
     return " or ".join(dict.fromkeys(exact))
 
 

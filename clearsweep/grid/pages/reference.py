@@ -256,7 +256,7 @@ def _of_body(path: str, text: str) -> str:
 
 def _example(field: Field) -> str:
     """Return an example value: the default, a usual value of the unit, or one within the range."""
-    unit = quantity.exponent_of(field.unit, 1.5)
+    unit = quantity.with_exponent(field.unit, 1.5)
     if field.default == 0.0 and unit == "1" and field.contains(_SMALL):
         return _number(_SMALL)
     if not field.default and field.contains(quantity.read(quantity.example(unit), unit)):

@@ -127,7 +127,7 @@ def _missing(reader: Reader, path: str, node: Number, field: Field) -> None:
     laws = {name for key_use in node.uses if key_use.field == field and key_use.when for name in key_use.when[-1][1]}
     laws_needing = [name for name in sorted(laws) if any(name in reader.names[chooser] for chooser in node.choosers())]
     whose = f" for {' and '.join(laws_needing)}" if laws_needing else ""
-    unit_text = quantity.expected(quantity.exponent_of(field.unit, 1.5))
+    unit_text = quantity.expected(quantity.with_exponent(field.unit, 1.5))
     reader.problems.add(reader.position_of(path), path, f"is missing{whose} ({field.text or field.name}); {unit_text}")
 
 
@@ -158,7 +158,7 @@ def _units(reader: Reader, path: str, field: Field) -> list[str]:
     if "^exponent" not in field.unit:
         return [field.unit]
     exponents = exponent_values(reader, path)
-    return [quantity.exponent_of(field.unit, exponent) for exponent in sorted({min(exponents), max(exponents)})]
+    return [quantity.with_exponent(field.unit, exponent) for exponent in sorted({min(exponents), max(exponents)})]
 
 
 def exponent_values(reader: Reader, path: str) -> tuple[float, ...]:

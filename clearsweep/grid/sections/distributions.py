@@ -97,7 +97,7 @@ class _Between(Distribution):
         if half_bare(problems, where, ends, reading.unit) or low is None or high is None:
             return None
         numbers = {"low": low, "high": high}
-        texts = {key: quantity.said(item.value, reading.unit) for key, item in zip(cls.keys, ends, strict=True)}
+        texts = {key: quantity.written_text(item.value, reading.unit) for key, item in zip(cls.keys, ends, strict=True)}
         for sentence in cls.conditions(numbers, texts):
             problems.add(written, where, f"{cls.name}: {sentence}")
         return numbers
@@ -187,7 +187,7 @@ class _AroundMean(Distribution):
         relative = values.pop("cv", None)
         std = values.pop("std") if relative is None else relative * abs(values["mean"])
         numbers = {"mean": values.pop("mean"), "std": std, **values}
-        texts = {key: quantity.said(moments[key].value, reading.unit) for key in numbers if key in moments}
+        texts = {key: quantity.written_text(moments[key].value, reading.unit) for key in numbers if key in moments}
         for sentence in cls.conditions(numbers, texts):
             problems.add(written, where, f"{cls.name}: {sentence}")
         return numbers

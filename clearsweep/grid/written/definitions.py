@@ -18,9 +18,7 @@ from .tables import read_cases
 
 DEFINE = "define"
 START = f"{DEFINE}."
-DEFINE_TEXT = (
-    "name -> quantity, or `= expression` of other names; numbers of the grid may be expressions of them: `= d / 2`"
-)
+DEFINE_TEXT = "name -> quantity, or `= expression` of other names; numbers in the grid may use these names: `= d / 2`"
 MOST_VALUES = 20_000  # of a number that varies with names; beyond, only the ends of the axes are checked
 _OF_CASES = ("mechanism", "drive", "loads", "joints", "simulate", "save", "life", DEFINE)  # numbers here may vary
 _NO_NUMBERS = ("name", "figures")  # texts in these sections are not expressions of defined quantities
@@ -319,7 +317,7 @@ def _value(text: str, known: Definitions) -> tuple[Fraction, str]:
 def _quantity(value: Any) -> tuple[Fraction, str]:
     """Return value (SI) and unit of a written quantity."""
     if isinstance(value, str):
-        number, dimension = quantity.with_unit(value)
+        number, dimension = quantity.value_and_dimension(value)
         return Fraction(repr(number)), quantity.unit_of(dimension)
     if isinstance(value, bool | dict | list) or value is None:
         raise InputError(

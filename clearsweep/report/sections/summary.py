@@ -9,7 +9,7 @@ from ..blocks.section import Cards, Section
 from ..data.answered import answer_cases
 from ..data.comparable import comparable, leaves_out
 from ..data.leading import PEAK
-from ..data.study import PER_HOURS, Joint, Study
+from ..data.study import WEAR_PER_1000_HOURS, Joint, Study
 from ..data.worst_case import question, worst_case
 from ..samples import counts
 from ..statistics import elastic_range
@@ -40,6 +40,9 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         return cards
     if question(study).question == "identify":
         return cards  # the others would be of machines that were only tried
+    of_wear = (
+        () if question(study).question == "life" else ((WEAR_PER_1000_HOURS, "Deepest wear in 1000 h", WEAR_NOTE),)
+    )
     figures = (
         *(() if question(study).question == "force" else ((PEAK.figure, "Largest normal force", ""),)),
         ("force_peak_ratio", "Load over ideal peak", "relative to the mechanism without clearance"),
@@ -47,7 +50,7 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         (ONSET, "Fastest onset", ""),
         ("error_max", f"Largest {study.run.layout.output} error", "from the ideal position"),
         ("restitution", "Measured restitution", "largest of all cases"),
-        *(() if question(study).question == "life" else ((PER_HOURS, "Deepest wear in 1000 h", WEAR_NOTE),)),
+        *(() if question(study).question == "life" else (wear_card,)),
     )
     return cards + [card for each in figures for card in _largest(study, *each)]
 
@@ -57,18 +60,16 @@ def _largest(study: Study, figure: str, name: str, suffix: str) -> list[tuple[st
     column, joint = _worst(study, figure)
     if not study.cases.largest(column) > 0.0:
         return []
-    where = study.where(joint, "joint {}") if joint else ""
+    where = study.joint_text(joint, "joint {}") if joint else ""
     values = comparable(study, column)
     place = int(np.nanargmax(values))
     worst = study.cases.index[place]
-    if figure == PER_HOURS and joint and (hours := _hours_to_clearance(study, joint, place, float(values[place]))):
-        return [
-            (
-                name,
-                "no forecast",
-                f"at the wear rate of the window, the depth of the worst case reaches its clearance after {hours}",
-            )
-        ]
+    if (
+        figure == WEAR_PER_1000_HOURS
+        and joint
+        and (hours := _hours_to_clearance(study, joint, place, float(values[place])))
+    ):
+        return [(name, "no forecast", f"the worst case wears down its clearance in {hours} at this rate")]
     starts = "of the started cases" if leaves_out(study, column) else ""
     if figure == PEAK.figure and joint and question(study).question == "start-up":
         until = start_up.until_start(start_up.started(answer_cases(study)), joint.name)
