@@ -93,7 +93,7 @@ class CaseRunner:
         """
         count = len(pending.indices)
         grids.check_disk(count * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
-        with phases.phase("looking at the kinds of scenes"):
+        with phases.phase("listing the kinds of scenes"):
             kinds = one_per_kind(grid, pending.indices, self.simulator)
         in_bulk = not self.options.case_timeout and solve_in_bulk(self.simulator, count, len(kinds))
         workers = self._hired(kinds, count)
