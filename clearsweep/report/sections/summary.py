@@ -40,9 +40,7 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         return cards
     if question(study).question == "identify":
         return cards  # the others would be of machines that were only tried
-    of_wear = (
-        () if question(study).question == "life" else ((WEAR_PER_1000_HOURS, "Deepest wear in 1000 h", WEAR_NOTE),)
-    )
+    wear_card = (WEAR_PER_1000_HOURS, "Deepest wear in 1000 h", WEAR_NOTE)
     figures = (
         *(() if question(study).question == "force" else ((PEAK.figure, "Largest normal force", ""),)),
         ("force_peak_ratio", "Load over ideal peak", "relative to the mechanism without clearance"),
