@@ -165,7 +165,7 @@ def _saved(revolutions: float) -> float:
 
 
 def following(paths: Collection[str]) -> Iterator[Slot]:
-    """Yield the values that, if absent, follow from one other value, given the `paths` of all keys."""
+    """Yield the values that follow from one other value if they are absent; `paths` : those of all keys."""
     for path in paths:
         if path.endswith(".center"):
             yield Slot(path, f"{path.removesuffix('center')}length", _half)
