@@ -24,9 +24,9 @@ def changed(tmp_path):
 
 def same(first, second):
     """Return whether two grids have the same cases and would leave the same run.json."""
-    alike = (first.resolved(), first.frame(), list(first.identities())) == (
+    alike = (first.resolved(), first.fixed_settings(), list(first.identities())) == (
         second.resolved(),
-        second.frame(),
+        second.fixed_settings(),
         list(second.identities()),
     )
     return alike and list(first.axes) == list(second.axes)

@@ -56,7 +56,7 @@ def test_axes_in_step_give_case_after_case(at):
     cases = at(f"zip:\n  {CLEARANCE}: [0.1 mm, 0.2 mm, 0.2 mm]\n  {SPEED}: {{linspace: [10, 30, 3]}}\n")
     assert points(cases, CLEARANCE, SPEED) == [(1e-4, 10.0), (2e-4, 20.0), (2e-4, 30.0)]
     assert cases.written_case(1)["drive"]["speed"] == 20.0
-    assert cases.frame()["swept"] == [SPEED, CLEARANCE]
+    assert cases.fixed_settings()["swept"] == [SPEED, CLEARANCE]
 
 
 def test_what_goes_in_step_is_one_factor_of_the_product(at):

@@ -200,8 +200,8 @@ def test_a_resolved_grid_asks_for_the_same_cases(ran):
     own = grids.load(ran[2], Fake.catalogue())
     again = grids.load(own.resolved(), Fake.catalogue())
     assert [*again.identities()] == [*own.identities()]
-    assert again.frame() == own.frame()
-    assert own.frame()["save.revolutions"] == 8.0  # all that a case has after its start
+    assert again.fixed_settings() == own.fixed_settings()
+    assert own.fixed_settings()["save.revolutions"] == 8.0  # all that a case has after its start
 
 
 @pytest.mark.parametrize(

@@ -198,7 +198,7 @@ def test_without_limits_nothing_can_be_sought():
 def test_a_grid_that_seeks_is_written_to_run_json_so_that_it_loads_again():
     first = loaded(searching(gravities=(GOOD, 1e-3)))
     again = loaded(first.resolved())
-    assert (again.seek, again.axes, again.frame()) == (first.seek, first.axes, first.frame())
+    assert (again.seek, again.axes, again.fixed_settings()) == (first.seek, first.axes, first.fixed_settings())
     assert list(again.identities()) == list(first.identities())
 
 

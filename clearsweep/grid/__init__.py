@@ -1,7 +1,7 @@
-"""Reads grid files: checks them, converts to SI and enumerates cases.  Imports neither llvmlite nor numpy."""
+"""Read grid files: check them, convert them to SI and enumerate cases.  Imports neither llvmlite nor numpy."""
 
 from ..contracts.catalogue import Catalogue, Field, Law
-from .cases import Words
+from .cases import LawNames
 from .grid import SCHEMA_VERSION, Grid, identity
 from .keys.outline import key_units
 from .library.iso286 import Fit
@@ -41,11 +41,11 @@ __all__ = [
     "Grid",
     "Identify",
     "Law",
+    "LawNames",
     "Optimise",
     "Refine",
     "Seek",
     "Turned",
-    "Words",
     "as_written",
     "base_laws",
     "check_disk",

@@ -235,8 +235,8 @@ def one_per_kind(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) ->
     first, end = int(pending.min()), int(pending.max()) + 1
     is_pending = np.zeros(end - first, bool)
     is_pending[pending - first] = True
-    firsts: dict[grids.Words, int] = {}
-    for offset, words in enumerate(grid.words(range(first, end))):
+    firsts: dict[grids.LawNames, int] = {}
+    for offset, words in enumerate(grid.law_names(range(first, end))):
         if is_pending[offset] and words not in firsts:
             firsts[words] = first + offset
     cases = [grid.case(index) for index in firsts.values()]

@@ -334,7 +334,7 @@ def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, A
             for kind, factor in (("radial", 1.0), ("diametral", 2.0)):
                 range_of_fit = {"min": factor * fit.low, "max": factor * fit.high}
                 ranges[f"{path} ({fit.name}, {kind})"] = {"unit": "m", **range_of_fit}
-    for figure_assumed in grid.taken:
+    for figure_assumed in grid.library_values:
         unit, best_value, low, high = figure_assumed.value
         ranges[f"{figure_assumed.path} ({figure_assumed.name})"] = {"unit": unit, "min": best_value, "max": best_value}
         ranges[f"{figure_assumed.path} ({figure_assumed.name}, range)"] = {"unit": unit, "min": low, "max": high}

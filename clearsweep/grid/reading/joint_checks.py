@@ -5,7 +5,7 @@ import math
 from ...contracts.case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
 from ...contracts.catalogue import Catalogue, Law, sized
 from ...language.errors import nearest
-from ..keys.joint_keys import moduli
+from ..keys.joint_keys import modulus_paths
 from ..keys.key_table import DIMENSIONLESS
 from ..keys.kinds import Number, Section, value_key, word_key
 from ..keys.run_keys import LIFE
@@ -136,7 +136,7 @@ _EXAMPLES = {
 def _check_material(reader: Reader, joint: str) -> None:
     """Check that materials are complete: one for both bodies, or one for each."""
     material = f"{joint}.contact.material"
-    if material not in reader.shape or not value_key(reader.shape, f"{material}.young").used(reader.names):
+    if material not in reader.shape or not value_key(reader.shape, f"{material}.young").is_used(reader.names):
         return
     shared = [key for key in ("young", "poisson") if reader.is_given(f"{material}.{key}")]
     given_bodies = [body for body in Materials._fields if f"{material}.{body}" in reader.shape]
@@ -161,7 +161,7 @@ def _check_elastic_law(reader: Reader, joint: str, catalogue: Catalogue) -> None
     """Check that the joint has the values that its stiffness laws need, within their valid range."""
     law_path, elastic = f"{joint}.contact.law", f"{joint}.contact.elastic"
     is_known = elastic in reader.shape and reader.unsure.isdisjoint((law_path, elastic))
-    if not is_known or not value_key(reader.shape, elastic).used(reader.names):
+    if not is_known or not value_key(reader.shape, elastic).is_used(reader.names):
         return
     families = {law_path: catalogue.of("law"), elastic: catalogue.of("elastic")}
     candidates = [law for path, laws in families.items() for law in laws if law.name in reader.names[path]]
@@ -308,7 +308,7 @@ def _check_pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that a pressure law that needs a modulus has one."""
     path, contact = f"{joint}.wear.pressure", f"{joint}.contact"
     needing = [law for law in catalogue.of("pressure") if "modulus" in law.needs and law.name in reader.names[path]]
-    if needing and not any(map(reader.is_given, moduli(joint))):
+    if needing and not any(map(reader.is_given, modulus_paths(joint))):
         sentence = (
             f"is missing; wear pressure '{needing[0].name}' needs material: {{young: 207 GPa, poisson: 0.3}} or "
             "pressure_modulus; a stiffness does not determine it, and pressure: mean needs neither"

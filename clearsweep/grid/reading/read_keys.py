@@ -3,11 +3,11 @@
 from ...contracts.catalogue import Catalogue, Mechanism
 from ...contracts.layout import ALWAYS_STORED, Layout
 from ...language.errors import nearest, nearest_words, shown
-from ..keys.key_table import shape
-from ..keys.kinds import Flag, Name, NameList, Number, Section, Shape, Table, Use, Word
-from ..keys.library_names import find_varied_materials, keys_of_materials, put_library_numbers, written_material_names
-from ..keys.outline import DRIVES, is_open, outline_of_document, wrong_names
-from ..keys.run_keys import CHANNELS, LIFE, TIME_BUDGET, TIME_BUDGET_PATH
+from ..keys.key_table import table_of_keys
+from ..keys.kinds import Flag, KeyTable, Name, NameList, Number, Section, Table, Use, Word
+from ..keys.library_names import find_varied_materials, keys_of_materials, replace_library_names, written_material_names
+from ..keys.outline import DRIVES, has_user_names, outline_of_document, wrong_names
+from ..keys.run_keys import CHANNELS, LIFE, TIME_BUDGET_FIELD, TIME_BUDGET_PATH
 from ..sections.fits import put_fit_clearances
 from ..sections.identify import IDENTIFY, put_saved_signals, read_identify
 from ..sections.named_sections import (
@@ -62,8 +62,8 @@ def read_keys(
     outline = outline_of_document(root)
     mechanism = _mechanism(root, catalogue.mechanisms)
     mechanism = mechanism.outlined(outline) if mechanism.outlined else mechanism
-    root, library_values = put_library_numbers(root, problems)
-    tree = keys_of_definitions(definitions) | shape(mechanism, catalogue)
+    root, library_values = replace_library_names(root, problems)
+    tree = keys_of_definitions(definitions) | table_of_keys(mechanism, catalogue)
     materials = find_varied_materials([path for path, _ in varied_paths(root.value)], library_values, tree)
     reader = Reader(problems, mechanism, outline, defined=definitions, materials=materials)
     tree |= keys_of_materials(materials)
@@ -115,7 +115,7 @@ def _mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechani
     return by_name[candidates[0]] if candidates else mechanisms[0]
 
 
-def _walk(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> None:
+def _walk(reader: Reader, written: WrittenValue, path: str, tree: KeyTable) -> None:
     """Record the sections and values under `path`; report keys that do not belong there."""
     allowed = [nested.rpartition(".")[2] for nested in tree if nested.rpartition(".")[0] == path]
     allowed += [] if path else _OF_NO_CASE
@@ -134,7 +134,7 @@ def _walk(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> None
         )
         reader.broken.add(path)
         return
-    invalid = dict(wrong_names(path, content)) if is_open(path) else {}
+    invalid = dict(wrong_names(path, content)) if has_user_names(path) else {}
     misspelt: dict[str, WrittenValue] = {}  # by the intended key
     for key, child in content.items():
         nested = f"{path}.{key}" if path else key
@@ -154,7 +154,7 @@ def _walk(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> None
             reader.problems.add(written, nested, f"is missing; write the section '{key}' ({node.text})")
 
 
-def _enter(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> None:
+def _enter(reader: Reader, written: WrittenValue, path: str, tree: KeyTable) -> None:
     """Record the value of a known key or the content of a section, even of one that replaces a quantity."""
     node = tree.get(path)
     is_replaced = isinstance(node, Number) and isinstance(written.value, dict) and _has_keys_below(tree, path)
@@ -166,7 +166,7 @@ def _enter(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> Non
 
 def _misnamed(reader: Reader, path: str, written: WrittenValue) -> bool:
     """Report invalid names in an open section, and return whether there are any."""
-    names = list(written.value) if is_open(path) and isinstance(written.value, dict) else []
+    names = list(written.value) if has_user_names(path) and isinstance(written.value, dict) else []
     invalid = dict(wrong_names(path, names))
     for name, sentence in invalid.items():
         reader.problems.add(written.key_position(name), f"{path}.{name}", f"'{name}' {sentence}")
@@ -192,7 +192,7 @@ def _unknown(path: str, key: str, known: list[str]) -> str:
     return f"unknown key '{key}'{nearest(key, known)} {allowed_text}"
 
 
-def _activate(reader: Reader, tree: Shape) -> None:
+def _activate(reader: Reader, tree: KeyTable) -> None:
     """Reduce the whole shape to the keys in use; wear and roughness also get keys that otherwise only laws have."""
     for path, node in tree.items():
         parent = path.rpartition(".")[0]
@@ -217,7 +217,7 @@ def _activate(reader: Reader, tree: Shape) -> None:
             reader.shape[path] = Number(tuple(key_use._replace(when=()) for key_use in node.uses))
 
 
-def _has_keys_below(tree: Shape, path: str) -> bool:
+def _has_keys_below(tree: KeyTable, path: str) -> bool:
     """Return whether there are keys below `path`."""
     return any(nested.rpartition(".")[0] == path for nested in tree)
 
@@ -263,5 +263,5 @@ def check_channels(reader: Reader, layout: Layout) -> None:
 def put_time_budget(reader: Reader) -> None:
     """Set the default of `patience` from the time budget of a case with a life."""
     if LIFE in reader.shape and TIME_BUDGET_PATH in reader.shape:
-        field = TIME_BUDGET._replace(default=None, optional=True)
+        field = TIME_BUDGET_FIELD._replace(default=None, optional=True)
         reader.shape[TIME_BUDGET_PATH] = Number((Use(field),), sweep=False)

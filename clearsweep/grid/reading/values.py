@@ -9,7 +9,7 @@ from ...language import quantity
 from ...language.errors import InputError, nearest, shown
 from ...language.quantity import WrittenUnit, is_bare, written_unit
 from ..keys.key_table import DIMENSIONLESS
-from ..keys.kinds import ITEMS, Flag, Number, Section, Shape, Table, Word
+from ..keys.kinds import COUNT_WORDS, Flag, KeyTable, Number, Section, Table, Word
 from ..keys.outline import unit_of_number
 from ..sections.fits import recorded_fits
 from ..sections.reader import Reader, put_law_axis
@@ -41,7 +41,7 @@ def read_word_key(reader: Reader, path: str, node: Word) -> None:
         value = read_word(reader.written[path])
         values = () if value is None else (value,)
     elif node.default is not None:
-        conditional = node.conditional_default and node.conditional_default.contains(reader.is_given, reader.names)
+        conditional = node.conditional_default and node.conditional_default.applies(reader.is_given, reader.names)
         values = (node.conditional_default.word if node.conditional_default and conditional else node.default,)
     if path in reader.swept:
         _enter_axis(reader, path, Reading(read_word, ""))
@@ -54,7 +54,7 @@ def read_word_key(reader: Reader, path: str, node: Word) -> None:
             reader.problems.add(
                 reader.position_of(path), path, f"is missing; write one of {', '.join(node.options)} ({node.text})"
             )
-    elif not node.may_be_unused and not node.used(reader.names) and _seems_used(reader, path, node):
+    elif not node.may_be_unused and not node.is_used(reader.names) and _seems_used(reader, path, node):
         reader.problems.add(reader.position_of(path), path, f"is not used by {_chosen(reader, node)}; leave it out")
     reader.names[path] = frozenset(values or node.options)
     put_law_axis(reader, path)
@@ -62,7 +62,7 @@ def read_word_key(reader: Reader, path: str, node: Word) -> None:
 
 def read_table_key(reader: Reader, path: str, node: Table) -> None:
     """Read one table."""
-    if node.when and not node.used(reader.names):
+    if node.when and not node.is_used(reader.names):
         if _seems_used(reader, path, node):
             reader.problems.add(reader.position_of(path), path, f"is not used by {_chosen(reader, node)}; leave it out")
         return
@@ -125,7 +125,9 @@ def read_number(reader: Reader, path: str, node: Number) -> None:
 def _missing(reader: Reader, path: str, node: Number, field: Field) -> None:
     """Report a missing quantity, and which of the laws in use need it."""
     laws = {name for key_use in node.uses if key_use.field == field and key_use.when for name in key_use.when[-1][1]}
-    laws_needing = [name for name in sorted(laws) if any(name in reader.names[chooser] for chooser in node.choosers())]
+    laws_needing = [
+        name for name in sorted(laws) if any(name in reader.names[chooser] for chooser in node.deciding_paths())
+    ]
     whose = f" for {' and '.join(laws_needing)}" if laws_needing else ""
     unit_text = quantity.expected(quantity.exponent_of(field.unit, 1.5))
     reader.problems.add(reader.position_of(path), path, f"is missing{whose} ({field.text or field.name}); {unit_text}")
@@ -200,23 +202,23 @@ def _from_material(reader: Reader, path: str, missing: Field) -> bool:
 
 def _depends_on_unreadable(reader: Reader, node: Word | Number | Table) -> bool:
     """Return whether this key depends on a law name that could not be read and is reported already."""
-    return any(path in reader.unsure for path in node.choosers())
+    return any(path in reader.unsure for path in node.deciding_paths())
 
 
 def _seems_used(reader: Reader, path: str, node: Word | Number | Table) -> bool:
     """Return whether an unused key was written as if it were used; it may belong to another law that is swept."""
-    switched = any(chooser in reader.swept for chooser in node.choosers())
+    switched = any(chooser in reader.swept for chooser in node.deciding_paths())
     is_there = path in reader.swept or (path in reader.written and not switched)
     return is_there and not _depends_on_unreadable(reader, node)
 
 
 def _chosen(reader: Reader, node: Word | Number | Table) -> str:
     """Return in words the law names on which this key depends: `law 'hertz'`."""
-    names = {path: sorted(reader.names[path]) for path in node.choosers()}
+    names = {path: sorted(reader.names[path]) for path in node.deciding_paths()}
     return ", ".join(f"{path.rpartition('.')[2]} {' or '.join(map(repr, choice))}" for path, choice in names.items())
 
 
-def list_items(reader: Reader, written: WrittenValue, path: str, complete: Shape) -> dict[str, WrittenValue] | None:
+def list_items(reader: Reader, written: WrittenValue, path: str, complete: KeyTable) -> dict[str, WrittenValue] | None:
     """Return the items of the list at `path` by index; None, with a problem, if they cannot be read."""
     section, content = complete[path], written.value
     assert isinstance(section, Section), path
@@ -233,9 +235,9 @@ def list_items(reader: Reader, written: WrittenValue, path: str, complete: Shape
     return None
 
 
-def _expected_list(complete: Shape, path: str, section: Section) -> str:
+def _expected_list(complete: KeyTable, path: str, section: Section) -> str:
     """Return a description of the list expected at `path`."""
-    first_key, count = complete.get(f"{path}.0"), ITEMS[section.items]
+    first_key, count = complete.get(f"{path}.0"), COUNT_WORDS[section.items]
     if isinstance(first_key, Word):
         return f"a list of {count} names, such as [ground, crank]"
     if section.items == 2:

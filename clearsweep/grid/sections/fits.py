@@ -10,7 +10,7 @@ from typing import Any
 
 from ...language.errors import InputError, nearest, shown
 from ..keys.kinds import Number
-from ..library.iso286 import Fit, fit
+from ..library.iso286 import Fit, find_fit
 from ..written.document import WrittenValue
 from .distributions import FROM_FIT
 from .reader import Reader
@@ -142,7 +142,7 @@ class _Reader:
         if not isinstance(name.value, str):
             raise _WrongFitError(name, f"found {shown(name.value)}; expected a fit of ISO 286, such as H7/f7")
         try:
-            limits = fit(name.value, Fraction(repr(radii[0])) * 2000)
+            limits = find_fit(name.value, Fraction(repr(radii[0])) * 2000)
         except InputError as error:
             raise _WrongFitError(name, str(error)) from None
         fits = self.grid_reader.fits.setdefault(self.path, [])

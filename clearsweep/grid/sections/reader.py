@@ -12,8 +12,8 @@ from ...contracts.catalogue import Mechanism
 from ...contracts.outline import Outline
 from ...language import quantity
 from ...language.errors import InputError, shown
-from ..keys.kinds import Number, Shape, Word, value_key
-from ..keys.library_names import Taken, VariedMaterial, material_values
+from ..keys.kinds import KeyTable, Number, Word, value_key
+from ..keys.library_names import LibraryNumber, VariedMaterial, material_values
 from ..library.iso286 import Fit
 from ..written.definitions import NOTHING, Definitions
 from ..written.document import Problems, WrittenValue
@@ -29,7 +29,7 @@ class Reader:
     problems: Problems
     mechanism: Mechanism  # the named mechanism, or the likeliest one
     outline: Outline
-    shape: Shape = field(default_factory=dict)  # the keys in use: sections that are left out are missing
+    shape: KeyTable = field(default_factory=dict)  # the keys in use: sections that are left out are missing
     sections: dict[str, WrittenValue] = field(default_factory=dict)
     written: dict[str, WrittenValue] = field(default_factory=dict)  # the values under `shape`
     swept: dict[str, WrittenValue] = field(default_factory=dict)
@@ -44,7 +44,9 @@ class Reader:
     distributions: dict[str, Distribution] = field(default_factory=dict)
     fits: dict[str, list[Fit]] = field(default_factory=dict)  # path of a clearance -> its fits as written
     labels: dict[str, tuple[str, ...]] = field(default_factory=dict)  # path of an axis -> the labels of its values
-    library_values: dict[str, Taken] = field(default_factory=dict)  # path of a number -> the value taken from a library
+    library_values: dict[str, LibraryNumber] = field(
+        default_factory=dict
+    )  # path of a number -> the value taken from a library
     figures: dict[str, str] = field(default_factory=dict)  # figure of merit of the cases -> unit
     limits: dict[str, Any] = field(default_factory=dict)  # as in a resolved grid; see `verdict`
     searched_fits: tuple[Fit, ...] = ()  # the fits to search, in order of their largest clearances
@@ -71,7 +73,7 @@ class Reader:
     def text(self, path: str, value: Any) -> str:
         """Return a value of `path` as it was written, or in SI if it follows from other values."""
         node = self.shape.get(path)
-        unit = node.fields(self.names)[0].unit if isinstance(node, Number) and node.used(self.names) else "1"
+        unit = node.fields(self.names)[0].unit if isinstance(node, Number) and node.is_used(self.names) else "1"
         entry = self.swept.get(path) or self.written.get(path)
         items = [] if entry is None else entry.value if isinstance(entry.value, list) else [entry]
         for item in items:
@@ -155,9 +157,9 @@ def check_always_used(reader: Reader, position: WrittenValue, section: str, path
     node = value_key(reader.shape, path)
     if isinstance(node, Word):
         return
-    for chooser in node.choosers():
+    for chooser in node.deciding_paths():
         for law in reader.axes.get(chooser, ()):
-            if not node.used(reader.names | {chooser: frozenset({law})}):
+            if not node.is_used(reader.names | {chooser: frozenset({law})}):
                 sentence = f"{path} is not used by {law}; with `{section}` every law that is tried must use every key"
                 reader.problems.add(position, section, f"{sentence} that is swept")
                 return

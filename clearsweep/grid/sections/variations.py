@@ -7,7 +7,7 @@ from typing import Any
 
 from ...contracts.catalogue import Field
 from ...language.errors import nearest, shown
-from ..keys.kinds import Name, Number, Section, Shape, Use, Word, value_key
+from ..keys.kinds import KeyTable, Name, Number, Section, Use, Word, value_key
 from ..keys.library_names import BODIES, name_path
 from ..written.definitions import DEFINE, DEFINE_TEXT, START, Definitions
 from ..written.document import WrittenValue
@@ -26,7 +26,7 @@ VARYING_SECTIONS = ("sweep", "zip", "cases", "sample")
 MAY_BE_UNUSED = ("sweep", SEEK, OPTIMISE, IDENTIFY)
 
 
-def find_variations(reader: Reader, root: WrittenValue, all_keys: Shape, fixed: frozenset[str]) -> None:
+def find_variations(reader: Reader, root: WrittenValue, all_keys: KeyTable, fixed: frozenset[str]) -> None:
     """Record the varied values; report paths that cannot vary.  Paths in `fixed` no longer vary."""
     for variation in VARYING_SECTIONS:
         section = root.value.get(variation) if isinstance(root.value, dict) else None
@@ -61,7 +61,7 @@ def find_variations(reader: Reader, root: WrittenValue, all_keys: Shape, fixed: 
             reader.sample = read_sample(reader.problems, section, len(drawn_paths)) if drawn_paths else None
 
 
-def find_optimised(reader: Reader, root: WrittenValue, all_keys: Shape) -> None:
+def find_optimised(reader: Reader, root: WrittenValue, all_keys: KeyTable) -> None:
     """Record the values that `optimise` and `identify` may choose."""
     for path, (position, values) in find_optimise_axes(reader, root).items():
         _enter(reader, OPTIMISE, path, position, values, all_keys)
@@ -70,7 +70,7 @@ def find_optimised(reader: Reader, root: WrittenValue, all_keys: Shape) -> None:
 
 
 def find_seek(
-    reader: Reader, root: WrittenValue, all_keys: Shape, values_of: Callable[[str], tuple[float, ...]]
+    reader: Reader, root: WrittenValue, all_keys: KeyTable, values_of: Callable[[str], tuple[float, ...]]
 ) -> None:
     """Record the range of a search, as an axis of its two ends or of all values to try."""
     between = range_of_seek(reader, root, values_of)
@@ -79,7 +79,7 @@ def find_seek(
         _enter_seek(reader, position.value, position, between[1], all_keys)
 
 
-def _enter_seek(reader: Reader, path: str, position: WrittenValue, between: WrittenValue, all_keys: Shape) -> None:
+def _enter_seek(reader: Reader, path: str, position: WrittenValue, between: WrittenValue, all_keys: KeyTable) -> None:
     """Record the values of one path of a search."""
     node = all_keys.get(path)
     if isinstance(node, Word) or (isinstance(node, Number) and any(key_use.field.whole for key_use in node.uses)):
@@ -93,7 +93,7 @@ def _enter_seek(reader: Reader, path: str, position: WrittenValue, between: Writ
 
 
 def _enter(
-    reader: Reader, variation: str, path: str, position: WrittenValue, values: WrittenValue, all_keys: Shape
+    reader: Reader, variation: str, path: str, position: WrittenValue, values: WrittenValue, all_keys: KeyTable
 ) -> None:
     """Record the values of one path, or report a mistake; `key` is the position of the path itself."""
     path = name_path(path, reader.shape)
@@ -230,12 +230,12 @@ def _distinct(reader: Reader, variation: str, paths: tuple[str, ...]) -> None:
 def _always_used(reader: Reader, path: str) -> None:
     """Report a value in step that some varied law names do not use, because it would be unclear which rows count."""
     node = value_key(reader.shape, path)
-    varied_choosers = [other_path for other_path in node.choosers() if other_path in reader.axes]
+    varied_choosers = [other_path for other_path in node.deciding_paths() if other_path in reader.axes]
     if all(reader.varied_by[other_path] in MAY_BE_UNUSED for other_path in (path, *varied_choosers)):
         return
     for choice in product(*(sorted(reader.names[other_path]) for other_path in varied_choosers)):
         names = reader.names | {other_path: {name} for other_path, name in zip(varied_choosers, choice, strict=True)}
-        if not node.used(names):
+        if not node.is_used(names):
             sentence = f"is not used by {' and '.join(choice)}; in step or drawn, every law that is tried has to use it"
             reader.problems.add(reader.swept[path], _where(reader.varied_by[path], path), sentence)
             return
@@ -334,7 +334,7 @@ def recorded_labels(record: Mapping[str, Any]) -> dict[str, dict[str, float]]:
     return {path: dict(labels) for path, labels in record.get("labels", {}).items()}
 
 
-def keys_of_definitions(definitions: Definitions) -> Shape:
+def keys_of_definitions(definitions: Definitions) -> KeyTable:
     """Return the keys of the user-defined quantities that an axis varies."""
     if not definitions.varied:
         return {}
