@@ -18,7 +18,7 @@ from .contracts.case import DOUBTFUL_WEAR_NUMBER, LARGEST_WEAR_NUMBER, LEAST_WEA
 from .contracts.catalogue import LARGEST
 from .grid.written.tables import complete_rows_of_csv, head_of
 from .language import quantity
-from .language.errors import InputError, nearest
+from .language.errors import InputError, did_you_mean
 
 _LARGEST_FILE = 64 * 2**20  # bytes of a file
 _MAX_PRINTED_ROWS = 200  # rows of the printed table; --json has all
@@ -372,7 +372,7 @@ def _check(path: Path, columns: Mapping[str, np.ndarray], titles: list[str]) -> 
     names = [name for _, (_, aliases) in COLUMNS.items() for name in aliases]
     for name in ("time", "speed"):
         if name not in columns:
-            hint = next((hint for title in titles if (hint := nearest(head_of(title)[0], names))), "")
+            hint = next((hint for title in titles if (hint := did_you_mean(head_of(title)[0], names))), "")
             raise InputError(f"{path}:1:1: has no column of {name}{hint} (known: {_KNOWN})")
     for name, values in columns.items():
         if values.size and np.abs(values).max() > LARGEST:

@@ -8,7 +8,19 @@ import clearsweep
 from clearsweep import report
 from clearsweep.cli import verbs
 from clearsweep.contracts.layout import Column, JointLayout, Layout
-from clearsweep.judging import answer, designs, dominance, effects, labels, probability, sampled, wear
+from clearsweep.judging import (
+    advice,
+    answer,
+    designs,
+    dominance,
+    effects,
+    films,
+    interactions,
+    labels,
+    probability,
+    sampled,
+    wear,
+)
 from clearsweep.judging.cases import Cases, column_texts, from_to
 from clearsweep.judging.order import Candidate, Lead, lead_of
 from clearsweep.judging.verdict import MARGIN, Limit
@@ -128,7 +140,9 @@ def test_a_probability_is_that_of_the_counted_revolutions_and_grows_with_longer_
     period = Column("period", "1", "")
     made = made._replace(layout=made.layout._replace(columns=(*made.layout.columns, period)))
     first, *_ = sampled.sentences(made)
-    assert first.startswith("2 of 3 motions did not repeat within the run: longer runs exceed limits on peaks more")
+    assert first.startswith(
+        "2 of 3 motions did not become periodic within the run: longer runs exceed limits on peaks more"
+    )
     columns["period"] = np.ones(3)
     assert not any("longer runs" in sentence for sentence in sampled.sentences(made))
 
@@ -205,23 +219,77 @@ def film(**changed):
     known = {"film_thickness_min": [3.0, 1.0, 2.0], "dry_load_share": [0.1, 0.2, 0.3], "film_loss": [9.0, 5.0, 1.0]}
     known |= {"film_limit_fraction": [0.0, 0.0, 0.0]} | changed
     columns = {f"{PIN}_{name}": np.array(values) for name, values in known.items()} | {SPEED: [1, 2, 3]}
-    return [text.replace("\u00a0", " ") for text in answer.films(cases(columns, (SPEED,), figures=FILM))]
+    return [text.replace("\u00a0", " ") for text in films.sentences(cases(columns, (SPEED,), figures=FILM))]
 
 
 def test_a_film_that_its_law_does_not_cover_is_said_to_be_so_beside_it():
-    first, moved, loss, share = film()
-    assert first == "Thinnest film: 1 at speed 2 (case 00000000)."
+    over, first, moved, loss, share = film()
+    assert over.startswith("Over crank speed, the film is safe in every case. Safe means within the range")
+    assert first == "Thinnest film: 1 at speed 2 (case 00000000). Every case is within the range of the film law."
     assert moved == "Least film is smallest, 1, at speed 2 and largest, 3, at 1."
     assert (
-        loss == "Film loss: 1 to 9, in the case of the thinnest film 5. It is largest at speed 1. "
-        "Film loss falls from 9 to 1 as speed grows from 1 to 3."
+        loss == "Film loss: 1 to 9. It is largest at speed 1. Film loss falls from 9 to 1 as speed grows from 1 to 3."
     )
     assert share == "Dry load share in the case of the thinnest film: 20 %."
-    first, *_ = film(film_limit_fraction=[0.0, 0.04, 0.0])
+    over, first, *_ = film(film_limit_fraction=[0.0, 0.04, 0.0])
+    assert over.startswith("Over crank speed, the film is unsafe in 1 of 3 cases.")
     assert first.endswith(
-        " It is thinner than its law covers for 4 % of the time: do not rely on it. "
+        " It is thinner than its law covers for 4 % of the time: do not rely on it. 2 of 3 cases are within the law. "
         "The thinnest that its law covers: 2 at speed 3."
     )
+    _, first, *_ = film(film_limit_fraction=[0.1, 0.04, 0.0])
+    assert "1 of 3 cases is within the law. Outside, too: speed 1. The thinnest" in first
+
+
+def lubricated(record=None, **changed):
+    """Return two speeds by two clearances by two viscosities with films, as cases."""
+    viscosity = "joints.pin.film.viscosity"
+    columns = {SPEED: [1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0], FIT: [0.2e-3, 0.2e-3, 0.5e-3, 0.5e-3] * 2}
+    columns |= {viscosity: [3, 4] * 4}
+    known = {"film_thickness_min": [6.0, 9.0, 7.0, 8.0, 5.0, 7.0, 1.0, 3.0], "dry_load_share": [np.nan] * 8}
+    known |= {"film_loss": [1.0, 2.0, 3.0, 2.0, 20.0, 15.0, 40.0, 50.0], "film_limit_fraction": [0.0] * 6 + [0.1, 0.0]}
+    columns |= {f"{PIN}_{name}": np.array(values, float) for name, values in (known | changed).items()}
+    columns[FIT] = np.array(columns[FIT])
+    return cases(columns, (SPEED, FIT, viscosity), figures=FILM, record=record)
+
+
+def test_the_safest_combination_is_the_one_with_the_thickest_film_at_every_speed_and_its_loss():
+    first, *_ = films.sentences(lubricated())
+    assert first.startswith("Safest at every crank speed: clearance 0.0002, viscosity 4. Its film is at least 7, ")
+    assert "its loss at most 15, the least of all safe combinations. 3 of 4 combinations are safe" in first
+    assert first.endswith("no roughness is given. Unsafe: clearance 0.0005, viscosity 3.")
+    dear, *_ = films.sentences(lubricated(film_loss=[1.0] * 5 + [30.0, 40.0, 20.0]))
+    assert "its loss at most 30. 3 of 4" in dear  # another safe one loses less
+    none, *_ = films.sentences(lubricated(film_limit_fraction=[0.1] * 8))
+    assert none.startswith("No combination of the values is safe under every condition.")
+
+
+ROUGH = {"joints": {PIN: {"film": {"limit": 0.99, "transition": {"roughness": 2.0}}}}}
+
+
+def test_a_film_thinner_than_three_roughnesses_is_not_safe_and_the_suggested_limit_follows_them():
+    first, *_ = films.sentences(lubricated(ROUGH))
+    assert "1 of 4 combinations is safe: within the range of the film law and above 3 times the combined" in first
+    assert "limits: {pin_film_thickness_min: {at_least: 6000000 um}}" in advice.no_limits(lubricated(ROUGH))
+    smooth = advice.no_limits(lubricated({"joints": {PIN: {"film": {"limit": 0.99}}}}))
+    assert "No roughness is given: a film should exceed 3 times the combined roughness of the surfaces." in smooth
+    assert "ends at 5 um for the largest clearance" in smooth  # (1 - 0.99) times 0.5 mm
+    assert smooth.endswith("limits: {pin_film_thickness_min: {at_least: 5 um}}")
+    assert "add to the grid" not in advice.no_limits(lubricated())  # neither roughness nor limit
+
+
+def test_effects_that_cancel_over_another_value_are_said_to_be_opposite():
+    columns = {SPEED: np.array([1, 2, 1, 2]), FIT: np.array([1, 1, 2, 2])}
+    made, values = cases(columns, (SPEED, FIT)), np.array([1.0, 4.0, 8.0, 2.0])
+    words = (made, SPEED, "loss", values, lambda known: [f"{value:g}" for value in known])
+    assert interactions.sentence(*words) == (
+        "Opposite effects: as speed grows, loss rises in 1 of 2 combinations of the other values and falls in 1. "
+        "In the medians, at clearance 1 it rises from 1 to 4; at clearance 2 it falls from 8 to 2."
+    )
+    values[:] = [1.0, 4.0, 2.0, 8.0]
+    assert interactions.sentence(*words) == ""
+    values[:] = [1.0, 1.01, 2.0, 1.0]  # no clear rise
+    assert interactions.sentence(*words) == ""
 
 
 def test_clearances_are_compared_at_equal_other_values():
@@ -260,15 +328,16 @@ def test_sentences_of_the_answer_have_at_most_25_words():
     columns = {f"{PIN}_{name}": np.array([1.5, 2.5]) for name in figures} | {"headroom": [3.5, 4.5]}
     columns |= {path: [1.25, 2.25] for path in paths}
     made = cases(columns, paths, figures=figures, record={"figures": {"headroom": ""}})
-    said = [*answer.largest_force(made), *answer.films(made), *wear.sentences(made), *answer.own_figures(made)]
-    assert len(said) == 8
+    said = [*answer.largest_force(made), *films.sentences(made), *wear.sentences(made), *answer.own_figures(made)]
+    assert len(said) == 9
+    said += [*films.sentences(lubricated()), *films.sentences(lubricated(ROUGH)), advice.no_limits(lubricated(ROUGH))]
     for sentence in " ".join(said).split(". "):
         assert len(sentence.split()) <= 25, sentence
 
 
 def test_a_dry_share_without_contact_is_not_part_of_the_answer():
     assert not any("ry load share" in text for text in film(dry_load_share=[np.nan] * 3))
-    assert answer.share_words(np.nan) == "not modelled"
+    assert films.share_words(np.nan) == "not modelled"
 
 
 def test_the_position_error_is_part_of_the_answer_on_forces():
@@ -389,7 +458,7 @@ def test_wear_beyond_the_clearance_is_no_forecast():
     made = cases(columns, (FIT,), figures=("wear_rate_max", "wear_depth_max"))
     (joint,) = made.layout.joints
     (said,) = wear.remark(made, joint, 0, 3.6e-3)
-    assert "after 28 h the wear equals the clearance of 0.100" in said  # 1000 h * 0.1 mm / 3.6 mm
+    assert "after 28 h the wear reaches the clearance of 0.100" in said  # 1000 h * 0.1 mm / 3.6 mm
     assert wear.remark(made, joint, 1, 3.6e-6) == []
 
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearsweep.grid.resolve import case_of
-from clearsweep.language.errors import InputError, nearest
+from clearsweep.language.errors import InputError, did_you_mean
 
 
 @pytest.fixture
@@ -288,8 +288,8 @@ def test_keys_of_the_other_mechanism_are_unknown(problems_in):
 
 def test_the_nearest_name_has_the_same_words_in_another_order():
     names = ["rod_slider_pv_peak", "rod_slider_load_peak"]
-    assert nearest("rod_slider_peak_load", names) == "; did you mean 'rod_slider_load_peak'?"
-    assert nearest("rod_slider_pv_peek", names) == "; did you mean 'rod_slider_pv_peak'?"
+    assert did_you_mean("rod_slider_peak_load", names) == "; did you mean 'rod_slider_load_peak'?"
+    assert did_you_mean("rod_slider_pv_peek", names) == "; did you mean 'rod_slider_pv_peak'?"
 
 
 UNREADABLE = {

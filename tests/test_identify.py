@@ -189,11 +189,11 @@ def test_a_signal_over_time_of_a_slowly_varying_speed_is_taken_to_the_crank_angl
 def test_peaks_are_those_of_the_band_that_both_signals_have():
     angle = np.linspace(0.0, 4.0 * features.TURN, 4 * 2880 + 1)
     spike = 1000.0 * np.exp(-(((angle % features.TURN) - 2.0) ** 2) / (2.0 * 0.01**2))
-    whole = features.of(features.revolutions(angle, spike))
+    whole = features.features_of(features.split_revolutions(angle, spike))
     assert whole.peak_median == pytest.approx(1000.0, rel=0.02)
-    coarse = features.revolutions(angle[::4], spike[::4], None, 100.0)
-    fine = features.revolutions(angle, spike, None, 100.0)
-    assert features.of(coarse).peak_median == pytest.approx(features.of(fine).peak_median, rel=0.02)
+    coarse = features.split_revolutions(angle[::4], spike[::4], None, 100.0)
+    fine = features.split_revolutions(angle, spike, None, 100.0)
+    assert features.features_of(coarse).peak_median == pytest.approx(features.features_of(fine).peak_median, rel=0.02)
 
 
 def test_a_resolved_grid_asks_for_the_same_cases(ran):

@@ -7,7 +7,7 @@ import clearsweep
 from clearsweep import grid as grids
 from clearsweep import simulation, store
 from clearsweep.judging import law_check
-from clearsweep.judging.law_check import Row
+from clearsweep.judging.law_check import LawResult
 from clearsweep.judging.verdict import MARGIN
 from clearsweep.language import wording
 from clearsweep.language.errors import InputError
@@ -97,7 +97,7 @@ def test_checks_enter_neither_the_closing_table_nor_the_page_but_move_the_verdic
 
 
 def row(law, value, column=MARGIN, joint="a"):
-    return Row("0" * 16, f"joints.{joint}.contact.law", law, column, value)
+    return LawResult("0" * 16, f"joints.{joint}.contact.law", law, column, value)
 
 
 def plain(_, value):

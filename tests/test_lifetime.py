@@ -40,8 +40,8 @@ def test_the_ends_of_an_interval_differ_or_it_is_reported_by_its_width(share):
 
 
 def test_a_life_without_an_upper_end_says_so():
-    assert sentences(Lifetime(85.5, 1000.0, 994.0, math.inf))[0].endswith(": 85.0 h to no end.")
-    assert "no end" in sentences(Lifetime(85.5, 1000.0, 994.0, math.nan))[0]
+    assert sentences(Lifetime(85.5, 1000.0, 994.0, math.inf))[0].endswith(": at least 85.0 h.")
+    assert "at least" in sentences(Lifetime(85.5, 1000.0, 994.0, math.nan))[0]
 
 
 def test_an_end_that_is_not_known_is_not_said_to_be_endless():

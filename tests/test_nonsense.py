@@ -74,7 +74,7 @@ def test_wear_deeper_than_the_clearance_is_named():
 def test_wear_and_pressure_times_speed_that_no_bush_bears_are_flagged_with_what_is_usual():
     radius, thousand_hours = 0.01, 1000.0 * 3600.0
     hard = Rubbed("pin", 0.59 / thousand_hours, 12e6, radius)
-    assert worn_away([hard]).startswith("worn-away: pin loses 590 mm in 1000 h at a bearing radius of 10 mm. ")
+    assert worn_away([hard]).startswith("worn-away: pin wears by 590 mm in 1000 h, and its bearing radius is 10 mm. ")
     assert "mean pV of 12 MPa m/s. Dry bushes allow 1 to 3 MPa m/s" in pv_high([hard])
     usual = Rubbed("pin", 0.9 * radius / thousand_hours, 3e6, radius)
     assert worn_away([usual]) == pv_high([usual]) == ""

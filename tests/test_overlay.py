@@ -50,8 +50,8 @@ def test_the_nearest_case_and_the_angle_between_are_found(tmp_path, study):
     assert laid.angle == pytest.approx(0.5, abs=features.TURN / 720)
     assert laid.misfit < 0.03
     assert len(laid.measured) == 4
-    result = features.of(laid.measured)
-    expected = features.of(laid.computed)
+    result = features.features_of(laid.measured)
+    expected = features.features_of(laid.computed)
     assert result.rms == pytest.approx(expected.rms, rel=0.02)
     assert result.spectrum[0] == pytest.approx(expected.spectrum[0], rel=0.02)
     blocks = page.section(study, [laid]).blocks
@@ -68,8 +68,8 @@ def test_a_signal_over_time_is_laid_by_the_speed_of_the_case(tmp_path, study):
 
 
 def test_features_are_those_of_a_sum_of_cosines():
-    angle = features.TURN * np.arange(3 * features.SAMPLES) / features.SAMPLES
-    result = features.of((2.0 + 3.0 * np.cos(angle) + 4.0 * np.cos(6.0 * angle)).reshape(3, -1))
+    angle = features.TURN * np.arange(3 * features.MIN_SAMPLES) / features.MIN_SAMPLES
+    result = features.features_of((2.0 + 3.0 * np.cos(angle) + 4.0 * np.cos(6.0 * angle)).reshape(3, -1))
     assert result.rms == pytest.approx(np.sqrt(12.5))
     assert result.peak_median == pytest.approx(7.0)
     assert result.spectrum == pytest.approx(

@@ -147,11 +147,11 @@ def test_page_names_worst_case_and_drivers_with_units(pages):
     text = Page(pages("full").read_text(encoding="utf-8")).text
     assert "100 of 108" in text
     assert "Largest normal force: " in text
-    assert "What drives the force peak, strongest first: crank speed" in text
+    assert "The variation of the force peak is caused by crank speed" in text
     assert "crank speed 1000, 3000, 5000 rpm" in text
     assert "8 \u00d7 step-budget" in text
     assert "the step budget of 1000000 steps" in text
-    assert "Every motion repeats itself: 100 every revolution." in text
+    assert "Every motion is periodic: 100 every revolution." in text
     assert "largest wear" not in text
     assert "Deepest wear" in text
 

@@ -653,7 +653,7 @@ def test_rough_surfaces_stand_beside_smooth_ones(tmp_path):
     rows = {row[0]: row for row in table(run, "elastic_force_rod_slider").rows}
     assert rows["smooth"][3] == pytest.approx(814.618, rel=1e-4)
     assert rows["kogut-etsion"][3] < rows["fractal"][3] < rows["smooth"][3]
-    assert "What the choice of roughness law does" in text(run, tmp_path)
+    assert "Effect of the choice of roughness law" in text(run, tmp_path)
 
 
 @pytest.mark.heavy
@@ -753,10 +753,10 @@ def test_every_law_that_is_drawn_is_named():
 @pytest.mark.parametrize(
     ("limit", "message"),
     [
-        (70000.0, "decides whether the limits are met in 1 of 3 designs, such as at crank speed 3000 rpm: met with "),
+        (70000.0, "decides whether 1 of 3 designs meet the limits. For example, they are met with "),
         (1e9, "does not change the verdict on 3 designs: each meets the limits with every law"),
         (1.0, "does not change the verdict on 3 designs: each exceeds a limit with every law"),
-        (20000.0, "lankarani-nikravesh, exceeded with exact"),
+        (20000.0, "lankarani-nikravesh and exceeded with exact"),
     ],
 )
 def test_whether_the_choice_moves_the_verdict_is_said_first(limit, message):

@@ -387,7 +387,7 @@ def test_the_strongest_axis_of_another_figure_of_the_question_is_named():
     assert not any("force rms" in sentence for sentence in said)
     made.summary["slider_error_max"] = made.summary["drive.speed"] * 1e-6
     said = [sentence.replace("\u00a0", " ") for sentence in drivers.sentences(study.prepare(made), joint)]
-    assert sum(sentence.startswith("The slider error is driven most by crank speed: ") for sentence in said) == 1
+    assert sum(sentence.startswith("The slider error depends most on crank speed: ") for sentence in said) == 1
     made.summary["slider_error_max"] = 1e-6  # no axis moves it
     assert not any("slider error" in sentence for sentence in drivers.sentences(study.prepare(made), joint))
 
@@ -488,14 +488,14 @@ def test_an_error_beyond_the_horizon_is_said_to_check_nothing():
     # a peak in revolution 2 may lie after 1.98 revolutions, one in revolution 3 not after 3
     first, second = frame["case_id"][:2]
     assert text == {
-        first: "peak in revolution 3, horizon 2.0 revolutions: no check of convergence",
-        second: "peak in revolution 2, horizon 2.0 revolutions: no check of convergence",
+        first: "peak in revolution 3, horizon 2.0 revolutions: the error does not check convergence",
+        second: "peak in revolution 2, horizon 2.0 revolutions: the error does not check convergence",
     }
     assert all(cell.value == 2.02e-4 for cell in cells.values() if isinstance(cell, Quantity))
     (points,) = (block for block in section.blocks if isinstance(block, Points))
-    assert "is no check of convergence in 2 of 6 cases" in points.texts[0]
+    assert "does not check convergence in 2 of 6 cases" in points.texts[0]
     assert "In 3 chaotic cases the peak lies within the horizon" in points.texts[1]
-    assert "the error checks only the first revolutions" in points.texts[1]
+    assert "the error checks only these first revolutions" in points.texts[1]
 
 
 def test_the_sentence_on_an_unchecked_peak_names_its_own_joint():
@@ -506,7 +506,7 @@ def test_the_sentence_on_an_unchecked_peak_names_its_own_joint():
     frame["rod_slider_force_peak_revolution"] = [3, 1, 1, 1, 1, 1]
     (section,) = peaks.sections(study.prepare(made))
     (points,) = (block for block in section.blocks if isinstance(block, Points))
-    assert points.texts[0].startswith("The error of the force peak in joint rod-slider is no check of convergence in 1")
+    assert points.texts[0].startswith("The error of the force peak in joint rod-slider does not check convergence in 1")
     assert "the peak in joint rod-slider lies within" in points.texts[1]
     assert len(points.texts) == 2
 
@@ -587,7 +587,7 @@ def test_only_motions_that_are_found_to_be_chaotic_are_named_chaotic(limited_run
 
     finished = limited_run.summary["status"] == "ok"
     repeating = int(limited_run.summary["period"][finished].notna().sum())
-    assert f"{repeating} of {int(finished.sum())} motions repeat themselves: " in sentence_of(limited_run)
+    assert f"{repeating} of {int(finished.sum())} motions are periodic: " in sentence_of(limited_run)
     assert "chaotic" not in sentence_of(limited_run)
     limited_run.summary["lyapunov_exponent"] = 3.0
     assert f"{int(finished.sum()) - repeating} of {int(finished.sum())} motions are chaotic" in sentence_of(limited_run)
@@ -619,7 +619,7 @@ def test_what_was_sought_stands_in_the_verdict_and_in_a_section_of_its_own(tmp_p
     first = sentence_of(verdict_section.sections(prepared)).replace("\u202f", "")
     assert first.partition(". ")[0] not in sentence_of([part])  # nothing is said twice
     if limit == 0.05:
-        assert "Largest safe slider mass: none in the range in 2 of 2 searches, limited by" in first
+        assert "Largest safe slider mass: the range contains none in 2 of 2 searches, limited by" in first
     else:
         value = frame[f"seek.{MASS}"].min()
         assert f"Largest safe slider mass: {value:.4g} kg" in first

@@ -354,7 +354,7 @@ def test_a_report_without_a_sample_has_no_such_section(tmp_path):
     (text := tmp_path / "text.yaml").write_text(f"{TEXT}zip: {{{SPEED}: [10, 20], {CLEARANCE}: [1 mm, 2 mm]}}\n")
     page = report.write(Run(text, linear), tmp_path / "page.html").read_text(encoding="utf-8")
     assert "Probabilistic study" not in page
-    assert "What drives the force" in page
+    assert "The variation of the force" in page
 
 
 def test_the_spread_of_wear_is_that_of_1000_hours(run, monkeypatch):

@@ -333,7 +333,7 @@ def test_the_report_says_what_the_angle_on_a_slot_is(tmp_path):
     source["simulate"] = source["simulate"] | {"revolutions": 0.3, "discard": 0.0}
     clearsweep.sweep(source, out=tmp_path / "run", executor="serial", show_progress=False)
     (section,) = wear.sections(prepare(clearsweep.open(tmp_path / "run")))
-    assert "In a slot, 360° are once around its wall" in section.blocks[0].text
+    assert "In a slot, 360° are one circuit of its wall" in section.blocks[0].text
 
 
 # ---------------------------------------------------------------------------------------------- by other equations

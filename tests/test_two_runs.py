@@ -65,7 +65,7 @@ def test_the_page_says_what_differs_in_the_setup():
     assert "B: 0.28" in text
     assert "4 cases finished in both runs" in text
     assert "The force peak of B is 2.00 times that of A in the median case" in text
-    assert "The same in every case: force rms, force p99" in text
+    assert "Equal in every case: force rms, force p99" in text
 
 
 def test_what_is_drawn_is_each_case_of_b_over_that_of_a():

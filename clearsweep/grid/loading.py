@@ -10,7 +10,7 @@ from typing import Any
 from ..contracts.case import Case, Save
 from ..contracts.catalogue import Catalogue
 from ..contracts.layout import MOST_REVOLUTIONS, Column, Layout
-from ..language.errors import InputError, shown
+from ..language.errors import InputError, quoted
 from .grid import Grid
 from .reading.joint_checks import check_values
 from .reading.read_keys import check_channels, read_keys
@@ -38,7 +38,7 @@ def load(
     root = read(source, problems)
     if not isinstance(root.value, dict):
         raise InputError(
-            f"{root.position_text}found {shown(root.value)}; expected a grid with the keys mechanism, drive, joints"
+            f"{root.position_text}found {quoted(root.value)}; expected a grid with the keys mechanism, drive, joints"
         )
     root = apply_overrides(root, changed, problems)
     for path, value in (overrides or {}).items():

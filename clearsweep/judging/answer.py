@@ -5,14 +5,13 @@ from functools import partial
 import numpy as np
 
 from ..language import wording
-from . import designs, dominance, effects, fits, labels, order, sampled, start_up, verdict
+from . import designs, effects, films, fits, labels, order, sampled, start_up, verdict
 from .cases import MANY_AXES, Cases
 
 RUN_LENGTH = "revolutions_run"  # column
-NOT_MODELLED = "not modelled"
 LISTED_LIMITS = 2  # limits that a sentence names
 
-__all__ = ["MANY_AXES", "Cases", "beyond_law", "sentences", "share_words", "specific"]
+__all__ = ["MANY_AXES", "Cases", "sentences", "specific"]
 
 
 def sentences(cases: Cases) -> list[str]:
@@ -29,8 +28,8 @@ def specific(cases: Cases) -> list[str]:
     by_question = {
         "life": (life_effects, kept_at_end),
         "start-up": (start_up.sentences, start_forces),
-        "limits": (limited, film_losses, start_up.sentences),
-        "film": (films,),
+        "limits": (limited, films.losses, start_up.sentences),
+        "film": (films.sentences,),
         "force": (largest_force, position_error),
     }
     return [line for answer in by_question.get(cases.lead.question, (start_up.sentences,)) for line in answer(cases)]
@@ -153,100 +152,15 @@ def position_error(cases: Cases) -> list[str]:
     if not error or not cases.has(error):
         return []
     worst, hardest = cases.extremes(error)[1], cases.worst(order.force_lead(cases.layout))
-    at = _where_different(cases, worst, hardest[0]) if hardest else cases.at(worst)
+    at = cases.at_difference(worst, hardest[0]) if hardest else cases.at(worst)
     text = f"Largest {cases.layout.output} error: {cases.text(error, worst)}{at}."
     return [" ".join([text, *_strongest(cases, error)])]
-
-
-def films(cases: Cases) -> list[str]:
-    """Return sentences on the thinnest film: validity of its law, effects, dry load share and loss."""
-    worst = cases.worst()
-    if worst is None:
-        return []
-    index, (thinnest, *_), joint = worst
-    share = f"{joint}_dry_load_share"
-    head = f"Thinnest film{cases.in_joint(joint)}: {cases.text(thinnest, index)}{cases.at(index)}{cases.named(index)}."
-    lines = [" ".join([head, *_beyond_law(cases, index, thinnest, joint)])]
-    moved = effects.sentences(
-        cases, cases.label(thinnest), cases.column(thinnest).astype(float), partial(cases.texts, thinnest)
-    )
-    lines += [" ".join(moved)] if moved else []
-    lines += [*dominance.sentences(cases, thinnest, f"{joint}_film_loss"), *_loss(cases, index, joint)]
-    if not np.isnan(figure := float(cases.column(share)[index])):
-        lines.append(f"Dry load share in the case of the thinnest film: {share_words(figure)}.")
-    return lines
-
-
-def _beyond_law(cases: Cases, index: int, thinnest: str, joint: str) -> list[str]:
-    """Return sentences if the thinnest film leaves the range of its law, and on the thinnest film within it."""
-    outside = cases.column(f"{joint}_film_limit_fraction")
-    if not outside[index] > 0.0:
-        return []
-    said = [f"It is {beyond_law(float(outside[index]))}: do not rely on it."]
-    within = np.where(outside > 0.0, np.nan, cases.column(thinnest))
-    if np.isfinite(within).any():
-        least = int(np.nanargmin(within))
-        at = _where_different(cases, least, index)
-        said.append(f"The thinnest that its law covers: {cases.text(thinnest, least)}{at}.")
-    return said
-
-
-def _loss(cases: Cases, index: int, joint: str) -> list[str]:
-    """Return sentences on the range of the film loss, its value for the thinnest film, and the effects on it."""
-    loss = f"{joint}_film_loss"
-    if not cases.has(loss):
-        return []
-    low, high = (cases.text(loss, place) for place in cases.extremes(loss))
-    name = labels.capital(cases.label(loss))
-    if low == high:
-        return [f"{name}: {high}."]
-    text = (
-        f"{name}: {low} to {high}, in the case of the thinnest film {cases.text(loss, index)}. "
-        f"It is largest{cases.at(cases.extremes(loss)[1])}."
-    )
-    moved = effects.sentences(cases, cases.label(loss), cases.column(loss).astype(float), partial(cases.texts, loss))
-    return [" ".join([text, *moved])]
-
-
-def film_losses(cases: Cases) -> list[str]:
-    """Return sentences on the loss of each film, for a grid whose limits lead."""
-    lines = []
-    for joint in cases.layout.joints:
-        thickness = f"{joint.name}_film_thickness_min"
-        if cases.has(thickness):
-            lines += _loss(cases, cases.extremes(thickness)[0], joint.name)
-    return lines
-
-
-def _where_different(cases: Cases, index: int, other: int) -> str:
-    """Return the values of a case that differ from those of the case mentioned before, ' at crank speed 60 rpm'."""
-    if len(cases.axes) > MANY_AXES:
-        return cases.at(index)
-    if index == other:
-        return " in the same case" if cases.axes else ""
-    paths = [path for path in cases.axes if cases.column(path)[index] != cases.column(path)[other]]
-    rest = ", otherwise the same" if len(paths) < len(cases.axes) else ""
-    return f" at {cases.setting(index, paths)}{rest}"
 
 
 def _strongest(cases: Cases, name: str) -> list[str]:
     """Return the strongest effect on a column, with 'it' as its subject."""
     values = cases.column(name).astype(float)
     return effects.sentences(cases, effects.NEXT, values, partial(cases.texts, name), 1)
-
-
-def beyond_law(share: float) -> str:
-    """Return the remark on a film that is thinner than its law covers for a share of the time."""
-    return f"thinner than its law covers for {_percent(share)} of the time"
-
-
-def share_words(share: float) -> str:
-    """Return a dry load share in words; NaN means that no contact behind the film is modelled."""
-    return NOT_MODELLED if np.isnan(share) else _percent(share)
-
-
-def _percent(share: float) -> str:
-    return f"{wording.short(100.0 * share, 3)}{wording.BLANK}%"
 
 
 def limited(cases: Cases) -> list[str]:

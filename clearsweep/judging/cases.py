@@ -43,6 +43,16 @@ class Cases(NamedTuple):
         setting = self.setting(index, self.axes)
         return f" at {setting}" if setting else ""
 
+    def at_difference(self, index: int, other: int) -> str:
+        """Return the values of a case that differ from those of the case mentioned before, ' at crank speed 60 rpm'."""
+        if len(self.axes) > MANY_AXES:
+            return self.at(index)
+        if index == other:
+            return " in the same case" if self.axes else ""
+        paths = [path for path in self.axes if self.column(path)[index] != self.column(path)[other]]
+        rest = ", otherwise the same" if len(paths) < len(self.axes) else ""
+        return f" at {self.setting(index, paths)}{rest}"
+
     def named(self, index: int) -> str:
         """Return ' (case 1a7fc708)', or '' if `at` returns the identity already."""
         return "" if len(self.axes) > MANY_AXES else f" (case {wording.short_id(self.case_ids[index])})"

@@ -11,16 +11,16 @@ from . import fits
 from .cases import Cases
 from .verdict import MARGIN
 
-OPERATING = ("drive.speed", "loads.")  # beginnings of the paths that are operating conditions
-LISTED = 4  # designs in one sentence
+OPERATING_PREFIXES = ("drive.speed", "loads.")  # beginnings of the paths that are operating conditions
+MAX_LISTED = 4  # designs in one sentence
 
 
 class Designs(NamedTuple):
     """The designs of a grid, the largest of their smallest margins first."""
 
-    varied: tuple[str, ...]  # paths that make a design
-    conditions: tuple[str, ...]  # the other varied paths
-    worst: tuple[int, ...]  # index of the case with the smallest margin of each design
+    design_paths: tuple[str, ...]  # paths that make a design
+    condition_paths: tuple[str, ...]  # the other varied paths
+    worst_cases: tuple[int, ...]  # index of the case with the smallest margin of each design
     margins: tuple[float, ...]  # smallest margin of each, -inf if it cannot be assessed
     members: tuple[tuple[int, ...], ...]  # indices of the cases of each
 
@@ -30,27 +30,42 @@ def of_cases(axes: Sequence[str], column: Callable[[str], np.ndarray], count: in
 
     axes : varied paths; column : values of a path or of the margin
     """
-    conditions = tuple(path for path in axes if path.startswith(OPERATING))
-    varied = tuple(path for path in axes if path not in conditions)
-    if not conditions or not varied:
+    design_paths, condition_paths = divided(axes)
+    if not condition_paths or not design_paths:
         return None
-    designs = _grouped(varied, conditions, column, count)
+    designs = _grouped(design_paths, condition_paths, column, count)
     return None if len(designs.members) in (1, count) else designs
 
 
-def _grouped(
-    varied: tuple[str, ...], conditions: tuple[str, ...], column: Callable[[str], np.ndarray], count: int
-) -> Designs:
-    """Return the cases grouped by their values at the `varied` paths."""
-    values = [column(path) for path in varied]
-    margins = np.nan_to_num(column(MARGIN).astype(float), nan=-np.inf)
-    groups: dict[tuple, list[int]] = {}
+def divided(axes: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the varied paths that make a design, and those that are operating conditions."""
+    condition_paths = tuple(path for path in axes if path.startswith(OPERATING_PREFIXES))
+    return tuple(path for path in axes if path not in condition_paths), condition_paths
+
+
+def groups(design_paths: Sequence[str], column: Callable[[str], np.ndarray], count: int) -> list[list[int]]:
+    """Return the indices of the cases with equal values at `design_paths`."""
+    values = [column(path) for path in design_paths]
+    grouped: dict[tuple, list[int]] = {}
     for index in range(count):
-        groups.setdefault(tuple(str(each[index]) for each in values), []).append(index)
-    members = sorted(groups.values(), key=lambda cases: -float(margins[cases].min()))
-    worst = tuple(cases[int(np.argmin(margins[cases]))] for cases in members)
+        grouped.setdefault(tuple(str(column_values[index]) for column_values in values), []).append(index)
+    return list(grouped.values())
+
+
+def _grouped(
+    design_paths: tuple[str, ...], condition_paths: tuple[str, ...], column: Callable[[str], np.ndarray], count: int
+) -> Designs:
+    """Return the cases grouped by their values at `design_paths`."""
+    margins = np.nan_to_num(column(MARGIN).astype(float), nan=-np.inf)
+    grouped = groups(design_paths, column, count)
+    members = sorted(grouped, key=lambda indices: -float(margins[indices].min()))
+    worst_cases = tuple(indices[int(np.argmin(margins[indices]))] for indices in members)
     return Designs(
-        varied, conditions, worst, tuple(float(margins[index]) for index in worst), tuple(map(tuple, members))
+        design_paths,
+        condition_paths,
+        worst_cases,
+        tuple(float(margins[index]) for index in worst_cases),
+        tuple(map(tuple, members)),
     )
 
 
@@ -60,10 +75,10 @@ def accepted(cases: Cases) -> np.ndarray:
     if not cases.limits:
         return np.ones(count, bool)
     grouped = of_cases(cases.axes, cases.column, count) or _grouped(cases.axes, (), cases.column, count)
-    meets = np.zeros(count, bool)
+    meets_limits = np.zeros(count, bool)
     for margin, members in zip(grouped.margins, grouped.members, strict=True):
-        meets[list(members)] = margin >= 0.0
-    return meets
+        meets_limits[list(members)] = margin >= 0.0
+    return meets_limits
 
 
 def sentences(cases: Cases, limits: str) -> list[str]:
@@ -75,14 +90,14 @@ def sentences(cases: Cases, limits: str) -> list[str]:
     designs = of_cases(cases.axes, cases.column, count)
     if designs is None:
         designs = _grouped(cases.axes, (), cases.column, count)
-    every, noun = "", "case"
-    if designs.conditions:
-        names = wording.sentence_list([wording.axis_name(path) for path in designs.conditions])
-        every, noun = f" at every {names}", "design"
+    condition_text, noun = "", "case"
+    if designs.condition_paths:
+        names = wording.sentence_list([wording.axis_name(path) for path in designs.condition_paths])
+        condition_text, noun = f" at every {names}", "design"
     accepted = sum(margin >= 0.0 for margin in designs.margins)
     total = len(designs.margins)
     if not accepted and not np.isfinite(designs.margins[0]):
-        return [f"No design can be assessed{every}."] if every else []
+        return [f"No design can be assessed{condition_text}."] if condition_text else []
     number = {0: "No", total: "All"}.get(accepted, f"{accepted} of {total}") if total > 1 else "The"
     nouns = noun if not accepted or total == 1 else f"{noun}s" if accepted == total else wording.count(total, noun)
     head = f"{number} {nouns}" if number in ("No", "All", "The") else f"{accepted} of {nouns}"
@@ -91,47 +106,52 @@ def sentences(cases: Cases, limits: str) -> list[str]:
     verb = "meets" if accepted <= 1 else "meet"
     if total == 1 and not accepted:
         head, verb = "The case", "does not meet"
-    first = f"{head} {verb} the limits{every}: {limits}."
+    first = f"{head} {verb} the limits{condition_text}: {limits}."
     return [first, *_boundary(cases, designs)] if total > 1 else [first]
 
 
 def _boundary(cases: Cases, designs: Designs) -> list[str]:
     """Return the last value of a single varied path that meets the limits, or the margins of the best designs."""
-    accepted = [place for place, margin in enumerate(designs.margins) if margin >= 0.0]
+    accepted = [rank for rank, margin in enumerate(designs.margins) if margin >= 0.0]
     if not accepted:
-        return [f"Nearest: {_listed(cases, designs, 0)} (smallest margin)."]
-    if len(designs.varied) == 1 and len(accepted) < len(designs.margins):
-        values = cases.column(designs.varied[0])
-        numbers = [values[index] for index in designs.worst]
-        if not any(isinstance(value, str) or wording.missing(value) for value in numbers):
-            order = sorted(range(len(numbers)), key=lambda place: float(numbers[place]))
-            passes = [place in accepted for place in order]
-            changes = [place for place, (now, then) in enumerate(pairwise(passes)) if now != then]
+        return [f"Nearest: {_design_text(cases, designs, 0)} (smallest margin)."]
+    if len(designs.design_paths) == 1 and len(accepted) < len(designs.margins):
+        values = cases.column(designs.design_paths[0])
+        worst_values = [values[index] for index in designs.worst_cases]
+        if not any(isinstance(value, str) or wording.missing(value) for value in worst_values):
+            order = sorted(range(len(worst_values)), key=lambda rank: float(worst_values[rank]))
+            acceptance = [rank in accepted for rank in order]
+            changes = [
+                rank
+                for rank, (is_accepted, is_next_accepted) in enumerate(pairwise(acceptance))
+                if is_accepted != is_next_accepted
+            ]
             if len(changes) == 1:
                 return _one_boundary(cases, designs, order[changes[0] : changes[0] + 2])
-    listed = "; ".join(_listed(cases, designs, place) for place in accepted[:LISTED])
-    more = f"; and {len(accepted) - LISTED} more" if len(accepted) > LISTED else ""
-    return [f"Smallest margins, best first: {listed}{more}."] if designs.varied else []
+    listed = "; ".join(_design_text(cases, designs, rank) for rank in accepted[:MAX_LISTED])
+    more = f"; and {len(accepted) - MAX_LISTED} more" if len(accepted) > MAX_LISTED else ""
+    return [f"Smallest margins, best first: {listed}{more}."] if designs.design_paths else []
 
 
-def _one_boundary(cases: Cases, designs: Designs, ends: list[int]) -> list[str]:
+def _one_boundary(cases: Cases, designs: Designs, neighbours: list[int]) -> list[str]:
     """Return the last value that meets the limits, and the first that does not, with its worst condition."""
-    safe, failing = ends if designs.margins[ends[0]] >= 0.0 else ends[::-1]
-    word, beyond = ("up to", "From") if safe == ends[0] else ("from", "Up to")
-    setting = cases.setting(designs.worst[safe], designs.varied)
-    pair = cases.named_value(designs.worst[failing], designs.varied[0])
-    condition = cases.setting(designs.worst[failing], designs.conditions)
-    where = f", worst at {condition}" if condition else ""
-    margin = _percent(designs.margins[failing])
+    accepted, rejected = neighbours if designs.margins[neighbours[0]] >= 0.0 else neighbours[::-1]
+    preposition, opposite_preposition = ("up to", "From") if accepted == neighbours[0] else ("from", "Up to")
+    setting = cases.setting(designs.worst_cases[accepted], designs.design_paths)
+    name_and_value = cases.named_value(designs.worst_cases[rejected], designs.design_paths[0])
+    condition = cases.setting(designs.worst_cases[rejected], designs.condition_paths)
+    condition_text = f", worst at {condition}" if condition else ""
+    margin = _margin_text(designs.margins[rejected])
     return [
-        f"The limits are met {word} {setting} (smallest margin {_percent(designs.margins[safe])}).",
-        f"{beyond} {pair[1] if pair else ''} a limit is exceeded{where} (margin {margin}).",
+        f"The limits are met {preposition} {setting} (smallest margin {_margin_text(designs.margins[accepted])}).",
+        f"{opposite_preposition} {name_and_value[1] if name_and_value else ''} a limit is exceeded{condition_text} "
+        f"(margin {margin}).",
     ]
 
 
-def _listed(cases: Cases, designs: Designs, place: int) -> str:
-    return f"{cases.setting(designs.worst[place], designs.varied)} {_percent(designs.margins[place])}"
+def _design_text(cases: Cases, designs: Designs, rank: int) -> str:
+    return f"{cases.setting(designs.worst_cases[rank], designs.design_paths)} {_margin_text(designs.margins[rank])}"
 
 
-def _percent(margin: float) -> str:
+def _margin_text(margin: float) -> str:
     return f"{wording.short(100.0 * margin, 3)}{wording.BLANK}%" if np.isfinite(margin) else "unknown"

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..language import wording
-from . import labels
+from . import interactions, labels
 from .cases import Cases, from_to
 from .variance import explained, factor, is_clear
 
@@ -66,8 +66,23 @@ def sentences(cases: Cases, label: str, values: np.ndarray, texts: Texts, most: 
         beginning = FIRST[min(number, len(FIRST) - 1)] if len(named) > 1 else ""
         text = _words(cases, effect, label, texts) if number == 0 else _words(cases, effect, NEXT, texts, note="")
         said.append(labels.capital(beginning + text))
-    weak = [_name(cases, effect) for effect in effects if effect not in clear]
-    return [*said, *([f"Little or no effect: {wording.sentence_list(weak)}."] if weak and most > 1 else [])]
+    return [
+        *said,
+        *(_weak(cases, [each for each in effects if each not in clear], label, values, texts) if most > 1 else []),
+    ]
+
+
+def _weak(cases: Cases, weak: list[Effect], label: str, values: np.ndarray, texts: Texts) -> list[str]:
+    """Return sentences on values without a clear effect of their own: opposite effects, then those with little effect.
+
+    Opposite effects at different values of the other axes cancel in the medians.
+    """
+    opposite = {
+        each.path: interactions.sentence(cases, each.path, label, values, texts) for each in weak if each.numeric
+    }
+    little = [_name(cases, each) for each in weak if not opposite.get(each.path)]
+    said = [sentence for sentence in opposite.values() if sentence]
+    return [*said, *([f"Little or no effect: {wording.sentence_list(little)}."] if little else [])]
 
 
 def _words(cases: Cases, effect: Effect, subject: str, texts: Texts, note: str = " (medians)") -> str:

@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 FIGURE = "force_peak_million"
-NEEDED = 100  # independent revolutions
-ENDS = ("", "_high")
+MIN_REVOLUTIONS = 100  # independent revolutions
+BOUND_SUFFIXES = ("", "_high")
 
 
-class Expected(NamedTuple):
+class ExpectedPeak(NamedTuple):
     """The largest force peak to expect in a joint in 10^6 revolutions, and the largest of the window; N."""
 
     case_id: str
@@ -25,35 +25,35 @@ def columns(joints: list[str]) -> list[str]:
     return [name for joint in joints for name in (*_predicted(joint), f"{joint}_force_peak")] + ["period"]
 
 
-def worst(block: Mapping[str, np.ndarray], joints: list[str]) -> Expected | None:
+def worst(table: Mapping[str, np.ndarray], joints: list[str]) -> ExpectedPeak | None:
     """Return the largest peak to expect among finished non-periodic motions, or None if there is none."""
-    highest: Expected | None = None
-    irregular = np.isnan(np.asarray(block["period"], float)) if "period" in block else np.zeros(0, bool)
+    largest: ExpectedPeak | None = None
+    is_irregular = np.isnan(np.asarray(table["period"], float)) if "period" in table else np.zeros(0, bool)
     for joint in joints:
-        if f"{joint}_{FIGURE}" not in block or not irregular.any():
+        if f"{joint}_{FIGURE}" not in table or not is_irregular.any():
             continue
-        values = np.where(irregular, np.asarray(block[f"{joint}_{FIGURE}"], float), np.nan)
+        values = np.where(is_irregular, np.asarray(table[f"{joint}_{FIGURE}"], float), np.nan)
         if np.isnan(values).all():
             continue
         index = int(np.nanargmax(values))
-        figures = (float(block[name][index]) for name in (*_predicted(joint), f"{joint}_force_peak"))
-        candidate = Expected(str(block["case_id"][index]), joint, *figures)
-        highest = candidate if highest is None or candidate.value > highest.value else highest
-    return highest
+        figures = (float(table[name][index]) for name in (*_predicted(joint), f"{joint}_force_peak"))
+        candidate = ExpectedPeak(str(table["case_id"][index]), joint, *figures)
+        largest = candidate if largest is None or candidate.value > largest.value else largest
+    return largest
 
 
-def sentence(figures: list[str], where: str) -> str:
+def sentence(figures: list[str], location: str) -> str:
     """Return a sentence with the expected peak.
 
     figures : value, upper end, and largest peak of the window, as texts
-    where : ' in joint ... at ...'
+    location : ' in joint ... at ...'
     """
-    value, high, largest = figures
+    value, upper_bound, largest = figures
     return (
-        f"In 10⁶ revolutions expect a force peak of {value}, at most {high} (97.5 %){where}; the window's largest is "
-        f"{largest}."
+        f"The largest force peak in 10⁶ revolutions is estimated at {value}, at most {upper_bound} (97.5 %){location}. "
+        f"The largest peak in the window is {largest}."
     )
 
 
 def _predicted(joint: str) -> list[str]:
-    return [f"{joint}_{FIGURE}{suffix}" for suffix in ENDS]
+    return [f"{joint}_{FIGURE}{suffix}" for suffix in BOUND_SUFFIXES]

@@ -6,8 +6,8 @@ if TYPE_CHECKING:
     import numpy as np  # imported only when features are computed
 
 TURN = 6.283185307179586  # rad
-SAMPLES = 720  # least samples of a revolution
-LARGEST_GRID = 4096  # samples of a revolution; the features reach up to its Nyquist order
+MIN_SAMPLES = 720  # least samples of a revolution
+MAX_SAMPLES = 4096  # samples of a revolution; the features reach up to its Nyquist order
 USED_BAND = 0.8  # of the coarser signal's Nyquist order; anti-aliasing filters roll off above
 #: Bands of crank orders over which the power of a signal is summed.
 BANDS = (
@@ -16,9 +16,9 @@ BANDS = (
 )
 HARMONICS = 12  # harmonics of impact energy over the crank angle, which locate impacts within a revolution
 RIGID_ORDERS = 12  # above this order power is attributed to impacts; ideal motion has hardly any there
-THRESHOLD = 0.2  # of the median per-revolution peak above RIGID_ORDERS; larger values are impacts
-WEAK = 0.05  # rms of an order over that of the signal below which its phase cannot be tracked
-MOST_IMPACTS = 48  # most impacts counted in a revolution
+IMPACT_THRESHOLD = 0.2  # of the median per-revolution peak above RIGID_ORDERS; larger values are impacts
+MIN_ORDER_RMS = 0.05  # rms of an order over that of the signal below which its phase cannot be tracked
+MAX_IMPACTS = 48  # most impacts counted in a revolution
 
 
 class Features(NamedTuple):
@@ -33,88 +33,90 @@ class Features(NamedTuple):
     phases: tuple[float, ...]
 
 
-class Statistics(NamedTuple):
+class RevolutionStatistics(NamedTuple):
     """Statistics of each revolution of a signal, from which its features follow."""
 
-    square: "np.ndarray"  # (turns,) mean square about the mean of the signal
-    peak: "np.ndarray"  # (turns,)
-    power: "np.ndarray"  # (turns, bands) mean square in each of BANDS
-    impacts: "np.ndarray"  # (turns,)
-    energy: "np.ndarray"  # (turns, HARMONICS + 1) complex harmonics of the square above RIGID_ORDERS, from 0 on
+    square: "np.ndarray"  # (revolutions,) mean square about the mean of the signal
+    peak: "np.ndarray"  # (revolutions,)
+    power: "np.ndarray"  # (revolutions, bands) mean square in each of BANDS
+    impacts: "np.ndarray"  # (revolutions,)
+    energy: "np.ndarray"  # (revolutions, HARMONICS + 1) complex harmonics of the square above RIGID_ORDERS, from 0 on
 
     def features(self, rows: "np.ndarray | slice" = slice(None)) -> Features:
         """Return the features of a selection of revolutions."""
         import numpy as np
 
         peaks, power, energy = self.peak[rows], self.power[rows].mean(axis=0), self.energy[rows].mean(axis=0)
-        shares = energy[1:] / max(float(energy[0].real), np.finfo(float).tiny)
+        relative_energy = energy[1:] / max(float(energy[0].real), np.finfo(float).tiny)
         return Features(
             float(np.sqrt(self.square[rows].mean())),
             float(np.median(peaks)),
             float(np.percentile(peaks, 95.0)),
             tuple(np.sqrt(power).tolist()),
             float(self.impacts[rows].mean()),
-            tuple(np.column_stack([shares.real, -shares.imag]).ravel().tolist()),
+            tuple(np.column_stack([relative_energy.real, -relative_energy.imag]).ravel().tolist()),
         )
 
 
-def of(turns: "np.ndarray") -> Features:
-    """Return the features of a signal from whole revolutions (turns, samples of a revolution)."""
-    return statistics(turns).features()
+def features_of(revolutions: "np.ndarray") -> Features:
+    """Return the features of a signal from whole `revolutions`, (revolutions, samples)."""
+    return statistics(revolutions).features()
 
 
-def statistics(turns: "np.ndarray") -> Statistics:
-    """Return the statistics of each of the revolutions (turns, samples of a revolution) of a signal."""
+def statistics(revolutions: "np.ndarray") -> RevolutionStatistics:
+    """Return the statistics of each of the `revolutions` (revolutions, samples) of a signal."""
     import numpy as np
 
-    count, samples = turns.shape
-    deviations = turns - turns.mean()
-    amplitudes = np.fft.rfft(turns, axis=1) / samples
+    count, samples = revolutions.shape
+    deviations = revolutions - revolutions.mean()
+    amplitudes = np.fft.rfft(revolutions, axis=1) / samples
     power = 2.0 * np.abs(amplitudes) ** 2
     bands = np.array([power[:, low : high + 1].sum(axis=1) for low, high in BANDS]).T
-    fast_part = deviations - _up_to(turns.ravel(), RIGID_ORDERS * count, len(turns.ravel())).reshape(turns.shape)
+    fast_part = deviations - _band_limited(revolutions.ravel(), RIGID_ORDERS * count, len(revolutions.ravel())).reshape(
+        revolutions.shape
+    )
     energy = np.fft.rfft(fast_part**2, axis=1)[:, : HARMONICS + 1] / samples
-    return Statistics(
-        (deviations**2).mean(axis=1), np.abs(deviations).max(axis=1), bands, _impacts(np.abs(fast_part)), energy
+    return RevolutionStatistics(
+        (deviations**2).mean(axis=1), np.abs(deviations).max(axis=1), bands, _count_impacts(np.abs(fast_part)), energy
     )
 
 
-def _impacts(size: "np.ndarray") -> "np.ndarray":
-    """Return how many impacts begin in each revolution (turns, samples), from the magnitude of the fast part."""
+def _count_impacts(magnitude: "np.ndarray") -> "np.ndarray":
+    """Return how many impacts begin in each revolution from the `magnitude` (revolutions, samples) of the fast part."""
     import numpy as np
 
-    count, samples = size.shape
-    level = THRESHOLD * float(np.median(size.max(axis=1)))
-    high = np.flatnonzero(size.ravel() > level) if level > 0.0 else np.empty(0, int)
-    begins = high[np.diff(high, prepend=-samples) > samples / MOST_IMPACTS]
-    return np.bincount(begins // samples, minlength=count).astype(float)
+    count, samples = magnitude.shape
+    threshold = IMPACT_THRESHOLD * float(np.median(magnitude.max(axis=1)))
+    above_threshold = np.flatnonzero(magnitude.ravel() > threshold) if threshold > 0.0 else np.empty(0, int)
+    onsets = above_threshold[np.diff(above_threshold, prepend=-samples) > samples / MAX_IMPACTS]
+    return np.bincount(onsets // samples, minlength=count).astype(float)
 
 
-def _up_to(values: "np.ndarray", highest: float, count: int) -> "np.ndarray":
-    """Return `count` uniform samples of a periodic signal without mean and harmonics above `highest`.
+def _band_limited(values: "np.ndarray", highest_order: float, count: int) -> "np.ndarray":
+    """Return `count` uniform samples of a periodic signal without mean and harmonics above `highest_order`.
 
     The upper fifth of the band is tapered to avoid ringing.
     """
     import numpy as np
 
     spectrum = np.fft.rfft(values)[: count // 2 + 1]
-    orders = np.arange(len(spectrum)) / max(highest, 1.0)
+    orders = np.arange(len(spectrum)) / max(highest_order, 1.0)
     spectrum *= 0.5 + 0.5 * np.cos(np.pi * np.clip((orders - 0.8) / 0.2, 0.0, 1.0))
     spectrum[0] = 0.0
     filtered: np.ndarray = np.fft.irfft(spectrum, count) * (count / len(values))
     return filtered
 
 
-def noise(rng: "np.random.Generator", turns: "np.ndarray", orders: float) -> "np.ndarray":
-    """Return white noise up to an order, with rms 1, in the shape of `turns` (turns, samples)."""
+def noise(rng: "np.random.Generator", revolutions: "np.ndarray", highest_order: float) -> "np.ndarray":
+    """Return white noise up to an order, with rms 1, in the shape of `revolutions` (revolutions, samples)."""
     import numpy as np
 
-    white = _up_to(rng.standard_normal(turns.size), orders * len(turns), turns.size)
-    normalised: np.ndarray = (white / np.sqrt((white**2).mean())).reshape(turns.shape)
+    white = _band_limited(rng.standard_normal(revolutions.size), highest_order * len(revolutions), revolutions.size)
+    normalised: np.ndarray = (white / np.sqrt((white**2).mean())).reshape(revolutions.shape)
     return normalised
 
 
-def density(angle: "np.ndarray") -> float:
+def samples_per_revolution(angle: "np.ndarray") -> float:
     """Return the number of samples per revolution of ascending crank angles (rad)."""
     import numpy as np
 
@@ -123,62 +125,66 @@ def density(angle: "np.ndarray") -> float:
 
 def common_band(*densities: float) -> float:
     """Return the highest order at which signals with these numbers of samples per revolution can be compared."""
-    return USED_BAND * min(*densities, LARGEST_GRID) / 2.0
+    return USED_BAND * min(*densities, MAX_SAMPLES) / 2.0
 
 
-def grid_of(orders: float) -> int:
-    """Return the number of samples per revolution for a band up to these orders."""
-    samples = SAMPLES
-    while samples < min(2.0 * orders / USED_BAND, LARGEST_GRID) - 1e-6:
+def samples_for_band(highest_order: float) -> int:
+    """Return the number of samples per revolution for a band up to `highest_order`."""
+    samples = MIN_SAMPLES
+    while samples < min(2.0 * highest_order / USED_BAND, MAX_SAMPLES) - 1e-6:
         samples *= 2
     return samples
 
 
-def revolutions(
-    angle: "np.ndarray", values: "np.ndarray", start: float | None = None, orders: float | None = None
+def split_revolutions(
+    angle: "np.ndarray", values: "np.ndarray", start: float | None = None, highest_order: float | None = None
 ) -> "np.ndarray":
-    """Return the whole revolutions (turns, samples) of values over ascending crank angles (rad), from `start` on.
+    """Return the whole revolutions (revolutions, samples) of values over ascending crank angles (rad), from `start` on.
 
     start : rad, of any revolution; defaults to the first angle
-    orders : highest order kept; by default as high as the samples allow
+    highest_order : highest order kept; by default as high as the samples allow
 
     The signal is interpolated linearly at four times its sampling, which keeps its peaks.
     """
     import numpy as np
 
-    own_density = density(angle)
-    orders = common_band(own_density) if orders is None else orders
-    samples = grid_of(orders)
+    own_density = samples_per_revolution(angle)
+    highest_order = common_band(own_density) if highest_order is None else highest_order
+    samples = samples_for_band(highest_order)
     first_angle = angle[0] if start is None else start + TURN * np.ceil((angle[0] - start) / TURN - 1e-9)
     count = int(np.floor((angle[-1] - first_angle) / TURN + 1e-6))
     fine_samples = samples * max(int(np.ceil(4.0 * own_density / samples)), 1)
-    fitted: np.ndarray = np.interp(first_angle + TURN * np.arange(count * fine_samples) / fine_samples, angle, values)
+    interpolated: np.ndarray = np.interp(
+        first_angle + TURN * np.arange(count * fine_samples) / fine_samples, angle, values
+    )
     if not count:
-        return fitted.reshape(0, samples)
-    resampled: np.ndarray = fitted.mean() + _up_to(fitted, orders * count, count * samples).reshape(count, samples)
+        return interpolated.reshape(0, samples)
+    resampled: np.ndarray = interpolated.mean() + _band_limited(
+        interpolated, highest_order * count, count * samples
+    ).reshape(count, samples)
     return resampled
 
 
-def shift(measured: "np.ndarray", computed: "np.ndarray", highest: int | None = None) -> int:
+def lag_of(measured: "np.ndarray", computed: "np.ndarray", highest_order: int | None = None) -> int:
     """Return the lag (samples, from 0 on) of a measured revolution behind the computed one.
 
     Both are means over revolutions, (samples,); the lag maximises their circular correlation.
 
-    highest : highest order in the correlation; by default all
+    highest_order : highest order in the correlation; by default all
     """
     import numpy as np
 
     spectra = [
-        np.fft.rfft(signal - signal.mean())[: None if highest is None else highest + 1]
+        np.fft.rfft(signal - signal.mean())[: None if highest_order is None else highest_order + 1]
         for signal in (measured, computed)
     ]
     return int(np.argmax(np.fft.irfft(spectra[0] * np.conj(spectra[1]), len(measured))))
 
 
-def angle_of_time(times: "np.ndarray", values: "np.ndarray", rate: float) -> "np.ndarray":
-    """Return the crank angles (rad, from 0) of samples over time (s) for a mean crank speed near `rate` (rad/s).
+def angle_of_time(times: "np.ndarray", values: "np.ndarray", nominal_rate: float) -> "np.ndarray":
+    """Return the crank angles (rad, from 0) of samples at times (s) for mean crank speed near `nominal_rate` (rad/s).
 
-    The speed maximises the power of orders 1 to 4 within 5 % of `rate`.  Its slow variation is taken from
+    The speed maximises the power of orders 1 to 4 within 5 % of `nominal_rate`.  Its slow variation is taken from
     the phase of the strongest of these orders, averaged twice over a revolution.
     """
     import numpy as np
@@ -188,19 +194,24 @@ def angle_of_time(times: "np.ndarray", values: "np.ndarray", rate: float) -> "np
     uniform_times = np.linspace(times[0], times[-1], len(times))
     deviations = np.interp(uniform_times, times, deviations) * np.hanning(len(times))
     spectrum = np.abs(np.fft.rfft(deviations, 4 * len(deviations))) ** 2
-    step = TURN / (4.0 * span * len(times) / (len(times) - 1))  # rad/s, resolution of the spectrum
-    rates = rate * np.linspace(0.95, 1.05, 2001)
-    lines = np.arange(len(spectrum)) * step
-    power = [np.interp(order * rates, lines, spectrum) for order in (1, 2, 3, 4)]
+    resolution = TURN / (4.0 * span * len(times) / (len(times) - 1))  # rad/s, resolution of the spectrum
+    trial_rates = nominal_rate * np.linspace(0.95, 1.05, 2001)
+    spectrum_rates = np.arange(len(spectrum)) * resolution
+    power = [np.interp(order * trial_rates, spectrum_rates, spectrum) for order in (1, 2, 3, 4)]
     best_index = int(np.argmax(np.sum(power, axis=0)))
-    mean, strongest = float(rates[best_index]), int(np.argmax([spectrum[best_index] for spectrum in power])) + 1
-    angle: np.ndarray = mean * (times - times[0])
+    mean_rate, strongest_order = (
+        float(trial_rates[best_index]),
+        int(np.argmax([spectrum[best_index] for spectrum in power])) + 1,
+    )
+    angle: np.ndarray = mean_rate * (times - times[0])
     for _ in range(2):  # the first pass leaves an error from variation within a revolution
-        demodulated = (values - values.mean()) * np.exp(-1j * strongest * angle)
-        smooth = _averaged(times, _averaged(times, demodulated, TURN / mean), TURN / mean)  # filters other orders
-        if np.abs(smooth).min() < WEAK * np.std(values):
+        demodulated = (values - values.mean()) * np.exp(-1j * strongest_order * angle)
+        smooth = _moving_average(
+            times, _moving_average(times, demodulated, TURN / mean_rate), TURN / mean_rate
+        )  # filters other orders
+        if np.abs(smooth).min() < MIN_ORDER_RMS * np.std(values):
             return angle
-        phase = np.unwrap(np.angle(smooth)) / strongest
+        phase = np.unwrap(np.angle(smooth)) / strongest_order
         refined_angle = angle + phase - phase[0]
         if (np.diff(refined_angle) <= 0.0).any():
             return angle
@@ -208,16 +219,16 @@ def angle_of_time(times: "np.ndarray", values: "np.ndarray", rate: float) -> "np
     return angle
 
 
-def _averaged(times: "np.ndarray", values: "np.ndarray", width: float) -> "np.ndarray":
+def _moving_average(times: "np.ndarray", values: "np.ndarray", width: float) -> "np.ndarray":
     """Return the moving average of values over ascending times (s) within a window of `width` (s)."""
     import numpy as np
 
-    total = np.concatenate([[0.0], np.cumsum(values)])
+    cumulative = np.concatenate([[0.0], np.cumsum(values)])
     half_width = min(width, times[-1] - times[0]) / 2.0
     centres = np.clip(times, times[0] + half_width, times[-1] - half_width)  # full width also at both ends
     first, last = (
         np.searchsorted(times, centres - half_width),
         np.searchsorted(times, centres + half_width, side="right"),
     )
-    averages: np.ndarray = (total[last] - total[first]) / np.maximum(last - first, 1)
+    averages: np.ndarray = (cumulative[last] - cumulative[first]) / np.maximum(last - first, 1)
     return averages

@@ -1,4 +1,4 @@
-"""Fits of a joint against limits: which meet them over their whole tolerance, and which are open."""
+"""Fits of a joint against limits: which meet them over their whole tolerance, and which are undecided."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -10,103 +10,124 @@ from ..language import wording
 from .cases import Cases
 from .verdict import MARGIN
 
-LISTED = 4  # fits in one sentence
+MAX_LISTED = 4  # fits in one sentence
 
 
-class FitStates(NamedTuple):
-    """The fits of a path by what the run shows of them, each in the order of the grid."""
+class ClassifiedFits(NamedTuple):
+    """The fits of a path, classified by whether they meet the limits; each group in the order of the grid."""
 
     path: str  # of the clearance
-    sure: tuple[Mapping[str, Any], ...]  # meet the limits over their whole tolerance
-    open: tuple[Mapping[str, Any], ...]  # meet them at their mean clearance; one end of the tolerance is not covered
-    exceeding: tuple[Mapping[str, Any], ...]  # exceed a limit at their mean clearance
-    kept: tuple[float, ...]  # clearances (m) that meet the limits in every case, ascending
-    exceeded: tuple[float, ...]  # the other clearances (m), ascending
+    accepted: tuple[Mapping[str, Any], ...]  # meet the limits over their whole tolerance
+    undecided: tuple[
+        Mapping[str, Any], ...
+    ]  # meet them at their mean clearance; one end of the tolerance is not covered
+    rejected: tuple[Mapping[str, Any], ...]  # exceed a limit at their mean clearance
+    safe_clearances: tuple[float, ...]  # clearances (m) that meet the limits in every case, ascending
+    unsafe_clearances: tuple[float, ...]  # the other clearances (m), ascending
 
     @property
     def total(self) -> int:
         """Return the number of fits."""
-        return len(self.sure) + len(self.open) + len(self.exceeding)
+        return len(self.accepted) + len(self.undecided) + len(self.rejected)
 
 
-def of_cases(cases: Cases) -> FitStates | None:
-    """Return the states of the fits of the first path with fits that varies; None without one or without limits."""
+def of_cases(cases: Cases) -> ClassifiedFits | None:
+    """Return the classified fits of the first varied path with fits; None without such a path or without limits."""
     path = next((path for path in cases.record.get("fits") or {} if path in cases.axes), None)
     if path is None or not cases.record.get("limits") or (cases.record.get("sample") or {}).get("drawn", {}).get(path):
         return None
     values, margins = cases.column(path).astype(float), cases.column(MARGIN).astype(float)
-    keeps = {value: bool((margins[values == value] >= 0.0).all()) for value in np.unique(values).tolist()}
-    listed: Sequence[Mapping[str, Any]] = [fit for fit in cases.record["fits"][path] if fit["mean"] in keeps]
-    keeping = [fit for fit in listed if keeps[fit["mean"]]]
+    meets_limits = {value: bool((margins[values == value] >= 0.0).all()) for value in np.unique(values).tolist()}
+    listed: Sequence[Mapping[str, Any]] = [fit for fit in cases.record["fits"][path] if fit["mean"] in meets_limits]
+    meeting = [fit for fit in listed if meets_limits[fit["mean"]]]
     if not listed:  # a search runs the ends of fits, not their means
         return None
-    return FitStates(
+    return ClassifiedFits(
         path,
-        tuple(fit for fit in keeping if _is_covered(fit, keeps)),
-        tuple(fit for fit in keeping if not _is_covered(fit, keeps)),
-        tuple(fit for fit in listed if not keeps[fit["mean"]]),
-        tuple(value for value, kept in keeps.items() if kept),
-        tuple(value for value, kept in keeps.items() if not kept),
+        tuple(fit for fit in meeting if _is_covered(fit, meets_limits)),
+        tuple(fit for fit in meeting if not _is_covered(fit, meets_limits)),
+        tuple(fit for fit in listed if not meets_limits[fit["mean"]]),
+        tuple(value for value, is_safe in meets_limits.items() if is_safe),
+        tuple(value for value, is_safe in meets_limits.items() if not is_safe),
     )
 
 
-def _is_covered(fit: Mapping[str, Any], keeps: Mapping[float, bool]) -> bool:
+def _is_covered(fit: Mapping[str, Any], meets_limits: Mapping[float, bool]) -> bool:
     """Return whether the end of a tolerance towards the limit lies within the clearances that meet the limits.
 
-    keeps : clearance (m) -> whether all of its cases meet the limits, ascending.  Where the verdict changes more
+    meets_limits : clearance (m) -> whether all of its cases meet the limits, ascending.  Where the verdict changes more
     than once, no fit is covered.
     """
-    changes = [now for now, then in pairwise(keeps.values()) if now != then]
-    kept = [clearance for clearance, value in keeps.items() if value]
-    if len(changes) > 1 or not kept:
+    changes = [is_safe for is_safe, is_next_safe in pairwise(meets_limits.values()) if is_safe != is_next_safe]
+    safe_clearances = [clearance for clearance, is_met in meets_limits.items() if is_met]
+    if len(changes) > 1 or not safe_clearances:
         return False
     exceeded_below = changes == [False]
-    return bool(fit["low"] >= kept[0] if exceeded_below else fit["high"] <= kept[-1])
+    return bool(fit["low"] >= safe_clearances[0] if exceeded_below else fit["high"] <= safe_clearances[-1])
 
 
 def sentences(cases: Cases) -> list[str]:
-    """Return which fits one may choose, which are open and why, and which exceed a limit; [] without fits."""
-    states = of_cases(cases)
-    if states is None:
+    """Return sentences on the accepted, the undecided and the rejected fits; [] without fits."""
+    classified = of_cases(cases)
+    if classified is None:
         return []
-    said = [_chosen(states), *(_open(states, fit) for fit in states.open[:LISTED])]
-    if states.exceeding:
-        said.append(f"Exceeding a limit at the mean clearance: {_names(states.exceeding)}.")
-    if states.open:
-        said.append("To decide, add the open clearance to the sweep.")
-    return [" ".join(said)]
+    lines = [
+        _accepted_sentence(classified),
+        *(_undecided_sentence(classified, fit) for fit in classified.undecided[:MAX_LISTED]),
+    ]
+    if classified.rejected:
+        lines.append(f"Exceeding a limit at the mean clearance: {_names(classified.rejected)}.")
+    if classified.undecided:
+        lines.append("To decide, add the open clearance to the sweep.")
+    return [" ".join(lines)]
 
 
-def _chosen(states: FitStates) -> str:
-    if not states.sure:
+def _accepted_sentence(classified: ClassifiedFits) -> str:
+    if not classified.accepted:
         return "No fit is known to meet the limits over its whole tolerance."
-    verb, their = ("meets", "its") if len(states.sure) == 1 else ("meet", "their")
-    first = f"{_names(states.sure)} {verb} the limits over {their} whole tolerance"
-    if states.exceeded and states.exceeded[0] < states.kept[0]:
-        return f"{first}: {their} smallest clearance lies above one that meets them ({_size(states.kept[0])})."
-    return f"{first}: {their} largest clearance lies below one that meets them ({_size(states.kept[-1])})."
+    verb, possessive = ("meets", "its") if len(classified.accepted) == 1 else ("meet", "their")
+    statement = f"{_names(classified.accepted)} {verb} the limits over {possessive} whole tolerance"
+    if classified.unsafe_clearances and classified.unsafe_clearances[0] < classified.safe_clearances[0]:
+        return (
+            f"{statement}: {possessive} smallest clearance lies above one that meets them "
+            f"({_micrometres(classified.safe_clearances[0])})."
+        )
+    return (
+        f"{statement}: {possessive} largest clearance lies below one that meets them "
+        f"({_micrometres(classified.safe_clearances[-1])})."
+    )
 
 
-def _open(states: FitStates, fit: Mapping[str, Any]) -> str:
-    """Return why a fit is open: where its uncovered clearance lies."""
-    if states.exceeded and states.exceeded[0] < states.kept[0]:
-        word, end = "smallest", fit["low"]
+def _undecided_sentence(classified: ClassifiedFits, fit: Mapping[str, Any]) -> str:
+    """Return why a fit is undecided: the limit of its tolerance that no run covers, and the nearest clearances run."""
+    if classified.unsafe_clearances and classified.unsafe_clearances[0] < classified.safe_clearances[0]:
+        adjective, clearance = "smallest", fit["low"]
     else:
-        word, end = "largest", fit["high"]
-    below = max((value for value in (*states.kept, *states.exceeded) if value <= end), default=None)
-    above = min((value for value in (*states.kept, *states.exceeded) if value > end), default=None)
-    ends = [f"{_size(value)} ({'met' if value in states.kept else 'exceeded'})" for value in (below, above) if value]
-    if len(ends) == 2:
-        where = f"lies between {ends[0]} and {ends[1]}"
+        adjective, clearance = "largest", fit["high"]
+    next_smaller = max(
+        (value for value in (*classified.safe_clearances, *classified.unsafe_clearances) if value <= clearance),
+        default=None,
+    )
+    next_larger = min(
+        (value for value in (*classified.safe_clearances, *classified.unsafe_clearances) if value > clearance),
+        default=None,
+    )
+    neighbours = [
+        f"{_micrometres(value)} ({'met' if value in classified.safe_clearances else 'exceeded'})"
+        for value in (next_smaller, next_larger)
+        if value
+    ]
+    if len(neighbours) == 2:
+        location = f"lies between {neighbours[0]} and {neighbours[1]}"
     else:
-        where = f"lies {'above' if above is None else 'below'} {ends[0]}, the {word} that was run"
-    return f"{fit['name']} is open: its {word} clearance, {_size(end)}, {where}."
+        location = f"lies {'above' if next_larger is None else 'below'} {neighbours[0]}, the {adjective} that was run"
+    return f"{fit['name']} is open: its {adjective} clearance, {_micrometres(clearance)}, {location}."
 
 
 def _names(fits: Sequence[Mapping[str, Any]]) -> str:
     return wording.sentence_list([fit["name"] for fit in fits])
 
 
-def _size(clearance: float) -> str:
+def _micrometres(clearance: float) -> str:
     """Return a clearance (m) in micrometres."""
     return f"{1e6 * clearance:.4g}{wording.BLANK}\u00b5m"

@@ -11,10 +11,10 @@ from ..language import wording
 from .order import Lead
 from .verdict import MARGIN
 
-NAMED_LAWS = 4  # laws that a sentence names
+MAX_NAMED_LAWS = 4  # laws that a sentence names
 
 
-class Row(NamedTuple):
+class LawResult(NamedTuple):
     """The deciding case under one other law."""
 
     case_id: str
@@ -24,23 +24,25 @@ class Row(NamedTuple):
     value: float  # SI, nan for null
 
 
-def rows_of(block: Mapping[str, np.ndarray], base: Mapping[str, str], ranking: Lead) -> list[Row]:
-    """Return the results of the finished cases that check laws; base : path -> law of the grid."""
-    values, candidate_numbers = ranking.worst(block)
+def rows_of(table: Mapping[str, np.ndarray], grid_laws: Mapping[str, str], ranking: Lead) -> list[LawResult]:
+    """Return the results of the finished cases that check laws; grid_laws : path -> law of the grid."""
+    values, candidate_numbers = ranking.worst(table)
     rows = []
-    for index, case_id in enumerate(block["case_id"].tolist()):
-        laws = {path: block[path][index] for path in base}
-        ((path, law),) = ((path, law) for path, law in laws.items() if law is not None and law != base[path])
+    for index, case_id in enumerate(table["case_id"].tolist()):
+        laws = {path: table[path][index] for path in grid_laws}
+        ((path, law),) = ((path, law) for path, law in laws.items() if law is not None and law != grid_laws[path])
         rows.append(
-            Row(case_id, path, law, ranking.candidates[int(candidate_numbers[index])].columns[0], float(values[index]))
+            LawResult(
+                case_id, path, law, ranking.candidates[int(candidate_numbers[index])].columns[0], float(values[index])
+            )
         )
     return rows
 
 
-def sentence(deciding: Row, rows: list[Row], text: Callable[[str, float], str]) -> str:
+def sentence(deciding: LawResult, rows: list[LawResult], format_value: Callable[[str, float], str]) -> str:
     """Return a sentence on whether other laws change the verdict on the deciding case.
 
-    text : returns a value of a column in words
+    format_value : returns a value of a column in words
     """
     ordered = sorted((row for row in rows if not math.isnan(row.value)), key=lambda row: row.value)
     noun = "other valid law" if len(rows) == 1 else "other valid laws"
@@ -48,24 +50,27 @@ def sentence(deciding: Row, rows: list[Row], text: Callable[[str, float], str]) 
     if not ordered or math.isnan(deciding.value):
         return f"{subject}: no figure to compare."
     names = _names(ordered)
-    first, last, written = (_figure(row, text) for row in (ordered[0], ordered[-1], deciding))
-    span = f"{first} ({names[0]})" + (f" to {last} ({names[-1]})" if len(ordered) > 1 else "")
+    first, last, grid_figure = (_figure(row, format_value) for row in (ordered[0], ordered[-1], deciding))
+    range_text = f"{first} ({names[0]})" + (f" to {last} ({names[-1]})" if len(ordered) > 1 else "")
     figure = "margin " if deciding.column == MARGIN else ""
-    return f"{subject}: {figure}{span}; {written} under the laws of the grid. {_moved(deciding, ordered)}"
+    return (
+        f"{subject}: {figure}{range_text}; {grid_figure} under the laws of the grid. "
+        f"{_verdict_change(deciding, ordered)}"
+    )
 
 
-def _figure(row: Row, text: Callable[[str, float], str]) -> str:
-    return f"{wording.short(100.0 * row.value, 3)} %" if row.column == MARGIN else text(row.column, row.value)
+def _figure(row: LawResult, format_value: Callable[[str, float], str]) -> str:
+    return f"{wording.short(100.0 * row.value, 3)} %" if row.column == MARGIN else format_value(row.column, row.value)
 
 
-def _names(rows: list[Row]) -> list[str]:
+def _names(rows: list[LawResult]) -> list[str]:
     """Return the names of the laws, with their joints if there are several."""
     joints = [row.path.split(".")[1] for row in rows]
     has_several_joints = len({*joints}) > 1
     return [f"{row.law}, {joint}" if has_several_joints else row.law for row, joint in zip(rows, joints, strict=True)]
 
 
-def _moved(deciding: Row, ordered: list[Row]) -> str:
+def _verdict_change(deciding: LawResult, ordered: list[LawResult]) -> str:
     """Return a sentence on whether another law changes the verdict or, without limits, the range of the figure."""
     if deciding.column != MARGIN:
         factors = [row.value / deciding.value for row in ordered if deciding.value]
@@ -73,13 +78,13 @@ def _moved(deciding: Row, ordered: list[Row]) -> str:
             return "The figure is zero under the laws of the grid."
         low, high = (wording.plain(factor, 3) for factor in (min(factors), max(factors)))
         return f"They give {' to '.join(dict.fromkeys((low, high)))} times the figure under the laws of the grid."
-    is_moved = [(row.value >= 0.0) != (deciding.value >= 0.0) for row in ordered]
-    moving_laws = list(itertools.compress(_names(ordered), is_moved))
-    if not moving_laws:
+    is_changed = [(row.value >= 0.0) != (deciding.value >= 0.0) for row in ordered]
+    changing_laws = list(itertools.compress(_names(ordered), is_changed))
+    if not changing_laws:
         return "No law changes the verdict."
     names = [
-        *moving_laws[:NAMED_LAWS],
-        *([f"{len(moving_laws) - NAMED_LAWS} more"] if len(moving_laws) > NAMED_LAWS else []),
+        *changing_laws[:MAX_NAMED_LAWS],
+        *([f"{len(changing_laws) - MAX_NAMED_LAWS} more"] if len(changing_laws) > MAX_NAMED_LAWS else []),
     ]
-    does = "exceeds a limit" if deciding.value >= 0.0 else "meets the limits"
-    return f"The verdict changes: the case {does} with {wording.sentence_list(names)}."
+    outcome = "exceeds a limit" if deciding.value >= 0.0 else "meets the limits"
+    return f"The verdict changes: the case {outcome} with {wording.sentence_list(names)}."

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 from ..language import wording
 from .validity import WIDE_SMOOTHING
 
-DIGITS = (3, 4, 5)  # digits: as few as distinguish the ends of an interval
-SMALLEST_INTERVAL = 1e-5  # of a life: a smaller interval is reported as below this
+INTERVAL_DIGITS = (3, 4, 5)  # digits: as few as distinguish the ends of an interval
+MIN_RELATIVE_WIDTH = 1e-5  # of a life: a smaller interval is reported as below this
 
 
 class Lifetime(NamedTuple):
@@ -33,7 +33,7 @@ def lifetime_of(columns: Mapping[str, float]) -> Lifetime:
 
 
 #: Value of `life.of` -> the condition at which a life ends.
-_ENDS = {"wear_depth_max": "wear of one body reaches", "clearance_growth": "the clearance has grown by"}
+_CRITERIA = {"wear_depth_max": "wear of one body reaches", "clearance_growth": "the clearance has grown by"}
 
 
 def criterion(section: Mapping[str, Any]) -> str:
@@ -41,8 +41,8 @@ def criterion(section: Mapping[str, Any]) -> str:
     if not section:
         return ""
     limit = section.get("limit")
-    value = wording.text(limit, "m") if isinstance(limit, float) else "its limit"
-    return f"until {_ENDS[section['of']]} {value}"
+    limit_text = wording.text(limit, "m") if isinstance(limit, float) else "its limit"
+    return f"until {_CRITERIA[section['of']]} {limit_text}"
 
 
 def hours_text(life: Lifetime) -> str:
@@ -52,10 +52,10 @@ def hours_text(life: Lifetime) -> str:
 
 def interval_sentences(life: Lifetime) -> list[str]:
     """Return sentences on the intervals of a life: from numerics, from uncertain coefficients, and what they omit."""
-    sentences = [f"95{wording.BLANK}% interval of the numerics alone: {_numerics(life)}."]
+    sentences = [f"95{wording.BLANK}% interval of the numerics alone: {_numerical_interval(life)}."]
     if math.isfinite(life.low_uncertain) or math.isfinite(life.high_uncertain):
         bounds = [
-            f"{preposition}{_hours(life, revolutions, DIGITS[0])}"
+            f"{preposition}{_hours(life, revolutions, INTERVAL_DIGITS[0])}"
             for preposition, revolutions in (("from ", life.low_uncertain), ("to ", life.high_uncertain))
             if math.isfinite(revolutions)
         ]
@@ -75,15 +75,15 @@ def _hours(life: Lifetime, revolutions: float, digits: int) -> str:
     return f"{wording.plain(life.hours * revolutions / life.revolutions, digits)} h"
 
 
-def _numerics(life: Lifetime) -> str:
+def _numerical_interval(life: Lifetime) -> str:
     """Return the numerical 95 % interval: its ends if five digits distinguish them, else its half-width."""
     if not math.isfinite(life.high):
-        return f"{_hours(life, life.low, DIGITS[0])} to no end"
-    for digits in DIGITS:
+        return f"at least {_hours(life, life.low, INTERVAL_DIGITS[0])}"
+    for digits in INTERVAL_DIGITS:
         texts = [_hours(life, revolutions, digits) for revolutions in (life.low, life.revolutions, life.high)]
         if len({*texts}) == len(texts):
             return f"{texts[0]} to {texts[2]}"
-    share = 0.5 * (life.high - life.low) / life.revolutions
-    if share < SMALLEST_INTERVAL:
-        return f"\u00b1 under {wording.plain(100.0 * SMALLEST_INTERVAL, 1)}{wording.BLANK}%"
-    return f"\u00b1 {wording.plain(100.0 * share, 2)}{wording.BLANK}%"
+    relative_half_width = 0.5 * (life.high - life.low) / life.revolutions
+    if relative_half_width < MIN_RELATIVE_WIDTH:
+        return f"\u00b1 under {wording.plain(100.0 * MIN_RELATIVE_WIDTH, 1)}{wording.BLANK}%"
+    return f"\u00b1 {wording.plain(100.0 * relative_half_width, 2)}{wording.BLANK}%"

@@ -145,24 +145,3 @@ _FIGURES: tuple[tuple[str, str, bool, dict[str, str]], ...] = (
         {"force_peak": "force peak", "force_peak_ratio": "load over ideal"},
     ),
 )
-
-
-def no_limits(layout: Layout, leading: Lead) -> str:
-    """Return the suggested limit for a grid without limits."""
-    names = {column.name for column in layout.columns}
-    if leading.question == "start-up":
-        example = f"{START_UP}: 1 s"
-    elif leading.question == "film":
-        example = f"{leading.candidates[0].columns[0]}: {{at_least: 2 um}}"
-    elif leading.candidates:
-        joint = leading.candidates[0].joint
-        ideal = f"{joint}_force_peak_ideal"
-        example = f"{joint}_force_peak: " + (f"{{at_most: 3, times: {ideal}}}" if ideal in names else "5 kN")
-    else:
-        return "No limits are set, so no case is assessed."
-    if leading.question == "film":
-        advice = "A film that separates the surfaces exceeds about three times their combined roughness."
-        return (
-            f"No limits are set, so no case is assessed. {advice} For example, add to the grid: limits: {{{example}}}"
-        )
-    return f"No limits are set, so no case is assessed. To assess them, add to the grid: limits: {{{example}}}"

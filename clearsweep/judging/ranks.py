@@ -9,7 +9,7 @@ import numpy as np
 
 from .probability import Estimate
 
-BEYOND = 1.959963984540054  # standard deviations: 95 % of a normal distribution are within
+NORMAL_QUANTILE = 1.959963984540054  # standard deviations: 95 % of a normal distribution are within
 
 
 def ranks(values: np.ndarray) -> np.ndarray:
@@ -25,7 +25,7 @@ def rank_correlation(x: np.ndarray, y: np.ndarray) -> Estimate:
 
     The result is NaN if one of them is constant, or with fewer than five values.
     """
-    return _estimate(_correlation(ranks(x), ranks(y)), len(x), 0)
+    return _with_interval(_correlation(ranks(x), ranks(y)), len(x), 0)
 
 
 def partial_rank_correlation(x: np.ndarray, y: np.ndarray, others: list[np.ndarray]) -> Estimate:
@@ -33,27 +33,27 @@ def partial_rank_correlation(x: np.ndarray, y: np.ndarray, others: list[np.ndarr
 
     Iman, Shortencarier & Johnson 1985 (SAND85-0044): PRCC.
     """
-    known = np.column_stack([np.ones(len(x)), *(ranks(other) for other in others)])
-    left = []
+    regressors = np.column_stack([np.ones(len(x)), *(ranks(other) for other in others)])
+    residuals = []
     for values in (ranks(x), ranks(y)):
-        fitted = known @ np.linalg.lstsq(known, values, rcond=None)[0]
-        rest = values - fitted
-        left.append(np.where(np.abs(rest) > 1e-9 * len(x), rest, 0.0))  # rounding is nothing left
-    return _estimate(_correlation(*left), len(x), len(others))
+        fitted = regressors @ np.linalg.lstsq(regressors, values, rcond=None)[0]
+        residual = values - fitted
+        residuals.append(np.where(np.abs(residual) > 1e-9 * len(x), residual, 0.0))  # below this it is rounding
+    return _with_interval(_correlation(*residuals), len(x), len(others))
 
 
 def _correlation(x: np.ndarray, y: np.ndarray) -> float:
     x, y = x - x.mean(), y - y.mean()
-    size = math.sqrt(float(x @ x) * float(y @ y))
-    return min(max(float(x @ y) / size, -1.0), 1.0) if size > 0.0 else math.nan
+    norm = math.sqrt(float(x @ x) * float(y @ y))
+    return min(max(float(x @ y) / norm, -1.0), 1.0) if norm > 0.0 else math.nan
 
 
-def _estimate(r: float, count: int, others: int) -> Estimate:
+def _with_interval(r: float, count: int, controlled: int) -> Estimate:
     """Return a correlation and its interval by Fisher's transformation."""
-    freedom = count - others - 3
-    if math.isnan(r) or freedom < 2:
-        return Estimate(r if freedom >= 2 else math.nan, math.nan, math.nan)
+    degrees_of_freedom = count - controlled - 3
+    if math.isnan(r) or degrees_of_freedom < 2:
+        return Estimate(r if degrees_of_freedom >= 2 else math.nan, math.nan, math.nan)
     if abs(r) >= 1.0:
         return Estimate(r, r, r)
-    width = BEYOND * math.sqrt((1.0 + 0.5 * r * r) / freedom)
-    return Estimate(r, math.tanh(math.atanh(r) - width), math.tanh(math.atanh(r) + width))
+    half_width = NORMAL_QUANTILE * math.sqrt((1.0 + 0.5 * r * r) / degrees_of_freedom)
+    return Estimate(r, math.tanh(math.atanh(r) - half_width), math.tanh(math.atanh(r) + half_width))

@@ -13,11 +13,11 @@ from .probability import Estimate, is_one_sample
 
 __all__ = ["correlations", "driver_sentences", "is_clear", "is_one_sample", "sentences", "spread"]
 
-LEAST = 8  # cases: correlations of fewer are meaningless
+MIN_CASES = 8  # cases: correlations of fewer are meaningless
 QUANTILES = (0.05, 0.5, 0.95)
 PERIOD = "period"  # column
-EXTREMES = ("_peak", "_max", "_min", "_ratio")  # ends of figures that are extremes of a window
-QUARTER = 0.25  # of the cases: those with the lowest and with the highest values of a variable
+EXTREME_SUFFIXES = ("_peak", "_max", "_min", "_ratio")  # ends of figures that are extremes of a window
+QUARTILE = 0.25  # of the cases: those with the lowest and with the highest values of a variable
 
 Texts = Callable[[Sequence[float]], list[str]]
 
@@ -29,15 +29,15 @@ def correlations(drawn: Mapping[str, np.ndarray], values: np.ndarray) -> list[tu
 
     drawn : path -> (n,) values; values : (n,), NaN for null
     """
-    known = np.isfinite(values)
-    if known.sum() < LEAST or np.ptp(values[known]) == 0.0:
+    is_known = np.isfinite(values)
+    if is_known.sum() < MIN_CASES or np.ptp(values[is_known]) == 0.0:
         return []
-    rows, there = [], {path: np.asarray(each, float)[known] for path, each in drawn.items()}
-    for path, x in there.items():
-        others = [other for name, other in there.items() if name != path]
-        alone = ranks.rank_correlation(x, values[known])
-        rows.append((path, alone, ranks.partial_rank_correlation(x, values[known], others)))
-    return sorted(rows, key=lambda each: -abs(np.nan_to_num(each[2].value)))
+    rows, known_values = [], {path: np.asarray(column_values, float)[is_known] for path, column_values in drawn.items()}
+    for path, variable in known_values.items():
+        others = [other for name, other in known_values.items() if name != path]
+        simple = ranks.rank_correlation(variable, values[is_known])
+        rows.append((path, simple, ranks.partial_rank_correlation(variable, values[is_known], others)))
+    return sorted(rows, key=lambda row: -abs(np.nan_to_num(row[2].value)))
 
 
 def is_clear(correlation: Estimate) -> bool:
@@ -46,20 +46,24 @@ def is_clear(correlation: Estimate) -> bool:
 
 
 def driver_sentences(
-    drawn: Mapping[str, np.ndarray], values: np.ndarray, names: Mapping[str, str], texts: Texts
+    drawn: Mapping[str, np.ndarray], values: np.ndarray, names: Mapping[str, str], format_values: Texts
 ) -> list[str]:
     """Return sentences on the drivers of a figure, called 'it', with direction and size of the strongest.
 
     Return [] if there are too few cases.
 
-    drawn, values : as for `correlations`; names : path -> words; texts : values of the figure -> words
+    drawn, values : as for `correlations`; names : path -> words; format_values : values of the figure -> words
     """
-    known = correlations(drawn, values)
-    clear = [(path, partial.value) for path, _, partial in known if is_clear(partial)]
+    ranked = correlations(drawn, values)
+    clear = [
+        (path, partial_correlation.value)
+        for path, _simple, partial_correlation in ranked
+        if is_clear(partial_correlation)
+    ]
     if not clear:
-        return ["No variable has a clear effect on it."] if known else []
+        return ["No variable has a clear effect on it."] if ranked else []
     (path, strongest), *others = clear
-    low, high = texts(_quarters(np.asarray(drawn[path], float), values))
+    low, high = format_values(_quarters(np.asarray(drawn[path], float), values))
     lines = [
         f"It {_verb(strongest)} most with {names[path]} (partial rank correlation {wording.plain(strongest, 2)}): "
         f"median {low} in its lowest quarter, {high} in its highest."
@@ -76,9 +80,9 @@ def _verb(correlation: float) -> str:
 
 def _quarters(x: np.ndarray, values: np.ndarray) -> list[float]:
     """Return the medians of a figure over the lowest and over the highest quarter of a variable."""
-    known = np.isfinite(values)
-    x, y = x[known], values[known]
-    low, high = np.quantile(x, (QUARTER, 1.0 - QUARTER))
+    is_known = np.isfinite(values)
+    x, y = x[is_known], values[is_known]
+    low, high = np.quantile(x, (QUARTILE, 1.0 - QUARTILE))
     return [float(np.median(y[x <= low])), float(np.median(y[x >= high]))]
 
 
@@ -86,74 +90,78 @@ def sentences(cases: Cases) -> list[str]:
     """Return sentences on chance, spread and drivers of the limited figures, or of the leading one, and on wear."""
     limits = cases.limits
     columns = list(dict.fromkeys(limit.column for limit in limits if cases.has(limit.column)))
-    worst = None if columns else cases.worst()
-    columns += [worst[1][0]] if worst else []
-    lines = longer_runs(cases, columns) if limits else []
+    worst_case = None if columns else cases.worst()
+    columns += [worst_case[1][0]] if worst_case else []
+    lines = longer_run_warning(cases, columns) if limits else []
     for name in columns:
         values = cases.column(name).astype(float)
-        chances = [_chance(cases, limit) for limit in limits if limit.column == name]
+        probabilities = [_exceedance(cases, limit) for limit in limits if limit.column == name]
         texts = cases.texts(name, np.nanquantile(values[np.isfinite(values)], QUANTILES).tolist())
         drivers = _drivers(cases, values, partial(cases.texts, name))
-        subject = "Its median is" if chances else f"{labels.capital(cases.label(name))}: median"
-        lines.append(" ".join([*chances, spread(subject, texts), *drivers]))
+        subject = "Its median is" if probabilities else f"{labels.capital(cases.label(name))}: median"
+        lines.append(" ".join([*probabilities, spread(subject, texts), *drivers]))
     for joint in cases.layout.joints:
         if (depths := wear.depth_in_1000_hours(cases, joint)) is not None:
             lines.append(_wear(cases, joint, depths))
     return lines
 
 
-def longer_runs(cases: Cases, limited: Sequence[str]) -> list[str]:
+def longer_run_warning(cases: Cases, limited_columns: Sequence[str]) -> list[str]:
     """Return that longer runs exceed limits on extremes more often where motions do not repeat; else [].
 
-    limited : columns
+    limited_columns : columns
     """
     columns = {column.name: column for column in cases.layout.columns}
-    extreme = any(columns[name].figure.endswith(EXTREMES) for name in limited if name in columns)
-    if PERIOD not in columns or not extreme:
+    limits_extremes = any(
+        columns[name].figure.endswith(EXTREME_SUFFIXES) for name in limited_columns if name in columns
+    )
+    if PERIOD not in columns or not limits_extremes:
         return []
-    count, total = int(np.isnan(cases.column(PERIOD).astype(float)).sum()), len(cases.case_ids)
-    if not count:
+    irregular, total = int(np.isnan(cases.column(PERIOD).astype(float)).sum()), len(cases.case_ids)
+    if not irregular:
         return []
     return [
-        f"{count} of {wording.count(total, 'motion')} did not repeat within the run: longer runs exceed limits on "
-        "peaks more often. To count more revolutions, raise simulate.revolutions."
+        f"{irregular} of {wording.count(total, 'motion')} did not become periodic within the run: longer "
+        "runs exceed limits on peaks more often. To count more revolutions, raise simulate.revolutions."
     ]
 
 
 def _wear(cases: Cases, joint: Any, depths: np.ndarray) -> str:
     """Return the spread of the wear depth in 1000 hours of a joint, whether it is a forecast, and its drivers."""
-    finite = np.flatnonzero(np.isfinite(depths))
-    quantiles = np.quantile(depths[finite], QUANTILES).tolist()
-    middle = int(finite[np.argsort(depths[finite])[(len(finite) - 1) // 2]])
+    known_cases = np.flatnonzero(np.isfinite(depths))
+    quantiles = np.quantile(depths[known_cases], QUANTILES).tolist()
+    median_case = int(known_cases[np.argsort(depths[known_cases])[(len(known_cases) - 1) // 2]])
     texts = wording.in_common_unit(quantiles, "m")
     return " ".join(
         [
-            *wear.remark(cases, joint, middle, float(depths[middle]), "The wear per 1000 h"),
+            *wear.remark(cases, joint, median_case, float(depths[median_case]), "The wear per 1000 h"),
             spread(f"Wear depth per 1000 h{cases.in_joint(joint.name)}: median", texts),
             *_drivers(cases, depths, lambda numbers: wording.in_common_unit(numbers, "m")),
         ]
     )
 
 
-def _drivers(cases: Cases, values: np.ndarray, texts: Texts) -> list[str]:
+def _drivers(cases: Cases, values: np.ndarray, format_values: Texts) -> list[str]:
     drawn = {path: cases.column(path).astype(float) for path in cases.axes}
     pairs = {path: cases.named_value(0, path) for path in cases.axes}
-    return driver_sentences(drawn, values, {path: pair[0] if pair else path for path, pair in pairs.items()}, texts)
+    return driver_sentences(
+        drawn, values, {path: pair[0] if pair else path for path, pair in pairs.items()}, format_values
+    )
 
 
-def _chance(cases: Cases, limit: verdict.Limit) -> str:
+def _exceedance(cases: Cases, limit: verdict.Limit) -> str:
     """Return a sentence with the probability that a limit is exceeded."""
-    known = {name: cases.column(name).astype(float) for name in (limit.column, limit.times) if name}
-    fails = limit.fails(known)
+    columns = {name: cases.column(name).astype(float) for name in (limit.column, limit.times) if name}
+    is_exceeded = limit.fails(columns)
     words = labels.capital(cases.limit_label(limit))
-    chance = probability.percentages(probability.share(int(fails.sum()), len(fails)))
-    return f"{words}: exceeded with a probability of {chance}."
+    probability_text = probability.percentages(probability.binomial_interval(int(is_exceeded.sum()), len(is_exceeded)))
+    return f"{words}: exceeded with a probability of {probability_text}."
 
 
 def spread(subject: str, texts: Sequence[str], interval: str = "") -> str:
     """Return the sentence on the spread of a figure; subject : 'Force peak: median'; texts : its QUANTILES in words."""
-    low, middle, high = texts
-    return f"{subject} {middle}{interval}; 90 % of the cases are between {low} and {high}."
+    low, median, high = texts
+    return f"{subject} {median}{interval}; 90 % of the cases are between {low} and {high}."
 
 
 def drawn_of(record: Mapping[str, Any]) -> dict[str, np.ndarray]:

@@ -236,7 +236,7 @@ class Rubbed(NamedTuple):
 def worn_away(joints: Iterable[Rubbed]) -> str:
     """Return the remark on wear that reaches the bearing radius within 1000 h."""
     remarks = [
-        f"{joint.joint} loses {_mm(THOUSAND_HOURS * joint.rate)} in 1000 h at a bearing radius of "
+        f"{joint.joint} wears by {_mm(THOUSAND_HOURS * joint.rate)} in 1000 h, and its bearing radius is "
         f"{_mm(joint.bearing_radius)}"
         for joint in joints
         if THOUSAND_HOURS * joint.rate > joint.bearing_radius
@@ -291,8 +291,8 @@ def films(joints: Iterable[Lubricated]) -> tuple[str, ...]:
     """Return the remarks on films: beyond their limit, squeezed out, not laminar, generating energy."""
     joints = list(joints)
     share_beyond = [
-        f"{joint.joint} exceeds the eccentricity ratio {joint.limit:g}, beyond which it is evaluated there, for "
-        f"{_percent(joint.share_beyond)} of the time, and reaches {joint.ratio:.4g}"
+        f"{joint.joint} exceeds the eccentricity ratio {joint.limit:g} for {_percent(joint.share_beyond)} of the "
+        f"time and reaches {joint.ratio:.4g}; the film is then evaluated at {joint.limit:g}"
         for joint in joints
         if joint.share_beyond > 0.0
     ]
@@ -380,7 +380,7 @@ def past_limits(shares: Iterable[tuple[str, str, float, float]]) -> str:
 def kept_onsets(lasting: Iterable[tuple[str, float]]) -> str:
     """Return the remark on contacts that never end and keep their onset rate: (joint, onset rate in m/s)."""
     descriptions = [
-        f"{joint} never loses contact in the window, and its law keeps the {rate:.3g} m/s of the first touch"
+        f"{joint} never loses contact in the window, and its law uses the onset rate of its first touch, {rate:.3g} m/s"
         for joint, rate in lasting
     ]
     return (

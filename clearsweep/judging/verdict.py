@@ -168,7 +168,7 @@ class Verdict(NamedTuple):
         return unknown
 
 
-_EXCEEDED = "columns whose limits the case exceeds or cannot be assessed by, separated by commas"
+_EXCEEDED = "columns whose limits the case exceeds or that cannot be assessed, separated by commas"
 _MARGIN = (
     "smallest of 1 - value/limit (value/limit - 1 for at_least); null: a limit cannot be assessed, or no margin exists"
 )

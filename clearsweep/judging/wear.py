@@ -40,8 +40,11 @@ def remark(cases: Cases, joint: JointLayout, index: int, depth: float, subject: 
     hours, clearance = hours_to_clearance(cases, joint, index, depth), _clearance(cases, joint, index)
     if not hours or clearance is None:
         return []
-    (size,) = wording.in_common_unit([clearance], "m")
-    return [f"{subject} is no forecast: after {hours} the wear equals the clearance of {size}, and the rate changes."]
+    (clearance_text,) = wording.in_common_unit([clearance], "m")
+    return [
+        f"{subject} is not a forecast: after {hours} the wear reaches the clearance of {clearance_text}, and the "
+        "rate changes."
+    ]
 
 
 def hours_to_clearance(cases: Cases, joint: JointLayout, index: int, depth: float) -> str:
@@ -64,12 +67,12 @@ def _growth(cases: Cases, joint: JointLayout, worst: int) -> list[str]:
     growth, hours = (f"{joint.name}_{figure}" for figure in ("clearance_growth", "life_hours"))
     if not (cases.has(growth) and cases.has(hours)):
         return []
-    grown = 1000.0 * float(cases.column(growth)[worst]) / float(cases.column(hours)[worst])
-    if not np.isfinite(grown):
+    growth_rate = 1000.0 * float(cases.column(growth)[worst]) / float(cases.column(hours)[worst])
+    if not np.isfinite(growth_rate):
         return []
-    (per_hours,) = wording.in_common_unit([grown], "m")
-    where = f"{cases.in_joint(joint.name)}{cases.at(worst)}"
-    return [f"Wear of both bodies widens the clearance{where} by {per_hours} per 1000 h of the life."]
+    (growth_text,) = wording.in_common_unit([growth_rate], "m")
+    location = f"{cases.in_joint(joint.name)}{cases.at(worst)}"
+    return [f"Wear of both bodies widens the clearance{location} by {growth_text} per 1000 h of the life."]
 
 
 def _clearance(cases: Cases, joint: JointLayout, index: int) -> float | None:

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 from unicodedata import category
 
-LONGEST_LINE = 200  # longest quoted message of another library
+MAX_LINE = 200  # longest quoted message of another library
 
 
 class ClearsweepError(Exception):
@@ -53,22 +53,22 @@ class SchedulerLostError(ClearsweepError, ConnectionError):
 def brief(error: BaseException) -> str:
     """Return an error as one short line that begins with its type."""
     first_line = (str(error).strip().splitlines() or [""])[0]
-    text = first_line if len(first_line) <= LONGEST_LINE else first_line[:LONGEST_LINE] + "..."
+    text = first_line if len(first_line) <= MAX_LINE else first_line[:MAX_LINE] + "..."
     return f"{type(error).__name__}: {text}"
 
 
 def printable(text: str) -> str:
     """Return text without control characters such as `\\x1b`; line ends are kept."""
     return "".join(
-        char if char == "\n" or category(char) not in _UNSEEN else char.encode("unicode_escape").decode()
+        char if char == "\n" or category(char) not in _INVISIBLE_CATEGORIES else char.encode("unicode_escape").decode()
         for char in text
     )
 
 
-_UNSEEN = ("Cc", "Cf", "Zl", "Zp")
+_INVISIBLE_CATEGORIES = ("Cc", "Cf", "Zl", "Zp")
 
 
-def nearest(word: str, names: Iterable[str]) -> str:
+def did_you_mean(word: str, names: Iterable[str]) -> str:
     """Return `; did you mean 'hertz'?` for the known word nearest to `word`, or ''."""
     matches = nearest_words(word, names)
     return f"; did you mean '{matches[0]}'?" if matches else ""
@@ -77,12 +77,12 @@ def nearest(word: str, names: Iterable[str]) -> str:
 def nearest_words(word: str, names: Iterable[str]) -> list[str]:
     """Return a list with the known word nearest to `word`, or [] if none is near."""
     names = list(names)
-    equal_names = [name for name in names if name.lower() == word.lower()]
-    matches = equal_names or [name for name in names if _parts(name) == _parts(word)]
+    same_ignoring_case = [name for name in names if name.lower() == word.lower()]
+    matches = same_ignoring_case or [name for name in names if _sorted_words(name) == _sorted_words(word)]
     return (matches or get_close_matches(word, names, 1, 0.7))[:1]
 
 
-def _parts(name: str) -> list[str]:
+def _sorted_words(name: str) -> list[str]:
     """Return the words of a name in a fixed order: 'peak_load' has those of 'load_peak'."""
     return sorted(name.lower().replace("-", "_").split("_"))
 
@@ -90,11 +90,11 @@ def _parts(name: str) -> list[str]:
 def similar_words(word: str, names: Iterable[str]) -> list[str]:
     """Return the known words that contain `word`, or else the most similar ones; [] if there are none."""
     names = list(names)
-    parts = [name for name in names if word and word.lower() in name.lower()]
-    return parts or get_close_matches(word, names, 3, 0.6)
+    containing = [name for name in names if word and word.lower() in name.lower()]
+    return containing or get_close_matches(word, names, 3, 0.6)
 
 
-def shown(value: object) -> str:
+def quoted(value: object) -> str:
     """Return a value for a message: shortened, text in quotes."""
     if isinstance(value, (dict, list)):
         return "a section" if isinstance(value, dict) else "a list"

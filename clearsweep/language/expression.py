@@ -13,7 +13,7 @@ from functools import lru_cache, reduce
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import quantity
-from .errors import InputError, nearest, shown
+from .errors import InputError, did_you_mean, quoted
 
 if TYPE_CHECKING:
     import numpy as np  # imported only when values are computed
@@ -47,7 +47,7 @@ DEFINED = Vocabulary("names of `define`", "not defined under `define`", "= d / 2
 def unit_of(text: str, units: Mapping[str, str]) -> str:
     """Return the SI unit of an expression of columns with the SI units `units`; InputError names the mistake."""
     if not names_in(text):
-        raise InputError(f"found {shown(text)}, which contains no column; {_expected(COLUMNS)}")
+        raise InputError(f"found {quoted(text)}, which contains no column; {_expected(COLUMNS)}")
     return _unit(text, units, COLUMNS)
 
 
@@ -80,9 +80,9 @@ def exact_value(text: str, values: Mapping[str, Fraction]) -> Fraction:
         exact = Fraction(_exact(_tree(text, DEFINED), values))
         float(exact)
     except ZeroDivisionError:
-        raise InputError(f"found {shown(text)}, which divides by zero") from None
+        raise InputError(f"found {quoted(text)}, which divides by zero") from None
     except (ArithmeticError, ValueError, TypeError) as error:
-        raise InputError(f"found {shown(text)}, which has no value here: {error}") from None
+        raise InputError(f"found {quoted(text)}, which has no value here: {error}") from None
     return exact
 
 
@@ -96,10 +96,10 @@ def _tree(text: str, vocabulary: Vocabulary = COLUMNS) -> ast.expr:
         position = f" at character {error.offset}" if error.offset else ""
         hint = _hint(text, vocabulary)
         raise InputError(
-            f"found {shown(text)}, which cannot be read{position}; {hint}{_expected(vocabulary)}"
+            f"found {quoted(text)}, which cannot be read{position}; {hint}{_expected(vocabulary)}"
         ) from None
     except (ValueError, RecursionError, MemoryError):
-        raise InputError(f"found {shown(text)}, which cannot be read; {_expected(vocabulary)}") from None
+        raise InputError(f"found {quoted(text)}, which cannot be read; {_expected(vocabulary)}") from None
 
 
 def _hint(text: str, vocabulary: Vocabulary) -> str:
@@ -132,7 +132,7 @@ class _Checked:
         """Return the dimension of an expression; InputError if it has none."""
         match node:
             case ast.Constant(value=bool() | None) | ast.Constant(value=complex()) | ast.Constant(value=bytes()):
-                raise InputError(f"found {shown(ast.unparse(node))}; {_expected(self.vocabulary)}")
+                raise InputError(f"found {quoted(ast.unparse(node))}; {_expected(self.vocabulary)}")
             case ast.Constant(value=str(digits)):
                 return dict(quantity.with_unit(digits)[1])
             case ast.Constant(value=int() | float()):
@@ -153,12 +153,14 @@ class _Checked:
                 return [self._same(parts[0], argument) for argument in parts[1:]][-1]
             case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in _OF_ONE:
                 return _scaled(self.dimension(argument), _OF_ONE[name])
-        raise InputError(f"found {shown(ast.unparse(node))}; {_expected(self.vocabulary)}")
+        raise InputError(f"found {quoted(ast.unparse(node))}; {_expected(self.vocabulary)}")
 
     def _named(self, name: str) -> Dimension:
         if name not in self.units:
             names = ", ".join(self.units) or "none"
-            raise InputError(f"{shown(name)} is {self.vocabulary.unknown}{nearest(name, self.units)} (known: {names})")
+            raise InputError(
+                f"{quoted(name)} is {self.vocabulary.unknown}{did_you_mean(name, self.units)} (known: {names})"
+            )
         return dict(quantity.dimension_of(self.units[name]))
 
     def _same(self, left: ast.expr, right: ast.expr) -> Dimension:
@@ -167,7 +169,7 @@ class _Checked:
         if dimensions[0] == dimensions[1]:
             return dimensions[0]
         texts = [
-            f"{shown(ast.unparse(operand))} in {quantity.unit_of(tuple(sorted(dimension.items())))}"
+            f"{quoted(ast.unparse(operand))} in {quantity.unit_of(tuple(sorted(dimension.items())))}"
             for operand, dimension in zip((left, right), dimensions, strict=True)
         ]
         raise InputError(
@@ -243,7 +245,7 @@ def _number(node: ast.expr) -> float:
             return -_number(operand)
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool) and abs(value) < 1e300:
             return float(value)
-    raise InputError(f"found {shown(ast.unparse(node))}; expected a plain number below 1e300")
+    raise InputError(f"found {quoted(ast.unparse(node))}; expected a plain number below 1e300")
 
 
 def _times(left: Dimension, right: Dimension) -> Dimension:

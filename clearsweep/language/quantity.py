@@ -14,7 +14,7 @@ from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .errors import InputError, nearest, shown
+from .errors import InputError, did_you_mean, quoted
 
 if TYPE_CHECKING:
     import pint  # imported only when a unit is read
@@ -113,7 +113,7 @@ def exact(value: Any, unit: str) -> Fraction:
     if isinstance(value, str):
         return _from_text(value, unit)
     if isinstance(value, bool) or not hasattr(value, "__float__"):
-        raise InputError(f"found {shown(value)}; {expected(unit)}")
+        raise InputError(f"found {quoted(value)}; {expected(unit)}")
     try:
         return Fraction(repr(float(value)))
     except (OverflowError, ValueError):
@@ -210,7 +210,7 @@ def with_unit(text: str) -> tuple[float, tuple[tuple[str, Fraction], ...]]:
     """Return the quantity in `text`, with a unit or without, in SI, and its dimension; InputError like `read`."""
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
     if not match:
-        raise InputError(f"found {shown(text)}, which does not begin with a number; expected one such as '5 kN'")
+        raise InputError(f"found {quoted(text)}, which does not begin with a number; expected one such as '5 kN'")
     unit_name = "K" if match.group(2) in _CELSIUS else match.group(2)
     dimension = _unit(unit_name, text)[1] if unit_name not in ("", "%") else ()
     return read(text, unit_of(dimension)), dimension
@@ -222,10 +222,10 @@ def _from_text(text: str, unit: str) -> Fraction:
         raise InputError(_infinite(text, unit))
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
     if not match:
-        raise InputError(f"found {shown(text)}, which does not begin with a number; {expected(unit)}")
+        raise InputError(f"found {quoted(text)}, which does not begin with a number; {expected(unit)}")
     digits, unit_name = match.groups()
     if unit_name.startswith(","):
-        raise InputError(f"found {shown(text)}; write a decimal point, not a comma ({expected(unit)})")
+        raise InputError(f"found {quoted(text)}; write a decimal point, not a comma ({expected(unit)})")
     offset = Fraction(0)
     if not unit_name:
         scale = Fraction(1)
@@ -240,7 +240,7 @@ def _from_text(text: str, unit: str) -> Fraction:
         size, wanted = _unit(unit, unit)
         scale /= size  # 1, or the unit of a column in hours
         if dimension != wanted:
-            raise InputError(f"found {shown(text)}, whose unit {unit_name} has another dimension; {expected(unit)}")
+            raise InputError(f"found {quoted(text)}, whose unit {unit_name} has another dimension; {expected(unit)}")
     rough = float(digits)  # 0 and infinity would need too much memory as exact digits (1e-999999999)
     if rough - rough != 0.0:
         raise InputError(_infinite(text, unit))
@@ -267,7 +267,7 @@ def _has_power_of_power(unit_name: str) -> bool:
 
 def _infinite(value: Any, unit: str) -> str:
     """Return the message for a number beyond the range of floats."""
-    return f"found {shown(value)}, which is not a finite number; {expected(unit)}"
+    return f"found {quoted(value)}, which is not a finite number; {expected(unit)}"
 
 
 @contextlib.contextmanager
@@ -298,7 +298,7 @@ def _unit(unit_name: str, text: str) -> tuple[Fraction, tuple]:
     """Return the exact size of a unit in SI and its dimension; `text` is the whole quantity."""
     measure = _measure(unit_name)
     if isinstance(measure, str):
-        raise InputError(f"found {shown(text)}; {measure}")
+        raise InputError(f"found {quoted(text)}; {measure}")
     return measure
 
 
@@ -320,7 +320,7 @@ def _measure(unit_name: str) -> tuple[Fraction, tuple] | str:
     try:
         for name in re.findall(r"[^\W\d_]+|°", unit_name):
             if name not in table:
-                suggestion = nearest(name, f"{_COMMON} {_WORDS}".split())
+                suggestion = did_you_mean(name, f"{_COMMON} {_WORDS}".split())
                 return f"unknown unit '{name}'{suggestion} (known: {_COMMON}, N*s/m, m^2)"
         size: Any = table.Quantity(table.parse_expression(unit_name)).to_base_units()
         return Fraction(size.magnitude), tuple(sorted(size.dimensionality.items()))

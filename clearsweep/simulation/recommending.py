@@ -9,7 +9,7 @@ import numpy as np
 from .. import grid
 from ..contracts.case import Case, Joint
 from ..language import wording
-from ..language.errors import InputError, nearest
+from ..language.errors import InputError, did_you_mean
 from ..mechanics.joint import registry
 from .advice import DOUBTFUL, FAMILY_KEYS, RATINGS, SUITABLE, UNSUITABLE, Advice, Verdict, advice, advice_for_joint
 from .scene import catalogue
@@ -141,7 +141,7 @@ def _paragraphs(joint: Joint, sampled: Sequence[Advice], name: str | None) -> tu
         of_name = [verdict for verdict in worst if verdict.law == name]
         if not of_name:
             law_names = dict.fromkeys(verdict.law for verdict in worst)
-            raise InputError(f"list: no entry '{name}' there{nearest(name, law_names)}")
+            raise InputError(f"list: no entry '{name}' there{did_you_mean(name, law_names)}")
         return " ... ".join(conditions), *("\n".join(_rows([verdict])) for verdict in of_name)
     recommended = _recommended_for(joint, worst)
     lines = [" ... ".join(conditions), *(["", _recommended_text(recommended)] if recommended else [])]

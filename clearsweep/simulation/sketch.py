@@ -33,6 +33,7 @@ class SketchedJoint(NamedTuple):
     has_clearance: bool  # it has clearance
     driven: bool
     grounded: bool  # one of its bodies is the ground
+    guiding_body: str = ""  # the body with the walls of a guide
     sliding_body: str = ""  # the body in a guide
 
 
@@ -80,7 +81,7 @@ def sketch(case: Case) -> Sketch | None:
         guide = joint.axis + frames[joint.proximal.body][1] if isinstance(joint, Guide) else None
         position = place(*joint.distal)
         grounded = GROUND in (joint.proximal.body, joint.distal.body)
-        slides = joint.distal.body if guide is not None else ""
+        guide_bodies = (joint.proximal.body, joint.distal.body) if guide is not None else ()
         joints.append(
             SketchedJoint(
                 joint.name,
@@ -89,7 +90,7 @@ def sketch(case: Case) -> Sketch | None:
                 joint.name in clearance_joints,
                 joint.name == machine.driven,
                 grounded,
-                slides,
+                *guide_bodies,
             )
         )
         for endpoint in endpoints:

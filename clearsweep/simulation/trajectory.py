@@ -15,7 +15,7 @@ from ..contracts.results import Trajectory
 from ..grid import check_memory, history_bytes
 from ..judging.validity import UNBALANCED, UNCHECKED, message_of, unsure_films
 from ..language import phases
-from ..language.errors import InputError, shown
+from ..language.errors import InputError, quoted
 from ..mechanics.compiled.family import empty_entries
 from ..mechanics.observe.histogram import compile_exceeded
 from ..mechanics.solver import integration, loop
@@ -60,7 +60,7 @@ def simulate(
     """
     if not isinstance(scene, Scene):
         raise InputError(
-            f"simulate: found {shown(scene)}; expected the result of load_case, as in "
+            f"simulate: found {quoted(scene)}; expected the result of load_case, as in "
             "clearsweep.simulate(clearsweep.load_case('grid.yaml'))"
         )
     begin = time.perf_counter()

@@ -1,12 +1,12 @@
 """The answer of a run in its closing lines: sentences that the report also has."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .. import grid as grids
-from ..judging import answer, sampled, wear
+from ..judging import advice, answer, sampled, wear
 from ..judging.cases import Cases, column_texts
 from ..judging.order import BY_CONTENT, Lead
 from ..judging.verdict import units_of
@@ -37,23 +37,31 @@ class _Columns:
         return self.known[name]
 
 
-def sentences(run: StoredRun, lead: Lead, checks: LawChecks, facts: dict[str, Any]) -> list[str]:
-    """Return the answer to the question of a grid, or [] if the question has closing lines of its own.
+class Answer(NamedTuple):
+    """What the closing lines of a run say on the question of its grid."""
+
+    sentences: list[str]
+    no_limits: str = ""  # suggested limit for a grid without limits, or ''
+
+
+def of_run(run: StoredRun, lead: Lead, checks: LawChecks, facts: dict[str, Any]) -> Answer:
+    """Return the answer to the question of a grid; it is empty if the question has closing lines of its own.
 
     For a run in blocks with more than MOST_READ cases, only the sentences on extremes are returned, since its sample
     contains the extreme cases.
     facts : as for `setting_text`
     """
     if lead.question not in ("life", "limits", *BY_CONTENT) or not len(run):
-        return []
+        return Answer([])
     sample = SampledRun(run) if isinstance(run, BlockedRun) and len(run) > MOST_READ else None
     columns = _Columns(sample or run, checks)
     if not len(columns.rows):
-        return []
+        return Answer([])
     cases = _cases(run, lead, columns, facts)
     cases = cases._replace(with_effects=sample is None)
     worn = [] if sampled.is_one_sample(cases.record) else wear.sentences(cases)
-    return [*(answer.extremes(cases) if sample else answer.sentences(cases)), *worn]
+    said = answer.extremes(cases) if sample else answer.sentences(cases)
+    return Answer([*said, *worn], advice.no_limits(cases) if lead.question in BY_CONTENT else "")
 
 
 def _cases(run: StoredRun, lead: Lead, columns: _Columns, facts: dict[str, Any]) -> Cases:

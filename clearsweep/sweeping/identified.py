@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from ..judging import machine
+from ..judging import identification
 from ..language import wording
 from .identifying import Identified
 from .observed import GAIN, NOISE
@@ -32,11 +32,11 @@ def identify_lines(facts: dict[str, Any]) -> list[str]:
     lines = ["", "The best cases compared with the measured signals"]
     for fit in identified["fits"]:
         measured, computed = (grid_text(fit[name], fit["unit"]) for name in ("measured", "computed"))
-        discrepancy = machine.difference(fit)
+        discrepancy = identification.difference(fit)
         lines.append(f"  {fit['channel']}, {fit['feature']}: {measured} measured, {computed} computed{discrepancy}")
     cases = f"{identified['finished']:,} finished cases of {identified['looked_at']:,}"
     lines += ["", f"Identified by {cases} (a sample of the posterior in identify.parquet)"]
-    lines += [f"  {sentence}" for sentence in machine.sentences(identified, joints)]
+    lines += [f"  {sentence}" for sentence in identification.sentences(identified, joints)]
     for fit in identified["parameters"]:
         unit = facts["units"].get(fit["path"], "1")
         scale = wording.scale(unit, fit["value"], speed=fit["path"].endswith("speed"))
@@ -44,5 +44,5 @@ def identify_lines(facts: dict[str, Any]) -> list[str]:
         value, low, high = (f"{fit[key] / scale.factor:.3g}" for key in ("value", "low", "high"))
         unit_text = f" {scale.unit.replace('µ', 'u')}".rstrip()
         name = wording.axis_name(fit["path"], joints)
-        lines.append(f"  {name} {value}{unit_text} (95 %: {low} to {high}{unit_text}){machine.certainty(fit)}")
+        lines.append(f"  {name} {value}{unit_text} (95 %: {low} to {high}{unit_text}){identification.certainty(fit)}")
     return lines

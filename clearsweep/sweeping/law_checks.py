@@ -53,7 +53,7 @@ class LawChecks:
     def __init__(self, base: dict[str, str], lead: order.Lead):
         """Prepare with the law of the grid by path (`base`, {} if no law is checked) and the ranking of the cases."""
         self.base, self.ranking = base, lead
-        self.rows: list[law_check.Row] = []
+        self.rows: list[law_check.LawResult] = []
 
     def of_grid(self, block: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return a mask of the cases of a block that belong to the grid and do not check a law."""
@@ -82,11 +82,11 @@ def law_lines(check: dict[str, Any] | None, units: Mapping[str, str]) -> list[st
     """Return the closing lines on the checked laws."""
     if not check:
         return []
-    rows = [law_check.Row(**row) for row in check["rows"]]
+    rows = [law_check.LawResult(**row) for row in check["rows"]]
 
     def text(column: str, value: float) -> str:
         return f"{value:.4g} h" if column.endswith("_life_hours") else grid_text(value, units.get(column, "1"))
 
     value = math.nan if check["value"] is None else check["value"]
-    used_law = law_check.Row(check["case_id"], "", "", check["column"], value)
+    used_law = law_check.LawResult(check["case_id"], "", "", check["column"], value)
     return ["", f"Laws: {law_check.sentence(used_law, rows, text)}"]

@@ -47,22 +47,22 @@ class Observed(NamedTuple):
     def angle(self, history: Mapping[str, np.ndarray]) -> float:
         """Return the offset (rad, -pi to pi) of the measured crank angle from that of a case."""
         computed = self._computed(history)
-        lag = features.shift(self.turns.mean(axis=0), computed.mean(axis=0), ALIGNED_ORDERS)
+        lag = features.lag_of(self.turns.mean(axis=0), computed.mean(axis=0), ALIGNED_ORDERS)
         phase_shift = float(features.TURN * lag / computed.shape[1] + self.turned.angle[0]) % features.TURN
         return phase_shift - features.TURN * (phase_shift > features.TURN / 2.0)
 
     def statistics(
         self, history: Mapping[str, np.ndarray], share: float, rng: np.random.Generator
-    ) -> features.Statistics:
+    ) -> features.RevolutionStatistics:
         """Return the statistics of a case at the measured crank angle, with noise of `share` times the measured rms."""
         computed = self._computed(history)
-        lag = features.shift(self.turns.mean(axis=0), computed.mean(axis=0), ALIGNED_ORDERS)
+        lag = features.lag_of(self.turns.mean(axis=0), computed.mean(axis=0), ALIGNED_ORDERS)
         noisy = computed + share * self.rms * features.noise(rng, computed, self.orders)
         return features.statistics(np.roll(noisy.ravel(), lag).reshape(computed.shape))
 
     def _computed(self, history: Mapping[str, np.ndarray]) -> np.ndarray:
         angle, values = history["crank_angle"], history[self.turned.signal.channel]
-        return features.revolutions(angle, values, 0.0, self.orders)
+        return features.split_revolutions(angle, values, 0.0, self.orders)
 
 
 class Observation(NamedTuple):
@@ -90,8 +90,10 @@ def observe(identify: Identify, history: Mapping[str, np.ndarray]) -> Observatio
     for file in dict.fromkeys(signal.file for signal in identify.signals):
         signals = [signal for signal in identify.signals if signal.file == file]
         for part in turns_of(file, signals, float(angle / span)):
-            orders = features.common_band(features.density(part.angle), features.density(history["crank_angle"]))
-            turns = features.revolutions(part.angle, part.values, None, orders)
+            orders = features.common_band(
+                features.samples_per_revolution(part.angle), features.samples_per_revolution(history["crank_angle"])
+            )
+            turns = features.split_revolutions(part.angle, part.values, None, orders)
             rms = float(np.sqrt(((turns - turns.mean()) ** 2).mean()))
             if not rms > 0.0:
                 raise InputError(f"{file}: {part.signal.column} does not vary; measure it again, or leave it out")
@@ -148,7 +150,7 @@ def _labels(index: int, observed: Observed, names: tuple[str, ...]) -> Iterator[
 
 
 def _scatter(
-    statistics: features.Statistics, observed: Observed, identify: Identify, labels: list[Label]
+    statistics: features.RevolutionStatistics, observed: Observed, identify: Identify, labels: list[Label]
 ) -> np.ndarray:
     """Return the covariance of a signal's features, without the emulator's part."""
     count = len(statistics.peak)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ..judging import answer, expected, order, probability
+from ..judging import expected, films, order, probability
 from ..language import wording
 from . import answered, identified
 from .law_checks import law_lines
@@ -28,6 +28,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
     words = {key: run.grid.get(key, {}) for key in ("units", "fits", "labels")}
     words["written_units"] = common_units(run.grid)
     chance = _probability(result, run.grid, limits.facts())
+    answer = answered.of_run(run, leading, run_facts.laws, words)
     return words | {
         "directory": str(result.directory),
         "cases": result.cases,
@@ -53,11 +54,11 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "refined": result.refined and result.refined._asdict(),
         "question": leading.question,
         "ranked": {"title": leading.title, "headings": list(leading.headings), "units": limits.units},
-        "no_limits": order.no_limits(run.layout, leading) if leading.question in order.BY_CONTENT else "",
+        "no_limits": answer.no_limits,
         "worst": run_facts.worst.entries,
         "answer": [
             *([plain(probability.sentence(chance, run.grid))] if chance else []),
-            *(plain(text) for text in answered.sentences(run, leading, run_facts.laws, words)),
+            *(plain(text) for text in answer.sentences),
         ],
         "expected": run_facts.expected,
         "law_check": run_facts.laws.facts(next(iter(run_facts.worst.entries), None)),
@@ -72,7 +73,7 @@ def _probability(
     """Return the probability of exceeding a limit, with its interval; None if the cases are not one random sample."""
     if not limits or not limits["cases"] or result.failed or not probability.is_one_sample(record):
         return None
-    return probability.share(limits["exceeding"], limits["cases"])
+    return probability.binomial_interval(limits["exceeding"], limits["cases"])
 
 
 def _limit_lines(facts: dict[str, Any]) -> list[str]:
@@ -304,7 +305,7 @@ def _figure(figure: dict[str, Any], units: Mapping[str, str]) -> str:
     """Return a figure with its unit, shares in per cent, lives in hours."""
     name, value = figure["column"], figure["value"]
     if value is None and name.endswith("_dry_load_share"):
-        return answer.NOT_MODELLED
+        return films.NOT_MODELLED
     if value is None and name == order.START_UP:
         return "cut off"
     if value is None or "words" in figure:
@@ -312,7 +313,7 @@ def _figure(figure: dict[str, Any], units: Mapping[str, str]) -> str:
     if name.endswith("_life_hours"):
         return f"{value:.4g} h"
     if name.endswith("_dry_load_share"):
-        return answer.share_words(value)
+        return films.share_words(value)
     return grid_texts([value], units.get(name, "1"), speed="speed" in name)[0]
 
 

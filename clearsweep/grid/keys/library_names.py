@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
-from ...language.errors import InputError, shown
+from ...language.errors import InputError, quoted
 from .. import library
 from ..library import MATERIALS, Entry, Value
 from ..written.document import Problems, WrittenValue
@@ -109,7 +109,7 @@ class _NameReplacer:
                 self.problems.add(name, path, str(error))
         else:
             kind = next(kind for kind, item in library.LIBRARIES.items() if item is entries)
-            sentence = f"found {shown(name.value)}; expected a name that `clearsweep list {kind}` prints"
+            sentence = f"found {quoted(name.value)}; expected a name that `clearsweep list {kind}` prints"
             self.problems.add(name, path, sentence)
         return next(iter(entries.values()))
 

@@ -3,7 +3,7 @@
 import textwrap
 from collections.abc import Mapping
 
-from ...language.errors import InputError, nearest, shown
+from ...language.errors import InputError, did_you_mean, quoted
 from .entries import MATERIALS, OILS, PAIRS, Entry, Value
 
 #: Names of whole libraries for `clearsweep list NAME`.
@@ -31,8 +31,8 @@ def find_entry(library: Mapping[str, Entry], name: str) -> Entry:
     entry_name = names_by_folded_name.get(" ".join(name.split()).casefold())
     if entry_name is None:
         kind = next(kind for kind, entries in LIBRARIES.items() if entries is library)
-        hint = nearest(name, library)
-        raise InputError(f"unknown name {shown(name)}{hint} (`clearsweep list {kind}` prints all {len(library)})")
+        hint = did_you_mean(name, library)
+        raise InputError(f"unknown name {quoted(name)}{hint} (`clearsweep list {kind}` prints all {len(library)})")
     return library[entry_name]
 
 

@@ -9,7 +9,7 @@ from bisect import bisect_left
 from fractions import Fraction
 from typing import NamedTuple
 
-from ...language.errors import InputError, shown
+from ...language.errors import InputError, quoted
 
 SMALLEST_DIAMETER, LARGEST_DIAMETER = 10, 500  # mm, both included
 _DIAMETER_STEPS = (10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)  # mm, upper end of each range
@@ -108,7 +108,7 @@ def find_fit(name: str, diameter: Fraction) -> Fit:
     """
     hole_class, slash, shaft_class = re.sub(r"\s", "", name).partition("/")
     if not slash or not hole_class[:1].isupper() or not shaft_class[:1].islower():
-        raise InputError(f"found {shown(name)}; expected a fit of ISO 286, hole before shaft, such as H7/f7")
+        raise InputError(f"found {quoted(name)}; expected a fit of ISO 286, hole before shaft, such as H7/f7")
     if not SMALLEST_DIAMETER <= diameter <= LARGEST_DIAMETER:
         in_metres = diameter > 20.0 * LARGEST_DIAMETER  # the size in mm, read as m
         remedy = "a bearing_radius without a unit is in m" if in_metres else "write the radial clearance"
@@ -151,7 +151,7 @@ def limit_deviations(tolerance_class: str, diameter: Fraction) -> tuple[Fraction
         is_interference_letter = is_hole and not is_known and lower_letter >= "j"
         reason = "holes from J to ZC are made for transition and interference; " if is_interference_letter else ""
         raise InputError(
-            f"{shown(tolerance_class)} is not a known tolerance class; {reason}known are {KNOWN_CLASSES_TEXT}, in the "
+            f"{quoted(tolerance_class)} is not a known tolerance class; {reason}known are {KNOWN_CLASSES_TEXT}, in the "
             f"grades 1 to {len(_TOLERANCE_BY_GRADE)}"
         )
     tolerance = _entry_for_diameter(_TOLERANCE_BY_GRADE[grade], diameter)

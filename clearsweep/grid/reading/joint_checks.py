@@ -4,7 +4,7 @@ import math
 
 from ...contracts.case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
 from ...contracts.catalogue import Catalogue, Law, sized
-from ...language.errors import nearest
+from ...language.errors import did_you_mean
 from ..keys.joint_keys import modulus_paths
 from ..keys.key_table import DIMENSIONLESS
 from ..keys.kinds import Number, Section, value_key, word_key
@@ -92,7 +92,7 @@ def _check_until(reader: Reader) -> None:
     figure = str(reader.values.get(path, ""))
     if figure and figure not in reader.figures:
         names = [name for name in word_key(reader.shape, path).options if name in reader.figures]
-        sentence = f"{figure} is not a column of this grid{nearest(figure, names)} (known: {', '.join(names)})"
+        sentence = f"{figure} is not a column of this grid{did_you_mean(figure, names)} (known: {', '.join(names)})"
         reader.problems.add(reader.position_of(path), path, sentence)
 
 

@@ -2,7 +2,7 @@
 
 from ...contracts.catalogue import Catalogue, Mechanism
 from ...contracts.layout import ALWAYS_STORED, Layout
-from ...language.errors import nearest, nearest_words, shown
+from ...language.errors import did_you_mean, quoted
 from ..keys.key_table import table_of_keys
 from ..keys.kinds import Flag, KeyTable, Name, NameList, Number, Section, Table, Use, Word
 from ..keys.library_names import find_varied_materials, keys_of_materials, replace_library_names, written_material_names
@@ -111,7 +111,7 @@ def _mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechani
     kind = section.value.get("type") if section and isinstance(section.value, dict) else None
     by_name = {mechanism.name: mechanism for mechanism in mechanisms}
     kind_name = str(kind.value) if kind else ""
-    candidates = [name for name in by_name if name == kind_name or f"'{name}'" in nearest(kind_name, by_name)]
+    candidates = [name for name in by_name if name == kind_name or f"'{name}'" in did_you_mean(kind_name, by_name)]
     return by_name[candidates[0]] if candidates else mechanisms[0]
 
 
@@ -130,7 +130,7 @@ def _walk(reader: Reader, written: WrittenValue, path: str, tree: KeyTable) -> N
         content = {}
     if not isinstance(content, dict):
         reader.problems.add(
-            written, path, f"found {shown(content)}; expected a section with the keys {', '.join(allowed)}"
+            written, path, f"found {quoted(content)}; expected a section with the keys {', '.join(allowed)}"
         )
         reader.broken.add(path)
         return
@@ -189,7 +189,7 @@ def _unknown(path: str, key: str, known: list[str]) -> str:
     if key[:1].isdigit() and not any(name[:1].isdigit() for name in known):
         return f"unknown key '{key}'; write numbers with a decimal point, not a comma"
     allowed_text = f"(allowed: {', '.join(known)})" if known else "(this section allows no keys here)"
-    return f"unknown key '{key}'{nearest(key, known)} {allowed_text}"
+    return f"unknown key '{key}'{did_you_mean(key, known)} {allowed_text}"
 
 
 def _activate(reader: Reader, tree: KeyTable) -> None:
@@ -237,7 +237,7 @@ def read_channels(reader: Reader, path: str) -> None:
     items = written.value if isinstance(written.value, list) else []
     invalid = [item for item in items if not isinstance(item.value, str)]
     for item in invalid or ([] if items else [written]):
-        sentence = f"found {shown(item.value)}; expected {node.noun}, such as {node.example}"
+        sentence = f"found {quoted(item.value)}; expected {node.noun}, such as {node.example}"
         reader.problems.add(item, path, sentence)
     if invalid or not items:
         return
@@ -256,7 +256,7 @@ def check_channels(reader: Reader, layout: Layout) -> None:
     allowed = [channel.name for channel in layout.channels if channel.name not in ALWAYS_STORED]
     for item in written.value:
         if isinstance(item, WrittenValue) and item.value not in (*allowed, *ALWAYS_STORED):
-            suggestion = nearest(item.value, allowed) or f" (known: {', '.join(allowed)})"
+            suggestion = did_you_mean(item.value, allowed) or f" (known: {', '.join(allowed)})"
             reader.problems.add(item, CHANNELS, f"there is no channel '{item.value}'{suggestion}")
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from ...contracts.catalogue import Field
 from ...language import quantity
-from ...language.errors import InputError, nearest, shown
+from ...language.errors import InputError, did_you_mean, quoted
 from ...language.quantity import WrittenUnit, is_bare, written_unit
 from ..keys.key_table import DIMENSIONLESS
 from ..keys.kinds import COUNT_WORDS, Flag, KeyTable, Number, Section, Table, Word
@@ -29,9 +29,9 @@ def read_word_key(reader: Reader, path: str, node: Word) -> None:
         if isinstance(written.value, str) and written.value in node.options:
             return written.value
         noun = f"unknown {node.noun}"
-        hint = nearest(written.value, node.options) if isinstance(written.value, str) else ""
+        hint = did_you_mean(written.value, node.options) if isinstance(written.value, str) else ""
         allowed, reason = ", ".join(node.options) or "none", node.refused.get(str(written.value))
-        description = f"found {shown(written.value)}; {reason}" if reason else f"{noun} {shown(written.value)}"
+        description = f"found {quoted(written.value)}; {reason}" if reason else f"{noun} {quoted(written.value)}"
         reader.problems.add(written, path, f"{description}{hint} (known: {allowed})")
         reader.unsure.add(path)
         return None
@@ -81,7 +81,7 @@ def read_flag(reader: Reader, path: str) -> None:
     node, written = reader.shape[path], reader.written.get(path)
     assert isinstance(node, Flag), path
     if written is not None and not isinstance(written.value, bool):
-        reader.problems.add(written, path, f"found {shown(written.value)}; expected true or false")
+        reader.problems.add(written, path, f"found {quoted(written.value)}; expected true or false")
     value = node.default if written is None else bool(written.value)
     if value or node.default is not None:
         reader.values[path] = value
@@ -230,7 +230,7 @@ def list_items(reader: Reader, written: WrittenValue, path: str, complete: KeyTa
         first_key = complete.get(f"{path}.0")
         half_bare(reader.problems, path, content, first_key.uses[0].field.unit if isinstance(first_key, Number) else "")
         return {str(k): item for k, item in enumerate(content)}
-    reader.problems.add(written, path, f"found {shown(content)}; expected {_expected_list(complete, path, section)}")
+    reader.problems.add(written, path, f"found {quoted(content)}; expected {_expected_list(complete, path, section)}")
     reader.broken.add(path)
     return None
 

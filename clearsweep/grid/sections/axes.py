@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...language import quantity
-from ...language.errors import InputError, shown
+from ...language.errors import InputError, quoted
 from ..written.document import Problems, WrittenValue
 from .distributions import FROM_FIT, parameter_forms
 from .section import (
@@ -57,7 +57,7 @@ def axis(
         f", {{label: a, other label: b}}, or {{linspace: {FORMS['linspace']}}}, or geomspace or logspace in its place"
     )
     problems.add(
-        written, where, f"found {shown(written.value)}; expected a list such as [a, b]{spaced if reading.unit else ''}"
+        written, where, f"found {quoted(written.value)}; expected a list such as [a, b]{spaced if reading.unit else ''}"
     )
     return None
 
@@ -86,7 +86,7 @@ def _distinct(problems: Problems, where: str, written: WrittenValue, reading: Re
             problems.add(
                 item,
                 where,
-                f"duplicate value {shown(item.value)}, the same as {shown(first[value].value)}{there}; "
+                f"duplicate value {quoted(item.value)}, the same as {quoted(first[value].value)}{there}; "
                 "each value may occur only once",
             )
         elif value is not None:
@@ -99,7 +99,7 @@ def _generated(problems: Problems, where: str, kind: str, given: WrittenValue, r
     items = given.value if isinstance(given.value, list) else []
     try:
         if len(items) != 3 and not (kind == "logspace" and len(items) == 4):
-            raise InputError(f"found {shown(given.value)} of {len(items)}; expected {FORMS[kind]}")
+            raise InputError(f"found {quoted(given.value)} of {len(items)}; expected {FORMS[kind]}")
         count = quantity.read(items[2].value, "1")
         if count != int(count) or not 2 <= count <= _MOST_VALUES:
             raise InputError(f"found the count {count:.15g}; expected a whole number from 2 to {_MOST_VALUES}")
@@ -140,7 +140,7 @@ def _powers(items: list[WrittenValue], count: int, unit: str) -> list[float]:
     first, last = (quantity.read(item.value, "1") for item in items[:2])
     named = items[3].value if len(items) == 4 else ""
     if not isinstance(named, str):
-        raise InputError(f"found {shown(named)} as the unit; expected one such as {unit if unit != '1' else '%'}")
+        raise InputError(f"found {quoted(named)} as the unit; expected one such as {unit if unit != '1' else '%'}")
     scale = quantity.read(f"1 {named}", unit) if named else 1.0
     try:
         return [scale * 10.0 ** (first + (last - first) * (k / (count - 1))) for k in range(count)]
@@ -220,7 +220,7 @@ def read_sample(problems: Problems, written: WrittenValue, variables: int) -> Sa
         problems.add(content["n"], "sample.n", sentence)
     drawn = content.get("drawn", WrittenValue({})).value
     if not isinstance(drawn, dict):
-        problems.add(content["drawn"], "sample.drawn", f"found {shown(drawn)}; expected the values of each variable")
+        problems.add(content["drawn"], "sample.drawn", f"found {quoted(drawn)}; expected the values of each variable")
     if len(problems) > problems_before or method is None or n is None or seed is None:
         return None
     return Sample(method, n, seed, _points(method, n, seed, variables), drawn)

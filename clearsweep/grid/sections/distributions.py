@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from ...contracts.catalogue import Field
 from ...language import quantity
-from ...language.errors import nearest, shown
+from ...language.errors import did_you_mean, quoted
 from ..written.document import Problems, WrittenValue
 from .section import Reading, half_bare, read_quantity, report_unknown_keys
 
@@ -91,7 +91,7 @@ class _Between(Distribution):
         """Return the parameters from a grid, or None if they are invalid."""
         ends = written.value
         if not isinstance(ends, list) or len(ends) != len(cls.keys):
-            problems.add(written, where, f"{cls.name}: found {shown(ends)}; expected {cls.form}")
+            problems.add(written, where, f"{cls.name}: found {quoted(ends)}; expected {cls.form}")
             return None
         low, high = (reading.value(item) for item in ends)
         if half_bare(problems, where, ends, reading.unit) or low is None or high is None:
@@ -170,7 +170,7 @@ class _AroundMean(Distribution):
         """Return the parameters from a grid, or None if they are invalid."""
         moments = written.value
         if not isinstance(moments, dict):
-            problems.add(written, where, f"{cls.name}: found {shown(moments)}; expected {cls.form}")
+            problems.add(written, where, f"{cls.name}: found {quoted(moments)}; expected {cls.form}")
             return None
         report_unknown_keys(problems, f"{where}.{cls.name}", written, cls.keys)
         if ("std" in moments) == ("cv" in moments) or "mean" not in moments:
@@ -282,11 +282,11 @@ def forms_text() -> str:
 def read_distribution(problems: Problems, where: str, written: WrittenValue, reading: Reading) -> Distribution | None:
     """Return the distribution at the key `where`, or None if it is invalid."""
     if not isinstance(written.value, dict) or len(written.value) != 1:
-        problems.add(written, where, f"found {shown(written.value)}; expected one of {forms_text()}")
+        problems.add(written, where, f"found {quoted(written.value)}; expected one of {forms_text()}")
         return None
     ((name, parameters),) = written.value.items()
     if name not in LAWS:
-        sentence = f"unknown distribution '{name}'{nearest(name, LAWS)} (known: {forms_text()})"
+        sentence = f"unknown distribution '{name}'{did_you_mean(name, LAWS)} (known: {forms_text()})"
         problems.add(written.key_position(name), where, sentence)
         return None
     problems_before = len(problems)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
-from ...language.errors import InputError, nearest, shown
+from ...language.errors import InputError, did_you_mean, quoted
 from ..keys.kinds import Number
 from ..library.iso286 import Fit, find_fit
 from ..written.document import WrittenValue
@@ -104,7 +104,7 @@ class _Reader:
         items = written.value
         if isinstance(items, dict):
             if set(items) != {"fits"} or not isinstance(items["fits"].value, list):
-                raise _WrongFitError(written, f"found {shown(items)}; expected {{fits: [H7/g6, H7/f7]}}")
+                raise _WrongFitError(written, f"found {quoted(items)}; expected {{fits: [H7/g6, H7/f7]}}")
             items = [_replaced(item, {"fit": item}) for item in items["fits"].value]
         in_step = self.radius in self.grid_reader.swept and self.grid_reader.vary_in_step(self.path, self.radius)
         radii = [self.radii[row : row + 1] if in_step else self.radii for row in range(len(items))]
@@ -115,32 +115,32 @@ class _Reader:
         if not isinstance(written.value, dict):
             return written
         if set(written.value) != {"fit"}:
-            raise _WrongFitError(written, f"found {shown(written.value)}; expected {{fit: H7/f7}}")
+            raise _WrongFitError(written, f"found {quoted(written.value)}; expected {{fit: H7/f7}}")
         return _replaced(written, _metres(self.fit(written.value["fit"], radii).mean))
 
     def _spread(self, written: WrittenValue) -> Any:
         """Return the distribution of a fit, as a grid section."""
         kind = written.value.get("distribution")
         if not {"fit"} <= set(written.value) <= {"fit", "distribution"}:
-            raise _WrongFitError(written, f"found {shown(written.value)}; expected {FORM}")
+            raise _WrongFitError(written, f"found {quoted(written.value)}; expected {FORM}")
         name = "uniform" if kind is None else kind.value
         if not isinstance(name, str) or name not in FROM_FIT:
-            suggestion = nearest(name, FROM_FIT) if isinstance(name, str) else ""
+            suggestion = did_you_mean(name, FROM_FIT) if isinstance(name, str) else ""
             limits = ", ".join(FROM_FIT)
-            raise _WrongFitError(written, f"unknown distribution {shown(name)} of a fit{suggestion} (known: {limits})")
+            raise _WrongFitError(written, f"unknown distribution {quoted(name)} of a fit{suggestion} (known: {limits})")
         return _lengths_like(FROM_FIT[name](self.fit(written.value["fit"], self.radii)), written)
 
     def fit(self, name: WrittenValue, radii: tuple[float, ...]) -> Fit:
         """Return the fit called `name` at a bearing radius (m), and record it."""
         if len(radii) != 1:
             sentence = (
-                f"found the fit {shown(name.value)}, whose radial clearance follows from one nominal diameter; "
+                f"found the fit {quoted(name.value)}, whose radial clearance follows from one nominal diameter; "
                 f"{self.radius} is varied: vary both together under `zip`, the fit once for each radius"
             )
             varies = self.radius in self.grid_reader.swept or self.radius in self.grid_reader.defined.dependents
             raise _WrongFitError(name, sentence if varies else "")
         if not isinstance(name.value, str):
-            raise _WrongFitError(name, f"found {shown(name.value)}; expected a fit of ISO 286, such as H7/f7")
+            raise _WrongFitError(name, f"found {quoted(name.value)}; expected a fit of ISO 286, such as H7/f7")
         try:
             limits = find_fit(name.value, Fraction(repr(radii[0])) * 2000)
         except InputError as error:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...contracts.layout import Layout
 from ...judging import features
-from ...language.errors import InputError, nearest, shown
+from ...language.errors import InputError, did_you_mean, quoted
 from ..keys.kinds import Number
 from ..keys.run_keys import CHANNELS
 from ..written.document import WrittenValue
@@ -124,7 +124,7 @@ def find_identify_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[Wr
             allowed = (
                 ("a path of a quantity that may have a fraction") if is_whole else "[low, high], the range of its prior"
             )
-            sentence = f"found {shown(written.value)}; expected {allowed}"
+            sentence = f"found {quoted(written.value)}; expected {allowed}"
             reader.problems.add(written, f"{IDENTIFY}.over.{path}", sentence)
         else:
             reader.choices[path] = "range"
@@ -167,7 +167,7 @@ def _signals(reader: Reader, section: WrittenValue) -> tuple[Signal, ...]:
     signals = []
     for name, columns in files.value.items() if files else ():
         if not isinstance(columns.value, dict) or not columns.value:
-            sentence = f"found {shown(columns.value)}; expected channel: column, such as {_SIGNAL_EXAMPLE}"
+            sentence = f"found {quoted(columns.value)}; expected channel: column, such as {_SIGNAL_EXAMPLE}"
             reader.problems.add(columns, f"{IDENTIFY}.from.{name}", sentence)
             continue
         folder = Path(columns.origin).parent if columns.line else Path()
@@ -176,7 +176,7 @@ def _signals(reader: Reader, section: WrittenValue) -> tuple[Signal, ...]:
             if isinstance(column.value, str):
                 signals.append(Signal(file, channel, column.value, ""))
             else:
-                sentence = f"found {shown(column.value)}; expected the name of a column"
+                sentence = f"found {quoted(column.value)}; expected the name of a column"
                 reader.problems.add(column, f"{IDENTIFY}.from.{name}.{channel}", sentence)
     return tuple(signals)
 
@@ -194,9 +194,9 @@ def put_saved_signals(reader: Reader) -> None:
         except InputError:
             continue  # `check` says what is wrong
         angle = signals.places if signals.over == "crank_angle" else signals.places * (rate or 1.0)
-        densest = max(densest, features.density(angle))
+        densest = max(densest, features.samples_per_revolution(angle))
     if "save.samples" not in reader.written:
-        reader.values["save.samples"] = int(min(max(features.SAMPLES, 2.0 * densest), MAX_BINS))
+        reader.values["save.samples"] = int(min(max(features.MIN_SAMPLES, 2.0 * densest), MAX_BINS))
     if "save.revolutions" not in reader.written:
         samples = reader.values["save.samples"]
         total = min(reader.values_of("simulate.revolutions") or (10.0,))
@@ -222,7 +222,7 @@ def check_identify(reader: Reader, root: WrittenValue, layout: Layout) -> Identi
     signals = [signal._replace(unit=units.get(signal.channel, "")) for signal in identify.signals]
     for signal in signals:
         if not signal.unit:
-            suggestion = nearest(signal.channel, units) or f" (known: {', '.join(units)})"
+            suggestion = did_you_mean(signal.channel, units) or f" (known: {', '.join(units)})"
             reader.problems.add(written, f"{IDENTIFY}.from", f"there is no channel '{signal.channel}'{suggestion}")
     unsaved = sorted({signal.channel for signal in signals if signal.unit} - {*reader.values.get(CHANNELS, units)})
     if unsaved:
@@ -276,10 +276,10 @@ def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turne
 
 def _enough(file: str, column: str, angle: "np.ndarray", values: "np.ndarray") -> None:
     """Raise InputError if a signal has too few revolutions, or too few samples per impact."""
-    count, density = (angle[-1] - angle[0]) / features.TURN, features.density(angle)
+    count, density = (angle[-1] - angle[0]) / features.TURN, features.samples_per_revolution(angle)
     if count < LEAST_TURNS - 1e-6:
         raise InputError(f"{file}: {column} has {count:.3g} revolutions; at least {LEAST_TURNS} are needed")
-    impacts = max(features.of(features.revolutions(angle, values)).impacts, 1.0)
+    impacts = max(features.features_of(features.split_revolutions(angle, values)).impacts, 1.0)
     if density < LEAST_SAMPLES * impacts:
         raise InputError(
             f"{file}: {column} has {density:.3g} samples a revolution and {impacts:.3g} impacts a revolution, "

@@ -9,7 +9,7 @@ from ...contracts.catalogue import Catalogue, Field, Mechanism
 from ...contracts.layout import columns_of, rubbing_joints
 from ...judging.verdict import EXCEEDED, KINDS, MARGIN
 from ...language import expression
-from ...language.errors import InputError, nearest, shown
+from ...language.errors import InputError, did_you_mean, quoted
 from ..keys.kinds import Number, Section
 from ..keys.run_keys import LIFE
 from ..written.document import WrittenValue
@@ -66,7 +66,7 @@ def read_limits(reader: Reader, root: WrittenValue) -> None:
 
 def _unknown(name: str, units: dict[str, str]) -> str:
     known = f" (known: {', '.join(units)})"  # a long list, shown only if no name is near
-    return f"is not a column of this grid{nearest(name, units) or known}"
+    return f"is not a column of this grid{did_you_mean(name, units) or known}"
 
 
 def _taken(reader: Reader, name: str) -> str:
@@ -81,7 +81,7 @@ def _taken(reader: Reader, name: str) -> str:
 def _unreadable(text: Any, units: dict[str, str]) -> str:
     """Return what is wrong with an expression, or '' if nothing is."""
     if not isinstance(text, str):
-        return f"found {shown(text)}; expected an expression of columns, in quotes, such as `{_FIGURE}`"
+        return f"found {quoted(text)}; expected an expression of columns, in quotes, such as `{_FIGURE}`"
     try:
         expression.unit_of(text, units)
     except InputError as error:
@@ -101,7 +101,7 @@ def _bounds(reader: Reader, column: str, written: WrittenValue, units: dict[str,
     if _TIMES in entries:
         times = entries[_TIMES].value
         if not isinstance(times, str) or times not in units:
-            reader.problems.add(entries[_TIMES], f"{path}.{_TIMES}", f"{shown(times)} {_unknown(str(times), units)}")
+            reader.problems.add(entries[_TIMES], f"{path}.{_TIMES}", f"{quoted(times)} {_unknown(str(times), units)}")
             return
         unit = quotient(unit, units[times])
         bounds[_TIMES] = times
@@ -243,7 +243,7 @@ def _coefficient_distribution(reader: Reader, path: str, written: WrittenValue) 
         reader.problems.add(
             written,
             where,
-            f"found {shown(written.value)}; expected {{factor: 3}}, {PUBLISHED} or one of {forms_text()}",
+            f"found {quoted(written.value)}; expected {{factor: 3}}, {PUBLISHED} or one of {forms_text()}",
         )
         return None
     wear = path.rpartition(".")[0]

@@ -5,7 +5,7 @@ from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 from ...language import quantity
-from ...language.errors import nearest, shown
+from ...language.errors import did_you_mean, quoted
 from ..keys.kinds import Number, Word
 from ..keys.library_names import name_path
 from ..written.document import WrittenValue
@@ -151,12 +151,12 @@ def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | 
             return written
     pair = isinstance(content, list) and len(content) == 2
     if not isinstance(content, list) or not content or (kind != AMONG and not pair):
-        sentence = f"found {shown(content)}; expected [low, high], {{among: [...]}} or {{whole: [low, high]}}"
+        sentence = f"found {quoted(content)}; expected [low, high], {{among: [...]}} or {{whole: [low, high]}}"
         reader.problems.add(written, where, sentence)
         return None
     if kind != AMONG and (isinstance(node, Word) or is_whole != (kind == WHOLE)):
         expected = "{among: [...]}" if isinstance(node, Word) else "{whole: [low, high]}" if is_whole else "[low, high]"
-        reader.problems.add(written, where, f"found {shown(content)}; this key takes {expected}")
+        reader.problems.add(written, where, f"found {quoted(content)}; this key takes {expected}")
         return None
     reader.choices[path] = kind
     return written
@@ -200,8 +200,8 @@ def _objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, bool]
     for sense in SENSES:
         for item in OPTIMISE_SECTION.value(reader.problems, section, sense) or ():
             if item.value not in known:
-                suggestion = nearest(item.value, known) or f" (known: {', '.join(known)})"
-                sentence = f"{shown(item.value)} is not a column of this grid{suggestion}"
+                suggestion = did_you_mean(item.value, known) or f" (known: {', '.join(known)})"
+                sentence = f"{quoted(item.value)} is not a column of this grid{suggestion}"
                 reader.problems.add(item, f"{OPTIMISE}.{sense}", sentence)
             elif item.value in dict(objectives):
                 reader.problems.add(item, f"{OPTIMISE}.{sense}", f"{item.value} occurs twice; remove one of them")

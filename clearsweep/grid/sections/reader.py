@@ -11,7 +11,7 @@ from typing import Any
 from ...contracts.catalogue import Mechanism
 from ...contracts.outline import Outline
 from ...language import quantity
-from ...language.errors import InputError, shown
+from ...language.errors import InputError, quoted
 from ..keys.kinds import KeyTable, Number, Word, value_key
 from ..keys.library_names import LibraryNumber, VariedMaterial, material_values
 from ..library.iso286 import Fit
@@ -180,7 +180,7 @@ def read_check_laws(reader: Reader, root: WrittenValue) -> None:
         return
     section = isinstance(written.value, dict) and set(written.value) <= {ADDED}
     if written.value is not True and not section:
-        reader.problems.add(written, CHECK_LAWS, f"found {shown(written.value)}; expected true or false")
+        reader.problems.add(written, CHECK_LAWS, f"found {quoted(written.value)}; expected true or false")
         return
     for conflict in _CONFLICTS:
         if conflict in root.value:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from ...contracts.catalogue import Field
 from ...language import quantity
-from ...language.errors import InputError, nearest, shown
+from ...language.errors import InputError, did_you_mean, quoted
 from ..written.document import Problems, WrittenValue
 
 ADDED = "added"  # in a section that adds cases: dotted path -> the values of the added cases
@@ -93,10 +93,10 @@ class WordKey(Key):
         word = written.value
         if word in self.words:
             return str(word)
-        suggestion = nearest(word, self.words) if isinstance(word, str) else ""
-        sentence = f"unknown {self.noun} {shown(word)}{suggestion}{self.choices()}"
+        suggestion = did_you_mean(word, self.words) if isinstance(word, str) else ""
+        sentence = f"unknown {self.noun} {quoted(word)}{suggestion}{self.choices()}"
         problems.add(
-            written, where, sentence if self.noun else f"found {shown(word)}; expected {' or '.join(self.words)}"
+            written, where, sentence if self.noun else f"found {quoted(word)}; expected {' or '.join(self.words)}"
         )
         return None
 
@@ -117,8 +117,8 @@ class WordListKey(Key):
         items = _items(written)
         for item in items:
             if item.value not in self.words:
-                suggestion = nearest(str(item.value), self.words) or f" (known: {', '.join(self.words)})"
-                problems.add(item, where, f"{shown(item.value)} is no {self.noun}{suggestion}")
+                suggestion = did_you_mean(str(item.value), self.words) or f" (known: {', '.join(self.words)})"
+                problems.add(item, where, f"{quoted(item.value)} is no {self.noun}{suggestion}")
         if not items:
             problems.add(written, where, f"is empty; allowed: {', '.join(self.words)}")
         return tuple(word for word in self.words if word in [item.value for item in items])
@@ -140,7 +140,7 @@ class NamesKey(Key):
         invalid = [item for item in items if not isinstance(item.value, str)]
         if invalid or not items:
             culprit = invalid[0] if invalid else written
-            sentence = f"found {shown(culprit.value)}; expected a {self.noun}, or a list of such"
+            sentence = f"found {quoted(culprit.value)}; expected a {self.noun}, or a list of such"
             problems.add(culprit, where, sentence)
             return None
         first: dict[str, WrittenValue] = {}
@@ -207,7 +207,7 @@ class RangeKey(Key):
         """Return the ends as they are written."""
         if isinstance(written.value, list) and len(written.value) == 2:
             return written
-        problems.add(written, where, f"found {shown(written.value)}{self.missing}")
+        problems.add(written, where, f"found {quoted(written.value)}{self.missing}")
         return None
 
 
@@ -225,7 +225,7 @@ class EntriesKey(Key):
         """Return the entries with their positions."""
         if isinstance(written.value, dict) and written.value:
             return written
-        problems.add(written, where, f"found {shown(written.value)}{self.missing}")
+        problems.add(written, where, f"found {quoted(written.value)}{self.missing}")
         return None
 
 
@@ -283,7 +283,7 @@ class KeySection(NamedTuple):
         if section is None:
             return None
         if not isinstance(section.value, dict):
-            sentence = f"found {shown(section.value)}; expected a section such as {self.example}"
+            sentence = f"found {quoted(section.value)}; expected a section such as {self.example}"
             problems.add(section, self.name, sentence)
             return None
         report_unknown_keys(problems, self.name, section, self.known, {key.name for key in self.all_keys})
@@ -341,7 +341,7 @@ def report_unknown_keys(
     """Report keys of the section `where` that are neither known nor accepted, and return whether there are any."""
     unknown = [key for key in section.value if key not in known and key not in accepted]
     for key in unknown:
-        sentence = f"unknown key '{key}'{nearest(key, known)} (allowed: {', '.join(known)})"
+        sentence = f"unknown key '{key}'{did_you_mean(key, known)} (allowed: {', '.join(known)})"
         problems.add(section.key_position(key), f"{where}.{key}", sentence)
     return bool(unknown)
 
@@ -373,7 +373,7 @@ def half_bare(problems: Problems, where: str, items: Iterable[WrittenValue], uni
     bare = [item for item in items if quantity.is_bare(item.value)] if named else []
     for item in bare:
         sentence = (
-            f"found {item.value} without a unit next to {shown(named.value if named else '')}; alone it would mean "
+            f"found {item.value} without a unit next to {quoted(named.value if named else '')}; alone it would mean "
             f"{item.value} {unit}: write the unit of each, or of none"
         )
         problems.add(item, where, sentence)

@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from ...language import quantity
-from ...language.errors import shown
+from ...language.errors import quoted
 from ..keys.kinds import Number, value_key
 from ..library.iso286 import Fit
 from ..written.document import WrittenValue
@@ -162,7 +162,7 @@ def _among(
     content = among.value
     names = content["fits"].value if isinstance(content, dict) and [*content] == ["fits"] else None
     if not isinstance(names, list) or not names:
-        reader.problems.add(among, f"{SEEK}.among", f"found {shown(content)}; expected {_AMONG}")
+        reader.problems.add(among, f"{SEEK}.among", f"found {quoted(content)}; expected {_AMONG}")
         return None
     fits = fits_among(reader, [path.value for path in paths], names, values_of)
     if fits is None:

@@ -6,7 +6,7 @@ from itertools import product
 from typing import Any
 
 from ...contracts.catalogue import Field
-from ...language.errors import nearest, shown
+from ...language.errors import did_you_mean, quoted
 from ..keys.kinds import KeyTable, Name, Number, Section, Use, Word, value_key
 from ..keys.library_names import BODIES, name_path
 from ..written.definitions import DEFINE, DEFINE_TEXT, START, Definitions
@@ -137,12 +137,12 @@ def _enter(
     elif path.startswith(START):
         name, allowed = path.removeprefix(START), [*reader.defined.texts]
         if name not in reader.defined.wrong:  # what is wrong there is said there
-            hint = f"{nearest(name, allowed)} (known: {', '.join(allowed) or 'none'})"
+            hint = f"{did_you_mean(name, allowed)} (known: {', '.join(allowed) or 'none'})"
             reader.problems.add(position, where, f"'{name}' is not defined under `define`{hint}")
     else:
         siblings = [other_path for other_path in sweepable_paths if other_path.rpartition(".")[0] == parent]
         hint = f" (allowed next to it: {', '.join(siblings)})" if siblings else ""
-        reader.problems.add(position, where, f"names nothing{nearest(path, sweepable_paths)}{hint}")
+        reader.problems.add(position, where, f"names nothing{did_you_mean(path, sweepable_paths)}{hint}")
 
 
 def _where(variation: str, path: str) -> str:
@@ -300,12 +300,12 @@ def _label_mistake(name: str) -> str:
     """Return what is wrong with a label, or '' if nothing is."""
     if name in RESERVED:
         return (
-            f"{shown(name)} is reserved and cannot label a value (reserved: {', '.join(RESERVED)}); choose another "
+            f"{quoted(name)} is reserved and cannot label a value (reserved: {', '.join(RESERVED)}); choose another "
             "label"
         )
     if len(name) > LONGEST or not name.isprintable() or not any(map(str.isalpha, name)):
         return (
-            f"found the label {shown(name)}; expected at most {LONGEST} printable characters, a letter among them; "
+            f"found the label {quoted(name)}; expected at most {LONGEST} printable characters, a letter among them; "
             "values without labels are written as a list"
         )
     return ""

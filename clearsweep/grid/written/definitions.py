@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from ...language import expression, quantity
-from ...language.errors import InputError, shown
+from ...language.errors import InputError, quoted
 from .document import Problems, WrittenValue, written_of
 from .tables import read_cases
 
@@ -221,7 +221,7 @@ class _Reader:
     def refuse_axis(self, path: str, written: WrittenValue) -> None:
         """Report a varied path whose value is an expression."""
         sentence = (
-            f"varies, but its value is the expression {shown(written.value)}; vary a name in it, or write a number"
+            f"varies, but its value is the expression {quoted(written.value)}; vary a name in it, or write a number"
         )
         self.problems.add(self.varied[path], path, sentence)
 
@@ -322,7 +322,9 @@ def _quantity(value: Any) -> tuple[Fraction, str]:
         number, dimension = quantity.with_unit(value)
         return Fraction(repr(number)), quantity.unit_of(dimension)
     if isinstance(value, bool | dict | list) or value is None:
-        raise InputError(f"found {shown(value)}; expected a quantity, such as 50 um, or an expression, such as = d / 2")
+        raise InputError(
+            f"found {quoted(value)}; expected a quantity, such as 50 um, or an expression, such as = d / 2"
+        )
     return Fraction(repr(quantity.read(value, "1"))), "1"
 
 

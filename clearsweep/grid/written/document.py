@@ -13,7 +13,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, SequenceNode
 
-from ...language.errors import InputError, shown
+from ...language.errors import InputError, quoted
 
 _LARGEST = 64 * 2**20  # bytes of a grid file
 _NAME = re.compile(r"\w[\w .+-]{0,99}")
@@ -69,7 +69,7 @@ class Problems:
         """Report that the value at dotted `path` is wrong."""
         if written.expression and path in self.unread:
             return
-        sentence += f" (found is the value of {shown(written.expression)})" if written.expression else ""
+        sentence += f" (found is the value of {quoted(written.expression)})" if written.expression else ""
         is_named = not path or written.position_text in (f"{SET} {path}: ", f"{SWEEP} {path.removeprefix('sweep.')}: ")
         message = f"{written.position_text}{'' if is_named else f'{path}: '}{sentence}"
         self._places.setdefault(message, (written.line, written.column))
@@ -150,7 +150,7 @@ def override(root: WrittenValue, path: str, value: Any, problems: Problems) -> W
         lambda passed: problems.add(
             WrittenValue(None, written.origin),
             path,
-            (f"continues below {shown(passed)}, which is a value and not a section; correct the path"),
+            (f"continues below {quoted(passed)}, which is a value and not a section; correct the path"),
         ),
     )
 
@@ -242,7 +242,7 @@ def name_of_run(root: WrittenValue, file: str | None, problems: Problems) -> str
     problems.add(
         written,
         "name",
-        f"found {shown(written.value)}; expected letters, digits, and . + - _ after the first, at most 100, "
+        f"found {quoted(written.value)}; expected letters, digits, and . + - _ after the first, at most 100, "
         "because results go to results/<name>",
     )
     return "case"
@@ -292,7 +292,7 @@ def _read(origin: str, path: str, text: str, problems: Problems) -> WrittenValue
     try:
         node = YAML(typ="safe", pure=True).compose(text)
     except YAMLError:
-        raise InputError(f"{origin}: found {shown(text)}, which is not valid YAML") from None
+        raise InputError(f"{origin}: found {quoted(text)}, which is not valid YAML") from None
     return WrittenValue(None, origin) if node is None else _placed(from_node(node, origin, path, problems, {}), origin)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...contracts.catalogue import Columns, Field
 from ...language import quantity
-from ...language.errors import InputError, nearest, shown
+from ...language.errors import InputError, did_you_mean, quoted
 from .document import Problems, WrittenValue, refuse_endless
 
 if TYPE_CHECKING:
@@ -147,7 +147,7 @@ def read_table(problems: Problems, path: str, written: WrittenValue, columns: Co
         table, places = content
     else:
         example = ", ".join(field.name for field in (*columns.over[:1], *columns.values[:1]))
-        sentence = f"found {shown(written.value)}; expected the name of a .csv file, or columns: {example}"
+        sentence = f"found {quoted(written.value)}; expected the name of a .csv file, or columns: {example}"
         problems.add(written, path, sentence)
         return None
     problems_before = len(problems)
@@ -203,10 +203,10 @@ def _columns(problems: Problems, path: str, table: WrittenValue, columns: Column
         name, unit = head_of(heading)
         field = fields.get(name)
         if field is None or name in values:
-            invalid = "occurs twice" if field else f"is not a column of this table{nearest(name, fields)}"
+            invalid = "occurs twice" if field else f"is not a column of this table{did_you_mean(name, fields)}"
             problems.add(table.key_position(heading), path, f"'{heading}' {invalid} (known: {allowed})")
         elif not isinstance(cells.value, list):
-            problems.add(cells, f"{path}.{heading}", f"found {shown(cells.value)}; expected a list of values")
+            problems.add(cells, f"{path}.{heading}", f"found {quoted(cells.value)}; expected a list of values")
         elif len(cells.value) > _MOST_ROWS:
             problems.add(cells, path, f"has {len(cells.value):,} rows; at most {_MOST_ROWS:,} are read")
         else:
@@ -324,7 +324,7 @@ def read_signals(file: str | PathLike, units: Mapping[str, str | None], *, other
         if name not in (*OVER, *units):
             known = [*OVER, *units]
             raise InputError(
-                f"{path}:1:{column_index + 1}: '{head.strip()}' is not a signal of this run{nearest(name, known)} "
+                f"{path}:1:{column_index + 1}: '{head.strip()}' is not a signal of this run{did_you_mean(name, known)} "
                 f"(known: {', '.join(known)}); write its unit behind it, such as acceleration [m/s^2]"
             )
         if name in columns:
@@ -333,7 +333,7 @@ def read_signals(file: str | PathLike, units: Mapping[str, str | None], *, other
         columns[name] = np.array(_signal_values(str(path), rows, column_index, unit if wanted else "", wanted or "1"))
     if others and (missing := [name for name in units if name not in columns]):
         headers = ", ".join(head.strip() for head in heads)
-        raise InputError(f"{path}:1: has no column '{missing[0]}'{nearest(missing[0], heads)} (found: {headers})")
+        raise InputError(f"{path}:1: has no column '{missing[0]}'{did_you_mean(missing[0], heads)} (found: {headers})")
     over = [name for name in OVER if name in columns]
     if len(over) != 1 or len(columns) < 2:
         raise InputError(f"{path}:1: found {', '.join(columns)}; expected crank_angle [deg] or time [s], and a signal")
@@ -355,7 +355,7 @@ def _signal_values(file: str, rows: list[TableRow], column_index: int, unit: str
         except ValueError:
             value = float("nan")
         if value - value != 0.0:
-            cell = shown(cells[column_index])
+            cell = quoted(cells[column_index])
             sentence = f"found {cell}; expected a finite number; leave cells empty where nothing was measured"
             raise InputError(f"{file}:{line}:{column_index + 1}: {sentence}")
         numbers.append(scale * value)

@@ -11,7 +11,7 @@ COMPUTED = (
     Figure(
         RATIO,
         "1",
-        "force p99 over the peak of the ideal joint",
+        "force p99 divided by the force peak without clearance",
         of="joint",
         needs=("turns",),
         shown=(Shown("forces", "p99 / ideal", 5), Shown("effects", "p99 / ideal", 3)),
@@ -19,7 +19,7 @@ COMPUTED = (
     Figure(
         PER_HOURS,
         "m",
-        "largest wear depth at the window's rate in 1000 hours",
+        "largest wear depth after 1000 hours at the wear rate of the window",
         of="joint",
         needs=("wear",),
         shown=(Shown("wear", "depth per 1000 h", 51),),
@@ -27,7 +27,7 @@ COMPUTED = (
     Figure(
         PER_STROKES,
         "m",
-        "largest wear depth at the window's rate in a million turns of the crank",
+        "largest wear depth after a million crank revolutions at the wear rate of the window",
         of="joint",
         needs=("wear", "turns"),
         shown=(Shown("wear", "depth per 10⁶ strokes", 52),),

@@ -55,7 +55,7 @@ class Study(NamedTuple):
     base: dict
     typical: bool = False  # maps show the median over the axes that they leave out, not the worst
     defined: grid.Definitions = grid.NOTHING  # numbers that follow from swept names
-    law_checks: tuple[law_check.Row, ...] = ()  # the deciding case under other laws, which `cases` has not
+    law_checks: tuple[law_check.LawResult, ...] = ()  # the deciding case under other laws, which `cases` has not
 
     @property
     def lead(self) -> Lead:
@@ -99,7 +99,7 @@ class Study(NamedTuple):
         used = [(axis, value) for axis, value in values if not pd.isna(value)]
         own = [each for each in used if len(used) <= MANY_AXES or each[1] != self._usual(each[0])]
         words = [f"{axis.name} {axis.text(value)}" for axis, value in own]
-        return ", ".join([*words, "all else as in most cases"] if len(own) < len(used) else words)
+        return ", ".join([*words, "all other values as in most cases"] if len(own) < len(used) else words)
 
     def value(self, case_id: str, path: str) -> float | str | None:
         """Return the value (SI) of a case at a dotted path, swept or not, or None if it has none."""
@@ -215,7 +215,7 @@ def _of_grid(run: StoredRun | SampledRun) -> np.ndarray:
     return own
 
 
-def _law_checks(run: StoredRun | SampledRun, chosen: np.ndarray) -> tuple[law_check.Row, ...]:
+def _law_checks(run: StoredRun | SampledRun, chosen: np.ndarray) -> tuple[law_check.LawResult, ...]:
     """Return the results of the finished cases that check laws."""
     base, lead = grid.base_laws(run.grid), order.lead_of(run.layout, _limits(run), run.grid)
     block = {name: run.column(name).to_numpy()[chosen] for name in ("case_id", *base, *lead.columns)}

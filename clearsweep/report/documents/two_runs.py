@@ -91,9 +91,8 @@ def _described(pairs: Pairs) -> list[str]:
     ratio = _ratio(pairs, column)
     same = int(np.count_nonzero(ratio == 1.0))
     blocks = [
-        f"{wording.count(len(pairs.ids), 'case')} finished in both runs, of which {same} have the same "
-        f"{in_words(pairs.first, column)} to the last bit; {pairs.alone[0]} are in A alone, {pairs.alone[1]} in B "
-        "alone."
+        f"{wording.count(len(pairs.ids), 'case')} finished in both runs. Of these, {same} have exactly the "
+        f"same {in_words(pairs.first, column)}. Cases in A alone: {pairs.alone[0]}; in B alone: {pairs.alone[1]}."
     ]
     finite = ratio[np.isfinite(ratio)]
     if finite.size and same < len(ratio):
@@ -105,9 +104,7 @@ def _described(pairs: Pairs) -> list[str]:
         )
     alike = [name for name in _columns(pairs) if np.all(_ratio(pairs, name) == 1.0) and _known(pairs, name)]
     if alike and same < len(ratio):
-        blocks.append(
-            f"The same in every case: {wording.sentence_list([in_words(pairs.first, key) for key in alike])}."
-        )
+        blocks.append(f"Equal in every case: {wording.sentence_list([in_words(pairs.first, key) for key in alike])}.")
     return blocks
 
 
@@ -121,7 +118,7 @@ def _pictures(pairs: Pairs) -> Gallery:
     study = pairs.first
     wanted = [_lead(pairs), *(joint.column("force_peak") for joint in study.joints), study.column("error_max")]
     columns = [column for column in dict.fromkeys(wanted) if column in _columns(pairs) and _known(pairs, column)]
-    note = "Each point is a case that both runs have; on the line they are equal."
+    note = "Each point is a case that finished in both runs. On the line both values are equal."
     return Gallery(note, [_cloud(pairs, name) for name in columns])
 
 

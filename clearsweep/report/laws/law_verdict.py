@@ -38,10 +38,10 @@ def _sentence(study: Study, groups: Matched, table: pd.DataFrame) -> str:
     row = moved.loc[group].dropna()
     keep, exceed = ([law for law, fails in row.items() if bool(fails) is beyond] for beyond in (False, True))
     at = study.setting(groups.case(group, exceed[0]), without=groups.axis)
-    where = f", such as at {at}" if at else ""
-    laws = f"met with {wording.sentence_list(keep)}, exceeded with {wording.sentence_list(exceed)}"
+    where = f" at {at}" if at else ""
+    laws = f"they are met with {wording.sentence_list(keep)} and exceeded with {wording.sentence_list(exceed)}{where}"
     many = f"{len(moved)} of {designs}"
-    return f"The choice of {groups.axis.name} decides whether the limits are met in {many}{where}: {laws}."
+    return f"The choice of {groups.axis.name} decides whether {many} meet the limits. For example, {laws}."
 
 
 def _table(groups: Matched, compared: pd.DataFrame) -> Table:
@@ -56,5 +56,8 @@ def _table(groups: Matched, compared: pd.DataFrame) -> Table:
             rows.append((law, counted(len(mine)), counted(int(mine["fails"].sum())), *ends))
     heads = ("designs", "that exceed a limit", "smallest margin", "median margin")
     columns = (Column(groups.axis.name), *map(Column, heads))
-    note = "The table lists the designs that finished with at least two of the laws. The margin is that of the verdict."
+    note = (
+        "The table lists the designs that finished with at least two of the laws. The margin is defined as in the "
+        "verdict."
+    )
     return Table(f"{axis_key(groups.axis)}_verdict", f"The verdict, by {groups.axis.name}", note, columns, rows)

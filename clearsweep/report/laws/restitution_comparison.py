@@ -114,7 +114,10 @@ def _sentences(rows: list[EffectiveRestitution]) -> list[str]:
         return []
     widest, least, most = max(spans, key=lambda span: (span[0], span[1].specified))
     if widest < EQUAL_WITHIN:
-        return ["In a free impact all these laws give the same restitution, or the specified one."]
+        return [
+            "In a free impact these laws do not differ: each gives the specified restitution, or all give the same "
+            "value."
+        ]
     return [
         f"With a specified restitution of {wording.short(least.specified, 3)}, a free impact has a restitution of "
         f"{wording.plain(least.effective)} ({least.law}) to {wording.plain(most.effective)} ({most.law})."

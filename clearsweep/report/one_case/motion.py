@@ -221,7 +221,7 @@ def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
     where = study.where(joint, ", joint {}")
     clearance = study.value(case_id, f"joints.{joint.title}.clearance")
     drawn = []
-    if clearance is not None and not _straight(study, joint):
+    if clearance is not None and _has_orbit(study, joint):
         reach = float(np.hypot(x, y).max())
         farthest, free = wording.in_common_unit((reach, float(clearance)), "m")
         drawn.append(
@@ -281,13 +281,18 @@ def _in_space(study: Study, case_id: str, joint: Joint, saved: History) -> list[
     return spatial.pictures(case, spatial_joint, saved.values, saved.angle)
 
 
-def _straight(study: Study, joint: Joint) -> bool:
-    """Return whether a joint is a gap on a line or a guide, without orbit."""
-    if "height" in (value_at(study.base, f"joints.{joint.title}") or {}):
-        return True
+def has_straight_walls(study: Study, joint: Joint) -> bool:
+    """Return whether a joint is a guide or a slot, whose walls are straight."""
+    return not {"height", "slot_length"}.isdisjoint(value_at(study.base, f"joints.{joint.title}") or {})
+
+
+def _has_orbit(study: Study, joint: Joint) -> bool:
+    """Return whether the journal moves in a circle; not in a guide, a slot or the gap of an impact pair."""
+    if has_straight_walls(study, joint):
+        return False
     mechanism = simulation.catalogue().mechanism(study.mechanism)
     sites = mechanism.joints if mechanism else ()
-    return any(site.name == joint.title and site.kind == "line" for site in sites)
+    return not any(site.name == joint.title and site.kind == "line" for site in sites)
 
 
 def _levels(study: Study, case_id: str, joint: Joint) -> list[tuple[str, float]]:

@@ -10,13 +10,13 @@ from ...language import wording
 from ...language.errors import InputError
 from ..blocks.interactive import packed
 from ..blocks.section import Interactive
-from ..data.study import Study, resolved
-from .motion import ORBIT, History, courses, saved_of
+from ..data.study import Joint, Study, resolved
+from .motion import ORBIT, History, courses, has_straight_walls, saved_of
 
 ROUNDING = 1e-12  # of the largest value of a curve: smaller values, such as a torque at a dead centre, are rounding
 MOST = 3000  # samples: longer histories are cut to those around the largest force
 DEEPEST = 0.25  # of the clearance: drawn height of the deepest penetration
-WITHOUT = "The motion needs scripts; clearsweep show DIR CASE draws it without."
+WITHOUT = "The animation needs scripts. clearsweep show DIR CASE draws the motion without scripts."
 
 
 def of(study: Study, case_id: str, path: Mapping) -> Interactive | None:
@@ -32,7 +32,7 @@ def of(study: Study, case_id: str, path: Mapping) -> Interactive | None:
         "angle": packed(np.degrees(saved.angle[part])),
         "bodies": [body | {key: packed(body[key][part]) for key in ("x", "y", "angle")} for body in bodies],
         "ground": [joint.position.tolist() for joint in sketch.joints if joint.grounded and joint.guide is None],
-        "joints": _joints(study, case_id, path, part),
+        "joints": _joints(study, case_id, path, part, sketch),
         "charts": _charts(study, case_id, saved, part),
     }
     return Interactive("player", f"motion-of-{case_id}", f"Case {case_id} in motion", data, WITHOUT)
@@ -75,7 +75,8 @@ def _bodies(sketch: simulation.Sketch, path: Mapping) -> list[dict]:
     return bodies
 
 
-def _joints(study: Study, case_id: str, path: Mapping, part: slice) -> list[dict]:
+def _joints(study: Study, case_id: str, path: Mapping, part: slice, sketch: simulation.Sketch) -> list[dict]:
+    """Return the joints over time: position and force of the journal or block, clearance, and the walls if straight."""
     joints = []
     for joint in study.joints:
         x, y, force = (
@@ -84,7 +85,12 @@ def _joints(study: Study, case_id: str, path: Mapping, part: slice) -> list[dict
         clearance = study.value(case_id, f"joints.{joint.title}.clearance")
         if clearance is None:
             continue
-        deepest = max(float(np.hypot(x, y).max()) - float(clearance), 0.0)
+        distance, walls = np.hypot(x, y), None
+        if has_straight_walls(study, joint):
+            half_length, tilt = _block(study, case_id, joint, sketch, path)
+            distance = abs(y) + half_length * abs(np.sin(tilt[part]))
+            walls = {"half_length": half_length, "tilt": packed(tilt[part])}
+        deepest = max(float(distance.max()) - float(clearance), 0.0)
         unit = wording.scale("N", force)
         joints.append(
             {
@@ -94,12 +100,29 @@ def _joints(study: Study, case_id: str, path: Mapping, part: slice) -> list[dict
                 "magnified": float(f"{max(DEEPEST * float(clearance) / deepest, 1.0):.1g}") if deepest > 0.0 else 1.0,
                 "x": packed(x),
                 "y": packed(y),
+                "walls": walls,
                 "force": packed(force / unit.factor),
                 "most": float(force.max() / unit.factor),
                 "unit": unit.unit,
             }
         )
     return joints
+
+
+def _block(
+    study: Study, case_id: str, joint: Joint, sketch: simulation.Sketch, path: Mapping
+) -> tuple[float, np.ndarray]:
+    """Return half the length (m) of a guide's block and its tilt (rad) between the walls; zeros for a pin in a slot."""
+    sketched = next(each for each in sketch.joints if each.name == joint.title)
+    tilt = np.zeros(len(path[f"joints/{joint.name}/y"]))
+    if sketched.guide is None:
+        return 0.0, tilt
+    start = {body.name: body.angle for body in sketch.bodies}
+    for body, sign in ((sketched.sliding_body, 1.0), (sketched.guiding_body, -1.0)):
+        channel = f"{body.replace('-', '_')}/angle"
+        if channel in path:
+            tilt += sign * (np.asarray(path[channel], float) - start[body])
+    return 0.5 * float(study.value(case_id, f"joints.{joint.title}.length") or 0.0), tilt
 
 
 def _without_rounding(values: np.ndarray) -> np.ndarray:

@@ -110,17 +110,15 @@ def _sentences(study: Study, column: str, base: str, bars: list[Bar]) -> list[st
     idle = [bar.unknown.name for bar in bars if bar.up - bar.down < SMALL]
     start = study.text(base, column)
     largest = wording.sentence_list(decides[:2]) if decides else "none of the unknowns"
-    verb = "decide" if len(decides[:2]) > 1 else "decides"
+    verb = "have" if len(decides[:2]) > 1 else "has"
     sentences = [
-        f"The base case {base[:8]} has a force peak of {start}. Each other case changes one unknown. With independent "
-        f"unknowns the peak is uncertain by {_percent(down)} to {_percent(up)}: the root of the sum of the squares of "
-        "the logarithms.",
-        f"{largest[:1].upper()}{largest[1:]} {verb} the peak.",
+        f"The base case {base[:8]} has a force peak of {start}. Each other case changes one unknown. If the "
+        f"unknowns are independent, the uncertainty of the peak is {_percent(down)} to {_percent(up)}. For each bound, "
+        "the logarithms of the changes are combined by root-sum-square.",
+        f"{largest[:1].upper()}{largest[1:]} {verb} the largest effect on the peak.",
     ]
     if idle:
-        sentences.append(
-            f"The two ends differ by less than {wording.percent(SMALL)} for {wording.sentence_list(idle)}."
-        )
+        sentences.append(f"The effect is below {wording.percent(SMALL)} for {wording.sentence_list(idle)}.")
     return [*sentences, "The cases change one unknown at a time, so they do not show interactions."]
 
 

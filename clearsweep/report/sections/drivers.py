@@ -53,9 +53,9 @@ def sentences(study: Study, joint: Joint) -> list[str]:
     if len(effects) == 1:  # the answer has its effect
         return _others(study, joint)
     listed = [f"{effect.axis.name} ({wording.percent(effect.share)})" for effect in strong]
-    text = f"What drives the {study.lead.name}, strongest first: {wording.sentence_list(listed)} of its variation."
+    text = f"The variation of the {study.lead.name} is caused by {wording.sentence_list(listed)}."
     if weak:
-        text += f" No clear effect on it: {wording.sentence_list(weak)}."
+        text += f" The effect of {wording.sentence_list(weak)} is not clear."
     return [text, *_others(study, joint), *_relative_to_ideal(study, joint)]
 
 
@@ -72,7 +72,7 @@ def _others(study: Study, joint: Joint) -> list[str]:
             continue
         strongest = main_effects(study, column)[0]
         if strongest.clear():
-            verb = "varies with" if len(study.levels()) == 1 else "is driven most by"
+            verb = "varies with" if len(study.levels()) == 1 else "depends most on"
             sentences.append(f"The {name} {verb} {_cause(strongest, study)}.")
     return sentences[:OTHERS]
 
@@ -86,7 +86,7 @@ def _relative_to_ideal(study: Study, joint: Joint) -> list[str]:
     if not strongest.clear():
         return []
     return [
-        f"The peak over the largest reaction without clearance is driven most by {strongest.axis.name}: "
+        f"The ratio of the peak to that without clearance depends most on {strongest.axis.name}: "
         f"{_span(strongest, wording.Scale(1.0, ''))}."
     ]
 

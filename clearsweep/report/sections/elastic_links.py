@@ -58,7 +58,7 @@ def _stiffness(study: Study, joint: Joint, worst: str, case: Case, links: Links)
     return compared, (
         "Impacts occur there. With rigid links such an impact would be at least "
         f"{wording.plain(math.sqrt(1.0 + softness), 2)} times as hard: contact and link are two springs in series. A "
-        f"case with an {KEY} ten times as large computes it."
+        f"case with ten times the {KEY} shows this effect."
     )
 
 
@@ -77,7 +77,9 @@ def _computed(study: Study, joint: Joint, worst: str) -> str:
     values = [axis.text(study.cases.at[case_id, axis.path]) for case_id in alike]
     peaks = study.texts(*((case_id, column) for case_id in alike))
     pairs = [f"{peak} at {value}" for peak, value in zip(peaks, values, strict=True)]
-    return f"With all else as there, the force peak depends on {axis.name}: {wording.sentence_list(pairs)}."
+    return (
+        f"With all other values as in this case, the force peak depends on {axis.name}: {wording.sentence_list(pairs)}."
+    )
 
 
 def _alike(study: Study, axis: Axis, worst: str) -> list[str]:
@@ -94,8 +96,8 @@ def _neglected(links: Links) -> str:
     """Return the drive frequency relative to the bending of the links, which is neglected."""
     link = max(links, key=lambda link: link.bending)
     return (
-        f"Links do not bend here. The drive turns at {wording.plain(link.bending, 2)} of the first bending mode of "
-        f"{link.name}, taken as a round steel bar. Up to 0.2 its deflection is nearly static."
+        f"The model neglects bending of links. The drive frequency is {wording.plain(link.bending, 2)} times the first "
+        f"bending frequency of {link.name}, modelled as a round steel bar. Up to 0.2 its deflection is nearly static."
     )
 
 
@@ -113,7 +115,7 @@ def _table(links: Links) -> Table:
         (link.name, str(link.segments), link.stiffness, link.first_mode, link.impedance, link.bending) for link in links
     ]
     note = (
-        "The case is that with the largest force peak. Both modes are those of the link alone, a uniform bar with free "
+        "The case has the largest force peak. Both modes are those of the link alone, a uniform bar with free "
         "ends or pins."
     )
     return Table("elastic_links", "Elastic links", note, columns, rows)

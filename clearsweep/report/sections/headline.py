@@ -65,7 +65,7 @@ def _friction(study: Study) -> list[str]:
             powers = study.cases[column.name]
             ends = wording.in_common_unit(dict.fromkeys((float(powers.min()), float(powers.max()))), "W")
             points.append(
-                f"Friction in joint {column.joint}, which has no clearance, takes {' to '.join(ends)} on average."
+                f"Friction in joint {column.joint}, which has no clearance, dissipates {' to '.join(ends)} on average."
             )
     return points
 
@@ -106,14 +106,16 @@ def repeating(study: Study) -> list[str]:
         cases = "Every motion" if len(repeated) == count else f"{len(repeated)} of {wording.count(count, 'motion')}"
         shares = Counter(int(period) for period in repeated)
         shares_of = [f"{number} every {_turns(period)}" for period, number in sorted(shares.items())]
-        repeats = "repeats itself" if len(repeated) in (1, count) else "repeat themselves"
-        points.append(f"{cases} {repeats}: {wording.sentence_list(shares_of)}. Their peaks recur in every period.")
+        verb = "is" if len(repeated) in (1, count) else "are"
+        points.append(
+            f"{cases} {verb} periodic: {wording.sentence_list(shares_of)}. Their peaks recur in every period."
+        )
     points += _chaotic(study)
     if len(repeated) < count:
         rest, suffix = wording.count(count, "motion"), _over_median(study, study.hardest_joint())
         points.append(
-            f"{count - len(repeated)} of {rest} did not repeat within the run, so the largest peak is partly chance"
-            f"{suffix}. Compare by median peak, rms or p99, the force exceeded during 1 % of the time."
+            f"{count - len(repeated)} of {rest} did not become periodic within the run, so the largest peak is "
+            f"partly random{suffix}. Compare the median peak, rms or p99, the force exceeded during 1 % of the time."
         )
         points += _expected(study)
     return points
@@ -131,7 +133,8 @@ def _expected(study: Study) -> list[str]:
     largest = expected.worst(block, joints)
     if largest is None:
         return [
-            f"Without a period, the largest peak in 10⁶ revolutions is predicted only from {expected.NEEDED} or more "
+            "Without a period, the largest peak in 10⁶ revolutions is predicted only from "
+            f"{expected.MIN_REVOLUTIONS} or more "
             "independent revolutions in the window."
         ]
     joint = next(joint for joint in study.joints if joint.name == largest.joint)
@@ -146,7 +149,7 @@ def _chaotic(study: Study) -> list[str]:
         return []
     chaotic = int(((study.cases["lyapunov_exponent"] > 0.0) & study.cases["period"].isna()).sum())
     count = wording.count(len(study.cases), "motion")
-    return [f"{chaotic} of {count} are chaotic: the smallest disturbance grows."] if chaotic else []
+    return [f"{chaotic} of {count} are chaotic: any small disturbance grows."] if chaotic else []
 
 
 def _over_median(study: Study, joint: Joint) -> str:

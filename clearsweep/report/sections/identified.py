@@ -5,7 +5,7 @@ from typing import Any
 
 import pandas as pd
 
-from ...judging import machine
+from ...judging import identification
 from ...language import wording
 from ..blocks.picture import Picture
 from ..blocks.section import Block, Gallery, Section, Sentences, filled
@@ -27,7 +27,7 @@ def sections(study: Study) -> list[Section]:
     joints = _joints(identified)
     blocks: list[Block] = [
         Sentences([*(f"{_estimate_text(axes[each['path']], each)}." for each in identified["parameters"])]),
-        Sentences(machine.sentences(identified, joints)),
+        Sentences(identification.sentences(identified, joints)),
         Gallery(
             "Dashed lines are the ends of the 95 % interval, the solid line is the median.",
             _pictures(identified, sample, axes),
@@ -69,7 +69,7 @@ def _interval(axis: Axis, each: dict[str, Any]) -> str:
 
 def _estimate_text(axis: Axis, each: dict[str, Any]) -> str:
     """Return a value, its interval, and its certainty."""
-    text = f"{axis.name} {axis.scale.text(each['value'])} ({_interval(axis, each)}){machine.certainty(each)}"
+    text = f"{axis.name} {axis.scale.text(each['value'])} ({_interval(axis, each)}){identification.certainty(each)}"
     return text[0].upper() + text[1:]
 
 

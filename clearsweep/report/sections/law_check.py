@@ -27,14 +27,14 @@ def sentences(study: Study) -> list[str]:
     return [f"{capital(said)}"]
 
 
-def _deciding(study: Study) -> law_check.Row | None:
+def _deciding(study: Study) -> law_check.LawResult | None:
     """Return the worst case of the grid under the laws of the grid, or None if no law is checked."""
     worst = worst_case(study)
     if worst is None:
         return None
     case_id, candidate = worst
     column = candidate.columns[0]
-    return law_check.Row(case_id, "", "", column, float(study.cases.at[case_id, column]))
+    return law_check.LawResult(case_id, "", "", column, float(study.cases.at[case_id, column]))
 
 
 def _text(study: Study, column: str, value: float) -> str:

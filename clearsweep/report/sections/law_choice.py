@@ -47,7 +47,7 @@ def _section(study: Study, axis: Axis) -> Section:
         [*strips, *more.pictures],
         [*verdict.tables, spread, *(_forces(study, matched_cases, place) for place in study.joints), *more.tables],
     )
-    return Section(axis_key(axis), f"What the choice of {axis.name} does", part.blocks())
+    return Section(axis_key(axis), f"Effect of the choice of {axis.name}", part.blocks())
 
 
 def _figures(study: Study, joint: Joint) -> list[tuple[str, str]]:

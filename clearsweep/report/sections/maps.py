@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...judging import designs, films
 from ...judging.order import START_UP
 from ...judging.verdict import MARGIN
 from ...language import wording
@@ -55,29 +56,39 @@ def sections(study: Study) -> list[Section]:
 
 
 def _section(study: Study, joint: Joint, maps: list[Map]) -> Section:
-    note = (
-        "The maps show every pair of swept values; the last ones show further figures for the pair that matters most. "
-    )
+    note = "The maps show every pair of swept values; the last ones show more figures of the pair with most effect. "
     worst = "Each cell shows its worst case; for contact time, impacts and restitution it shows the median."
     note += "Each cell shows the median of its cases." if study.typical else worst
     if "refine" in study.run.grid:
-        note += " The maps leave out the cases that refine put between the values of the axes."
+        note += " The maps leave out the cases that refine added between the values of the axes."
     note += " Maps of one figure share their colours."
     title = f"Heat maps{study.where(joint, ', joint {}')}"
-    shown = maps[1:] if first(study) else maps
-    pictures = [_picture(study, each, _span(maps, each.name)) for each in shown if each.joint == joint]
+    places = _first(study, maps) if first(study) else []
+    shown = [each for place, each in enumerate(maps) if place not in places and each.joint == joint]
+    pictures = [_picture(study, each, _span(maps, each.name)) for each in shown]
     return Section(f"maps-{joint.name}", title, filled([Gallery(note, pictures)]))
 
 
 def first(study: Study) -> list[Picture]:
-    """Return the map of the leading figure over the two axes with the largest effect, for runs without limits."""
+    """Return the maps of the answer over the leading pair of axes, for runs without limits."""
     if study.cases.empty or study.limits:
         return []
     if question(study).question == "start-up":
         return start_up(study)
     maps = [each for joint in study.joints for each in _maps(study, joint)]
-    pictures = [(_picture(study, each, _span(maps, each.name)), each.joint) for each in maps[:1]]
+    pictures = [
+        (_picture(study, maps[place], _span(maps, maps[place].name)), maps[place].joint)
+        for place in _first(study, maps)
+    ]
     return [picture._replace(title=picture.title + study.where(joint, ", joint {}")) for picture, joint in pictures]
+
+
+def _first(study: Study, maps: list[Map]) -> list[int]:
+    """Return the indices of the maps in the answer: that of the leading figure, and of a film that of its loss."""
+    if not maps or question(study).question != "film":
+        return [0][: len(maps)]
+    loss = maps[0].joint.column(films.LOSS)
+    return [0, *(place for place, each in enumerate(maps) if each.column == loss and each.pair == maps[0].pair)]
 
 
 def start_up(study: Study) -> list[Picture]:
@@ -101,7 +112,7 @@ def _maps(study: Study, joint: Joint) -> list[Map]:
     if not study.has(lead):
         return []
     ranked = [effect.axis for effect in main_effects(study, lead)]
-    pairs = [_in_order(study, pair) for pair in itertools.combinations(ranked, 2)][:PAIRS]
+    pairs = [_in_order(study, pair) for pair in itertools.combinations(_leading(study, joint, ranked), 2)][:PAIRS]
     if not pairs:
         return []
     more = [(joint.column("force_peak"), "force peak"), (joint.column("force_peak_ratio"), "load over ideal peak")]
@@ -114,6 +125,15 @@ def _maps(study: Study, joint: Joint) -> list[Map]:
     drawn += [(column, name, pairs[0]) for column, name in more if study.has(column) and column != lead]
     maps = [Map(joint, *each, _table(study, each[0], each[2])) for each in drawn]
     return [each for each in maps if each.column == lead or np.nanmin(each.table) < np.nanmax(each.table)]
+
+
+def _leading(study: Study, joint: Joint, ranked: list[Axis]) -> list[Axis]:
+    """Return axes, those with the largest effect first; of a film the clearance first, operating conditions last."""
+    if question(study).question != "film":
+        return ranked
+    clearance = f"joints.{wording.joint_name(joint.name)}.clearance"
+    conditions = designs.divided([axis.path for axis in ranked])[1]
+    return sorted(ranked, key=lambda axis: (axis.path != clearance, axis.path in conditions))
 
 
 def _span(maps: list[Map], name: str) -> tuple[float, float]:

@@ -85,7 +85,7 @@ def _beyond_horizon(study: Study) -> list[tuple[Joint, dict[str, str]]]:
             beyond = study.cases.index[(turns > horizon).to_numpy()]
             words = {
                 case_id: f"peak in revolution {turns[case_id]:.0f}, horizon {wording.plain(horizon[case_id], 2)} "
-                "revolutions: no check of convergence"
+                "revolutions: the error does not check convergence"
                 for case_id in beyond
             }
             cases.append((joint, words))
@@ -100,14 +100,14 @@ def _checks(study: Study) -> list[str]:
         if beyond:
             case_id, words = next(iter(beyond.items()))
             points.append(
-                f"The error of the force peak{where} is no check of convergence in {len(beyond)} of "
-                f"{wording.count(len(study.cases), 'case')}: their peak lies beyond the horizon, such as in case "
-                f"{wording.short_id(case_id)} ({words.partition(':')[0]})."
+                f"The error of the force peak{where} does not check convergence in {len(beyond)} of "
+                f"{wording.count(len(study.cases), 'case')}, because their peak lies beyond the horizon. An example is "
+                f"case {wording.short_id(case_id)} ({words.partition(':')[0]})."
             )
         if chaotic > len(beyond):
             points.append(
                 f"In {wording.count(chaotic - len(beyond), 'chaotic case')} the peak{where} lies within the horizon: "
-                "there the error checks only the first revolutions."
+                "the error checks only these first revolutions."
             )
     return points
 

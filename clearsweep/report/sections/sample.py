@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ...judging import sampled
-from ...judging.probability import INDEPENDENT, Estimate
+from ...judging.probability import RANDOM_METHODS, Estimate
 from ...judging.validity import THOUSAND_HOURS
 from ...language import wording
 from ...language.errors import InputError
@@ -45,7 +45,7 @@ def sections(study: Study) -> list[Section]:
     samples = [sample for sample in every if len(sample.failed) < len(set(sample.case_ids))]
     if not samples:
         return []
-    if study.run.grid["sample"]["method"] in INDEPENDENT:
+    if study.run.grid["sample"]["method"] in RANDOM_METHODS:
         if sampled.is_one_sample(study.run.grid):
             return []  # they are part of the answer
         blocks: list[Block] = [Points(_spreads(study, samples)), limit_table(study, every)]
@@ -116,7 +116,7 @@ def _point(study: Study, sample: Setting) -> list[tuple[str, str]]:
 def _independent(study: Study) -> list[Setting]:
     """Return the samples with finished cases, or [] if their cases are not independent."""
     samples = [each for each in sensitivity.settings(study.run) if len(each.failed) < len(set(each.case_ids))]
-    return samples if samples and study.run.grid["sample"]["method"] in INDEPENDENT else []
+    return samples if samples and study.run.grid["sample"]["method"] in RANDOM_METHODS else []
 
 
 def more(study: Study) -> list[Section]:

@@ -73,7 +73,7 @@ def safest(study: Study) -> list[str]:
     if none:
         many = f" in {len(none)} of {len(answers.rows)} searches" if len(answers.rows) > 1 else ""
         return [
-            f"{end} safe {name}: none in the range{many}{_limited_by(study, answers, none[0])}.",
+            f"{end} safe {name}: the range contains none{many}{_limited_by(study, answers, none[0])}.",
             *_not_monotone(answers),
         ]
     choose = min if answers.largest else max
@@ -94,7 +94,7 @@ def card(study: Study) -> list[tuple[str, str, str]]:
     end = "Largest" if answers.largest else "Smallest"
     known = [row for row in answers.rows if row[answers.column] is not None]
     if len(known) < len(answers.rows) or not known:
-        return [(f"{end} safe {answers.axis.name}", "none", "of the range that was searched")]
+        return [(f"{end} safe {answers.axis.name}", "none", "in the range that was searched")]
     row = (min if answers.largest else max)(known, key=lambda row: row[answers.column])
     return [
         (
@@ -111,7 +111,9 @@ def _not_monotone(answers: _Answers) -> list[str]:
     for row in answers.rows:
         if row.get("seek_beyond"):
             at = f" at {answers.setting(row)}" if answers.others else ""
-            sentences.append(f"Not monotone{at}: {row['seek_beyond']} beyond the border also meet the limits.")
+            sentences.append(
+                f"The margin is not monotone{at}: beyond the border, {row['seek_beyond']} also meet the limits."
+            )
     return sentences
 
 

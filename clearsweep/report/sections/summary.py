@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ...judging import answer, designs, fits, probability, sampled, start_up, verdict, wear
+from ...judging import designs, films, fits, probability, sampled, start_up, verdict, wear
+from ...judging.order import Candidate
 from ...language import wording
-from ..blocks.picture import capital
 from ..blocks.section import Cards, Section
 from ..data.answered import answer_cases
 from ..data.comparable import comparable, leaves_out
@@ -41,12 +41,12 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         return cards  # the others would be of machines that were only tried
     figures = (
         *(() if question(study).question == "force" else ((PEAK.figure, "Largest normal force", ""),)),
-        ("force_peak_ratio", "Load over ideal peak", "1 is the value without clearance"),
+        ("force_peak_ratio", "Load over ideal peak", "relative to the mechanism without clearance"),
         ("force_rms", "Largest force rms", ""),
         (ONSET, "Fastest onset", ""),
         ("error_max", f"Largest {study.run.layout.output} error", "from the ideal position"),
         ("restitution", "Measured restitution", "largest of all cases"),
-        (PER_HOURS, "Deepest wear in 1000 h", "of one body, at the rate of the window"),
+        (PER_HOURS, "Deepest wear in 1000 h", "of one body, at the wear rate of the window"),
     )
     return cards + [card for each in figures for card in _largest(study, *each)]
 
@@ -61,7 +61,7 @@ def _largest(study: Study, figure: str, name: str, suffix: str) -> list[tuple[st
     place = int(np.nanargmax(values))
     worst = study.cases.index[place]
     if figure == PER_HOURS and joint and (hours := _hours_to_clearance(study, joint, place, float(values[place]))):
-        return [(name, "no forecast", f"at the rate of the window, the wear equals the clearance after {hours}")]
+        return [(name, "no forecast", f"at the wear rate of the window, the depth reaches the clearance after {hours}")]
     starts = "of the finished starts" if leaves_out(study, column) else ""
     elastic = elastic_range.remark(study, joint, worst) if joint and figure == ONSET else ""
     note = "; ".join(filter(None, (where, suffix, starts, elastic))) or (f"joint {joint.title}" if joint else "")
@@ -111,17 +111,29 @@ def _of_worst(study: Study) -> list[tuple[str, str, str]]:
         return [(f"Best {name}", study.text(best, name), _at(study, best)) for name, best in optimised.ends(study)]
     if lead.question == "force":
         return [("Largest normal force", study.text(case_id, candidate.columns[0]), at)]
-    outside = float(study.cases.at[case_id, f"{candidate.joint}_film_limit_fraction"])
-    at += f"; {answer.beyond_law(outside)}" if outside > 0.0 else ""
-    cards = [("Thinnest film", study.text(case_id, candidate.columns[0]), at)]
-    for heading, name in zip(lead.headings[1:], candidate.columns[1:], strict=True):
-        figure = float(study.cases.at[case_id, name])
-        if name.endswith("dry_load_share"):
-            value_text = answer.share_words(figure)
-            cards.append(("Dry load share", value_text, "no contact behind the film" if np.isnan(figure) else THERE))
-        elif not np.isnan(figure):
-            cards.append((capital(heading), study.text(case_id, name), THERE))
-    return cards
+    return _films(study, case_id, candidate)
+
+
+def _films(study: Study, case_id: str, candidate: Candidate) -> list[tuple[str, str, str]]:
+    """Return the cards on the safe combination, its loss, the range of the law, and the thinnest film."""
+    cases, thinnest = answer_cases(study), candidate.columns[0]
+    cards, chosen = [], films.choice(cases)
+    if chosen is not None:
+        (film,) = cases.texts(f"{chosen.joint}_{films.THICKNESS}", [chosen.thickness])
+        setting = films.setting_of(cases, chosen)
+        every = films.every_condition(chosen)
+        cards.append((f"Safest film{every}", f"{film} or more", setting))
+        if np.isfinite(chosen.loss):
+            (loss,) = cases.texts(f"{chosen.joint}_{films.LOSS}", [chosen.loss])
+            cards.append(("Its film loss", f"up to {loss}", setting))
+    outside, count = films.outside_law(cases)
+    named = f"outside:{cases.at(int(outside[0])).removeprefix(' at')}" if len(outside) == 1 else "range of the film law"
+    cards.append(("Cases within the film law", f"{count - len(outside)} of {count}", named))
+    share = float(study.cases.at[case_id, f"{candidate.joint}_{films.OUTSIDE}"])
+    remark = f"; {films.beyond_law(share)}" if share > 0.0 else ""
+    cards.append(("Thinnest film of all", study.text(case_id, thinnest), f"{_at(study, case_id)}{remark}"))
+    dry = float(study.cases.at[case_id, f"{candidate.joint}_{films.SHARE}"])
+    return cards if np.isnan(dry) else [*cards, ("Dry load share", films.share_words(dry), THERE)]
 
 
 def _designs(study: Study) -> list[tuple[str, str, str]]:
@@ -131,12 +143,14 @@ def _designs(study: Study) -> list[tuple[str, str, str]]:
     if grouped is None or sampled.is_one_sample(study.run.grid):
         return []
     accepted = sum(margin >= 0.0 for margin in grouped.margins)
-    names = wording.sentence_list([wording.axis_name(path) for path in grouped.conditions])
+    names = wording.sentence_list([wording.axis_name(path) for path in grouped.condition_paths])
     states = fits.of_cases(cases)
     if states is not None:
-        still_open = f"; open: {wording.sentence_list([fit['name'] for fit in states.open])}" if states.open else ""
+        still_open = (
+            f"; open: {wording.sentence_list([fit['name'] for fit in states.undecided])}" if states.undecided else ""
+        )
         note = f"over their whole tolerance, at every {names}{still_open}"
-        return [("Fits within the limits", f"{len(states.sure)} of {states.total}", note)]
+        return [("Fits within the limits", f"{len(states.accepted)} of {states.total}", note)]
     return [("Designs within the limits", f"{accepted} of {len(grouped.margins)}", f"at every {names}")]
 
 
@@ -145,8 +159,10 @@ def _chance(study: Study) -> list[tuple[str, str, str]]:
     limits = counts.limits(study)
     if not sampled.is_one_sample(study.run.grid) or not limits.cases:
         return []
-    value, _, interval = probability.percentages(probability.share(limits.exceeding, limits.cases)).partition(" (")
-    note = f"{interval.removesuffix(')')}, by the number of cases alone;{probability.window(study.run.grid)}"
+    value, _, interval = probability.percentages(
+        probability.binomial_interval(limits.exceeding, limits.cases)
+    ).partition(" (")
+    note = f"{interval.removesuffix(')')}, from the number of cases only;{probability.window_text(study.run.grid)}"
     return [("Probability of exceeding a limit", value, note)]
 
 

@@ -8,8 +8,8 @@ from ..samples import counts
 from . import budget, elastic_laws, elastic_links, headline, law_choice
 
 NO_BUDGET = Markup(
-    "There is no error budget: this run does not vary each unknown by itself, as "
-    "<code>configs/error_budget.yaml</code> does."
+    "This page has no error budget, because the run does not vary each unknown separately. "
+    "<code>configs/error_budget.yaml</code> shows such a run."
 )
 
 
@@ -28,7 +28,7 @@ def _failed(study: Study) -> list[str]:
     if not failed or not finished:
         return []
     cases = Markup('<a href="#failures">{} of {} cases failed</a>').format(failed, failed + finished)
-    return [cases + " and are in no figure or table above the list of failures."]
+    return [cases + ". Only the list of failures contains them."]
 
 
 def _warnings(study: Study) -> list[str]:

@@ -4,12 +4,12 @@ import itertools
 
 import numpy as np
 
-from ...judging import designs, fits, order, probability, sampled, verdict
+from ...judging import advice, designs, fits, order, probability, sampled, verdict
 from ...judging.cases import MANY_AXES
 from ...judging.labels import limit_label
 from ...language import wording
 from ..blocks.case_table import axis_columns
-from ..blocks.picture import Picture, capital
+from ..blocks.picture import Picture
 from ..blocks.section import Block, Gallery, Points, Section, filled
 from ..blocks.table import Column, Quantity, Table, counted
 from ..data.answered import answer_cases, answers
@@ -69,7 +69,7 @@ def _advice(study: Study) -> list[str]:
     """Return the limit to add to a grid without limits."""
     if question(study).question not in order.BY_CONTENT:
         return []
-    return [capital(order.no_limits(study.run.layout, question(study))) + "."]
+    return [f"{advice.no_limits(answer_cases(study))}."]
 
 
 def ratios(study: Study) -> list[str]:
@@ -83,8 +83,8 @@ def ratios(study: Study) -> list[str]:
             compared = [joint.column(name) for name in ("load_peak", "force_peak_ideal", "force_peak_median")]
             load, ideal, *usual = study.texts(*((worst, name) for name in compared if study.has(name)))
             sentences.append(
-                f"At most {study.text(worst, column)} times the largest reaction without clearance"
-                f"{study.where(joint, ' in joint {}')}: {load} against {ideal}{at}; "
+                f"The load{study.where(joint, ' in joint {}')} is at most {study.text(worst, column)} times the "
+                f"largest reaction without clearance: {load} against {ideal}{at}. "
                 f"{_motion(study, joint, worst, usual)}."
             )
     return sentences
@@ -97,12 +97,12 @@ def _motion(study: Study, joint: Joint, case_id: str, usual: list[str]) -> str:
     """
     period = study.cases.at[case_id, "period"] if "period" in study.cases else np.nan
     if period == 1.0:
-        return "its motion is periodic, so this peak recurs every revolution"
+        return "This motion is periodic, so the peak recurs every revolution"
     if period > 1.0:
-        return f"its motion repeats itself every {period:.0f} revolutions, and so does this peak"
+        return f"This motion has a period of {period:.0f} revolutions, and the peak recurs in every period"
     if not usual or wording.missing(study.cases.at[case_id, joint.column("force_peak_median")]):
-        return "no period was found in its motion"
-    return f"no period was found; half of its revolutions have a force peak of {usual[0]} or more"
+        return "No period was found in this motion"
+    return f"No period was found; the median peak per revolution is {usual[0]}"
 
 
 def _kept(study: Study) -> list[str]:
@@ -150,7 +150,7 @@ def _each(study: Study) -> list[str]:
 def _chance(study: Study) -> list[str]:
     """Return a sentence with the chance of exceeding a limit, or [] if the cases are not one random sample."""
     samples = sensitivity.settings(study.run)
-    if len(samples) != 1 or study.run.grid["sample"]["method"] not in probability.INDEPENDENT:
+    if len(samples) != 1 or study.run.grid["sample"]["method"] not in probability.RANDOM_METHODS:
         return []
     chance = sensitivity.exceedance(any_exceeded(study, samples[0]))
     return [probability.sentence(chance, study.run.grid)]
@@ -256,14 +256,14 @@ def _reservations(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, st
     cases = answer_cases(study)
     grouped = designs.of_cases(cases.axes, cases.column, len(cases.case_ids))
     fails = np.zeros(len(cases.case_ids))
-    if grouped is not None and any(axis.path in grouped.conditions for axis in pair):
+    if grouped is not None and any(axis.path in grouped.condition_paths for axis in pair):
         for margin, members in zip(grouped.margins, grouped.members, strict=True):
             fails[list(members)] = pass_share.ELSEWHERE * (margin < 0.0)
-    names = [wording.axis_name(path) for path in grouped.conditions] if grouped is not None else []
+    names = [wording.axis_name(path) for path in grouped.condition_paths] if grouped is not None else []
     remark = f" (ok): met here, but not at every {wording.sentence_list(names)}." if fails.any() else ""
     states = fits.of_cases(cases)
-    if states is not None and states.open and any(axis.path == states.path for axis in pair):
-        fails[np.isin(cases.column(states.path), [fit["mean"] for fit in states.open])] = pass_share.OPEN
+    if states is not None and states.undecided and any(axis.path == states.path for axis in pair):
+        fails[np.isin(cases.column(states.path), [fit["mean"] for fit in states.undecided])] = pass_share.OPEN
         remark += " open: met at the mean clearance; an end of the fit's tolerance was not covered."
     return over_other_axes(study, fails, pair, largest), remark
 

@@ -29,7 +29,7 @@ MAPPED = ((PER_HOURS, "wear depth per 1000 h"), ("pressure_peak", "pressure peak
 
 IN_SPACE = " Maps of joints in space are unrolled: the angle runs across, the body's axis z upwards from its middle."
 IN_SLOT = (
-    " In a slot, 360° are once around its wall, counter-clockwise from the middle of the end in its direction. Its "
+    " In a slot, 360° are one circuit of its wall, counter-clockwise from the middle of the end in its direction. Its "
     "journal is a pin."
 )
 

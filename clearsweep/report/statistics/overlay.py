@@ -71,17 +71,17 @@ def _beside(
     angle: np.ndarray, values: np.ndarray, crank_angle: np.ndarray, computed: np.ndarray, signals: Measured
 ) -> tuple[np.ndarray, np.ndarray, float, float]:
     """Return the measured and computed revolutions, the angle (rad) between them, and the misfit."""
-    orders = features.common_band(features.density(angle), features.density(crank_angle))
-    turns = features.revolutions(angle, values, 0.0, orders)
+    orders = features.common_band(features.samples_per_revolution(angle), features.samples_per_revolution(crank_angle))
+    turns = features.split_revolutions(angle, values, 0.0, orders)
     if len(turns) < LEAST_TURNS:
         raise InputError(
             f"{signals.file}: has {(angle[-1] - angle[0]) / features.TURN:.3g} revolutions; at least {LEAST_TURNS} "
             "whole ones, from crank angle 0 on, are needed"
         )
-    own = features.revolutions(crank_angle, computed, 0.0, orders)
+    own = features.split_revolutions(crank_angle, computed, 0.0, orders)
     if not len(own):
         raise InputError(f"{signals.file}: the cases have less than a revolution saved; write save: {{revolutions: 2}}")
-    lag = features.shift(turns.mean(axis=0), own.mean(axis=0))
+    lag = features.lag_of(turns.mean(axis=0), own.mean(axis=0))
     turns = np.roll(turns.ravel(), -lag).reshape(turns.shape)
     turns = turns[:-1] if lag else turns  # the last one contains the start of the first
     mean = turns.mean(axis=0)

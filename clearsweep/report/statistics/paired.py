@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from ...judging.probability import LEVEL, Estimate
+from ...judging.probability import CONFIDENCE, Estimate
 
 EXACT = 3000  # comparisons up to which the distribution of orders is exact; above, it is approximated as normal
 
@@ -45,7 +45,7 @@ def _left_out(sizes: np.ndarray) -> int:
 
     The number of descending pairs of n values without a trend is distributed like the inversions of a permutation.
     """
-    tail = 0.5 * (1.0 - LEVEL)
+    tail = 0.5 * (1.0 - CONFIDENCE)
     if (sizes * (sizes - 1) // 2).sum() > EXACT:
         from scipy.special import ndtri  # loads in a fraction of the time of scipy.stats
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...contracts.layout import DIFFERENCE
 from ...judging import probability
-from ...judging.probability import LEVEL, Estimate
+from ...judging.probability import CONFIDENCE, Estimate
 from ...judging.sampled import QUANTILES
 from ...judging.verdict import EXCEEDED
 from ...language.errors import InputError
@@ -171,7 +171,7 @@ def _cv(values: np.ndarray) -> float:
 
 
 def _middle(values: np.ndarray) -> tuple[float, float]:
-    low, high = np.quantile(values, ((1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0))
+    low, high = np.quantile(values, ((1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0))
     return float(low), float(high)
 
 
@@ -182,7 +182,7 @@ def quantile(ordered: np.ndarray, share: float) -> Estimate:
     """
     from scipy.special import bdtr  # loads in a fraction of the time of scipy.stats
 
-    count, tail = len(ordered), (1.0 - LEVEL) / 2.0
+    count, tail = len(ordered), (1.0 - CONFIDENCE) / 2.0
     value = float(np.quantile(ordered, share))
     if ordered[0] == ordered[-1]:
         return Estimate(value, value, value)
@@ -195,7 +195,7 @@ def quantile(ordered: np.ndarray, share: float) -> Estimate:
 
 def exceedance(beyond: np.ndarray) -> Estimate:
     """Return the probability of a condition that is true in some cases, with Clopper and Pearson's exact interval."""
-    return Estimate(*probability.share(int(beyond.sum()), len(beyond)))
+    return Estimate(*probability.binomial_interval(int(beyond.sum()), len(beyond)))
 
 
 def sobol_indices(setting: Setting, figure: str, paths: list[str]) -> list[Index]:
@@ -210,7 +210,7 @@ def sobol_indices(setting: Setting, figure: str, paths: list[str]) -> list[Index
         return [Index(path, nothing, nothing) for path in paths]
     resampled, count = np.random.default_rng(_SEED), values.shape[1]
     again = [_indices(values[:, resampled.integers(0, count, count)]) for _ in range(RESAMPLES)]
-    ends = np.nanquantile(again, ((1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0), axis=0)  # (2, 2, variables)
+    ends = np.nanquantile(again, ((1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0), axis=0)  # (2, 2, variables)
     estimates = np.stack([_indices(values), *ends])  # estimate, low, high; first-order, total; variables
     return [_index(path, estimates[:, :, k]) for k, path in enumerate(paths)]
 

@@ -7,7 +7,8 @@ class Player {
     this.angle = unpacked(data.angle);
     this.ground = data.ground;
     this.bodies = data.bodies.map(body => ({...body, x: unpacked(body.x), y: unpacked(body.y), angle: unpacked(body.angle)}));
-    this.joints = data.joints.map(joint => ({...joint, x: unpacked(joint.x), y: unpacked(joint.y), force: unpacked(joint.force)}));
+    this.joints = data.joints.map(joint => ({...joint, x: unpacked(joint.x), y: unpacked(joint.y), force: unpacked(joint.force),
+      walls: joint.walls && {...joint.walls, tilt: unpacked(joint.walls.tilt)}}));
     this.charts = data.charts.map(chart => ({...chart, lines: chart.lines.map(line => ({...line, values: unpacked(line.values)}))}));
     this.now = 0;
     this.build();
@@ -26,8 +27,8 @@ class Player {
     this.picture = element("canvas", {role: "img", "aria-label": "The mechanism in motion"});
     this.stage = element("div", {class: "stage"}, this.picture);
     this.rings = this.joints.map(joint => {
-      const canvas = element("canvas", {role: "img", "aria-label": `Journal of ${joint.name} in its bearing`});
-      return element("figure", {"aria-label": `Journal of ${joint.name}`}, element("figcaption", {}, element("strong", {}, joint.name),
+      const canvas = element("canvas", {role: "img", "aria-label": joint.walls ? `Joint ${joint.name} between its walls` : `Journal of ${joint.name} in its bearing`});
+      return element("figure", {"aria-label": `${joint.walls ? "Joint" : "Journal of"} ${joint.name}`}, element("figcaption", {}, element("strong", {}, joint.name),
         element("span", {}, `clearance ${joint.said}${joint.magnified > 1 ?
           `; penetration drawn ${numberText(joint.magnified)} times as deep` : ""}`)), canvas);
     });
@@ -60,7 +61,11 @@ class Player {
     this.where.textContent = `${numberText(Math.round(this.angle[this.now] * 1e6) / 1e6)}°`;
     this.slider.setAttribute("aria-valuetext", this.where.textContent);
     this.drawMechanism();
-    this.joints.forEach((joint, j) => this.drawJournal(joint, this.rings[j].querySelector("canvas")));
+    this.joints.forEach((joint, j) => {
+      const canvas = this.rings[j].querySelector("canvas");
+      if (joint.walls) this.drawBetweenWalls(joint, canvas);
+      else this.drawJournal(joint, canvas);
+    });
     this.mark();
     (this.said || []).forEach((said, k) => {
       const chart = this.charts[k];
@@ -159,6 +164,52 @@ class Player {
     });
   }
 
+  /** Draw a block in a guide, or a pin in a slot, between walls a clearance apart from its middle on each side. */
+  drawBetweenWalls(joint, canvas) {
+    const width = Math.min(canvas.parentElement.clientWidth, 260), height = 0.6 * width, context = sharp(canvas, width, height);
+    const half = joint.walls.half_length, gap = 0.3 * height, middle = height / 2;
+    const left = joint.x.reduce((a, b) => Math.min(a, b)) - half, right = joint.x.reduce((a, b) => Math.max(a, b)) + half;
+    const across = y => {
+      const beyond = Math.max(Math.abs(y) - joint.clearance, 0);
+      return middle - (Math.sign(y) * (Math.min(Math.abs(y), joint.clearance) + joint.magnified * beyond) / joint.clearance) * gap;
+    };
+    const along = x => 8 + ((x - left) / (right - left || 1)) * (width - 16);
+    const line = (from, to, stroke, thickness) => {
+      context.strokeStyle = stroke;
+      context.lineWidth = thickness;
+      context.beginPath();
+      for (let k = from; k <= to; k++) context.lineTo(along(joint.x[k]), across(joint.y[k]));
+      context.stroke();
+    };
+    context.strokeStyle = colour("ink");
+    context.lineWidth = 1;
+    context.beginPath();
+    for (const wall of [middle - gap, middle + gap]) {
+      context.moveTo(0, wall);
+      context.lineTo(width, wall);
+    }
+    context.stroke();
+    line(0, this.angle.length - 1, colour("soft"), 0.6);
+    line(Math.max(this.now - 60, 0), this.now, colour("accent"), 2);
+    const x = joint.x[this.now], y = joint.y[this.now], rise = half * Math.sin(joint.walls.tilt[this.now]);
+    context.strokeStyle = context.fillStyle = joint.force[this.now] > 0 ? colour("mark") : colour("accent");
+    context.lineWidth = 5;
+    context.beginPath();
+    context.moveTo(along(x - half), across(y - rise));
+    context.lineTo(along(x + half), across(y + rise));
+    context.stroke();
+    context.beginPath();
+    context.arc(along(x), across(y), 5, 0, 2 * Math.PI);
+    context.fill();
+    this.drawForce(joint, context, height);
+  }
+
+  drawForce(joint, context, height) {
+    context.fillStyle = colour("soft");
+    context.textAlign = "left";
+    context.fillText(`${numberText(joint.force[this.now])} ${joint.unit}`, 4, height - 6);
+  }
+
   drawJournal(joint, canvas) {
     const size = Math.min(canvas.parentElement.clientWidth, 260), context = sharp(canvas, size, size);
     const radius = 0.36 * size, middle = size / 2;
@@ -195,9 +246,7 @@ class Player {
       context.lineTo(x - ((x - middle) / out) * long, y - ((y - middle) / out) * long);
       context.stroke();
     }
-    context.fillStyle = colour("soft");
-    context.textAlign = "left";
-    context.fillText(`${numberText(joint.force[this.now])} ${joint.unit}`, 4, size - 6);
+    this.drawForce(joint, context, size);
   }
 }
 

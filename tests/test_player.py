@@ -1,0 +1,76 @@
+"""Data of the player of a page: journals in circles, blocks and pins between straight walls."""
+
+import base64
+import copy
+
+import numpy as np
+import pytest
+from test_slot import GRID as SLOT
+
+import clearsweep
+from clearsweep.report.data.study import prepare
+from clearsweep.report.one_case import motion, player
+
+CLEARANCE, LENGTH = 1e-4, 0.05
+GUIDE = {
+    "name": "guide",
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": 0.043, "mass": 1.0, "inertia": 1e-3},
+        "rod": {"length": 0.14, "mass": 0.5, "inertia": 2e-3, "center": 0.06},
+        "slider": {"mass": 0.45, "inertia": 5e-4},
+    },
+    "drive": {"speed": "1000 rpm"},
+    "joints": {
+        "slider-ground": {
+            "clearance": CLEARANCE,
+            "length": LENGTH,
+            "height": 0.08,
+            "contact": {"law": "flores", "stiffness": 5e10, "restitution": 0.4},
+            "friction": {"law": "ambrosio", "coefficient": 0.1, "v0": 1e-3, "v1": 1e-2},
+        }
+    },
+    "simulate": {"revolutions": 1.0, "discard": 0.0, "tolerance": 1e-6},
+    "save": {"orbits": "last", "revolutions": 1, "samples": 360},
+}
+
+
+def unpacked(text):
+    return np.frombuffer(base64.b64decode(text), "<f4").astype(float)
+
+
+def moving(source, tmp_path):
+    """Return the study of a run of one case, the id of the case, its channels, and the player's data of its joint."""
+    clearsweep.sweep(source, out=tmp_path / "run", executor="serial", show_progress=False)
+    study = prepare(clearsweep.open(tmp_path / "run"))
+    case_id = study.cases.index[0]
+    path = motion.history(study.run, case_id)
+    return study, case_id, path, player.of(study, case_id, path).data["joints"][0]
+
+
+def test_a_block_is_shown_between_its_walls_which_its_ends_reach_and_hardly_cross(tmp_path):
+    study, case_id, path, joint = moving(GUIDE, tmp_path)
+    half_length, tilt = joint["walls"]["half_length"], unpacked(joint["walls"]["tilt"])
+    assert half_length == LENGTH / 2
+    np.testing.assert_allclose(tilt, path["slider/angle"], rtol=1e-6, atol=1e-12)
+    assert np.ptp(tilt) > 1e-6
+    farthest = np.max(np.abs(path["joints/slider_ground/y"]) + half_length * np.abs(np.sin(tilt)))
+    assert CLEARANCE < farthest < 1.1 * CLEARANCE
+    assert joint["magnified"] == pytest.approx(player.DEEPEST * CLEARANCE / (farthest - CLEARANCE), rel=0.06)
+    assert not any("orbit" in picture.title for picture in motion.pictures(study, case_id, path))
+
+
+def test_a_pin_in_a_slot_is_shown_between_walls_without_ends(tmp_path):
+    source = copy.deepcopy(SLOT) | {"name": "slot"}
+    study, case_id, path, joint = moving(source, tmp_path)
+    assert joint["walls"]["half_length"] == 0.0
+    assert not unpacked(joint["walls"]["tilt"]).any()
+    assert not any("orbit" in picture.title for picture in motion.pictures(study, case_id, path))
+
+
+def test_a_journal_has_an_orbit_and_no_straight_walls(tmp_path):
+    block = GUIDE["joints"]["slider-ground"]
+    pin = {key: value for key, value in block.items() if key != "height"} | {"bearing_radius": 0.01}
+    study, case_id, path, joint = moving(GUIDE | {"joints": {"rod-slider": pin}}, tmp_path)
+    assert joint["walls"] is None
+    assert any("orbit" in picture.title for picture in motion.pictures(study, case_id, path))
