@@ -1,4 +1,4 @@
-"""Enumerate the cases of a grid: factors of the product of its axes, templates of cases, and identities."""
+"""Enumerates the cases of a grid: factors of the product of its axes, templates of cases, and identities."""
 
 import hashlib
 import json
@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from .. import MODEL_VERSION
 from .keys.kinds import KeyTable, Word, value_key
-from .resolve import Shared
+from .resolve import SharedSection
 
 MAX_CACHED_ROWS = 4096  # rows of a factor kept in memory while all cases are enumerated
 
@@ -314,9 +314,11 @@ class CaseTemplate:
         return text
 
 
-def _make_shared(tree: dict[str, Any]) -> Shared:
+def _make_shared(tree: dict[str, Any]) -> SharedSection:
     """Return nested sections as sections that cases share."""
-    return Shared({key: _make_shared(value) if isinstance(value, dict) else value for key, value in tree.items()})
+    return SharedSection(
+        {key: _make_shared(value) if isinstance(value, dict) else value for key, value in tree.items()}
+    )
 
 
 def _sections_above(paths: Iterable[str]) -> list[list[str]]:

@@ -41,7 +41,7 @@ from .sections.optimise import OPTIMISE, Optimise
 from .sections.reader import CHECK_LAWS
 from .sections.section import ADDED
 from .sections.seek import REFINE, SEEK, Refine, Seek
-from .written.definitions import NOTHING, START, Definitions
+from .written.definitions import DEFINE_PREFIX, NO_DEFINITIONS, Definitions
 
 #: Changes whenever the format of grid files or of results changes.
 SCHEMA_VERSION = 4
@@ -72,7 +72,7 @@ class Grid:
     uncertain: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its spread, SI
     added_cases: tuple[tuple[Any, ...], ...] = ()  # values of the cases outside the product, in the order of `axes`
     library_values: tuple[LibraryNumber, ...] = ()  # numbers that replace names of libraries
-    defined: Definitions = NOTHING  # user-defined quantities, and the numbers that depend on varied ones
+    defined: Definitions = NO_DEFINITIONS  # user-defined quantities, and the numbers that depend on varied ones
     optimise: Optimise | None = None  # objectives and variables of an optimisation
     identify: Identify | None = None  # unknowns of a measured machine
     written_units: Mapping[str, WrittenUnit] = field(default_factory=dict)  # path -> the unit in which it is written
@@ -153,7 +153,7 @@ class Grid:
         return self._tree(self.point(index))
 
     def _tree(self, point: Mapping[str, KeyValue]) -> dict[str, Any]:
-        return self._pattern(law_names_at(point)).case({**point, **self.defined.at(point)})
+        return self._pattern(law_names_at(point)).case({**point, **self.defined.values_at(point)})
 
     def identities(self, indices: range | None = None) -> Iterator[int]:
         """Yield the identity of every case, in order, as a number below 2**64.
@@ -165,7 +165,7 @@ class Grid:
         if self.defined.dependents:  # for numbers that may depend on several axes
             for point in map(self.point, indices):
                 yield identity_number(
-                    self._pattern(law_names_at(point)).text % texts.texts_at({**point, **self.defined.at(point)})
+                    self._pattern(law_names_at(point)).text % texts.texts_at({**point, **self.defined.values_at(point)})
                 )
             return
         for law_names, texts_by_path in product_cases(
@@ -231,9 +231,11 @@ class Grid:
         # a list has no gaps: any value fills one
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
         start_values = searched.start.items() if (searched := self.optimise or self.identify) else ()
-        fillers |= {path: value for path, value in start_values if not path.startswith(START)}
+        fillers |= {path: value for path, value in start_values if not path.startswith(DEFINE_PREFIX)}
         fillers |= {
-            START + name: self.defined.grid_text(name) for name in self.defined.texts if name in self.defined.varied
+            DEFINE_PREFIX + name: self.defined.grid_text(name)
+            for name in self.defined.texts
+            if name in self.defined.varied
         }
         base = {path: value for path, value in self._fixed_values.items() if not path.startswith(f"{UNCERTAIN}.")}
         base = with_material_names(base, self.materials)
@@ -293,7 +295,9 @@ class Grid:
             values_in_use[path] = value
         values_in_use |= dict(uncertain_leaves(self.uncertain))
         base = {path: value for path, value in with_dependent_values(values_in_use).items() if path not in self.axes}
-        return base | {path: f"= {text}" for path, text in self.defined.dependents.items()} | self.defined.needed()
+        return (
+            base | {path: f"= {text}" for path, text in self.defined.dependents.items()} | self.defined.needed_texts()
+        )
 
     @cached_property
     def _axes_by_section(self) -> dict[str, tuple[str, ...]]:

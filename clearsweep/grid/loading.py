@@ -1,4 +1,4 @@
-"""Load grids, and refuse those that cannot be run or whose results do not fit memory or disk."""
+"""Loads grids, and refuses those that cannot be run or whose results do not fit memory or disk."""
 
 import os
 from collections.abc import Mapping
@@ -18,14 +18,14 @@ from .reading.values import assumed_units, written_units
 from .sections.identify import check_identify
 from .sections.reader import Reader, added_rows, checked_law_paths
 from .sections.variations import axes_in_step, first_values, labels_of_axes, paths_of_search
-from .written.document import Changed, Problems, apply_overrides, name_of_run, override, read
+from .written.document import OverriddenGrid, Problems, apply_overrides, name_of_run, override, read_document
 
 MAX_CASES = 200_000_000  # their summaries take about 100 GB
 MAX_IDENTITIES = 20_000_000  # identities in memory where cases may repeat or are added: 160 MB and 100 s
 
 
 def load(
-    source: str | PathLike | Mapping | Changed, catalogue: Catalogue, overrides: Mapping[str, Any] | None = None
+    source: str | PathLike | Mapping | OverriddenGrid, catalogue: Catalogue, overrides: Mapping[str, Any] | None = None
 ) -> "Grid":
     """Return the checked grid in `source`: a path, a dict of the same form, or one with overrides.
 
@@ -33,19 +33,19 @@ def load(
     is overridden is no longer swept.  An InputError reports every mistake.
     """
     problems = Problems()
-    changed = source if isinstance(source, Changed) else Changed(source)
-    source = changed.source
-    root = read(source, problems)
+    overridden = source if isinstance(source, OverriddenGrid) else OverriddenGrid(source)
+    source = overridden.source
+    root = read_document(source, problems)
     if not isinstance(root.value, dict):
         raise InputError(
             f"{root.position_text}found {quoted(root.value)}; expected a grid with the keys mechanism, drive, joints"
         )
-    root = apply_overrides(root, changed, problems)
+    root = apply_overrides(root, overridden, problems)
     for path, value in (overrides or {}).items():
         root = override(root, path, value, problems)
     file = fspath(source) if isinstance(source, (str, PathLike)) else None
     name = name_of_run(root, file, problems)
-    reader = read_keys(root, catalogue, problems, frozenset({*(overrides or ()), *changed.fixed}))
+    reader = read_keys(root, catalogue, problems, frozenset({*(overrides or ()), *overridden.fixed}))
     check_values(reader, catalogue)
     problems.check()
     grid = Grid(
@@ -53,7 +53,7 @@ def load(
         file,
         reader.axes | first_values(reader),
         reader.limits,
-        reader.own_figures,
+        reader.user_figures,
         reader.shape,
         reader.values,
         frozenset(reader.written),
@@ -67,7 +67,7 @@ def load(
         reader.refine,
         reader.uncertain,
         added_rows(reader),
-        tuple(reader.library_values.values()),
+        tuple(reader.library_numbers.values()),
         reader.defined,
         reader.optimise,
         reader.identify,

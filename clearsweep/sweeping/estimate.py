@@ -137,7 +137,9 @@ class _Further(NamedTuple):
             return cls(0, 0.0)
         if grid.seek and not grid.seek.fits:
             return cls(
-                round(len(grid) * max(usual_probes(grid.seek.last) / len(grid.seek.first()) - 1.0, 0.0)), 0.0, "seek"
+                round(len(grid) * max(usual_probes(grid.seek.last_index) / len(grid.seek.first()) - 1.0, 0.0)),
+                0.0,
+                "seek",
             )
         if grid.optimise:
             return cls(max(grid.optimise.cases - len(grid), 0), OPTIMISED, "optimise")

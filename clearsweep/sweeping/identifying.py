@@ -15,7 +15,7 @@ import numpy as np
 
 from .. import store
 from ..grid import Grid
-from ..grid.sections.optimise import ROUND
+from ..grid.sections.optimise import ROUND_SIZE
 from ..language.errors import InputError
 from . import emulator, observed
 from .adaptive import Point
@@ -131,7 +131,7 @@ class Identifying:
 
     def next_points(self) -> list[Point]:
         """Return the points of the next cases."""
-        count = min(ROUND, self.identify.cases - self.looked_at)
+        count = min(ROUND_SIZE, self.identify.cases - self.looked_at)
         if count <= 0:
             return []
         uniform = self.box[0] + (self.box[1] - self.box[0]) * self.identify.sobol_points(self.looked_at, count)

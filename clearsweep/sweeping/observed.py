@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..grid import Identify, Turned, turns_of
+from ..grid import AngularSignal, Identify, angular_signals
 from ..judging import features
 from ..language.errors import InputError
 
@@ -39,7 +39,7 @@ class Label(NamedTuple):
 class Observed(NamedTuple):
     """A measured signal: its revolutions, and the statistics that cases are compared with."""
 
-    turned: Turned
+    turned: AngularSignal
     turns: np.ndarray  # (turns, samples)
     orders: float  # highest crank order compared
     rms: float
@@ -89,7 +89,7 @@ def observe(identify: Identify, history: Mapping[str, np.ndarray]) -> Observatio
     observations: list[Observed] = []
     for file in dict.fromkeys(signal.file for signal in identify.signals):
         signals = [signal for signal in identify.signals if signal.file == file]
-        for part in turns_of(file, signals, float(angle / span)):
+        for part in angular_signals(file, signals, float(angle / span)):
             orders = features.common_band(
                 features.samples_per_revolution(part.angle), features.samples_per_revolution(history["crank_angle"])
             )

@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import store
 from ..grid import Grid
-from ..grid.sections.optimise import AMONG, ROUND, WHOLE, Choice, interval_columns
+from ..grid.sections.optimise import AMONG, ROUND_SIZE, WHOLE, Choice, interval_columns
 from ..language.errors import InputError
 from . import surrogate
 from .adaptive import Point
@@ -88,7 +88,7 @@ class Optimising:
         remaining = self.optimise.cases - len(self.trials)
         points: dict[tuple[Any, ...], Point] = {}
         for attempt in range(ATTEMPTS if remaining > 0 else 0):
-            for point in self._proposed(attempt, min(ROUND, remaining)):
+            for point in self._proposed(attempt, min(ROUND_SIZE, remaining)):
                 key = tuple(point.values())
                 if key not in self.seen_points and len(points) < remaining:
                     points.setdefault(key, point)
@@ -289,4 +289,4 @@ def _distribution(choice: Choice) -> "optuna.distributions.BaseDistribution":
     if choice.kind == WHOLE:
         return distributions.IntDistribution(choice.values[0], choice.values[1])
     low, high = choice.values
-    return distributions.FloatDistribution(low, high, log=choice.logarithmic)
+    return distributions.FloatDistribution(low, high, log=choice.is_logarithmic)

@@ -42,12 +42,12 @@ class Seeking:
         self.other_points = _other_points(grid, self.seek)
         self.index_of = {tuple(point.values()): j for j, point in enumerate(self.other_points)}
         subjects = range(len(self.other_points))
-        self.subjects = [(j,) for j in subjects] if self.seek.each else [tuple(subjects)]
+        self.subjects = [(j,) for j in subjects] if self.seek.is_per_case else [tuple(subjects)]
         self.probes: list[dict[int, _Probe]] = [{} for _ in self.other_points]  # for each: index -> probe
         self.indices = {self.seek.value(index): index for index in self._first_indices()}  # value -> index
 
     def _first_indices(self) -> tuple[int, ...]:
-        return tuple(range(self.seek.last + 1)) if self.seek.fits else scan(self.seek.last)
+        return tuple(range(self.seek.last_index + 1)) if self.seek.fits else scan(self.seek.last_index)
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
         """Record how the cases of a grid, from the index `first` on, compare to its limits."""
@@ -66,7 +66,7 @@ class Seeking:
 
     def _next(self) -> Iterator[tuple[int, int]]:
         for subject in () if self.seek.fits else self.subjects:  # all fits are tried at once
-            for index in search(self._known(subject), self.seek.last).probes:
+            for index in search(self._known(subject), self.seek.last_index).probes:
                 yield from ((j, index) for j in subject)
 
     def _known(self, subject: tuple[int, ...]) -> dict[int, bool]:
@@ -81,9 +81,9 @@ class Seeking:
     def _answer(self, subject: tuple[int, ...]) -> Answer:
         """Return the answer from the probes of some cases of the other axes."""
         known, seek = self._known(subject), self.seek
-        border = every(known, seek.last) if seek.fits else search(known, seek.last).border
+        border = every(known, seek.last_index) if seek.fits else search(known, seek.last_index).border
         assert border is not None  # the search is finished
-        deciding = _deciding(known, border, seek.last)
+        deciding = _deciding(known, border, seek.last_index)
         worst = min(subject, key=lambda j: (self.probes[j][deciding].margin, j))
         limiting = None if known[deciding] else self.probes[worst][deciding].limiting
         point = self.other_points[worst]
@@ -93,7 +93,7 @@ class Seeking:
             probe_count = len(known) * len(subject)
             return Answer(point, None, None, None, limiting, probe_count, fits=bool(seek.fits), best=best)
         last_good = seek.value(border.last_good)
-        first_bad = seek.value(seek.last if border.first_bad is None else border.first_bad)
+        first_bad = seek.value(seek.last_index if border.first_bad is None else border.first_bad)
         answer = Answer(
             point, last_good, min(last_good, first_bad), max(last_good, first_bad), limiting, len(known) * len(subject)
         )

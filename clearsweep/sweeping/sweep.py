@@ -32,7 +32,7 @@ MOST_WARNINGS = 5
 LONGEST_FILE = f"parts/{'x' * 60}"  # no name below a run's directory is longer
 LONGEST_TIMEOUT = 1e8  # s, three years
 
-Source = str | PathLike | Mapping | grids.Changed | grids.Grid  # a grid file, a dict of the same form, or a Grid
+Source = str | PathLike | Mapping | grids.OverriddenGrid | grids.Grid  # a grid file, a dict of the same form, or a Grid
 
 
 @dataclass(frozen=True)

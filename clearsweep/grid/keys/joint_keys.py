@@ -47,19 +47,19 @@ _ONSET_KEY = Word(
 )
 
 
-def add_numbers(key_table: KeyTable, path: str, fields: tuple[Field, ...], *, sweep: bool = True) -> None:
+def add_numbers(keys: KeyTable, path: str, fields: tuple[Field, ...], *, sweep: bool = True) -> None:
     """Add keys that are in use with any choice of laws."""
     for field in fields:
-        key_table[f"{path}.{field.name}"] = Number((Use(field),), sweep)
+        keys[f"{path}.{field.name}"] = Number((Use(field),), sweep)
 
 
-def add_friction(key_table: KeyTable, path: str, catalogue: Catalogue) -> None:
+def add_friction(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the keys of friction in a joint."""
-    key_table[f"{path}.friction"] = Section(
+    keys[f"{path}.friction"] = Section(
         "friction of the joint. Without this section, the joint has no friction", "optional"
     )
-    key_table[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", sweep=True, noun="law")
-    add_laws(key_table, f"{path}.friction", "law", catalogue.of("friction"))
+    keys[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", sweep=True, noun="law")
+    add_laws(keys, f"{path}.friction", "law", catalogue.of("friction"))
 
 
 _PIN_PRELOAD_TEXT = (
@@ -69,47 +69,47 @@ _PIN_PRELOAD_TEXT = (
 GUIDE_PRELOAD_TEXT = "constant force on the block, such as the force of a seal; its friction acts along the guide"
 
 
-def add_preload(key_table: KeyTable, path: str, catalogue: Catalogue, text: str = _PIN_PRELOAD_TEXT) -> None:
+def add_preload(keys: KeyTable, path: str, catalogue: Catalogue, text: str = _PIN_PRELOAD_TEXT) -> None:
     """Add the keys of the preload of a pin, or of a guide, which also acts without contact."""
     laws = frozenset(law.name for law in catalogue.of("friction") if not law.sticks)
     key_use = Use(Field(PRELOAD, "N", text, optional=True), ((f"{path}.friction.law", laws),))
-    key_table[f"{path}.friction.{PRELOAD}"] = Number((key_use,))
+    keys[f"{path}.friction.{PRELOAD}"] = Number((key_use,))
 
 
-def add_contact(key_table: KeyTable, path: str, catalogue: Catalogue, contact: str = "") -> None:
+def add_contact(keys: KeyTable, path: str, catalogue: Catalogue, contact: str = "") -> None:
     """Add the keys of the normal force of a joint, or at the path `contact`: law, elastic part, and parameters."""
     contact = contact or f"{path}.contact"
     elastic_in_use = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_elastic)),)
-    key_table[contact] = Section("law and parameters of the normal force")
-    key_table[f"{contact}.law"] = Word(catalogue.names("law"), "law of the normal force", sweep=True, noun="law")
-    key_table[f"{contact}.elastic"] = _elastic_law_key(path, catalogue, contact)._replace(when=elastic_in_use)
+    keys[contact] = Section("law and parameters of the normal force")
+    keys[f"{contact}.law"] = Word(catalogue.names("law"), "law of the normal force", sweep=True, noun="law")
+    keys[f"{contact}.elastic"] = _elastic_law_key(path, catalogue, contact)._replace(when=elastic_in_use)
     onset_in_use = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_onset)),)
-    key_table[f"{contact}.onset"] = _ONSET_KEY._replace(when=onset_in_use)
-    add_laws(key_table, contact, "elastic", catalogue.of("elastic"), elastic_in_use)
-    add_laws(key_table, contact, "law", catalogue.of("law"))
+    keys[f"{contact}.onset"] = _ONSET_KEY._replace(when=onset_in_use)
+    add_laws(keys, contact, "elastic", catalogue.of("elastic"), elastic_in_use)
+    add_laws(keys, contact, "law", catalogue.of("law"))
     material = f"{contact}.material"
-    key_table[material] = Section(
+    keys[material] = Section(
         "material of both bodies, or its name; it determines the stiffness unless `stiffness` is given", "optional"
     )
-    add_material_name(key_table, material, "of both bodies")
+    add_material_name(keys, material, "of both bodies")
     for field in _MATERIAL_FIELDS:
         requirement_text = "" if field.optional else "; required unless each body has its own"
         default_field = field._replace(text=field.text.format("both bodies") + requirement_text, optional=True)
-        key_table[f"{material}.{field.name}"] = Number((Use(default_field, elastic_in_use),))
+        keys[f"{material}.{field.name}"] = Number((Use(default_field, elastic_in_use),))
     for body in Materials._fields:
-        key_table[f"{material}.{body}"] = Section(
+        keys[f"{material}.{body}"] = Section(
             f"material of the {body}, or its name; write the materials of both bodies or of neither", "optional"
         )
-        add_material_name(key_table, f"{material}.{body}", f"of the {body}")
+        add_material_name(keys, f"{material}.{body}", f"of the {body}")
         for field in _MATERIAL_FIELDS:
             body_field = field._replace(text=field.text.format(f"the {body}"))
-            key_table[f"{material}.{body}.{field.name}"] = Number((Use(body_field, elastic_in_use),))
+            keys[f"{material}.{body}.{field.name}"] = Number((Use(body_field, elastic_in_use),))
 
 
-def add_material_name(key_table: KeyTable, path: str, bodies_text: str) -> None:
+def add_material_name(keys: KeyTable, path: str, bodies_text: str) -> None:
     """Add the key that names a material; the name may also replace the section."""
     text = f"name of the material {bodies_text}"
-    key_table[f"{path}.{MATERIAL}"] = Name(
+    keys[f"{path}.{MATERIAL}"] = Name(
         tuple(MATERIALS), f"{text}, from `clearsweep list materials`; numbers in the same section override its values"
     )
 
@@ -134,14 +134,14 @@ def _elastic_law_key(path: str, catalogue: Catalogue, contact: str) -> Word:
     return law_key._replace(text=f"{law_key.text}; {default_text}", conditional_default=default_rule)
 
 
-def add_thermal(key_table: KeyTable, path: str) -> None:
+def add_thermal(keys: KeyTable, path: str) -> None:
     """Add the keys of a dry joint's heat balance."""
     thermal = f"{path}.thermal"
     text = "heat balance of dry friction: temperature = ambient + mean friction power / conductance"
-    key_table[thermal] = Section(f"{text}. Without this section, friction does not heat the joint", "optional")
-    add_numbers(key_table, thermal, HEAT_BALANCE_FIELDS)
+    keys[thermal] = Section(f"{text}. Without this section, friction does not heat the joint", "optional")
+    add_numbers(keys, thermal, HEAT_BALANCE_FIELDS)
     text = "thermal expansion of both bodies. Without this section, the temperature does not change the clearance"
-    key_table[f"{thermal}.expansion"] = Section(text, "optional")
+    keys[f"{thermal}.expansion"] = Section(text, "optional")
     for body in Materials._fields:
         field = Field(
             body,
@@ -149,23 +149,23 @@ def add_thermal(key_table: KeyTable, path: str) -> None:
             f"coefficient of thermal expansion of the {body}; default: the value of its named material",
             low_open=False,
         )
-        add_numbers(key_table, f"{thermal}.expansion", (field,))
+        add_numbers(keys, f"{thermal}.expansion", (field,))
 
 
-def add_laws(key_table: KeyTable, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = ()) -> None:
+def add_laws(keys: KeyTable, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = ()) -> None:
     """Add the keys of the laws that `key` chooses from; the chosen law decides the meaning of a shared key."""
     for law in laws:
         for field in law.fields:
             key_use = Use(field, (*when, (f"{path}.{key}", frozenset((law.name,)))))
-            existing_key = key_table.get(f"{path}.{field.name}")
+            existing_key = keys.get(f"{path}.{field.name}")
             uses = existing_key.uses if isinstance(existing_key, Number) else ()
             if not uses or any(existing_use.when for existing_use in uses):
-                key_table[f"{path}.{field.name}"] = Number((*uses, key_use))
+                keys[f"{path}.{field.name}"] = Number((*uses, key_use))
     tables = {
         columns: frozenset(law.name for law in laws if columns in law.tables) for law in laws for columns in law.tables
     }
     for columns, names in tables.items():
-        key_table[f"{path}.{columns.name}"] = Table(columns, (*when, (f"{path}.{key}", names)), optional=True)
+        keys[f"{path}.{columns.name}"] = Table(columns, (*when, (f"{path}.{key}", names)), optional=True)
 
 
 def modulus_paths(joint: str) -> tuple[str, ...]:
@@ -178,10 +178,10 @@ def laws_of_point_contacts(catalogue: Catalogue) -> tuple[Law, ...]:
     return tuple(law for law in catalogue.laws if law.family != "elastic" or not law.needs)
 
 
-def onset_key_without_mass(key_table: KeyTable, contact: str) -> Word:
+def onset_key_without_mass(keys: KeyTable, contact: str) -> Word:
     """Return the key `onset` for contacts whose effective impact mass is unknown."""
     text = "period for which the damping uses the onset rate of a contact; first: until the surfaces separate"
-    return word_key(key_table, f"{contact}.onset")._replace(options=("first",), default="first", text=text)
+    return word_key(keys, f"{contact}.onset")._replace(options=("first",), default="first", text=text)
 
 
 DEFAULT_FILM_LAW = "reynolds"
@@ -221,53 +221,51 @@ TRANSITION_FIELDS = (
 )
 
 
-def add_roughness(key_table: KeyTable, path: str, catalogue: Catalogue) -> None:
+def add_roughness(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the keys of a joint's surface roughness."""
     roughness = f"{path}.roughness"
-    key_table[roughness] = Section(
+    keys[roughness] = Section(
         "roughness of the surfaces, in series with the elastic law. Without this section, the surfaces are smooth",
         "optional",
     )
-    key_table[f"{roughness}.law"] = Word(catalogue.names("roughness"), "law of the roughness", sweep=True, noun="law")
-    add_laws(key_table, roughness, "law", catalogue.of("roughness"))
+    keys[f"{roughness}.law"] = Word(catalogue.names("roughness"), "law of the roughness", sweep=True, noun="law")
+    add_laws(keys, roughness, "law", catalogue.of("roughness"))
 
 
-def add_film(key_table: KeyTable, path: str, catalogue: Catalogue) -> None:
+def add_film(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the keys of a joint's oil film, with or without dry contact."""
-    key_table[f"{path}.contact"] = section_key(key_table, f"{path}.contact")._replace(unless="film")
+    keys[f"{path}.contact"] = section_key(keys, f"{path}.contact")._replace(unless="film")
     film = f"{path}.film"
-    key_table[film] = Section("oil film. Without this section, the joint has no film", "optional")
-    key_table[f"{film}.law"] = Word(
+    keys[film] = Section("oil film. Without this section, the joint has no film", "optional")
+    keys[f"{film}.law"] = Word(
         catalogue.names("film"), "law of the film force", DEFAULT_FILM_LAW, sweep=True, noun="law"
     )
-    key_table[f"{film}.{OIL}"] = Name(
-        tuple(OILS), "oil from `clearsweep list oils`; it determines viscosities and density"
-    )
-    add_numbers(key_table, film, (VISCOSITY_FIELD,))
-    add_numbers(key_table, f"{film}.viscosity", OIL_FIELDS)
-    add_numbers(key_table, film, (TEMPERATURE_FIELD, *FILM_LIMIT_FIELDS))
-    key_table[f"{film}.thermal"] = Section(
+    keys[f"{film}.{OIL}"] = Name(tuple(OILS), "oil from `clearsweep list oils`; it determines viscosities and density")
+    add_numbers(keys, film, (VISCOSITY_FIELD,))
+    add_numbers(keys, f"{film}.viscosity", OIL_FIELDS)
+    add_numbers(keys, film, (TEMPERATURE_FIELD, *FILM_LIMIT_FIELDS))
+    keys[f"{film}.thermal"] = Section(
         "heat balance of the film: temperature = ambient + mean loss / conductance", "optional"
     )
-    add_numbers(key_table, f"{film}.thermal", HEAT_BALANCE_FIELDS)
-    key_table[f"{film}.friction"] = Word(
+    add_numbers(keys, f"{film}.thermal", HEAT_BALANCE_FIELDS)
+    keys[f"{film}.friction"] = Word(
         ("by-law", *catalogue.names("film-friction")),
         "law of the torque from the shear of the film; by-law: butenschoen",
         "by-law",
         sweep=True,
         noun="law",
     )
-    key_table[f"{film}.transition"] = Section("transition from the film to dry contact", "implied", needs="contact")
+    keys[f"{film}.transition"] = Section("transition from the film to dry contact", "implied", needs="contact")
     transition = f"{film}.transition"
-    key_table[f"{transition}.law"] = Word(
+    keys[f"{transition}.law"] = Word(
         catalogue.names("transition"),
         "law of the transition from the film to dry contact",
         "ramp",
         sweep=True,
         noun="law",
     )
-    add_numbers(key_table, transition, TRANSITION_FIELDS)
-    add_laws(key_table, transition, "law", catalogue.of("transition"))
+    add_numbers(keys, transition, TRANSITION_FIELDS)
+    add_laws(keys, transition, "law", catalogue.of("transition"))
 
 
 _SPATIAL_SIZES = (
@@ -287,30 +285,28 @@ _MISALIGNMENTS = (
 )
 
 
-def add_flanges(key_table: KeyTable, path: str, catalogue: Catalogue) -> None:
+def add_flanges(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the further keys of a spatial revolute joint with flanges."""
-    add_numbers(key_table, path, (_AXIAL_CLEARANCE,))
+    add_numbers(keys, path, (_AXIAL_CLEARANCE,))
     axial = f"{path}.axial"
-    _add_point_contact(key_table, axial, catalogue._replace(laws=laws_of_point_contacts(catalogue)))
-    for nested in [nested for nested in key_table if nested.startswith(f"{axial}.material")]:
-        del key_table[nested]
-    key_table[axial] = Section(
+    _add_point_contact(keys, axial, catalogue._replace(laws=laws_of_point_contacts(catalogue)))
+    for nested in [nested for nested in keys if nested.startswith(f"{axial}.material")]:
+        del keys[nested]
+    keys[axial] = Section(
         "normal force at a flange. Without this section, `contact` also applies to the flanges", "optional"
     )
 
 
-def add_spatial_revolute(key_table: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
+def add_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a spatial revolute joint without flanges."""
-    key_table[path] = Section(
-        "a revolute joint with radial and axial clearance, in which the journal may tilt", "optional"
-    )
-    key_table[f"{path}.type"] = Word(("spatial",), "kind of the joint")
-    add_numbers(key_table, path, _SPATIAL_SIZES)
-    key_table[f"{path}.flange"] = Flag(
+    keys[path] = Section("a revolute joint with radial and axial clearance, in which the journal may tilt", "optional")
+    keys[f"{path}.type"] = Word(("spatial",), "kind of the joint")
+    add_numbers(keys, path, _SPATIAL_SIZES)
+    keys[f"{path}.flange"] = Flag(
         "the bearing has flanges, `axial_clearance` away from the journal on each side", default=True
     )
     elastic = frozenset(law.name for law in catalogue.of("law") if not law.yields)
-    key_table[f"{path}.walls"] = Word(
+    keys[f"{path}.walls"] = Word(
         ("spread", "ends"),
         "distribution of the load along the walls; spread: evenly over the overlap of journal and bore; ends: at the "
         "two ends, with half of the stiffness each; laws with permanent indentation always use `ends`",
@@ -320,18 +316,18 @@ def add_spatial_revolute(key_table: KeyTable, path: str, site: JointSite, catalo
         may_be_unused=True,
     )
     for name, text, unit, count in _MISALIGNMENTS:
-        key_table[f"{path}.{name}"] = Section(text, "implied", count)
+        keys[f"{path}.{name}"] = Section(text, "implied", count)
         axes = (
             Field(str(k), unit, f"about {axis}" if unit == "rad" else f"along {axis}", -math.inf, default=0.0)
             for k, axis in enumerate("xyz"[:count])
         )
-        add_numbers(key_table, f"{path}.{name}", tuple(axes))
-    _add_point_contact(key_table, f"{path}.contact", catalogue)
+        add_numbers(keys, f"{path}.{name}", tuple(axes))
+    _add_point_contact(keys, f"{path}.contact", catalogue)
     laws = tuple(law for law in catalogue.laws if not (law.remembers or law.sticks))
-    add_friction(key_table, path, catalogue._replace(laws=laws))
+    add_friction(keys, path, catalogue._replace(laws=laws))
 
 
-def _add_point_contact(key_table: KeyTable, contact: str, catalogue: Catalogue) -> None:
+def _add_point_contact(keys: KeyTable, contact: str, catalogue: Catalogue) -> None:
     """Add the keys of the normal force at contact points, whose effective impact mass is unknown."""
-    add_contact(key_table, contact.rpartition(".")[0], catalogue, contact)
-    key_table[f"{contact}.onset"] = onset_key_without_mass(key_table, contact)
+    add_contact(keys, contact.rpartition(".")[0], catalogue, contact)
+    keys[f"{contact}.onset"] = onset_key_without_mass(keys, contact)

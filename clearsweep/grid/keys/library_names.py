@@ -1,4 +1,4 @@
-"""Replace the names of materials, oils and wear pairs by numbers, once or for every case of a varied material."""
+"""Replaces the names of materials, oils and wear pairs by numbers, once or for every case of a varied material."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple

@@ -43,16 +43,16 @@ _WORST_FIELD = Field(
 )
 
 
-def add_save_keys(key_table: KeyTable, *, has_turns: bool) -> None:
+def add_save_keys(keys: KeyTable, *, has_turns: bool) -> None:
     """Add the keys for the saved results of a case; if it turns, also those for the saved revolutions."""
-    key_table["save"], key_table["save.orbits"] = Section("results that are stored", "implied"), _ORBITS_WORD
+    keys["save"], keys["save.orbits"] = Section("results that are stored", "implied"), _ORBITS_WORD
     add_numbers(
-        key_table,
+        keys,
         "save",
         (_SAVED_REVOLUTIONS_FIELD, _SAMPLES_FIELD, _WORST_FIELD) if has_turns else (_SAMPLES_FIELD,),
         sweep=False,
     )
-    key_table[CHANNELS] = _CHANNELS_LIST
+    keys[CHANNELS] = _CHANNELS_LIST
 
 
 LIFE = "life"
@@ -109,18 +109,16 @@ _LIFE_FIELDS = (
 )
 
 
-def add_life_keys(key_table: KeyTable) -> None:
+def add_life_keys(keys: KeyTable) -> None:
     """Add the keys of `life`, for mechanisms with wear and revolutions."""
-    worn_joints = tuple(
-        path.split(".")[1] for path in key_table if path.startswith("joints.") and path.endswith(".wear")
-    )
-    if not worn_joints or "simulate.revolutions" not in key_table:
+    worn_joints = tuple(path.split(".")[1] for path in keys if path.startswith("joints.") and path.endswith(".wear"))
+    if not worn_joints or "simulate.revolutions" not in keys:
         return
-    key_table[LIFE] = Section(
+    keys[LIFE] = Section(
         ("life prediction: blocks of revolutions alternate with jumps of wear until a limit is reached"), "optional"
     )
-    key_table[f"{LIFE}.joint"] = Word(worn_joints, "joint whose wear is limited; it needs a section `wear`")
-    key_table[f"{LIFE}.of"] = Word(
+    keys[f"{LIFE}.joint"] = Word(worn_joints, "joint whose wear is limited; it needs a section `wear`")
+    keys[f"{LIFE}.of"] = Word(
         LIMITED_QUANTITIES,
         (
             "limited quantity; wear_depth_max: the depth of the deepest bin of either body; "
@@ -129,4 +127,4 @@ def add_life_keys(key_table: KeyTable) -> None:
         LIMITED_QUANTITIES[0],
     )
     for field in _LIFE_FIELDS:
-        key_table[f"{LIFE}.{field.name}"] = Number((Use(field),), field.name == "limit")
+        keys[f"{LIFE}.{field.name}"] = Number((Use(field),), field.name == "limit")

@@ -1,4 +1,4 @@
-"""Describe keys for `clearsweep list KEY`, the sections that choose cases, and the page of all keys."""
+"""Describes keys for `clearsweep list KEY`, the sections that choose cases, and the page of all keys."""
 
 import re
 import textwrap
@@ -9,9 +9,9 @@ from ...contracts.catalogue import Catalogue
 from ...contracts.outline import ANY
 from ..keys.kinds import Word
 from ..keys.outline import KeyTree, key_trees
-from ..sections.axes import FORMS, METHODS
+from ..sections.axes import DESIGNS, SPACING_FORMS
 from ..sections.distributions import parameter_forms
-from ..sections.fits import FORM
+from ..sections.fits import DISTRIBUTION_FORM
 from ..sections.reader import CHECK_LAWS
 from .reference import IN_SPACE_TEXT, PageSection, Row, page_sections, quoted
 from .schema import KEY_SECTIONS, NAME_SECTIONS, schema
@@ -21,12 +21,12 @@ _SEARCHES = ("seek", "refine", "optimise", "identify")
 _CASES_TEXT = (
     "table (.csv or .parquet) in the directory of the grid, with a column for each path and a row for each case"
 )
-AXIS_FORMS = {**FORMS, "fits": "[H7/g6, H7/f7]: the mean radial clearances of fits of ISO 286"}
+AXIS_FORMS = {**SPACING_FORMS, "fits": "[H7/g6, H7/f7]: the mean radial clearances of fits of ISO 286"}
 LABELS_TEXT = """\
 An axis of `sweep`, `zip` or `cases` may give its values labels: `{bronze: 3e-15 m^2/N, PTFE: 1e-15 m^2/N}`. Tables,
 figures and sentences show them. The column of summary.parquet keeps the numbers, and its metadata the labels. A label
 contains a letter. The words above and the names of distributions are reserved."""
-SAMPLE_FORMS = {**parameter_forms(), "fit": f"{FORM}: a radial clearance between the limits of a fit"}
+SAMPLE_FORMS = {**parameter_forms(), "fit": f"{DISTRIBUTION_FORM}: a radial clearance between the limits of a fit"}
 
 #: Key -> meaning, of each section with keys of its own.
 SECTION_KEYS = {
@@ -82,7 +82,7 @@ def sections_markdown(catalogue: Catalogue) -> str:
             "\n### `sample`\n",
             *_two_columns("key", "meaning", SECTION_KEYS["sample"]),
             "",
-            *_two_columns("design", "what it draws", METHODS),
+            *_two_columns("design", "what it draws", DESIGNS),
             "",
             *_two_columns("distribution", "contains", SAMPLE_FORMS),
             "",
@@ -214,7 +214,7 @@ def _case_section_help(name: str, catalogue: Catalogue) -> Iterator[str]:
     parent, _, key = name.rpartition(".")
     if name in texts:
         lines = [_fact_line("meaning", _without_markdown(texts[name])), _fact_line("example", SECTION_EXAMPLES[name])]
-        choices = SECTION_KEYS.get(name, {}) | (METHODS | SAMPLE_FORMS if name == "sample" else {})
+        choices = SECTION_KEYS.get(name, {}) | (DESIGNS | SAMPLE_FORMS if name == "sample" else {})
         choices |= AXIS_FORMS if name in ("sweep", "zip") else {}
         width = max(map(len, choices), default=0) + 2
         rows = [
@@ -231,7 +231,7 @@ def _case_section_help(name: str, catalogue: Catalogue) -> Iterator[str]:
                 _fact_line("example", SECTION_EXAMPLES[section]),
             ]
             yield "\n".join([f"{section}.{key}", *lines])
-    for forms, owner in ((AXIS_FORMS, "an axis"), (METHODS, "sample.method"), (SAMPLE_FORMS, "sample.over")):
+    for forms, owner in ((AXIS_FORMS, "an axis"), (DESIGNS, "sample.method"), (SAMPLE_FORMS, "sample.over")):
         if name in forms:
             yield f"{name}, of {owner}\n{_fact_line('meaning', _without_markdown(forms[name]))}"
 

@@ -13,9 +13,9 @@ from ..sections.identify import IDENTIFY_SECTION
 from ..sections.named_sections import FIGURES_SECTION, LIMITS_SECTION, UNCERTAIN_SECTION
 from ..sections.optimise import OPTIMISE_SECTION
 from ..sections.reader import CHECK_LAWS, CHECK_LAWS_TEXT
-from ..sections.section import ADDED, FIT_FORM, FITS_FORM
+from ..sections.section import ADDED, FIT_SCHEMA, FITS_SCHEMA
 from ..sections.seek import REFINE_SECTION, SEEK_SECTION
-from ..sections.variations import LONGEST, RESERVED
+from ..sections.variations import MAX_LABEL_LENGTH, RESERVED_LABELS
 from ..written.definitions import DEFINE, DEFINE_TEXT
 
 KEY_SECTIONS = (SAMPLE_SECTION, SEEK_SECTION, REFINE_SECTION, OPTIMISE_SECTION, IDENTIFY_SECTION)
@@ -77,7 +77,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
             "axis": {
                 "anyOf": [
                     {"type": "array", "minItems": 1},
-                    FITS_FORM,
+                    FITS_SCHEMA,
                     _labels_schema(),
                     *(
                         {
@@ -100,8 +100,8 @@ def _labels_schema() -> dict[str, Any]:
         "type": "object",
         "description": "label -> value",
         "minProperties": 1,
-        "propertyNames": {"not": {"enum": list(RESERVED)}, "maxLength": LONGEST},
-        "additionalProperties": {"anyOf": [{"$ref": "#/$defs/quantity"}, FIT_FORM]},
+        "propertyNames": {"not": {"enum": list(RESERVED_LABELS)}, "maxLength": MAX_LABEL_LENGTH},
+        "additionalProperties": {"anyOf": [{"$ref": "#/$defs/quantity"}, FIT_SCHEMA]},
     }
 
 
@@ -138,7 +138,7 @@ def _object_schema(key_table: KeyTable, path: str) -> dict[str, Any]:
                 {"$ref": "#/$defs/quantity"},
                 *(_object_schema(key_table, item) for item in (nested,) if _has_keys_below(key_table, item)),
             ]
-            forms += [FIT_FORM] if any(key_use.field.fit for key_use in node.uses) else []
+            forms += [FIT_SCHEMA] if any(key_use.field.fit for key_use in node.uses) else []
             value = {"anyOf": forms} if forms[1:] else forms[0]
             properties[key] = {"description": _number_description(node), **value}
         if isinstance(node, Section) and node.need == "required" and key != ANY:

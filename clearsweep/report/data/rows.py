@@ -126,4 +126,4 @@ def dependent_values(defined: Definitions, path: str, cases: Rows, base: Mapping
     """Return a number derived from swept names, for every case."""
     axes = {f"define.{name}": cases[f"define.{name}"].to_numpy() for name in sorted(defined.varied)}
     points = (dict(zip(axes, values, strict=True)) for values in zip(*axes.values(), strict=True))
-    return pd.Series([defined.at(point)[path] for point in points], cases.index, dtype="float64")
+    return pd.Series([defined.values_at(point)[path] for point in points], cases.index, dtype="float64")
