@@ -190,14 +190,24 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
 @click.option(
     "--tables", type=_PATH, metavar="OUT", help="Also write every table to this directory, as CSV and Markdown."
 )
-@click.option("--figures", type=_PATH, metavar="OUT", help="Also write every figure to this directory, for a paper.")
-@click.option("--format", "form", type=click.Choice(["svg", "pdf", "png"]), default="svg", help="Format of figures.")
-@click.option("--width", type=click.Choice(["85", "170", "auto"]), default="auto", help="Width of figures in mm.")
+@click.option(
+    "--figures", type=_PATH, metavar="OUT", help="Also write every figure of the report to this directory as a file."
+)
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["svg", "pdf", "png"]),
+    default="svg",
+    help="Format of the files of --figures.",
+)
+@click.option(
+    "--width", type=click.Choice(["85", "170", "auto"]), default="auto", help="Width of the files of --figures in mm."
+)
 @click.option(
     "--overlay", type=_PATH, metavar="CSV", help="Compare the measured signals of this file with the computed ones."
 )
 @click.option(
-    "--median", is_flag=True, help="On maps, show the median over the axes not drawn instead of the worst case."
+    "--median", is_flag=True, help="Show in each cell of a map the median of its cases instead of the worst case."
 )
 @click.option("--all", "all_cases", is_flag=True, help="Report all cases in DIR, not only those of the last grid.")
 @click.option("--partial", is_flag=True, help="Report the finished cases of a run that is not finished.")
@@ -296,7 +306,9 @@ def verify(quick: bool, as_json: bool, write: bool, measured: bool) -> None:
 
 @verbs.command("list")
 @click.argument("name", required=False)
-@click.option("--for", "grid", type=_PATH, metavar="GRID", help="Assess for each joint of GRID which laws suit it.")
+@click.option(
+    "--for", "grid", type=_PATH, metavar="GRID", help="Assess the laws for each joint of GRID: valid or not, and why."
+)
 def list_(name: str | None, grid: Path | None) -> None:
     """Print all mechanisms, drives, loads and laws, or explain NAME.
 

@@ -12,7 +12,7 @@ INTERNAL, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
 
 def run(command: click.Command, arguments: list[str] | None) -> int:
-    """Run a command and return its exit code; a message about its failure goes to stderr."""
+    """Run a command and return its exit code; print a message about its failure on stderr."""
     try:
         return int(command.main(arguments, prog_name="clearsweep", standalone_mode=False) or 0)
     except click.exceptions.NoArgsIsHelpError as error:

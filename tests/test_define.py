@@ -163,7 +163,7 @@ def test_a_value_out_of_range_on_an_axis_is_refused(problems_in):
         for problem in problems
     )
     (problem,) = problems_in(swept(WHOLE.replace("clearance: = play", "clearance: = play - '30 um'")))
-    assert "comes to -1e-05, out of range; allowed: above 0 (m)" in problem
+    assert "gives -1e-05, out of range; allowed: above 0 (m)" in problem
 
 
 def test_numbers_of_one_name_vary_together(at):

@@ -332,8 +332,8 @@ def test_what_never_ends_is_not_read(tmp_path, monkeypatch):
         file.truncate(65 * 2**20)
     began = time.process_time()
     for path, reason in (
-        ("/dev/zero", "no regular file"),
-        (tmp_path / "pipe.yaml", "no regular file"),
+        ("/dev/zero", "not a regular file"),
+        (tmp_path / "pipe.yaml", "not a regular file"),
         (tmp_path / "large.yaml", "68,157,440 bytes, more than the 67,108,864 that are read"),
     ):
         with pytest.raises(InputError, match=f"cannot be read: it .*{reason}"):
@@ -343,7 +343,7 @@ def test_what_never_ends_is_not_read(tmp_path, monkeypatch):
 
 def test_a_table_that_never_ends_is_not_read(at, tmp_path):
     (tmp_path / "cases.csv").symlink_to("/dev/zero")
-    with pytest.raises(InputError, match=r"cases.csv cannot be read: it is no regular file"):
+    with pytest.raises(InputError, match=r"cases.csv cannot be read: it is not a regular file"):
         at(f"{TEXT}cases: cases.csv\n")
 
 

@@ -203,7 +203,7 @@ MISTAKES = {
     "law that does not use it": (
         f"zip:\n  {CONTACT}.law: [hertz, flores]\n  {RESTITUTION}: [0.8, 0.9]\n",
         "",
-        f"grid.yaml:23:42: zip.{RESTITUTION}: is not used by hertz; in step or drawn, every",
+        f"grid.yaml:23:42: zip.{RESTITUTION}: is not used by hertz; every tried law must",
     ),
     "no file": ("cases: none.csv\n", "", "grid.yaml:21:8: cases: there is no file none.csv; the name is relative"),
     "wrong kind of file": ("cases: grid.yaml\n", "", "grid.yaml:21:8: cases: found 'grid.yaml'; expected the name of"),
@@ -291,7 +291,7 @@ MISTAKES = {
     "drawn where a law does not use it": (
         sample({RESTITUTION: "{uniform: [0.8, 0.9]}"}, more=f"sweep: {{{CONTACT}.law: [hertz, flores]}}\n"),
         "",
-        f"grid.yaml:22:42: sample.over.{RESTITUTION}: is not used by hertz; in step or drawn, every law",
+        f"grid.yaml:22:42: sample.over.{RESTITUTION}: is not used by hertz; every tried law must",
     ),
     "no distribution": (
         sample({SPEED: "[1, 2]"}),

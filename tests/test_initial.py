@@ -125,7 +125,7 @@ def test_a_free_body_is_drawn_where_it_starts():
 def test_the_identity_of_a_machine_without_initial_has_no_trace_of_it():
     source = deepcopy(grid())
     del source["mechanism"]["bodies"]["ball"]["initial"]
-    assert "without clearance it can move in 2 ways" in messages_of(source)
+    assert "without clearance it has 2 degrees of freedom" in messages_of(source)
     source = grid(vx=1.0)
     assert "bodies.ball.initial.vx" in clearsweep.load_case(source).case.mechanism.values
     assert not any("wheel.initial" in key for key in clearsweep.load_case(source).case.mechanism.values)

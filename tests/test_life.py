@@ -86,7 +86,11 @@ def test_hours_of_a_life_are_limited_in_hours_and_are_numbers_in_figures():
 
 TIMES = {"time": [0.0, 1.0], "fx": [0.0, 10.0]}
 MISTAKES = {
-    "joint without clearance": ({}, {"joint": "crank-rod"}, "life.joint: crank-rod has no clearance here; name one"),
+    "joint without clearance": (
+        {},
+        {"joint": "crank-rod"},
+        "life.joint: crank-rod has no clearance in this grid; name one",
+    ),
     "no joint of the mechanism": ({}, {"joint": "rod-slide"}, "did you mean 'rod-slider'"),
     "no wear": ({"joints.rod-slider.wear": None}, {}, "rod-slider.wear: is missing; life needs the wear"),
     "deep": (
@@ -105,7 +109,7 @@ MISTAKES = {
     ),
     "until": ({"simulate.until": {"figure": "rod_slider_force_rms"}}, {}, "simulate.until: has no effect with `life`"),
     "checked": ({"simulate.error_check": True}, {}, "simulate.error_check: has no effect with `life`"),
-    "worst": ({"save.worst": 3}, {}, "save.worst: has no effect with `life`: a life has many blocks"),
+    "worst": ({"save.worst": 3}, {}, "save.worst: has no effect with `life`, because the history of a life"),
     "run-up": ({"drive.speed": {"table": {"time": [0, 1], "speed": [1, 2]}}}, {}, "depends on time, but `life`"),
     "load": ({"loads": {"push": {"on": "slider", "table": TIMES}}}, {}, "loads.push.table: depends on time"),
     "swept": ({"sweep": {"life.blocks": [10, 20]}}, {}, "life.blocks"),

@@ -111,5 +111,5 @@ def test_a_mistake_is_reported(real_at):
     with pytest.raises(InputError, match="unknown material 'CuSn9'; did you mean 'CuSn8'"):
         real_at(swept(("CuSn8", "CuSn9")))
     numbers = TEXT.replace("bearing: CuSn8", "bearing: {young: 110 GPa, poisson: 0.3}")
-    with pytest.raises(InputError, match="a material varies by name where the grid names one"):
+    with pytest.raises(InputError, match="to vary a material, write its name in the grid"):
         real_at(f"{numbers}sweep: {{{BEARING}: [CuSn8]}}\n")

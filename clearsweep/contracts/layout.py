@@ -271,7 +271,7 @@ def _difference(column: Column) -> Column:
     """Return the column of a figure's error check."""
     text = (
         f"absolute difference of {column.name} from a run at a tenth of the tolerance. Beyond the horizon of chaotic "
-        "motion it compares two samples and is no check of convergence"
+        "motion it compares two samples and does not check convergence"
     )
     return Column(f"{column.name}{DIFFERENCE}", column.unit, text)
 

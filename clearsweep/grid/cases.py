@@ -1,4 +1,4 @@
-"""Enumerates the cases of a grid: factors of the product of its axes, templates of cases, and identities."""
+"""Numbers the cases of a grid, and computes their content and their identities without creating all of them."""
 
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""The finished cases of a run, as the sentences that answer the question of its grid need them."""
+"""The finished cases of a run, prepared for the sentences that answer the question of its grid."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence

@@ -197,7 +197,7 @@ def _none_safe(cases: Cases) -> list[str]:
 
 
 def _meaning(cases: Cases, joint: str) -> str:
-    """Return what a safe film means: within its law, and thicker than the surfaces are rough if this is known."""
+    """Return the criteria of a safe film: within its law, and thicker than the roughness if this is known."""
     if needed(cases, joint) is None:
         return "within the range of the film law; no roughness is given"
     return f"within the range of the film law and above {ROUGHNESSES:g} times the combined roughness"

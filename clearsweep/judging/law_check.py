@@ -64,7 +64,7 @@ def _figure(row: LawResult, format_value: Callable[[str, float], str]) -> str:
 
 
 def _names(rows: list[LawResult]) -> list[str]:
-    """Return the names of the laws, with their joints if there are several."""
+    """Return the names of the laws, with their joints if several joints have clearance."""
     joints = [row.path.split(".")[1] for row in rows]
     has_several_joints = len({*joints}) > 1
     return [f"{row.law}, {joint}" if has_several_joints else row.law for row, joint in zip(rows, joints, strict=True)]

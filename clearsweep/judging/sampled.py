@@ -107,7 +107,7 @@ def sentences(cases: Cases) -> list[str]:
 
 
 def longer_run_warning(cases: Cases, limited_columns: Sequence[str]) -> list[str]:
-    """Return that longer runs exceed limits on extremes more often where motions do not repeat; else [].
+    """Return a sentence that longer runs exceed limits on extremes more often; [] if all motions are periodic.
 
     limited_columns : columns
     """

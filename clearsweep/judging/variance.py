@@ -8,7 +8,7 @@ PASSES = 20  # of the fit of main effects; one is exact if every combination fin
 
 
 def is_clear(medians: np.ndarray, contrast: float) -> bool:
-    """Return whether an effect exceeds the scatter; from its medians if there is no scatter (NaN)."""
+    """Return whether an effect exceeds the scatter; without scatter (NaN), decide by its medians."""
     enough = bool(factor(medians) >= CLEAR_FACTOR)
     return enough if np.isnan(contrast) else enough and contrast >= CLEAR_CONTRAST
 

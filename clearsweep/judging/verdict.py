@@ -170,7 +170,7 @@ class Verdict(NamedTuple):
 
 _EXCEEDED = "columns whose limits the case exceeds or that cannot be assessed, separated by commas"
 _MARGIN = (
-    "smallest of 1 - value/limit (value/limit - 1 for at_least); null: a limit cannot be assessed, or no margin exists"
+    "smallest of 1 - value/limit (value/limit - 1 for at_least); null: a limit cannot be assessed or has no margin"
 )
 NO_VERDICT = Verdict()
 

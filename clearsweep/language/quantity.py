@@ -160,7 +160,7 @@ def is_bare(value: Any) -> bool:
 
 
 def said(value: Any, unit: str) -> str:
-    """Return a quantity as it was written, followed by the SI `unit` if it has none."""
+    """Return a written quantity, followed by the SI `unit` if it has no unit."""
     text = f"{value:.15g}" if isinstance(value, float) else str(value)
     return text if has_unit(value) or unit in ("1", "") else f"{text} {unit}"
 

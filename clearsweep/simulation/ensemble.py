@@ -1,4 +1,4 @@
-"""Simulates many cases one after the other; Python's work around the integration is done for many at a time."""
+"""Simulates many cases one after another, and computes their figures in bulk."""
 
 import time
 from collections.abc import Iterable, Iterator
@@ -27,7 +27,7 @@ class PendingResult(NamedTuple):
 
 
 def solve_each(cases: Iterable[Case]) -> Iterator[IndexedResult]:
-    """Yield the index of each case and its result or error, the same as from a run of that case alone.
+    """Yield the index of each case and its result or error, equal to those of a separate run of the case.
 
     Figures of plain cases are computed for many cases at a time, which halves the time.
     """

@@ -226,9 +226,9 @@ def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
     channels = scene.layout.channels
     values = np.zeros((len(sections), len(channels)))
     sample_states(run.work, revolutions.states[sections], values)
-    columns = {channel.name: values[:, index].copy() for index, channel in enumerate(channels)}
+    columns = {channel.name: column for channel, column in zip(channels, values.T, strict=True)}
     counted = np.round(run.marks.turns[sections] + start_turns(scene)).astype("i8")
-    return {SECTION_COUNT: counted} | {section: columns[name] for name, section in scene.layout.sections}
+    return {SECTION_COUNT: counted} | {section: columns[name].copy() for name, section in scene.layout.sections}
 
 
 def _histories_of(layout: Layout, record: Record) -> dict[str, np.ndarray]:

@@ -27,6 +27,7 @@ from .datasets import CASE, EVENT, NODE, SAMPLE, SECTION, Dataset, event_dataset
 ID_LENGTH = 16  # hexadecimal digits of a case_id
 GROUP_ROWS = 16384  # rows of a group of the summary, and of what is worked at in one go
 ORBITS, SUMMARIES = "shards", "parts"  # folders of a run directory; their names predate the present terms
+DATASET_BYTES = 4096  # bytes of a file for the description of a dataset, more than HDF5 needs
 HASH_LENGTH = 16  # hexadecimal digits of a checksum in a name
 _VERIFIED: Any = {"pre_buffer": False, "page_checksum_verification": True}  # options of a reader of Parquet
 _WITH_GROUPS = h5p.create(h5p.LINK_CREATE)  # a dataset is created with the groups of its path
@@ -195,13 +196,15 @@ CASE_ID = Dataset("case_id", np.dtype(f"S{ID_LENGTH}"), "1", "identity of the ca
 
 def orbits_bytes(schema: ResultSchema, rows: list[Row]) -> bytes:
     """Return the HDF5 file of a batch, plain so that a merge can read it by offsets; units are in the merged file."""
-    with h5py.File("batch", "w", driver="core", backing_store=False) as file:
-        _add(file, CASE_ID, np.array([row.case_id.encode() for row in rows], CASE_ID.dtype))
-        for item, dataset in offsets_of(schema).items():
-            counts = (_count(schema, row.trajectory, item) for row in rows)
-            _add(file, dataset, np.cumsum([0, *counts]).astype("i8"))
-        for dataset in datasets(schema):
-            _add(file, dataset, _gathered(schema, dataset, rows))
+    arrays = [(CASE_ID, np.array([row.case_id.encode() for row in rows], CASE_ID.dtype))]
+    for item, dataset in offsets_of(schema).items():
+        counts = (_count(schema, row.trajectory, item) for row in rows)
+        arrays.append((dataset, np.cumsum([0, *counts]).astype("i8")))
+    arrays += [(dataset, _gathered(schema, dataset, rows)) for dataset in datasets(schema)]
+    size = sum(values.nbytes + DATASET_BYTES for _, values in arrays)  # in one block, since growing takes longer
+    with h5py.File("batch", "w", driver="core", backing_store=False, block_size=size) as file:
+        for dataset, values in arrays:
+            _add(file, dataset, values)
         file.flush()
         return bytes(file.id.get_file_image())
 

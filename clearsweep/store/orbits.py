@@ -161,13 +161,16 @@ def _filtered(chunk: bytes, size: int) -> bytes:
 def fletcher32(content: bytes) -> int:
     """Return the checksum of HDF5's filter: Fletcher's (1982) two sums of big-endian words, modulo 65535.
 
-    A multiple of 65535 counts as 65535 unless all words are zero, because HDF5 uses an end-around carry.
+    A multiple of 65535 counts as 65535 unless all words are zero, because HDF5 uses an end-around carry.  Sums of
+    little-endian words are 256 times as large modulo 65535, and 256 * 256 is 1.
+
+    content : at most 32 MB, so that 32 bits hold the sums
     """
     count = -(-len(content) // 2)
-    words = np.frombuffer(content + b"\0" * (-len(content) % 512), ">u2").reshape(-1, 256).astype("u4")
-    rows, columns = words.sum(axis=1, dtype="u8"), words.sum(axis=0, dtype="u8")
-    total = int(rows.sum())
+    words = np.frombuffer(content + b"\0" * (-len(content) % 512), "<u2").reshape(-1, 256)
+    rows, columns = words.sum(axis=1, dtype="u4"), words.sum(axis=0, dtype="u4")
+    total = int(rows.sum(dtype="u8"))
     weighted = 256 * int(rows @ np.arange(len(rows), dtype="u8")) + int(columns @ np.arange(256, dtype="u8"))
     # the second sum adds up the first as it grows: word i is in it count - i times
-    first, second = ((value - 1) % 65535 + 1 if value else 0 for value in (total, count * total - weighted))
+    first, second = ((256 * value - 1) % 65535 + 1 if value else 0 for value in (total, count * total - weighted))
     return second << 16 | first

@@ -204,7 +204,7 @@ class Driver:
         return True
 
     def _handle_death(self, batch: Batch, exitcode: int | None) -> None:
-        """Handle a batch whose worker died: its current case is tried once more alone, the others are requeued."""
+        """Handle a batch whose worker died: its current case runs once more by itself, the others are requeued."""
         note = read_note(self.job, batch)
         self._discard(batch)
         if self._was_committed(batch):
@@ -278,7 +278,7 @@ class Driver:
         return done, sorted(cases, key=lambda case: -case.seconds)
 
     def _drain(self) -> None:
-        """Let the workers finish their current case, end them, and record their commits."""
+        """Wait until the workers have finished their current cases, end them, and record their commits."""
         with contextlib.suppress(OSError):  # a full disk: end them without a warning
             os.close(durable.create(self.job.stop))
         for future in wait(self.window, timeout=STOP_TIMEOUT).done:

@@ -43,7 +43,7 @@ class LawCheck:
 
 
 def _used(grid: Grid, point: Point) -> set[str]:
-    """Return the varied paths whose values the laws at a point use; some values have other names there."""
+    """Return the varied paths whose values the laws at a point use; some values have other names under these laws."""
     return point.keys() & dict(leaves(grid.case_tree(point))).keys()
 
 

@@ -177,7 +177,8 @@ def _same_grid(paths: list[Path]) -> list[dict[str, Any]]:
         differing = [path for path in sorted({*first, *other}) if first.get(path) != other.get(path)]
         if differing:
             lines = "".join(
-                f"\n  {path}: {_short(first.get(path))} there, {_short(other.get(path))} here" for path in differing
+                f"\n  {path}: {_short(first.get(path))} in the first, {_short(other.get(path))} in this one"
+                for path in differing
             )
             raise DirectoryError(
                 f"{source}: contains results of another grid than {paths[0]}; "

@@ -271,13 +271,13 @@ def plain(text: str) -> str:
 
 
 def _listed_paths(facts: dict[str, Any]) -> list[str]:
-    """Return the swept paths with a column in the closing table; of many, those whose values differ there."""
+    """Return the swept paths with a column in the closing table; if there are many, those whose values differ in it."""
     rows = [entry["swept"] for entry in facts["worst"]]
     return [path for path in rows[0] if len(rows[0]) <= MANY_AXES or len({row[path] for row in rows}) > 1]
 
 
 def _shared(facts: dict[str, Any]) -> str:
-    """Return the swept values that all cases of the closing table share and that have no column there."""
+    """Return the swept values that all cases of the closing table share and that have no column in it."""
     column_paths = _listed_paths(facts)
     shared = {path: value for path, value in facts["worst"][0]["swept"].items() if path not in column_paths}
     setting = setting_text(shared, facts)

@@ -318,7 +318,7 @@ class _NoteWriter:
 
 @contextlib.contextmanager
 def _new_note(path: Path) -> Iterator[_NoteWriter]:
-    """Yield a new note; AbandonedError if there is one already: a scheduler repeats what killed a worker."""
+    """Yield a new note; AbandonedError if one exists, because the scheduler repeats a batch that killed a worker."""
     with durable.storing(path):
         try:
             handle = durable.create(path)

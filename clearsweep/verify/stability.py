@@ -1,4 +1,4 @@
-"""Stiff, extreme and degenerate cases: does every one end as it should, and stay within what mechanics allows?
+"""Checks that stiff, extreme and degenerate cases end as expected and stay within the bounds of mechanics.
 
 A case passes if it ends `ok` over two revolutions (impact pair: ten impacts) with the default tolerance and budgets, if
 nothing in it is not finite, if its energies balance to ENERGY tolerances a revolution, if no journal is found outside

@@ -28,7 +28,7 @@ METHODS = (
 
 
 def text(results: dict) -> str:
-    """Return the tables of all problems, what they mean, and the figures that matter most."""
+    """Return the tables of all problems, their explanation, and the main figures."""
     machine = results["machine"]
     lines = [
         f"clearsweep {results['version']}, error against run time ({results['command']}, {results['date']})",
@@ -136,7 +136,7 @@ def _with_interval(estimate: dict, unit: float) -> str:
 
 
 def stability(table: dict) -> list[str]:
-    """Return the lines that give what became of the stiff and extreme cases, all failures among them."""
+    """Return the lines on the stiff and extreme cases, with all failures."""
     lines = [
         f"stability: {table['passed']} of {table['cases']} stiff, extreme and degenerate cases pass "
         f"({100.0 * table['share_passed']:.1f} %), in {table['seconds']:.0f} s: two revolutions ended ok with default",

@@ -1,4 +1,4 @@
-"""A parameter of a case tuned, by bisection to the last bit, until a contact just grazes or two joints meet at once."""
+"""Tunes a parameter of a case by bisection, until a contact just grazes or two joints touch at the same time."""
 
 import copy
 from collections.abc import Callable
@@ -19,7 +19,7 @@ GRAZE_RATIO = 1e-4  # of the largest onset rate: a graze closes slower
 
 
 def tuned(case: Extreme) -> tuple[dict[str, Any], str]:
-    """Return the grid of a case with its parameter tuned, and a note that says to what."""
+    """Return the grid of a case with its tuned parameter, and a note with the value."""
     kind, path, low, high = case.tuning
     search = _graze if kind == "graze" else _meeting
     value, rate = search(case, path, low, high)

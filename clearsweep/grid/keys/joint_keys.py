@@ -146,7 +146,7 @@ def add_thermal(keys: KeyTable, path: str) -> None:
         field = Field(
             body,
             "1/K",
-            f"coefficient of thermal expansion of the {body}; default: the value of its named material",
+            f"coefficient of thermal expansion of the {body}; a named material provides it",
             low_open=False,
         )
         add_numbers(keys, f"{thermal}.expansion", (field,))

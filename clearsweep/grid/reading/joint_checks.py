@@ -138,23 +138,21 @@ def _check_material(reader: Reader, joint: str) -> None:
     material = f"{joint}.contact.material"
     if material not in reader.shape or not value_key(reader.shape, f"{material}.young").is_used(reader.names):
         return
-    shared_keys = [key for key in ("young", "poisson") if reader.is_given(f"{material}.{key}")]
+    shared = [key for key in ("young", "poisson") if reader.is_given(f"{material}.{key}")]
     given_bodies = [body for body in Materials._fields if f"{material}.{body}" in reader.shape]
-    if given_bodies and shared_keys:
+    if given_bodies and shared:
         sentence = f"conflicts with {' and '.join(given_bodies)}; write it within bearing and journal, or remove these"
-        reader.problems.add(
-            reader.position_of(f"{material}.{shared_keys[0]}"), f"{material}.{shared_keys[0]}", sentence
-        )
+        reader.problems.add(reader.position_of(f"{material}.{shared[0]}"), f"{material}.{shared[0]}", sentence)
     elif len(given_bodies) == 1:
         (other_body,) = set(Materials._fields) - set(given_bodies)
         sentence = f"is missing; for example: {other_body}: {{young: 110 GPa, poisson: 0.34}}, or one material for both"
         reader.problems.add(reader.position_of(material), f"{material}.{other_body}", sentence)
     elif not given_bodies:
         for key in ("young", "poisson"):
-            if key not in shared_keys:
+            if key not in shared:
                 sentence = (
-                    "is missing; for example: {young: 207 GPa, poisson: 0.3} for both bodies, or a section like it "
-                    "for each, bearing and journal"
+                    "is missing; for example: {young: 207 GPa, poisson: 0.3} for both bodies, or one such section "
+                    "for each of bearing and journal"
                 )
                 reader.problems.add(reader.position_of(material), f"{material}.{key}", sentence)
 
@@ -193,7 +191,7 @@ def _check_hertzian(reader: Reader, elastic: str, law: Law) -> None:
     exponents = [x for x in exponent_values(reader, elastic) if not math.isclose(x, 1.5)]
     culprit = other_laws[0] if other_laws else f"an exponent of {exponents[0]:.15g}" if exponents else ""
     if culprit:
-        sentence = f"found {culprit}; law '{law.name}' allows power with the exponent 1.5, a ball in a socket"
+        sentence = f"found {culprit}; law '{law.name}' requires elastic: power with the exponent 1.5"
         reader.problems.add(reader.position_of(elastic), elastic, sentence)
 
 
@@ -329,12 +327,14 @@ def _check_life(reader: Reader) -> None:
     if joint is not None:
         _check_limited_joint(reader, str(joint))
     for path, reason in (
-        ("simulate.until", "a life makes its blocks as long as the wear rate needs"),
-        ("simulate.error_check", "a life gives its own error, in the interval of its revolutions"),
-        ("save.worst", "a life has many blocks; its history contains the peak of each"),
+        ("simulate.until", "a life determines the length of its blocks from the wear rate"),
+        ("simulate.error_check", "the interval of a life contains its error"),
+        ("save.worst", "the history of a life contains the peak of each block"),
     ):
         if path in reader.sections or path in reader.values:
-            reader.problems.add(reader.position_of(path), path, f"has no effect with `life`: {reason}; leave it out")
+            reader.problems.add(
+                reader.position_of(path), path, f"has no effect with `life`, because {reason}; leave it out"
+            )
     _check_blocks(reader)
     _check_periodicity(reader)
 
@@ -347,7 +347,7 @@ def _check_limited_joint(reader: Reader, joint: str) -> None:
             name.split(".")[1] for name in reader.shape if name.startswith("joints.") and name.endswith(".wear")
         ]
         remedy = f"name one that wears ({', '.join(worn_joints)})" if worn_joints else "give it clearance and wear"
-        reader.problems.add(reader.position_of(path), path, f"{joint} has no clearance here; {remedy}")
+        reader.problems.add(reader.position_of(path), path, f"{joint} has no clearance in this grid; {remedy}")
         return
     if f"{joint_path}.wear" not in reader.shape:
         sentence = "is missing; life needs the wear of its joint; for example: {law: archard, coefficient: 2e-14 m^2/N}"

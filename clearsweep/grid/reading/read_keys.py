@@ -191,7 +191,7 @@ def _unknown_key_text(path: str, key: str, allowed: list[str]) -> str:
         other_drive = next((drive for drive in DRIVES if drive in allowed), DRIVES[0])
         return f"conflicts with {other_drive}; a drive can have only one of {', '.join(DRIVES)}; remove the others"
     if key == "elastic" and path.startswith("mechanism."):
-        elastic_text = "an elastic link stretches along the line between two pins of a plane"
+        elastic_text = "only a link between two pins of a planar mechanism can be elastic"
         return f"{elastic_text}; this one is rigid: leave `elastic` out"
     if key[:1].isdigit() and not any(name[:1].isdigit() for name in allowed):
         return f"unknown key '{key}'; write numbers with a decimal point, not a comma"

@@ -28,7 +28,7 @@ _MAX_VALUES = 1_000_000  # values on one axis; they are kept in memory
 SPACING_FORMS = {
     "linspace": "[first, last, count]",
     "geomspace": "[first, last, count]",
-    "logspace": "[exponent of the first, exponent of the last, count] with the unit as a fourth where it is not SI",
+    "logspace": "[exponent of the first value, exponent of the last, count]; a fourth item is the unit if it is not SI",
 }
 
 

@@ -124,7 +124,7 @@ def find_added_cases(reader: Reader, root: WrittenValue, sections: tuple[str, ..
         if isinstance(written.value, dict):
             reader.added_path, reader.added_written = f"{name}.{ADDED}", dict(written.value)
         else:
-            reader.problems.add(written, f"{name}.{ADDED}", "is filled in by a run in run.json; remove the key")
+            reader.problems.add(written, f"{name}.{ADDED}", "is a key of run.json only; remove it")
 
 
 def added_rows(reader: Reader) -> tuple[tuple[Any, ...], ...]:

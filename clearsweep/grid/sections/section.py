@@ -239,8 +239,8 @@ _ADDED_KEY = Key(ADDED, "do not write it: run.json lists the added cases here", 
 
 def cases_key(low: int, high: int) -> CountKey:
     """Return the key for the number of cases that a search may add, from `low` to `high`."""
-    text = "most cases to add, a whole number" + (f" of at least {low}" if low > 1 else "")
-    missing = "; write how many cases there may be"
+    text = "largest number of cases to add, a whole number" + (f" of at least {low}" if low > 1 else "")
+    missing = "; write the largest number of cases"
     return CountKey("cases", text, low=low, high=high, required=True, missing=missing)
 
 

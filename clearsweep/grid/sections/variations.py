@@ -123,7 +123,7 @@ def _record_axis(
     elif isinstance(node, Section):
         paths_inside = [other_path for other_path in sweepable_paths if other_path.startswith(f"{path}.")]
         is_named = isinstance(key_table.get(f"{path}.name"), Name) and path.rpartition(".")[2] in (*BODIES, "material")
-        remedy = "; a material varies by name where the grid names one: `bearing: CuSn8`" if is_named else ""
+        remedy = "; to vary a material, write its name in the grid, such as `bearing: CuSn8`" if is_named else ""
         reader.problems.add(
             position,
             key_path,
@@ -239,7 +239,8 @@ def _report_unused_rows(reader: Reader, path: str) -> None:
     for choice in product(*(sorted(reader.names[other_path]) for other_path in varied_choosers)):
         names = reader.names | {other_path: {name} for other_path, name in zip(varied_choosers, choice, strict=True)}
         if not node.is_used(names):
-            sentence = f"is not used by {' and '.join(choice)}; in step or drawn, every law that is tried has to use it"
+            required = "every tried law must use a value that is drawn or varies together with others"
+            sentence = f"is not used by {' and '.join(choice)}; {required}"
             reader.problems.add(reader.swept[path], _axis_key_path(reader.varied_by[path], path), sentence)
             return
 
@@ -370,7 +371,7 @@ def check_dependents(reader: Reader) -> None:
             continue
         invalid = [(field, value) for value in reader.values_of(path) for field in fields if not field.contains(value)]
         for field, value in invalid[:1]:
-            sentence = f"= {text} comes to {value:.6g}, out of range; allowed: {field.allowed(value)}"
+            sentence = f"= {text} gives {value:.6g}, out of range; allowed: {field.allowed(value)}"
             reader.problems.add(reader.swept[f"{DEFINE_PREFIX}{name}"], path, sentence)
 
 

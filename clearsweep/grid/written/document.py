@@ -127,7 +127,7 @@ def check_regular_file(name: str | PathLike, max_bytes: int) -> None:
     """Raise OSError unless `name` is a regular file, no device or pipe, of at most `max_bytes` bytes."""
     file_status = os.stat(name)
     if not stat.S_ISREG(file_status.st_mode):
-        raise OSError(0, "it is a directory" if stat.S_ISDIR(file_status.st_mode) else "it is no regular file")
+        raise OSError(0, "it is a directory" if stat.S_ISDIR(file_status.st_mode) else "it is not a regular file")
     if file_status.st_size > max_bytes:
         raise OSError(0, f"it has {file_status.st_size:,} bytes, more than the {max_bytes:,} that are read")
 

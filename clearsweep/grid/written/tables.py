@@ -284,7 +284,7 @@ def _check_period(problems: Problems, path: str, last: WrittenValue, values: Col
     for name, column in values.items():
         largest = max(map(abs, column))
         if name != "crank_angle" and abs(column[-1] - column[0]) > 1e-9 * largest:
-            sentence = f"{name}: the last row differs from the first, which is the same crank angle; make them equal"
+            sentence = f"{name}: the last row has the same crank angle as the first, but another value; make both equal"
             problems.add(last, path, sentence)
             return False
         column[-1] = column[0] if name != "crank_angle" else column[-1]
@@ -330,7 +330,7 @@ def read_signals(
             raise InputError(
                 f"{path}:1:{column_index + 1}: '{header.strip()}' is not a signal of this "
                 f"run{did_you_mean(name, known)} "
-                f"(known: {', '.join(known)}); write its unit behind it, such as acceleration [m/s^2]"
+                f"(known: {', '.join(known)}); write a signal followed by its unit, such as acceleration [m/s^2]"
             )
         if name in columns:
             raise InputError(f"{path}:1:{column_index + 1}: '{name}' occurs twice; keep one of them")

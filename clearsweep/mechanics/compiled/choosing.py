@@ -13,9 +13,9 @@ def where(condition, a, b):
     return a if condition else b
 
 
-def rolled_range(count):
-    """Return the numbers 0 to `count` - 1, for a loop that is compiled once instead of being unrolled."""
-    return range(count)
+def rolled_range(*bounds):
+    """Return `range(*bounds)`, for a loop that is compiled once instead of being unrolled."""
+    return range(*bounds)
 
 
 def abreast(count):

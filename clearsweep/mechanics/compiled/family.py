@@ -254,6 +254,17 @@ def invoke(code, parameters, arrays, integer):
         objects.function_at(int(code), len(arrays))(int(parameters), *(array.ctypes.data for array in arrays), integer)
 
 
+def invoke_each(code, parameters, arrays, integer):
+    """Call the code behind an Entry as `invoke` does, for each row of the arrays; only for calls from Python."""
+    if code in _PLAIN:
+        for rows in zip(*arrays, strict=True):
+            invoke(code, parameters, rows, integer)
+        return
+    function, places = objects.function_at(int(code), len(arrays)), [(a.ctypes.data, a.strides[0]) for a in arrays]
+    for row in range(len(arrays[0])):
+        function(int(parameters), *[address + row * stride for address, stride in places], integer)
+
+
 @primitive(invoke)
 def _emit_call(code, parameters, arrays, integer):
     call_at(code, parameters, arrays.made() if hasattr(arrays, "made") else arrays, integer)

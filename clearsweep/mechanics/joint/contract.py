@@ -316,11 +316,11 @@ def undeclared(form):
     """Yield descriptions of the missing members of a law's type."""
     for declaration, evaluation in TOGETHER:
         if (form in declaration.members) != (form in evaluation.members):
-            yield f"declares one of {declaration.__name__} and {evaluation.__name__}; a law has both or neither"
+            yield f"declares one of {declaration.__name__} and {evaluation.__name__}; a law needs both or neither"
     if (integrated(form) or form in latched.members) != bool(form._field_defaults):
         yield (
-            "has to declare an internal_state with rates, or what is latched, if fields have defaults, and only then: "
-            "these fields are the state"
+            "must declare an internal_state with rates, or latched numbers, if and only if fields have defaults: these "
+            "fields are the state"
         )
 
 

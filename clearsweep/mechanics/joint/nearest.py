@@ -1,4 +1,4 @@
-"""Nearest or deepest point of worn surfaces, see `joint.worn`.
+"""Nearest or deepest point of worn surfaces; `joint.worn` uses it.
 
 The deepest point is where the slope of g = e . u(phi) - h is zero, e sin(gamma - phi) = h', found from the direction
 gamma of the eccentricity by Halley's method, of the third order, whose last step has derivatives.  It is the deepest of

@@ -1,4 +1,4 @@
-"""A revolute joint whose worn surfaces act: `wear.evolve`.
+"""A revolute joint in which the worn shapes act on the contact (`wear.evolve`).
 
 Bearing and journal are circles minus wear, a function h of the angle in the frame of each body (`wear.shape`),
 which is constant during a run.  With u(phi) the unit vector at an angle, e the eccentricity and theta the

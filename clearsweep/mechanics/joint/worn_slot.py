@@ -1,4 +1,4 @@
-"""A pin in a slot whose worn surfaces act: `wear.evolve`.
+"""A pin in a slot in which the worn shapes act on the contact (`wear.evolve`).
 
 The wear of the wall is h(s) of the arc length s along it, see `slot`; the wear of the pin is h_j of its angle.  Near
 the point of the wall that is closest to the pin's centre, the gap of the new surfaces increases by K t^2 / 2 with the

@@ -100,7 +100,7 @@ def body_channels(body: str) -> tuple[Channel, ...]:
     return tuple(Channel(f"{body}/{name}", unit, text.format(body)) for name, unit, text in BODY)
 
 
-EXTENSION = ("m", "by which the line between its pins is longer than unloaded")
+EXTENSION = ("m", "elongation of the line between its pins")
 _ELASTIC = (
     Field(
         "axial_stiffness", "N/m", "axial stiffness E A / l of the whole link, which is a uniform bar of the given mass"

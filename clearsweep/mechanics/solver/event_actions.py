@@ -52,7 +52,7 @@ def end_contact(pointer, j):
 
 
 class Event(NamedTuple):
-    """One event of a contact, as it is logged."""
+    """An event of a contact in the log."""
 
     time: float  # s
     contact: int

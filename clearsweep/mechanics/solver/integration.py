@@ -23,7 +23,7 @@ LEFT_BEARING, GOING = range(9, 11)
 
 
 class Control(NamedTuple):
-    """When to stop, which method to use, and what to keep."""
+    """Settings of a run: ends, method and saved data."""
 
     window: float  # s, or rad of a free crank: start of the window in which figures are taken
     end: float  # s, or rad of a free crank: end of the run

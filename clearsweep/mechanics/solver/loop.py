@@ -1,4 +1,4 @@
-"""The integration loop: adaptive steps from event to event, with figures, samples and events taken on the way.
+"""The integration loop: adaptive steps from event to event, and accumulation of figures, samples and events.
 
 begin_case, then until the case ends or pauses:
     prepare_step        the length of the step, or why the case stops

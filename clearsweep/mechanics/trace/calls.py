@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from . import symbols
 from .activation import RETURNED, Activation, syntax_tree, untraceable_error
 from .lanes import all_of, none_of
-from .memory import View
+from .memory import View, rebased
 from .paths import Path, join_paths, leaves, map_leaves, passed_values, rebuilt, received, type_key, with_common_slopes
 from .primitives import BODIES, PRIMITIVES, SEPARATE
 from .symbols import Boolean, NotTraceableError, Symbol, is_symbol, trace
@@ -107,7 +107,7 @@ class _Returned:
 def _call_separate(function: Any, operands: tuple, named: dict[str, Any]) -> Any:
     """Return the result of a function that is compiled separately, once for each form of arguments."""
     active_trace = trace()
-    arguments = _bound(function, operands, named)
+    arguments = {name: map_leaves(value, rebased) for name, value in _bound(function, operands, named).items()}
     try:
         lanes = active_trace.lanes()
         key = (function, lanes is None, *((name, type_key(value)) for name, value in arguments.items()))

@@ -63,7 +63,7 @@ def polynomial(x: Any, coefficients: tuple[Any, ...]) -> Any:
 
 
 def product(a: Any, b: Any) -> Any:
-    """Return a b, rounded by itself: a sum is fused with products of its own function alone."""
+    """Return a b with its own rounding: a sum is fused only with products of the same function."""
     return a * b
 
 

@@ -245,3 +245,12 @@ def at_address(address: Number, position: Any) -> Number:
         arguments = (builder.extract_element(x, INT64(lane)) for x in (addresses, positions))
         vector = builder.insert_element(vector, load(*arguments), INT64(lane))
     return Number(vector, width)
+
+
+def rebased(value: Any) -> Any:
+    """Return a View with its offset in its base, so that parts of an array share a function; other values unchanged."""
+    is_global = isinstance(value, View) and isinstance(value.base, ir.GlobalVariable)
+    if not isinstance(value, View) or is_global or value.offset == 0 or width_of(value.offset) > 1:
+        return value
+    base = trace().builder.bitcast(value.address(), ADDRESS)
+    return View(base, value.item, value.shape, value.strides, value.width)

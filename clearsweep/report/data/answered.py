@@ -1,4 +1,4 @@
-"""The finished cases of a study, as the sentences that answer the question of a grid need them."""
+"""The finished cases of a study, prepared for the sentences that answer the question of its grid."""
 
 from collections.abc import Sequence
 

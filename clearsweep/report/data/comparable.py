@@ -1,4 +1,4 @@
-"""Figures of cases that may be compared: a start that was cut off lacks the rest of its forces."""
+"""Selects comparable figures: it leaves out starts that ended before the motor reached its speed."""
 
 import numpy as np
 

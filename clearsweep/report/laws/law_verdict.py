@@ -12,7 +12,7 @@ from ..statistics.matching import Matched, axis_key
 
 
 def of_axis(study: Study, groups: Matched) -> Part:
-    """Return the effect of the laws on an axis on the verdict, all else equal, or an empty Part without limits."""
+    """Return how the laws on an axis change the verdict at otherwise equal values; an empty Part without limits."""
     if verdict.EXCEEDED not in study.cases:
         return Part([], [], [])
     ids = groups.pairs["case_id"]

@@ -1,4 +1,4 @@
-"""Effect of the choice of a swept law: forces law by law, and the spread between laws, all else equal."""
+"""Effect of the choice of a swept law: forces under each law, and the spread between laws at otherwise equal values."""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,4 @@
-"""The section on a sample: how the figures spread, how likely limits are exceeded, what drives the spread."""
+"""The section on a sample: spread of the figures, probability of exceeding limits, drivers of the spread."""
 
 import numpy as np
 from matplotlib.axes import Axes

@@ -1,4 +1,4 @@
-"""Trend of a figure with one swept value, all else equal: from pairs of cases, without assumed distributions."""
+"""Trend of a figure with one swept value, from pairs of otherwise equal cases, without assumed distributions."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""The figures of merit: a block for each, with name, unit, description and formula over the sums of the motion.
+"""Defines the figures of merit, one block each: name, unit, description, and formula over the sums of the motion.
 
 A new figure needs only its block: columns, units, `until`, `limits`, the JSON Schema and all tables follow.  The order
 is that of the columns.
@@ -150,7 +150,7 @@ JOINT = (
     Figure(
         "force_clips",
         "1",
-        "number of times that a contact force turned to traction and was clipped at zero",
+        "number of times that a contact force became tensile and was clipped at zero",
         of="joint",
         value=field_of_totals("clips"),
         shown=(Shown("forces", "clips", 11, if_any=True),),
@@ -208,7 +208,7 @@ JOINT = (
     Figure(
         "restitution",
         "1",
-        "mean of rebound over approach speed; null: nothing rebounded",
+        "mean ratio of rebound speed to approach speed; null: no rebound",
         of="joint",
         needs=("rests",),
         value=restitution,
@@ -220,7 +220,7 @@ MECHANISM = (
     Figure(
         "acceleration_peak",
         "{output}/s^2",
-        "largest {output} acceleration, absolute",
+        "largest absolute {output} acceleration",
         of="output",
         value=field_of_totals("acceleration_max", "output"),
         shown=(Shown("output", "{output} acc. peak", 2), Shown("sample", "{output} acc. peak", 21)),
@@ -253,7 +253,7 @@ MECHANISM = (
     Figure(
         "crank_torque_peak",
         "N*m",
-        "largest drive torque, absolute",
+        "largest absolute drive torque",
         needs=("turns",),
         value=field_of_totals("torque_max", "case"),
         shown=(Shown("output", "crank torque peak", 4), Shown("sample", "crank torque peak", 22)),
@@ -331,7 +331,7 @@ WORK_COUNTS = (
     Figure("run_time", "s", "time spent integrating", value=lambda window, _: window.seconds, differs=False),
 )
 #: Known last; the caller that solves a case sets it.
-SETUP = Figure("setup_time", "s", "further time: ideal mechanism and figures; not part of run_time", differs=False)
+SETUP = Figure("setup_time", "s", "time of the ideal mechanism and the figures; not part of run_time", differs=False)
 FIGURES = (*JOINT, *MECHANISM, *PERIOD, *OBSERVED, RESIDUAL, *WORK_COUNTS, SETUP)
 
 

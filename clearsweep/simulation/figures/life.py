@@ -44,7 +44,7 @@ LIFE = (
         "life_low_uncertain",
         "1",
         "revolutions of the life with the uncertain wear coefficients at the upper ends of their 95 % intervals; null: "
-        "the limit was not reached, or that life failed, which `message` says",
+        "that life did not reach the limit or failed (see `message`)",
         of="joint",
         needs=("limited", "uncertain"),
         differs=False,

@@ -97,7 +97,7 @@ PEAKS = (
     Figure(
         "force_peak_million_high",
         "N",
-        "exceeded by the largest normal force of 10^6 revolutions with a probability of 2.5 %; null as the median",
+        "normal force that the largest of 10^6 revolutions exceeds with a probability of 2.5 %; null as for the median",
         of="joint",
         needs=("turns",),
         value=_expected_largest("high"),
@@ -130,7 +130,7 @@ PERIOD = (
     Figure(
         "period",
         "1",
-        "revolutions after which the motion repeats itself; null: no repetition within the window",
+        "revolutions after which the motion repeats; null: no repetition within the window",
         needs=("turns",),
         kind="int",
         value=lambda window, _: window.period,

@@ -112,7 +112,7 @@ WEAR = (
     Figure(
         "wear_narrow_arcs",
         "1",
-        "contact arcs narrower than five wear bins when worn (share of the wear steps)",
+        "share of the wear steps whose contact arc is narrower than five wear bins",
         of="joint",
         needs=("wear",),
         value=narrow_arcs,
@@ -121,7 +121,7 @@ WEAR = (
     Figure(
         "wear_bins_enough",
         "1",
-        "wear bins with which at least 95 % of the worn volume comes from arcs of at least five bins; 0: no wear",
+        "smallest number of bins with which arcs of at least five bins cause 95 % of the worn volume; 0: no wear",
         of="joint",
         needs=("wear",),
         kind="int",

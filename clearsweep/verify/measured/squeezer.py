@@ -104,7 +104,7 @@ def end_state(clearance: float = 0.0) -> dict[tuple[str, str], float]:
 
 
 def measure(*, quick: bool = False) -> list[Row]:
-    """Return the rows of the machine, and of the machine with one open pin."""
+    """Return the rows of the machine without clearance and with clearance in one pin."""
     table = reference(NAME)
     rows = table.rows(end_state(), "all pins ideal")
     return rows if quick else rows + table.rows(end_state(1e-5), "one pin open")

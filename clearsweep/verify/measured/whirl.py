@@ -42,7 +42,7 @@ def short_film(ratio: float, speed: float) -> float:
 
 
 def joint(law: str, viscosity: float, slenderness: float, radius: float, clearance: float) -> dict[str, Any]:
-    """Return a joint with a film alone."""
+    """Return a joint that has a film and no contact law."""
     film = {"law": law, "viscosity": viscosity}
     return {"clearance": clearance, "bearing_radius": radius, "length": 2.0 * radius * slenderness, "film": film}
 

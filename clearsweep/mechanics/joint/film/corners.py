@@ -1,4 +1,4 @@
-"""Where the force of a film has a corner: steps end there, so that no step crosses one.
+"""Kinks of the force of a film. Steps end at them, so no step crosses one.
 
 All films have corners at some depths.  Laws that treat a closing and an opening film, or both directions of rotation,
 by different formulas also have corners where the rate or the spin changes its sign: they are members of

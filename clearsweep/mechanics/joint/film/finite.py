@@ -11,7 +11,7 @@ from .corners import has_reversal_corners
 
 
 class Finite(NamedTuple):
-    """Butenschoen's fits; a1 to a9 depend on length / diameter alone."""
+    """Butenschoen's fits; a1 to a9 depend only on length / diameter."""
 
     force: float  # L D mu / psi^2, N s
     slenderness: float  # b, length / diameter, 1

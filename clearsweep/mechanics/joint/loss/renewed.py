@@ -1,4 +1,4 @@
-"""A contact that drops its onset rate once it is classified as lasting: `contact.onset: renewed`.
+"""A contact that stops using its onset rate when it becomes lasting (`contact.onset: renewed`).
 
 A law F = F_elastic (1 + chi rate / onset_rate) is designed for an impact, whose severity is its onset rate.
 A lasting contact has no such rate; if it kept that of its first touch, that would determine its losses for ever.

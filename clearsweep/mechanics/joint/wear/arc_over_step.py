@@ -315,7 +315,7 @@ def side_of(workspace, edge, i):
 def worn_before_edge(pressure, workspace, edge):
     """Return the wear (m rad) before an `edge` (rad) that the arc's ends pass."""
     total, low, side = 0.0, NODES[0], side_of(workspace, edge, 0)
-    for i in range(1, POINTS):
+    for i in rolled_range(1, POINTS):
         side_now = side_of(workspace, edge, i)
         while side != side_now:
             end = side if side != 0 else side_now  # the end of the arc that passes the edge

@@ -68,7 +68,7 @@ def _wear_rate_running_in(law, sliding):
 
 
 def _make(form, joint: Joint):
-    """Return the wear law `form` of a joint, or its running-in law."""
+    """Return the compiled wear law `form` of a joint, within RunningIn if the coefficient changes during running-in."""
     wear = joint.wear
     pressure, bins = compiled_term("pressure", wear.pressure, joint), float(min(wear.bins, MAX_BINS))
     common = bins, joint.length, pressure, wear.values.get("pv_limit", math.inf)
@@ -82,7 +82,7 @@ register(
     Law(
         "wear",
         "archard",
-        "depth grows with pressure and sliding",
+        "depth proportional to pressure and sliding distance",
         "dh = k p |slip| dt",
         "Archard 1953, J. Appl. Phys. 24:981",
         notes="k in m^2/N; 1 mm^3/(N m) = 1e-9 m^2/N.  k times the hardness must be far below 1.  A coefficient "
@@ -97,7 +97,7 @@ register(
     Law(
         "wear",
         "energy",
-        "depth grows with the work of friction",
+        "depth proportional to the work of friction",
         "dh = alpha tau |slip| dt, tau = p T / N the friction on the area",
         "Fouvry, Liskiewicz, Kapsa, Hannel & Sauger 2003, Wear 255:287, worn volume over dissipated energy; that the "
         "work is spread like the pressure is an assumption",

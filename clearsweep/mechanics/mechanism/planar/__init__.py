@@ -61,7 +61,7 @@ def channels(machine: Machine) -> tuple[Channel, ...]:
                 Channel(f"{name}/rate", "rad/s", "its rate"),
             ]
             if machine.bodies[body].elastic:
-                channels.append(Channel(f"{name}/extension", "m", f"by which {body} is longer than unloaded"))
+                channels.append(Channel(f"{name}/extension", "m", f"elongation of {body}"))
     return tuple(channels)
 
 
@@ -78,8 +78,7 @@ def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
     compiled = ideal_machine.by_open_joints[names]
     if compiled.light:
         raise MobilityError(
-            "with these joints open, something moves that has no mass or moment of inertia: "
-            f"{', '.join(compiled.light)}"
+            f"with these joints open, these bodies move without mass or moment of inertia: {', '.join(compiled.light)}"
         )
     displaced = any(map(any, offsets.values()))
     start = _start(ideal_machine, compiled.state, offsets) if displaced else compiled.start
@@ -163,7 +162,7 @@ def _start(ideal_machine: Ideal, state: list[Coordinate], offsets: Mapping) -> n
     machine, angle = ideal_machine.full_machine, ideal_machine.machine.drive.start_angle
     turn = ideal_machine.apart(offsets, angle)
     if not np.all(np.isfinite(turn.q)):
-        raise ClosureError("its joints cannot begin as far apart as specified", _moving(machine)[0], angle)
+        raise ClosureError("its joints cannot have the specified initial distances", _moving(machine)[0], angle)
     values = [ideal_machine.coordinate(item, turn) for item in state]
     speed = crank_speed(machine)
     coordinates, rates = [float(value) for value, _ in values], [speed * float(slope) for _, slope in values]

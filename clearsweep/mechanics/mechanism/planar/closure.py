@@ -26,7 +26,7 @@ LARGEST_JUMP = 0.1  # rad, by which an angle may differ from the parabola throug
 NEAR_SINGULAR = 1e-7  # least singular value of the constraints over the largest, lengths measured by the machine's size
 QUADRATIC_STEP = 1e-9  # of the machine's size, by which the last step of Newton's method moves
 ATTEMPTS = 40
-_SINGULAR = "it is in a singular position, in which it can move in more ways than one"
+_SINGULAR = "it is in a singular position, in which it has more than one degree of freedom"
 
 
 class ClosureError(ValueError):
@@ -70,7 +70,7 @@ class Closure:
         if self.rows != 3 * len(self.names):
             freedoms = 3 * len(self.names) - self.rows + 1
             raise MobilityError(
-                f"without clearance it can move in {freedoms} ways (3 per moving body, less 2 per joint); "
+                f"without clearance it has {freedoms} degrees of freedom (3 per moving body, minus 2 per joint); "
                 "the drive needs exactly 1"
             )
 
@@ -238,7 +238,9 @@ class Closure:
                 solutions.append((float(np.sum(directions**2 * np.where(is_given, 100.0, 1.0))), q))
         if not solutions:
             raise ClosureError(
-                "its lengths do not let it close where the crank begins", self._farthest(values_given, angle), angle
+                "its loops cannot be closed at the initial crank angle with these lengths",
+                self._farthest(values_given, angle),
+                angle,
             )
         return self._near(min(solutions, key=lambda item: item[0])[1], values_given)
 

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from ...compiled import calculus
 from ...compiled.choosing import where
 from ...compiled.dual import Dual, as_type_of, plain, value
-from ...compiled.family import inlined, kernel
+from ...compiled.family import form_number, inlined, kernel
 from ...joint.dry import Gap
 from ...joint.friction.contract import friction_force, static_limit
 from ...joint.guide import GuideGap
@@ -38,8 +38,12 @@ def generated(name: str) -> Callable:
     """Return the function `name`, generated for the type of machine at its first call."""
 
     def dispatch(mechanism, *remainder):
-        return _functions(kinds_of(mechanism))[name](mechanism, *remainder)
+        number = form_number(mechanism)
+        if number not in by_form:
+            by_form[number] = function_of(mechanism, name)
+        return by_form[number](mechanism, *remainder)
 
+    by_form = {}  # faster than by `kinds_of`
     dispatch.body_of = functools.partial(function_of, name=name)
     return dispatch
 

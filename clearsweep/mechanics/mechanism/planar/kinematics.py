@@ -188,7 +188,7 @@ class Bodies(Kinematics):
         return loads
 
     def _push(self, i: int, load: LoadKind) -> Load:
-        """Return the load number `i`: a force and torque on one body, constant or by a table."""
+        """Return load `i`: a force and a torque on one body, constant or from a table."""
         path = f"mechanism.loads[{i}]"
         if load.form is Pushing:
             fx, fy, torque = (self.code.assign(f"{path}.{component}") for component in ("fx", "fy", "torque"))

@@ -1,4 +1,4 @@
-"""The pose of a planar machine: positions and velocities, from which everything else follows."""
+"""The pose of a planar machine: positions and velocities of its bodies."""
 
 from typing import NamedTuple
 

@@ -81,7 +81,7 @@ class PointAim(NamedTuple):
 
 
 class AngleAim(NamedTuple):
-    """The output is the angle of a body that turns about z alone."""
+    """The output is the angle of a body that turns only about z."""
 
     body: tuple
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled.choosing import abreast
-from ...compiled.family import invoke, kernel, pointer_to
+from ...compiled.family import invoke, invoke_each, kernel
 from ...observe.histogram import QUARTER_POINTS, STATE_POINTS
 from ...observe.observables import NORMAL, column_of, put_load
 from ...observe.stages import END, NODES, SCRATCH, SHARES, STAGES
@@ -144,10 +144,8 @@ def write_samples(pointer):
 
 def sample_states(work, states, out):
     """Write the time histories at `states` (states, n) to `out` (states, channels), without forces."""
-    pointer = pointer_to(work)
-    for i in range(states.shape[0]):
-        work.z[:] = states[i]
-        write_sample(pointer, work.z, out[i])
+    shared = [np.broadcast_to(array, (len(states), array.size)) for array in (work.mode, work.latched, work.side)]
+    invoke_each(work.sample.code, work.sample.parameters, (states, *shared, out), out.shape[1])
 
 
 PROBE_DISTANCE = 1e-4  # of a step: distance from a mark at which a rising force is detected
