@@ -190,19 +190,9 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
 @click.option(
     "--tables", type=_PATH, metavar="OUT", help="Also write every table to this directory, as CSV and Markdown."
 )
-@click.option(
-    "--figures", type=_PATH, metavar="OUT", help="Also write every figure of the report to this directory as a file."
-)
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["svg", "pdf", "png"]),
-    default="svg",
-    help="Format of the files of --figures.",
-)
-@click.option(
-    "--width", type=click.Choice(["85", "170", "auto"]), default="auto", help="Width of the files of --figures in mm."
-)
+@click.option("--figures", type=_PATH, metavar="OUT", help="Also write every figure to this directory, a file each.")
+@click.option("--format", "form", type=click.Choice(["svg", "pdf", "png"]), default="svg", help="Format of --figures.")
+@click.option("--width", type=click.Choice(["85", "170", "auto"]), default="auto", help="Width of --figures in mm.")
 @click.option(
     "--overlay", type=_PATH, metavar="CSV", help="Compare the measured signals of this file with the computed ones."
 )
@@ -306,9 +296,7 @@ def verify(quick: bool, as_json: bool, write: bool, measured: bool) -> None:
 
 @verbs.command("list")
 @click.argument("name", required=False)
-@click.option(
-    "--for", "grid", type=_PATH, metavar="GRID", help="Assess the laws for each joint of GRID: valid or not, and why."
-)
+@click.option("--for", "grid", type=_PATH, metavar="GRID", help="Assess which laws are valid in each joint of GRID.")
 def list_(name: str | None, grid: Path | None) -> None:
     """Print all mechanisms, drives, loads and laws, or explain NAME.
 

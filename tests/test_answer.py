@@ -19,6 +19,7 @@ from clearsweep.judging import (
     labels,
     probability,
     sampled,
+    start_up,
     wear,
 )
 from clearsweep.judging.cases import Cases, column_texts, from_to
@@ -155,12 +156,34 @@ def test_a_start_that_was_cut_off_is_no_rival_of_one_that_reached_its_speed():
     made = cases(columns, (SPEED,), lead, record, ("force_peak",))
     started = (Column("start_up_time", "s", ""), Column("crank_speed_max", "rad/s", ""))
     made = made._replace(layout=made.layout._replace(columns=(*made.layout.columns, *started)))
-    said = " ".join(answer.sentences(made))
-    assert "1 of 3 cases was cut off after 8 revolutions, before 142.5: at most 99 at speed 3." in said
-    assert "no-load speed of 150, takes" in said
-    assert "Largest normal force of the finished starts: 5 at speed 2 (case 0000000" in said
+    first, second, *_ = said = answer.sentences(made)
+    assert first.startswith("1 of 3 cases was cut off after 8 revolutions, before 142.5: at most 99 at speed 3.")
+    assert "set simulate.revolutions to 16 or more" in first
+    assert second.startswith("2 of 3 cases reach 142.5, 95 % of the motor's no-load speed of 150, for the first time")
+    assert any("Largest normal force of the started cases: 5 at speed 2 (case 0000000" in each for each in said)
     columns["start_up_time"][2] = 0.9
     assert "Largest normal force: 9 at speed 3" in " ".join(answer.sentences(made))
+
+
+def test_a_first_touch_of_the_speed_is_not_steady_running_and_the_force_until_then_is_not_that_of_the_run():
+    lead = Lead("start-up", "", (), False, (Candidate("", ("start_up_time", "crank_speed_max")),))
+    record = {"drive": {"motor": {"no_load_speed": 150.0}}, "simulate": {"revolutions": 8.0, "discard": 0.0}}
+    columns = {"start_up_time": [0.1, 0.3], "crank_speed_max": [180.0, 151.0], "crank_speed_after": [100.0, 141.0]}
+    columns |= {SPEED: [1, 2], "pin_force_peak": [2.0, 5.0], "pin_force_peak_start": [2.0, 1.5]}
+    made = cases(columns, (SPEED,), lead, record, ("force_peak", "force_peak_start"))
+    started = tuple(Column(name, "1", "") for name in ("start_up_time", "crank_speed_max", "crank_speed_after"))
+    made = made._replace(layout=made.layout._replace(columns=(*made.layout.columns, *started)))
+    _, swing, force = (text.replace("\u00a0", " ") for text in answer.sentences(made))
+    assert swing == (
+        "After that, the speed swings between 100 and 180, up to 20 % above no load at speed 1, the largest swing. "
+        "2 of 2 started cases fall below 142.5 again."
+    )
+    assert force.startswith("Largest normal force, in the whole run: 5 at speed 2")
+    assert force.endswith("Until the start-up time: 2 at speed 1.")
+    columns["crank_speed_after"][:] = [143.0, 144.0]
+    assert "No started case falls below 142.5 again." in answer.sentences(made)[1]
+    names = [name for name, *_ in start_up.cards(made)]
+    assert names == ["Start-up time", "Speed after that"]
 
 
 @pytest.mark.parametrize(
@@ -404,17 +427,25 @@ def test_the_start_up_time_lies_between_the_samples_around_its_speed(started):
     times = np.asarray(path["t"])
     assert after > 0
     assert times[after - 1] < reached["start_up_time"].iloc[0] <= times[after]
+    row, rates, force = (
+        reached.iloc[0],
+        np.asarray(path["crank/rate"]),
+        np.asarray(path["joints/rod_slider/force_normal"]),
+    )
+    assert rates[after:].min() - 2.0 < row["crank_speed_after"] <= rates[after:].min()
+    assert np.abs(force[:after]).max() <= row["rod_slider_force_peak_start"] <= row["rod_slider_force_peak"]
     rest = run.summary[run.summary["start_up_time"].isna()]
+    assert rest[["crank_speed_after", "rod_slider_force_peak_start"]].isna().all(axis=None)
     assert (rest["crank_speed_max"] < wanted).all()
 
 
 def test_a_start_up_is_answered_in_the_last_lines_and_at_the_top_of_the_page(started):
     run, output = started
     last = "\n".join(output.splitlines()[-10:])
-    assert "Start-up to 1425 rpm, 95 % of the motor's no-load speed of 1500 rpm, takes" in last
+    assert "1 of 2 cases reaches 1425 rpm, 95 % of the motor's no-load speed of 1500 rpm, for the first time" in last
     assert "1 of 2 cases was cut off after 5 revolutions, before 1425 rpm: at most" in last
     sentences = answers(study.prepare(run))
-    assert sentences[0].startswith("Start-up to 1425")
+    assert "cut off after 5 revolutions" in sentences[0]
     page = report.of(run)
     (summary,) = (part for part in page.parts if part.key == "summary")
     assert summary.blocks[0].cards[0][0] == "Start-up time"

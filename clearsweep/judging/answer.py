@@ -36,12 +36,16 @@ def specific(cases: Cases) -> list[str]:
 
 
 def start_forces(cases: Cases) -> list[str]:
-    """Return the largest force and position error of the starts that reached the motor's speed."""
-    finished = start_up.finished(cases)
-    lines = [*peak_force(finished), *position_error(finished)]
-    if len(finished.case_ids) == len(cases.case_ids):
-        return lines
-    return [line.replace(": ", " of the finished starts: ", 1) for line in lines]
+    """Return the largest force until the start-up time and in the whole run, and the error, of the started cases."""
+    of_started = start_up.started(cases)
+    worst = of_started.worst(order.force_lead(of_started.layout))
+    lines = [*peak_force(of_started), *position_error(of_started)]
+    if len(of_started.case_ids) < len(cases.case_ids):
+        lines = [line.replace(": ", " of the started cases: ", 1) for line in lines]
+    until = start_up.until_start(of_started, worst[2]) if worst is not None else ""
+    if until:
+        lines[0] = f"{lines[0].replace(': ', ', in the whole run: ', 1)} Until the start-up time: {until}."
+    return lines
 
 
 def life_effects(cases: Cases) -> list[str]:

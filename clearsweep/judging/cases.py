@@ -9,7 +9,7 @@ import numpy as np
 from ..contracts.layout import Layout
 from ..language import wording
 from . import labels
-from .order import FASTEST, Lead
+from .order import AFTER, FASTEST, Lead
 from .verdict import Limit, figures_of, limits_of
 
 MANY_AXES = 4  # varied values of a case above which a sentence has its identity instead
@@ -110,7 +110,7 @@ def column_scale(name: str, unit: str, known: np.ndarray) -> wording.Scale:
 
     known : (n,) SI, the values of the column
     """
-    if name == FASTEST:
+    if name in (FASTEST, AFTER):
         return wording.scale(unit, 0.0, speed=True)
     sizes = np.abs(known[np.isfinite(known)])
     sizes = sizes[sizes > 0.0]

@@ -17,7 +17,9 @@ _LABELS = {
     "life_hours": "life",
     "onset_rate_max": "fastest onset",
     "start_up_time": "start-up time",
+    "crank_speed_after": "lowest crank speed after the start",
     "crank_speed_max": "highest crank speed",
+    "force_peak_start": "force peak until the start-up time",
     "wear_depth_max": "wear depth",
     "wear_rate_max": "wear rate",
 }

@@ -15,7 +15,7 @@ QUESTIONS = ("life", "seek", "optimise", "identify", "limits", "start-up", "film
 BY_CONTENT = ("start-up", "film", "force")
 SEARCHES = ("seek", "optimise", "identify")  # questions that are sections of a grid which choose cases
 SENSES = ("minimise", "maximise")
-START_UP, FASTEST = "start_up_time", "crank_speed_max"  # columns
+START_UP, FASTEST, AFTER = "start_up_time", "crank_speed_max", "crank_speed_after"  # columns
 
 
 _SMALLEST_IS_WORST, _LARGEST_IS_WORST = True, False  # which end of the ranking figure is worst
@@ -82,11 +82,12 @@ def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | N
         headings = tuple(labels.label(layout, name) for name in names)
         return Lead(search or "limits", "Smallest margin", headings, _SMALLEST_IS_WORST, (Candidate("", names),))
     if {START_UP, FASTEST} <= column_names and _starts(grid or {}):
-        names = (START_UP, FASTEST)
+        words = {START_UP: "start-up time", FASTEST: "highest speed", AFTER: "lowest speed after the start"}
+        names = tuple(name for name in words if name in column_names)
         return Lead(
             "start-up",
             "Slowest start-up",
-            ("start-up time", "highest speed"),
+            tuple(words[name] for name in names),
             _LARGEST_IS_WORST,
             (Candidate("", names),),
         )

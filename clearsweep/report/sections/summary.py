@@ -62,7 +62,10 @@ def _largest(study: Study, figure: str, name: str, suffix: str) -> list[tuple[st
     worst = study.cases.index[place]
     if figure == PER_HOURS and joint and (hours := _hours_to_clearance(study, joint, place, float(values[place]))):
         return [(name, "no forecast", f"at the wear rate of the window, the depth reaches the clearance after {hours}")]
-    starts = "of the finished starts" if leaves_out(study, column) else ""
+    starts = "of the started cases" if leaves_out(study, column) else ""
+    if figure == PEAK.figure and joint and question(study).question == "start-up":
+        until = start_up.until_start(start_up.started(answer_cases(study)), joint.name)
+        starts = "; ".join(filter(None, ("in the whole run", starts, until and f"until the start: {until}")))
     elastic = elastic_range.remark(study, joint, worst) if joint and figure == ONSET else ""
     note = "; ".join(filter(None, (where, suffix, starts, elastic))) or (f"joint {joint.title}" if joint else "")
     return [(name, study.text(worst, column), note)]
@@ -79,9 +82,7 @@ def _answer(study: Study) -> list[tuple[str, str, str]]:
     lead = question(study)
     if lead.question == "identify":
         return identified.cards(study)
-    started = start_up.card(answer_cases(study))
-    cards = [("Start-up time", *started)] if started else []
-    return cards + _of_worst(study)
+    return [*start_up.cards(answer_cases(study)), *_of_worst(study)]
 
 
 def _of_worst(study: Study) -> list[tuple[str, str, str]]:

@@ -15,7 +15,7 @@ from ..window import Window
 from . import film, life, wear
 from .peaks import PEAKS, PERIOD, ideal_peak
 from .spatial import SPATIAL
-from .start_up import START_UP_TIME
+from .start_up import CRANK_SPEED_AFTER, FORCE_PEAK_START, START_UP_TIME
 
 
 def field_of_totals(name: str, of: str = "joint") -> Callable[[Window, int], float]:
@@ -202,6 +202,7 @@ JOINT = (
     ),
     *film.FILM,
     *PEAKS,
+    FORCE_PEAK_START,
     *SPATIAL,
     *wear.WEAR,
     *life.LIFE,
@@ -250,6 +251,7 @@ MECHANISM = (
     crank_speed("min", "least speed"),
     crank_speed("max", "largest speed"),
     START_UP_TIME,
+    CRANK_SPEED_AFTER,
     Figure(
         "crank_torque_peak",
         "N*m",

@@ -180,12 +180,14 @@ def search_maxima(pointer):
 
 @kernel
 def record_awaited_speed(pointer):
-    """Note the time at which a free crank first passes its awaited speed."""
+    """Note the time at which a free crank first passes its awaited speed, and the largest forces up to this step."""
     work = pointer[0]
     total, index = work.totals.whole, work.independent + work.time // 2
     if total.speed_reached == 0.0 and work.y[index] < total.speed_awaited <= work.end[index]:
         dense_state(share_at(pointer, index, total.speed_awaited), work.y, work.f, work.z)
         total.speed_reached = work.z[work.time]
+        for j in range(work.mode.size):
+            work.totals.joint[j].force_until = work.totals.joint[j].force_max
 
 
 @kernel
@@ -213,6 +215,8 @@ def add_crank_speed(pointer, h):
                 value = start_value + u * (start_slope + u * (linear_term + u * curvature))
                 low, high = min(low, value), max(high, value)
     total.speed_min, total.speed_max = min(total.speed_min, low), max(total.speed_max, high)
+    if total.speed_reached != 0.0:
+        total.speed_after = min(total.speed_after, low)
 
 
 @kernel
@@ -275,3 +279,4 @@ def begin_window(pointer):
         pointer[0].end[pointer[0].time] if pointer[0].counts.steps else pointer[0].y[pointer[0].time]
     )
     totals.whole.speed_min, totals.whole.speed_max = math.inf, -math.inf
+    totals.whole.speed_after = math.inf

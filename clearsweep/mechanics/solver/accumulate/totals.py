@@ -50,6 +50,7 @@ class WholeTotals(Fields):
     window_start: float  # s, start of the window
     speed_min: float  # rad/s, of a free crank
     speed_max: float
+    speed_after: float  # rad/s, least speed of a free crank in the steps after it reached the awaited speed
 
 
 class ContactTotals(Fields):
@@ -58,6 +59,7 @@ class ContactTotals(Fields):
     force_square: float  # N^2 s
     contact_time: float  # s
     force_max: float  # N
+    force_until: float  # N, its value when a free crank reaches the awaited speed
     load_max: float  # N^2, square of the resultant of normal and friction force, where there is friction
     depth_max: float  # m
     onset_max: float  # m/s
