@@ -363,7 +363,7 @@ def test_batches_with_large_histories_stay_small():
 
 
 def test_a_dry_run_counts_times_and_writes_nothing(tmp_path, monkeypatch):
-    starts, started = [], estimate._started
+    starts, started = [], estimate._start_workers
 
     def timed(*given):
         workers, start_up, compiled = started(*given)
