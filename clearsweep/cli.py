@@ -13,7 +13,7 @@ import clearsweep
 from . import exit_codes, streams
 from .language.errors import InputError, printable, writing
 from .language.wording import SYSTEMS
-from .language.wording import units as shown_in
+from .language.wording import unit_system as shown_in
 from .sweeping import resources
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class _Verb(click.Command):
         from .language import phases
 
         resources.check_space()
-        with phases.shown():
+        with phases.show_progress():
             return super().invoke(context)
 
 
@@ -239,15 +239,15 @@ def report(  # noqa: PLR0913 - one argument per option
     directory = directories[0] if directories else store.newest(RESULTS)
     opened = complete_run(directory) if all_cases else contextlib.nullcontext(reports.open(directory, partial=partial))
     with opened as stored, writing(), shown_in(units):
-        page = reports.of(stored, typical=median, measured=overlay)
+        page = reports.page_of(stored, typical=median, measured=overlay)
         _write(page, out or directory / "report.html", **arguments)
 
 
 def _write(page: "Page", out: Path, *, tables: Path | None, figures: Path | None, as_json: bool, **style: str) -> None:
     """Write a page with its tables and figures, and print the files; `style`: their format and width."""
-    from .report.documents.paper import Wanted
+    from .report.documents.paper import FigureOptions
 
-    files = page.write_all(out, tables, Wanted(figures, **style) if figures else None)
+    files = page.write_all(out, tables, FigureOptions(figures, **style) if figures else None)
     lines = [files["report"], *files.get("figures", []), *([files["tables"]] if "tables" in files else [])]
     click.echo(json.dumps(files, indent=2) if as_json else "\n".join(lines))
 

@@ -558,7 +558,11 @@ MUTATIONS = (
         REYNOLDS,
     ),
     Mutation(
-        "judging/validity.py", "films", "if joint.fed > FED", "if joint.fed < FED", "tests/test_film.py -k remarks"
+        "judging/validity.py",
+        "films",
+        "if joint.energy_gain > MIN_ENERGY_GAIN",
+        "if joint.energy_gain < MIN_ENERGY_GAIN",
+        "tests/test_film.py -k remarks",
     ),
 )
 

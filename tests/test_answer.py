@@ -446,13 +446,13 @@ def test_a_start_up_is_answered_in_the_last_lines_and_at_the_top_of_the_page(sta
     assert "1 of 2 cases was cut off after 5 revolutions, before 1425 rpm: at most" in last
     sentences = answers(study.prepare(run))
     assert "cut off after 5 revolutions" in sentences[0]
-    page = report.of(run)
-    (summary,) = (part for part in page.parts if part.key == "summary")
+    page = report.page_of(run)
+    (summary,) = (part for part in page.sections if part.key == "summary")
     assert summary.blocks[0].cards[0][0] == "Start-up time"
     assert "cut off" in output.split("Answer")[0]  # in the table
-    titles = [part.title for part in page.parts]
+    titles = [part.title for part in page.sections]
     assert "Impacts and kinds of motion" not in titles  # there is no steady state
-    assert "start-up" in next(str(part.blocks) for part in page.parts if part.key == "trust")
+    assert "start-up" in next(str(part.blocks) for part in page.sections if part.key == "trust")
 
 
 def test_the_causes_of_a_spread_are_those_of_clear_correlations():

@@ -308,10 +308,10 @@ def test_counts_on_the_page_of_a_sample_are_of_all_cases_or_say_of_which(pair, t
     limits |= {"rod_slider_penetration_max": {"at_least": 0.11}}
     limited = MIXED | {"limits": limits}
     quiet(limited, tmp_path / "cut", executor="serial")
-    sample = report.of(clearsweep.open(tmp_path / "cut")).parts
+    sample = report.page_of(clearsweep.open(tmp_path / "cut")).sections
     monkeypatch.setattr(blocks, "BLOCK", 2**17)
     quiet(limited, tmp_path / "whole", executor="serial")
-    whole = report.of(clearsweep.open(tmp_path / "whole")).parts
+    whole = report.page_of(clearsweep.open(tmp_path / "whole")).sections
     counted = "summary", "verdict", "failures", "trust"
     assert said(sample, *counted) == said(whole, *counted)
     shown = {card[0]: card[1] for card in next(each for each in sample if each.key == "summary").blocks[0].cards}

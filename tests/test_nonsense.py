@@ -11,9 +11,9 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep.grid import check_memory, largest_history, load
 from clearsweep.judging.validity import (
-    Reached,
+    PenetrationAndWear,
     Remarks,
-    Rubbed,
+    RubbingJoint,
     imbalance,
     message_of,
     pv_high,
@@ -73,12 +73,12 @@ def test_wear_deeper_than_the_clearance_is_named():
 
 def test_wear_and_pressure_times_speed_that_no_bush_bears_are_flagged_with_what_is_usual():
     radius, thousand_hours = 0.01, 1000.0 * 3600.0
-    hard = Rubbed("pin", 0.59 / thousand_hours, 12e6, radius)
+    hard = RubbingJoint("pin", 0.59 / thousand_hours, 12e6, radius)
     assert worn_away([hard]).startswith("worn-away: pin wears by 590 mm in 1000 h, and its bearing radius is 10 mm. ")
     assert "mean pV of 12 MPa m/s. Dry bushes allow 1 to 3 MPa m/s" in pv_high([hard])
-    usual = Rubbed("pin", 0.9 * radius / thousand_hours, 3e6, radius)
+    usual = RubbingJoint("pin", 0.9 * radius / thousand_hours, 3e6, radius)
     assert worn_away([usual]) == pv_high([usual]) == ""
-    assert pv_high([hard._replace(oiled=True)]) == ""
+    assert pv_high([hard._replace(is_lubricated=True)]) == ""
 
 
 @pytest.mark.compiled
@@ -109,7 +109,7 @@ def test_the_mean_pressure_times_speed_is_that_of_the_histories():
     ],
 )
 def test_a_penetration_is_too_deep_where_no_bearing_bears_it(penetration, clearance, radius, text):
-    assert bool(too_deep([Reached("pair", penetration, 0.0, clearance, radius)])) == text
+    assert bool(too_deep([PenetrationAndWear("pair", penetration, 0.0, clearance, radius)])) == text
 
 
 def test_a_residual_is_remarked_upon_where_the_tolerance_does_not_explain_it():
@@ -121,7 +121,7 @@ def test_a_residual_is_remarked_upon_where_the_tolerance_does_not_explain_it():
 
 def test_a_run_counts_the_cases_whose_figures_cannot_be_meant_and_names_one():
     messages, nothing = Remarks(["pair"]), {"pair_onset_rate_max": [0.0] * 2, "pair_law_limit_fraction": [0.0] * 2}
-    joint = Reached("pair", 0.6e-3, 0.7e-3, 0.5e-3, 0.01)
+    joint = PenetrationAndWear("pair", 0.6e-3, 0.7e-3, 0.5e-3, 0.01)
     message = message_of("", too_deep([joint]), worn_through([joint]), imbalance(0.024, 1e-8, 10.0))
     messages.add({"case_id": ["a", "b"], "message": ["", message], **nothing})
     deep, worn, unbalanced = messages.sentences()

@@ -30,11 +30,11 @@ def undrawn(monkeypatch):
 
 def test_every_picture_of_the_page_has_a_name_of_its_own_that_the_next_page_has_too(undrawn):
     sections = of_page.of(study.prepare(Run()))
-    names = [name for name, _ in paper.named(sections)]
-    assert names == [name for name, _ in paper.named(of_page.of(study.prepare(Run())))]
+    names = [name for name, _ in paper.named_pictures(sections)]
+    assert names == [name for name, _ in paper.named_pictures(of_page.of(study.prepare(Run())))]
     played = [picture for first in sections for block in first.blocks for picture in getattr(block, "played", ())]
     assert played  # the page's player shows them; files have them all the same
-    assert len(names) == len(set(names)) == report.of(Run()).text().count("<svg ") + len(played)
+    assert len(names) == len(set(names)) == report.page_of(Run()).text().count("<svg ") + len(played)
     assert all(re.fullmatch(r"[a-z0-9-]+", name) for name in names)
     assert "verdict-force-peak-clearance-crank-speed" in names
     assert "cases-worst-case-largest-normal-force-journal-orbit" in names
@@ -43,7 +43,12 @@ def test_every_picture_of_the_page_has_a_name_of_its_own_that_the_next_page_has_
 def test_pictures_of_one_title_are_numbered():
     twice = section.Section("a", "", [section.Gallery("", [LINE, WIDE, LINE])])
     columns = section.Section("b", "", [section.Columns(([section.Gallery("", [LINE])],))])
-    assert [name for name, _ in paper.named([twice, columns])] == ["a-a-line", "a-a-line-2", "a-a-line-3", "b-a-line"]
+    assert [name for name, _ in paper.named_pictures([twice, columns])] == [
+        "a-a-line",
+        "a-a-line-2",
+        "a-a-line-3",
+        "b-a-line",
+    ]
 
 
 @pytest.mark.parametrize(("drawn", "width", "points"), [(LINE, None, 85), (WIDE, None, 170), (WIDE, 85.0, 85)])
@@ -79,9 +84,9 @@ def test_letters_shrink_with_a_figure_and_never_beyond_what_journals_print():
 
 def test_unknown_forms_and_widths_are_refused(tmp_path):
     with pytest.raises(InputError, match=r"format of figures: found 'eps'; expected one of svg, pdf, png"):
-        paper.write([], paper.Wanted(tmp_path, "eps"))
+        paper.write([], paper.FigureOptions(tmp_path, "eps"))
     with pytest.raises(InputError, match=r"width of figures: found '90'; expected one of auto, 85, 170"):
-        paper.write([], paper.Wanted(tmp_path, width="90"))
+        paper.write([], paper.FigureOptions(tmp_path, width="90"))
 
 
 def test_the_command_writes_every_figure_and_table_and_says_their_names(undrawn, tmp_path):

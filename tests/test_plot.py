@@ -228,5 +228,5 @@ def test_polar_axes_have_angles_counter_clockwise_and_radii_from_the_middle():
 
 
 def test_a_page_is_drawn_without_matplotlib(monkeypatch):
-    monkeypatch.setattr(picture, "_by_matplotlib", lambda shown, key: pytest.fail(shown.title))
-    assert report.of(Run(wear=True)).text().count("<svg ") > 20
+    monkeypatch.setattr(picture, "_drawn_by_matplotlib", lambda shown, key: pytest.fail(shown.title))
+    assert report.page_of(Run(wear=True)).text().count("<svg ") > 20

@@ -19,7 +19,7 @@ from clearsweep.contracts.results import Trajectory
 from clearsweep.language import phases
 from clearsweep.language.errors import StorageError
 from clearsweep.mechanics.trace import objects
-from clearsweep.report.data.partial import gathered
+from clearsweep.report.data.partial import open_partial
 from clearsweep.simulation import outcome
 from clearsweep.simulation.progress import Life, LifeLimits
 from clearsweep.store import StoredRun
@@ -66,7 +66,7 @@ def lines_over(manual_time, seconds, display):
     """Let so many seconds go by under the eyes of a display."""
     for _ in range(int(2 * seconds)):
         manual_time.now += 0.5
-        display.look()
+        display.refresh()
 
 
 # ---------------------------------------------------------------------------------------------- phases
@@ -125,13 +125,13 @@ def test_a_terminal_gets_a_line_that_is_redrawn_and_cleared(manual_time, monkeyp
     with phases.phase("drawing") as drawing:
         lines_over(manual_time, 2.0, display)
         drawing.note(share=0.5)
-        display.look()
+        display.refresh()
         drawn = stream.getvalue().rpartition("\r")[2].rstrip()
         assert re.fullmatch(r"\|[#█]{12} {12}\| drawing, 50 %, 2 s spent, about 2 s left", drawn)
-        display.say("a sentence")
+        display.print_line("a sentence")
         assert re.search(r"\r +\ra sentence\n$", stream.getvalue())
-        display.look()
-    display.look()
+        display.refresh()
+    display.refresh()
     assert re.search(r"\r +\r$", stream.getvalue())
 
 
@@ -146,7 +146,7 @@ def test_a_fault_in_one_line_does_not_end_the_progress_of_a_run(monkeypatch, cap
         return "still at work"
 
     monkeypatch.setattr(phases, "REFRESH", 0.001)
-    with phases.shown(), phases.phase(words):
+    with phases.show_progress(), phases.phase(words):
         assert message.wait(10.0)
     assert "Traceback" not in capfd.readouterr().err
 
@@ -154,7 +154,7 @@ def test_a_fault_in_one_line_does_not_end_the_progress_of_a_run(monkeypatch, cap
 def test_what_a_worker_wrote_is_read_as_it_is_by_then(manual_time, monkeypatch):
     content, wall = [], [1000.0]
     monkeypatch.setattr(phases.time, "time", lambda: wall[0])
-    with phases.written(content.append):
+    with phases.store_progress(content.append):
         with phases.phase("block 3, 10 um of 50 um") as life:
             life.note(left=60.0)
             assert not content  # as it may be over at once
@@ -162,10 +162,10 @@ def test_what_a_worker_wrote_is_read_as_it_is_by_then(manual_time, monkeypatch):
             life.note(left=58.0, block=3)
         assert content.pop() is None  # it is over
     wall[0] += 8.0
-    result = phases.read(content[0])
+    result = phases.stored_progress(content[0])
     assert (result.what, result.seconds, result.left) == ("block 3, 10 um of 50 um", 10.0, 50.0)
     assert result.facts == {"block": 3}
-    assert phases.read(content[0][:-1]) is None
+    assert phases.stored_progress(content[0][:-1]) is None
 
 
 def test_the_compiler_at_work_is_a_phase(monkeypatch):
@@ -181,10 +181,10 @@ def test_the_compiler_at_work_is_a_phase(monkeypatch):
 
 def test_the_compiler_is_reported_from_its_begin_as_it_reports_nothing_itself(manual_time):
     written = []
-    with phases.written(written.append):
+    with phases.store_progress(written.append):
         with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)):
             manual_time.now += 20.0
-            assert phases.read(written[-1]).what == "compiling (kept for later runs)"
+            assert phases.stored_progress(written[-1]).what == "compiling (kept for later runs)"
         assert written[-1] is None
 
 
@@ -241,7 +241,7 @@ def test_progress_of_cases_in_a_log_is_a_line_now_and_then(manual_time, capsys):
         for _ in range(1000):
             manual_time.now += 0.5
             cases.advance(1, 2)
-            display.look()
+            display.refresh()
     printed = capsys.readouterr().err.splitlines()
     assert 5 < len(printed) < 25
     assert printed[0] == "10 of 1,000 cases, 2 failed, 5 s spent, about 8 min 15 s left"
@@ -436,7 +436,7 @@ def test_the_cases_of_an_unfinished_run_are_read_as_those_of_the_finished_one(tm
     with pytest.raises(clearsweep.DirectoryError, match=r"not finished.*--partial"):
         clearsweep.open(tmp_path / "run")
     before = sorted(path.name for path in (tmp_path / "run").rglob("*"))
-    run = gathered(tmp_path / "run", StoredRun, Fake.catalogue)
+    run = open_partial(tmp_path / "run", StoredRun, Fake.catalogue)
     assert 0 < len(run) < 5
     assert run.directory == tmp_path / "run"
     assert {key: run.grid["counts"][key] for key in ("cases", "ok", "missing")} == {
@@ -464,7 +464,7 @@ def test_the_page_of_an_unfinished_run_says_how_many_cases_it_has(tmp_path):
         sweep(grid(5), tmp_path / "run", executor="serial", show_progress=False, simulator=Full)
     with store.RunDirectory(tmp_path / "run").open_for(clearsweep.grid.load(grid(5), Fake.catalogue())):
         assert store.status(tmp_path / "run")["state"] == "under way"
-        run = gathered(tmp_path / "run", report.Run, Fake.catalogue)
+        run = open_partial(tmp_path / "run", report.Run, Fake.catalogue)
         page = report.write(run, tmp_path / "page.html").read_text(encoding="utf-8")
     there = len(run)
     assert 0 < there < 5
@@ -520,7 +520,7 @@ def test_the_time_of_a_long_case_is_extrapolated_from_its_first_revolutions():
     time_case(SIMULATION, real_case(), 0.5)  # compiles and loads
     short, long = (
         time_case(
-            SIMULATION, real_case(**{"simulate.revolutions": n, "simulate.time_budget": 1e9}), 2.0 * phases.SETTLED
+            SIMULATION, real_case(**{"simulate.revolutions": n, "simulate.time_budget": 1e9}), 2.0 * phases.MIN_ELAPSED
         )
         for n in (1e6, 1e7)
     )

@@ -83,8 +83,12 @@ def test_a_shaft_that_turns_so_often_a_minute_is_read_as_its_rating_plate_has_it
 
 
 def test_a_quantity_is_repeated_as_it_was_written():
-    assert quantity.said("20 mm", "m") == "20 mm"
-    assert (quantity.said("500", "rad/s"), quantity.said(0.1, "m"), quantity.said("3", "1")) == (
+    assert quantity.written_text("20 mm", "m") == "20 mm"
+    assert (
+        quantity.written_text("500", "rad/s"),
+        quantity.written_text(0.1, "m"),
+        quantity.written_text("3", "1"),
+    ) == (
         "500 rad/s",
         "0.1 m",
         "3",
@@ -188,9 +192,9 @@ def test_a_power_of_a_bracket_is_read():
 
 
 def test_the_exponent_in_a_unit_is_written_as_a_user_would():
-    assert quantity.exponent_of("N/m^exponent", 1.5) == "N/m^1.5"
-    assert quantity.exponent_of("N/m^exponent", 1.0) == "N/m"
-    assert quantity.exponent_of("N/m", 1.5) == "N/m"
+    assert quantity.with_exponent("N/m^exponent", 1.5) == "N/m^1.5"
+    assert quantity.with_exponent("N/m^exponent", 1.0) == "N/m"
+    assert quantity.with_exponent("N/m", 1.5) == "N/m"
 
 
 def test_bare_numbers_need_no_unit_table():
@@ -221,7 +225,7 @@ def test_what_is_wrong_with_the_unit_table_is_no_bad_unit(monkeypatch):
     def broken():
         raise ImportError("No module named 'dask.base'")
 
-    monkeypatch.setattr(quantity, "_table", broken)
+    monkeypatch.setattr(quantity, "_unit_registry", broken)
     with pytest.raises(ImportError, match="dask"):
         quantity.read("1 mm/s^0.123", "m")
 

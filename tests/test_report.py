@@ -364,7 +364,7 @@ def test_shown_case_is_the_one_that_was_stored(tmp_path):
     clearsweep.sweep(grid, out=tmp_path / "run", executor="serial", show_progress=False)
     run = store.open(tmp_path / "run")
     case_id = run.summary["case_id"][0]
-    again = single.simulation.solve(single.to_draw(study.prepare(run), case_id))
+    again = single.simulation.solve(single.case_to_draw(study.prepare(run), case_id))
     assert again.summary["rod_slider_force_peak"] == run.summary["rod_slider_force_peak"][0]
     assert len(again.t) > 1440
     assert report.show(run, case_id, tmp_path / "case.svg").stat().st_size > 10_000
@@ -406,7 +406,7 @@ STEEL = {"young": 207e9, "poisson": 0.3}
 def shown(record) -> dict[str, str]:
     """Return dotted path -> what the page shows of the values that all cases share."""
     run = Run(sweep={}, histories=False, wear=False)
-    run.grid = {key: value for key, value in run.grid.items() if key not in study.BASE} | record
+    run.grid = {key: value for key, value in run.grid.items() if key not in study.CASE_SECTIONS} | record
     (section,) = setup.sections(study.prepare(run))
     (columns,) = (block for block in section.blocks if isinstance(block, Columns))
     facts = next(block for block in columns.columns[0] if isinstance(block, Facts) and block.label == "Fixed values")
@@ -443,7 +443,7 @@ def test_every_key_is_shown_in_the_unit_that_the_key_table_gives(mechanism):
             values = {path: 2.0, "mechanism.type": mechanism.name, **exponent}
             values |= {chooser: min(names) for chooser, names in use.when}
             text = shown(nest(values, ()))[path]
-            unit = quantity.exponent_of(use.field.unit, 2.5)
+            unit = quantity.with_exponent(use.field.unit, 2.5)
             assert quantity.read(written(text), unit) == pytest.approx(2.0, rel=1e-5), (path, text, unit)
             checked += 1
     assert checked > 40

@@ -418,7 +418,7 @@ def test_a_case_that_is_shown_by_itself_shows_its_wear():
     case_id = run.summary["case_id"].iloc[0]
     path = {name: values.to_numpy() for name, values in run.orbit(case_id).items()}
     result = Trajectory("ok", "", {}, path, wear=run.wear(case_id))
-    titles = [picture.title for picture in single.drawn(study.prepare(run), case_id, result)]
+    titles = [picture.title for picture in single.case_pictures(study.prepare(run), case_id, result)]
     assert titles[-3:] == ["Bearing in the slider", "Journal on the rod", "Depth along the surface"]
 
 

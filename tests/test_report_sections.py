@@ -116,8 +116,8 @@ def test_what_has_nothing_to_show_is_left_out():
         section.Facts("Given", "Given values", []),
         LENGTHS._replace(rows=[]),
     ]
-    assert section.filled(empty) == []
-    assert section.filled(BLOCKS.values()) == list(BLOCKS.values())
+    assert section.without_empty(empty) == []
+    assert section.without_empty(BLOCKS.values()) == list(BLOCKS.values())
 
 
 @pytest.mark.slow

@@ -337,7 +337,7 @@ def test_fits_are_tried_completely_at_their_largest_clearances(at):
     assert PLAY not in grid.written_units  # they are shown in units that suit them
     for among, scattered in (({"fits": []}, False), (None, True)):  # only fits are all tried at all other values
         record = grid.resolved() | {"seek": {"among": among}}
-        assert axes_of(record, {PLAY: grid.axes[PLAY]}, {}, 1)[-1].scattered == scattered
+        assert axes_of(record, {PLAY: grid.axes[PLAY]}, {}, 1)[-1].is_scattered == scattered
     assert grid.labels[PLAY] == {fit.name: fit.high for fit in grid.seek.fits}
     assert grid.axes[PLAY][1] == pytest.approx(31e-6)  # of 20 mm: the contract's 10 to 31 um
     again = grid_load(grid.resolved())

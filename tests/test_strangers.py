@@ -352,7 +352,7 @@ def test_a_report_is_written_over_no_device_link_or_directory_and_leaves_nothing
         assert f"{name}: is a {kind}, not a file" in err
     assert sorted(tmp_path.iterdir()) == before
     assert victim.read_text() == "precious"
-    page.save("new", victim)
+    page.write_page("new", victim)
     assert victim.read_text() == "new"
     assert command("report", run, "--out", victim / "x.html")[0] == 2
 

@@ -48,8 +48,8 @@ def test_a_value_that_one_run_sweeps_and_the_other_has_fixed_is_matched():
     speed = study.prepare(single).base["drive"]["speed"]
     several.summary.loc[several.summary["drive.speed"] == 1000 * RPM, "drive.speed"] = speed
     pairs = two_runs.matched(study.prepare(several), study.prepare(single))
-    assert len(pairs.ids) == 1
-    assert pairs.alone == (3, 1)
+    assert len(pairs.case_ids) == 1
+    assert pairs.unpaired == (3, 1)
 
 
 def test_runs_without_a_case_in_common_are_refused():
@@ -70,7 +70,7 @@ def test_the_page_says_what_differs_in_the_setup():
 
 def test_what_is_drawn_is_each_case_of_b_over_that_of_a():
     first, second = made(sweep=SHORT), harder(made(sweep=SHORT))
-    (name, picture), *_ = two_runs.compared(first, second).parts[0].pictures
+    (name, picture), *_ = two_runs.compared(first, second).sections[0].pictures
     assert (name, picture.title) == ("", "Force peak of B over A")
     axes = Figure().subplots()
     picture.paint(axes)

@@ -12,7 +12,7 @@ import clearsweep
 from clearsweep import store
 from clearsweep.cli import _exit_code
 from clearsweep.language.errors import DamagedError, DirectoryError, StorageError
-from clearsweep.report import of
+from clearsweep.report import page_of
 from clearsweep.report.blocks.table import Column, Table
 from clearsweep.store import durable, record
 
@@ -212,7 +212,7 @@ def test_what_may_be_any_text_is_no_markup_in_the_page_and_its_tables(run, tmp_p
             column["description"] = PAYLOAD
 
     crafted(run, change)
-    page = of(clearsweep.open(run))
+    page = page_of(clearsweep.open(run))
     file = page.write(tmp_path / "page.html")
     page.write_tables(tmp_path / "tables")
     for each in (file, *(tmp_path / "tables").glob("*.md")):

@@ -144,7 +144,7 @@ def test_closing_lines_give_a_value_in_the_unit_of_the_grid():
     ],
 )
 def test_imperial_units_are_those_of_handbooks(value, unit, said):
-    with wording.units("imperial"):
+    with wording.unit_system("imperial"):
         text = wording.text(value, unit).replace(wording.BLANK, " ").replace("\u202f", " ")
         scale = wording.scale(unit, value)
     assert text == said
@@ -164,7 +164,7 @@ def test_imperial_factors_are_those_of_the_unit_library():
 def test_a_system_of_units_ends_with_its_block_and_overrides_the_units_of_the_grid():
     noted = {"unit": "degC", "factor": 1.0, "offset": 273.15}
     assert wording.written_scale(noted, "K").text(333.15) == "60.0\u00a0°C"
-    with wording.units("imperial"):
+    with wording.unit_system("imperial"):
         assert wording.written_scale(noted, "K").text(333.15) == "140\u00a0°F"
         assert wording.written_scale({"unit": "um", "factor": 1e-6, "offset": 0.0}, "m") is None
         rpm = {"unit": "rpm", "factor": 0.1047, "offset": 0.0}
@@ -177,7 +177,7 @@ def test_a_system_of_units_ends_with_its_block_and_overrides_the_units_of_the_gr
 def test_a_report_in_imperial_units_has_no_metric_ones_but_its_tables_are_in_si():
     run = Run(histories=False)
     run.grid["written_units"] = {CLEARANCE: {"unit": "um", "factor": 1e-6, "offset": 0.0}}
-    with wording.units("imperial"):
+    with wording.unit_system("imperial"):
         axes = {axis.path: axis for axis in study.prepare(run).axes}
         assert axes[CLEARANCE].scale.unit == "mil"
         table = Table("k", "t", "", (Column("clearance", "m", axis=axes[CLEARANCE]),), [(1e-4,)])

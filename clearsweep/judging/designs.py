@@ -118,7 +118,7 @@ def _boundary(cases: Cases, designs: Designs) -> list[str]:
     if len(designs.design_paths) == 1 and len(accepted) < len(designs.margins):
         values = cases.column(designs.design_paths[0])
         worst_values = [values[index] for index in designs.worst_cases]
-        if not any(isinstance(value, str) or wording.missing(value) for value in worst_values):
+        if not any(isinstance(value, str) or wording.is_missing(value) for value in worst_values):
             order = sorted(range(len(worst_values)), key=lambda rank: float(worst_values[rank]))
             acceptance = [rank in accepted for rank in order]
             changes = [

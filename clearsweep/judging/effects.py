@@ -131,7 +131,7 @@ def _levels(column: np.ndarray) -> tuple[list, np.ndarray]:
         values, places = np.unique(column, return_inverse=True)
         known = np.isfinite(values.astype(float))
         return values[known].tolist(), np.where(known[places], places, -1)
-    present = [value for value in column.tolist() if not wording.missing(value)]
+    present = [value for value in column.tolist() if not wording.is_missing(value)]
     words = any(isinstance(value, str) for value in present)
     uniques = list(dict.fromkeys(present)) if words else sorted(set(present))
     index = {value: place for place, value in enumerate(uniques)}

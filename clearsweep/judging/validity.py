@@ -20,30 +20,30 @@ _FIGURES = {ONSET_RATE: 1.0, LIMIT_SHARE: 0.0}  # figure -> value above which th
 LAW_LIMIT, ONSET_KEPT = "law-limit: ", "onset-kept: "
 WORN_AWAY, PV_HIGH = "worn-away: ", "pv-high: "
 TOO_DEEP, WORN_THROUGH, IMBALANCE = "too-deep: ", "worn-through: ", "imbalance: "
-FILM_HELD, FILM_BEYOND, FILM_FLOW, FILM_FED = "film-limit: ", "film-beyond: ", "film-flow: ", "film-fed: "
-FED = 1e-3  # of a film's loss: a smaller energy gain counts as rounding
+FILM_LIMIT, FILM_BEYOND, FILM_FLOW, FILM_GAIN = "film-limit: ", "film-beyond: ", "film-flow: ", "film-fed: "
+MIN_ENERGY_GAIN = 1e-3  # of a film's loss; a smaller gain counts as rounding
 UNBALANCED = "film-heat: the heat balance of a joint did not converge; more revolutions, or a larger conductance, help"
-FILM_UNSURE = "film-unsure: "  # the temperature of its film is inaccurate
-TAYLOR = 41.3  # Taylor number above which vortices form at a rotating inner cylinder (Taylor 1923)
-FRICTION_HEAT, HEATING, LEADS = "friction-heat: ", 100.0, 1.0  # K, W/K
-BALL = "ball-stiffness: "  # a stiffness from the material, for a ball in a socket
-UNCHECKED = "unchecked: "  # its error check failed
-UNREACHED = "unreached: "  # its life did not reach the limit
+FILM_UNCERTAIN = "film-unsure: "  # the temperature of its film is inaccurate
+CRITICAL_TAYLOR = 41.3  # Taylor number above which vortices form at a rotating inner cylinder (Taylor 1923)
+FRICTION_HEAT, MAX_HEATING, DEFAULT_CONDUCTANCE = "friction-heat: ", 100.0, 1.0  # K, W/K
+BALL_STIFFNESS = "ball-stiffness: "  # a stiffness from the material, for a ball in a socket
+ERROR_CHECK_FAILED = "unchecked: "  # its error check failed
+LIFE_UNREACHED = "unreached: "  # its life did not reach the limit
 LIFE_FAILED = "life-failed: "  # a life at one end of the wear coefficients' intervals
 SMOOTHED = "smoothed: "  # its worn shapes were smoothed more widely than a contact arc
 WIDE_SMOOTHING = math.radians(4.0)
-BETWEEN = " | "  # most remarks in a message
-#: Of the bearing radius.  Beyond DEEP a contact is not a small deformation.  Up to BORNE, a strain of about 1 %,
-#: a penetration may exceed the clearance, as it does in tight fits.
-DEEP, BORNE = 0.1, 0.01
+SEPARATOR = " | "  # most remarks in a message
+#: Of the bearing radius.  Beyond MAX_DEPTH a contact is not a small deformation.  Up to TOLERATED_DEPTH, a strain of
+#: about 1 %, a penetration may exceed the clearance, as it does in tight fits.
+MAX_DEPTH, TOLERATED_DEPTH = 0.1, 0.01
 THOUSAND_HOURS = 3.6e6  # s
 #: Mean pressure times speed (W/m^2) that a dry metal-backed PTFE bush withstands for short periods; 1.75 MPa m/s for
 #: long: Neale, The Tribology Handbook, 'Dry rubbing bearings', and makers' sheets.
-PV_BORNE = 3.6e6
+MAX_PV = 3.6e6
 #: Energy residual that a tolerance explains, per onset and revolution.  Of 1,300 random cases at tolerances from 1e-12
-#: to 1e-3 none exceeded 1.4; rounding alone stays below LEAST_RESIDUAL, and more than MOST_RESIDUAL no
+#: to 1e-3 none exceeded 1.4; rounding alone stays below MIN_RESIDUAL, and more than MAX_RESIDUAL no
 #: tolerance explains.
-RESIDUAL, LEAST_RESIDUAL, MOST_RESIDUAL = 10.0, 1e-9, 1e-2
+EXPLAINED_RESIDUAL, MIN_RESIDUAL, MAX_RESIDUAL = 10.0, 1e-9, 1e-2
 
 
 def columns(joints: Iterable[str], available: Collection[str]) -> list[str]:
@@ -55,14 +55,14 @@ def columns(joints: Iterable[str], available: Collection[str]) -> list[str]:
     return ["case_id", "message", *(name for name in required if name in available)]
 
 
-class _Worst(NamedTuple):
+class _WorstCase(NamedTuple):
     """The case furthest beyond a threshold."""
 
     value: float  # the figure, SI; for impacts, relative to the speed at first yield
     joint: str  # in words
     case_id: str
     message: str
-    limit: float = math.nan  # m/s, speed at first yield
+    yield_speed: float = math.nan  # m/s, speed at first yield
 
 
 class Remarks:
@@ -73,38 +73,38 @@ class Remarks:
         self.joints = list(joints)
         self.cases = 0
         self.counts = dict.fromkeys((*_FIGURES, *_REMARKS), 0)
-        self.first: dict[str, tuple[str, str]] = {}  # word of _REMARKS -> case_id, remark
-        self.named: set[str] = set()  # identities of the cases in `first`
-        self.worst = dict.fromkeys(_FIGURES, _Worst(0.0, "", "", ""))
+        self.examples: dict[str, tuple[str, str]] = {}  # keyword of _REMARKS -> case_id, remark
+        self.example_ids: set[str] = set()  # identities of the cases in `first`
+        self.worst = dict.fromkeys(_FIGURES, _WorstCase(0.0, "", "", ""))
 
     def add(self, cases: Mapping[str, Sequence[Any] | np.ndarray]) -> None:
         """Add finished cases: column of the summary -> its values, with at least `columns`."""
         ids, messages = cases["case_id"], cases["message"]
         self.cases += len(ids)
         for index in np.flatnonzero(np.asarray(messages, object)).tolist():
-            for word in _REMARKS:
-                if remark := _remark(messages[index], word):
-                    self.counts[word] += 1
-                    if word not in self.first:
-                        self.first[word] = short_id(ids[index]), remark
-                        self.named.add(ids[index])
+            for keyword in _REMARKS:
+                if remark := _remark(messages[index], keyword):
+                    self.counts[keyword] += 1
+                    if keyword not in self.examples:
+                        self.examples[keyword] = short_id(ids[index]), remark
+                        self.example_ids.add(ids[index])
         if not self.joints or not len(ids):
             return
-        limits = np.array([_numbers(cases, f"{joint}_{YIELD_SPEED}", len(ids)) for joint in self.joints])
+        yield_speeds = np.array([_numbers(cases, f"{joint}_{YIELD_SPEED}", len(ids)) for joint in self.joints])
         for figure, threshold in _FIGURES.items():
             values = np.array([_numbers(cases, f"{joint}_{figure}", len(ids)) for joint in self.joints])
-            values = np.nan_to_num(values / limits if figure == ONSET_RATE else values)
+            values = np.nan_to_num(values / yield_speeds if figure == ONSET_RATE else values)
             largest = values.max(axis=0)
             self.counts[figure] += int(np.count_nonzero(largest > threshold))
             index = int(np.argmax(largest))
             if largest[index] > max(threshold, self.worst[figure].value):
-                row = max(np.flatnonzero(values[:, index] == largest[index]), key=self.joints.__getitem__)
-                self.worst[figure] = _Worst(
+                joint_index = max(np.flatnonzero(values[:, index] == largest[index]), key=self.joints.__getitem__)
+                self.worst[figure] = _WorstCase(
                     float(largest[index]),
-                    joint_name(self.joints[row]),
+                    joint_name(self.joints[joint_index]),
                     ids[index],
                     messages[index],
-                    float(limits[row, index]),
+                    float(yield_speeds[joint_index, index]),
                 )
 
     def replace_counts(self, counts: Mapping[str, int]) -> None:
@@ -114,37 +114,38 @@ class Remarks:
 
     def case_ids(self) -> set[str]:
         """Return the cases mentioned so far."""
-        return {worst.case_id for worst in self.worst.values() if worst.case_id} | self.named
+        return {worst.case_id for worst in self.worst.values() if worst.case_id} | self.example_ids
 
     def sentences(self) -> list[str]:
         """Return the remarks on all cases, one or two sentences for each kind."""
-        sentence = {ONSET_RATE: self._fast, LIMIT_SHARE: self._deep}
+        sentence_makers = {ONSET_RATE: self._yield_sentence, LIMIT_SHARE: self._law_limit_sentence}
         return [
-            *(sentence[figure](self.worst[figure]) for figure in _FIGURES if self.counts[figure]),
+            *(sentence_makers[figure](self.worst[figure]) for figure in _FIGURES if self.counts[figure]),
             *(
-                "{} in {}, such as case {}: {}.".format(sentence_of, self._share(word), *self.first[word])
-                for word, sentence_of in _REMARKS.items()
-                if word in self.first
+                "{} in {}, such as case {}: {}.".format(text, self._count_text(keyword), *self.examples[keyword])
+                for keyword, text in _REMARKS.items()
+                if keyword in self.examples
             ),
         ]
 
-    def _fast(self, worst: _Worst) -> str:
+    def _yield_sentence(self, worst: _WorstCase) -> str:
         return (
-            f"Impacts leave the elastic range in {self._share(ONSET_RATE)}: the fastest approaches at "
-            f"{worst.value * worst.limit:.3g} m/s, {worst.value:.2g} times the {worst.limit:.3g} m/s at which its "
+            f"Impacts leave the elastic range in {self._count_text(ONSET_RATE)}: the fastest approaches at "
+            f"{worst.value * worst.yield_speed:.3g} m/s, {worst.value:.2g} times the {worst.yield_speed:.3g} m/s at "
+            "which its "
             f"contact first yields (case {short_id(worst.case_id)}, {worst.joint}). Beyond yield an elastic law "
             "overstates forces and understates losses."
         )
 
-    def _deep(self, worst: _Worst) -> str:
+    def _law_limit_sentence(self, worst: _WorstCase) -> str:
         remark = _remark(worst.message, LAW_LIMIT) or f"{worst.joint}, {_percent(worst.value)} of the time"
         return (
-            f"Contacts exceed the valid range of their elastic law in {self._share(LIMIT_SHARE)}, longest in case "
+            f"Contacts exceed the valid range of their elastic law in {self._count_text(LIMIT_SHARE)}, longest in case "
             f"{short_id(worst.case_id)}: {remark}"
             ". `clearsweep list NAME` describes the force beyond it."
         )
 
-    def _share(self, figure: str) -> str:
+    def _count_text(self, figure: str) -> str:
         return f"{self.counts[figure]:,} of {self.cases:,} case{'s' * (self.cases != 1)}"
 
 
@@ -155,17 +156,18 @@ _REMARKS = {
     WORN_THROUGH: "Wear is deeper than the clearance",
     WORN_AWAY: "At its wear rate a bearing is worn away within 1000 h",
     PV_HIGH: "Pressure times speed exceeds the limit of dry bushes",
-    FILM_HELD: "A film is thinner than the valid range of its law",
+    FILM_LIMIT: "A film is thinner than the valid range of its law",
     FILM_BEYOND: "A film is squeezed out, and no dry contact stops the journal",
     FILM_FLOW: "The flow in a film is no longer laminar",
-    FILM_FED: "The law of a film generates energy",
+    FILM_GAIN: "The law of a film generates energy",
     UNBALANCED.split(": ", maxsplit=1)[0] + ": ": "The temperature of a film or a warm joint is unknown",
-    FRICTION_HEAT: f"Friction heats a dry joint by more than {HEATING:g} K, at {LEADS:g} W/K or the value in thermal",
-    BALL: "The stiffness from the material is that of a ball in a socket",
-    FILM_UNSURE: "The temperature of a film or a warm joint is uncertain by over a tenth of its rise above ambient",
+    FRICTION_HEAT: f"Friction heats a dry joint by more than {MAX_HEATING:g} K, "
+    f"at {DEFAULT_CONDUCTANCE:g} W/K or the value in thermal",
+    BALL_STIFFNESS: "The stiffness from the material is that of a ball in a socket",
+    FILM_UNCERTAIN: "The temperature of a film or a warm joint is uncertain by over a tenth of its rise above ambient",
     IMBALANCE: "The energy residual is larger than the tolerance explains",
-    UNCHECKED: "The error check failed",
-    UNREACHED: "A life does not reach its limit",
+    ERROR_CHECK_FAILED: "The error check failed",
+    LIFE_UNREACHED: "A life does not reach its limit",
     LIFE_FAILED: "A further life, at an end of the uncertain wear coefficients, failed",
     SMOOTHED: "Worn shapes are smoothed widely, with an unknown effect on the life,",
 }
@@ -178,68 +180,68 @@ def _numbers(cases: Mapping[str, Any], column: str, count: int) -> np.ndarray:
 
 def message_of(*remarks: str) -> str:
     """Return the message of a finished case from its remarks, or '' if there are none."""
-    return BETWEEN.join(remark for remark in remarks if remark)
+    return SEPARATOR.join(remark for remark in remarks if remark)
 
 
-def _remark(message: str | None, word: str) -> str:
-    """Return the remark in a message that begins with `word`, without the word, or ''."""
-    remarks = str(message or "").split(BETWEEN)
-    return next((remark.removeprefix(word) for remark in remarks if remark.startswith(word)), "")
+def _remark(message: str | None, keyword: str) -> str:
+    """Return the remark in a message that begins with `keyword`, without it, or ''."""
+    remarks = str(message or "").split(SEPARATOR)
+    return next((remark.removeprefix(keyword) for remark in remarks if remark.startswith(keyword)), "")
 
 
-class Reached(NamedTuple):
+class PenetrationAndWear(NamedTuple):
     """Largest penetration and wear of a joint in a case."""
 
     joint: str  # 'rod-slider'
     penetration: float  # m, largest
-    worn: float  # m, deepest wear in the window, 0 without wear
+    wear_depth: float  # m, deepest wear in the window, 0 without wear
     clearance: float  # m
     bearing_radius: float | None  # m
 
 
-def too_deep(joints: Iterable[Reached]) -> str:
-    """Return the remark on implausible penetrations: above the clearance and BORNE, or above DEEP."""
+def too_deep(joints: Iterable[PenetrationAndWear]) -> str:
+    """Return the remark on penetrations above clearance and TOLERATED_DEPTH, or above MAX_DEPTH."""
     remarks = []
     for joint in joints:
         radius = joint.bearing_radius
-        borne = min(max(joint.clearance, BORNE * radius), DEEP * radius) if radius else joint.clearance
-        if joint.penetration > borne:
-            than = f"a clearance of {_mm(joint.clearance)}" + (
+        limit = min(max(joint.clearance, TOLERATED_DEPTH * radius), MAX_DEPTH * radius) if radius else joint.clearance
+        if joint.penetration > limit:
+            sizes = f"a clearance of {_mm(joint.clearance)}" + (
                 f" and a bearing radius of {_mm(joint.bearing_radius)}" if joint.bearing_radius else ""
             )
-            remarks.append(f"{joint.joint} is penetrated by {_mm(joint.penetration)} at {than}")
+            remarks.append(f"{joint.joint} is penetrated by {_mm(joint.penetration)} at {sizes}")
     hint = "; no contact law is valid there: check the units of stiffness, mass and speed"
     return TOO_DEEP + "; ".join(remarks) + hint if remarks else ""
 
 
-def worn_through(joints: Iterable[Reached]) -> str:
+def worn_through(joints: Iterable[PenetrationAndWear]) -> str:
     """Return the remark on wear deeper than the clearance."""
     remarks = [
-        f"{joint.joint} is worn {_mm(joint.worn)} deep at a clearance of {_mm(joint.clearance)}"
+        f"{joint.joint} is worn {_mm(joint.wear_depth)} deep at a clearance of {_mm(joint.clearance)}"
         for joint in joints
-        if joint.worn > joint.clearance
+        if joint.wear_depth > joint.clearance
     ]
     hint = "; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
     return WORN_THROUGH + "; ".join(remarks) + hint if remarks else ""
 
 
-class Rubbed(NamedTuple):
+class RubbingJoint(NamedTuple):
     """Load and wear of a joint in a case."""
 
     joint: str  # 'rod-slider'
-    rate: float  # m/s, of the deepest wear
+    wear_rate: float  # m/s, of the deepest wear
     pv: float  # W/m^2, mean
     bearing_radius: float  # m
-    oiled: bool = False  # a film carries most of its load
+    is_lubricated: bool = False  # a film carries most of its load
 
 
-def worn_away(joints: Iterable[Rubbed]) -> str:
+def worn_away(joints: Iterable[RubbingJoint]) -> str:
     """Return the remark on wear that reaches the bearing radius within 1000 h."""
     remarks = [
-        f"{joint.joint} wears by {_mm(THOUSAND_HOURS * joint.rate)} in 1000 h, and its bearing radius is "
+        f"{joint.joint} wears by {_mm(THOUSAND_HOURS * joint.wear_rate)} in 1000 h, and its bearing radius is "
         f"{_mm(joint.bearing_radius)}"
         for joint in joints
-        if THOUSAND_HOURS * joint.rate > joint.bearing_radius
+        if THOUSAND_HOURS * joint.wear_rate > joint.bearing_radius
     ]
     hint = (
         ". Wear coefficients are 1e-16 to 1e-15 m^2/N for greased steel on bronze, and 1e-14 to 1e-13 for dry steel. "
@@ -248,14 +250,14 @@ def worn_away(joints: Iterable[Rubbed]) -> str:
     return WORN_AWAY + "; ".join(remarks) + hint if remarks else ""
 
 
-def pv_high(joints: Iterable[Rubbed]) -> str:
+def pv_high(joints: Iterable[RubbingJoint]) -> str:
     """Return the remark on a mean pressure times speed beyond the limit of dry bushes."""
     remarks = [
         f"{joint.joint} has a mean pV of {1e-6 * joint.pv:.3g} MPa m/s"
         for joint in joints
-        if joint.pv > PV_BORNE and not joint.oiled
+        if joint.pv > MAX_PV and not joint.is_lubricated
     ]
-    hint = f". Dry bushes allow 1 to 3 MPa m/s, and {1e-6 * PV_BORNE:.2g} for a short time, so this joint needs oil"
+    hint = f". Dry bushes allow 1 to 3 MPa m/s, and {1e-6 * MAX_PV:.2g} for a short time, so this joint needs oil"
     return PV_HIGH + "; ".join(remarks) + hint if remarks else ""
 
 
@@ -274,71 +276,75 @@ def smoothed(widths: Iterable[tuple[str, float | None]]) -> str:
     return SMOOTHED + "; ".join(remarks) + hint if remarks else ""
 
 
-class Lubricated(NamedTuple):
+class FilmState(NamedTuple):
     """State of the film of a joint in a case."""
 
     joint: str  # 'rod-slider'
-    limit: float  # eccentricity ratio up to which its formula is valid
+    eccentricity_limit: float  # eccentricity ratio up to which its formula is valid
     share_beyond: float  # share of the window's time beyond the limit
-    ratio: float  # largest eccentricity over clearance
-    dry: bool  # it has a dry contact
-    taylor: float  # largest Taylor number
-    fed: float = 0.0  # energy gained from its pressure, over its loss
-    remedy: str = "reynolds"  # a passive film law that is valid for its length over diameter
+    eccentricity_ratio: float  # largest eccentricity over clearance
+    has_dry_contact: bool  # it has a dry contact
+    taylor_number: float  # largest Taylor number
+    energy_gain: float = 0.0  # energy gained from its pressure, over its loss
+    passive_law: str = "reynolds"  # a passive film law that is valid for its length over diameter
 
 
-def films(joints: Iterable[Lubricated]) -> tuple[str, ...]:
+def films(joints: Iterable[FilmState]) -> tuple[str, ...]:
     """Return the remarks on films: beyond their limit, squeezed out, not laminar, generating energy."""
     joints = list(joints)
     share_beyond = [
-        f"{joint.joint} exceeds the eccentricity ratio {joint.limit:g} for {_percent(joint.share_beyond)} of the "
-        f"time and reaches {joint.ratio:.4g}; the film is then evaluated at {joint.limit:g}"
+        f"{joint.joint} exceeds the eccentricity ratio {joint.eccentricity_limit:g} for "
+        f"{_percent(joint.share_beyond)} of the "
+        f"time and reaches {joint.eccentricity_ratio:.4g}; the film is then evaluated at {joint.eccentricity_limit:g}"
         for joint in joints
         if joint.share_beyond > 0.0
     ]
     beyond_limit = [
-        f"{joint.joint} reaches {joint.ratio:.4g} clearances" for joint in joints if joint.ratio > 1.0 and not joint.dry
+        f"{joint.joint} reaches {joint.eccentricity_ratio:.4g} clearances"
+        for joint in joints
+        if joint.eccentricity_ratio > 1.0 and not joint.has_dry_contact
     ]
     flow = [
-        f"{joint.joint} has a Taylor number of {joint.taylor:.3g}, vortices begin at {TAYLOR:g}; laminar laws "
-        "understate its losses"
+        f"{joint.joint} has a Taylor number of {joint.taylor_number:.3g}, vortices begin at {CRITICAL_TAYLOR:g}; "
+        "laminar laws understate its losses"
         for joint in joints
-        if joint.taylor > TAYLOR
+        if joint.taylor_number > CRITICAL_TAYLOR
     ]
-    fed = [
-        f"the film of {joint.joint} returns {_percent(joint.fed)} of the energy that it takes, which no real film "
-        f"does; choose film.law: {joint.remedy}"
+    gain = [
+        f"the film of {joint.joint} returns {_percent(joint.energy_gain)} of the energy that it takes, which no "
+        f"real film does; choose film.law: {joint.passive_law}"
         for joint in joints
-        if joint.fed > FED
+        if joint.energy_gain > MIN_ENERGY_GAIN
     ]
     hint = "; add the section contact of the joint, or use more viscosity or less clearance"
     return (
-        FILM_HELD + "; ".join(share_beyond) if share_beyond else "",
+        FILM_LIMIT + "; ".join(share_beyond) if share_beyond else "",
         FILM_BEYOND + "; ".join(beyond_limit) + hint if beyond_limit else "",
         FILM_FLOW + "; ".join(flow) if flow else "",
-        FILM_FED + "; ".join(fed) if fed else "",
+        FILM_GAIN + "; ".join(gain) if gain else "",
     )
 
 
-def unsure_films(joints: Iterable[tuple[str, float, float, float]]) -> str:
-    """Return the remark on inaccurate films: (joint, temperature, half-width of its 95 % interval, rise), in K."""
-    films = [
+def uncertain_films(joints: Iterable[tuple[str, float, float, float]]) -> str:
+    """Return the remark on inaccurate film temperatures: (joint, temperature, half-width of 95 %, rise), in K."""
+    descriptions = [
         f"{joint} is at {temperature:.2f} K, {rise:.3g} K above ambient, "
-        + (f"uncertain by {width:.3g} K (95 %)" if math.isfinite(width) else "from too few revolutions for an interval")
-        for joint, temperature, width, rise in joints
+        + (f"uncertain by {error:.3g} K (95 %)" if math.isfinite(error) else "from too few revolutions for an interval")
+        for joint, temperature, error, rise in joints
     ]
-    return f"{FILM_UNSURE}{'; '.join(films)}; more simulate.revolutions narrow it" if films else ""
+    return f"{FILM_UNCERTAIN}{'; '.join(descriptions)}; more simulate.revolutions narrow it" if descriptions else ""
 
 
 def friction_heat(joints: Iterable[tuple[str, float, float | None]]) -> str:
-    """Return the remark on dry joints heated by friction by more than HEATING: (joint, W, W/K or None)."""
-    hot = [
-        f"{joint}: friction power {power:.3g} W {'heats' if leads else 'would heat'} a dry joint by "
-        f"{'' if leads else 'some '}{power / (leads or LEADS):.3g} K at {leads or LEADS:g} W/K"
-        for joint, power, leads in joints
-        if power > HEATING * (leads or LEADS)
+    """Return the remark on dry joints heated by friction by more than MAX_HEATING: (joint, W, W/K or None)."""
+    remarks = [
+        f"{joint}: friction power {power:.3g} W {'heats' if conductance else 'would heat'} a dry joint by "
+        f"{'' if conductance else 'some '}{power / (conductance or DEFAULT_CONDUCTANCE):.3g} K at "
+        f"{conductance or DEFAULT_CONDUCTANCE:g} W/K"
+        for joint, power, conductance in joints
+        if power > MAX_HEATING * (conductance or DEFAULT_CONDUCTANCE)
     ]
-    return FRICTION_HEAT + "; ".join(hot) if hot else ""
+    return FRICTION_HEAT + "; ".join(remarks) if remarks else ""
 
 
 def ball_stiffness(joints: Iterable[str]) -> str:
@@ -346,15 +352,14 @@ def ball_stiffness(joints: Iterable[str]) -> str:
     names = ", ".join(joints)
     hint = (
         "has the stiffness of a ball in a socket (elastic: power with a material), 2 to 4 times too soft for "
-        "a journal. "
-        "Peaks of impacts are too low by a factor of 1.3 to 1.7. Use elastic: compatible for a journal"
+        "a journal. Peaks of impacts are too low by a factor of 1.3 to 1.7. Use elastic: compatible for a journal"
     )
-    return f"{BALL}{names} {hint}" if names else ""
+    return f"{BALL_STIFFNESS}{names} {hint}" if names else ""
 
 
 def imbalance(residual: float, tolerance: float, count: float) -> str:
     """Return the remark on an energy residual that the tolerance does not explain; count : onsets and revolutions."""
-    explained = min(max(RESIDUAL * tolerance * count, LEAST_RESIDUAL), MOST_RESIDUAL)
+    explained = min(max(EXPLAINED_RESIDUAL * tolerance * count, MIN_RESIDUAL), MAX_RESIDUAL)
     if residual <= explained:
         return ""
     return (
@@ -367,21 +372,21 @@ def _mm(length: float) -> str:
     return f"{1e3 * length:.4g} mm"
 
 
-def past_limits(shares: Iterable[tuple[str, str, float, float]]) -> str:
+def outside_law_range(contacts: Iterable[tuple[str, str, float, float]]) -> str:
     """Return the remark on elastic laws beyond their range: (joint, law, limit in m, share of the time beyond it)."""
     excesses = [
         f"{joint} exceeds {1e3 * limit:.4g} mm, the limit of {law}, for {_percent(share)} of the time"
-        for joint, law, limit, share in shares
+        for joint, law, limit, share in contacts
         if share > 0.0
     ]
     return LAW_LIMIT + "; ".join(excesses) if excesses else ""
 
 
-def kept_onsets(lasting: Iterable[tuple[str, float]]) -> str:
+def lasting_onsets(joints: Iterable[tuple[str, float]]) -> str:
     """Return the remark on contacts that never end and keep their onset rate: (joint, onset rate in m/s)."""
     descriptions = [
         f"{joint} never loses contact in the window, and its law uses the onset rate of its first touch, {rate:.3g} m/s"
-        for joint, rate in lasting
+        for joint, rate in joints
     ]
     return (
         f"{ONSET_KEPT}{', '.join(descriptions)}; contact.onset: renewed removes this influence" if descriptions else ""

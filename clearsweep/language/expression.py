@@ -18,14 +18,16 @@ from .errors import InputError, did_you_mean, quoted
 if TYPE_CHECKING:
     import numpy as np  # imported only when values are computed
 
-LONGEST = 500  # characters
+MAX_LENGTH = 500  # characters
 _SUMS: dict[type, Callable] = {ast.Add: operator.add, ast.Sub: operator.sub}
 _PRODUCTS: dict[type, tuple[Callable, int]] = {ast.Mult: (operator.mul, 1), ast.Div: (operator.truediv, -1)}
 _SIGNS: dict[type, Callable] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
-_OF_SAME_UNIT = {"min": "minimum", "max": "maximum"}  # functions of two or more arguments -> name in numpy
-_OF_ONE = {"abs": Fraction(1), "sqrt": Fraction(1, 2)}  # function -> power of the unit
-FUNCTIONS = (*_OF_SAME_UNIT, *_OF_ONE)
-_BARE = re.compile(r"(?<![\w.])(\d[\d.]*(?:[eE][+-]?\d+)?) *([^\W\d_][^\s,()']*)")  # a quantity without quotes
+_SAME_UNIT_FUNCTIONS = {"min": "minimum", "max": "maximum"}  # functions of two or more arguments -> name in numpy
+_ONE_ARGUMENT_FUNCTIONS = {"abs": Fraction(1), "sqrt": Fraction(1, 2)}  # function -> power of the unit
+FUNCTIONS = (*_SAME_UNIT_FUNCTIONS, *_ONE_ARGUMENT_FUNCTIONS)
+_UNQUOTED_QUANTITY = re.compile(
+    r"(?<![\w.])(\d[\d.]*(?:[eE][+-]?\d+)?) *([^\W\d_][^\s,()']*)"
+)  # a quantity without quotes
 
 Dimension = dict[str, Fraction]
 
@@ -33,8 +35,8 @@ Dimension = dict[str, Fraction]
 class Vocabulary(NamedTuple):
     """Words of messages for the names in an expression."""
 
-    names: str
-    unknown: str  # text for an unknown name
+    noun: str
+    unknown_text: str  # text for an unknown name
     example: str
 
 
@@ -48,16 +50,16 @@ def unit_of(text: str, units: Mapping[str, str]) -> str:
     """Return the SI unit of an expression of columns with the SI units `units`; InputError names the mistake."""
     if not names_in(text):
         raise InputError(f"found {quoted(text)}, which contains no column; {_expected(COLUMNS)}")
-    return _unit(text, units, COLUMNS)
+    return _si_unit(text, units, COLUMNS)
 
 
 def unit_of_defined(text: str, units: Mapping[str, str]) -> str:
     """Return the SI unit ('1' for none) of an expression of user-defined quantities with the SI units `units`."""
-    return _unit(text, units, DEFINED)
+    return _si_unit(text, units, DEFINED)
 
 
-def _unit(text: str, units: Mapping[str, str], vocabulary: Vocabulary) -> str:
-    dimension = _Checked(units, vocabulary).dimension(_tree(text, vocabulary))
+def _si_unit(text: str, units: Mapping[str, str], vocabulary: Vocabulary) -> str:
+    dimension = _DimensionChecker(units, vocabulary).dimension(_parse(text, vocabulary))
     return quantity.unit_of(tuple(sorted(dimension.items())))
 
 
@@ -66,7 +68,7 @@ def value_of(text: str, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
     import numpy as np
 
     with np.errstate(all="ignore"):
-        values = np.asarray(_value(_tree(text), columns), float)
+        values = np.asarray(_evaluate(_parse(text), columns), float)
     finite: np.ndarray = np.where(np.isfinite(values), values, np.nan)
     return finite
 
@@ -77,7 +79,7 @@ def exact_value(text: str, values: Mapping[str, Fraction]) -> Fraction:
     Raises InputError for a division by zero, a root of a negative number, or a number too large for a float.
     """
     try:
-        exact = Fraction(_exact(_tree(text, DEFINED), values))
+        exact = Fraction(_evaluate_exactly(_parse(text, DEFINED), values))
         float(exact)
     except ZeroDivisionError:
         raise InputError(f"found {quoted(text)}, which divides by zero") from None
@@ -87,9 +89,9 @@ def exact_value(text: str, values: Mapping[str, Fraction]) -> Fraction:
 
 
 @lru_cache(256)
-def _tree(text: str, vocabulary: Vocabulary = COLUMNS) -> ast.expr:
-    if len(text) > LONGEST:
-        raise InputError(f"found {len(text):,} characters; expected at most {LONGEST}")
+def _parse(text: str, vocabulary: Vocabulary = COLUMNS) -> ast.expr:
+    if len(text) > MAX_LENGTH:
+        raise InputError(f"found {len(text):,} characters; expected at most {MAX_LENGTH}")
     try:
         return ast.parse(text.strip(), mode="eval").body
     except SyntaxError as error:
@@ -106,23 +108,23 @@ def _hint(text: str, vocabulary: Vocabulary) -> str:
     """Return the likely remedy for an expression that cannot be read, or '' if none is known."""
     if text.count("(") > text.count(")") and vocabulary is DEFINED:
         return "inside {} or [] write an expression with a comma in quotes; "
-    bare_quantity = next((match for match in _BARE.finditer(text) if quantity.is_unit(match[2])), None)
+    bare_quantity = next((match for match in _UNQUOTED_QUANTITY.finditer(text) if quantity.is_unit(match[2])), None)
     return f"write a number with a unit in quotes, '{bare_quantity[1]} {bare_quantity[2]}'; " if bare_quantity else ""
 
 
 def names_in(text: str, vocabulary: Vocabulary = COLUMNS) -> set[str]:
     """Return the names in an expression, without functions."""
-    nodes = list(ast.walk(_tree(text, vocabulary)))
+    nodes = list(ast.walk(_parse(text, vocabulary)))
     calls = {node.func for node in nodes if isinstance(node, ast.Call)}
     return {node.id for node in nodes if isinstance(node, ast.Name) and node not in calls}
 
 
 def _expected(vocabulary: Vocabulary) -> str:
     functions = ", ".join(FUNCTIONS)
-    return f"expected {vocabulary.names}, numbers, + - * / **, brackets, {functions}, such as {vocabulary.example}"
+    return f"expected {vocabulary.noun}, numbers, + - * / **, brackets, {functions}, such as {vocabulary.example}"
 
 
-class _Checked:
+class _DimensionChecker:
     """Dimensions of expressions over known names."""
 
     def __init__(self, units: Mapping[str, str], vocabulary: Vocabulary):
@@ -133,37 +135,39 @@ class _Checked:
         match node:
             case ast.Constant(value=bool() | None) | ast.Constant(value=complex()) | ast.Constant(value=bytes()):
                 raise InputError(f"found {quoted(ast.unparse(node))}; {_expected(self.vocabulary)}")
-            case ast.Constant(value=str(digits)):
-                return dict(quantity.with_unit(digits)[1])
+            case ast.Constant(value=str(quoted_quantity)):
+                return dict(quantity.value_and_dimension(quoted_quantity)[1])
             case ast.Constant(value=int() | float()):
                 _number(node)
                 return {}
             case ast.Name(id=name):
-                return self._named(name)
-            case ast.UnaryOp(op=sign, operand=operand) if type(sign) in _SIGNS:
+                return self._name_dimension(name)
+            case ast.UnaryOp(op=operation, operand=operand) if type(operation) in _SIGNS:
                 return self.dimension(operand)
             case ast.BinOp(left=left, op=ast.Pow(), right=power):
-                return _scaled(self.dimension(left), Fraction(repr(_number(power))))
-            case ast.BinOp(left=left, op=sign, right=right) if type(sign) in _PRODUCTS:
-                exponent = Fraction(_PRODUCTS[type(sign)][1])
-                return _times(self.dimension(left), _scaled(self.dimension(right), exponent))
-            case ast.BinOp(left=left, op=sign, right=right) if type(sign) in _SUMS:
-                return self._same(left, right)
-            case ast.Call(func=ast.Name(id=name), args=[_, _, *_] as parts, keywords=[]) if name in _OF_SAME_UNIT:
-                return [self._same(parts[0], argument) for argument in parts[1:]][-1]
-            case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in _OF_ONE:
-                return _scaled(self.dimension(argument), _OF_ONE[name])
+                return _to_power(self.dimension(left), Fraction(repr(_number(power))))
+            case ast.BinOp(left=left, op=operation, right=right) if type(operation) in _PRODUCTS:
+                exponent = Fraction(_PRODUCTS[type(operation)][1])
+                return _multiplied(self.dimension(left), _to_power(self.dimension(right), exponent))
+            case ast.BinOp(left=left, op=operation, right=right) if type(operation) in _SUMS:
+                return self._common_dimension(left, right)
+            case ast.Call(func=ast.Name(id=name), args=[_, _, *_] as arguments, keywords=[]) if (
+                name in _SAME_UNIT_FUNCTIONS
+            ):
+                return [self._common_dimension(arguments[0], argument) for argument in arguments[1:]][-1]
+            case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in _ONE_ARGUMENT_FUNCTIONS:
+                return _to_power(self.dimension(argument), _ONE_ARGUMENT_FUNCTIONS[name])
         raise InputError(f"found {quoted(ast.unparse(node))}; {_expected(self.vocabulary)}")
 
-    def _named(self, name: str) -> Dimension:
+    def _name_dimension(self, name: str) -> Dimension:
         if name not in self.units:
             names = ", ".join(self.units) or "none"
             raise InputError(
-                f"{quoted(name)} is {self.vocabulary.unknown}{did_you_mean(name, self.units)} (known: {names})"
+                f"{quoted(name)} is {self.vocabulary.unknown_text}{did_you_mean(name, self.units)} (known: {names})"
             )
         return dict(quantity.dimension_of(self.units[name]))
 
-    def _same(self, left: ast.expr, right: ast.expr) -> Dimension:
+    def _common_dimension(self, left: ast.expr, right: ast.expr) -> Dimension:
         """Return the common dimension of two operands."""
         dimensions = self.dimension(left), self.dimension(right)
         if dimensions[0] == dimensions[1]:
@@ -178,64 +182,64 @@ class _Checked:
         )
 
 
-def _value(node: Any, columns: "Mapping[str, np.ndarray]") -> Any:
+def _evaluate(node: Any, columns: "Mapping[str, np.ndarray]") -> Any:
     """Return the value of an expression that `_Checked.dimension` accepts."""
     import numpy as np
 
     match node:
-        case ast.Constant(value=str(digits)):
-            return quantity.with_unit(digits)[0]
+        case ast.Constant(value=str(quoted_quantity)):
+            return quantity.value_and_dimension(quoted_quantity)[0]
         case ast.Constant():
             return _number(node)
         case ast.Name(id=name):
             return columns[name]
-        case ast.UnaryOp(op=sign, operand=operand):
-            return _SIGNS[type(sign)](_value(operand, columns))
+        case ast.UnaryOp(op=operation, operand=operand):
+            return _SIGNS[type(operation)](_evaluate(operand, columns))
         case ast.BinOp(left=left, op=ast.Pow(), right=power):
-            return np.asarray(_value(left, columns), float) ** _number(power)
-        case ast.BinOp(left=left, op=sign, right=right):
-            form = _SUMS.get(type(sign)) or _PRODUCTS[type(sign)][0]
-            return form(_value(left, columns), _value(right, columns))
-        case ast.Call(func=ast.Name(id=name), args=parts):
-            values = [_value(argument, columns) for argument in parts]
+            return np.asarray(_evaluate(left, columns), float) ** _number(power)
+        case ast.BinOp(left=left, op=operation, right=right):
+            function = _SUMS.get(type(operation)) or _PRODUCTS[type(operation)][0]
+            return function(_evaluate(left, columns), _evaluate(right, columns))
+        case ast.Call(func=ast.Name(id=name), args=arguments):
+            values = [_evaluate(argument, columns) for argument in arguments]
             return (
-                reduce(getattr(np, _OF_SAME_UNIT[name]), values)
-                if name in _OF_SAME_UNIT
+                reduce(getattr(np, _SAME_UNIT_FUNCTIONS[name]), values)
+                if name in _SAME_UNIT_FUNCTIONS
                 else getattr(np, name)(*values)
             )
     raise AssertionError(node)  # `unit_of` has refused it
 
 
-def _exact(node: Any, values: Mapping[str, Fraction]) -> Fraction:
+def _evaluate_exactly(node: Any, values: Mapping[str, Fraction]) -> Fraction:
     """Return the exact value of an expression that `_Checked.dimension` accepts."""
     match node:
-        case ast.Constant(value=str(digits)):
-            return Fraction(repr(quantity.with_unit(digits)[0]))
+        case ast.Constant(value=str(quoted_quantity)):
+            return Fraction(repr(quantity.value_and_dimension(quoted_quantity)[0]))
         case ast.Constant():
             return Fraction(repr(_number(node)))
         case ast.Name(id=name):
             return values[name]
-        case ast.UnaryOp(op=sign, operand=operand):
-            return Fraction(_SIGNS[type(sign)](_exact(operand, values)))
+        case ast.UnaryOp(op=operation, operand=operand):
+            return Fraction(_SIGNS[type(operation)](_evaluate_exactly(operand, values)))
         case ast.BinOp(left=left, op=ast.Pow(), right=power):
-            return _power(_exact(left, values), _number(power))
-        case ast.BinOp(left=left, op=sign, right=right):
-            form = _SUMS.get(type(sign)) or _PRODUCTS[type(sign)][0]
-            return Fraction(form(_exact(left, values), _exact(right, values)))
+            return _power(_evaluate_exactly(left, values), _number(power))
+        case ast.BinOp(left=left, op=operation, right=right):
+            function = _SUMS.get(type(operation)) or _PRODUCTS[type(operation)][0]
+            return Fraction(function(_evaluate_exactly(left, values), _evaluate_exactly(right, values)))
         case ast.Call(func=ast.Name(id="sqrt"), args=[argument]):
-            return _power(_exact(argument, values), 0.5)
-        case ast.Call(func=ast.Name(id=name), args=parts):
-            of_parts: Any = {"min": min, "max": max, "abs": abs}[name]
-            return Fraction(of_parts(*(_exact(argument, values) for argument in parts)))
+            return _power(_evaluate_exactly(argument, values), 0.5)
+        case ast.Call(func=ast.Name(id=name), args=arguments):
+            built_in: Any = {"min": min, "max": max, "abs": abs}[name]
+            return Fraction(built_in(*(_evaluate_exactly(argument, values) for argument in arguments)))
     raise AssertionError(node)  # `unit_of_defined` has refused it
 
 
 def _power(base: Fraction, power: float) -> Fraction:
     """Return a power as floats give it; ValueError if it is not real."""
-    raised = float(base) ** power
-    if isinstance(raised, complex):
+    result = float(base) ** power
+    if isinstance(result, complex):
         raise ValueError("a root of a negative number")
-    return Fraction(repr(raised))
+    return Fraction(repr(result))
 
 
 def _number(node: ast.expr) -> float:
@@ -248,10 +252,10 @@ def _number(node: ast.expr) -> float:
     raise InputError(f"found {quoted(ast.unparse(node))}; expected a plain number below 1e300")
 
 
-def _times(left: Dimension, right: Dimension) -> Dimension:
+def _multiplied(left: Dimension, right: Dimension) -> Dimension:
     powers = {name: left.get(name, Fraction(0)) + right.get(name, Fraction(0)) for name in (*left, *right)}
     return {name: power for name, power in powers.items() if power}
 
 
-def _scaled(dimension: Dimension, power: Fraction) -> Dimension:
+def _to_power(dimension: Dimension, power: Fraction) -> Dimension:
     return {name: power * exponent for name, exponent in dimension.items() if power}

@@ -1,8 +1,8 @@
 """Phases of work and their progress: current activity of a process, elapsed time, and time left.
 
-Code opens a phase and records its progress, which takes a microsecond.  `shown` prints the open phase on stderr: a line
-after FIRST_LINE s without one, or on a terminal a line that is redrawn.  `written` stores it where another process
-reads it, as worker processes do.
+Code opens a phase and records its progress, which takes a microsecond.  `show_progress` prints the open phase on
+stderr: a line after FIRST_LINE s without one, or on a terminal a line that is redrawn.  `store_progress` stores it
+where another process reads it, as worker processes do.
 """
 
 import contextlib
@@ -24,8 +24,8 @@ FIRST_LINE, PAUSE_GROWTH, LONGEST_PAUSE = (
 )  # s before a line is printed, and the factor by which this grows up to LONGEST_PAUSE
 REFRESH = 0.25  # s between two looks at the open phases, and between two drawings on a terminal
 # s of work before its time left is estimated, before a terminal shows it, and between two writes
-SETTLED = 1.0
-BAR = 24  # characters of a bar
+MIN_ELAPSED = 1.0
+BAR_WIDTH = 24  # characters of a bar
 
 
 class Progress(NamedTuple):
@@ -63,7 +63,7 @@ class Phase:
         self.share: float | None = None
         self.facts: dict[str, Any] = {}
         self._left: tuple[float, float] | None = None  # s left, and when this was recorded
-        self.idle = 0.0  # s of nested phases of the kind `once`, which do not count for the pace
+        self.compile_time = 0.0  # s of nested phases of the kind `once`, which do not count for the pace
 
     def note(self, *, share: float | None = None, left: float | None = None, **facts: Any) -> None:
         """Record the finished share of the work or the time (s) left, and facts for programs."""
@@ -84,10 +84,10 @@ class Phase:
         if self._left is not None:
             left, noted = self._left
             return max(left - (now - noted), 0.0) or None
-        elapsed = now - self.begin - self.idle
-        return elapsed * (1.0 / self.share - 1.0) if self.share and elapsed >= SETTLED else None
+        elapsed = now - self.begin - self.compile_time
+        return elapsed * (1.0 / self.share - 1.0) if self.share and elapsed >= MIN_ELAPSED else None
 
-    def further(self) -> str:
+    def line_suffix(self) -> str:
         """Return further words for a line about this phase."""
         return ""
 
@@ -97,9 +97,9 @@ class _Listener(Protocol):
         """React to a change of the open phases."""
 
 
-_open: list[Phase] = []  # the outermost first
+_open_phases: list[Phase] = []  # the outermost first
 _listeners: list[_Listener] = []
-_once = [0.0]  # s of finished phases of the kind `once`
+_compile_seconds = [0.0]  # s of finished phases of the kind `once`
 
 
 def _changed() -> None:
@@ -119,25 +119,25 @@ def phase(name: str | Phase | Callable[[], str], *, whole: bool = False) -> Iter
 
 def start(new_phase: Phase) -> Phase:
     """Open a phase and return it."""
-    _open.append(new_phase)
+    _open_phases.append(new_phase)
     _changed()
     return new_phase
 
 
 def end(ended: Phase) -> None:
     """Close a phase."""
-    _open[:] = [other for other in _open if other is not ended]
-    if ended.once and not any(other.once for other in _open):
+    _open_phases[:] = [other for other in _open_phases if other is not ended]
+    if ended.once and not any(other.once for other in _open_phases):
         elapsed = time.monotonic() - ended.opened
-        _once[0] += elapsed
-        for other in _open:
-            other.idle += elapsed
+        _compile_seconds[0] += elapsed
+        for other in _open_phases:
+            other.compile_time += elapsed
     _changed()
 
 
 def compile_seconds() -> float:
     """Return the time (s) that this process has spent on work that later runs do not repeat."""
-    return _once[0]
+    return _compile_seconds[0]
 
 
 def progress(first: int = 0) -> Progress | None:
@@ -145,33 +145,33 @@ def progress(first: int = 0) -> Progress | None:
 
     The time left is that of the outermost `whole` phase, or else of the innermost phase with an estimate.
     """
-    phases, now = list(_open)[first:], time.monotonic()
+    phases, now = list(_open_phases)[first:], time.monotonic()
     if not phases:
         return None
-    measured = next((opened for opened in phases if opened.whole), None)
-    with_estimate = [opened for opened in reversed(phases) if opened.left(now) is not None]
-    timed_phase = measured or (with_estimate[0] if with_estimate else phases[-1])
+    whole_phase = next((open_phase for open_phase in phases if open_phase.whole), None)
+    with_estimate = [open_phase for open_phase in reversed(phases) if open_phase.left(now) is not None]
+    timed_phase = whole_phase or (with_estimate[0] if with_estimate else phases[-1])
     facts: dict[str, Any] = {}
-    for opened in phases:
-        facts |= opened.facts
-    name = ": ".join(filter(None, [opened.what() for opened in phases]))
-    once = phases[-1].once
-    return Progress(name, now - timed_phase.begin, timed_phase.left(now), facts, phases[-1].share, once)
+    for open_phase in phases:
+        facts |= open_phase.facts
+    name = ": ".join(filter(None, [open_phase.what() for open_phase in phases]))
+    is_once = phases[-1].once
+    return Progress(name, now - timed_phase.begin, timed_phase.left(now), facts, phases[-1].share, is_once)
 
 
 def innermost() -> Phase | None:
     """Return the innermost open phase."""
-    return next(reversed(list(_open)), None)
+    return next(reversed(list(_open_phases)), None)
 
 
 def innermost_once() -> bool:
     """Return whether the innermost phase does work that later runs do not repeat."""
-    return bool(_open) and _open[-1].once
+    return bool(_open_phases) and _open_phases[-1].once
 
 
 def outermost(first: int = 0) -> Phase | None:
     """Return the outermost open phase from index `first` on."""
-    return next(iter(list(_open)[first:]), None)
+    return next(iter(list(_open_phases)[first:]), None)
 
 
 # ---------------------------------------------------------------------------------------------- on stderr
@@ -182,32 +182,32 @@ class Display:
 
     def __init__(self) -> None:
         self.lock = threading.RLock()
-        self.terminal = sys.stderr is not None and sys.stderr.isatty()
+        self.is_terminal = sys.stderr is not None and sys.stderr.isatty()
         self.bar: Any = None  # progress bar on a terminal
-        self.latest, self.interval = time.monotonic(), FIRST_LINE
-        self.work: Phase | None = None  # phase printed last
+        self.last_printed, self.interval = time.monotonic(), FIRST_LINE
+        self.printed_phase: Phase | None = None  # phase printed last
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """Print a line if one is due."""
-        work, latest, now = outermost(), progress(), time.monotonic()
-        if latest is None or work is None or sys.stderr is None:
+        open_phase, current_progress, now = outermost(), progress(), time.monotonic()
+        if current_progress is None or open_phase is None or sys.stderr is None:
             self.close()
             return
-        if self.terminal:
-            if now - work.begin >= SETTLED:
-                self._draw(latest, work.further())
+        if self.is_terminal:
+            if now - open_phase.begin >= MIN_ELAPSED:
+                self._draw(current_progress, open_phase.line_suffix())
             return
-        if work is not self.work:
-            self.work, self.interval = work, FIRST_LINE
-        if now - self.latest >= self.interval:
+        if open_phase is not self.printed_phase:
+            self.printed_phase, self.interval = open_phase, FIRST_LINE
+        if now - self.last_printed >= self.interval:
             self.interval = min(PAUSE_GROWTH * self.interval, LONGEST_PAUSE)
-            self.say(latest.text + work.further())
+            self.print_line(current_progress.text + open_phase.line_suffix())
 
-    def say(self, sentence: str) -> None:
+    def print_line(self, sentence: str) -> None:
         """Print a line."""
         with self.lock:
             self._clear()
-            self.latest = time.monotonic()
+            self.last_printed = time.monotonic()
             if sys.stderr is not None:  # None would mean stdout
                 print(printable(sentence), file=sys.stderr, flush=True)
 
@@ -216,15 +216,15 @@ class Display:
         with self.lock:
             self._clear()
 
-    def _draw(self, latest: Progress, further: str) -> None:
+    def _draw(self, current_progress: Progress, suffix: str) -> None:
         with self.lock:
             if self.bar is None:
                 from tqdm import tqdm
 
                 self.bar = tqdm(total=1.0, file=sys.stderr, leave=False, dynamic_ncols=True, bar_format="{desc}")
-            self.bar.n = latest.share or 0.0
-            self.bar.bar_format = "{desc}" if latest.share is None else f"|{{bar:{BAR}}}| {{desc}}"
-            self.bar.set_description_str(printable(latest.text + further).replace("\n", " "))
+            self.bar.n = current_progress.share or 0.0
+            self.bar.bar_format = "{desc}" if current_progress.share is None else f"|{{bar:{BAR_WIDTH}}}| {{desc}}"
+            self.bar.set_description_str(printable(current_progress.text + suffix).replace("\n", " "))
 
     def _clear(self) -> None:
         if self.bar is not None:
@@ -232,13 +232,13 @@ class Display:
             self.bar = None
 
 
-_display: list[Display] = []  # the one in use
+_active_displays: list[Display] = []  # the one in use
 
 
 @contextlib.contextmanager
-def shown(enabled: bool = True) -> Iterator[None]:  # noqa: FBT001, FBT002 - read as `shown(progress)`
+def show_progress(enabled: bool = True) -> Iterator[None]:  # noqa: FBT001, FBT002 - read as `show_progress(enabled)`
     """Print the progress of the work in this context on stderr, unless it is printed already."""
-    if not enabled or _display or sys.stderr is None:
+    if not enabled or _active_displays or sys.stderr is None:
         yield
         return
     display, stopped = Display(), threading.Event()
@@ -246,9 +246,9 @@ def shown(enabled: bool = True) -> Iterator[None]:  # noqa: FBT001, FBT002 - rea
     def watch() -> None:
         while not stopped.wait(REFRESH):
             with contextlib.suppress(Exception):  # stderr may be closed; an error in one line must not end the others
-                display.look()
+                display.refresh()
 
-    _display.append(display)
+    _active_displays.append(display)
     thread = threading.Thread(target=watch, name="clearsweep progress", daemon=True)
     thread.start()
     try:
@@ -256,39 +256,45 @@ def shown(enabled: bool = True) -> Iterator[None]:  # noqa: FBT001, FBT002 - rea
     finally:
         stopped.set()
         thread.join()
-        _display.remove(display)
+        _active_displays.remove(display)
         with contextlib.suppress(Exception):
             display.close()
 
 
-def say(sentence: str) -> None:
+def print_line(sentence: str) -> None:
     """Print a line on stderr, whether progress is shown or not."""
-    (_display[0] if _display else Display()).say(sentence)
+    (_active_displays[0] if _active_displays else Display()).print_line(sentence)
 
 
 # ---------------------------------------------------------------------------------------------- for another process
 
 
-class Written:
+class ProgressWriter:
     """Keeps the progress of the open phases where another process reads it.
 
-    A phase that ends within SETTLED s leaves nothing, unless later runs do not repeat its work.
+    A phase that ends within MIN_ELAPSED s leaves nothing, unless later runs do not repeat its work.
     """
 
     def __init__(self, put: Callable[[bytes | None], None]):
         """Prepare to replace the stored content by `put`; put(None) removes it."""
-        self.put, self.due, self.is_stored, self.first = put, 0.0, False, len(_open)
+        self.put, self.next_write, self.is_stored, self.first_phase = put, 0.0, False, len(_open_phases)
         self.once = False  # whether the last written phase is of the kind `once`
 
     def changed(self) -> None:
         """Write the progress if it is due."""
-        work, now = outermost(self.first), time.monotonic()
-        is_early = work is not None and now - work.begin < SETTLED and not innermost_once()
-        if work is None or is_early:  # the compiler reports only its begin and its end
+        open_phase, now = outermost(self.first_phase), time.monotonic()
+        is_early = open_phase is not None and now - open_phase.begin < MIN_ELAPSED and not innermost_once()
+        if open_phase is None or is_early:  # the compiler reports only its begin and its end
             self.discard()
-        elif (now >= self.due or innermost_once() != self.once) and (latest := progress(self.first)):
-            self.due, self.is_stored, self.once = now + SETTLED, True, latest.once
-            self.put(json.dumps(latest._asdict() | {"facts": dict(latest.facts), "time": time.time()}).encode())
+        elif (now >= self.next_write or innermost_once() != self.once) and (
+            current_progress := progress(self.first_phase)
+        ):
+            self.next_write, self.is_stored, self.once = now + MIN_ELAPSED, True, current_progress.once
+            self.put(
+                json.dumps(
+                    current_progress._asdict() | {"facts": dict(current_progress.facts), "time": time.time()}
+                ).encode()
+            )
 
     def discard(self) -> None:
         """Remove the stored progress."""
@@ -298,9 +304,9 @@ class Written:
 
 
 @contextlib.contextmanager
-def written(put: Callable[[bytes | None], None]) -> Iterator[None]:
-    """Write the progress of the work in this context by `put`, see Written; `read` reads it."""
-    listener = Written(put)
+def store_progress(put: Callable[[bytes | None], None]) -> Iterator[None]:
+    """Write the progress of the work in this context by `put`, see ProgressWriter; `stored_progress` reads it."""
+    listener = ProgressWriter(put)
     _listeners.append(listener)
     try:
         yield
@@ -309,37 +315,37 @@ def written(put: Callable[[bytes | None], None]) -> Iterator[None]:
         listener.discard()
 
 
-def read(content: bytes) -> Progress | None:
+def stored_progress(content: bytes) -> Progress | None:
     """Return the present progress from stored content, or None if the content is incomplete."""
     try:
-        content_of_file = json.loads(content)
-        age = max(time.time() - content_of_file.pop("time"), 0.0)
-        stored = Progress(**content_of_file)
-        left = stored.left if stored.left is None else max(stored.left - age, 0.0) or None
-        return stored._replace(seconds=stored.seconds + age, left=left)
+        fields = json.loads(content)
+        age = max(time.time() - fields.pop("time"), 0.0)
+        stored = Progress(**fields)
+        time_left = stored.left if stored.left is None else max(stored.left - age, 0.0) or None
+        return stored._replace(seconds=stored.seconds + age, left=time_left)
     except (ValueError, KeyError, TypeError, AttributeError):
         return None
 
 
-class Latest:
+class EstimateListener:
     """Keeps the latest estimate of the total time (s) of the work, or None."""
 
     def __init__(self) -> None:
-        self.begin, self.first = time.monotonic(), len(_open)
+        self.begin, self.first_phase = time.monotonic(), len(_open_phases)
         self.total: float | None = None
 
     def changed(self) -> None:
         """Store the latest estimate."""
-        if any(opened.once for opened in _open):
+        if any(opened.once for opened in _open_phases):
             return  # the estimate of this phase only
-        if (latest := progress(self.first)) and latest.left is not None:
+        if (latest := progress(self.first_phase)) and latest.left is not None:
             self.total = time.monotonic() - self.begin + latest.left
 
 
 @contextlib.contextmanager
-def estimated() -> Iterator[Latest]:
-    """Yield a Latest, which keeps the latest estimate of the time of the work in this context."""
-    listener = Latest()
+def track_estimate() -> Iterator[EstimateListener]:
+    """Yield an EstimateListener, which keeps the latest estimate of the time of the work in this context."""
+    listener = EstimateListener()
     _listeners.append(listener)
     try:
         yield listener

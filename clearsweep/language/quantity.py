@@ -19,7 +19,7 @@ from .errors import InputError, did_you_mean, quoted
 if TYPE_CHECKING:
     import pint  # imported only when a unit is read
 
-_UNITS = """
+_UNIT_TABLE = """
 nano- = 1e-9 = n-
 micro- = 1e-6 = u- = µ- = μ-
 milli- = 1e-3 = m-
@@ -50,12 +50,12 @@ joule = newton * metre = J
 watt = joule / second = W
 kelvin = [temperature] = K
 """
-_BASE = {"[length]": "m", "[mass]": "kg", "[time]": "s", "[angle]": "rad"}
-_COMMON = (
+_BASE_UNITS = {"[length]": "m", "[mass]": "kg", "[time]": "s", "[angle]": "rad"}
+_COMMON_UNITS = (
     "m mm um nm cm in inch kg g mg t lb s ms us min h rad deg turn rev Hz kHz rpm N mN kN MN lbf Pa kPa MPa GPa bar "
     "psi J mJ kJ W K degC"
 )
-_WORDS = (
+_UNIT_NAMES = (
     "metre meter millimetre millimeter micrometre micrometer kilogram gram second minute hour radian degree "
     "revolution hertz newton kilonewton pascal megapascal gigapascal joule watt"
 )
@@ -84,11 +84,11 @@ _EXAMPLES = {
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 _POWER = r"(?:\^|\*\*)\s*\(?\s*[+-]?\d{1,2}(?:\.\d+)?(?:/\d{1,2})?\s*\)?"
 _UNIT = re.compile(rf"(?:[^\W\d_]+|°|[*/·()\s]|1(?=\s*/)|[²³]|{_POWER})*")
-_PART = re.compile(rf"(?P<power>{_POWER}|[²³])|(?P<name>[^\W\d_]+|°)|(?P<bracket>[()])|(?P<sign>[*/·1])")
+_UNIT_TOKEN = re.compile(rf"(?P<power>{_POWER}|[²³])|(?P<name>[^\W\d_]+|°)|(?P<bracket>[()])|(?P<sign>[*/·1])")
 _PER_MINUTE = r"(1\s*)?/\s*min|min\s*(\^|\*\*)\s*\(?\s*-1\s*\)?"
 _CELSIUS, _FREEZING = ("degC", "°C"), Fraction("273.15")  # K; temperatures may have another zero
 _UNREADABLE = (tokenize.TokenError, SyntaxError, AssertionError, ArithmeticError, ValueError)  # pint's parser
-_LONGEST = 200  # characters of a quantity
+_MAX_LENGTH = 200  # characters of a quantity
 
 
 def read(value: Any, unit: str) -> float:
@@ -102,7 +102,7 @@ def read(value: Any, unit: str) -> float:
     try:
         return float(number)
     except OverflowError:
-        raise InputError(_infinite(value, unit)) from None
+        raise InputError(_not_finite_message(value, unit)) from None
 
 
 def exact(value: Any, unit: str) -> Fraction:
@@ -117,12 +117,12 @@ def exact(value: Any, unit: str) -> Fraction:
     try:
         return Fraction(repr(float(value)))
     except (OverflowError, ValueError):
-        raise InputError(_infinite(value, unit)) from None
+        raise InputError(_not_finite_message(value, unit)) from None
 
 
 def has_unit(value: Any) -> bool:
     """Return whether a quantity is text with a unit."""
-    match = _QUANTITY.fullmatch(value) if isinstance(value, str) and len(value) <= _LONGEST else None
+    match = _QUANTITY.fullmatch(value) if isinstance(value, str) and len(value) <= _MAX_LENGTH else None
     return match is not None and bool(match[2])
 
 
@@ -136,30 +136,30 @@ class WrittenUnit(NamedTuple):
 
 def written_unit(value: Any, unit: str) -> WrittenUnit | None:
     """Return the unit of a written quantity of the SI `unit`, or None if it has no unit or is not a quantity."""
-    match = _QUANTITY.fullmatch(value) if isinstance(value, str) and len(value) <= _LONGEST else None
+    match = _QUANTITY.fullmatch(value) if isinstance(value, str) and len(value) <= _MAX_LENGTH else None
     if match is None or not match[2]:
         return None
     try:
-        zero, unity = (exact(f"{number} {match[2]}", unit) for number in (0, 1))
+        value_of_zero, value_of_one = (exact(f"{number} {match[2]}", unit) for number in (0, 1))
     except InputError:
         return None
-    return WrittenUnit(match[2], float(unity - zero), float(zero))
+    return WrittenUnit(match[2], float(value_of_one - value_of_zero), float(value_of_zero))
 
 
 def is_unit(name: str) -> bool:
     """Return whether a word is a unit."""
-    return not isinstance(_measure(name), str)
+    return not isinstance(_parse_unit(name), str)
 
 
 def is_bare(value: Any) -> bool:
     """Return whether a quantity is a number without a unit; 0 is the same in every unit and does not count."""
     if isinstance(value, str):
-        match = _QUANTITY.fullmatch(value) if len(value) <= _LONGEST else None
+        match = _QUANTITY.fullmatch(value) if len(value) <= _MAX_LENGTH else None
         return match is not None and not match[2] and float(match[1]) != 0.0
     return isinstance(value, int | float) and not isinstance(value, bool) and value != 0
 
 
-def said(value: Any, unit: str) -> str:
+def written_text(value: Any, unit: str) -> str:
     """Return a written quantity, followed by the SI `unit` if it has no unit."""
     text = f"{value:.15g}" if isinstance(value, float) else str(value)
     return text if has_unit(value) or unit in ("1", "") else f"{text} {unit}"
@@ -178,7 +178,7 @@ def example(unit: str) -> str:
     return first
 
 
-def exponent_of(unit: str, exponent: float) -> str:
+def with_exponent(unit: str, exponent: float) -> str:
     """Return a unit with the word `exponent` replaced by the number: `N/m^1.5`."""
     return unit.replace("^exponent", "" if exponent == 1 else f"^{exponent:.15g}")
 
@@ -188,7 +188,7 @@ def dimension_of(unit: str) -> tuple[tuple[str, Fraction], ...]:
 
     The unit of a column in another unit, such as hours, has no dimension: it accepts plain numbers.
     """
-    size, dimension = _unit(unit, unit) if unit else (Fraction(1), ())
+    size, dimension = _parsed_unit(unit, unit) if unit else (Fraction(1), ())
     return dimension if size == 1 else ()
 
 
@@ -197,7 +197,7 @@ def unit_of(dimension: tuple[tuple[str, Fraction], ...]) -> str:
     for unit in _EXAMPLES:
         if dimension_of(unit) == dimension:
             return unit
-    parts = [(_BASE[name], float(power)) for name, power in dimension]
+    parts = [(_BASE_UNITS[name], float(power)) for name, power in dimension]
     numerator, denominator = (
         "*".join(f"{name}^{sign * power:.15g}".removesuffix("^1") for name, power in parts if sign * power > 0.0)
         for sign in (1, -1)
@@ -206,52 +206,52 @@ def unit_of(dimension: tuple[tuple[str, Fraction], ...]) -> str:
     return f"{numerator or 1}/{denominator}" if denominator else numerator
 
 
-def with_unit(text: str) -> tuple[float, tuple[tuple[str, Fraction], ...]]:
+def value_and_dimension(text: str) -> tuple[float, tuple[tuple[str, Fraction], ...]]:
     """Return the quantity in `text`, with a unit or without, in SI, and its dimension; InputError like `read`."""
-    match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
+    match = _QUANTITY.fullmatch(text) if len(text) <= _MAX_LENGTH else None
     if not match:
         raise InputError(f"found {quoted(text)}, which does not begin with a number; expected one such as '5 kN'")
     unit_name = "K" if match.group(2) in _CELSIUS else match.group(2)
-    dimension = _unit(unit_name, text)[1] if unit_name not in ("", "%") else ()
+    dimension = _parsed_unit(unit_name, text)[1] if unit_name not in ("", "%") else ()
     return read(text, unit_of(dimension)), dimension
 
 
 def _from_text(text: str, unit: str) -> Fraction:
     """Return the quantity in `text` in SI, exactly."""
     if text.strip().lower().lstrip("+-.") in ("inf", "infinity", "nan"):
-        raise InputError(_infinite(text, unit))
-    match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
+        raise InputError(_not_finite_message(text, unit))
+    match = _QUANTITY.fullmatch(text) if len(text) <= _MAX_LENGTH else None
     if not match:
         raise InputError(f"found {quoted(text)}, which does not begin with a number; {expected(unit)}")
     digits, unit_name = match.groups()
     if unit_name.startswith(","):
         raise InputError(f"found {quoted(text)}; write a decimal point, not a comma ({expected(unit)})")
-    offset = Fraction(0)
+    zero_offset = Fraction(0)
     if not unit_name:
         scale = Fraction(1)
     elif unit_name in _CELSIUS and unit == "K":
-        scale, offset = Fraction(1), _FREEZING
+        scale, zero_offset = Fraction(1), _FREEZING
     elif unit_name == "%" and unit == "1":
         scale = Fraction(1, 100)
     elif unit == "rad/s" and re.fullmatch(_PER_MINUTE, unit_name):  # for a shaft these are turns, as on a rating plate
-        scale, _ = _unit("rpm", text)
+        scale, _ = _parsed_unit("rpm", text)
     else:
-        scale, dimension = _unit(unit_name, text)
-        size, wanted = _unit(unit, unit)
+        scale, dimension = _parsed_unit(unit_name, text)
+        size, expected_dimension = _parsed_unit(unit, unit)
         scale /= size  # 1, or the unit of a column in hours
-        if dimension != wanted:
+        if dimension != expected_dimension:
             raise InputError(f"found {quoted(text)}, whose unit {unit_name} has another dimension; {expected(unit)}")
-    rough = float(digits)  # 0 and infinity would need too much memory as exact digits (1e-999999999)
-    if rough - rough != 0.0:
-        raise InputError(_infinite(text, unit))
-    return (Fraction(digits) * scale if rough else Fraction(0)) + offset
+    approximate = float(digits)  # 0 and infinity would need too much memory as exact digits (1e-999999999)
+    if approximate - approximate != 0.0:
+        raise InputError(_not_finite_message(text, unit))
+    return (Fraction(digits) * scale if approximate else Fraction(0)) + zero_offset
 
 
 def _has_power_of_power(unit_name: str) -> bool:
     """Return whether a unit contains nested powers, whose size has no bound."""
     previous: str | None = ""
     closed_has_power, groups = False, [False]  # whether the last closed bracket, and each open one, contains a power
-    for token in _PART.finditer(unit_name):
+    for token in _UNIT_TOKEN.finditer(unit_name):
         if token["power"]:
             if previous == "power" or (previous == ")" and closed_has_power):
                 return True
@@ -265,45 +265,45 @@ def _has_power_of_power(unit_name: str) -> bool:
     return False
 
 
-def _infinite(value: Any, unit: str) -> str:
+def _not_finite_message(value: Any, unit: str) -> str:
     """Return the message for a number beyond the range of floats."""
     return f"found {quoted(value)}, which is not a finite number; {expected(unit)}"
 
 
 @contextlib.contextmanager
-def _absent(*names: str) -> Iterator[None]:
+def _hidden_packages(*names: str) -> Iterator[None]:
     """Make packages count as not installed in this context.
 
     pint imports anything with the name of an optional package, even a folder in the working directory.
     """
-    absent = [name for name in names if name not in sys.modules]
-    sys.modules.update(dict.fromkeys(absent))  # type: ignore[arg-type] # None: Python's own word for "cannot be imported"
+    hidden = [name for name in names if name not in sys.modules]
+    sys.modules.update(dict.fromkeys(hidden))  # type: ignore[arg-type] # None: Python's own word for "cannot be imported"
     try:
         yield
     finally:
-        for name in absent:
+        for name in hidden:
             sys.modules.pop(name, None)
 
 
 @cache
-def _table() -> "pint.UnitRegistry":
+def _unit_registry() -> "pint.UnitRegistry":
     """Return the unit table; building it imports pint, which takes 0.2 s and is unnecessary for plain numbers."""
-    with _absent("babel", "dask", "uncertainties"):
+    with _hidden_packages("babel", "dask", "uncertainties"):
         import pint
 
-    return pint.UnitRegistry(_UNITS.strip().splitlines(), non_int_type=Fraction, cache_folder=None)
+    return pint.UnitRegistry(_UNIT_TABLE.strip().splitlines(), non_int_type=Fraction, cache_folder=None)
 
 
-def _unit(unit_name: str, text: str) -> tuple[Fraction, tuple]:
+def _parsed_unit(unit_name: str, text: str) -> tuple[Fraction, tuple]:
     """Return the exact size of a unit in SI and its dimension; `text` is the whole quantity."""
-    measure = _measure(unit_name)
-    if isinstance(measure, str):
-        raise InputError(f"found {quoted(text)}; {measure}")
-    return measure
+    size_and_dimension = _parse_unit(unit_name)
+    if isinstance(size_and_dimension, str):
+        raise InputError(f"found {quoted(text)}; {size_and_dimension}")
+    return size_and_dimension
 
 
 @cache
-def _measure(unit_name: str) -> tuple[Fraction, tuple] | str:
+def _parse_unit(unit_name: str) -> tuple[Fraction, tuple] | str:
     """Return size and dimension of a unit, or the reason why it cannot be read."""
     if unit_name == "1":
         return Fraction(1), ()
@@ -314,15 +314,15 @@ def _measure(unit_name: str) -> tuple[Fraction, tuple] | str:
         return unreadable
     if _has_power_of_power(unit_name):
         return f"'{unit_name}' has a power of a power; write m^6 for (m^2)^3"
-    table = _table()
+    registry = _unit_registry()
     import pint  # after building the table, which imports it
 
     try:
         for name in re.findall(r"[^\W\d_]+|°", unit_name):
-            if name not in table:
-                suggestion = did_you_mean(name, f"{_COMMON} {_WORDS}".split())
-                return f"unknown unit '{name}'{suggestion} (known: {_COMMON}, N*s/m, m^2)"
-        size: Any = table.Quantity(table.parse_expression(unit_name)).to_base_units()
-        return Fraction(size.magnitude), tuple(sorted(size.dimensionality.items()))
+            if name not in registry:
+                suggestion = did_you_mean(name, f"{_COMMON_UNITS} {_UNIT_NAMES}".split())
+                return f"unknown unit '{name}'{suggestion} (known: {_COMMON_UNITS}, N*s/m, m^2)"
+        base_quantity: Any = registry.Quantity(registry.parse_expression(unit_name)).to_base_units()
+        return Fraction(base_quantity.magnitude), tuple(sorted(base_quantity.dimensionality.items()))
     except (pint.PintError, *_UNREADABLE):
         return unreadable

@@ -11,7 +11,7 @@ _SUPERSCRIPTS = str.maketrans("-0123456789.", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹·"
 BLANK = "\u00a0"  # keeps number and unit on one line
 DASH, TIMES, MINUS = "\u2013", "\u00d7", "\u2212"
 SHORT_ID = 8  # characters of a case_id: 10,000 cases collide in one run of a hundred
-_RPM = 2.0 * math.pi / 60.0  # rad/s in one revolution per minute
+_RAD_PER_S_OF_RPM = 2.0 * math.pi / 60.0  # rad/s in one revolution per minute
 
 #: SI unit -> (smallest magnitude, factor, unit shown), largest first.
 _METRIC = {
@@ -61,7 +61,7 @@ _SYSTEM: ContextVar[str] = ContextVar("system of units", default="metric")
 
 
 @contextlib.contextmanager
-def units(system: str) -> Iterator[None]:
+def unit_system(system: str) -> Iterator[None]:
     """Format quantities in a system of units (one of SYSTEMS) in this context."""
     token = _SYSTEM.set(system)
     try:
@@ -83,7 +83,7 @@ class Scale(NamedTuple):
 
     def number(self, value: float | None, digits: int = 3) -> str:
         """Return an SI value as a formatted number without unit; a dash for a missing value."""
-        return DASH if value is None or missing(value) else plain(self.of(float(value)), digits)
+        return DASH if value is None or is_missing(value) else plain(self.of(float(value)), digits)
 
     def text(self, value: float | None, digits: int = 3) -> str:
         """Return an SI value as number and unit."""
@@ -95,31 +95,31 @@ class Scale(NamedTuple):
 
     def given_number(self, value: float | None, digits: int = 6) -> str:
         """Return the number of a user-chosen SI value, with no more digits than necessary."""
-        return DASH if value is None or missing(value) else short(self.of(float(value)), digits)
+        return DASH if value is None or is_missing(value) else short(self.of(float(value)), digits)
 
     def joined(self, number: str) -> str:
         """Return a number, or a list of numbers, followed by the unit."""
         if number == DASH or not self.unit:
             return number
-        joint = f"{BLANK}{TIMES}{BLANK}" if self.unit.startswith("10") else "" if self.unit == "°" else BLANK
-        return f"{number}{joint}{self.unit}"
+        separator = f"{BLANK}{TIMES}{BLANK}" if self.unit.startswith("10") else "" if self.unit == "°" else BLANK
+        return f"{number}{separator}{self.unit}"
 
 
 def scale(unit: str, values: Iterable[float | None] | float, *, speed: bool = False) -> Scale:
     """Return the scale that suits the largest of `values` (SI `unit`); a shaft `speed` is in rpm."""
     if speed and unit == "rad/s":
-        return Scale(_RPM, "rpm")
-    largest = _largest(values)
-    for smallest, factor, name in (_IMPERIAL if _SYSTEM.get() == "imperial" else _METRIC).get(unit, ()):
+        return Scale(_RAD_PER_S_OF_RPM, "rpm")
+    largest = _largest_magnitude(values)
+    for smallest, factor, shown_unit in (_IMPERIAL if _SYSTEM.get() == "imperial" else _METRIC).get(unit, ()):
         if largest >= smallest:
-            return Scale(factor, name) if largest > 0.0 else Scale(1.0, unit_text(unit))
+            return Scale(factor, shown_unit) if largest > 0.0 else Scale(1.0, unit_text(unit))
     imperial = _IMPERIAL_UNITS.get(unit) if _SYSTEM.get() == "imperial" else None
-    factor, name = imperial or (1.0, unit_text(unit))
+    factor, shown_unit = imperial or (1.0, unit_text(unit))
     largest /= factor
     if unit in ("1", "", None) or 1e-3 <= largest < 1e5 or largest == 0.0:
-        return Scale(factor, name)
+        return Scale(factor, shown_unit)
     power = math.floor(math.log10(largest) + 1e-12)
-    return Scale(factor * 10.0**power, f"10{str(power).translate(_SUPERSCRIPTS)}{BLANK}{name}")
+    return Scale(factor * 10.0**power, f"10{str(power).translate(_SUPERSCRIPTS)}{BLANK}{shown_unit}")
 
 
 def written_scale(written: Mapping[str, Any] | None, unit: str) -> Scale | None:
@@ -143,7 +143,7 @@ def as_written(written: Mapping[str, Any]) -> Scale:
 
 def text(value: float | None, unit: str, digits: int = 3) -> str:
     """Return an SI value as number and unit, with a suitable prefix."""
-    return DASH if value is None or missing(value) else scale(unit, value).text(value, digits)
+    return DASH if value is None or is_missing(value) else scale(unit, value).text(value, digits)
 
 
 def in_common_unit(values: Iterable[float | None], unit: str) -> list[str]:
@@ -156,7 +156,7 @@ def in_common_unit(values: Iterable[float | None], unit: str) -> list[str]:
     return [common_scale.text(value) for value in values]
 
 
-def missing(value: object) -> bool:
+def is_missing(value: object) -> bool:
     """Return whether there is no value: None or NaN."""
     return value is None or (isinstance(value, float) and math.isnan(value))
 
@@ -180,14 +180,14 @@ def plain(number: float, digits: int = 3) -> str:
 
 def short(number: float, digits: int = 6) -> str:
     """Return a number with at most `digits` significant digits, without trailing zeros."""
-    mantissa, cross, power = plain(number, digits).partition(f"{BLANK}{TIMES}")
+    mantissa, times_sign, power = plain(number, digits).partition(f"{BLANK}{TIMES}")
     mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
-    return mantissa + cross + power
+    return mantissa + times_sign + power
 
 
 def percent(share: float) -> str:
     """Return a share in whole per cent."""
-    if missing(share):
+    if is_missing(share):
         return DASH
     return f"{100.0 * share:.0f}{BLANK}%" if share >= 0.01 or share == 0.0 else f"under 1{BLANK}%"
 
@@ -197,23 +197,23 @@ def count(number: int, noun: str, plural: str | None = None) -> str:
     return f"{_thousands(str(int(number)))} {noun if number == 1 else plural or noun + 's'}"
 
 
-def size(count: float) -> str:
+def byte_count(bytes_total: float) -> str:
     """Return a number of bytes as '12 MB'."""
     for factor, unit in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
-        if count >= factor:
-            return f"{count / factor:.3g} {unit}"
-    return f"{count:.0f} B"
+        if bytes_total >= factor:
+            return f"{bytes_total / factor:.3g} {unit}"
+    return f"{bytes_total:.0f} B"
 
 
 def duration(seconds: float) -> str:
     """Return a duration as '3 s', '4 min 20 s' or '5 h 10 min'."""
     if seconds < 1.0:
         return f"{seconds:.1f} s"
-    minutes, remaining_seconds = divmod(round(seconds), 60)
+    minutes, rest_seconds = divmod(round(seconds), 60)
     if not minutes:
-        return f"{remaining_seconds} s"
-    hours, minutes_left = divmod(minutes, 60)
-    return f"{hours} h {minutes_left} min" if hours else f"{minutes} min {remaining_seconds} s"
+        return f"{rest_seconds} s"
+    hours, rest_minutes = divmod(minutes, 60)
+    return f"{hours} h {rest_minutes} min" if hours else f"{minutes} min {rest_seconds} s"
 
 
 def sentence_list(words: list[str]) -> str:
@@ -258,8 +258,8 @@ def _key_in_words(parts: list[str]) -> str:
     if parts[-1] in _NAMES:
         body = parts[-2] if len(parts) > 1 and parts[-2] in ("bearing", "journal") else ""
         return _NAMES[parts[-1]] + (f" of the {body}" if body else "")
-    significant = parts if len(parts) < 2 or parts[-1] not in _UNAMBIGUOUS_KEYS else parts[-1:]
-    return " ".join(significant).replace("_", " ").replace("-", " ")
+    informative = parts if len(parts) < 2 or parts[-1] not in _UNAMBIGUOUS_KEYS else parts[-1:]
+    return " ".join(informative).replace("_", " ").replace("-", " ")
 
 
 _AXES = {"0": "x", "1": "y", "2": "z"}  # of the list that a key contains
@@ -268,9 +268,9 @@ _NAMES = {"young": "Young's modulus", "poisson": "Poisson's ratio"}
 _UNAMBIGUOUS_KEYS = {"stiffness", "restitution", "damping", "exponent"}
 
 
-def _largest(values: Iterable[float | None] | float) -> float:
+def _largest_magnitude(values: Iterable[float | None] | float) -> float:
     all_values = values if isinstance(values, Iterable) else (values,)
-    sizes = [abs(float(value)) for value in all_values if value is not None and not missing(value)]
+    sizes = [abs(float(value)) for value in all_values if value is not None and not is_missing(value)]
     return max((size for size in sizes if math.isfinite(size)), default=0.0)
 
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .documents.page import Page  # loads the drawing libraries
 
 
-class _Reporting(StoredRun):
+class _ReportedRun(StoredRun):
     """The results in one directory, with their report."""
 
     def figures(self, directory: str | Path, form: str = "svg", width: str = "auto") -> list[Path]:
@@ -24,11 +24,11 @@ class _Reporting(StoredRun):
         return write(self, out or self.directory / "report.html")
 
 
-class Run(_Reporting):
+class Run(_ReportedRun):
     """The results in one directory, as the store reads them, with their report."""
 
 
-class RunOfBlocks(_Reporting, BlockedRun):
+class RunOfBlocks(_ReportedRun, BlockedRun):
     """The results of a run in blocks, with their report: the summary is lazy, and the report shows a sample."""
 
 
@@ -43,27 +43,27 @@ def open(directory: str | Path, *, partial: bool = False) -> Run | RunOfBlocks:
         return RunOfBlocks(directory, partial=partial)
     if not partial or not store.is_unfinished(directory):
         return Run(directory)
-    from .data.partial import gathered
+    from .data.partial import open_partial
 
-    return gathered(directory, Run)
+    return open_partial(directory, Run)
 
 
-def of(run: "StoredRun", *, typical: bool = False, measured: str | Path | None = None) -> "Page":
+def page_of(run: "StoredRun", *, typical: bool = False, measured: str | Path | None = None) -> "Page":
     """Return the page of a run (as the store opens it), from which its files, tables and figures are written.
 
     Maps show the worst case over the omitted axes; with `typical`, the median.  measured : a CSV file whose signals are
     compared with those of the nearest case.
     """
-    _load_drawing()
+    _import_matplotlib()
     from .data import study
     from .documents import page
 
-    return page.of(study.prepare(run, typical=typical), measured)
+    return page.page_of(study.prepare(run, typical=typical), measured)
 
 
 def compared(first: "StoredRun", second: "StoredRun") -> "Page":
     """Return the page that compares two runs case by case."""
-    _load_drawing()
+    _import_matplotlib()
     from .documents import two_runs
 
     return two_runs.compared(first, second)
@@ -71,12 +71,12 @@ def compared(first: "StoredRun", second: "StoredRun") -> "Page":
 
 def write(run: "StoredRun", out: str | Path, *, typical: bool = False) -> Path:
     """Write the report of a run as one self-contained HTML file; return its path.  `typical` as for `of`."""
-    return of(run, typical=typical).write(Path(out))
+    return page_of(run, typical=typical).write(Path(out))
 
 
 def tables(run: "StoredRun", directory: str | Path) -> list[Path]:
     """Write every table of a run into a directory, as CSV (SI, units in the header) and Markdown; return the paths."""
-    return of(run).write_tables(Path(directory))
+    return page_of(run).write_tables(Path(directory))
 
 
 def figures(run: "StoredRun", directory: str | Path, form: str = "svg", width: str = "auto") -> list[Path]:
@@ -84,10 +84,10 @@ def figures(run: "StoredRun", directory: str | Path, form: str = "svg", width: s
 
     form : svg, pdf or png; width : 85 or 170 (mm), or auto: the smaller one that fits.
     """
-    _load_drawing()
+    _import_matplotlib()
     from .documents import paper
 
-    return of(run).write_figures(paper.Wanted(Path(directory), form, width))
+    return page_of(run).write_figures(paper.FigureOptions(Path(directory), form, width))
 
 
 def show(run: "StoredRun", case_id: str, out: str | Path) -> Path:
@@ -95,7 +95,7 @@ def show(run: "StoredRun", case_id: str, out: str | Path) -> Path:
 
     As CSV the file has the forces in the joints over time, in the fixed frame.
     """
-    _load_drawing()
+    _import_matplotlib()
     from .documents import single
 
     return single.show(run, case_id, Path(out))
@@ -103,19 +103,19 @@ def show(run: "StoredRun", case_id: str, out: str | Path) -> Path:
 
 def draw_grid(source: str | Path, out: str | Path) -> Path:
     """Draw the mechanism of a grid at its start, as SVG or PNG by the ending of `out`; return its path."""
-    _load_drawing()
+    _import_matplotlib()
     from .one_case import mechanism
 
     return mechanism.draw(Path(source), Path(out))
 
 
-def _load_drawing() -> None:
+def _import_matplotlib() -> None:
     """Load matplotlib even if MPLBACKEND names an unknown backend: figures are drawn into files without a backend."""
-    given = os.environ.get("MPLBACKEND")
+    backend = os.environ.get("MPLBACKEND")
     try:
         import matplotlib
     except ValueError:
-        if given is None:
+        if backend is None:
             raise
         for name in [name for name in sys.modules if name.partition(".")[0] == "matplotlib"]:
             del sys.modules[name]  # partly loaded
@@ -123,4 +123,4 @@ def _load_drawing() -> None:
         try:
             import matplotlib  # noqa: F401
         finally:
-            os.environ["MPLBACKEND"] = given
+            os.environ["MPLBACKEND"] = backend

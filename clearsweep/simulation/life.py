@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..contracts.case import Case
-from ..judging.validity import UNREACHED, smoothed
+from ..judging.validity import LIFE_UNREACHED, smoothed
 from ..language.wording import count
 from ..mechanics.joint import registry
 from ..mechanics.joint.wear.contract import Worn
@@ -214,9 +214,9 @@ class LifeRun:
         if life.reached:
             return ""
         if life.blocks < self.life.blocks:
-            return f"{UNREACHED}{self.life.joint} has no wear, so it never reaches life.limit"
+            return f"{LIFE_UNREACHED}{self.life.joint} has no wear, so it never reaches life.limit"
         return (
-            f"{UNREACHED}{self.life.joint} does not reach life.limit in {life.revolutions:.6g} revolutions, after "
+            f"{LIFE_UNREACHED}{self.life.joint} does not reach life.limit in {life.revolutions:.6g} revolutions, after "
             f"{count(life.blocks, 'block')}; increase life.blocks, or life.tolerance for longer jumps"
         )
 

@@ -56,7 +56,7 @@ class Life(phases.Phase):
     def reached(self, worn: float) -> None:
         """Record the end of a block, with the wear depth (m) that the limit refers to."""
         self.block, self.jump = self.block + 1, max(worn - self.worn, 0.0) or self.jump
-        self.worn, self.block_begin, self.idle = worn, time.monotonic(), 0.0
+        self.worn, self.block_begin, self.compile_time = worn, time.monotonic(), 0.0
         self.note(block=self.block, reached=worn, limit=self.limits.limit)
 
     def left(self, now: float) -> float | None:
@@ -66,7 +66,7 @@ class Life(phases.Phase):
             return None
         jumps = 0.0 if self.limits.constant_rates else max(self.limits.limit - self.worn, 0.0) / self.jump
         blocks = 1.0 + min(jumps, float(max(self.limits.blocks - self.block, 0)))
-        remaining = max(block * blocks - (now - self.block_begin - self.idle), 0.0)
+        remaining = max(block * blocks - (now - self.block_begin - self.compile_time), 0.0)
         return remaining + self.limits.further_lives * block * (self.block - 1 + blocks) or None
 
     def _block_seconds(self, now: float) -> float | None:
@@ -77,4 +77,4 @@ class Life(phases.Phase):
         inner = phases.innermost()
         if not isinstance(inner, Revolutions) or not inner.turns:
             return None
-        return (now - inner.begin - inner.idle) * max(self.limits.min_revolutions / inner.turns, 1.0)
+        return (now - inner.begin - inner.compile_time) * max(self.limits.min_revolutions / inner.turns, 1.0)

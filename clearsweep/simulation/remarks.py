@@ -7,15 +7,15 @@ from typing import Any
 from ..contracts.case import Joint, column_name
 from ..contracts.layout import FRICTION_POWER
 from ..judging.validity import (
-    Lubricated,
-    Reached,
-    Rubbed,
+    FilmState,
+    PenetrationAndWear,
+    RubbingJoint,
     ball_stiffness,
     films,
     friction_heat,
     imbalance,
-    kept_onsets,
-    past_limits,
+    lasting_onsets,
+    outside_law_range,
     pv_high,
     too_deep,
     worn_away,
@@ -31,7 +31,7 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
     """Return the remarks on a finished case; '' replaces each remark that does not apply."""
     pairs = list(zip(scene.layout.joints, scene.case.joints, strict=True))
     shares = [(joint, summary[f"{layout.name}_law_limit_fraction"]) for layout, joint in pairs]
-    limits = past_limits(
+    limits = outside_law_range(
         [(joint.name, joint.elastic_name, registry.penetration_limit(joint), share) for joint, share in shares if share]
     )
     film_remarks = films(_lubricated(scene, window, summary)) if any(layout.film for layout, _ in pairs) else ()
@@ -45,7 +45,7 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
     balls = ball_stiffness([joint.name for _, joint in pairs if scene.mechanism.turns and registry.is_ball(joint)])
     return (
         limits,
-        kept_onsets(_lasting_contacts(scene, window)),
+        lasting_onsets(_lasting_contacts(scene, window)),
         *film_remarks,
         heat,
         balls,
@@ -67,13 +67,13 @@ def _lasting_contacts(scene: Scene, window: Window) -> Iterator[tuple[str, float
             yield joint.name, rate
 
 
-def _lubricated(scene: Scene, window: Window, summary: Mapping[str, Any]) -> Iterator[Lubricated]:
+def _lubricated(scene: Scene, window: Window, summary: Mapping[str, Any]) -> Iterator[FilmState]:
     """Yield the state of every film."""
     for index, joint in enumerate(scene.case.joints):
         if joint.film:
             totals = window.totals.joint[index]
             fed, drained = totals.generated_energy, totals.film_energy
-            yield Lubricated(
+            yield FilmState(
                 joint.name,
                 joint.film.limit,
                 summary[f"{joint.column}_film_limit_fraction"],
@@ -98,7 +98,7 @@ def passive_film(joint: Joint) -> str:
 def _implausible(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the remarks on implausible figures of a finished case; '' replaces each remark that does not apply."""
     joints = [
-        Reached(
+        PenetrationAndWear(
             joint.name,
             summary[f"{layout.name}_penetration_max"] if joint.is_dry else 0.0,
             summary[f"{layout.name}_wear_depth_max"] if layout.wear_bins else 0.0,
@@ -110,7 +110,7 @@ def _implausible(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tu
     count = 0.5 * window.events + max(scene.case.simulate.revolutions, 1.0)
     balance = imbalance(summary["energy_residual"], scene.case.simulate.tolerance, count)
     rubbed = [
-        Rubbed(
+        RubbingJoint(
             joint.name,
             summary[f"{layout.name}_wear_rate_max"],
             summary[f"{layout.name}_pv_mean"],

@@ -13,7 +13,7 @@ from ..contracts.case import Case
 from ..contracts.layout import DIFFERENCE
 from ..contracts.results import Trajectory
 from ..grid import check_memory, history_bytes
-from ..judging.validity import UNBALANCED, UNCHECKED, message_of, unsure_films
+from ..judging.validity import ERROR_CHECK_FAILED, UNBALANCED, message_of, uncertain_films
 from ..language import phases
 from ..language.errors import InputError, quoted
 from ..mechanics.compiled.family import empty_entries
@@ -64,7 +64,7 @@ def simulate(
             "clearsweep.simulate(clearsweep.load_case('grid.yaml'))"
         )
     begin = time.perf_counter()
-    with phases.shown(progress):
+    with phases.show_progress(progress):
         trajectory = _all_integrations(with_deadline(scene), times, observers, log)
     summary, spent = trajectory.summary, scene.build_time + time.perf_counter() - begin
     summary[SETUP.name] = max(spent - (summary.get("run_time") or 0.0), 0.0)
@@ -126,7 +126,7 @@ def _with_balance(scene: Scene, trajectory: Trajectory, balance: Balance) -> Tra
     if trajectory.status != "ok":
         return trajectory
     subjects = {joint.column: f"the film of {joint.name}" if joint.film else joint.name for joint in scene.case.joints}
-    unsure = unsure_films([(subjects[joint], *accuracy) for joint, accuracy in balance.doubtful().items()])
+    unsure = uncertain_films([(subjects[joint], *accuracy) for joint, accuracy in balance.doubtful().items()])
     remark = unsure if balance.converged else UNBALANCED
     return dataclasses.replace(trajectory, message=message_of(trajectory.message, remark))
 
@@ -331,7 +331,8 @@ def _error_checked(scene: Scene, trajectory: Trajectory) -> Trajectory:
     if tighter_run.status == "ok":
         return trajectory
     failure = (
-        f"{UNCHECKED}the run at a tenth of the tolerance has the status {tighter_run.status}: {tighter_run.message}"
+        f"{ERROR_CHECK_FAILED}the run at a tenth of the tolerance has the status {tighter_run.status}: "
+        f"{tighter_run.message}"
     )
     return dataclasses.replace(trajectory, message=message_of(trajectory.message, failure))
 

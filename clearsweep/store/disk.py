@@ -122,9 +122,9 @@ def clean_text(facts: dict[str, Any]) -> str:
     """Return the result of `clean` as text."""
     verb = "would be removed" if facts["dry_run"] else "removed"
     lines = [
-        f"{facts['directory']}: {wording.size(facts['bytes'])} {verb}",
+        f"{facts['directory']}: {wording.byte_count(facts['bytes'])} {verb}",
         *(
-            f"  {KINDS[fact['kind']]}: {wording.count(fact['files'], 'file')}, {wording.size(fact['bytes'])}"
+            f"  {KINDS[fact['kind']]}: {wording.count(fact['files'], 'file')}, {wording.byte_count(fact['bytes'])}"
             for fact in facts["removed"]
         ),
     ]
@@ -141,8 +141,8 @@ def clean_text(facts: dict[str, Any]) -> str:
 
 def use_text(sizes: dict[str, int]) -> str:
     """Return the sizes from `use` as '52 MB: results 20 MB, batches 32 MB'."""
-    parts = [f"{name} {wording.size(sizes[name])}" for name in ("results", "batches", "other") if sizes[name]]
-    return f"{wording.size(sizes['all'])}: {', '.join(parts)}"
+    parts = [f"{name} {wording.byte_count(sizes[name])}" for name in ("results", "batches", "other") if sizes[name]]
+    return f"{wording.byte_count(sizes['all'])}: {', '.join(parts)}"
 
 
 def _as_written(path: Path) -> bool:

@@ -28,7 +28,7 @@ class Working:
     def read(self) -> phases.Progress | None:
         """Return the present progress, or None."""
         try:
-            return phases.read(durable.read(self.path))
+            return phases.stored_progress(durable.read(self.path))
         except OSError:
             return None
 

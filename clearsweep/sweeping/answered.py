@@ -69,11 +69,11 @@ def _cases(run: StoredRun, lead: Lead, columns: _Columns, facts: dict[str, Any])
 
     def varies(path: str) -> bool:
         values = columns(path).tolist()
-        return any(not wording.missing(value) and value != values[0] for value in values)
+        return any(not wording.is_missing(value) and value != values[0] for value in values)
 
     def named_value(index: int, path: str) -> tuple[str, str] | None:
         value = columns(path)[index : index + 1].tolist()[0]
-        if wording.missing(value):
+        if wording.is_missing(value):
             return None
         return setting_name(path, axes, facts), value_text(path, value, facts)
 

@@ -141,7 +141,7 @@ class BlockRunner:
             durable.clear(directory.scratch)
         durable.check_writable(directory.scratch)
         for sentence in directory.recover():
-            progress.say(f"{block.path}: {sentence}")
+            progress.print_line(f"{block.path}: {sentence}")
         indices, ids = job.cases(number)
         self._take_earlier(directory, ids)
         requested = np.sort(ids)
@@ -166,7 +166,7 @@ class BlockRunner:
         block = store.Block(self.job.directory, number)
         directory = block.directory(store.ResultSchema.of(self.job.grid).frame)
         for sentence in directory.recover():
-            progress.say(f"{block.path}: {sentence}")
+            progress.print_line(f"{block.path}: {sentence}")
         for source in sources:
             directory.take_batches(source)
         if self.case_runner.workers is None:

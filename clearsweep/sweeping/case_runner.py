@@ -156,7 +156,9 @@ class CaseRunner:
                 is_same_peak = peak.path.status == "ok" and peak.path.summary[column] == worst_case.peak
                 reason, peak = "its motion differs on this machine", peak if is_same_peak else None
             if peak is None:
-                progress.say(f"case {worst_case.case_id}: the revolution of its largest peak is left out ({reason})")
+                progress.print_line(
+                    f"case {worst_case.case_id}: the revolution of its largest peak is left out ({reason})"
+                )
             results.append(peak)
         return results
 
@@ -279,7 +281,7 @@ def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simul
     if any(isinstance(failure, BrokenExecutor) for failure in failures):
         workers.restart()
     elif compile_failure := next(filter(None, failures), None):
-        progress.say(
+        progress.print_line(
             f"compiling in advance failed ({brief(compile_failure)}); cases that need this code will report it"
         )
     return seconds

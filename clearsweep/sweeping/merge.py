@@ -52,7 +52,7 @@ def run_merge(
     for path in sources:
         path.check(grid)
         for sentence in path.load_batches().values():
-            progress.say(f"{path.path}: {sentence}; left out")
+            progress.print_line(f"{path.path}: {sentence}; left out")
     rows = [path.rows() for path in sources]
     ids = distinct(case_ids(grid))
     if not partial:
@@ -62,7 +62,7 @@ def run_merge(
     with signals.catching(), target.open_for(grid), CaseRunner(target, Options(), simulator) as case_runner:
         start = min(record["start"] for record in records)
         for sentence in target.recover():
-            progress.say(sentence)
+            progress.print_line(sentence)
         for path in sources:
             target.take_batches(path)
         counts: dict[str, Any] = conclude(
@@ -163,7 +163,7 @@ def _block_sources(paths: list[Path], number: int, frame: str) -> tuple[list[sto
     for source in sources:
         source.frame = frame
         for sentence in source.load_batches().values():
-            progress.say(f"{source.path}: {sentence}; left out")
+            progress.print_line(f"{source.path}: {sentence}; left out")
     return sources, [source.rows() for source in sources]
 
 

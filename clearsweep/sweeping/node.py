@@ -116,7 +116,7 @@ def _run(token: str, content: bytes, number: int, most_failures: int | None, *, 
     before = case_runner.ran, case_runner.failed, case_runner.case_seconds
     error_text, complete = "", True
     try:
-        with phases.shown(enabled=False):
+        with phases.show_progress(enabled=False):
             other_nodes = _OtherCommits(node, number)
             other_nodes()
             if is_helping:

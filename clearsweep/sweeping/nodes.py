@@ -202,7 +202,7 @@ class NodesDriver:
                 raise
             self.tasks.remove(task)
             if type(error).__name__ != "KilledWorker":
-                progress.say(f"block {task.number + 1:,}: {brief(error)}; it is tried again")
+                progress.print_line(f"block {task.number + 1:,}: {brief(error)}; it is tried again")
                 if not isinstance(error, OSError):
                     raise InputError(f"block {task.number + 1:,}: {brief(error)}") from error
             if not task.is_helping:
@@ -215,7 +215,7 @@ class NodesDriver:
         if report.refused:
             self.cluster.excluded.add(report.node)
             self.refusal = report.refused
-            progress.say(f"node {report.node}: {report.refused.partition(';')[0]}; its work goes to other nodes")
+            progress.print_line(f"node {report.node}: {report.refused.partition(';')[0]}; its work goes to other nodes")
             if not task.is_helping:
                 queue.append(task.number)
         elif task.is_helping:
@@ -226,7 +226,7 @@ class NodesDriver:
 
     def _reconnect(self, queue: "deque[int]") -> None:
         """Reconnect and request all running blocks again."""
-        progress.say(f"scheduler: {self.cluster.address} was lost; waiting for it to reconnect")
+        progress.print_line(f"scheduler: {self.cluster.address} was lost; waiting for it to reconnect")
         queue.extend(dict.fromkeys(task.number for task in self.tasks if not task.is_helping))
         self.tasks.clear()
         self.cluster.reconnect()

@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 
 from .. import store
 from ..language import phases
-from ..language.phases import say, shown
+from ..language.phases import print_line, show_progress
 
-__all__ = ["Cases", "Compiling", "CompletionRate", "say", "shown"]
+__all__ = ["Cases", "Compiling", "CompletionRate", "print_line", "show_progress"]
 
 SETTLING_TIME = 1.0  # s after the first case before the time left is shown
 MAX_LISTED = 3  # most running cases in a line
@@ -81,7 +81,7 @@ class Cases(phases.Phase):
             left, sum(durations) / len(durations) * (1.0 + waiting / max(self.jobs, 1)) - with_estimate[0].seconds
         )
 
-    def further(self) -> str:
+    def line_suffix(self) -> str:
         """Return the long cases, each with its progress."""
         long_cases = [case for case in self.running_cases()[1] if case.seconds >= LONG_CASE]
         omitted = f"; and {len(long_cases) - MAX_LISTED:,} more" if len(long_cases) > MAX_LISTED else ""

@@ -218,7 +218,7 @@ def estimate_text(facts: dict[str, Any]) -> str:
             f"{grid_text(facts['longest'], 's')})"
         )
     if facts["pending"]:
-        lines.append(f"storage: about {wording.size(facts['bytes'])}")
+        lines.append(f"storage: about {wording.byte_count(facts['bytes'])}")
     lines += [f"Note: {sentence}" for sentence in facts["warnings"]]
     return plain("\n".join(lines))
 

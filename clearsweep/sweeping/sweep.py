@@ -117,7 +117,7 @@ def sweep(  # noqa: PLR0913 - keyword options, as on the command line
 
 def run_sweep(source: Source, out: str | Path | None, options: Options, simulator: Simulator = SIMULATION) -> RunResult:
     """Run a grid as `sweep` does, with the cases computed by `simulator`."""
-    with phases.shown(options.show_progress):
+    with phases.show_progress(options.show_progress):
         result = _run_sweep(source, out, options, simulator)
         if not any(answer.best for answer in result.answers):
             return result
@@ -165,7 +165,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         with phases.phase("reading the directory"):
             sentences = directory.recover()
         for sentence in sentences:
-            progress.say(sentence)
+            progress.print_line(sentence)
         with CaseRunner(directory, options, simulator) as case_runner:
             if search:
                 grid, complete = adaptive.run(grid, search, case_runner.results_from)
@@ -245,7 +245,7 @@ def _run_cut(
         start = store.now()
         with phases.phase("reading the directory"):
             for sentence in directory.recover():
-                progress.say(sentence)
+                progress.print_line(sentence)
         with CaseRunner(directory, options, simulator) as case_runner:
             if options.executor == executors.NODES:
                 outcome = nodes.run_on_nodes(job)
@@ -314,7 +314,7 @@ def conclude(case_runner: CaseRunner, grid: grids.Grid, requested: np.ndarray, *
         with phases.phase(activity):
             return case_runner.peaks(grid, worst)
 
-    merged = store.merge(directory, result_schema, rows, report=progress.say, find_peaks=find_peaks)
+    merged = store.merge(directory, result_schema, rows, report=progress.print_line, find_peaks=find_peaks)
     failed = int(np.count_nonzero(rows["failed"]))
     counts = {
         "cases": len(requested),

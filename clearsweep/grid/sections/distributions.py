@@ -97,7 +97,9 @@ class _Bounded(Distribution):
         if report_mixed_units(problems, key_path, bounds, reading.unit) or low is None or high is None:
             return None
         parameters = {"low": low, "high": high}
-        texts = {key: quantity.said(item.value, reading.unit) for key, item in zip(cls.keys, bounds, strict=True)}
+        texts = {
+            key: quantity.written_text(item.value, reading.unit) for key, item in zip(cls.keys, bounds, strict=True)
+        }
         for sentence in cls.mistakes(parameters, texts):
             problems.add(written, key_path, f"{cls.name}: {sentence}")
         return parameters
@@ -191,7 +193,7 @@ class _WithMean(Distribution):
         cv = values.pop("cv", None)
         std = values.pop("std") if cv is None else cv * abs(values["mean"])
         parameters = {"mean": values.pop("mean"), "std": std, **values}
-        texts = {key: quantity.said(moments[key].value, reading.unit) for key in parameters if key in moments}
+        texts = {key: quantity.written_text(moments[key].value, reading.unit) for key in parameters if key in moments}
         for sentence in cls.mistakes(parameters, texts):
             problems.add(written, key_path, f"{cls.name}: {sentence}")
         return parameters

@@ -79,8 +79,8 @@ class Reader:
         for item in items:
             with suppress(InputError):
                 if quantity.read(item.value, unit) == value:
-                    return quantity.said(item.value, unit)
-        return quantity.said(float(value), unit)
+                    return quantity.written_text(item.value, unit)
+        return quantity.written_text(float(value), unit)
 
     @property
     def varied_numbers(self) -> set[str]:

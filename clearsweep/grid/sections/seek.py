@@ -218,7 +218,8 @@ def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> 
         return None
     if not (high - low) / 2.0**MAX_HALVINGS < tolerance <= (high - low) / FIRST_INTERVALS:
         smallest, largest = (
-            quantity.said(size, _unit_of_path(reader, path)) for size in ((high - low) / 1e12, (high - low) / 4.0)
+            quantity.written_text(size, _unit_of_path(reader, path))
+            for size in ((high - low) / 1e12, (high - low) / 4.0)
         )
         sentence = f"found {entries['within'].value}; allowed: {smallest} to {largest}, a quarter of the range"
         reader.problems.add(entries["within"], f"{SEEK}.within", sentence)
@@ -230,7 +231,7 @@ def _unit_of_path(reader: Reader, path: str) -> str:
     node = reader.shape[path]
     assert isinstance(node, Number)  # others cannot be searched for
     exponents = reader.values_of(f"{path.rpartition('.')[0]}.exponent")
-    return quantity.exponent_of(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
+    return quantity.with_exponent(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
 
 
 REFINE = "refine"

@@ -329,7 +329,7 @@ def _evaluate(text: str, known: Definitions) -> tuple[Fraction, str]:
 def _read_quantity(value: Any) -> tuple[Fraction, str]:
     """Return value (SI) and unit of a written quantity."""
     if isinstance(value, str):
-        number, dimension = quantity.with_unit(value)
+        number, dimension = quantity.value_and_dimension(value)
         return Fraction(repr(number)), quantity.unit_of(dimension)
     if isinstance(value, bool | dict | list) or value is None:
         raise InputError(

@@ -10,7 +10,7 @@ from ..data.rows import Rows
 from ..data.study import Study
 from .table import Column, Table
 
-AT_ONCE = 4096  # rows in memory
+CHUNK_ROWS = 4096  # rows in memory
 Headings = Sequence[tuple[str, str]]  # figure, its heading in a table
 
 
@@ -19,17 +19,17 @@ def case_table(study: Study, key: str, title: str, columns: Headings, by: str, *
 
     The largest value comes first, or the smallest.
     """
-    present = [(column, heading) for column, heading in columns if column in study.cases]
-    heads = (
+    available = [(column, heading) for column, heading in columns if column in study.cases]
+    table_columns = (
         Column("case_id"),
         *axis_columns(study, study.swept()),
-        *(Column(heading, study.unit(column)) for column, heading in present),
+        *(Column(heading, study.unit(column)) for column, heading in available),
     )
-    if by not in dict(present) or study.cases.empty:
-        return Table(key, title, "", heads, [])
-    shown = [*(axis.path for axis in study.swept()), *(column for column, _ in present)]
-    note = f"Sorted by {dict(present)[by]}, {'smallest' if smallest else 'largest'} first."
-    return Table(key, title, note, heads, CaseRows(study.cases, shown, by, smallest=smallest))
+    if by not in dict(available) or study.cases.empty:
+        return Table(key, title, "", table_columns, [])
+    column_names = [*(axis.path for axis in study.swept()), *(column for column, _ in available)]
+    note = f"Sorted by {dict(available)[by]}, {'smallest' if smallest else 'largest'} first."
+    return Table(key, title, note, table_columns, CaseRows(study.cases, column_names, by, smallest=smallest))
 
 
 class CaseRows(Sequence):
@@ -48,7 +48,7 @@ class CaseRows(Sequence):
         return self.cases.ordered(self.by, smallest=self.smallest)
 
     @overload
-    def __getitem__(self, which: int) -> tuple: ...
+    def __getitem__(self, selection: int) -> tuple: ...
     @overload
     def __getitem__(self, which: slice) -> list[tuple]: ...
     def __getitem__(self, which: int | slice) -> tuple | list[tuple]:
@@ -62,9 +62,9 @@ class CaseRows(Sequence):
     def __iter__(self) -> Iterator[tuple]:
         order = self._order()
         columns = [self.cases.index.to_series(), *(self.cases[column] for column in self.columns)]
-        for start in range(0, len(self), AT_ONCE):
-            places = order[start : start + AT_ONCE]
-            yield from zip(*(column.iloc[places].tolist() for column in columns), strict=True)
+        for start in range(0, len(self), CHUNK_ROWS):
+            row_numbers = order[start : start + CHUNK_ROWS]
+            yield from zip(*(column.iloc[row_numbers].tolist() for column in columns), strict=True)
 
 
 def axis_columns(study: Study, axes: Sequence[Axis]) -> list[Column]:

@@ -15,7 +15,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import ArrayLike
 
-HERE = Path(__file__).parent
+FOLDER = Path(__file__).parent
 #: Files of the page's one script, in order; those of `vendor` are unmodified.
 SCRIPTS = (
     "vendor/uPlot.iife.min.js",
@@ -34,21 +34,21 @@ class Script(NamedTuple):
 @functools.cache
 def script() -> Script:
     """Return the script of pages with interactive parts."""
-    text = "\n".join((HERE / name).read_text(encoding="utf-8").strip() for name in SCRIPTS)
+    text = "\n".join((FOLDER / name).read_text(encoding="utf-8").strip() for name in SCRIPTS)
     return Script(Markup(text), base64.b64encode(hashlib.sha256(text.encode()).digest()).decode())
 
 
 def style() -> Markup:
     """Return the style sheets of the scripts."""
-    return Markup("\n".join((HERE / name).read_text(encoding="utf-8").strip() for name in STYLES))
+    return Markup("\n".join((FOLDER / name).read_text(encoding="utf-8").strip() for name in STYLES))
 
 
-def packed(values: ArrayLike) -> str:
+def encode_floats(values: ArrayLike) -> str:
     """Return numbers as little-endian 32-bit floats in base 64: seven digits in 5.3 characters."""
     return base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode()
 
 
-def data(content: dict[str, Any]) -> Markup:
+def safe_json(content: dict[str, Any]) -> Markup:
     """Return content as JSON that is safe in a script element for any text."""
     text = json.dumps(content, ensure_ascii=False, separators=(",", ":"), sort_keys=True, allow_nan=False)
     return Markup(text.replace("<", "\\u003c").replace("&", "\\u0026"))

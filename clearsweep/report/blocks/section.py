@@ -105,7 +105,7 @@ class Section(NamedTuple):
         return [text for block in self.blocks if isinstance(block, Sentences) for text in block.texts]
 
     @property
-    def moves(self) -> bool:
+    def has_scripts(self) -> bool:
         """Return whether the section contains data for scripts."""
         return any(
             isinstance(block, Interactive) or (isinstance(block, Detail) and block.moving) for block in self.blocks
@@ -121,12 +121,12 @@ class Part(NamedTuple):
 
     def blocks(self) -> list[Block]:
         """Return sentences, pictures and tables in this order, without empty ones."""
-        return filled([Sentences(self.sentences), Gallery("", self.pictures), *self.tables])
+        return without_empty([Sentences(self.sentences), Gallery("", self.pictures), *self.tables])
 
 
-def filled(blocks: Iterable[Block]) -> list[Block]:
+def without_empty(blocks: Iterable[Block]) -> list[Block]:
     """Return the blocks that are not empty."""
-    return [block for block in blocks if _size(block)]
+    return [block for block in blocks if _item_count(block)]
 
 
 def _pictures(block: Block) -> list[tuple[str, Picture]]:
@@ -136,12 +136,12 @@ def _pictures(block: Block) -> list[tuple[str, Picture]]:
         case Detail():
             return [(block.why, picture) for picture in (*block.pictures, *block.played)]
         case Columns():
-            return [inside for column in block.columns for inner in column for inside in _pictures(inner)]
+            return [picture for column in block.columns for inner_block in column for picture in _pictures(inner_block)]
         case _:
             return []
 
 
-def _size(block: Block) -> int:
+def _item_count(block: Block) -> int:
     """Return the number of items in a block."""
     match block:
         case Table() | Facts():

@@ -13,11 +13,13 @@ from ...language import wording
 from ...store import durable
 from ..data.axis import Axis
 
-SHOWN = 50  # rows of a table on the page and in Markdown; the CSV has all
-EXACT = 15  # digits of a value in another unit than SI
-_MARKUP = str.maketrans({"|": r"\|", "&": "&amp;", "<": "&lt;", ">": "&gt;", "[": r"\[", "`": r"\`", "\\": "\\\\"})
-_FORMULA = ("=", "+", "-", "@")  # a text that begins so is a formula to a spreadsheet
-_UNFIT = re.compile(r"[^\w.-]|^\.+")  # what no name of a file has
+PAGE_ROWS = 50  # rows of a table on the page and in Markdown; the CSV has all
+CONVERTED_DIGITS = 15  # digits of a value in another unit than SI
+_MARKDOWN_ESCAPES = str.maketrans(
+    {"|": r"\|", "&": "&amp;", "<": "&lt;", ">": "&gt;", "[": r"\[", "`": r"\`", "\\": "\\\\"}
+)
+_FORMULA_STARTS = ("=", "+", "-", "@")  # a spreadsheet runs a text with this beginning as a formula
+_UNSAFE_CHARACTERS = re.compile(r"[^\w.-]|^\.+")  # in file names
 
 
 class Column(NamedTuple):
@@ -44,7 +46,7 @@ class Head(NamedTuple):
     numeric: bool  # nothing in it is a word
 
 
-class Shown(NamedTuple):
+class TableText(NamedTuple):
     """A table in text, cut to the rows that the page shows."""
 
     heads: list[Head]
@@ -62,22 +64,22 @@ class Table(NamedTuple):
     rows: Sequence[tuple]
     is_file: bool = True  # whether it is written as a file; not if another table has all its rows
 
-    def shown(self) -> Shown:
-        """Return the table in text: heads with units for people, the first SHOWN rows."""
-        heads, cells, first = [], [], self.rows[:SHOWN]
-        for place, column in enumerate(self.columns):
+    def shown(self) -> TableText:
+        """Return the table in text: heads with readable units, the first PAGE_ROWS rows."""
+        heads, column_texts, first_rows = [], [], self.rows[:PAGE_ROWS]
+        for column_index, column in enumerate(self.columns):
             if column.file_only:
                 continue
-            values = [row[place] for row in first]
+            values = [row[column_index] for row in first_rows]
             scale = _scale(column, values)
-            numeric = not any(isinstance(_bare(value), str) for value in values)
+            numeric = not any(isinstance(_si_value(value), str) for value in values)
             heads.append(Head(column.name, scale.unit, numeric))
-            cells.append([_cell(value, column, scale) for value in values])
-        return Shown(heads, [list(row) for row in zip(*cells, strict=True)], len(self.rows))
+            column_texts.append([_cell_text(value, column, scale) for value in values])
+        return TableText(heads, [list(row) for row in zip(*column_texts, strict=True)], len(self.rows))
 
     def write(self, directory: Path) -> list[Path]:
         """Write the table into a directory, as `csv` and as `markdown`; return the files."""
-        name = _UNFIT.sub("_", self.key)
+        name = _UNSAFE_CHARACTERS.sub("_", self.key)
         files = [directory / f"{name}.{ending}" for ending in ("csv", "md")]
         for file, text in zip(files, (self.csv(), self.markdown()), strict=True):
             durable.replace(file, text.encode())
@@ -90,51 +92,58 @@ class Table(NamedTuple):
         """
         text = io.StringIO(newline="")
         writer = csv.writer(text)
-        writer.writerow([head for column in self.columns for head in _heads(column)])
+        writer.writerow([head for column in self.columns for head in _file_heads(column)])
         writer.writerows(
-            [cell for value, column in zip(row, self.columns, strict=True) for cell in _cells(value, column)]
+            [cell for value, column in zip(row, self.columns, strict=True) for cell in _file_cells(value, column)]
             for row in self.rows
         )
         return text.getvalue()
 
     def markdown(self) -> str:
         """Return the table as Markdown, with the rows of the page, numbers to the right and units in the header."""
-        view = self.shown()
-        names = [in_markdown(head.name) for head in view.heads]
-        heads = [f"{name} [{head.unit}]" if head.unit else name for name, head in zip(names, view.heads, strict=True)]
-        rules = ["---:" if head.numeric else "---" for head in view.heads]
-        body = [[in_markdown(cell) for cell in cells] for cells in view.rows]
-        rows = [f"| {' | '.join(cells)} |" for cells in (heads, rules, *body)]
-        cut = f" The first {SHOWN} of {view.total} rows; {self.key}.csv has all." if view.total > SHOWN else ""
-        note = in_markdown(f"{self.note}{cut}".strip())
+        table_text = self.shown()
+        escaped_names = [in_markdown(head.name) for head in table_text.heads]
+        heads = [
+            f"{name} [{head.unit}]" if head.unit else name
+            for name, head in zip(escaped_names, table_text.heads, strict=True)
+        ]
+        alignments = ["---:" if head.numeric else "---" for head in table_text.heads]
+        body = [[in_markdown(cell) for cell in cells] for cells in table_text.rows]
+        rows = [f"| {' | '.join(cells)} |" for cells in (heads, alignments, *body)]
+        cut_note = (
+            f" The first {PAGE_ROWS} of {table_text.total} rows; {self.key}.csv has all."
+            if table_text.total > PAGE_ROWS
+            else ""
+        )
+        note = in_markdown(f"{self.note}{cut_note}".strip())
         return "\n".join([f"### {in_markdown(self.title)}", "", *([note, ""] if note else []), *rows, ""])
 
 
 def in_markdown(text: str) -> str:
     """Return a text escaped for Markdown, so that no part of it is markup, a link or the end of a cell."""
-    return text.translate(_MARKUP)
+    return text.translate(_MARKDOWN_ESCAPES)
 
 
-def counted(number: int) -> Quantity:
+def count_cell(count: int) -> Quantity:
     """Return the cell of a count."""
-    return Quantity(number, str(number))
+    return Quantity(count, str(count))
 
 
-def _heads(column: Column) -> list[str]:
-    labels = [_inert(f"{column.name} label")] if column.axis is not None and column.axis.labels else []
-    return [_head(column), *labels]
+def _file_heads(column: Column) -> list[str]:
+    labels = [_without_formula(f"{column.name} label")] if column.axis is not None and column.axis.labels else []
+    return [_file_head(column), *labels]
 
 
-def _cells(value: Any, column: Column) -> list[object]:
+def _file_cells(value: Any, column: Column) -> list[object]:
     labels = column.axis.labels if column.axis is not None else {}
-    return [_plain(value, column), *([_inert(labels.get(_bare(value), ""))] if labels else [])]
+    return [_file_value(value, column), *([_without_formula(labels.get(_si_value(value), ""))] if labels else [])]
 
 
-def _head(column: Column) -> str:
+def _file_head(column: Column) -> str:
     unit = column.unit
     if column.axis is not None and column.axis.written:
         unit = column.axis.scale.unit.replace(wording.BLANK, "*")
-    return _inert(column.name if unit in ("1", "") else f"{column.name} [{unit}]")
+    return _without_formula(column.name if unit in ("1", "") else f"{column.name} [{unit}]")
 
 
 def _scale(column: Column, values: list) -> wording.Scale:
@@ -145,32 +154,32 @@ def _scale(column: Column, values: list) -> wording.Scale:
     return wording.scale(column.unit, [value for value in values if not isinstance(value, str | Quantity)])
 
 
-def _cell(value: Any, column: Column, scale: wording.Scale) -> str:
+def _cell_text(value: Any, column: Column, scale: wording.Scale) -> str:
     if isinstance(value, Quantity):
         return value.text
-    if missing(value):
+    if is_missing(value):
         return wording.DASH
     if isinstance(value, str):
         return value
     return scale.number(value) if column.axis is None else column.axis.number(value)
 
 
-def _plain(value: Any, column: Column) -> object:
-    value = _bare(value)
-    if column.axis is not None and column.axis.written and not isinstance(value, str) and not missing(value):
-        value = float(f"{column.axis.scale.of(value):.{EXACT}g}")
-    return _inert(value) if isinstance(value, str) else "" if missing(value) else value
+def _file_value(value: Any, column: Column) -> object:
+    value = _si_value(value)
+    if column.axis is not None and column.axis.written and not isinstance(value, str) and not is_missing(value):
+        value = float(f"{column.axis.scale.of(value):.{CONVERTED_DIGITS}g}")
+    return _without_formula(value) if isinstance(value, str) else "" if is_missing(value) else value
 
 
-def _inert(text: str) -> str:
+def _without_formula(text: str) -> str:
     """Return a text changed so that a spreadsheet does not run it as a formula."""
-    return f"'{text}" if text.startswith(_FORMULA) else text
+    return f"'{text}" if text.startswith(_FORMULA_STARTS) else text
 
 
-def _bare(value: Any) -> Any:
+def _si_value(value: Any) -> Any:
     return value.value if isinstance(value, Quantity) else value
 
 
-def missing(value: object) -> bool:
+def is_missing(value: object) -> bool:
     """Return whether a cell has no value."""
     return value is None or bool(pd.isna(value))

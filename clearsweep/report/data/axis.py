@@ -11,10 +11,10 @@ from ... import grid
 from ...grid import Fit
 from ...language import wording
 
-AT_ONCE = 65_536  # values looked up together
-DIGITS = 4  # of a swept value, if these distinguish its values
-FEW_NUMBERS, FEW_NAMES = 6, 16  # most values of an axis that a sentence lists
-MANY = 30  # distinct values of a parallel axis above which it is scattered and its levels are not compared
+CHUNK = 65_536  # values looked up together
+MIN_DIGITS = 4  # of a swept value, if these distinguish its values
+MAX_LISTED_NUMBERS, MAX_LISTED_NAMES = 6, 16  # most values of an axis that a sentence lists
+MAX_LEVELS = 30  # distinct values of a parallel axis above which it is scattered and its levels are not compared
 
 
 class Axis(NamedTuple):
@@ -25,7 +25,7 @@ class Axis(NamedTuple):
     scale: wording.Scale
     values: tuple  # SI floats or strings
     digits: int  # significant digits that distinguish its values, at least DIGITS
-    scattered: bool = False  # shown case by case: few cases share a value; `values` are ascending
+    is_scattered: bool = False  # shown case by case: few cases share a value; `values` are ascending
     written: bool = False  # its scale is the unit written in the grid
     names: Mapping[float, str] = MappingProxyType({})  # value -> its name in the grid: a fit of ISO 286
     labels: Mapping[float, str] = MappingProxyType({})  # value -> the user's own label
@@ -39,14 +39,14 @@ class Axis(NamedTuple):
         """Return a value without its unit."""
         if isinstance(value, str):
             return value
-        number = self.scale.given_number(value, self.digits) + self._named(value)
+        number = self.scale.given_number(value, self.digits) + self._fit_suffix(value)
         return f"{self.labels[value]} ({number})" if value in self.labels else number
 
     def text(self, value: float | str) -> str:
         """Return a value with its unit."""
         if isinstance(value, str):
             return value
-        text = self.scale.given(value, self.digits) + self._named(value)
+        text = self.scale.given(value, self.digits) + self._fit_suffix(value)
         return f"{self.labels[value]} ({text})" if value in self.labels else text
 
     def short(self, value: float | str) -> str:
@@ -55,12 +55,12 @@ class Axis(NamedTuple):
             return value
         return self.labels.get(value) or self.names.get(value) or wording.short(self.scale.of(value), 3)
 
-    def _named(self, value: float) -> str:
+    def _fit_suffix(self, value: float) -> str:
         return f" ({self.names[value]})" if value in self.names else ""
 
     def listed(self) -> str:
         """Return the values in a sentence: a few are listed with one unit; of many, the count and both ends."""
-        if self.scattered or len(self.values) > (FEW_NUMBERS if self.numeric else FEW_NAMES):
+        if self.is_scattered or len(self.values) > (MAX_LISTED_NUMBERS if self.numeric else MAX_LISTED_NAMES):
             return f"in {self.span()}"
         if self.names or self.labels:
             return ", ".join(map(self.text, self.values))
@@ -72,75 +72,81 @@ class Axis(NamedTuple):
 
     def label(self) -> str:
         """Return name and unit, for an axis of a figure."""
-        named = all(value in self.names or value in self.labels for value in self.values)
-        return f"{self.name} [{self.scale.unit}]" if self.scale.unit and not named else self.name
+        is_named = all(value in self.names or value in self.labels for value in self.values)
+        return f"{self.name} [{self.scale.unit}]" if self.scale.unit and not is_named else self.name
 
 
-def position(axis: Axis, values: pd.Series) -> np.ndarray:
+def index_on_axis(axis: Axis, values: pd.Series) -> np.ndarray:
     """Return the index of each value on its axis (0, 1, ...), -1 if it is not on the axis."""
     if not axis.numeric:
-        return values.map({value: place for place, value in enumerate(axis.values)}).fillna(-1).to_numpy(np.int32)
-    known, given = np.asarray(axis.values, float), values.to_numpy(float)
-    order, places = np.argsort(known), np.empty(len(given), np.int32)
-    for start in range(0, len(given), AT_ONCE):
-        here = given[start : start + AT_ONCE]
-        above = np.searchsorted(known[order], here).clip(1, max(len(known) - 1, 1))
-        neighbours = order[np.stack([above - 1, above.clip(max=len(known) - 1)])]
-        nearest = neighbours[np.abs(known[neighbours] - here).argmin(axis=0), np.arange(len(here))]
-        places[start : start + AT_ONCE] = np.where(np.isclose(known[nearest], here, rtol=1e-9, atol=0.0), nearest, -1)
-    return places
+        return values.map({value: index for index, value in enumerate(axis.values)}).fillna(-1).to_numpy(np.int32)
+    axis_values, case_values = np.asarray(axis.values, float), values.to_numpy(float)
+    order, indices = np.argsort(axis_values), np.empty(len(case_values), np.int32)
+    for start in range(0, len(case_values), CHUNK):
+        chunk = case_values[start : start + CHUNK]
+        above = np.searchsorted(axis_values[order], chunk).clip(1, max(len(axis_values) - 1, 1))
+        neighbours = order[np.stack([above - 1, above.clip(max=len(axis_values) - 1)])]
+        nearest = neighbours[np.abs(axis_values[neighbours] - chunk).argmin(axis=0), np.arange(len(chunk))]
+        indices[start : start + CHUNK] = np.where(
+            np.isclose(axis_values[nearest], chunk, rtol=1e-9, atol=0.0), nearest, -1
+        )
+    return indices
 
 
 def axes_of(record: Mapping, tried: dict, units: Mapping[str, str], joints: int) -> tuple[Axis, ...]:
     """Return the axes of a run: swept, parallel, drawn, and `tried` by a search; without values added by `refine`."""
-    swept, step = record.get("sweep") or {}, (record.get("zip") or {}) | (record.get("cases") or {}) | tried
-    drawn, among = (record.get("sample") or {}).get("drawn", {}), bool((record.get("seek") or {}).get("among"))
+    swept, parallel = record.get("sweep") or {}, (record.get("zip") or {}) | (record.get("cases") or {}) | tried
+    drawn, has_candidates = (record.get("sample") or {}).get("drawn", {}), bool((record.get("seek") or {}).get("among"))
     axes = [_axis(path, tuple(values), units.get(path, "1"), joints) for path, values in swept.items()]
-    for path, values in (step | drawn).items():
-        different = tuple(dict.fromkeys(values))
-        if path in drawn or (path in tried and not among) or len(different) > MANY:
-            ordered = tuple(sorted(different))
-            ends = _axis(path, ordered[:: max(len(ordered) - 1, 1)], units.get(path, "1"), joints)
-            axes.append(ends._replace(values=ordered, digits=DIGITS, scattered=True))
+    for path, values in (parallel | drawn).items():
+        distinct = tuple(dict.fromkeys(values))
+        if path in drawn or (path in tried and not has_candidates) or len(distinct) > MAX_LEVELS:
+            ascending = tuple(sorted(distinct))
+            end_axis = _axis(path, ascending[:: max(len(ascending) - 1, 1)], units.get(path, "1"), joints)
+            axes.append(end_axis._replace(values=ascending, digits=MIN_DIGITS, is_scattered=True))
         else:
-            axes.append(_axis(path, different, units.get(path, "1"), joints))
-    axes, fits = _alike(axes, units), grid.recorded_fits(record)
-    noted = record.get("written_units", {})
-    own = {axis.path: wording.written_scale(noted.get(axis.path), units.get(axis.path, "1")) for axis in axes}
-    axes = [axis._replace(scale=scale, written=True) if (scale := own[axis.path]) else axis for axis in axes]
+            axes.append(_axis(path, distinct, units.get(path, "1"), joints))
+    axes, fits = _with_common_units(axes, units), grid.recorded_fits(record)
+    written_units = record.get("written_units", {})
+    written_scales = {
+        axis.path: wording.written_scale(written_units.get(axis.path), units.get(axis.path, "1")) for axis in axes
+    }
+    axes = [axis._replace(scale=scale, written=True) if (scale := written_scales[axis.path]) else axis for axis in axes]
     labels = grid.recorded_labels(record)
     axes = [axis._replace(labels={value: label for label, value in labels.get(axis.path, {}).items()}) for axis in axes]
     return tuple(_with_fits(axis, fits.get(axis.path, ()), drawn=axis.path in drawn) for axis in axes)
 
 
-def _alike(axes: list[Axis], units: Mapping[str, str]) -> list[Axis]:
+def _with_common_units(axes: list[Axis], units: Mapping[str, str]) -> list[Axis]:
     """Return axes with a common unit for axes of the same kind, such as the clearances of several joints."""
-    kinds: dict[tuple[str, str], list[float]] = {}
+    values_by_quantity: dict[tuple[str, str], list[float]] = {}
     for axis in axes:
         if axis.numeric:
-            kinds.setdefault(_kind(axis, units), []).extend(axis.values)
-    scales = {kind: wording.scale(kind[1], values, speed=kind[0] == "speed") for kind, values in kinds.items()}
-    return [axis._replace(scale=scales[_kind(axis, units)]) if axis.numeric else axis for axis in axes]
+            values_by_quantity.setdefault(_quantity_key(axis, units), []).extend(axis.values)
+    scales = {
+        kind: wording.scale(kind[1], values, speed=kind[0] == "speed") for kind, values in values_by_quantity.items()
+    }
+    return [axis._replace(scale=scales[_quantity_key(axis, units)]) if axis.numeric else axis for axis in axes]
 
 
-def _kind(axis: Axis, units: Mapping[str, str]) -> tuple[str, str]:
+def _quantity_key(axis: Axis, units: Mapping[str, str]) -> tuple[str, str]:
     return axis.path.rsplit(".", 1)[-1], units.get(axis.path, "1")
 
 
 def _with_fits(axis: Axis, fits: Iterable[Fit], *, drawn: bool) -> Axis:
     """Return an axis that names the fits whose mean clearances are its values, or from which they are `drawn`."""
-    names = {known.mean: known.name for known in fits}
-    radial = axis.name.replace("clearance", "radial clearance", 1) if names else axis.name
+    names = {fit.mean: fit.name for fit in fits}
+    radial_name = axis.name.replace("clearance", "radial clearance", 1) if names else axis.name
     if drawn and names:
-        return axis._replace(name=f"{radial} ({wording.sentence_list(list(names.values()))})")
-    return axis._replace(name=radial, names=names)
+        return axis._replace(name=f"{radial_name} ({wording.sentence_list(list(names.values()))})")
+    return axis._replace(name=radial_name, names=names)
 
 
 def _axis(path: str, values: tuple, unit: str, joints: int) -> Axis:
     numbers = [value for value in values if not isinstance(value, str)]
     values = tuple(sorted(values)) if len(numbers) == len(values) else values
     scale = wording.scale(unit, numbers, speed=path.endswith("speed")) if numbers else wording.Scale(1.0, "")
-    digits = DIGITS
+    digits = MIN_DIGITS
     while digits < 16 and len({scale.given_number(value, digits) for value in numbers}) < len(set(numbers)):
         digits += 1
     return Axis(path, wording.axis_name(path, joints), scale, values, digits)

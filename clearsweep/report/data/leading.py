@@ -8,7 +8,7 @@ from ...judging import labels, order
 from ...judging.verdict import Limit
 
 
-class Lead(NamedTuple):
+class LeadingFigure(NamedTuple):
     """The figure of a joint that leads maps, effects and comparisons."""
 
     figure: str
@@ -16,14 +16,16 @@ class Lead(NamedTuple):
     smallest: bool = False  # whether the smallest value is the worst
 
 
-PEAK = Lead("force_peak", "force peak")
-LEADS = {
-    "life": Lead("life_hours", "life", smallest=True),
-    "film": Lead("film_thickness_min", "least film", smallest=True),
+PEAK = LeadingFigure("force_peak", "force peak")
+LEADING_FIGURES = {
+    "life": LeadingFigure("life_hours", "life", smallest=True),
+    "film": LeadingFigure("film_thickness_min", "least film", smallest=True),
 }
 
 
-def led_by(layout: Layout, limits: Iterable[Limit], has: Callable[[str], bool], grid: Mapping[str, Any]) -> Lead:
+def leading_figure(
+    layout: Layout, limits: Iterable[Limit], has: Callable[[str], bool], grid: Mapping[str, Any]
+) -> LeadingFigure:
     """Return the leading figure of a page.
 
     It is the figure in the first limit on a figure of a joint that any case `has`, or else a default.
@@ -33,11 +35,11 @@ def led_by(layout: Layout, limits: Iterable[Limit], has: Callable[[str], bool], 
     limits = tuple(limits)
     question = order.lead_of(layout, limits, grid).question
     if question not in ("seek", "limits"):
-        return LEADS.get(question, PEAK)
-    known = {column.name: column for column in layout.columns}
+        return LEADING_FIGURES.get(question, PEAK)
+    layout_columns = {column.name: column for column in layout.columns}
     for limit in limits:
-        column = known.get(limit.column)
+        column = layout_columns.get(limit.column)
         if column and column.joint and column.figure and has(column.name):
             name = labels.label(layout._replace(joints=layout.joints[:1]), column.name)  # without the joint
-            return Lead(column.figure, name, limit.kind == "at_least")
+            return LeadingFigure(column.figure, name, limit.kind == "at_least")
     return PEAK

@@ -19,18 +19,18 @@ from ...language.errors import DirectoryError
 Run = TypeVar("Run", bound=store.StoredRun)
 
 
-def gathered(
-    directory: Path, opened: Callable[[Path, Path], Run], catalogue: Callable[[], Catalogue] = simulation.catalogue
+def open_partial(
+    directory: Path, open_run: Callable[[Path, Path], Run], catalogue: Callable[[], Catalogue] = simulation.catalogue
 ) -> Run:
-    """Return the result of `opened` for a directory and a place where its finished cases are assembled.
+    """Return the result of `open_run` for a directory and a place where its finished cases are assembled.
 
     Raise DirectoryError without a finished case.
     """
     folder = Path(tempfile.mkdtemp(prefix="clearsweep-"))
     try:
         with phases.phase("assembling the finished cases"):
-            _gather(directory, folder / "run", catalogue())
-        run = opened(directory, folder / "run")
+            _assemble(directory, folder / "run", catalogue())
+        run = open_run(directory, folder / "run")
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise
@@ -38,8 +38,8 @@ def gathered(
     return run
 
 
-def _gather(directory: Path, place: Path, catalogue: Catalogue) -> None:
-    """Write the run of the cases finished so far in a directory to `place`."""
+def _assemble(directory: Path, target: Path, catalogue: Catalogue) -> None:
+    """Write the run of the cases finished so far in a directory to `target`."""
     record, source = store.read_record(directory), store.RunDirectory(directory)
     source.load_batches()
     if not source.batches:
@@ -47,4 +47,4 @@ def _gather(directory: Path, place: Path, catalogue: Catalogue) -> None:
     grid = grids.load(store.keys_so_far(record, source), catalogue)
     store.check_version(directory, record, grid)
     grid = dataclasses.replace(grid, **grids.as_written(record))
-    store.gather(source, grid, np.unique(np.fromiter(grid.identities(), "u8", len(grid))), place)
+    store.gather(source, grid, np.unique(np.fromiter(grid.identities(), "u8", len(grid))), target)

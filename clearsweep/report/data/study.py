@@ -15,16 +15,29 @@ from ...judging.cases import column_scale, column_texts
 from ...judging.verdict import EXCEEDED, Limit, limits_of
 from ...language import wording
 from ...store import BlockedRun, SampledRun, StoredRun
-from .axis import Axis, axes_of, position
-from .dotted import tried_paths, value_at
-from .leading import Lead, led_by
+from .axis import Axis, axes_of, index_on_axis
+from .dotted_paths import tried_paths, value_at
+from .leading import LeadingFigure, leading_figure
 from .rows import Rows, dependent_values
 
-BASE = ("define", "mechanism", "drive", "loads", "life", "joints", "simulate", "save")  # of run.json: what makes a case
-MANY_AXES = 4  # swept axes above which a sentence on a case leaves out the values that most cases share
-WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
+CASE_SECTIONS = (
+    "define",
+    "mechanism",
+    "drive",
+    "loads",
+    "life",
+    "joints",
+    "simulate",
+    "save",
+)  # sections of run.json that define a case
+MAX_NAMED_AXES = 4  # swept axes above which a sentence on a case leaves out the values that most cases share
+VARYING_SECTIONS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
 #: Figures of a joint computed here: force p99 over the ideal peak, depth (m) worn in 1000 hours, in a million strokes.
-RATIO, PER_HOURS, PER_STROKES = "p99_over_ideal", "wear_depth_1000_hours", "wear_depth_million_strokes"
+P99_OVER_IDEAL, WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES = (
+    "p99_over_ideal",
+    "wear_depth_1000_hours",
+    "wear_depth_million_strokes",
+)
 
 
 class Joint(NamedTuple):
@@ -58,24 +71,24 @@ class Study(NamedTuple):
     law_checks: tuple[law_check.LawResult, ...] = ()  # the deciding case under other laws, which `cases` has not
 
     @property
-    def lead(self) -> Lead:
+    def lead(self) -> LeadingFigure:
         """Return the leading figure by the question of the grid."""
-        return led_by(self.run.layout, self.limits, self.has, self.run.grid)
+        return leading_figure(self.run.layout, self.limits, self.has, self.run.grid)
 
     @property
-    def driven(self) -> bool:
+    def is_driven(self) -> bool:
         """Return whether a drive keeps the mechanism moving: forces then have quantiles, and onsets a rate."""
         return "drive" in self.base
 
     @property
-    def transient(self) -> bool:
+    def is_start_up(self) -> bool:
         """Return whether a motor starts the mechanism and the start is recorded: there is no steady state."""
         return bool(self.column("crank_speed_min")) and value_at(self.base, "simulate.discard") == 0.0
 
     @property
-    def onsets(self) -> str:
+    def onset_name(self) -> str:
         """Return the name of the events that the figure `impacts_per_rev` counts."""
-        return "impacts per revolution" if self.driven else "impacts"
+        return "impacts per revolution" if self.is_driven else "impacts"
 
     @property
     def limits(self) -> tuple[Limit, ...]:
@@ -88,58 +101,62 @@ class Study(NamedTuple):
 
     def levels(self) -> tuple[Axis, ...]:
         """Return the axes whose values are few and shared by many cases, so that cases can be compared."""
-        return tuple(axis for axis in self.swept() if not axis.scattered)
+        return tuple(axis for axis in self.swept() if not axis.is_scattered)
 
     def setting(self, case_id: str, without: Axis | None = None) -> str:
         """Return the swept values of a case in words, except those of the axis `without`; '' if nothing is swept.
 
-        If there are more than MANY_AXES axes, values that most cases share are left out.
+        If there are more than MAX_NAMED_AXES axes, values that most cases share are left out.
         """
-        values = [(axis, self._at(case_id, axis.path)) for axis in self.swept() if axis is not without]
-        used = [(axis, value) for axis, value in values if not pd.isna(value)]
-        own = [each for each in used if len(used) <= MANY_AXES or each[1] != self._usual(each[0])]
-        words = [f"{axis.name} {axis.text(value)}" for axis, value in own]
-        return ", ".join([*words, "all other values as in most cases"] if len(own) < len(used) else words)
+        axis_values = [(axis, self._value_of(case_id, axis.path)) for axis in self.swept() if axis is not without]
+        used = [(axis, value) for axis, value in axis_values if not pd.isna(value)]
+        distinctive = [
+            axis_value
+            for axis_value in used
+            if len(used) <= MAX_NAMED_AXES or axis_value[1] != self._most_common_value(axis_value[0])
+        ]
+        words = [f"{axis.name} {axis.text(value)}" for axis, value in distinctive]
+        return ", ".join([*words, "all other values as in most cases"] if len(distinctive) < len(used) else words)
 
     def value(self, case_id: str, path: str) -> float | str | None:
         """Return the value (SI) of a case at a dotted path, swept or not, or None if it has none."""
         if any(axis.path == path for axis in self.axes):
-            value = self._at(case_id, path)
+            value = self._value_of(case_id, path)
             return None if pd.isna(value) else value
         if path in self.defined.dependents:
             names = {f"define.{name}" for name in self.defined.varied}
-            return self.defined.values_at({name: self._at(case_id, name) for name in names})[path]
+            return self.defined.values_at({name: self._value_of(case_id, name) for name in names})[path]
         return value_at(self.base, path)
 
     def hardest_joint(self) -> Joint:
         """Return the joint with the worst leading figure of all finished cases."""
         lead = self.lead
 
-        def badness(joint: Joint) -> float:
+        def severity(joint: Joint) -> float:
             column = joint.column(lead.figure)
             if not self.has(column):
                 return -np.inf
             return -float(self.cases[column].min()) if lead.smallest else self.cases.largest(column)
 
-        return max(self.joints, key=badness)
+        return max(self.joints, key=severity)
 
     def worst(self, joint: Joint) -> str:
         """Return the case with the worst leading figure of a joint; at least one case must have this figure."""
         values = self.cases[joint.column(self.lead.figure)]
         return str(values.idxmin() if self.lead.smallest else values.idxmax())
 
-    def where(self, joint: Joint, form: str) -> str:
-        """Return `form`, such as ' in joint {}', filled with the name of a joint; '' if there is only one joint."""
-        return form.format(joint.title) if len(self.joints) > 1 else ""
+    def joint_text(self, joint: Joint, template: str) -> str:
+        """Return `template`, such as ' in joint {}', filled with the name of a joint; '' if there is only one joint."""
+        return template.format(joint.title) if len(self.joints) > 1 else ""
 
     def column(self, figure: str) -> str:
         """Return the summary column of a figure of the mechanism, or '' if the run has no such column."""
         columns = (column.name for column in self.run.layout.columns if column.figure == figure and not column.joint)
         return next(columns, "")
 
-    def places(self, axis: Axis) -> np.ndarray:
+    def indices_on(self, axis: Axis) -> np.ndarray:
         """Return the `position` of every finished case on an axis."""
-        return self.cases.once(("places", axis.path), lambda: position(axis, self.cases[axis.path]))
+        return self.cases.cached(("places", axis.path), lambda: index_on_axis(axis, self.cases[axis.path]))
 
     def unit(self, name: str) -> str:
         """Return the SI unit of a column or a dotted path, or '1' if it has none."""
@@ -163,15 +180,15 @@ class Study(NamedTuple):
         """Return whether any finished case has this figure."""
         return not np.isnan(self.cases.largest(column))
 
-    def _usual(self, axis: Axis) -> float | str | None:
+    def _most_common_value(self, axis: Axis) -> float | str | None:
         """Return the value of an axis that more than half of the finished cases have, or None."""
-        if axis.scattered or self.cases.empty:
+        if axis.is_scattered or self.cases.empty:
             return None
-        counts = np.bincount(self.places(axis) + 1, minlength=2)[1:]
+        counts = np.bincount(self.indices_on(axis) + 1, minlength=2)[1:]
         return axis.values[int(counts.argmax())] if 2 * counts.max() > len(self.cases) else None
 
-    def _at(self, case_id: str, path: str) -> float | str:
-        return (self.failed if self.cases.place(case_id) < 0 else self.cases).at[case_id, path]
+    def _value_of(self, case_id: str, path: str) -> float | str:
+        return (self.failed if self.cases.row_of(case_id) < 0 else self.cases).at[case_id, path]
 
 
 def prepare(run: StoredRun, *, typical: bool = False) -> Study:
@@ -180,82 +197,83 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
         run = SampledRun(run)
     layout, record = run.layout, run.grid
     units = grid.key_units(record, simulation.catalogue()) | run.units
-    base = {key: record[key] for key in BASE if key in record}
-    tried = {path: tuple(sorted(set(run.column(path).dropna()))) for path in tried_paths(record)}
-    axes = axes_of(record, tried, units, len(layout.joints))
+    base = {key: record[key] for key in CASE_SECTIONS if key in record}
+    tried_values = {path: tuple(sorted(set(run.column(path).dropna()))) for path in tried_paths(record)}
+    axes = axes_of(record, tried_values, units, len(layout.joints))
     joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)
-    finished = np.concatenate([np.array(block["status"] == "ok", bool) for block in run.blocks(["status"])])
-    own = _of_grid(run)
-    texts = {"status", "message", EXCEEDED, *(axis.path for axis in axes if not axis.numeric)}
+    is_finished = np.concatenate([np.array(block["status"] == "ok", bool) for block in run.blocks(["status"])])
+    is_grid_case = _is_grid_case(run)
+    text_columns = {"status", "message", EXCEEDED, *(axis.path for axis in axes if not axis.numeric)}
     derived = {
-        joint.column(figure): (unit, functools.partial(make, joint))
+        joint.column(figure): (unit, functools.partial(compute, joint))
         for joint in joints
-        for figure, unit, needs, make in _MADE
-        if joint.column(needs) in run.columns and (figure == RATIO or joint.wears)
-        if figure != PER_STROKES or "drive" in base
+        for figure, unit, needed, compute in _DERIVED_FIGURES
+        if joint.column(needed) in run.columns and (figure == P99_OVER_IDEAL or joint.wears)
+        if figure != WEAR_PER_MILLION_STROKES or "drive" in base
     }
     units |= {column: unit for column, (unit, _) in derived.items()}
-    defined = grid.definitions_of_resolved(record)
+    definitions = grid.definitions_of_resolved(record)
     derived |= {
-        path: (units.get(path, "1"), functools.partial(dependent_values, defined, path)) for path in defined.dependents
+        path: (units.get(path, "1"), functools.partial(dependent_values, definitions, path))
+        for path in definitions.dependents
     }
-    making = {column: functools.partial(make, base=base) for column, (_, make) in derived.items()}
-    cases = Rows(run, run.column("case_id"), finished & own, texts, making)
-    failed = Rows(run, run.column("case_id"), ~finished & own, texts)
-    checks = _law_checks(run, finished & ~own) if not own.all() else ()
-    return Study(run, axes, joints, layout.mechanism, cases, failed, units, base, typical, defined, checks)
+    computed = {column: functools.partial(compute, base=base) for column, (_, compute) in derived.items()}
+    cases = Rows(run, run.column("case_id"), is_finished & is_grid_case, text_columns, computed)
+    failed = Rows(run, run.column("case_id"), ~is_finished & is_grid_case, text_columns)
+    checks = _law_checks(run, is_finished & ~is_grid_case) if not is_grid_case.all() else ()
+    return Study(run, axes, joints, layout.mechanism, cases, failed, units, base, typical, definitions, checks)
 
 
-def _of_grid(run: StoredRun | SampledRun) -> np.ndarray:
+def _is_grid_case(run: StoredRun | SampledRun) -> np.ndarray:
     """Return a mask of the cases that belong to the grid and do not check a law."""
-    own = np.ones(len(run.column("case_id")), bool)
+    is_grid_case = np.ones(len(run.column("case_id")), bool)
     for path, law in grid.base_laws(run.grid).items():
         values = run.column(path)
-        own &= (values.isna() | (values == law)).to_numpy(bool)
-    return own
+        is_grid_case &= (values.isna() | (values == law)).to_numpy(bool)
+    return is_grid_case
 
 
-def _law_checks(run: StoredRun | SampledRun, chosen: np.ndarray) -> tuple[law_check.LawResult, ...]:
+def _law_checks(run: StoredRun | SampledRun, selected: np.ndarray) -> tuple[law_check.LawResult, ...]:
     """Return the results of the finished cases that check laws."""
-    base, lead = grid.base_laws(run.grid), order.lead_of(run.layout, _limits(run), run.grid)
-    block = {name: run.column(name).to_numpy()[chosen] for name in ("case_id", *base, *lead.columns)}
-    return tuple(law_check.rows_of(block, base, lead))
+    grid_laws, lead = grid.base_laws(run.grid), order.lead_of(run.layout, _limits(run), run.grid)
+    table = {name: run.column(name).to_numpy()[selected] for name in ("case_id", *grid_laws, *lead.columns)}
+    return tuple(law_check.rows_of(table, grid_laws, lead))
 
 
 def _limits(run: StoredRun | SampledRun) -> tuple[Limit, ...]:
     return limits_of(run.grid.get("limits") or {}, run.layout.columns)
 
 
-def _over_ideal(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
+def _p99_over_ideal(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
     """Return the ratio of a joint's force p99 to the largest reaction of the same joint without clearance."""
     ideal = cases[joint.column("force_peak_ideal")].to_numpy()  # pandas would look through the ids, and keep them twice
     return cases[joint.column("force_p99")] / np.where(ideal > 0.0, ideal, np.nan)
 
 
-def _per_hours(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
+def _wear_per_1000_hours(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
     return 3.6e6 * cases[joint.column("wear_rate_max")]
 
 
-def _per_strokes(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
-    return 1e6 * cases[joint.column("wear_depth_max")] / window(cases, base)[1]
+def _wear_per_million_strokes(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
+    return 1e6 * cases[joint.column("wear_depth_max")] / recorded_revolutions(cases, base)[1]
 
 
 #: Of the figures that are computed here: name, unit, the column that they need, what makes them.
-_MADE = (
-    (RATIO, "1", "force_peak_ideal", _over_ideal),
-    (PER_HOURS, "m", "wear_rate_max", _per_hours),
-    (PER_STROKES, "m", "wear_rate_max", _per_strokes),
+_DERIVED_FIGURES = (
+    (P99_OVER_IDEAL, "1", "force_peak_ideal", _p99_over_ideal),
+    (WEAR_PER_1000_HOURS, "m", "wear_rate_max", _wear_per_1000_hours),
+    (WEAR_PER_MILLION_STROKES, "m", "wear_rate_max", _wear_per_million_strokes),
 )
 
 
-def window(cases: Rows, base: Mapping) -> tuple[pd.Series, pd.Series]:
+def recorded_revolutions(cases: Rows, base: Mapping) -> tuple[pd.Series, pd.Series]:
     """Return the number of revolutions before and in the recorded window of each finished case; NaN if unknown."""
-    asked, before = (cases.get(path, value_at(base, path)) for path in ("simulate.revolutions", "simulate.discard"))
-    before = 2.0 * (asked > 2.0) if before is None else before  # it follows from the revolutions, which vary
-    before = pd.Series(before, cases.index, dtype="float64")
-    turns = pd.Series(cases.get("revolutions_run", asked), cases.index, dtype="float64") - before
-    run = turns.to_numpy()
-    return before, pd.Series(np.where(run > 0.0, run, np.nan), turns.index)
+    total, discarded = (cases.get(path, value_at(base, path)) for path in ("simulate.revolutions", "simulate.discard"))
+    discarded = 2.0 * (total > 2.0) if discarded is None else discarded  # it follows from the revolutions, which vary
+    discarded = pd.Series(discarded, cases.index, dtype="float64")
+    recorded = pd.Series(cases.get("revolutions_run", total), cases.index, dtype="float64") - discarded
+    recorded_values = recorded.to_numpy()
+    return discarded, pd.Series(np.where(recorded_values > 0.0, recorded_values, np.nan), recorded.index)
 
 
 def joint_of(case: Case, joint: Joint) -> CaseJoint:
@@ -266,42 +284,44 @@ def joint_of(case: Case, joint: Joint) -> CaseJoint:
 def resolved(study: Study, case_ids: Iterable[str]) -> list[Case]:
     """Return cases of a run in SI with the keys that they use.  Raises InputError if a law is unknown."""
     record = study.run.grid
-    varied = {key: record[key] for key in (*BASE, *WAYS) if key in record}
+    sections = {key: record[key] for key in (*CASE_SECTIONS, *VARYING_SECTIONS) if key in record}
     for path in tried_paths(record):  # an axis like the others, of what was tried
         tried = next(axis.values for axis in study.axes if axis.path == path)
-        ends = tried if isinstance(tried[0], str) else dict.fromkeys((tried[0], tried[-1]))
-        varied["sweep"] = varied.get("sweep", {}) | {path: list(ends)}
-    loaded = study.cases.once(("resolved",), lambda: grid.load(varied, simulation.catalogue()))
+        end_values = tried if isinstance(tried[0], str) else dict.fromkeys((tried[0], tried[-1]))
+        sections["sweep"] = sections.get("sweep", {}) | {path: list(end_values)}
+    loaded = study.cases.cached(("resolved",), lambda: grid.load(sections, simulation.catalogue()))
     return [loaded.case_at({axis.path: study.value(case_id, axis.path) for axis in study.axes}) for case_id in case_ids]
 
 
-def grouped(places: np.ndarray, count: int) -> list[np.ndarray]:
-    """Return for each of `count` places the ascending indices of the cases at this place."""
-    order = np.argsort(places, kind="stable")
-    return np.split(order, np.searchsorted(places[order], np.arange(count + 1)))[1:-1]
+def indices_by_value(value_indices: np.ndarray, count: int) -> list[np.ndarray]:
+    """Return the ascending indices of the cases with each of `count` values; value_indices : (cases,), -1 for none."""
+    order = np.argsort(value_indices, kind="stable")
+    return np.split(order, np.searchsorted(value_indices[order], np.arange(count + 1)))[1:-1]
 
 
 def over_other_axes(
-    study: Study, values: np.ndarray, axes: tuple[Axis, Axis], reduced: Callable[[np.ndarray], float]
+    study: Study, values: np.ndarray, axes: tuple[Axis, Axis], reduce: Callable[[np.ndarray], float]
 ) -> np.ndarray:
     """Return the `values` of the finished cases, reduced to one number for each cell.
 
     The shape is (values of the second axis, values of the first); cells without a value are NaN.
     """
-    across, up = axes
-    table = np.full(len(up.values) * len(across.values), np.nan)
-    for place, cases in enumerate(cells(study, values, axes)):
+    x_axis, y_axis = axes
+    table = np.full(len(y_axis.values) * len(x_axis.values), np.nan)
+    for cell, cases in enumerate(cells(study, values, axes)):
         if len(cases):
-            table[place] = reduced(values[cases])
-    return table.reshape(len(up.values), len(across.values))
+            table[cell] = reduce(values[cases])
+    return table.reshape(len(y_axis.values), len(x_axis.values))
 
 
 def cells(study: Study, values: np.ndarray, axes: tuple[Axis, Axis]) -> list[np.ndarray]:
     """Return the indices of the finished cases with a value for each cell; the first axis varies fastest."""
-    across, up = axes
-    row, column = study.places(up), study.places(across)
-    known = np.isfinite(values) & (row >= 0) & (column >= 0)
-    return grouped(np.where(known, row * len(across.values) + column, -1), len(up.values) * len(across.values))
+    x_axis, y_axis = axes
+    row, column = study.indices_on(y_axis), study.indices_on(x_axis)
+    is_known = np.isfinite(values) & (row >= 0) & (column >= 0)
+    return indices_by_value(
+        np.where(is_known, row * len(x_axis.values) + column, -1), len(y_axis.values) * len(x_axis.values)
+    )
 
 
 def largest(values: np.ndarray) -> float:

@@ -15,17 +15,17 @@ from matplotlib.text import Text
 from ...language import phases
 from ...language.errors import InputError
 from ...store import durable
-from ..blocks.picture import STYLE, Picture, drawn
+from ..blocks.picture import STYLE, Picture, draw_figure
 from ..blocks.section import Section
 from ..blocks.table import in_markdown
 
 FORMS = ("svg", "pdf", "png")
-COLUMN, PAGE = 85.0, 170.0  # mm, usual widths of figures in journals
-WIDTHS = {"auto": None, "85": COLUMN, "170": PAGE}
-LARGEST_TEXT = 8.0 / 9.0  # scale from the page, whose text has 9 points, to the 6 to 8 points that journals require
-HIGHEST = 110.0  # mm, height of a figure of page width, unless its rows need more
-DOTS = 600  # per inch, in PNG files and in images inside the other formats
-INCH = 25.4  # mm
+COLUMN_WIDTH, PAGE_WIDTH = 85.0, 170.0  # mm, usual widths of figures in journals
+WIDTHS = {"auto": None, "85": COLUMN_WIDTH, "170": PAGE_WIDTH}
+MAX_TEXT_SCALE = 8.0 / 9.0  # scale from the page, whose text has 9 points, to the 6 to 8 points that journals require
+MAX_HEIGHT = 110.0  # mm, height of a figure of page width, unless its rows need more
+DOTS_PER_INCH = 600  # per inch, in PNG files and in images inside the other formats
+MM_PER_INCH = 25.4  # mm
 INDEX = "figures.md"
 #: Letters are outlines in an SVG and an embedded TrueType font in a PDF, as journals require.
 FONTS: dict[Any, Any] = {"svg.fonttype": "path", "pdf.fonttype": 42, "svg.hashsalt": "paper"}
@@ -36,7 +36,7 @@ NO_DATE: dict[str, dict] = {
 }  # the bytes depend only on the run
 
 
-class Wanted(NamedTuple):
+class FigureOptions(NamedTuple):
     """Directory, format and width of the figures."""
 
     directory: Path
@@ -44,35 +44,35 @@ class Wanted(NamedTuple):
     width: str = "auto"  # one of WIDTHS; auto: COLUMN or PAGE, by the size on the page
 
 
-def write(sections: Iterable[Section], wanted: Wanted) -> list[Path]:
+def write(sections: Iterable[Section], options: FigureOptions) -> list[Path]:
     """Write every picture of the sections, and a list of them in INDEX; return the files.
 
     Raises InputError for an unknown form or width.
     """
-    for given, known, what in ((wanted.form, FORMS, "format"), (wanted.width, WIDTHS, "width")):
-        if given not in known:
-            raise InputError(f"{what} of figures: found {given!r}; expected one of {', '.join(known)}")
-    wanted.directory.mkdir(parents=True, exist_ok=True)
+    for value, allowed, option in ((options.form, FORMS, "format"), (options.width, WIDTHS, "width")):
+        if value not in allowed:
+            raise InputError(f"{option} of figures: found {value!r}; expected one of {', '.join(allowed)}")
+    options.directory.mkdir(parents=True, exist_ok=True)
     lines, files = ["| file | figure | what it shows |", "| --- | --- | --- |"], []
-    listed, phase = named(sections), phases.innermost()
+    listed, phase = named_pictures(sections), phases.innermost()
     for number, (name, picture) in enumerate(listed):
         if phase:
             phase.note(share=number / len(listed))
-        file = wanted.directory / f"{name}.{wanted.form}"
-        durable.replace(file, image(picture, wanted.form, WIDTHS[wanted.width]))
+        file = options.directory / f"{name}.{options.form}"
+        durable.replace(file, image(picture, options.form, WIDTHS[options.width]))
         files.append(file)
         lines.append(f"| {file.name} | {_cell(picture.title)} | {_cell(f'{picture.caption} {picture.alt}')} |")
-    durable.replace(wanted.directory / INDEX, ("\n".join(lines) + "\n").encode())
-    return [*files, wanted.directory / INDEX]
+    durable.replace(options.directory / INDEX, ("\n".join(lines) + "\n").encode())
+    return [*files, options.directory / INDEX]
 
 
-def named(sections: Iterable[Section]) -> list[tuple[str, Picture]]:
+def named_pictures(sections: Iterable[Section]) -> list[tuple[str, Picture]]:
     """Return (name, picture) of every picture; unique names consist of the section's key, the part and the title."""
     pictures: dict[str, Picture] = {}
     for section in sections:
-        for part, picture in section.pictures:
-            name = _slug(f"{section.key} {part} {picture.title}")
-            earlier = sum(known == name or re.fullmatch(rf"{name}-\d+", known) is not None for known in pictures)
+        for part_title, picture in section.pictures:
+            name = _slug(f"{section.key} {part_title} {picture.title}")
+            earlier = sum(other == name or re.fullmatch(rf"{name}-\d+", other) is not None for other in pictures)
             pictures[f"{name}-{earlier + 1}" if earlier else name] = picture
     return list(pictures.items())
 
@@ -82,16 +82,16 @@ def image(picture: Picture, form: str, width: float | None = None) -> bytes:
 
     If `width` is None, it is COLUMN or PAGE, by the size of the picture on the page.
     """
-    width = width or (PAGE if picture.wide else COLUMN)
-    size = width / INCH, _height(picture, width) / INCH
-    scale = min(LARGEST_TEXT, size[0] / picture.size[0])
+    width = width or (PAGE_WIDTH if picture.is_wide else COLUMN_WIDTH)
+    size = width / MM_PER_INCH, _height(picture, width) / MM_PER_INCH
+    scale = min(MAX_TEXT_SCALE, size[0] / picture.size[0])
     with rc_context({**STYLE, **FONTS}):
-        figure, _ = drawn(picture._replace(size=size))
+        figure, _ = draw_figure(picture._replace(size=size))
         for text in figure.findobj(Text):
             text.set_fontsize(scale * float(text.get_fontsize()))
         stream = io.BytesIO()
         with _without_source_date():
-            figure.savefig(stream, format=form, dpi=DOTS, metadata=NO_DATE[form])
+            figure.savefig(stream, format=form, dpi=DOTS_PER_INCH, metadata=NO_DATE[form])
     return stream.getvalue()
 
 
@@ -108,13 +108,16 @@ def _without_source_date() -> Iterator[None]:
 
 def _height(picture: Picture, width: float) -> float:
     """Return the height (mm) of a picture of this width (mm)."""
-    wide, high = picture.size
-    return max(min(width * high / wide, HIGHEST), min(width / wide, INCH) * high)
+    picture_width, picture_height = picture.size
+    return max(
+        min(width * picture_height / picture_width, MAX_HEIGHT),
+        min(width / picture_width, MM_PER_INCH) * picture_height,
+    )
 
 
 def _slug(words: str) -> str:
-    plain = unicodedata.normalize("NFKD", words).encode("ascii", "ignore").decode().lower()
-    return re.sub(r"[^a-z0-9]+", "-", plain).strip("-")
+    ascii_words = unicodedata.normalize("NFKD", words).encode("ascii", "ignore").decode().lower()
+    return re.sub(r"[^a-z0-9]+", "-", ascii_words).strip("-")
 
 
 def _cell(text: str) -> str:

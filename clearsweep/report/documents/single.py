@@ -18,8 +18,8 @@ from ..data.study import Study, prepare, resolved
 from ..one_case import motion, pin_forces, worn
 from . import page
 
-SAMPLES = 1440  # per revolution at least, so that single contacts show
-COLUMNS = 2  # of panels in a PNG or SVG
+MIN_SAMPLES = 1440  # per revolution at least, so that single contacts show
+PANEL_COLUMNS = 2  # of panels in a PNG or SVG
 ENDINGS = (".html", ".png", ".svg", ".csv")
 
 
@@ -33,10 +33,10 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
     durable.check_regular(out)
     with phases.phase("reading the run"):
         study = prepare(run)
-    if max(study.cases.place(case_id), study.failed.place(case_id)) < 0:
+    if max(study.cases.row_of(case_id), study.failed.row_of(case_id)) < 0:
         raise InputError(f"no case {case_id!r} in this run; the column case_id of summary.parquet lists them")
     with phases.phase(f"simulating case {wording.short_id(case_id)}"):
-        case = to_draw(study, case_id)
+        case = case_to_draw(study, case_id)
         result = simulation.solve(case)
     out.parent.mkdir(parents=True, exist_ok=True)
     if out.suffix.lower() == ".csv":
@@ -44,33 +44,38 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
             forces = pin_forces.all_forces(case, result.channels, study.joints)
         durable.replace(out, forces.to_csv(index=False, lineterminator="\n").encode())
         return out
-    pictures = drawn(study, case_id, result)
+    pictures = case_pictures(study, case_id, result)
     if not pictures:
         raise InputError(f"case {case_id}: nothing to draw, the case ended with {result.status!r}: {result.message}")
     with phases.phase("drawing"):
         if out.suffix.lower() == ".html":
-            return page.save(_page(study, case_id, result, pictures), out)
-        return _sheet(pictures, f"{_title(study, case_id)}\n{study.setting(case_id)}".strip(), out)
+            return page.write_page(_page(study, case_id, result, pictures), out)
+        return _write_panels(pictures, f"{_title(study, case_id)}\n{study.setting(case_id)}".strip(), out)
 
 
-def to_draw(study: Study, case_id: str) -> Case:
+def case_to_draw(study: Study, case_id: str) -> Case:
     """Return a case of a run in SI, set to save its history with a fine sampling."""
     case = resolved(study, [case_id])[0]
     orbits = "last" if case.save.orbits == "none" else case.save.orbits
-    return case._replace(save=case.save._replace(orbits=orbits, samples=max(case.save.samples, SAMPLES)))
+    return case._replace(save=case.save._replace(orbits=orbits, samples=max(case.save.samples, MIN_SAMPLES)))
 
 
-def drawn(study: Study, case_id: str, result: Trajectory) -> list[Picture]:
+def case_pictures(study: Study, case_id: str, result: Trajectory) -> list[Picture]:
     """Return the pictures of a simulated case, or [] if it has no history."""
-    path = result.channels
-    if len(path.get("t", ())) < 2:
+    channels = result.channels
+    if len(channels.get("t", ())) < 2:
         return []
-    seen = motion.pictures(study, case_id, path) + motion.onsets(study, case_id, pd.DataFrame(result.events), path)
+    pictures = motion.pictures(study, case_id, channels) + motion.onsets(
+        study, case_id, pd.DataFrame(result.events), channels
+    )
     for joint in study.joints:
         if joint.name in result.wear:
-            worn_of = worn.pictures(study, joint, case_id, result.wear[joint.name])
-            seen += [each._replace(title=each.title + study.where(joint, ", joint {}")) for each in worn_of]
-    return seen
+            wear_pictures = worn.pictures(study, joint, case_id, result.wear[joint.name])
+            pictures += [
+                picture._replace(title=picture.title + study.joint_text(joint, ", joint {}"))
+                for picture in wear_pictures
+            ]
+    return pictures
 
 
 def _title(study: Study, case_id: str) -> str:
@@ -78,7 +83,7 @@ def _title(study: Study, case_id: str) -> str:
 
 
 def _page(study: Study, case_id: str, result: Trajectory, pictures: list[Picture]) -> str:
-    return page.fill(
+    return page.render(
         "case.html.j2",
         title=_title(study, case_id),
         setting=study.setting(case_id),
@@ -89,16 +94,16 @@ def _page(study: Study, case_id: str, result: Trajectory, pictures: list[Picture
     )
 
 
-def _sheet(pictures: list[Picture], title: str, out: Path) -> Path:
-    rows = -(-len(pictures) // COLUMNS)
+def _write_panels(pictures: list[Picture], title: str, out: Path) -> Path:
+    rows = -(-len(pictures) // PANEL_COLUMNS)
     with rc_context({**STYLE, "svg.hashsalt": "case"}):
-        figure = Figure(figsize=(5.2 * COLUMNS, 3.5 * rows + 0.6), dpi=150, layout="constrained")
+        figure = Figure(figsize=(5.2 * PANEL_COLUMNS, 3.5 * rows + 0.6), dpi=150, layout="constrained")
         figure.suptitle(title, fontsize=10)
-        for place, picture in enumerate(pictures, start=1):
-            ax = figure.add_subplot(rows, COLUMNS, place, projection=picture.projection)
+        for number, picture in enumerate(pictures, start=1):
+            ax = figure.add_subplot(rows, PANEL_COLUMNS, number, projection=picture.projection)
             picture.paint(ax)
             ax.set_title(picture.title, fontsize=9, pad=22)
-        kind, sheet = out.suffix[1:].lower(), io.BytesIO()
-        figure.savefig(sheet, format=kind, metadata={"Date": None} if kind == "svg" else None)
-    durable.replace(out, sheet.getvalue())
+        file_format, stream = out.suffix[1:].lower(), io.BytesIO()
+        figure.savefig(stream, format=file_format, metadata={"Date": None} if file_format == "svg" else None)
+    durable.replace(out, stream.getvalue())
     return out

@@ -12,11 +12,11 @@ from ...language.errors import InputError
 from ...store import StoredRun
 from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture, capital
-from ..blocks.section import Block, Facts, Gallery, Points, Section, filled
+from ..blocks.section import Block, Facts, Gallery, Points, Section, without_empty
 from ..blocks.table import Column, Quantity, Table
-from ..data.dotted import leaves, value_at
-from ..data.shown import in_words
+from ..data.dotted_paths import leaves, value_at
 from ..data.study import Study, prepare
+from ..data.table_columns import column_label
 from ..draw import comparison
 from ..draw.style import GREY
 from .page import Page
@@ -29,24 +29,24 @@ class Pairs(NamedTuple):
 
     first: Study
     second: Study
-    ids: pd.DataFrame  # (pairs, 2): columns A and B hold each one's case_id; finished in both
-    alone: tuple[int, int]  # finished cases in only one of the two
+    case_ids: pd.DataFrame  # (pairs, 2): columns A and B hold each one's case_id; finished in both
+    unpaired: tuple[int, int]  # finished cases in only one of the two
 
 
 def compared(first: StoredRun, second: StoredRun) -> Page:
     """Return the page that compares two runs.  Raises InputError if they have no common case."""
-    return of(matched(prepare(first), prepare(second)))
+    return page_of(matched(prepare(first), prepare(second)))
 
 
-def of(pairs: Pairs) -> Page:
+def page_of(pairs: Pairs) -> Page:
     """Return the page of two runs that share cases."""
     runs = [pairs.first.run, pairs.second.run]
     return Page(
         name=" and ".join(dict.fromkeys(str(run.grid.get("name") or "a run") for run in runs)),
-        kind=f"comparison of A, {runs[0].directory}, and B, {runs[1].directory}",
-        varied="Both vary",
+        subtitle=f"comparison of A, {runs[0].directory}, and B, {runs[1].directory}",
+        axes_verb="Both vary",
         axes=[axis.name for axis in pairs.first.axes if axis in pairs.second.axes],
-        parts=sections(pairs),
+        sections=sections(pairs),
     )
 
 
@@ -73,26 +73,31 @@ def _keyed(study: Study, paths: list[str], name: str) -> pd.DataFrame:
 
 def sections(pairs: Pairs) -> list[Section]:
     """Return the sections of the page: differences of setup and figures, and the most different cases."""
-    setup: list[Block] = [Facts("Differences in setup", "Differences in setup", _setup(pairs))]
+    setup: list[Block] = [Facts("Differences in setup", "Differences in setup", _differing_settings(pairs))]
     blocks: list[Block] = [Points(_described(pairs))]
     return [
-        Section("comparison", "Case by case", filled([*blocks, _pictures(pairs), _figures(pairs), _cases(pairs)])),
+        Section(
+            "comparison",
+            "Case by case",
+            without_empty([*blocks, _pictures(pairs), _figure_table(pairs), _case_table(pairs)]),
+        ),
         Section(
             "setup",
             "Setup",
-            filled(setup) or [Points(["Both runs have the same setup and differ only in their swept values."])],
+            without_empty(setup) or [Points(["Both runs have the same setup and differ only in their swept values."])],
         ),
     ]
 
 
 def _described(pairs: Pairs) -> list[str]:
     """Return sentences on the number of compared cases, and of those identical to the last bit."""
-    column = _lead(pairs)
+    column = _leading_column(pairs)
     ratio = _ratio(pairs, column)
     same = int(np.count_nonzero(ratio == 1.0))
     blocks = [
-        f"{wording.count(len(pairs.ids), 'case')} finished in both runs. Of these, {same} have exactly the "
-        f"same {in_words(pairs.first, column)}. Cases in A alone: {pairs.alone[0]}; in B alone: {pairs.alone[1]}."
+        f"{wording.count(len(pairs.case_ids), 'case')} finished in both runs. Of these, {same} have exactly the "
+        f"same {column_label(pairs.first, column)}. Cases in A alone: {pairs.unpaired[0]}; in B alone: "
+        f"{pairs.unpaired[1]}."
     ]
     finite = ratio[np.isfinite(ratio)]
     if finite.size and same < len(ratio):
@@ -100,15 +105,17 @@ def _described(pairs: Pairs) -> list[str]:
         low, middle, high = (wording.plain(float(part)) for part in (low, middle, high))
         spread = f"and {low} to {high} times in nine of ten cases"
         blocks.append(
-            f"The {in_words(pairs.first, column)} of B is {middle} times that of A in the median case, {spread}."
+            f"The {column_label(pairs.first, column)} of B is {middle} times that of A in the median case, {spread}."
         )
-    alike = [name for name in _columns(pairs) if np.all(_ratio(pairs, name) == 1.0) and _known(pairs, name)]
+    alike = [name for name in _columns(pairs) if np.all(_ratio(pairs, name) == 1.0) and _has_values(pairs, name)]
     if alike and same < len(ratio):
-        blocks.append(f"Equal in every case: {wording.sentence_list([in_words(pairs.first, key) for key in alike])}.")
+        blocks.append(
+            f"Equal in every case: {wording.sentence_list([column_label(pairs.first, key) for key in alike])}."
+        )
     return blocks
 
 
-def _known(pairs: Pairs, column: str) -> bool:
+def _has_values(pairs: Pairs, column: str) -> bool:
     """Return whether any case has a figure."""
     return bool(np.isfinite(_values(pairs, column)[0]).any())
 
@@ -116,27 +123,35 @@ def _known(pairs: Pairs, column: str) -> bool:
 def _pictures(pairs: Pairs) -> Gallery:
     """Return pictures of the leading figure, the force peaks and the output error of B over those of A."""
     study = pairs.first
-    wanted = [_lead(pairs), *(joint.column("force_peak") for joint in study.joints), study.column("error_max")]
-    columns = [column for column in dict.fromkeys(wanted) if column in _columns(pairs) and _known(pairs, column)]
+    candidates = [
+        _leading_column(pairs),
+        *(joint.column("force_peak") for joint in study.joints),
+        study.column("error_max"),
+    ]
+    columns = [
+        column for column in dict.fromkeys(candidates) if column in _columns(pairs) and _has_values(pairs, column)
+    ]
     note = "Each point is a case that finished in both runs. On the line both values are equal."
-    return Gallery(note, [_cloud(pairs, name) for name in columns])
+    return Gallery(note, [_scatter_picture(pairs, name) for name in columns])
 
 
-def _cloud(pairs: Pairs, column: str) -> Picture:
+def _scatter_picture(pairs: Pairs, column: str) -> Picture:
     """Return the picture of a figure of B over the same figure of A."""
-    here, there = _values(pairs, column)
-    scale = wording.scale(pairs.first.unit(column), [*here[np.isfinite(here)], *there[np.isfinite(there)]])
-    name = in_words(pairs.first, column)
+    first_values, second_values = _values(pairs, column)
+    scale = wording.scale(
+        pairs.first.unit(column), [*first_values[np.isfinite(first_values)], *second_values[np.isfinite(second_values)]]
+    )
+    name = column_label(pairs.first, column)
 
     def paint(ax: Axes) -> None:
-        comparison.cloud(ax, here, there, None, (f"{name} of A", f"{name} of B"), (scale, scale))
-        middle = float(np.nanmedian(here)) / scale.factor
-        ax.axline((middle, middle), (2.0 * middle, 2.0 * middle), color=GREY, linewidth=1.0, zorder=0)
+        comparison.cloud(ax, first_values, second_values, None, (f"{name} of A", f"{name} of B"), (scale, scale))
+        median = float(np.nanmedian(first_values)) / scale.factor
+        ax.axline((median, median), (2.0 * median, 2.0 * median), color=GREY, linewidth=1.0, zorder=0)
 
-    return Picture(f"{capital(name)} of B over A", "", f"{name} of B over that of A, {len(here)} cases.", paint)
+    return Picture(f"{capital(name)} of B over A", "", f"{name} of B over that of A, {len(first_values)} cases.", paint)
 
 
-def _figures(pairs: Pairs) -> Table:
+def _figure_table(pairs: Pairs) -> Table:
     """Return the table of all common figures: B over A, and the number of different cases."""
     rows = []
     for column in _columns(pairs):
@@ -145,47 +160,51 @@ def _figures(pairs: Pairs) -> Table:
         if finite.size and np.any(ratio != 1.0):
             share = float(np.mean(ratio != 1.0))
             differ = Quantity(share, wording.percent(share))
-            rows.append((column, in_words(pairs.first, column), *np.quantile(finite, [0.5, 0.05, 0.95]), differ))
+            rows.append((column, column_label(pairs.first, column), *np.quantile(finite, [0.5, 0.05, 0.95]), differ))
     heads = ("figure", "B over A, median", "5 %", "95 %", "cases that differ")
     columns = (Column("column", file_only=True), *map(Column, heads))
     return Table("compared_figures", "Figures of B over those of A", "", columns, rows)
 
 
-def _cases(pairs: Pairs) -> Table:
+def _case_table(pairs: Pairs) -> Table:
     """Return the table of cases, by the difference of the leading figure."""
-    column, study = _lead(pairs), pairs.first
-    here, there, ratio = (*_values(pairs, column), _ratio(pairs, column))
+    column, study = _leading_column(pairs), pairs.first
+    first_values, second_values, ratio = (*_values(pairs, column), _ratio(pairs, column))
     with np.errstate(all="ignore"):
-        far = np.nan_to_num(np.abs(np.log(ratio)), nan=-1.0)
-    shown = study.swept()
+        difference = np.nan_to_num(np.abs(np.log(ratio)), nan=-1.0)
+    axes = study.swept()
     heads = (
         Column("case_id"),
-        *axis_columns(study, shown),
-        Column(f"{in_words(study, column)} of A", study.unit(column)),
+        *axis_columns(study, axes),
+        Column(f"{column_label(study, column)} of A", study.unit(column)),
         Column("of B", study.unit(column)),
         Column("B over A"),
     )
     rows = []
-    for place in np.argsort(-far, kind="stable").tolist():
-        case_id = pairs.ids["A"][place]
-        values = (study.value(case_id, axis.path) for axis in shown)
-        rows.append((case_id, *values, float(here[place]), float(there[place]), float(ratio[place])))
+    for row in np.argsort(-difference, kind="stable").tolist():
+        case_id = pairs.case_ids["A"][row]
+        values = (study.value(case_id, axis.path) for axis in axes)
+        rows.append((case_id, *values, float(first_values[row]), float(second_values[row]), float(ratio[row])))
     note = "Case ids are those of A. The largest difference comes first."
     return Table("compared_cases", "Comparison of the cases", note, heads, rows)
 
 
-def _setup(pairs: Pairs) -> list[tuple[str, str]]:
+def _differing_settings(pairs: Pairs) -> list[tuple[str, str]]:
     """Return the fixed values that differ: dotted path, value in A, value in B."""
     values = []
     for study in (pairs.first, pairs.second):
         swept = {axis.path for axis in study.axes}
         record = study.run.grid
-        here = {path: str(value) for path, value in leaves(study.base) if path not in swept}
-        here |= {axis.path: f"swept, {axis.listed()}" for axis in study.axes}
-        values.append(here | {"model version": str(record.get("model_version"))})
+        setting_of_run = {path: str(value) for path, value in leaves(study.base) if path not in swept}
+        setting_of_run |= {axis.path: f"swept, {axis.listed()}" for axis in study.axes}
+        values.append(setting_of_run | {"model version": str(record.get("model_version"))})
     paths = list(dict.fromkeys([*values[0], *values[1]]))
     settings = [(path, *(value.get(path, "nothing") for value in values)) for path in paths]
-    return [(path, f"A: {here}; B: {there}") for path, here, there in settings if here != there]
+    return [
+        (path, f"A: {setting_of_run}; B: {there}")
+        for path, setting_of_run, there in settings
+        if setting_of_run != there
+    ]
 
 
 def _columns(pairs: Pairs) -> list[str]:
@@ -194,7 +213,7 @@ def _columns(pairs: Pairs) -> list[str]:
     return [name for name in pairs.first.cases.columns if name in pairs.second.cases and name in known]
 
 
-def _lead(pairs: Pairs) -> str:
+def _leading_column(pairs: Pairs) -> str:
     """Return the leading figure of the most loaded joint in A, if both have it."""
     column = pairs.first.hardest_joint().column(pairs.first.lead.figure)
     return column if column in pairs.second.cases else _columns(pairs)[0]
@@ -202,8 +221,8 @@ def _lead(pairs: Pairs) -> str:
 
 def _values(pairs: Pairs, column: str) -> tuple[np.ndarray, np.ndarray]:
     """Return a figure of the paired cases in A and in B, SI."""
-    first = pairs.first.cases[column].reindex(pairs.ids["A"]).to_numpy(float)
-    return first, pairs.second.cases[column].reindex(pairs.ids["B"]).to_numpy(float)
+    first = pairs.first.cases[column].reindex(pairs.case_ids["A"]).to_numpy(float)
+    return first, pairs.second.cases[column].reindex(pairs.case_ids["B"]).to_numpy(float)
 
 
 def _ratio(pairs: Pairs, column: str) -> np.ndarray:

@@ -6,7 +6,7 @@ import pandas as pd
 from ...judging import verdict
 from ...language import wording
 from ..blocks.section import Part
-from ..blocks.table import Column, Table, counted
+from ..blocks.table import Column, Table, count_cell
 from ..data.study import Study
 from ..statistics.matching import Matched, axis_key
 
@@ -53,7 +53,7 @@ def _table(groups: Matched, compared: pd.DataFrame) -> Table:
             margins = mine["margin"].to_numpy()
             known = margins[np.isfinite(margins)]
             ends = (float(known.min()), float(np.median(known))) if len(known) else (np.nan, np.nan)
-            rows.append((law, counted(len(mine)), counted(int(mine["fails"].sum())), *ends))
+            rows.append((law, count_cell(len(mine)), count_cell(int(mine["fails"].sum())), *ends))
     heads = ("designs", "that exceed a limit", "smallest margin", "median margin")
     columns = (Column(groups.axis.name), *map(Column, heads))
     note = (

@@ -12,7 +12,7 @@ from ..blocks.picture import Picture
 from ..blocks.section import Part
 from ..blocks.table import Column, Quantity, Table
 from ..data.axis import Axis
-from ..data.dotted import value_at
+from ..data.dotted_paths import value_at
 from ..data.study import Joint, Study, joint_of, resolved
 from ..draw import comparison
 from ..statistics.matching import axis_key

@@ -11,7 +11,7 @@ from ...contracts.case import Case
 from ...contracts.machine import GROUND
 from ...language.errors import InputError
 from ...store import durable
-from ..blocks.picture import STYLE, Picture, drawn, svg
+from ..blocks.picture import STYLE, Picture, draw_figure, svg
 from ..draw import mechanism
 
 ENDINGS = (".svg", ".png")
@@ -53,7 +53,7 @@ def draw(source: Path, out: Path) -> Path:
 def _png(shown: Picture) -> bytes:
     stream = io.BytesIO()
     with rc_context(STYLE):
-        figure, axes = drawn(shown)
+        figure, axes = draw_figure(shown)
         axes.set_title(shown.title, fontsize=10)
         figure.savefig(stream, format="png")
     return stream.getvalue()

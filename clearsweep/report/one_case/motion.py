@@ -16,7 +16,7 @@ from ...language import wording
 from ...language.errors import InputError
 from ...store import StoredRun
 from ..blocks.picture import Picture, capital
-from ..data.dotted import value_at
+from ..data.dotted_paths import value_at
 from ..data.study import Joint, Study, resolved
 from ..draw import motion
 from ..statistics import elastic_range
@@ -89,7 +89,7 @@ def courses(study: Study, case_id: str, saved: History) -> list[JointHistory]:
         reaction = ideal.reactions.get(joint.title) if ideal else None
         without = None if reaction is None else np.hypot(reaction[..., 0], reaction[..., 1])
         force = saved.values(f"joints/{joint.name}/force_normal")
-        courses.append(JointHistory(f"normal force{study.where(joint, ', {}')}", "N", force, without))
+        courses.append(JointHistory(f"normal force{study.joint_text(joint, ', {}')}", "N", force, without))
     acceleration = _acceleration(study, saved)
     if acceleration:
         without = ideal.acceleration if ideal else None
@@ -118,13 +118,13 @@ def onsets(study: Study, case_id: str, events: Mapping, path: Mapping) -> list[P
     speed, time = study.value(case_id, "drive.speed"), np.asarray(events["t"], float)
     start = study.value(case_id, "drive.start_angle") or 0.0
     kept = np.asarray(events["kind"]).astype(str) == "on"
-    if isinstance(speed, Mapping | None) and study.driven:
+    if isinstance(speed, Mapping | None) and study.is_driven:
         moments = np.asarray(path[TIME], float)
         kept &= (time >= moments[0]) & (time <= moments[-1])
         angles = np.interp(time, moments, np.asarray(path["crank_angle"], float))
     elif speed is not None:
         angles = float(start) + float(speed) * time
-    if not study.driven or not kept.any():
+    if not study.is_driven or not kept.any():
         return []
     angle, rate = angles[kept], np.asarray(events["rate"], float)[kept]
     limits = elastic_range.limits(study, case_id, float(rate.max()))
@@ -218,7 +218,7 @@ def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
     if not all(f"joints/{joint.name}/{name}" in saved.channels for name in ORBIT):
         return _force(study, case_id, joint, saved)
     x, y, force = (saved.values(f"joints/{joint.name}/{name}") for name in ORBIT)
-    where = study.where(joint, ", joint {}")
+    where = study.joint_text(joint, ", joint {}")
     clearance = study.value(case_id, f"joints.{joint.title}.clearance")
     drawn = []
     if clearance is not None and _has_orbit(study, joint):
@@ -244,7 +244,7 @@ def _force(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
     channel = f"joints/{joint.name}/force_normal"
     if channel not in saved.channels:
         return []
-    force, where = saved.values(channel), study.where(joint, ", joint {}")
+    force, where = saved.values(channel), study.joint_text(joint, ", joint {}")
     angle, levels = saved.angle, _levels(study, case_id, joint)
     over, paint = "time", saved.painter(force, "N", "normal force")
     if angle is not None:
@@ -297,7 +297,7 @@ def _has_orbit(study: Study, joint: Joint) -> bool:
 
 def _levels(study: Study, case_id: str, joint: Joint) -> list[tuple[str, float]]:
     """Return the reference forces of the history of a case: name, N."""
-    if study.cases.place(case_id) < 0:
+    if study.cases.row_of(case_id) < 0:
         return []
     columns = [(name, joint.column(figure)) for figure, name in LEVELS]
     levels = [(name, float(study.cases.at[case_id, column])) for name, column in columns if study.has(column)]

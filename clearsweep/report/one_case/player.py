@@ -8,7 +8,7 @@ from ... import simulation
 from ...contracts.machine import GROUND
 from ...language import wording
 from ...language.errors import InputError
-from ..blocks.interactive import packed
+from ..blocks.interactive import encode_floats
 from ..blocks.section import Interactive
 from ..data.study import Joint, Study, resolved
 from .motion import ORBIT, History, courses, has_straight_walls, saved_of
@@ -29,8 +29,8 @@ def of(study: Study, case_id: str, path: Mapping) -> Interactive | None:
         return None
     part = _part(study, path)
     data = {
-        "angle": packed(np.degrees(saved.angle[part])),
-        "bodies": [body | {key: packed(body[key][part]) for key in ("x", "y", "angle")} for body in bodies],
+        "angle": encode_floats(np.degrees(saved.angle[part])),
+        "bodies": [body | {key: encode_floats(body[key][part]) for key in ("x", "y", "angle")} for body in bodies],
         "ground": [joint.position.tolist() for joint in sketch.joints if joint.grounded and joint.guide is None],
         "joints": _joints(study, case_id, path, part, sketch),
         "charts": _charts(study, case_id, saved, part),
@@ -89,7 +89,7 @@ def _joints(study: Study, case_id: str, path: Mapping, part: slice, sketch: simu
         if has_straight_walls(study, joint):
             half_length, tilt = _block(study, case_id, joint, sketch, path)
             distance = abs(y) + half_length * abs(np.sin(tilt[part]))
-            walls = {"half_length": half_length, "tilt": packed(tilt[part])}
+            walls = {"half_length": half_length, "tilt": encode_floats(tilt[part])}
         deepest = max(float(distance.max()) - float(clearance), 0.0)
         unit = wording.scale("N", force)
         joints.append(
@@ -98,10 +98,10 @@ def _joints(study: Study, case_id: str, path: Mapping, part: slice, sketch: simu
                 "clearance": float(clearance),
                 "said": wording.text(float(clearance), "m"),
                 "magnified": float(f"{max(DEEPEST * float(clearance) / deepest, 1.0):.1g}") if deepest > 0.0 else 1.0,
-                "x": packed(x),
-                "y": packed(y),
+                "x": encode_floats(x),
+                "y": encode_floats(y),
                 "walls": walls,
-                "force": packed(force / unit.factor),
+                "force": encode_floats(force / unit.factor),
                 "most": float(force.max() / unit.factor),
                 "unit": unit.unit,
             }
@@ -143,7 +143,12 @@ def _charts(study: Study, case_id: str, saved: History, part: slice) -> list[dic
                 "name": curve.name,
                 "unit": scale.unit,
                 "lines": [
-                    {"name": name, "values": packed(values[part] / scale.factor), "colour": colour, "dashed": dashed}
+                    {
+                        "name": name,
+                        "values": encode_floats(values[part] / scale.factor),
+                        "colour": colour,
+                        "dashed": dashed,
+                    }
                     for name, values, colour, dashed in lines
                 ],
             }

@@ -9,10 +9,10 @@ from ...judging.probability import Estimate
 from ...judging.verdict import Limit
 from ...language import wording
 from ..blocks.case_table import axis_columns
-from ..blocks.table import Column, Quantity, Table, counted
+from ..blocks.table import Column, Quantity, Table, count_cell
 from ..data.axis import Axis
-from ..data.shown import shown
 from ..data.study import Study
+from ..data.table_columns import columns_in_table
 from ..statistics import sensitivity
 from ..statistics.sensitivity import Chance, Effect, Setting
 
@@ -28,7 +28,7 @@ class LimitedFigure(NamedTuple):
 
 def limited_figures(study: Study) -> list[LimitedFigure]:
     """Return the figures whose spread is shown: the main ones, and those with a limit."""
-    named = dict(shown(study, "sample"))
+    named = dict(columns_in_table(study, "sample"))
     further = [*(study.run.grid.get("figures") or {}), *(limit.column for limit in study.limits)]
     named |= {column: column.replace("_", " ") for column in further if column not in named}
     return [
@@ -57,7 +57,7 @@ def spread_table(study: Study, samples: list[Setting]) -> Table:
             values = sample.figures[figure.column]
             if np.isfinite(values).any():
                 spread = sensitivity.spread(values)
-                head = (figure.name, figure.unit, *point_cells(study, sample), counted(spread.cases))
+                head = (figure.name, figure.unit, *point_cells(study, sample), count_cell(spread.cases))
                 quantiles = [cell for quantile in spread.quantiles for cell in estimate_cells(quantile, figure.unit)]
                 rows.append(
                     (*head, *estimate_cells(spread.mean, figure.unit), *estimate_cells(spread.cv, "1"), *quantiles)
@@ -107,7 +107,7 @@ def limit_table(study: Study, samples: list[Setting]) -> Table:
 def _chances(beyond: np.ndarray, failed: int, *, failures: bool) -> list[Quantity]:
     """Return the number of cases, the chance of exceeding a limit and, with `failures`, of exceeding it or failing."""
     none = Estimate(np.nan, np.nan, np.nan)
-    cells = [counted(len(beyond)), *estimate_cells(sensitivity.exceedance(beyond) if len(beyond) else none, "1")]
+    cells = [count_cell(len(beyond)), *estimate_cells(sensitivity.exceedance(beyond) if len(beyond) else none, "1")]
     if not failures:
         return cells
     either = np.append(beyond, np.ones(failed, bool))

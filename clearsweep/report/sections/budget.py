@@ -8,7 +8,7 @@ import pandas as pd
 
 from ...language import wording
 from ..blocks.picture import Picture
-from ..blocks.section import Gallery, Section, Sentences, filled
+from ..blocks.section import Gallery, Section, Sentences, without_empty
 from ..blocks.table import Column, Quantity, Table
 from ..data.axis import Axis
 from ..data.leading import PEAK
@@ -52,7 +52,7 @@ def sections(study: Study) -> list[Section]:
         return []
     base, unknowns = design
     bars = bars_of(study, column, base, unknowns)
-    blocks = filled(
+    blocks = without_empty(
         [Sentences(_sentences(study, column, base, bars)), Gallery("", [_picture(study, bars)]), _table(study, bars)]
     )
     return [Section("budget", "Error budget of the force peak", blocks)]

@@ -10,8 +10,8 @@ from markupsafe import Markup
 from ...language import wording
 from ..blocks.picture import capital
 from ..blocks.section import Block, Detail, Section
-from ..data.shown import shown
 from ..data.study import Joint, Study
+from ..data.table_columns import columns_in_table
 from ..data.worst_case import question, worst_case
 from ..one_case import player
 from ..one_case.motion import history, onsets, pictures
@@ -64,7 +64,7 @@ def others(study: Study) -> list[Section]:
 
 def _ranked(study: Study) -> tuple[str, ...]:
     """Return the cases with the largest, the median and the smallest leading figure of the most loaded joint."""
-    return study.cases.ranked(study.hardest_joint().column(study.lead.figure))
+    return study.cases.extreme_cases(study.hardest_joint().column(study.lead.figure))
 
 
 def _details(study: Study, ids: Iterable[str], why: dict[str, str], otherwise: str) -> list[Detail]:
@@ -84,10 +84,10 @@ def _details(study: Study, ids: Iterable[str], why: dict[str, str], otherwise: s
 
 def _figures(study: Study, case_id: str) -> list[tuple[str, str]]:
     """Return name and value with unit of the figures of a case; if there are several joints, each is named."""
-    whole = {name for name, _ in shown(study, "case", NO_JOINT)}
+    whole = {name for name, _ in columns_in_table(study, "case", NO_JOINT)}
     figures: list[tuple[str, str]] = []
     for joint in study.joints:
         figures += [("joint", joint.title)] if len(study.joints) > 1 else []
-        columns = [each for each in shown(study, "case", joint) if each[0] not in whole]
+        columns = [each for each in columns_in_table(study, "case", joint) if each[0] not in whole]
         figures += [(name, study.text(case_id, column)) for column, name in columns]
-    return figures + [(name, study.text(case_id, column)) for column, name in shown(study, "case", NO_JOINT)]
+    return figures + [(name, study.text(case_id, column)) for column, name in columns_in_table(study, "case", NO_JOINT)]

@@ -8,11 +8,11 @@ import numpy as np
 from ...judging.verdict import Limit
 from ...language import wording
 from ..blocks.picture import Picture, capital
-from ..blocks.section import Gallery, Section, filled
+from ..blocks.section import Gallery, Section, without_empty
 from ..data.axis import Axis
 from ..data.comparable import LEFT_OUT, comparable, leaves_out
-from ..data.shown import in_words
-from ..data.study import CALLED, Study, grouped, largest, median, over_other_axes, smallest
+from ..data.study import CALLED, Study, indices_by_value, largest, median, over_other_axes, smallest
+from ..data.table_columns import column_label
 from ..draw import comparison
 from ..draw.comparison import Family
 from ..statistics.main_effects import MainEffect, main_effects
@@ -43,7 +43,7 @@ def sections(study: Study) -> list[Section]:
         note += " The horizontal line is the limit."
     if any(leaves_out(study, drawn.column) for drawn in _drawn(study)):
         note += LEFT_OUT
-    return [Section("curves", f"Over {across.name}", filled([Gallery(note, pictures)]))]
+    return [Section("curves", f"Over {across.name}", without_empty([Gallery(note, pictures)]))]
 
 
 def _across(study: Study) -> Axis | None:
@@ -67,12 +67,12 @@ def _effects(study: Study) -> list[MainEffect]:
 
 def _drawn(study: Study) -> list[Drawn]:
     """Return the limited figures, then the peak of every joint, its ratio to the ideal peak, and the output error."""
-    by_column = {limit.column: Drawn(limit.column, in_words(study, limit.column), limit) for limit in study.limits}
+    by_column = {limit.column: Drawn(limit.column, column_label(study, limit.column), limit) for limit in study.limits}
     figures = [(joint, figure) for figure in ("force_peak", "force_peak_ratio") for joint in study.joints]
     columns = [joint.column(study.lead.figure) for joint in study.joints]
     columns += [joint.column(figure) for joint, figure in figures] + [study.column("error_max")]
     for column in columns:
-        by_column.setdefault(column, Drawn(column, in_words(study, column)))
+        by_column.setdefault(column, Drawn(column, column_label(study, column)))
     return [drawn for drawn in by_column.values() if study.has(drawn.column)]
 
 
@@ -109,8 +109,8 @@ def _table(
     if second is not None:
         return over_other_axes(study, values, (across, second), reduced)
     row = np.full((1, len(across.values)), np.nan)
-    places = np.where(np.isfinite(values), study.places(across), -1)
-    for place, cases in enumerate(grouped(places, len(across.values))):
+    places = np.where(np.isfinite(values), study.indices_on(across), -1)
+    for place, cases in enumerate(indices_by_value(places, len(across.values))):
         if len(cases):
             row[0, place] = reduced(values[cases])
     return row

@@ -5,12 +5,12 @@ import numpy as np
 from ...language import wording
 from ...language.wording import Scale
 from ..blocks.picture import Picture, capital
-from ..blocks.section import Gallery, Points, Section, filled
+from ..blocks.section import Gallery, Points, Section, without_empty
 from ..blocks.table import Column, Quantity, Table
 from ..data.comparable import LEFT_OUT, leaves_out
 from ..data.leading import PEAK
-from ..data.shown import shown
-from ..data.study import RATIO, Joint, Study
+from ..data.study import P99_OVER_IDEAL, Joint, Study
+from ..data.table_columns import columns_in_table
 from ..data.worst_case import question
 from ..draw import comparison
 from ..draw.comparison import Curve
@@ -30,7 +30,7 @@ def sections(study: Study) -> list[Section]:
         return []
     points = Points(sentences(study, study.hardest_joint()))
     drawn = Gallery(_note(study), _leading(study)[: _at_once(study)], small=True)
-    return [Section("drivers", "What drives it", filled([points, drawn]))]
+    return [Section("drivers", "What drives it", without_empty([points, drawn]))]
 
 
 def more(study: Study) -> list[Section]:
@@ -38,9 +38,9 @@ def more(study: Study) -> list[Section]:
     if not _comparable(study):
         return []
     joint, pictures = study.hardest_joint(), _leading(study)[_at_once(study) :]
-    if study.has(joint.column(RATIO)) and len(study.levels()) > 1 and ideal_varies(study, joint):
-        pictures += _pictures(study, ((RATIO, "p99 / ideal"),), "p99 / ideal peak")
-    return [Section("main-effects", "Main effects", filled([Gallery("", pictures, small=True), _table(study)]))]
+    if study.has(joint.column(P99_OVER_IDEAL)) and len(study.levels()) > 1 and ideal_varies(study, joint):
+        pictures += _pictures(study, ((P99_OVER_IDEAL, "p99 / ideal"),), "p99 / ideal peak")
+    return [Section("main-effects", "Main effects", without_empty([Gallery("", pictures, small=True), _table(study)]))]
 
 
 def sentences(study: Study, joint: Joint) -> list[str]:
@@ -186,7 +186,7 @@ def _range(edges: list[np.ndarray]) -> tuple[float, float]:
 def _picture(study: Study, curves: list[Curve], name: str, limits: tuple[float, float]) -> Picture:
     joint = study.joints[0]
     first = study.lead.name if curves[0].effect.column.endswith(f"_{study.lead.figure}") else "p99 / ideal"
-    first += study.where(joint, ", joint {}")
+    first += study.joint_text(joint, ", joint {}")
     return _picture_over_axis(study, curves, (name, first), limits)
 
 
@@ -238,8 +238,8 @@ def _table(study: Study) -> Table:
 def _affected(study: Study) -> list[tuple[str, str]]:
     """Return the figures whose main effects are tabulated: column, name."""
     lead = study.lead
-    columns = {joint.column(lead.figure): lead.name + study.where(joint, " ({})") for joint in study.joints}
-    columns |= dict(shown(study, "effects"))
+    columns = {joint.column(lead.figure): lead.name + study.joint_text(joint, " ({})") for joint in study.joints}
+    columns |= dict(columns_in_table(study, "effects"))
     return [(column, name) for column, name in columns.items() if study.has(column)]
 
 

@@ -33,7 +33,7 @@ def recommended(study: Study) -> list[str]:
 
 
 def _recommended(study: Study, joint: Joint) -> list[simulation.Recommendation]:
-    if not study.driven or not study.has(joint.column(PEAK.figure)):
+    if not study.is_driven or not study.has(joint.column(PEAK.figure)):
         return []
     hardest = study.cases[joint.column(PEAK.figure)].idxmax()
     try:

@@ -8,7 +8,7 @@ from ... import simulation
 from ...contracts.case import Case
 from ...language import wording
 from ...language.errors import InputError
-from ..blocks.section import Section, Sentences, filled
+from ..blocks.section import Section, Sentences, without_empty
 from ..blocks.table import Column, Table
 from ..data.axis import Axis
 from ..data.leading import PEAK
@@ -36,7 +36,7 @@ def sections(study: Study) -> list[Section]:
     compared, estimated = _stiffness(study, joint, worst, case, links)
     effect = _computed(study, joint, worst) or estimated
     sentences = [text for text in (compared, effect, _neglected(links)) if text]
-    return [Section("elastic-links", "Elastic links", filled([Sentences(sentences), _table(links)]))]
+    return [Section("elastic-links", "Elastic links", without_empty([Sentences(sentences), _table(links)]))]
 
 
 def _stiffness(study: Study, joint: Joint, worst: str, case: Case, links: Links) -> tuple[str, str]:
@@ -87,8 +87,8 @@ def _alike(study: Study, axis: Axis, worst: str) -> list[str]:
     same = np.ones(len(study.cases), dtype=bool)
     for other in study.swept():
         if other.path != axis.path:
-            places = study.places(other)
-            same &= places == places[study.cases.place(worst)]
+            places = study.indices_on(other)
+            same &= places == places[study.cases.row_of(worst)]
     return list(study.cases.index[same])
 
 

@@ -4,11 +4,11 @@ import numpy as np
 
 from ...grid.sections.optimise import SENSES
 from ...judging.verdict import MARGIN
-from ..blocks.interactive import packed
+from ..blocks.interactive import encode_floats
 from ..blocks.section import Block, Interactive, Note, Section
 from ..data.axis import Axis
-from ..data.shown import shown
-from ..data.study import RATIO, Study
+from ..data.study import P99_OVER_IDEAL, Study
+from ..data.table_columns import columns_in_table
 
 MOST = 4_400  # cases: a page stays below 3 MB
 LEADING_ROWS = 8  # of the table where it is seen at once
@@ -89,7 +89,10 @@ def _axis(study: Study, axis: Axis, kept: np.ndarray) -> dict:
     if axis.numeric:
         return column | _numbers(axis.scale.of(values.to_numpy(float)))
     places = {value: place for place, value in enumerate(axis.values)}
-    return column | {"words": list(axis.values), "values": packed([places.get(value, np.nan) for value in values])}
+    return column | {
+        "words": list(axis.values),
+        "values": encode_floats([places.get(value, np.nan) for value in values]),
+    }
 
 
 def _figures(study: Study, kept: np.ndarray) -> list[dict]:
@@ -98,13 +101,13 @@ def _figures(study: Study, kept: np.ndarray) -> list[dict]:
     headings = {name: name for name in asked + [MARGIN] * bool(asked)}  # as the grid has them
     leading = len(headings)
     for table in TABLES:
-        for name, heading in shown(study, table):
+        for name, heading in columns_in_table(study, table):
             headings.setdefault(name, heading)
     lead = asked[0] if asked else study.hardest_joint().column(study.lead.figure)
     first = [name for name in headings if study.has(name)]
     if not asked:
         first.sort(key=lambda name: name != lead)
-    drawn = {*first[:DRAWN], *(joint.column(RATIO) for joint in study.joints[:1])}
+    drawn = {*first[:DRAWN], *(joint.column(P99_OVER_IDEAL) for joint in study.joints[:1])}
     drawn = {*list(headings)[:leading]} or drawn
     small = (study.run.grid.get("optimise") or {}).get(SENSES[0], [])
     columns = []
@@ -119,4 +122,4 @@ def _figures(study: Study, kept: np.ndarray) -> list[dict]:
 def _numbers(values: np.ndarray) -> dict:
     known = values[np.isfinite(values)]
     wide = known.size and known.min() > 0.0 and known.max() > WIDE * known.min()
-    return {"values": packed(values), "wide": bool(wide)}
+    return {"values": encode_floats(values), "wide": bool(wide)}

@@ -2,8 +2,8 @@
 
 from ..blocks.case_table import case_table
 from ..blocks.section import Block, Section
-from ..data.shown import shown
 from ..data.study import Study
+from ..data.table_columns import columns_in_table
 
 NOTE = (
     "The film carries the whole load as long as the journal does not touch the bearing. Beyond the valid range of its "
@@ -18,6 +18,8 @@ def sections(study: Study) -> list[Section]:
         thinnest = joint.column("film_thickness_min")
         if study.has(thinnest):
             title = f"Film in joint {joint.title}"
-            table = case_table(study, f"film_{joint.name}", title, shown(study, "film", joint), thinnest, smallest=True)
+            table = case_table(
+                study, f"film_{joint.name}", title, columns_in_table(study, "film", joint), thinnest, smallest=True
+            )
             blocks.append(table._replace(note=f"{table.note} {NOTE}"))
     return [Section("film", "Films", blocks)] if blocks else []

@@ -7,11 +7,11 @@ import numpy as np
 from ...contracts.layout import FRICTION_POWER
 from ...judging import expected, validity
 from ...language import wording
-from ..blocks.case_table import AT_ONCE, axis_columns
-from ..blocks.section import Points, Section, filled
+from ..blocks.case_table import CHUNK_ROWS, axis_columns
+from ..blocks.section import Points, Section, without_empty
 from ..blocks.table import Column, Table
 from ..data.leading import PEAK
-from ..data.study import Joint, Study, grouped
+from ..data.study import Joint, Study, indices_by_value
 from ..samples import counts
 from .verdict import ratios
 
@@ -25,7 +25,7 @@ def sections(study: Study) -> list[Section]:
     if study.cases.empty:
         return []
     points = [*sentences(study), *ratios(study)]
-    return [Section("headline", "Forces and output in words", filled([Points(points), _best_by_speed(study)]))]
+    return [Section("headline", "Forces and output in words", without_empty([Points(points), _best_by_speed(study)]))]
 
 
 def sentences(study: Study) -> list[str]:
@@ -41,7 +41,10 @@ def _hardest(study: Study) -> list[str]:
     joint = max(known, key=lambda joint: study.cases.largest(joint.column(PEAK.figure)))
     column = joint.column(PEAK.figure)
     worst, mildest = study.cases[column].idxmax(), study.cases[column].idxmin()
-    where, suffix = study.where(joint, " in joint {}"), {"force_p99": "p99", "force_peak_ideal": "without clearance"}
+    where, suffix = (
+        study.joint_text(joint, " in joint {}"),
+        {"force_p99": "p99", "force_peak_ideal": "without clearance"},
+    )
     columns = {joint.column(name): word for name, word in suffix.items() if study.has(joint.column(name))}
     peak, *others = study.texts((worst, column), *((worst, name) for name in columns))
     others_text = wording.sentence_list([f"{word} {text}" for word, text in zip(columns.values(), others, strict=True)])
@@ -88,7 +91,7 @@ def _restitution(study: Study) -> list[str]:
     for joint in study.joints:
         column = joint.column("restitution")
         if study.has(column):
-            measured, where = study.cases[column], study.where(joint, " in joint {}")
+            measured, where = study.cases[column], study.joint_text(joint, " in joint {}")
             span = " to ".join(dict.fromkeys((wording.plain(measured.min(), 4), wording.plain(measured.max(), 4))))
             points.append(f"Measured restitution{where} (rebound over approach speed): {span}.")
     return points
@@ -98,7 +101,7 @@ def repeating(study: Study) -> list[str]:
     """Return sentences on the number of periodic and chaotic motions, and on the significance of a single peak."""
     if "period" not in study.cases:
         return []
-    if study.transient:
+    if study.is_start_up:
         return [TRANSIENT]
     periods, count = study.cases["period"], len(study.cases)
     repeated, points = periods.to_numpy()[periods.notna()], []
@@ -134,12 +137,11 @@ def _expected(study: Study) -> list[str]:
     if largest is None:
         return [
             "Without a period, the largest peak in 10⁶ revolutions is predicted only from "
-            f"{expected.MIN_REVOLUTIONS} or more "
-            "independent revolutions in the window."
+            f"{expected.MIN_REVOLUTIONS} or more independent revolutions in the window."
         ]
     joint = next(joint for joint in study.joints if joint.name == largest.joint)
     ends = wording.in_common_unit((largest.value, largest.high, largest.seen), "N")
-    where = study.where(joint, " in joint {}") + _at(study, largest.case_id)
+    where = study.joint_text(joint, " in joint {}") + _at(study, largest.case_id)
     return [expected.sentence(ends, where)]
 
 
@@ -171,8 +173,8 @@ def limits(study: Study) -> list[str]:
     remarks = validity.Remarks(joints)
     cases = {"case_id": study.cases.index}
     cases |= {name: study.cases[name] for name in validity.columns(joints, study.cases.columns) if name != "case_id"}
-    for start in range(0, len(study.cases), AT_ONCE):
-        remarks.add({name: values[start : start + AT_ONCE].to_numpy() for name, values in cases.items()})
+    for start in range(0, len(study.cases), CHUNK_ROWS):
+        remarks.add({name: values[start : start + CHUNK_ROWS].to_numpy() for name, values in cases.items()})
     if counted := counts.remarks(study):
         remarks.replace_counts(counted)
     return remarks.sentences()
@@ -191,8 +193,8 @@ def _best_by_speed(study: Study) -> Table:
     peak, ratio = (joint.column(name) for name in (PEAK.figure, "force_peak_ratio"))
     figures = ((peak, "force peak"), (p99, "force p99"), (ratio, "load / ideal"), *of_output)
     forces, ends = study.cases[peak].to_numpy(), []
-    known = np.where(np.isfinite(forces), study.places(speed), -1)
-    for value, cases in zip(speed.values, grouped(known, len(speed.values)), strict=True):
+    known = np.where(np.isfinite(forces), study.indices_on(speed), -1)
+    for value, cases in zip(speed.values, indices_by_value(known, len(speed.values)), strict=True):
         if len(cases):
             least, most = cases[forces[cases].argmin()], cases[forces[cases].argmax()]
             ends += [(value, "least", least), (value, "most", most)] if least != most else [(value, "only", most)]
@@ -210,6 +212,6 @@ def _best_by_speed(study: Study) -> Table:
         Column("case_id"),
     )
     title = "Least and most loaded design at each crank speed"
-    where = study.where(joint, " in joint {}")
+    where = study.joint_text(joint, " in joint {}")
     note = f"Ranked by the largest normal force{where}. p99 is exceeded during 1 % of the time."
     return Table("by_speed", title, note, columns, rows)

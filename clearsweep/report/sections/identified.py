@@ -8,7 +8,7 @@ import pandas as pd
 from ...judging import identification
 from ...language import wording
 from ..blocks.picture import Picture
-from ..blocks.section import Block, Gallery, Section, Sentences, filled
+from ..blocks.section import Block, Gallery, Section, Sentences, without_empty
 from ..blocks.table import Column, Quantity, Table
 from ..data.axis import Axis
 from ..data.study import Study
@@ -34,7 +34,7 @@ def sections(study: Study) -> list[Section]:
         ),
         _parameters(identified, axes),
     ]
-    return [Section("identify", "The identified machine", filled(blocks))]
+    return [Section("identify", "The identified machine", without_empty(blocks))]
 
 
 def more(study: Study) -> list[Section]:
@@ -45,7 +45,9 @@ def more(study: Study) -> list[Section]:
     pairs = Gallery(
         "Darker cells are more probable.", _pairs(identified, sample, {axis.path: axis for axis in study.axes})
     )
-    return [Section("identify-more", "Identified pairs and measured features", filled([pairs, _fits(identified)]))]
+    return [
+        Section("identify-more", "Identified pairs and measured features", without_empty([pairs, _fits(identified)]))
+    ]
 
 
 def cards(study: Study) -> list[tuple[str, str, str]]:

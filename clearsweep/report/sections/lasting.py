@@ -2,9 +2,9 @@
 
 from ...judging import sampled, wear
 from ..blocks.picture import Picture
-from ..blocks.section import Gallery, Points, Section, filled
+from ..blocks.section import Gallery, Points, Section, without_empty
 from ..data.answered import answer_cases
-from ..data.study import PER_HOURS, Study
+from ..data.study import WEAR_PER_1000_HOURS, Study
 from ..data.worst_case import question
 from . import life, maps
 
@@ -15,14 +15,14 @@ def sections(study: Study) -> list[Section]:
         return []
     of_life = [] if question(study).question == "life" else life.ends(study)
     of_wear = [] if sampled.is_one_sample(study.run.grid) else wear.sentences(answer_cases(study))
-    blocks = filled([Points([*of_life, *of_wear]), Gallery("", _maps(study))])
+    blocks = without_empty([Points([*of_life, *of_wear]), Gallery("", _maps(study))])
     return [Section("lasting", "Wear and life", blocks)]
 
 
 def _maps(study: Study) -> list[Picture]:
     """Return the map of wear of the joint that wears deepest."""
-    wearing = [joint for joint in study.joints if joint.wears and study.has(joint.column(PER_HOURS))]
+    wearing = [joint for joint in study.joints if joint.wears and study.has(joint.column(WEAR_PER_1000_HOURS))]
     if not wearing:
         return []
-    deepest = max(wearing, key=lambda joint: study.cases.largest(joint.column(PER_HOURS)))
-    return maps.over_axes(study, deepest, PER_HOURS, "wear depth per 1000 h")
+    deepest = max(wearing, key=lambda joint: study.cases.largest(joint.column(WEAR_PER_1000_HOURS)))
+    return maps.over_axes(study, deepest, WEAR_PER_1000_HOURS, "wear depth per 1000 h")

@@ -6,7 +6,7 @@ from ...judging import law_check
 from ...judging.verdict import MARGIN
 from ...language import wording
 from ..blocks.picture import capital
-from ..blocks.section import Points, Section, filled
+from ..blocks.section import Points, Section, without_empty
 from ..blocks.table import Column, Quantity, Table
 from ..data.study import Study
 from ..data.worst_case import worst_case
@@ -15,7 +15,7 @@ from ..data.worst_case import worst_case
 def sections(study: Study) -> list[Section]:
     """Return the section, or [] if no law is checked."""
     points = sentences(study)
-    return [Section("law_check", "The deciding case under other laws", filled([Points(points), _table(study)]))]
+    return [Section("law_check", "The deciding case under other laws", without_empty([Points(points), _table(study)]))]
 
 
 def sentences(study: Study) -> list[str]:

@@ -7,7 +7,7 @@ from ...judging import variance
 from ...language import wording
 from ..blocks.picture import Picture, capital
 from ..blocks.section import Part, Section
-from ..blocks.table import Column, Quantity, Table, counted
+from ..blocks.table import Column, Quantity, Table, count_cell
 from ..data.axis import Axis
 from ..data.study import Joint, Study
 from ..draw import comparison
@@ -52,7 +52,7 @@ def _section(study: Study, axis: Axis) -> Section:
 
 def _figures(study: Study, joint: Joint) -> list[tuple[str, str]]:
     """Return column and name of the compared forces of a joint; p99 is left out without a drive."""
-    named = [(joint.column(figure), name) for figure, name in FIGURES if study.driven or figure != "force_p99"]
+    named = [(joint.column(figure), name) for figure, name in FIGURES if study.is_driven or figure != "force_p99"]
     return [(column, name) for column, name in named if study.has(column)]
 
 
@@ -77,7 +77,7 @@ def _forces(study: Study, matched_cases: Matched, joint: Joint) -> Table:
             for column, _ in figures:
                 ends = _ends(study.cases[column][alike], study.unit(column))
                 cells += [*ends, float(ratios[column].get(law, np.nan))]
-            rows.append((law, counted(int(alike.sum())), *cells))
+            rows.append((law, count_cell(int(alike.sum())), *cells))
     note = (
         "Each force is the median (smallest to largest) of all finished cases with the law. For the comparison with "
         "other laws, it is divided by the median of all laws at otherwise equal values. The table shows the median of "
@@ -118,7 +118,7 @@ def _spread(study: Study, matched_cases: Matched) -> Table:
             for law, text in zip((weakest, strongest), extremes, strict=True):
                 ends += [Quantity(worst[law], f"{text}, {law}"), law]
             factors = (float(factor.median()), float(factor.max()))
-            rows.append((name, joint.title, counted(len(table)), *factors, *ends, at))
+            rows.append((name, joint.title, count_cell(len(table)), *factors, *ends, at))
     columns = (
         Column("figure"),
         Column("joint"),
@@ -146,7 +146,7 @@ def _sentence(study: Study, axis: Axis, spread: Table) -> str:
         f"the {name} by a factor of {wording.plain(median)} (at most {wording.plain(largest)})"
         for name, (_, median, largest, *_) in rows.items()
     ]
-    where = study.where(hardest, " in joint {}")
+    where = study.joint_text(hardest, " in joint {}")
     comparisons, median, *_ = rows["force peak"]
     sentence = (
         f"At otherwise equal values the choice among {len(axis.values)} {_plural(axis)} changes "
@@ -169,7 +169,7 @@ def _strip(study: Study, axis: Axis, joint: Joint, column: str, name: str) -> Pi
     groups = [(law, points) for law, points in values.items() if len(points)]
     groups.sort(key=lambda group: np.median(group[1]))
     scale = study.scale(column)
-    title = f"{capital(name)} by {axis.name}{study.where(joint, ', joint {}')}"
+    title = f"{capital(name)} by {axis.name}{study.joint_text(joint, ', joint {}')}"
     medians = "; ".join(f"{law}: {scale.text(np.median(points))}" for law, points in groups)
     return Picture(
         title,

@@ -7,7 +7,7 @@ import numpy as np
 from ...judging import lifetime
 from ...language import wording
 from ..blocks.picture import Picture
-from ..blocks.section import Gallery, Points, Section, filled
+from ..blocks.section import Gallery, Points, Section, without_empty
 from ..data.study import Joint, Study
 from ..draw import life
 from ..draw.life import DepthCurve
@@ -25,7 +25,9 @@ def sections(study: Study) -> list[Section]:
     joint = next((joint for joint in study.joints if joint.name == study.run.layout.life), None)
     if joint is None or study.cases.empty:
         return []
-    return [Section("life", "Life", filled([Points(_points(study, joint)), Gallery(NOTE, _pictures(study, joint))]))]
+    return [
+        Section("life", "Life", without_empty([Points(_points(study, joint)), Gallery(NOTE, _pictures(study, joint))]))
+    ]
 
 
 def ends(study: Study) -> list[str]:
@@ -64,7 +66,7 @@ def _life(study: Study, joint: Joint, case_id: str) -> lifetime.Lifetime:
 
 def _pictures(study: Study, joint: Joint) -> list[Picture]:
     hours, of = joint.column("life_hours"), study.run.grid["life"]["of"]
-    ids = study.cases.ranked(hours)[::-1] if study.has(hours) else ()
+    ids = study.cases.extreme_cases(hours)[::-1] if study.has(hours) else ()
     names = {1: ("the case",), 2: ("shortest", "longest"), 3: ("shortest", "median", "longest")}.get(len(ids), ())
     histories = {name: (case_id, study.run.history(case_id)) for name, case_id in zip(names, ids, strict=True)}
     caption = "; ".join(f"{name}: {study.setting(case_id) or case_id}" for name, (case_id, _) in histories.items())

@@ -15,11 +15,11 @@ from ...judging.order import START_UP
 from ...judging.verdict import MARGIN
 from ...language import wording
 from ..blocks.picture import Picture, Spot, capital
-from ..blocks.section import Gallery, Section, filled
+from ..blocks.section import Gallery, Section, without_empty
 from ..data.axis import Axis
 from ..data.comparable import LEFT_OUT, comparable, leaves_out
-from ..data.dotted import value_at
-from ..data.study import CALLED, RATIO, Joint, Study, cells, largest, median, over_other_axes, smallest
+from ..data.dotted_paths import value_at
+from ..data.study import CALLED, P99_OVER_IDEAL, Joint, Study, cells, largest, median, over_other_axes, smallest
 from ..data.worst_case import question
 from ..draw import heat_map
 from ..statistics.main_effects import main_effects
@@ -62,11 +62,11 @@ def _section(study: Study, joint: Joint, maps: list[Map]) -> Section:
     if "refine" in study.run.grid:
         note += " The maps leave out the cases that refine added between the values of the axes."
     note += " Maps of one figure share their colours."
-    title = f"Heat maps{study.where(joint, ', joint {}')}"
+    title = f"Heat maps{study.joint_text(joint, ', joint {}')}"
     places = _first(study, maps) if first(study) else []
     shown = [each for place, each in enumerate(maps) if place not in places and each.joint == joint]
     pictures = [_picture(study, each, _span(maps, each.name)) for each in shown]
-    return Section(f"maps-{joint.name}", title, filled([Gallery(note, pictures)]))
+    return Section(f"maps-{joint.name}", title, without_empty([Gallery(note, pictures)]))
 
 
 def first(study: Study) -> list[Picture]:
@@ -80,7 +80,9 @@ def first(study: Study) -> list[Picture]:
         (_picture(study, maps[place], _span(maps, maps[place].name)), maps[place].joint)
         for place in _first(study, maps)
     ]
-    return [picture._replace(title=picture.title + study.where(joint, ", joint {}")) for picture, joint in pictures]
+    return [
+        picture._replace(title=picture.title + study.joint_text(joint, ", joint {}")) for picture, joint in pictures
+    ]
 
 
 def _first(study: Study, maps: list[Map]) -> list[int]:
@@ -116,8 +118,8 @@ def _maps(study: Study, joint: Joint) -> list[Map]:
     if not pairs:
         return []
     more = [(joint.column("force_peak"), "force peak"), (joint.column("force_peak_ratio"), "load over ideal peak")]
-    more += [(joint.column(RATIO), "p99 / ideal peak")] if ideal_varies(study, joint) else []
-    more.append((joint.column("impacts_per_rev"), study.onsets))
+    more += [(joint.column(P99_OVER_IDEAL), "p99 / ideal peak")] if ideal_varies(study, joint) else []
+    more.append((joint.column("impacts_per_rev"), study.onset_name))
     more += [(joint.column(figure), name) for figure, name in FIGURES]
     if joint == study.hardest_joint():
         more.append((study.column("error_max"), f"{study.run.layout.output} error"))
@@ -165,7 +167,7 @@ def over_axes(study: Study, joint: Joint, figure: str, name: str) -> list[Pictur
         return [
             _picture(study, Map(joint, column, name, pair, table), (float(np.nanmin(table)), float(np.nanmax(table))))
         ]
-    return [line(study, effect, name + study.where(joint, ", joint {}")) for effect in effects]
+    return [line(study, effect, name + study.joint_text(joint, ", joint {}")) for effect in effects]
 
 
 def _in_order(study: Study, pair: tuple[Axis, Axis]) -> tuple[Axis, Axis]:

@@ -1,7 +1,7 @@
 """The mechanism of a run at its start."""
 
 from ...language.errors import InputError
-from ..blocks.section import Gallery, Section, filled
+from ..blocks.section import Gallery, Section, without_empty
 from ..data.study import Study, resolved
 from ..one_case import mechanism
 
@@ -13,4 +13,4 @@ def sections(study: Study) -> list[Section]:
         drawn = mechanism.picture(resolved(study, first)[0]) if first else None
     except InputError:  # of another version
         return []
-    return [Section("mechanism", "", filled([Gallery("", [drawn] if drawn else [])]))]
+    return [Section("mechanism", "", without_empty([Gallery("", [drawn] if drawn else [])]))]

@@ -6,8 +6,8 @@ import numpy as np
 
 from ...language import wording
 from ..blocks.picture import Picture, capital
-from ..blocks.section import Block, Gallery, Section, filled
-from ..blocks.table import Column, Quantity, Table, counted
+from ..blocks.section import Block, Gallery, Section, without_empty
+from ..blocks.table import Column, Quantity, Table, count_cell
 from ..data.axis import Axis
 from ..data.study import Joint, Study, cells, largest, over_other_axes
 from ..draw import kinds as draw
@@ -25,18 +25,18 @@ SMALL = (3.5, 2.9)  # inches
 def sections(study: Study) -> list[Section]:
     """Return the section, or [] if no drive turns the mechanism or no case finished."""
     joint = study.hardest_joint()
-    if study.cases.empty or study.transient or not study.driven or not study.has(joint.column("contact_fraction")):
+    if study.cases.empty or study.is_start_up or not study.is_driven or not study.has(joint.column("contact_fraction")):
         return []
     note = "The period is the number of revolutions after which the force repeats. Irregular motion has no such period."
     if not _lubricated(study, joint):
-        where = study.where(joint, " of joint {}")
+        where = study.joint_text(joint, " of joint {}")
         note = f"Contacts{where} count as impacts if they last at most {kinds.SHORT:g}° of crank angle. {note}"
     blocks: list[Block] = [
         Gallery(note, [*_maps(study, joint), *_shares(study, joint)], small=True),
         _table(study, joint),
         Gallery(_of_points(study), [*_diagrams(study, joint), *_once_a_turn(study, joint), *_spectra(study, joint)]),
     ]
-    return [Section("motion-type", "Impacts and kinds of motion", filled(blocks))]
+    return [Section("motion-type", "Impacts and kinds of motion", without_empty(blocks))]
 
 
 def _lubricated(study: Study, joint: Joint) -> bool:
@@ -113,7 +113,7 @@ def _table(study: Study, joint: Joint) -> Table:
         times = [] if _lubricated(study, joint) else names
         for value, cases, *parts in counts:
             shares = (Quantity(part, wording.percent(part)) for part in parts[len(names) - len(times) :])
-            rows.append((axis.name, Quantity(value, axis.text(value)), counted(cases), *shares))
+            rows.append((axis.name, Quantity(value, axis.text(value)), count_cell(cases), *shares))
     heads = ("axis", "value", "cases", *times, *(f"period {name}" for name in PERIODS[:3]), PERIODS[3])
     note = "Each row gives mean shares of the time and shares of the periods, over all cases with that value."
     return Table("kinds_of_motion", "Kinds of motion", note, tuple(map(Column, heads)), rows)
@@ -131,7 +131,7 @@ def _diagrams(study: Study, joint: Joint) -> list[Picture]:
     lead = joint.column(study.lead.figure)
     reference = study.worst(joint)
     ranked = [effect.axis for effect in main_effects(study, lead)]
-    ranked += [axis for axis in study.swept() if axis.scattered]
+    ranked += [axis for axis in study.swept() if axis.is_scattered]
     diagrams = [_diagram(study, joint, axis, reference) for axis in ranked if axis.numeric]
     return [picture for picture in diagrams if picture][:AXES]
 
@@ -140,9 +140,9 @@ def _diagram(study: Study, joint: Joint, axis: Axis, reference: str) -> Picture 
     points = strobe.along_axis(study, joint, axis, reference)
     if points.cases < LEAST:
         return None
-    fixed_setting = study.setting(reference, without=axis) if not axis.scattered else ""
+    fixed_setting = study.setting(reference, without=axis) if not axis.is_scattered else ""
     return Picture(
-        f"Bifurcation diagram over {axis.name}{study.where(joint, ', joint {}')}",
+        f"Bifurcation diagram over {axis.name}{study.joint_text(joint, ', joint {}')}",
         f"{f'At {fixed_setting}. ' if fixed_setting else ''}The dotted lines are the clearance.",
         f"Journal at crank angle 0 against {axis.name}: {points.x.size} points of {points.cases} cases.",
         lambda ax: draw.bifurcation(ax, points, axis),
@@ -157,7 +157,7 @@ def _once_a_turn(study: Study, joint: Joint) -> list[Picture]:
     if len(frame) < strobe.LEAST:
         return []
     clearance = study.value(case_id, f"joints.{joint.title}.clearance")
-    where, count = study.where(joint, ", joint {}"), wording.count(len(frame), "revolution")
+    where, count = study.joint_text(joint, ", joint {}"), wording.count(len(frame), "revolution")
     revolution, x, y, vx, vy = (frame[name].to_numpy(float) for name in ("revolution", "x", "y", "vx", "vy"))
     circle = None if clearance is None else float(clearance)
     caption, alt = "The worst case.", f"of the worst case at crank angle 0, {count}."
@@ -186,7 +186,7 @@ def _spectra(study: Study, joint: Joint) -> list[Picture]:
     saved = saved_of(study, case_id, path) if path is not None else None
     if saved is None or saved.angle is None:
         return []
-    wanted = (f"normal force{study.where(joint, f', {joint.title}')}", f"{study.run.layout.output} acceleration")
+    wanted = (f"normal force{study.joint_text(joint, f', {joint.title}')}", f"{study.run.layout.output} acceleration")
     spectra = []
     for curve in courses(study, case_id, saved):
         actual = spectrum.of_history(saved.angle, curve.actual) if curve.name in wanted else None

@@ -9,11 +9,11 @@ from ...grid.sections.optimise import SENSES
 from ...language import quantity, wording
 from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture
-from ..blocks.section import Block, Gallery, Section, Sentences, filled
+from ..blocks.section import Block, Gallery, Section, Sentences, without_empty
 from ..blocks.table import Column, Quantity, Table
-from ..data.dotted import value_at
-from ..data.shown import in_words
+from ..data.dotted_paths import value_at
 from ..data.study import Study
+from ..data.table_columns import column_label
 
 WIDTH, HEIGHT = 6.5, 4.0  # inches
 AT_ONCE = 8  # rows of the best cases that the page shows at first
@@ -29,7 +29,7 @@ def sections(study: Study) -> list[Section]:
     texts = [*_sentences(study, rows), *_beside_start(study, rows, names, start), *_distinguished(study, rows, names)]
     table = _table(study, rows, names, start)
     blocks: list[Block] = [Sentences(texts), _first(table)]
-    return [Section("optimise", "The best cases", filled(blocks))]
+    return [Section("optimise", "The best cases", without_empty(blocks))]
 
 
 def ends(study: Study) -> list[tuple[str, str]]:
@@ -69,7 +69,7 @@ def more(study: Study) -> list[Section]:
     table = _table(study, rows, names, _start(study))
     whole = [table] if len(table.rows) > AT_ONCE else []
     pictures = [*_front(study, rows, names), *_parallel(study, rows, names)]
-    return [Section("optimise-more", "All best cases", filled([*whole, Gallery("", pictures)]))]
+    return [Section("optimise-more", "All best cases", without_empty([*whole, Gallery("", pictures)]))]
 
 
 def _known(study: Study) -> tuple[list[dict[str, Any]], list[str]] | None:
@@ -101,7 +101,7 @@ def _start(study: Study) -> str | None:
     for axis in study.axes:
         written = value_at(study.run.grid, axis.path)
         if isinstance(written, str) and axis.numeric:  # of `define`: with its unit
-            written = quantity.with_unit(written)[0]
+            written = quantity.value_and_dimension(written)[0]
         if written is None:
             return None
         values = study.cases[axis.path].to_numpy()
@@ -188,7 +188,7 @@ def _table(study: Study, rows: list[dict[str, Any]], names: list[str], start: st
 
 def _limits(study: Study, names: str) -> Quantity:
     """Return the cell of limits by their columns, in words on the page."""
-    text = ", ".join(in_words(study, name) for name in names.split(",")) if names else wording.DASH
+    text = ", ".join(column_label(study, name) for name in names.split(",")) if names else wording.DASH
     return Quantity(names or wording.DASH, text)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from ...judging import features
 from ...language import wording
 from ..blocks.picture import Picture
-from ..blocks.section import Block, Gallery, Section, Sentences, filled
+from ..blocks.section import Block, Gallery, Section, Sentences, without_empty
 from ..blocks.table import Column, Table
 from ..data.study import Study
 from ..statistics.overlay import SignalComparison
@@ -21,7 +21,7 @@ def section(study: Study, comparison: list[SignalComparison]) -> Section:
     blocks: list[Block] = []
     for each in comparison:
         blocks += [Sentences(_sentences(study, each)), Gallery("", _pictures(each)), _table(each)]
-    return Section("overlay", "Measured and computed", filled(blocks))
+    return Section("overlay", "Measured and computed", without_empty(blocks))
 
 
 def _sentences(study: Study, comparison: SignalComparison) -> list[str]:

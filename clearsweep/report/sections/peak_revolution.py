@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from ...language import wording
 from ..blocks.picture import Picture, capital
 from ..blocks.section import Block, Detail, Section, Sentences
-from ..data.shown import shown
 from ..data.study import Joint, Study
+from ..data.table_columns import columns_in_table
 from ..one_case.motion import FLAT, JointHistory, courses, most_of, saved_of
 
 WORDS = (
@@ -21,7 +21,9 @@ REST = "divided by the largest reaction without clearance. Dashed lines show the
 
 def sections(study: Study) -> list[Section]:
     """Return the section, or [] if no such revolution was saved."""
-    saved = [case_id for case_id in study.run.worst if study.cases.place(case_id) >= 0]  # without those that check laws
+    saved = [
+        case_id for case_id in study.run.worst if study.cases.row_of(case_id) >= 0
+    ]  # without those that check laws
     if not saved:
         return []
     blocks: list[Block] = [Sentences([WORDS + REST])]
@@ -35,7 +37,7 @@ def _detail(study: Study, place: int, case_id: str) -> Detail:
     joint = next(joint for joint in study.joints if joint.name == path.attrs["joint"])
     saved = saved_of(study, case_id, path)
     pictures = [_picture(curve, saved.painter(*_painted(curve))) for curve in courses(study, case_id, saved)]
-    figures = [(name, study.text(case_id, column)) for column, name in shown(study, "case", joint)]
+    figures = [(name, study.text(case_id, column)) for column, name in columns_in_table(study, "case", joint)]
     why = f"Worst case {place}" if len(study.run.worst) > 1 else "Worst case"
     return Detail(why, case_id, study.setting(case_id), [*_where(joint, path, saved.angle), *figures], pictures)
 

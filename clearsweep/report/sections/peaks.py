@@ -7,11 +7,11 @@ from ...contracts.layout import DIFFERENCE
 from ...language import wording
 from ..blocks.case_table import case_table
 from ..blocks.picture import capital
-from ..blocks.section import Block, Note, Points, Section, filled
+from ..blocks.section import Block, Note, Points, Section, without_empty
 from ..blocks.table import Quantity, Table
 from ..data.leading import PEAK
-from ..data.shown import shown
 from ..data.study import Joint, Study
+from ..data.table_columns import columns_in_table
 
 HORIZON, PEAK_TURN = "horizon_revolutions", "force_peak_revolution"
 CHECKED = 3  # figures of a joint whose error is shown if the grid requests it: the first ones
@@ -22,7 +22,7 @@ def sections(study: Study) -> list[Section]:
     if study.cases.empty:
         return []
     blocks: list[Block] = []
-    if study.driven:
+    if study.is_driven:
         blocks.append(
             Note(
                 "The peak is the largest force of the window; median and 95 % quantile are those of the peaks of its "
@@ -32,19 +32,19 @@ def sections(study: Study) -> list[Section]:
             )
         )
     tables = [*(_joint(study, joint) for joint in study.joints), _whole(study)]
-    return [Section("peaks", "Peaks", filled([*blocks, *tables, Points(_checks(study)), _certainty(study)]))]
+    return [Section("peaks", "Peaks", without_empty([*blocks, *tables, Points(_checks(study)), _certainty(study)]))]
 
 
 def _joint(study: Study, joint: Joint) -> Table:
     """Return forces and impacts of one joint, the largest force peak first."""
     lead, title = joint.column(PEAK.figure), f"Forces in joint {joint.title}"
-    return case_table(study, f"peaks_{joint.name}", title, shown(study, "forces", joint), lead)
+    return case_table(study, f"peaks_{joint.name}", title, columns_in_table(study, "forces", joint), lead)
 
 
 def _whole(study: Study) -> Table:
     """Return the figures of output and drive, or the measured restitution."""
-    columns, output = shown(study, "output"), study.run.layout.output
-    key, title = ("drive", "The drive") if study.driven else ("restitution", "Measured restitution")
+    columns, output = columns_in_table(study, "output"), study.run.layout.output
+    key, title = ("drive", "The drive") if study.is_driven else ("restitution", "Measured restitution")
     if output:
         key, title = output, f"{capital(output)} and drive"
     return case_table(study, key, title, columns, columns[0][0] if columns else "")
@@ -52,12 +52,12 @@ def _whole(study: Study) -> Table:
 
 def _certainty(study: Study) -> Table:
     """Return the accuracy of figures; empty unless the grid requests it."""
-    columns, until = shown(study, "certainty"), study.run.layout.until
+    columns, until = columns_in_table(study, "certainty"), study.run.layout.until
     if until:
         columns.insert([column for column, _ in columns].index("figure_ci"), (until, until))
     for joint in study.joints:
-        for column, name in shown(study, "forces", joint)[:CHECKED]:
-            columns.append((column + DIFFERENCE, f"error of {name}{study.where(joint, ' ({})')}"))
+        for column, name in columns_in_table(study, "forces", joint)[:CHECKED]:
+            columns.append((column + DIFFERENCE, f"error of {name}{study.joint_text(joint, ' ({})')}"))
     first = next((column for column, _ in columns if study.has(column)), "")
     table = case_table(study, "certainty", "How certain the figures are", columns, first)
     return table._replace(
@@ -70,7 +70,7 @@ def _certainty(study: Study) -> Table:
 
 def _words_of_columns(study: Study) -> dict[str, dict[str, str]]:
     """Return replacements of meaningless errors: heading of a column -> case_id -> text."""
-    return {f"error of force peak{study.where(joint, ' ({})')}": words for joint, words in _beyond_horizon(study)}
+    return {f"error of force peak{study.joint_text(joint, ' ({})')}": words for joint, words in _beyond_horizon(study)}
 
 
 def _beyond_horizon(study: Study) -> list[tuple[Joint, dict[str, str]]]:
@@ -96,7 +96,7 @@ def _checks(study: Study) -> list[str]:
     """Return the numbers of cases in which the error of the largest force is meaningful, and in which it is not."""
     points = []
     for joint, beyond in _beyond_horizon(study):
-        chaotic, where = int(study.cases[HORIZON].notna().sum()), study.where(joint, " in joint {}")
+        chaotic, where = int(study.cases[HORIZON].notna().sum()), study.joint_text(joint, " in joint {}")
         if beyond:
             case_id, words = next(iter(beyond.items()))
             points.append(

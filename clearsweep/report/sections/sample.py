@@ -9,7 +9,7 @@ from ...judging.validity import THOUSAND_HOURS
 from ...language import wording
 from ...language.errors import InputError
 from ..blocks.picture import Picture, capital
-from ..blocks.section import Block, Gallery, Points, Section, Sentences, filled
+from ..blocks.section import Block, Gallery, Points, Section, Sentences, without_empty
 from ..data.study import Study
 from ..draw import comparison
 from ..draw.style import RED
@@ -49,8 +49,8 @@ def sections(study: Study) -> list[Section]:
         if sampled.is_one_sample(study.run.grid):
             return []  # they are part of the answer
         blocks: list[Block] = [Points(_spreads(study, samples)), limit_table(study, every)]
-        return [Section("sample", "Probabilistic study", filled(blocks))]
-    return [Section("sample", "What drives the spread", filled(_sensitivity(study, samples)))]
+        return [Section("sample", "Probabilistic study", without_empty(blocks))]
+    return [Section("sample", "What drives the spread", without_empty(_sensitivity(study, samples)))]
 
 
 def leading(study: Study) -> list[Section]:
@@ -69,7 +69,7 @@ def leading(study: Study) -> list[Section]:
         clouds += _clouds(study, _widest(samples, figure), figure)[:1] if figure.limits else []
     causes = [] if sampled.is_one_sample(study.run.grid) else _causes(study, sample, figures[0])
     drawn = Gallery(SCATTER_NOTE, clouds[:MOST_CLOUDS], small=True)
-    return [Section("sample-drivers", "What drives it", filled([Points(causes), drawn]))]
+    return [Section("sample-drivers", "What drives it", without_empty([Points(causes), drawn]))]
 
 
 def _causes(study: Study, sample: Setting, figure: LimitedFigure) -> list[str]:
@@ -89,7 +89,7 @@ def _spreads(study: Study, samples: list[Setting]) -> list[str]:
     for joint in study.joints:
         rate = joint.column("wear_rate_max")
         if joint.wears and study.has(rate):
-            worn = LimitedFigure(rate, f"wear depth per 1000 h{study.where(joint, ' ({})')}", "m", ())
+            worn = LimitedFigure(rate, f"wear depth per 1000 h{study.joint_text(joint, ' ({})')}", "m", ())
             texts += [_spread(study, sample, worn, THOUSAND_HOURS * sample.figures[rate]) for sample in samples]
     return [text for text in texts if text]
 
@@ -133,7 +133,7 @@ def more(study: Study) -> list[Section]:
         rank_table(study, samples),
         Gallery(NOTE, _histograms(study, samples), small=True),
     ]
-    return [Section("sample-spread", "Spread of the figures", filled(blocks))]
+    return [Section("sample-spread", "Spread of the figures", without_empty(blocks))]
 
 
 def _sensitivity(study: Study, samples: list[Setting]) -> list[Block]:

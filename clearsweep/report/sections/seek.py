@@ -7,12 +7,12 @@ import pandas as pd
 from ...language import wording
 from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture, capital
-from ..blocks.section import Block, Gallery, Section, Sentences, filled
-from ..blocks.table import Column, Quantity, Table, counted
+from ..blocks.section import Block, Gallery, Section, Sentences, without_empty
+from ..blocks.table import Column, Quantity, Table, count_cell
 from ..data.axis import Axis
-from ..data.dotted import seek_text, sought_paths
-from ..data.shown import in_words
+from ..data.dotted_paths import first_sought_path, sought_paths
 from ..data.study import Study
+from ..data.table_columns import column_label
 from ..draw import seek as draw
 
 PICTURED = 2  # least number of answers drawn over the other axis
@@ -60,7 +60,7 @@ def sections(study: Study) -> list[Section]:
         ]
     sentences, pictures = Sentences(lines), Gallery("", _pictures(answers, words))  # the verdict has the answer
     blocks: list[Block] = [sentences, pictures, _table(study, answers), *_nearest(study, answers)]
-    return [Section("seek", words, filled(blocks))]
+    return [Section("seek", words, without_empty(blocks))]
 
 
 def safest(study: Study) -> list[str]:
@@ -120,12 +120,12 @@ def _not_monotone(answers: _Answers) -> list[str]:
 def _limited_by(study: Study, answers: _Answers, row: dict[str, Any]) -> str:
     """Return the limit that determines an answer, and its joint."""
     names = row["limiting"].split(",") if row["limiting"] else []
-    limited = f", limited by {wording.sentence_list([in_words(study, name) for name in names])}" if names else ""
+    limited = f", limited by {wording.sentence_list([column_label(study, name) for name in names])}" if names else ""
     return f"{limited} at {answers.setting(row)}" if answers.others and row["limiting"] else limited
 
 
 def _answers(study: Study) -> _Answers | None:
-    path, frame = seek_text(study.run.grid), study.run.seek
+    path, frame = first_sought_path(study.run.grid), study.run.seek
     if not path or frame is None or frame.empty:
         return None
     by_path = {axis.path: axis for axis in study.axes}
@@ -166,7 +166,7 @@ def _table(study: Study, answers: _Answers) -> Table:
                 *(row[other.path] for other in answers.others),
                 *(float("nan") if value is None else value for value in values),
                 row["limiting"] or wording.DASH,
-                counted(row["probes"]),
+                count_cell(row["probes"]),
             )
         )
     return Table("seek", "Results of the search", "", columns, rows)

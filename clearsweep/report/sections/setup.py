@@ -4,10 +4,10 @@ import re
 
 from ... import grid
 from ...language import wording
-from ..blocks.section import Block, Columns, Facts, Note, Section, filled
+from ..blocks.section import Block, Columns, Facts, Note, Section, without_empty
 from ..data.axis import Axis
-from ..data.dotted import leaves
-from ..data.study import BASE, Study
+from ..data.dotted_paths import leaves
+from ..data.study import CASE_SECTIONS, Study
 
 LISTED = 12  # values of an axis that are listed one by one, at most
 ELSEWHERE = (  # in the record of a run, and shown elsewhere or not for people
@@ -43,11 +43,11 @@ def sections(study: Study) -> list[Section]:
         Facts("Derived from these", "Derived values", _derived(study)),
     ]
     origin: list[Block] = [Facts("Provenance", "Provenance", _provenance(study)), Note(RESIDUAL)]
-    return [Section("setup", "Values and origin", [Columns((filled(values), origin))])]
+    return [Section("setup", "Values and origin", [Columns((without_empty(values), origin))])]
 
 
 def _listed(axis: Axis) -> str:
-    if axis.scattered or len(axis.values) > LISTED:
+    if axis.is_scattered or len(axis.values) > LISTED:
         return axis.span()
     return ", ".join(axis.text(value) for value in axis.values)
 
@@ -94,7 +94,7 @@ def _shortened(value: object) -> str:
 
 def _provenance(study: Study) -> list[tuple[str, str]]:
     """Return the origin of the figures: versions, machine, times, counts, energy residual."""
-    record = {key: value for key, value in study.run.grid.items() if key not in (*BASE, *ELSEWHERE) and value}
+    record = {key: value for key, value in study.run.grid.items() if key not in (*CASE_SECTIONS, *ELSEWHERE) and value}
     if "sample" in record:
         record["sample"] = {key: value for key, value in record["sample"].items() if key != "drawn"}
     facts = [

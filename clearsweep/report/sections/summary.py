@@ -9,7 +9,7 @@ from ..blocks.section import Cards, Section
 from ..data.answered import answer_cases
 from ..data.comparable import comparable, leaves_out
 from ..data.leading import PEAK
-from ..data.study import PER_HOURS, Joint, Study
+from ..data.study import WEAR_PER_1000_HOURS, Joint, Study
 from ..data.worst_case import question, worst_case
 from ..samples import counts
 from ..statistics import elastic_range
@@ -46,7 +46,7 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         (ONSET, "Fastest onset", ""),
         ("error_max", f"Largest {study.run.layout.output} error", "from the ideal position"),
         ("restitution", "Measured restitution", "largest of all cases"),
-        (PER_HOURS, "Deepest wear in 1000 h", "of one body, at the wear rate of the window"),
+        (WEAR_PER_1000_HOURS, "Deepest wear in 1000 h", "of one body, at the wear rate of the window"),
     )
     return cards + [card for each in figures for card in _largest(study, *each)]
 
@@ -56,11 +56,15 @@ def _largest(study: Study, figure: str, name: str, suffix: str) -> list[tuple[st
     column, joint = _worst(study, figure)
     if not study.cases.largest(column) > 0.0:
         return []
-    where = study.where(joint, "joint {}") if joint else ""
+    where = study.joint_text(joint, "joint {}") if joint else ""
     values = comparable(study, column)
     place = int(np.nanargmax(values))
     worst = study.cases.index[place]
-    if figure == PER_HOURS and joint and (hours := _hours_to_clearance(study, joint, place, float(values[place]))):
+    if (
+        figure == WEAR_PER_1000_HOURS
+        and joint
+        and (hours := _hours_to_clearance(study, joint, place, float(values[place])))
+    ):
         return [(name, "no forecast", f"at the wear rate of the window, the depth reaches the clearance after {hours}")]
     starts = "of the started cases" if leaves_out(study, column) else ""
     if figure == PEAK.figure and joint and question(study).question == "start-up":

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..blocks.picture import Picture
-from ..blocks.section import Gallery, Section, filled
+from ..blocks.section import Gallery, Section, without_empty
 from ..data.axis import Axis
 from ..data.study import Study
 from ..draw import comparison
@@ -26,7 +26,7 @@ class Cloud(NamedTuple):
 
 def sections(study: Study) -> list[Section]:
     """Return the clouds of the peak over p99, output error and fastest onset, or [] for few cases."""
-    if len(study.cases) < 3 or not study.driven:
+    if len(study.cases) < 3 or not study.is_driven:
         return []
     joint = study.hardest_joint()
     p99 = joint.column("force_p99")
@@ -48,7 +48,9 @@ def sections(study: Study) -> list[Section]:
     strongest = next((effect.axis for effect in main_effects(study, peak)), None)
     pictures = [_picture(study, strongest, cloud) for cloud in clouds if _varies(study, cloud.x, cloud.y)]
     return [
-        Section("tradeoffs", "All cases at a glance", filled([Gallery("Each point is a finished case.", pictures)]))
+        Section(
+            "tradeoffs", "All cases at a glance", without_empty([Gallery("Each point is a finished case.", pictures)])
+        )
     ]
 
 
@@ -59,7 +61,7 @@ def _varies(study: Study, *columns: str) -> bool:
 
 def _picture(study: Study, axis: Axis | None, cloud: Cloud) -> Picture:
     """Return a cloud, coloured by the values of an axis, if any."""
-    colour = axis and (study.places(axis), axis)
+    colour = axis and (study.indices_on(axis), axis)
     x, y = (study.cases[column].to_numpy(float) for column in (cloud.x, cloud.y))
     x, y, colour = comparison.uncovered(x, y, colour)
     if colour:

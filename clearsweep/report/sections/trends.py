@@ -9,9 +9,9 @@ from ...judging.probability import Estimate
 from ...language import wording
 from ..blocks.picture import capital
 from ..blocks.section import Points, Section
-from ..blocks.table import Column, Table, counted
+from ..blocks.table import Column, Table, count_cell
 from ..data.axis import Axis
-from ..data.study import PER_STROKES, Joint, Study
+from ..data.study import WEAR_PER_MILLION_STROKES, Joint, Study
 from ..one_case import worn
 from ..statistics.matching import matched
 from ..statistics.paired import power
@@ -58,7 +58,7 @@ class Answer(NamedTuple):
 
 def sections(study: Study) -> list[Section]:
     """Return the section, or [] if nothing wears, nothing turns or no case finished."""
-    if study.cases.empty or not study.driven:
+    if study.cases.empty or not study.is_driven:
         return []
     answers = [answer for joint in study.joints if joint.wears for answer in _answers(study, joint)]
     if not answers:
@@ -67,7 +67,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def _answers(study: Study, joint: Joint) -> list[Answer]:
-    if not study.has(joint.column(PER_STROKES)):
+    if not study.has(joint.column(WEAR_PER_MILLION_STROKES)):
         return []
     pairs = [(claim, axis) for claim in CLAIMS for axis in study.levels() if _concerns(claim, axis, joint)]
     return [_answer_for_axis(study, joint, *pair) for pair in pairs] + _unevenness(study, joint)
@@ -82,7 +82,7 @@ def _concerns(claim: Claim, axis: Axis, joint: Joint) -> bool:
 
 def _answer_for_axis(study: Study, joint: Joint, claim: Claim, axis: Axis) -> Answer:
     """Return the answer to a claim from pairs of cases that differ only in the value of one axis."""
-    table = matched(study, axis).table(study, joint.column(PER_STROKES))
+    table = matched(study, axis).table(study, joint.column(WEAR_PER_MILLION_STROKES))
     estimate, pairs = power(table.columns.to_numpy(float), table.to_numpy(float))
     bounds = sorted((claim.sign * estimate.low, claim.sign * estimate.high))
     factor = Estimate(*(2.0**value for value in estimate))
@@ -114,7 +114,7 @@ def _points(study: Study, answers: list[Answer]) -> list[str]:
     """Return one sentence for each answer."""
     sentences = []
     for word in (SHOWN, CONTRADICTED, OPEN):
-        titles = [answer.title + study.where(answer.joint, " ({})") for answer in answers if answer.answer == word]
+        titles = [answer.title + study.joint_text(answer.joint, " ({})") for answer in answers if answer.answer == word]
         sentences += [f"{capital(word)}: {wording.sentence_list(titles)}."] if titles else []
     return sentences
 
@@ -128,7 +128,7 @@ def _table(study: Study, answers: list[Answer]) -> Table:
             answer.answer,
             answer.measure,
             *answer.estimate,
-            counted(answer.number),
+            count_cell(answer.number),
             answer.counted,
         )
         for answer in answers

@@ -2,7 +2,7 @@
 
 from markupsafe import Markup
 
-from ..blocks.section import Points, Section, filled
+from ..blocks.section import Points, Section, without_empty
 from ..data.study import Study
 from ..samples import counts
 from . import budget, elastic_laws, elastic_links, headline, law_choice
@@ -15,7 +15,7 @@ NO_BUDGET = Markup(
 
 def sections(study: Study) -> list[Section]:
     """Return the section."""
-    return [Section("trust", "Reliability of the results", filled([Points(points(study))]))]
+    return [Section("trust", "Reliability of the results", without_empty([Points(points(study))]))]
 
 
 def points(study: Study) -> list[str]:

@@ -10,12 +10,12 @@ from ...judging.labels import limit_label
 from ...language import wording
 from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture
-from ..blocks.section import Block, Gallery, Points, Section, filled
-from ..blocks.table import Column, Quantity, Table, counted
+from ..blocks.section import Block, Gallery, Points, Section, without_empty
+from ..blocks.table import Column, Quantity, Table, count_cell
 from ..data.answered import answer_cases, answers
 from ..data.axis import Axis
-from ..data.shown import in_words
 from ..data.study import Joint, Study, largest, over_other_axes
+from ..data.table_columns import column_label
 from ..data.worst_case import question
 from ..draw import heat_map, pass_share
 from ..samples import counts
@@ -46,14 +46,14 @@ def sections(study: Study) -> list[Section]:
         *law_check.sentences(study),
     ]
     blocks: list[Block] = [Points(points), Gallery("", [*_maps(study)[:1], *maps.first(study)])]
-    return [Section("verdict", "Answer", filled(blocks))]
+    return [Section("verdict", "Answer", without_empty(blocks))]
 
 
 def more(study: Study) -> list[Section]:
     """Return a section with the table of limits and the maps of further pairs of axes."""
     if study.cases.empty:
         return []
-    return [Section("limits-kept", "Limits", filled([_table(study), Gallery("", _maps(study)[1:])]))]
+    return [Section("limits-kept", "Limits", without_empty([_table(study), Gallery("", _maps(study)[1:])]))]
 
 
 def _progress(study: Study) -> list[str]:
@@ -83,7 +83,7 @@ def ratios(study: Study) -> list[str]:
             compared = [joint.column(name) for name in ("load_peak", "force_peak_ideal", "force_peak_median")]
             load, ideal, *usual = study.texts(*((worst, name) for name in compared if study.has(name)))
             sentences.append(
-                f"The load{study.where(joint, ' in joint {}')} is at most {study.text(worst, column)} times the "
+                f"The load{study.joint_text(joint, ' in joint {}')} is at most {study.text(worst, column)} times the "
                 f"largest reaction without clearance: {load} against {ideal}{at}. "
                 f"{_motion(study, joint, worst, usual)}."
             )
@@ -100,7 +100,7 @@ def _motion(study: Study, joint: Joint, case_id: str, usual: list[str]) -> str:
         return "This motion is periodic, so the peak recurs every revolution"
     if period > 1.0:
         return f"This motion has a period of {period:.0f} revolutions, and the peak recurs in every period"
-    if not usual or wording.missing(study.cases.at[case_id, joint.column("force_peak_median")]):
+    if not usual or wording.is_missing(study.cases.at[case_id, joint.column("force_peak_median")]):
         return "No period was found in this motion"
     return f"No period was found; the median peak per revolution is {usual[0]}"
 
@@ -124,7 +124,7 @@ def _kept(study: Study) -> list[str]:
         margins = study.cases[verdict.MARGIN]
         worst, best = margins.idxmin(), margins.idxmax()
         which = study.cases.at[worst, verdict.EXCEEDED]
-        named = f" ({', '.join(in_words(study, name) for name in which.split(','))})" if which else ""
+        named = f" ({', '.join(column_label(study, name) for name in which.split(','))})" if which else ""
         ends = (("Smallest", worst, named), ("Largest", best, ""))
         both = best != worst and question(study).question != "limits"
         for word, case_id, remark in ends[: 1 + both]:
@@ -165,7 +165,7 @@ def _not_judged(study: Study) -> list[str]:
     names = dict.fromkeys(
         limit.column for limit, (_, unknown) in zip(study.limits, limits.each, strict=True) if unknown
     )
-    which = wording.sentence_list([in_words(study, name) for name in names])
+    which = wording.sentence_list([column_label(study, name) for name in names])
     return [
         f"{wording.count(count, 'case')} cannot be assessed by {which}: the figure or its limit is null (infinite, 0/0 "
         "or not computed). Such a case counts as exceeding the limit and has no margin."
@@ -198,7 +198,7 @@ def _table(study: Study) -> Table:
         values = (study.cases.at[case_id, axis.path] for axis in study.swept())
         worst = float(margins[place])
         margin = Quantity(worst, verdict.margin_words(worst, [limit], limit.column))
-        of_cases = (counted(failing), counted(unknown), counted(kept.cases))
+        of_cases = (count_cell(failing), count_cell(unknown), count_cell(kept.cases))
         rows.append((limit.column, _limit(study, limit), *of_cases, margin, *values, case_id))
     note = (
         "The margin is 1 - value/limit, for a lower limit value/limit - 1. It is negative if the limit is exceeded. A "
@@ -270,7 +270,7 @@ def _reservations(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, st
 
 def _between(study: Study, exceeded: np.ndarray, across: Axis, up: Axis) -> pass_share.Dots:
     """Return the finished cases between the values of two axes, added by `refine`."""
-    remark = (study.places(across) < 0) | (study.places(up) < 0)
+    remark = (study.indices_on(across) < 0) | (study.indices_on(up) < 0)
     if not remark.any():
         return pass_share.Dots(np.zeros(0), np.zeros(0), np.zeros(0, bool))
     x, y = (_fractional_index(axis, study.cases[axis.path].to_numpy()[remark]) for axis in (across, up))

@@ -4,10 +4,10 @@ from ... import simulation
 from ...language import wording
 from ..blocks.case_table import case_table
 from ..blocks.picture import Picture
-from ..blocks.section import Block, Detail, Gallery, Note, Section, Sentences, filled
+from ..blocks.section import Block, Detail, Gallery, Note, Section, Sentences, without_empty
 from ..blocks.table import Table
-from ..data.shown import shown
-from ..data.study import PER_HOURS, PER_STROKES, Joint, Study
+from ..data.study import WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES, Joint, Study
+from ..data.table_columns import columns_in_table
 from ..one_case import worn
 from . import maps
 
@@ -18,14 +18,14 @@ NOTE = (
 )
 MAPS_NOTE = "The axes are the two swept values with the largest effect on the figure. Each cell shows its worst case."
 GLANCE = (  # of one case
-    (PER_HOURS, "per 1000 h"),
-    (PER_STROKES, "per 10⁶ strokes"),
+    (WEAR_PER_1000_HOURS, "per 1000 h"),
+    (WEAR_PER_MILLION_STROKES, "per 10⁶ strokes"),
     ("wear_depth_max", "in the window"),
     ("pressure_mean", "pressure mean"),
     ("pressure_peak", "peak"),
     ("pv_peak", "pV peak"),
 )
-MAPPED = ((PER_HOURS, "wear depth per 1000 h"), ("pressure_peak", "pressure peak"), ("pv_peak", "pV peak"))
+MAPPED = ((WEAR_PER_1000_HOURS, "wear depth per 1000 h"), ("pressure_peak", "pressure peak"), ("pv_peak", "pV peak"))
 
 IN_SPACE = " Maps of joints in space are unrolled: the angle runs across, the body's axis z upwards from its middle."
 IN_SLOT = (
@@ -43,7 +43,7 @@ def sections(study: Study) -> list[Section]:
         if joint.wears:
             blocks += _deepest(study, joint)
             blocks += [Gallery(MAPS_NOTE, _maps(study, joint)), Sentences(_coarse(study, joint)), _table(study, joint)]
-    return [Section("wear", "Wear", filled([Note(_note(study)), *blocks] if blocks else []))]
+    return [Section("wear", "Wear", without_empty([Note(_note(study)), *blocks] if blocks else []))]
 
 
 def _note(study: Study) -> str:
@@ -70,7 +70,7 @@ def _coarse(study: Study, joint: Joint) -> list[str]:
 
 def _table(study: Study, joint: Joint) -> Table:
     """Return the table of the wear of one joint, the deepest first."""
-    columns = shown(study, "wear", joint)
+    columns = columns_in_table(study, "wear", joint)
     key, title = f"wear_{joint.name}", f"Wear in joint {joint.title}"
     table = case_table(study, key, title, columns, joint.column("wear_depth_max"))
     return table._replace(

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..data.axis import Axis
-from ..data.study import Joint, Study, grouped, window
+from ..data.study import Joint, Study, indices_by_value, recorded_revolutions
 
 SHORT = 10.0  # degrees of the crank: a shorter contact is an impact
 CONTACTS = ("continuous contact", "contact and flight", "impacts", "free flight")
@@ -33,7 +33,7 @@ class Kinds(NamedTuple):
 
 def of_joint(study: Study, joint: Joint) -> Kinds:
     """Return the kinds of all finished cases, by the contacts of one joint."""
-    return study.cases.once(("kinds", joint.name), lambda: _of_joint(study, joint))
+    return study.cases.cached(("kinds", joint.name), lambda: _of_joint(study, joint))
 
 
 def _of_joint(study: Study, joint: Joint) -> Kinds:
@@ -76,8 +76,8 @@ def short_contacts(study: Study, joint: Joint) -> np.ndarray:
     if block is None or joint.name not in contacts or not np.issubdtype(np.asarray(speed).dtype, np.number):
         return np.broadcast_to(np.nan, count)  # takes no memory
     turn = 2.0 * np.pi / np.broadcast_to(np.asarray(speed, float), count)  # s
-    before, turns = (part.to_numpy(float) for part in window(study.cases, study.base))
-    begin, kept = before * turn, study.cases.chosen
+    before, turns = (part.to_numpy(float) for part in recorded_revolutions(study.cases, study.base))
+    begin, kept = before * turn, study.cases.selected
     shortest, first = np.zeros(count), 0
     for counts, events in itertools.chain((block,), blocks):
         here = kept[first : first + len(counts)]
@@ -100,7 +100,7 @@ def by_value(study: Study, joint: Joint, axis: Axis) -> tuple[list[str], list[tu
     """
     kinds, rows = of_joint(study, joint), []
     times = kinds.shares()
-    for value, cases in zip(axis.values, grouped(study.places(axis), len(axis.values)), strict=True):
+    for value, cases in zip(axis.values, indices_by_value(study.indices_on(axis), len(axis.values)), strict=True):
         if len(cases):
             means = [float(share[cases].mean()) for share in times.values()]
             periods = [float(np.mean(kinds.period[cases] == place)) for place in range(len(PERIODS))]

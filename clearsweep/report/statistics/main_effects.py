@@ -7,7 +7,7 @@ import numpy as np
 from ...judging import variance
 from ..data.axis import Axis
 from ..data.comparable import comparable
-from ..data.study import Study, grouped
+from ..data.study import Study, indices_by_value
 
 
 class MainEffect(NamedTuple):
@@ -36,16 +36,18 @@ class MainEffect(NamedTuple):
 
 def main_effects(study: Study, column: str) -> list[MainEffect]:
     """Return the main effects of all swept axes on a figure over the finished cases, the strongest first."""
-    return study.cases.once(("effects", column), lambda: _main_effects(study, column))
+    return study.cases.cached(("effects", column), lambda: _main_effects(study, column))
 
 
 def _main_effects(study: Study, column: str) -> list[MainEffect]:
     axes, values = study.levels(), comparable(study, column)
-    places = [study.places(axis) for axis in axes]
+    places = [study.indices_on(axis) for axis in axes]
     shares = variance.explained(values, places)
     effects = []
     for axis, place, share in zip(axes, places, shares, strict=True):
-        groups = [values[cases] for cases in grouped(np.where(np.isfinite(values), place, -1), len(axis.values))]
+        groups = [
+            values[cases] for cases in indices_by_value(np.where(np.isfinite(values), place, -1), len(axis.values))
+        ]
         quantiles = np.array([np.percentile(group, (50, 10, 90)) if len(group) else [np.nan] * 3 for group in groups])
         medians, low, high = quantiles.T
         effects.append(MainEffect(axis, column, medians, low, high, *share))

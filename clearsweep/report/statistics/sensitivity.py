@@ -18,7 +18,7 @@ from ...judging.sampled import QUANTILES
 from ...judging.verdict import EXCEEDED
 from ...language.errors import InputError
 from ...store import StoredRun
-from ..data.rows import KEPT
+from ..data.rows import CACHED_VALUES
 
 CHAOTIC = 0.5  # share of chance in a figure's variance from which its indices are meaningless
 BLURRED = 0.3  # scatter over effect from which an effect is called blurred
@@ -118,7 +118,7 @@ def settings(run: StoredRun) -> list[Setting]:
     ids, failed = run.column("case_id").to_numpy(), (run.column("status") != "ok").to_numpy(bool)
     names = [name for name in run.columns[run.columns.index("message") + 1 :] if name != EXCEEDED]
 
-    @functools.lru_cache(KEPT)
+    @functools.lru_cache(CACHED_VALUES)
     def read(column: str) -> np.ndarray:
         return np.where(failed, np.nan, run.column(column).to_numpy(float, na_value=np.nan))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from ..data.axis import Axis
-from ..data.study import WAYS, Joint, Study, window
+from ..data.study import VARYING_SECTIONS, Joint, Study, recorded_revolutions
 
 MOST = 120  # cases along an axis: more do not increase the density in print
 LEAST = 3  # points of a case that make a picture
@@ -27,8 +27,8 @@ def of_case(study: Study, joint: Joint, case_id: str) -> pd.DataFrame:
     frame = study.run.poincare(case_id)
     if frame.empty:
         return frame
-    before, _ = window(study.cases, study.base)
-    frame = frame[frame["revolution"] >= before.iloc[study.cases.place(case_id)]]
+    before, _ = recorded_revolutions(study.cases, study.base)
+    frame = frame[frame["revolution"] >= before.iloc[study.cases.row_of(case_id)]]
     columns = {f"{joint.name}/{name}": name for name in ("x", "y", "vx", "vy")}
     return frame.rename(columns=columns)[["revolution", *columns.values()]].reset_index(drop=True)
 
@@ -60,10 +60,10 @@ def line(study: Study, axis: Axis, reference: str) -> list[int]:
     For a drawn or parallel axis, the axes drawn or parallel with it vary as well.
     """
     together = _together(study, axis)
-    alike, here = np.ones(len(study.cases), bool), study.cases.place(reference)
+    alike, here = np.ones(len(study.cases), bool), study.cases.row_of(reference)
     for other in study.swept():
         if other is not axis and other.path not in together:
-            places = study.places(other)
+            places = study.indices_on(other)
             alike &= places == places[here]
     rows = np.flatnonzero(alike)
     rows = rows[np.argsort(study.cases[axis.path].to_numpy(float)[rows], kind="stable")]
@@ -73,7 +73,7 @@ def line(study: Study, axis: Axis, reference: str) -> list[int]:
 def _together(study: Study, axis: Axis) -> set[str]:
     """Return the paths whose values change together with an axis: parallel or drawn."""
     record = study.run.grid
-    groups = [{*(record.get(way) or {})} for way in WAYS if way in ("zip", "cases")]
+    groups = [{*(record.get(way) or {})} for way in VARYING_SECTIONS if way in ("zip", "cases")]
     groups.append({*(record.get("sample") or {}).get("drawn", {})})
     return next((group for group in groups if axis.path in group), {axis.path})
 

@@ -27,13 +27,13 @@ def main(*, json: bool = False, quick: bool = False, directory: str | Path | Non
 
     def note(sentence: str) -> None:
         latest_line[0] = f"verify: {sentence}"
-        phases.say(latest_line[0])
+        phases.print_line(latest_line[0])
 
     with phases.phase(lambda: latest_line[0]):
         rows = measure(quick=quick, note=note)
     print(json_format.dumps(listed(rows), indent=2, allow_nan=False) if json else page.text(rows), flush=True)
     if directory is not None:
-        phases.say(f"verify: wrote {page.write(rows, directory, BENCHMARKS)}")
+        phases.print_line(f"verify: wrote {page.write(rows, directory, BENCHMARKS)}")
 
 
 def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> list[Row]:

@@ -14,15 +14,15 @@ def value_at(tree: Mapping, path: str) -> Any:
     return value
 
 
-def leaves(tree: Mapping, start: str = "") -> list[tuple[str, object]]:
+def leaves(tree: Mapping, prefix: str = "") -> list[tuple[str, object]]:
     """Return the leaves of a nested mapping: dotted path, value."""
     pairs: list[tuple[str, object]] = []
     for key, value in tree.items():
-        pairs += leaves(value, f"{start}{key}.") if isinstance(value, Mapping) else [(f"{start}{key}", value)]
+        pairs += leaves(value, f"{prefix}{key}.") if isinstance(value, Mapping) else [(f"{prefix}{key}", value)]
     return pairs
 
 
-def seek_text(record: Mapping) -> str:
+def first_sought_path(record: Mapping) -> str:
     """Return the first path whose largest or smallest value a run searches for, or ''."""
     return next(iter(sought_paths(record)), "")
 

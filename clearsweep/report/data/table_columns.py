@@ -4,12 +4,12 @@ from ... import simulation
 from ...contracts.catalogue import Figure, Shown
 from ...contracts.layout import Column
 from ...judging import labels
-from .study import PER_HOURS, PER_STROKES, RATIO, Joint, Study
+from .study import P99_OVER_IDEAL, WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES, Joint, Study
 
 #: The figures that are computed of columns of the summary, see `study`.
-COMPUTED = (
+COMPUTED_FIGURES = (
     Figure(
-        RATIO,
+        P99_OVER_IDEAL,
         "1",
         "force p99 divided by the force peak without clearance",
         of="joint",
@@ -17,7 +17,7 @@ COMPUTED = (
         shown=(Shown("forces", "p99 / ideal", 5), Shown("effects", "p99 / ideal", 3)),
     ),
     Figure(
-        PER_HOURS,
+        WEAR_PER_1000_HOURS,
         "m",
         "largest wear depth after 1000 hours at the wear rate of the window",
         of="joint",
@@ -25,7 +25,7 @@ COMPUTED = (
         shown=(Shown("wear", "depth per 1000 h", 51),),
     ),
     Figure(
-        PER_STROKES,
+        WEAR_PER_MILLION_STROKES,
         "m",
         "largest wear depth after a million crank revolutions at the wear rate of the window",
         of="joint",
@@ -35,35 +35,37 @@ COMPUTED = (
 )
 
 
-def shown(study: Study, table: str, joint: Joint | None = None) -> list[tuple[str, str]]:
+def columns_in_table(study: Study, table: str, joint: Joint | None = None) -> list[tuple[str, str]]:
     """Return column and heading of the figures of a joint and of the mechanism in a table, the joint's first.
 
     Without `joint`, the figures of all joints are returned; if there are several joints, headings name them.
     """
-    entries = {figure.name: figure.shown for figure in (*simulation.catalogue().figures, *COMPUTED)}
-    places = {joint.name: place for place, joint in enumerate(study.joints)}
-    sections = []
-    computed = (_computed(figure, joint) for joint in study.joints for figure in COMPUTED)
+    entries = {figure.name: figure.shown for figure in (*simulation.catalogue().figures, *COMPUTED_FIGURES)}
+    joint_order = {joint.name: joint_index for joint_index, joint in enumerate(study.joints)}
+    ordered_columns = []
+    computed = (_computed_column(figure, joint) for joint in study.joints for figure in COMPUTED_FIGURES)
     for column in (*study.run.layout.columns, *computed):
         if column.name in study.cases and (joint is None or column.joint in ("", joint.name)):
             for entry in entries.get(column.figure, ()):
                 if entry.table == table and not (entry.if_any and not (study.cases[column.name] > 0.0).any()):
-                    order = (places.get(column.joint, len(places)), entry.order)
-                    sections.append((order, column.name, _heading(study, entry.heading, "" if joint else column.joint)))
-    return [(name, heading) for _, name, heading in sorted(sections, key=lambda each: each[0])]
+                    order = (joint_order.get(column.joint, len(joint_order)), entry.order)
+                    ordered_columns.append(
+                        (order, column.name, _heading(study, entry.heading, "" if joint else column.joint))
+                    )
+    return [(name, heading) for _, name, heading in sorted(ordered_columns, key=lambda column_entry: column_entry[0])]
 
 
-def in_words(study: Study, column: str) -> str:
+def column_label(study: Study, column: str) -> str:
     """Return the label of a column, as in the closing lines of a run."""
     return labels.label(study.run.layout, column)
 
 
-def _computed(figure: Figure, joint: Joint) -> Column:
+def _computed_column(figure: Figure, joint: Joint) -> Column:
     return Column(joint.column(figure.name), figure.unit, figure.text, figure=figure.name, joint=joint.name)
 
 
 def _heading(study: Study, heading: str, joint: str) -> str:
     """Return a complete heading, which names `joint` if there are several joints."""
-    rate = {"per_rev": " per rev.", "per_revolution": " per revolution"} if study.driven else {}
-    text = heading.format_map({"output": study.run.layout.output, "per_rev": "", "per_revolution": ""} | rate)
-    return text + next((study.where(each, " ({})") for each in study.joints if each.name == joint), "")
+    rate_texts = {"per_rev": " per rev.", "per_revolution": " per revolution"} if study.is_driven else {}
+    text = heading.format_map({"output": study.run.layout.output, "per_rev": "", "per_revolution": ""} | rate_texts)
+    return text + next((study.joint_text(other, " ({})") for other in study.joints if other.name == joint), "")
