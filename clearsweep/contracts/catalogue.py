@@ -173,7 +173,7 @@ def sized(law: Law, values: str) -> Law:
         units = _SIZED.get(field.name) or _SIZED.get(field.unit)
         text = field.text
         if field.name in names:
-            text = f"{text.replace('coefficient', values).replace(', mu', ', in place of mu')} N"
+            text = f"{text.replace('coefficient', values).replace(', mu', ', instead of mu')} N"
         unit = units[index] if units else field.unit
         fields.append(field._replace(name=names.get(field.name, field.name), unit=unit, text=text))
     orders = [

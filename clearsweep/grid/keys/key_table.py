@@ -165,7 +165,7 @@ def table_of_keys(mechanism: Mechanism, catalogue: Catalogue) -> KeyTable:
     mechanism_names = tuple(mechanism.name for mechanism in catalogue.mechanisms)
     keys: KeyTable = {
         "mechanism": Section("type, bodies and dimensions of the mechanism"),
-        "mechanism.type": Word(mechanism_names, "which mechanism"),
+        "mechanism.type": Word(mechanism_names, "type of the mechanism"),
     }
     for section in mechanism.keys:
         _add_section_keys(keys, section, catalogue)

@@ -33,7 +33,7 @@ _SAVED_REVOLUTIONS_FIELD = Field(
 _WORST_FIELD = Field(
     "worst",
     "1",
-    "number of cases, by largest force_peak_ratio, of which the revolution with the largest peak is saved",
+    "number of cases with a saved peak revolution: those with the largest force_peak_ratio",
     1,
     1000,
     low_open=False,
@@ -61,19 +61,19 @@ TIME_BUDGET_PATH = "simulate.time_budget"
 TIME_BUDGET_FIELD = Field(
     "time_budget",
     "s",
-    "largest process time of a case; it is not part of `case_id` and has no default with `life`",
+    "largest process time of a case; unlimited by default with `life`; not part of `case_id`",
     0.0,
     1e9,
     high_open=False,
     default=600.0,
 )
 _LIFE_FIELDS = (
-    Field("limit", "m", "largest acceptable value of `of`"),
+    Field("limit", "m", "largest acceptable value of the limited quantity"),
     Field(
         "tolerance",
         "1",
-        "largest share of a jump's wear whose position may differ between its start and its end; also the relative "
-        "half-width of the 95 % interval of a block's wear rate",
+        "largest share of a jump's wear that may be in other bins at its end than at its start; also the required "
+        "relative half-width of the 95 % interval of a block's wear rate",
         1e-4,
         0.5,
         low_open=False,
@@ -122,7 +122,7 @@ def add_life_keys(keys: KeyTable) -> None:
         LIMITED_QUANTITIES,
         (
             "limited quantity; wear_depth_max: the depth of the deepest bin of either body; "
-            "clearance_growth: the largest increase of the eccentricity at first touch"
+            "clearance_growth: the increase of the clearance by wear, the largest over all directions"
         ),
         LIMITED_QUANTITIES[0],
     )

@@ -169,7 +169,7 @@ DESIGNS = {
     "latin-hypercube": "a Latin hypercube of n points",
     "random": "n independent points; a larger n keeps the cases of a smaller one",
     "saltelli": "n (variables + 2) points for Sobol indices; n is a power of 2",
-    "one-at-a-time": "the medians, and each variable alone at its 5 % and 95 % quantile and slightly changed; no n",
+    "one-at-a-time": "all medians; then each variable at its 5 % and 95 % quantiles and slightly changed; no n",
 }
 _MISSING_N_TEXT = "; write the number of points, such as 64"
 SAMPLE = "sample"

@@ -29,7 +29,7 @@ _TIMES_KEY = "times"
 _FIGURE_EXAMPLE = 'headroom: "1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)"'
 FIGURES_SECTION = NameSection(
     "figures",
-    "name -> expression of columns of summary.parquet: a figure of your own",
+    "name of a new figure -> expression of columns of summary.parquet",
     "figure",
     _FIGURE_EXAMPLE,
     {"type": "string"},
@@ -187,9 +187,9 @@ _FACTOR_KEY = QuantityKey(
 )
 UNCERTAIN_SECTION = NameSection(
     UNCERTAIN,
-    "dotted path of a wear coefficient -> its distribution: {factor: 3} is lognormal, with 95 % between a third and "
-    "three times the value; `published` is loguniform over the range of the named wear pair; a distribution of "
-    "`sample` is also possible. Two further lives, at the ends of the distribution, give a second interval of the life",
+    "dotted path of a wear coefficient -> its distribution; {factor: 3}: lognormal, with 95 % between a third and "
+    "three times the value; `published`: loguniform over the range of the named wear pair; or a distribution of "
+    "`sample`. Two further lives, at the ends of the distribution, give a second interval of the life",
     "path",
     "joints.rod-slider.wear.coefficient: {factor: 3}",
     {

@@ -18,9 +18,7 @@ from .tables import read_cases
 
 DEFINE = "define"
 DEFINE_PREFIX = f"{DEFINE}."
-DEFINE_TEXT = (
-    "name -> quantity, or `= expression` of other names; numbers of the grid may be expressions of them: `= d / 2`"
-)
+DEFINE_TEXT = "name -> quantity, or `= expression` of other names; numbers in the grid may use these names: `= d / 2`"
 MAX_VALUES = 20_000  # of a number that varies with names; beyond, only the ends of the axes are checked
 _CASE_SECTIONS = ("mechanism", "drive", "loads", "joints", "simulate", "save", "life", DEFINE)  # numbers here may vary
 _TEXT_SECTIONS = ("name", "figures")  # texts in these sections are not expressions of defined quantities

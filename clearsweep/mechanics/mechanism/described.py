@@ -58,7 +58,7 @@ def elastic_keys(path: str, points: tuple[str, ...] = ()) -> tuple[Keys, ...]:
     if not points:
         return (elastic,)
     labels = tuple(Choice(str(k), points, f"the {label} point") for k, label in enumerate(("first", "second")))
-    return elastic, Keys(f"{path}.elastic.between", "the two points of the body at which its pins are", words=labels)
+    return elastic, Keys(f"{path}.elastic.between", "the two points of the body that carry its pins", words=labels)
 
 
 def elastic_of(values: Mapping, path: str, ends: tuple[str, str] | None = None) -> Elastic | None:
