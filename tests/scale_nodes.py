@@ -80,7 +80,7 @@ def run(count: int, cores: int, directory: Path, address: str) -> dict:
         cluster = Cluster(address)
         while len(cluster.nodes()) < count:
             time.sleep(0.1)
-            cluster._counted = -nodes.RECOUNT_INTERVAL
+            cluster._counted_at = -nodes.RECOUNT_INTERVAL
         driver = nodes.NodesDriver(job, cluster, progress.Cases(len(grid)))
         begin, spent = time.perf_counter(), time.process_time()
         driver.run()

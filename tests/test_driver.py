@@ -106,7 +106,7 @@ def test_batches_of_the_next_block_begin_as_long_as_those_of_the_last_one():
     last, following = (Batches(np.arange(100_000), np.zeros(100_000, "u8"), 2, 0.0) for _ in range(2))
     for _ in range(10):
         last.learn(Manifest("x", size := len(last.next().cases), 0, 1e-3 * size))
-    following.follow(last)
+    following.copy_times(last)
     assert len(following.next().cases) > 0.9 * driving.TARGET_SECONDS / 1e-3
 
 

@@ -30,17 +30,17 @@ class Search(NamedTuple):
 
 
 def scan_indices(last_index: int) -> tuple[int, ...]:
-    """Return the first indices to examine, of 0 to `last`; `last` is a power of 2."""
+    """Return the first indices to examine, of 0 to `last_index`, a power of 2."""
     return tuple(range(0, last_index + 1, max(last_index // SCAN_INTERVALS, 1)))
 
 
 def expected_probe_count(last_index: int) -> int:
-    """Return how many indices of 0 to `last` are examined if the border is sharp."""
+    """Return how many indices of 0 to `last_index` are examined if the border is sharp."""
     return len(scan_indices(last_index)) + int(math.log2(last_index / SCAN_INTERVALS)) + 2 * AGREEING_NEIGHBOURS
 
 
 def search(outcomes: Outcomes, last_index: int) -> Search:
-    """Return the next indices of 0 to `last` to examine, or the border; it depends only on `known`."""
+    """Return the next indices of 0 to `last_index` to examine, or the border; it depends only on `outcomes`."""
     scanned = scan_indices(last_index)
     if untested := _untested(scanned, outcomes):
         return Search(untested)
@@ -69,7 +69,7 @@ class _BorderSide(NamedTuple):
 
 
 def _first_agreeing(outcomes: Outcomes, index: int | None, step: int, end: int) -> _BorderSide:
-    """Return the first index from `index` towards `end` whose next REPEATS neighbours agree with it.
+    """Return the first index from `index` towards `end` whose next AGREEING_NEIGHBOURS neighbours agree with it.
 
     Below the border (`step` -1) values must be good, above it bad.  None if the sequence ends earlier.
     """

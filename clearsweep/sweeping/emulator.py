@@ -51,7 +51,7 @@ class Emulator(NamedTuple):
 def fit(points: np.ndarray, values: np.ndarray, trained_kernels: "list[kernels.Kernel] | None" = None) -> Emulator:
     """Return an emulator of features (n, features) over points (n, inputs).
 
-    trained : kernels of an emulator of fewer points, which are kept
+    trained_kernels : kernels of an emulator of fewer points, which are kept
     """
     mean, scale = values.mean(axis=0), np.maximum(values.std(axis=0), 1e-9)
     standardised = (values - mean) / scale

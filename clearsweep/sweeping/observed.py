@@ -27,7 +27,7 @@ class FeatureLabel(NamedTuple):
     """Meaning of an element of a feature vector."""
 
     signal: int
-    kind: str  # one of `identified.FEATURES`
+    kind: str  # one of `identify.FEATURES`
     text: str
     unit: str  # '' for a phase, which has little meaning alone
 
@@ -70,7 +70,7 @@ class Observation(NamedTuple):
 
     signals: tuple[ObservedSignal, ...]
     labels: tuple[FeatureLabel, ...]
-    feature_names: tuple[str, ...]  # of `identified.FEATURES`
+    feature_names: tuple[str, ...]  # of `identify.FEATURES`
     values: np.ndarray  # (features,)
     covariance: np.ndarray  # (features, features): scatter of the measurement, gain error and model error
 

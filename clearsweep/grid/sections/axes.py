@@ -35,7 +35,7 @@ SPACING_FORMS = {
 def read_axis(
     problems: Problems, key_path: str, written: WrittenValue, reading: ValueReader, *, distinct: bool = True
 ) -> list[Any] | None:
-    """Return the values of the axis at the key `where`, or None if it is invalid.
+    """Return the values of the axis at the key at `key_path`, or None if it is invalid.
 
     Values must be distinct unless they vary in step with those of other axes.
     """

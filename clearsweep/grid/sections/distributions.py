@@ -288,7 +288,7 @@ def forms_text() -> str:
 def read_distribution(
     problems: Problems, key_path: str, written: WrittenValue, reading: ValueReader
 ) -> Distribution | None:
-    """Return the distribution at the key `where`, or None if it is invalid."""
+    """Return the distribution at the key at `key_path`, or None if it is invalid."""
     if not isinstance(written.value, dict) or len(written.value) != 1:
         problems.add(written, key_path, f"found {quoted(written.value)}; expected one of {forms_text()}")
         return None

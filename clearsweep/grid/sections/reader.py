@@ -31,7 +31,7 @@ class Reader:
     outline: Outline
     shape: KeyTable = field(default_factory=dict)  # the keys in use: sections that are left out are missing
     sections: dict[str, WrittenValue] = field(default_factory=dict)
-    written: dict[str, WrittenValue] = field(default_factory=dict)  # the values under `shape`
+    written: dict[str, WrittenValue] = field(default_factory=dict)  # values of the keys in `shape`
     swept: dict[str, WrittenValue] = field(default_factory=dict)
     names: dict[str, frozenset[str]] = field(default_factory=dict)  # path of a law's name -> names in use
     unread_laws: set[str] = field(default_factory=set)  # paths of law names that could not be read
@@ -52,9 +52,9 @@ class Reader:
     searched_fits: tuple[Fit, ...] = ()  # the fits to search, in order of their largest clearances
     seek: Any = None  # `seek.Seek`
     choices: dict[str, str] = field(default_factory=dict)  # path under `optimise` -> kind of its values
-    optimise: Any = None  # `optimised.Optimise`
-    identify: Any = None  # `identified.Identify`
-    refine: Any = None  # `refine.Refine`
+    optimise: Any = None  # `optimise.Optimise`
+    identify: Any = None  # `identify.Identify`
+    refine: Any = None  # `seek.Refine`
     check_laws: bool = False  # the deciding case runs again under other laws
     added_path: str = ""  # the section that contains the added cases
     added_written: dict[str, WrittenValue] = field(default_factory=dict)  # their values, by path

@@ -66,7 +66,7 @@ class Key:
         return ""
 
     def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> Any:
-        """Return the value at the key `where`, in SI for quantities of an SI `unit`.
+        """Return the value at the key at `key_path`, in SI for quantities of an SI `unit`.
 
         Return None, with a problem, if it is wrong.
         """
@@ -338,7 +338,7 @@ def section_in(root: WrittenValue, name: str) -> WrittenValue | None:
 def report_unknown_keys(
     problems: Problems, key_path: str, section: WrittenValue, known: Collection[str], accepted: Collection[str] = ()
 ) -> bool:
-    """Report keys of the section `where` that are neither known nor accepted, and return whether there are any."""
+    """Report keys of the section at `key_path` that are neither known nor accepted, and return whether there are any."""
     unknown = [key for key in section.value if key not in known and key not in accepted]
     for key in unknown:
         sentence = f"unknown key '{key}'{did_you_mean(key, known)} (allowed: {', '.join(known)})"

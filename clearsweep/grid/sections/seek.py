@@ -82,7 +82,7 @@ SEEK_SECTION = KeySection(
 class Seek(NamedTuple):
     """The section `seek`, in SI."""
 
-    direction: str  # one of ENDS
+    direction: str  # one of SEEK_DIRECTIONS
     paths: tuple[str, ...]  # in step: all have the same value
     between: tuple[float, float]
     within: float  # 0 among fits
@@ -104,7 +104,7 @@ class Seek(NamedTuple):
         return 1 << halvings
 
     def value(self, index: int) -> float:
-        """Return the value at an index from 0 to `last`, counted from the safer end."""
+        """Return the value at an index from 0 to `last_index`, counted from the safer end."""
         if self.fits:
             return self.fit(index).high
         low, high = (Fraction(bound) for bound in self.between)

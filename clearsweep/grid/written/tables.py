@@ -312,7 +312,7 @@ def read_signals(
     """Return the signals in a file whose SI units are `units`, by name.  Raises InputError with row and column.
 
     units : None for an arbitrary unit
-    others : whether other columns are allowed; they are not read
+    allow_others : whether other columns are allowed; they are not read
     """
     import numpy as np
 
@@ -350,7 +350,7 @@ def read_signals(
 
 
 def _signal_values(file: str, rows: list[TableRow], column_index: int, unit: str, si_unit: str) -> list[float]:
-    """Return the numbers of a column in the unit `wanted`.  Raises InputError for anything but a number."""
+    """Return the numbers of a column in the unit `si_unit`.  Raises InputError for anything but a number."""
     try:
         scale = quantity.read(f"1 {unit}", si_unit) if unit else 1.0
     except InputError as error:
