@@ -1,7 +1,7 @@
 """Finds the border in a sequence of values that begins with good ones: the next values to try, and the answer.
 
 Values are addressed by index.  Near the border the motion is chaotic, so good and bad values may alternate.
-Hence a scan and bisection enclose it; then neighbours on both sides are examined until REPEATS of them in a row
+Hence a scan and bisection enclose it; then neighbours on both sides are examined until AGREEING_NEIGHBOURS of them in a row
 agree, further away each time they do not.  Good values beyond the first bad one of the scan do not count.
 """
 
@@ -19,7 +19,9 @@ class Border(NamedTuple):
     """The end of the good values, by index."""
 
     last_good: int | None  # last index up to which all examined ones are good; None: none is
-    first_bad: int | None  # index after the border that is bad like its next REPEATS; None: the last index is good
+    first_bad: (
+        int | None
+    )  # index after the border that is bad like its next AGREEING_NEIGHBOURS; None: the last index is good
 
 
 class Search(NamedTuple):

@@ -35,7 +35,7 @@ MAX_RESTARTS = 3  # restarts of the pool without a finished batch in between
 
 
 class Batches:
-    """Pending cases, divided into batches of about TARGET seconds; lost cases come first."""
+    """Pending cases, divided into batches of about TARGET_SECONDS; lost cases come first."""
 
     def __init__(
         self,

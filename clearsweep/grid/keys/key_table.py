@@ -213,7 +213,7 @@ def _add_section_keys(keys: KeyTable, section: Keys, catalogue: Catalogue) -> No
 
 
 def _add_revolution_keys(keys: KeyTable, figures: tuple[str, ...], refused_figures: tuple[str, ...]) -> None:
-    """Add the keys of `simulate` and `save` for mechanisms that turn; `until` accepts `figures`, but no `refused_figures`."""
+    """Add the keys of `simulate` and `save` for mechanisms that turn; `until` accepts only `figures`."""
     keys["simulate"] = Section("duration, tolerance and start of the motion", "implied")
     add_numbers(keys, "simulate", _SIMULATE_FIELDS)
     keys["simulate.start"] = Word(

@@ -338,7 +338,7 @@ def section_in(root: WrittenValue, name: str) -> WrittenValue | None:
 def report_unknown_keys(
     problems: Problems, key_path: str, section: WrittenValue, known: Collection[str], accepted: Collection[str] = ()
 ) -> bool:
-    """Report keys of the section at `key_path` that are neither known nor accepted, and return whether there are any."""
+    """Report keys of the section that are neither known nor accepted, and return whether there are any."""
     unknown = [key for key in section.value if key not in known and key not in accepted]
     for key in unknown:
         sentence = f"unknown key '{key}'{did_you_mean(key, known)} (allowed: {', '.join(known)})"
