@@ -75,8 +75,8 @@ def worn_off(joint, history, steps=1):
     depths = np.zeros(2 * count)
     for k in range(steps):
         step = _step_of(history, k * length, length, workspace)
-        fit_profiles(step, 0, law.length)
-        fit_places(step, 0)
+        fit_profiles(step.workspace, step.step_values[0], law.length)
+        fit_places(step.workspace, step.positions[0])
         accumulate_distance(step, 0, account)
         accumulate_pressure(joint, step, 0, account)
         accumulate_wear(

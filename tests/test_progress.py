@@ -254,7 +254,7 @@ def test_every_part_of_a_sweep_is_a_phase(tmp_path, phases_seen):
     assert result.ok == 3
     expected = [
         "reading the grid",
-        "looking at the cases",
+        "checking the cases",
         "reading the directory",
         "loading compiled code",
         "2 of 3 cases, 0 failed",

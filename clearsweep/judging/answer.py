@@ -1,4 +1,4 @@
-"""Sentences that answer the question of a grid, the same on the page and in the closing lines of a run."""
+"""Sentences that answer the question of a grid, the same on the page and in the last lines of a run."""
 
 from functools import partial
 

@@ -1,4 +1,4 @@
-"""Labels of columns in words: the same in the closing lines of a run and on its page."""
+"""Labels of columns in words: the same in the last lines of a run and on its page."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""The leading question of a run: one order for verdict, cards, closing table and sorting."""
+"""The leading question of a run: one order for verdict, cards, summary table and sorting."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
@@ -32,7 +32,7 @@ class Lead(NamedTuple):
     """The ranking of the cases of a run."""
 
     question: str  # one of QUESTIONS: the leading question of the run
-    title: str  # heading of the closing table
+    title: str  # heading of the summary table
     headings: tuple[str, ...]  # labels of each candidate's columns
     smallest: bool  # whether the smallest value is worst
     candidates: tuple[Candidate, ...]

@@ -1,4 +1,4 @@
-"""The answer of a run in its closing lines: sentences that the report also has."""
+"""The answer of a run in its last lines: sentences that the report also has."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -38,14 +38,14 @@ class _Columns:
 
 
 class Answer(NamedTuple):
-    """What the closing lines of a run say on the question of its grid."""
+    """What the last lines of a run say on the question of its grid."""
 
     sentences: list[str]
     no_limits: str = ""  # suggested limit for a grid without limits, or ''
 
 
 def of_run(run: StoredRun, lead: Lead, checks: LawCheckResults, facts: dict[str, Any]) -> Answer:
-    """Return the answer to the question of a grid; it is empty if the question has closing lines of its own.
+    """Return the answer to the question of a grid; it is empty if the question has last lines of its own.
 
     For a run in blocks with more than MOST_READ cases, only the sentences on extremes are returned, since its sample
     contains the extreme cases.

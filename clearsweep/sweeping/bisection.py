@@ -1,8 +1,8 @@
 """Finds the border in a sequence of values that begins with good ones: the next values to try, and the answer.
 
 Values are addressed by index.  Near the border the motion is chaotic, so good and bad values may alternate.
-Hence a scan and bisection enclose it; then neighbours on both sides are examined until AGREEING_NEIGHBOURS of them in a row
-agree, further away each time they do not.  Good values beyond the first bad one of the scan do not count.
+Hence a scan and bisection enclose it; then neighbours on both sides are examined until AGREEING_NEIGHBOURS of them
+in a row agree, further away each time they do not.  Good values beyond the first bad one of the scan do not count.
 """
 
 import math
@@ -19,9 +19,7 @@ class Border(NamedTuple):
     """The end of the good values, by index."""
 
     last_good: int | None  # last index up to which all examined ones are good; None: none is
-    first_bad: (
-        int | None
-    )  # index after the border that is bad like its next AGREEING_NEIGHBOURS; None: the last index is good
+    first_bad: int | None  # index after the border that is bad like its next neighbours; None: the last index is good
 
 
 class Search(NamedTuple):

@@ -93,7 +93,7 @@ class CaseRunner:
         """
         count = len(pending.indices)
         grids.check_disk(count * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
-        with phases.phase("looking at the kinds of scenes"):
+        with phases.phase("listing the kinds of scenes"):
             scene_cases = one_case_per_scene(grid, pending.indices, self.simulator)
         in_bulk = not self.options.case_timeout and can_solve_in_bulk(self.simulator, count, len(scene_cases))
         workers = self._compiled_workers(scene_cases, count)

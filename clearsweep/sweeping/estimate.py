@@ -27,7 +27,7 @@ RETIMED_COMPILE_SECONDS = 0.5  # s of compiling above which an unfinished case i
 PILOT_PATIENCE = 60.0  # s to wait for one case, without compiling
 MIN_COMPILE_SECONDS = 0.05  # s of compiling from which the start of the workers is measured again, without compiling
 MAX_IMPORT_SECONDS = 2.0  # s of processor time before the estimate, at most, that a run takes, too
-FINISH_SECONDS = 0.5  # s of processor time of a run after its last case: merging, closing lines
+FINISH_SECONDS = 0.5  # s of processor time of a run after its last case: merging, last lines
 SECONDS_PER_CASE = 1e-3  # s per case besides its motion: creating, committing and merging it
 OPTIMISE_SECONDS, IDENTIFY_SECONDS = 6e-3, 0.045  # s per further case for choosing it; one process chooses
 EVENT_BYTES = 26  # bytes of one event in orbits.h5
@@ -74,7 +74,7 @@ def estimate(
             f"up to {grid.refine.cases:,} cases that `refine` adds are not included; they depend on these results"
         )
     directory = sweep.directory_of(grid, out, parsed_shard)
-    with phases.phase("reading what the directory contains"):
+    with phases.phase("reading the directory"):
         directory.check(grid)
         remaining = _remaining(grid, directory, parsed_shard, simulator)
     further = _ExpectedCases.of(grid, remaining) if remaining.pending else _ExpectedCases(0, 0.0)

@@ -1,4 +1,4 @@
-"""Result of `identify` in run.json and in the closing lines of a run."""
+"""Result of `identify` in run.json and in the last lines of a run."""
 
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ def of_run(identified: IdentificationResult) -> dict[str, Any]:
 
 
 def identify_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the closing lines on the identified values."""
+    """Return the last lines on the identified values."""
     identified = facts["identified"]
     if not identified:
         return []

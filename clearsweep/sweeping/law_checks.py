@@ -69,7 +69,7 @@ class LawCheckResults:
     def facts(self, deciding: dict[str, Any] | None) -> dict[str, Any] | None:
         """Return the results of the law checks and of the deciding case, or None if no check ran.
 
-        deciding : entry of the deciding case in the closing table
+        deciding : entry of the deciding case in the summary table
         """
         if not self.rows or deciding is None:
             return None
@@ -79,7 +79,7 @@ class LawCheckResults:
 
 
 def law_lines(check: dict[str, Any] | None, units: Mapping[str, str]) -> list[str]:
-    """Return the closing lines on the checked laws."""
+    """Return the last lines on the checked laws."""
     if not check:
         return []
     rows = [law_check.LawResult(**row) for row in check["rows"]]

@@ -1,4 +1,4 @@
-"""The shortest and the longest life of a run, for its closing lines."""
+"""The shortest and the longest life of a run, for its last lines."""
 
 import operator
 from collections.abc import Callable, Mapping
@@ -59,7 +59,7 @@ class LifeExtremes:
 
 
 def life_lines(life: dict[str, Any] | None, setting: Callable[[dict[str, Any]], str]) -> list[str]:
-    """Return the closing lines on lives; setting : swept values of a case -> words."""
+    """Return the last lines on lives; setting : swept values of a case -> words."""
     if not life:
         return []
     until_text = f", {life['until']}" if life["until"] else ""

@@ -21,7 +21,7 @@ LISTED_FAILURES = 3  # number of cases with each status
 
 
 class RunFacts:
-    """Facts for the closing table of a run, collected some rows at a time."""
+    """Facts for the summary table of a run, collected some rows at a time."""
 
     def __init__(self, record: Mapping[str, Any], layout: Layout):
         """Prepare from run.json and the layout."""

@@ -1,4 +1,4 @@
-"""The closing table of a run: worst cases, failures, files."""
+"""The summary table of a run: worst cases, failures, files."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -16,7 +16,7 @@ from .sweep import RunResult
 
 DERIVED = 12  # lines on derived values at the end of a run
 RADIAL, DIAMETRAL, SCATTER = ", radial)", ", diametral)", ", range)"  # ends of names of values that share a line
-MANY_AXES = 4  # swept paths above which the closing table leaves out columns with one value
+MANY_AXES = 4  # swept paths above which the summary table leaves out columns with one value
 
 
 def of_run(result: RunResult) -> dict[str, Any]:
@@ -274,13 +274,13 @@ def plain(text: str) -> str:
 
 
 def _listed_paths(facts: dict[str, Any]) -> list[str]:
-    """Return the swept paths with a column in the closing table; if there are many, those whose values differ in it."""
+    """Return the swept paths with a column in the summary table; if there are many, those whose values differ in it."""
     rows = [entry["swept"] for entry in facts["worst"]]
     return [path for path in rows[0] if len(rows[0]) <= MANY_AXES or len({row[path] for row in rows}) > 1]
 
 
 def _shared(facts: dict[str, Any]) -> str:
-    """Return the swept values that all cases of the closing table share and that have no column in it."""
+    """Return the swept values that all cases of the summary table share and that have no column in it."""
     column_paths = _listed_paths(facts)
     shared = {path: value for path, value in facts["worst"][0]["swept"].items() if path not in column_paths}
     setting = setting_text(shared, facts)

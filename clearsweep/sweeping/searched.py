@@ -1,4 +1,4 @@
-"""The closing lines of a run on `seek`, `optimise` and `refine`."""
+"""The last lines of a run on `seek`, `optimise` and `refine`."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -34,7 +34,7 @@ def seek_facts(result: RunResult, record: Mapping[str, Any]) -> dict[str, Any] |
 
 
 def seek_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the closing lines on the result of `seek`."""
+    """Return the last lines on the result of `seek`."""
     if not facts["seek"]:
         return []
     question, answers = facts["seek"]["asked"], facts["seek"]["answers"]
@@ -116,14 +116,16 @@ def _nearest_line(path: str, case: dict[str, Any], facts: dict[str, Any]) -> str
 
 
 def refine_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the closing lines on the result of `refine`."""
+    """Return the last lines on the result of `refine`."""
     refinement = facts["refined"]
     if not refinement:
         return []
     count, allowed = refinement["added"], refinement["asked"]
     if not refinement["crossed"]:
         return ["", "Refined: no cases added, because no two neighbours differ in meeting the limits"]
-    units = "it is known to a thousandth of the steps of the grid" if refinement["whole"] else "more would narrow it"
+    units = (
+        "its position is known to a thousandth of a grid step" if refinement["whole"] else "more cases would narrow it"
+    )
     boxes = f"{refinement['crossed']:,} place" + "s" * (refinement["crossed"] != 1)
     return [
         "",
@@ -163,7 +165,7 @@ def _objective_text(column: str, case: Mapping[str, Any], unit: str) -> str:
 
 
 def optimise_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the closing lines on the result of `optimise`."""
+    """Return the last lines on the result of `optimise`."""
     optimum = facts["optimised"]
     if not optimum:
         return []

@@ -1,4 +1,4 @@
-"""Values of a case in words, for the closing lines of a run."""
+"""Values of a case in words, for the last lines of a run."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any

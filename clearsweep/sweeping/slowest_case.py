@@ -1,4 +1,4 @@
-"""Run time of cases relative to the duration of their motion, for the closing lines of a run."""
+"""Run time of cases relative to the duration of their motion, for the last lines of a run."""
 
 import math
 from collections.abc import Callable, Mapping

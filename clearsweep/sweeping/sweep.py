@@ -153,7 +153,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
             f"executor: nodes assigns whole blocks of {store.block_size():,} cases to nodes, and this grid has "
             f"{len(grid):,} or is searched; write --executor dask"
         )
-    with phases.phase("looking at the cases"):
+    with phases.phase("checking the cases"):
         ids = case_ids(grid)
         requested = shard.ids(ids) if shard else distinct(ids)
         derived, warnings = facts(grid, simulator)
@@ -233,12 +233,12 @@ def _run_cut(
 ) -> RunResult:
     """Run a grid in blocks; known_of_run : the division, the shard, and the start time."""
     division, shard, begin = known_of_run
-    with phases.phase("looking at the cases"):
-        doubles = blockwise.duplicate_indices(grid)
+    with phases.phase("checking the cases"):
+        duplicates = blockwise.duplicate_indices(grid)
         derived, warnings = facts(grid, simulator)
     record_entries: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
     directory = directory_of(grid, out, shard)
-    job = blockwise.BlockJob(directory.path.absolute(), grid, simulator, options, division, shard, doubles)
+    job = blockwise.BlockJob(directory.path.absolute(), grid, simulator, options, division, shard, duplicates)
     requested = blockwise.count_requested(job)
     blocks = {"size": division.size, "count": division.count, "numbers": []}
     with signals.catching(), directory.open_for(grid, counts={"cases": requested}, blocks=blocks, **record_entries):

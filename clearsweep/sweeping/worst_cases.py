@@ -1,4 +1,4 @@
-"""The worst cases of a run for the leading question of its grid, for the closing table."""
+"""The worst cases of a run for the leading question of its grid, for the summary table."""
 
 from collections.abc import Callable, Mapping
 from typing import Any

@@ -56,7 +56,7 @@ def columns_in_table(study: Study, table: str, joint: Joint | None = None) -> li
 
 
 def column_label(study: Study, column: str) -> str:
-    """Return the label of a column, as in the closing lines of a run."""
+    """Return the label of a column, as in the last lines of a run."""
     return labels.label(study.run.layout, column)
 
 

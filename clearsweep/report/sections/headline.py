@@ -168,7 +168,7 @@ def _over_median(study: Study, joint: Joint) -> str:
 
 
 def limits(study: Study) -> list[str]:
-    """Return remarks on cases outside the range of their laws, in the words of the closing lines of the run."""
+    """Return remarks on cases outside the range of their laws, in the words of the last lines of the run."""
     joints = [joint.name for joint in study.joints]
     remarks = validity.Remarks(joints)
     cases = {"case_id": study.cases.index}

@@ -239,7 +239,7 @@ def fit_strip(joint, c, step):
             for i in rolled_range(QUARTER_POINTS + 2):
                 slope += END_SLOPES[side, i] * angles[i]
             step.positions[c, SLOPES + body, side * (QUARTER_POINTS + 1)] = slope
-    fit_places(step, c)
+    fit_places(step.workspace, step.positions[c])
     longest_slice = 0.0
     for i in rolled_range(PARTS + 1):
         strip_values[LEAN, i] = strip_values[REACH, i] = 0.0
@@ -318,7 +318,7 @@ def accumulate_group(joint, end, c, shared, strips, group):
     """Add the wear of a Group of slices of the Strips of contact `c` at one of the ENDS."""
     step, worn = shared
     workspace, count, rows, total = step.workspace, int(joint.wear.bins), int(joint.wear_rows), group.whole
-    fit_profiles(step, c, total.cover / total.share)
+    fit_profiles(step.workspace, step.step_values[c], total.cover / total.share)
     fit_depth(strips, workspace, total.depth)
     scratch = Bins(step.scratch, 0, count), Bins(step.scratch, worn.stride, count)
     accumulate_wear(joint, workspace, step.step_values[c], step.length, scratch)
@@ -349,7 +349,7 @@ def accumulate_group(joint, end, c, shared, strips, group):
 def _default_wear_wall(law, joint, wall, c, shared):
     step, worn = shared
     strips = fit_strip(joint, c, step)
-    fit_profiles(step, c, 1.0)
+    fit_profiles(step.workspace, step.step_values[c], 1.0)
     accumulate_distance(step, c, worn.account[c])
     if touches(step.mode[c]):  # the mean pressure is over the times in contact
         accumulate_strip_pressure(joint, step, strips, worn.account[c])

@@ -147,9 +147,9 @@ record_positions = map_joints(_see, _after)
 
 
 @kernel
-def fit_profiles(step, j, length):
-    """Write the coefficients of the profiles of contact `j`, its forces per `length` (m), to `step.workspace`."""
-    workspace, step_values, per_length = step.workspace, step.step_values[j], 1.0 / length
+def fit_profiles(workspace, step_values, length):
+    """Write the coefficients of the profiles of a contact, its forces per `length` (m), to `workspace`."""
+    per_length = 1.0 / length
     for i in abreast(POINTS):
         for row in range(STEP_VALUE_ROWS):
             total = 0.0
@@ -169,9 +169,8 @@ def unwrap_angles(angles):
 
 
 @kernel
-def fit_places(step, j):
-    """Write the coefficients of the profiles of the position of contact `j` to `step.workspace`."""
-    workspace, positions = step.workspace, step.positions[j]
+def fit_places(workspace, positions):
+    """Write the coefficients of the profiles of the position of a contact to `workspace`."""
     for i in abreast(POINTS):
         for row in range(POSITIONS):
             total = 0.0
@@ -282,11 +281,11 @@ def _wear_contact_no_wear(law, joint, j, shared):
 @wear_contact.member(None)
 def _default_wear_contact(law, joint, j, shared):
     step, worn = shared
-    fit_profiles(step, j, law.length)
+    fit_profiles(step.workspace, step.step_values[j], law.length)
     for body in range(2):
         unwrap_angles(step.positions[j, body])
     write_end_slopes(step, j)
-    fit_places(step, j)
+    fit_places(step.workspace, step.positions[j])
     accumulate_distance(step, j, worn.account[j])
     accumulate_pressure(joint, step, j, worn.account[j])
     count, batch_start = int(law.bins), 2 * j * worn.stride
