@@ -1,7 +1,10 @@
 """The answer of a run: the same sentences on the page and in its closing lines, each from its own figures."""
 
+import re
+
 import numpy as np
 import pytest
+import yaml
 from click.testing import CliRunner
 
 import clearsweep
@@ -20,6 +23,7 @@ from clearsweep.judging import (
     probability,
     sampled,
     start_up,
+    validity,
     wear,
 )
 from clearsweep.judging.cases import Cases, column_texts, from_to
@@ -110,6 +114,16 @@ def test_a_fit_whose_largest_clearance_was_not_covered_is_to_be_run_with_it():
     assert "1.5e+06 µm, lies between 1e+06 µm (met) and 2e+06 µm (exceeded)" in chosen
     assert "Exceeding a limit at the mean clearance: b." in chosen
     assert "fit" not in " ".join(limited(columns, (FIT, SPEED)))
+
+
+def test_the_open_end_and_the_end_that_nobody_ran_are_named():
+    fits = [{"name": "a", "low": 0.5, "mean": 1.0, "high": 1.5}, {"name": "b", "low": 1.0, "mean": 2.0, "high": 2.5}]
+    columns = {FIT: np.array([1.0, 2.0, 3.0]), SPEED: [7] * 3, MARGIN: np.array([0.5, 0.4, -0.5])}
+    chosen, *_ = limited(columns, (FIT,), LIMITED | {"fits": {FIT: fits}})
+    assert "To decide, add 2.5e+06 µm to the sweep." in chosen
+    assert chosen.endswith("Not run: clearances below 1e+06 µm; these tolerances reach 5e+05 µm.")
+    fits[0]["low"] = 1.0
+    assert "Not run" not in limited(columns, (FIT,), LIMITED | {"fits": {FIT: fits}})[0]
 
 
 def test_of_a_limit_that_small_clearances_exceed_the_smallest_clearance_of_a_fit_decides():
@@ -507,3 +521,29 @@ def test_a_figure_also_has_its_range_in_the_designs_that_meet_the_limits():
     assert sentence.startswith("Hours: 2 to 9. Where the limits are met: 7 to 9.")
     columns[MARGIN] = [0.1, 0.2, 0.1, 0.3]
     assert "Where the limits" not in answer.own_figures(made)[0]
+
+
+def test_the_advice_on_wide_smoothing_is_text_of_the_grid_that_loads():
+    advice_text = validity.smoothed([("rod-slider", 1.0)])
+    source = yaml.safe_load(MOTOR)
+    joint = source["joints"]["rod-slider"]
+    joint |= {"length": "20 mm", "wear": {"law": "archard", "coefficient": "1e-16 m^2/N"}}
+    stiff = {"contact": {"law": "flores", "restitution": 0.6}}
+    joint["contact"] = stiff["contact"]
+    given = [yaml.safe_load(text) for text in re.findall("`([^`]*)`", advice_text)]
+    assert [next(iter(each)) for each in given] == ["contact", "wear"]
+    for each in given:
+        for section, keys in each.items():
+            joint[section] |= keys
+    del source["sweep"]
+    assert clearsweep.load_case(source).layout.joints[0].wear_bins
+
+
+def test_a_life_says_the_clearance_at_its_start():
+    hours = Column(f"{PIN}_life_hours", "h", "", figure="life_hours", joint=PIN)
+    known = Layout("planar", True, "", (JointLayout(PIN, 360),), (hours,), (), life=PIN)
+    record = {"joints": {PIN: {"clearance": 45e-6}}}
+    made = cases({hours.name: np.array([3.0, 9.0]), SPEED: [2, 1]}, (SPEED,), lead_of(known, ()), record)
+    made = made._replace(layout=known)
+    assert any("The clearance at the start is 45.0" in said for said in answer.life_effects(made))
+    assert not any("at the start" in said for said in answer.life_effects(made._replace(record={})))

@@ -236,8 +236,8 @@ def test_the_closing_lines_count_cases_that_exceed_limits(ran):
     assert facts["limits"]["worst"]["margin"] == summary["margin"].min()
     text = run_summary.run_text(facts)
     assert "Limits: 3 of 3 cases exceed at least one; 3 cases failed and have no figures" in text
-    assert f"{PEAK} at most 0.1015 N: 1 exceed it" in text
-    assert "steps at least 2 times rhs_evaluations: 3 exceed it" in text
+    assert "force peak at most 0.1015 N: 1 exceed it" in text
+    assert "steps at least 2 times the rhs evaluations: 3 exceed it" in text
     assert f"case {facts['limits']['worst']['case_id'][:8]}" in text
     assert run_summary.of_run(ran()[0])["limits"] is None
 

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from ..language import wording
-from . import designs, effects, films, fits, labels, order, sampled, start_up, verdict
+from . import designs, effects, films, fits, labels, order, sampled, start_up, verdict, wear
 from .cases import MANY_AXES, Cases
 
 RUN_LENGTH = "revolutions_run"  # column
@@ -57,7 +57,9 @@ def life_effects(cases: Cases) -> list[str]:
     moved = effects.sentences(
         cases, "life", hours, lambda values: [f"{wording.plain(value)}{wording.BLANK}h" for value in values]
     )
-    lines = [" ".join(moved)] if moved else []
+    start = wear.starting_clearance(cases, cases.layout.life)
+    said = [*moved, *([f"The clearance at the start is {start}."] if start else [])]
+    lines = [" ".join(said)] if said else []
     if "uncertain" not in cases.record or not cases.record["uncertain"]:
         lines.append(
             "The intervals exclude the wear coefficient, often uncertain by a factor of 3 to 10: see `uncertain`."

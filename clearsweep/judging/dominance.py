@@ -10,7 +10,7 @@ CaseByClearance = dict[float, int]  # clearance (m) -> index of the case with it
 
 
 def sentences(cases: Cases, thickness: str, loss: str) -> list[str]:
-    """Return which clearance has the thickest film in most combinations of the other values, and its loss; or [].
+    """Return sentences on the clearance with the thickest film in most combinations of the other values; [] if none.
 
     thickness, loss : columns
     """

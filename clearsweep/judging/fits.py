@@ -78,8 +78,37 @@ def sentences(cases: Cases) -> list[str]:
     if classified.rejected:
         lines.append(f"Exceeding a limit at the mean clearance: {_names(classified.rejected)}.")
     if classified.undecided:
-        lines.append("To decide, add the open clearance to the sweep.")
+        ends = dict.fromkeys(_micrometres(_open_end(classified, fit)) for fit in classified.undecided)
+        lines.append(f"To decide, add {wording.sentence_list(list(ends))} to the sweep.")
+    lines += _unchecked_ends(classified)
     return [" ".join(lines)]
+
+
+def _fails_below(classified: ClassifiedFits) -> bool:
+    """Return whether small clearances exceed a limit, so that the smallest clearance of a fit decides."""
+    unsafe, safe = classified.unsafe_clearances, classified.safe_clearances
+    return bool(unsafe and safe and unsafe[0] < safe[0])
+
+
+def _open_end(classified: ClassifiedFits, fit: Mapping[str, Any]) -> float:
+    """Return the end of a fit's clearances (m) towards the limit."""
+    return float(fit["low"] if _fails_below(classified) else fit["high"])
+
+
+def _unchecked_ends(classified: ClassifiedFits) -> list[str]:
+    """Return a sentence on the other ends of the accepted tolerances if they lie beyond all clearances run, or []."""
+    run = (*classified.safe_clearances, *classified.unsafe_clearances)
+    if not classified.accepted or not run:
+        return []
+    if _fails_below(classified):
+        end, nearest, word = max(fit["high"] for fit in classified.accepted), max(run), "above"
+        is_beyond = end > nearest
+    else:
+        end, nearest, word = min(fit["low"] for fit in classified.accepted), min(run), "below"
+        is_beyond = end < nearest
+    if not is_beyond:
+        return []
+    return [f"Not run: clearances {word} {_micrometres(nearest)}; these tolerances reach {_micrometres(end)}."]
 
 
 def _accepted_sentence(classified: ClassifiedFits) -> str:
@@ -87,7 +116,7 @@ def _accepted_sentence(classified: ClassifiedFits) -> str:
         return "No fit is known to meet the limits over its whole tolerance."
     verb, possessive = ("meets", "its") if len(classified.accepted) == 1 else ("meet", "their")
     statement = f"{_names(classified.accepted)} {verb} the limits over {possessive} whole tolerance"
-    if classified.unsafe_clearances and classified.unsafe_clearances[0] < classified.safe_clearances[0]:
+    if _fails_below(classified):
         return (
             f"{statement}: {possessive} smallest clearance lies above one that meets them "
             f"({_micrometres(classified.safe_clearances[0])})."
@@ -100,10 +129,7 @@ def _accepted_sentence(classified: ClassifiedFits) -> str:
 
 def _undecided_sentence(classified: ClassifiedFits, fit: Mapping[str, Any]) -> str:
     """Return why a fit is undecided: the limit of its tolerance that no run covers, and the nearest clearances run."""
-    if classified.unsafe_clearances and classified.unsafe_clearances[0] < classified.safe_clearances[0]:
-        adjective, clearance = "smallest", fit["low"]
-    else:
-        adjective, clearance = "largest", fit["high"]
+    adjective, clearance = "smallest" if _fails_below(classified) else "largest", _open_end(classified, fit)
     next_smaller = max(
         (value for value in (*classified.safe_clearances, *classified.unsafe_clearances) if value <= clearance),
         default=None,

@@ -20,16 +20,16 @@ def sentence(cases: Cases, path: str, label: str, values: np.ndarray, texts: Tex
     path : of the number; label : name of the figure; values : (n,) SI, NaN for null; texts : returns them in words
     """
     rising, falling = _counts(cases, path, values)
-    if not rising or not falling:
+    split = _split(cases, path, values, texts) if min(rising, falling) > 0 else []
+    if not split:  # scatter without a cause
         return ""
     pair = cases.named_value(0, path)
-    name, total = pair[0] if pair else path, rising + falling
-    combinations = wording.count(total, "combination")
+    name, combinations = pair[0] if pair else path, wording.count(rising + falling, "combination")
     text = (
         f"Opposite effects: as {name} grows, {label} rises in {rising} of {combinations} of the other values and "
         f"falls in {falling}."
     )
-    return " ".join([text, *_split(cases, path, values, texts)])
+    return " ".join([text, *split])
 
 
 def _counts(cases: Cases, path: str, values: np.ndarray) -> tuple[int, int]:

@@ -16,6 +16,7 @@ __all__ = ["correlations", "driver_sentences", "is_clear", "is_one_sample", "sen
 MIN_CASES = 8  # cases: correlations of fewer are meaningless
 QUANTILES = (0.05, 0.5, 0.95)
 PERIOD = "period"  # column
+MEDIAN_WEAR = "In the median case, the wear per 1000 h"
 EXTREME_SUFFIXES = ("_peak", "_max", "_min", "_ratio")  # ends of figures that are extremes of a window
 QUARTILE = 0.25  # of the cases: those with the lowest and with the highest values of a variable
 
@@ -134,7 +135,9 @@ def _wear(cases: Cases, joint: Any, depths: np.ndarray) -> str:
     texts = wording.in_common_unit(quantiles, "m")
     return " ".join(
         [
-            *wear.remark(cases, joint, median_case, float(depths[median_case]), "The wear per 1000 h"),
+            *wear.remark(
+                cases, joint, median_case, float(depths[median_case]), "In the median case, the wear per 1000 h"
+            ),
             spread(f"Wear depth per 1000 h{cases.in_joint(joint.name)}: median", texts),
             *_drivers(cases, depths, lambda numbers: wording.in_common_unit(numbers, "m")),
         ]

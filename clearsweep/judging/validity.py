@@ -270,8 +270,8 @@ def smoothed(widths: Iterable[tuple[str, float | None]]) -> str:
     ]
     hint = (
         ". Contact at one point needs this where the surfaces become conformal. The effect on the life is "
-        "unknown and not "
-        "part of its interval. Contact on springs (elastic: winkler, wear.pressure: winkler) needs less"
+        "unknown and not part of its interval. Contact on springs needs less: `contact: {elastic: winkler, "
+        "thickness: 0.5 mm, material: {young: 207 GPa, poisson: 0.3}}` without a stiffness, `wear: {pressure: winkler}`"
     )
     return SMOOTHED + "; ".join(remarks) + hint if remarks else ""
 

@@ -75,6 +75,14 @@ def _growth(cases: Cases, joint: JointLayout, worst: int) -> list[str]:
     return [f"Wear of both bodies widens the clearance{location} by {growth_text} per 1000 h of the life."]
 
 
+def starting_clearance(cases: Cases, name: str) -> str:
+    """Return the clearance of a joint in words if all cases have the same, else ''; name : 'rod_slider'."""
+    title = wording.joint_name(name)
+    section: Mapping = (cases.record.get("joints") or {}).get(title) or {}
+    value = None if f"joints.{title}.clearance" in cases.axes else section.get("clearance")
+    return wording.in_common_unit([value], "m")[0] if isinstance(value, float) and value > 0.0 else ""
+
+
 def _clearance(cases: Cases, joint: JointLayout, index: int) -> float | None:
     """Return the clearance (m) of a joint in a case, or None if it is not a fixed number."""
     title = wording.joint_name(joint.name)

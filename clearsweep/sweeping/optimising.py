@@ -180,7 +180,7 @@ class Optimisation:
         return [{path: (fixed | point)[path] for path in self.optimise.over} for point in proposals]
 
     def _evolved_points(self, count: int, rng: np.random.Generator) -> list[Point]:
-        """Return points near the front, or [] if it has few cases; a sampler alone leaves gaps.
+        """Return points near the front, or [] if it has few cases; a sampler by itself leaves gaps.
 
         They come from differential evolution (Storn and Price 1997, J. Global Optim. 11, 341).  Cases next to wide
         gaps are varied more often, as in NSGA-II (Deb et al. 2002, IEEE Trans. Evol. Comput. 6, 182).

@@ -16,7 +16,7 @@ LONG_CASE = phases.FIRST_LINE  # s after which a running case is listed
 
 
 class CompletionRate:
-    """The mean rate of finished cases since the first, which no single batch changes much."""
+    """Mean rate of finished cases since the first one; a single batch hardly changes it."""
 
     def __init__(self) -> None:
         self.begin: float | None = None

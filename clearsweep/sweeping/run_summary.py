@@ -1,9 +1,11 @@
 """The summary table of a run: worst cases, failures, files."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
-from ..judging import expected, films, order, probability
+from ..contracts.layout import Layout
+from ..judging import expected, films, labels, order, probability
+from ..judging.verdict import Limit
 from ..language import wording
 from . import answered, identified
 from .law_checks import law_lines
@@ -45,6 +47,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "derived": result.derived,
         "warnings": [*result.warnings, *run_facts.remarks.sentences()],
         "limits": limits.facts(),
+        "limit_labels": _limit_labels(run.layout, limits.verdict.limits, limits.units),
         "probability": chance,
         "life": run_facts.lives.facts(),
         "slowest": run_facts.slowest_case.slowest,
@@ -76,6 +79,14 @@ def _probability(
     return probability.binomial_interval(limits["exceeding"], limits["cases"])
 
 
+def _limit_labels(layout: Layout, limits: Iterable[Limit], units: Mapping[str, str]) -> dict[str, str]:
+    """Return the limits on each column in words; units : column -> SI unit."""
+    texts: dict[str, list[str]] = {}
+    for limit in limits:
+        texts.setdefault(limit.column, []).append(labels.limit_label(layout, limit, units.get(limit.column, "1")))
+    return {column: " and ".join(each) for column, each in texts.items()}
+
+
 def _limit_lines(facts: dict[str, Any]) -> list[str]:
     """Return the lines on limits."""
     limits = facts["limits"]
@@ -85,7 +96,7 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
     lines = ["", f"Limits: {limits['exceeding']:,} of {cases(limits['cases'])} exceed at least one{failed}"]
     for name, limit in limits["each"].items():
         doubt = f" ({limit['unknown']:,} of them cannot be assessed: null)" if limit["unknown"] else ""
-        lines.append(f"  {name} {limit['limit']}: {limit['cases']:,} exceed it{doubt}")
+        lines.append(f"  {facts['limit_labels'][name]}: {limit['cases']:,} exceed it{doubt}")
     if limits["unknown"]:
         lines.append(
             f"  {cases(limits['unknown'])} cannot be assessed, as a limited figure is null (infinite, 0/0 or not "

@@ -90,7 +90,7 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
 
 
 def evenly_spaced(table: list[Extreme], count: int) -> list[Extreme]:
-    """Return `count` cases, evenly spaced within each group; none that is expensive to run or to compile."""
+    """Return `count` cases, evenly spaced within each group, without cases that are expensive to run or compile."""
     groups = [[case for case in table if case.group == name] for name in dict.fromkeys(case.group for case in table)]
     groups = [group for group in groups if group[0].group not in ("dear", "rough")]
     stride = math.ceil(count / len(groups))

@@ -108,7 +108,7 @@ def _divide(a, b):
 
 
 def _power(a, b):
-    """The exponent has no slope.
+    """Return a power with its slope; the exponent has no slope.
 
     At 0, where the derivative may be undefined, the derivative of powers above 1 is used.
     """

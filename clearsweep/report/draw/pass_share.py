@@ -14,8 +14,10 @@ from .style import INK, name_values
 GOOD, BAD, UNKNOWN = "#9fd0e8", "#f2b28c", "#e8ebee"  # pale blue and orange: distinguished by any eye, and in grey
 
 
-PARTLY = "#dcecf5"  # passes, but its design fails elsewhere, or the tolerance of its fit is not covered
+PARTLY = "#dcecf5"  # passes, but its design fails elsewhere
+UNDECIDED = "#f5efc4"  # passes at the mean clearance of a fit whose tolerance is not covered; pale yellow
 ELSEWHERE, OPEN = 1.0, 2.0  # reservations of a cell that passes
+BEYOND = 3.0  # place of a failing cell among the colours
 WORDS = {ELSEWHERE: "(ok)", OPEN: "open"}
 DOT_GOOD, DOT_BAD = "#1f5f86", "#a34a12"
 
@@ -39,10 +41,10 @@ def cells(ax: Axes, tables: tuple[np.ndarray, np.ndarray, np.ndarray], axes: tup
     edges = [np.arange(size + 1) - 0.5 for size in failing.shape[::-1]]
     ax.pcolormesh(
         *edges,
-        np.ma.masked_invalid(np.where((failing == 0.0) & (reserved > 0.0), 0.5, failing)),
-        cmap=ListedColormap([GOOD, PARTLY, BAD]),
+        np.ma.masked_invalid(np.where(failing == 0.0, reserved, BEYOND * failing)),
+        cmap=ListedColormap([GOOD, PARTLY, UNDECIDED, BAD]),
         vmin=0.0,
-        vmax=1.0,
+        vmax=BEYOND,
         rasterized=failing.size > CELLS_VECTOR,
         edgecolors="face",
         linewidth=0.3,

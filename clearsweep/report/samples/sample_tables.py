@@ -178,7 +178,7 @@ def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]
 
 
 def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]:
-    """Return the effect of every variable alone on every figure, and remarks on chaos."""
+    """Return the effect of each single variable on every figure, and remarks on chaos."""
     columns = (
         *figure_columns(study),
         Column("variable"),

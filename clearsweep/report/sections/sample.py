@@ -165,19 +165,17 @@ def _widest(samples: list[Setting], figure: LimitedFigure) -> Setting:
 def _clouds(study: Study, sample: Setting, figure: LimitedFigure) -> list[Picture]:
     """Return pictures of a figure over the variables with the strongest correlation."""
     correlated = correlations(study, sample, figure.column)[:SCATTERED]
-    return [_cloud(study, sample, figure, path, alone) for path, alone, _ in correlated]
+    return [_cloud(study, sample, figure, path, partial) for path, _, partial in correlated]
 
 
 def _cloud(study: Study, sample: Setting, figure: LimitedFigure, path: str, correlation: Estimate) -> Picture:
-    """Return one figure over one variable, with its rank correlation and its limit."""
+    """Return one figure over one variable, with its partial rank correlation and its limit."""
     y, x = sample.figures[figure.column], np.asarray(study.run.grid["sample"]["drawn"][path], float)
     axis = next(axis for axis in study.axes if axis.path == path)
     scale = study.scale(figure.column)
     bounds = [limit.value / scale.factor for limit in figure.limits if not limit.times]
     low, high = (wording.plain(end, 2) for end in correlation[1:])
-    caption = (
-        f"The rank correlation is {wording.plain(correlation.value, 2)} ({low} to {high}) while all variables vary."
-    )
+    caption = f"The partial rank correlation is {wording.plain(correlation.value, 2)} ({low} to {high})."
 
     def paint(ax: Axes) -> None:
         comparison.cloud(ax, x, y, None, (axis.name, figure.name), (axis.scale, scale))

@@ -16,6 +16,7 @@ from ..statistics import elastic_range
 from . import identified, optimised, seek
 
 ONSET = "onset_rate_max"
+WEAR_NOTE = "of one body, at the wear rate of the window"
 THERE = "in the case of the thinnest film"
 LISTED_VALUES = 3  # swept values of a case up to which a card has them all
 
@@ -39,6 +40,7 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         return cards
     if question(study).question == "identify":
         return cards  # the others would be of machines that were only tried
+    wear_card = (WEAR_PER_1000_HOURS, "Deepest wear in 1000 h", WEAR_NOTE)
     figures = (
         *(() if question(study).question == "force" else ((PEAK.figure, "Largest normal force", ""),)),
         ("force_peak_ratio", "Load over ideal peak", "relative to the mechanism without clearance"),
@@ -46,7 +48,7 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         (ONSET, "Fastest onset", ""),
         ("error_max", f"Largest {study.run.layout.output} error", "from the ideal position"),
         ("restitution", "Measured restitution", "largest of all cases"),
-        (WEAR_PER_1000_HOURS, "Deepest wear in 1000 h", "of one body, at the wear rate of the window"),
+        *(() if question(study).question == "life" else (wear_card,)),
     )
     return cards + [card for each in figures for card in _largest(study, *each)]
 
@@ -65,7 +67,7 @@ def _largest(study: Study, figure: str, name: str, suffix: str) -> list[tuple[st
         and joint
         and (hours := _hours_to_clearance(study, joint, place, float(values[place])))
     ):
-        return [(name, "no forecast", f"at the wear rate of the window, the depth reaches the clearance after {hours}")]
+        return [(name, "no forecast", f"the worst case wears down its clearance in {hours} at this rate")]
     starts = "of the started cases" if leaves_out(study, column) else ""
     if figure == PEAK.figure and joint and question(study).question == "start-up":
         until = start_up.until_start(start_up.started(answer_cases(study)), joint.name)
@@ -98,7 +100,8 @@ def _of_worst(study: Study) -> list[tuple[str, str, str]]:
     value = float(study.cases.at[case_id, candidate.columns[0]])
     at = _at(study, case_id)
     if lead.question == "life":
-        return [("Shortest life", f"{wording.plain(value)}{wording.BLANK}h", at)]
+        certain = "" if study.run.grid.get("uncertain") else "; for the given wear coefficient"
+        return [("Shortest life", f"{wording.plain(value)}{wording.BLANK}h", f"{at}{certain}".removeprefix("; "))]
     if lead.question == "start-up":
         return []
     if lead.question in ("seek", "limits"):

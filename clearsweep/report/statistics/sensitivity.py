@@ -65,7 +65,7 @@ class Spread(NamedTuple):
 
 
 class Effect(NamedTuple):
-    """Effect of one variable alone on one figure, from its 5 % to its 95 % quantile."""
+    """Effect of a single variable on a figure, from its 5 % to its 95 % quantile."""
 
     path: str
     low: float  # the figure at the 5 % quantile, the others in the middle
@@ -258,7 +258,7 @@ def disturbance(setting: Setting, figure: str) -> float:
 
 
 def effects(setting: Setting, figure: str, paths: list[str]) -> list[Effect]:
-    """Return the effect of each variable alone, from a design of method one-at-a-time, the largest first.
+    """Return the effect of each single variable, from a design of method one-at-a-time, the largest first.
 
     The scatter is that of the design's own disturbed cases, or the `disturbance` if that is larger.  Raise InputError
     with the failed cases.

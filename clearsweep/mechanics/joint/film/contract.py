@@ -81,7 +81,7 @@ def dry_share(transition, depth):
 
 @family
 def asperity_load(transition, depth):
-    """Return the load (N) carried by asperities through the film; transitions without any need not be members."""
+    """Return the load (N) carried by asperities through the film; others need not be members."""
 
 
 @asperity_load.member(None)
