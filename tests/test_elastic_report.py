@@ -81,7 +81,7 @@ def test_the_report_says_how_much_harder_an_impact_on_rigid_links_would_be(tmp_p
     assert f"the contact stiffness is {1e-6 * slope:.0f}" in compared
     assert "rod has a stiffness of 385" in compared
     assert f"at least {math.sqrt(1.0 + slope / STIFFNESS):.1f} times as hard" in estimated
-    assert "0.014 of the first bending mode of rod" in bending
+    assert "0.014 times the first bending frequency of rod" in bending
     (table,) = section.tables
     assert table.rows[0][:3] == ("rod", "4", STIFFNESS)
     assert any(compared in str(point) for point in trust.points(study))

@@ -44,8 +44,8 @@ def moving(source, tmp_path):
     clearsweep.sweep(source, out=tmp_path / "run", executor="serial", show_progress=False)
     study = prepare(clearsweep.open(tmp_path / "run"))
     case_id = study.cases.index[0]
-    path = motion.history(study.run, case_id)
-    return study, case_id, path, player.of(study, case_id, path).data["joints"][0]
+    path = motion.saved_channels(study.run, case_id)
+    return study, case_id, path, player.player_of(study, case_id, path).data["joints"][0]
 
 
 def test_a_block_is_shown_between_its_walls_which_its_ends_reach_and_hardly_cross(tmp_path):
@@ -56,7 +56,7 @@ def test_a_block_is_shown_between_its_walls_which_its_ends_reach_and_hardly_cros
     assert np.ptp(tilt) > 1e-6
     farthest = np.max(np.abs(path["joints/slider_ground/y"]) + half_length * np.abs(np.sin(tilt)))
     assert CLEARANCE < farthest < 1.1 * CLEARANCE
-    assert joint["magnified"] == pytest.approx(player.DEEPEST * CLEARANCE / (farthest - CLEARANCE), rel=0.06)
+    assert joint["magnified"] == pytest.approx(player.DRAWN_PENETRATION * CLEARANCE / (farthest - CLEARANCE), rel=0.06)
     assert not any("orbit" in picture.title for picture in motion.pictures(study, case_id, path))
 
 

@@ -17,7 +17,7 @@ from clearsweep.language import wording
 from clearsweep.report import plot
 from clearsweep.report.blocks import picture
 from clearsweep.report.blocks.picture import Dot, Picture, Spot, svg
-from clearsweep.report.draw.style import BLUE, colour_bar, logarithmic, plain_axes
+from clearsweep.report.draw.style import BLUE, colour_bar, set_log_scale, set_plain_axes
 from clearsweep.report.plot import letters
 from clearsweep.report.plot.side import Side
 
@@ -33,7 +33,7 @@ def line(ax):
 
 def powers(ax):
     ax.plot(X, 10.0**X, color=BLUE)
-    logarithmic(ax, "y")
+    set_log_scale(ax, "y")
 
 
 def bars(ax):
@@ -54,7 +54,7 @@ def cloud(ax):
     points = ax.scatter(X, np.sin(X), c=X, cmap="viridis", s=16)
     colour_bar(ax, points, "turn")
     ax.set(xlim=(0.0, None), xlabel="x [m]", ylabel="y [m]")
-    plain_axes(ax)
+    set_plain_axes(ax)
 
 
 def levels(ax):
@@ -110,17 +110,18 @@ def test_a_drawing_is_whole_and_has_the_same_bytes_twice(paint):
 
 
 def test_points_are_where_the_ticks_say():
-    sheet = own(lambda ax: (ax.plot([2.0, 4.0], [10.0, 1000.0], color=BLUE), logarithmic(ax, "y")))
+    sheet = own(lambda ax: (ax.plot([2.0, 4.0], [10.0, 1000.0], color=BLUE), set_log_scale(ax, "y")))
     text, box = sheet.svg("f1")
     ax = sheet.axes
     (drawn,) = re.findall(r'<path d="M([\d.]+) ([\d.]+)L([\d.]+) ([\d.]+)" style="fill: none; stroke: #0072b2', text)
     x0, y0, x1, y1 = map(float, drawn)
     ticks = {
-        float(name): box.top + (1.0 - float(ax.yaxis.share(place))) * box.high for place, name in ax.yaxis.ticks(200)
+        float(name): box.top + (1.0 - float(ax.yaxis.fraction(place))) * box.height
+        for place, name in ax.yaxis.ticks(200)
     }
     assert y0 == pytest.approx(ticks[10.0], abs=0.01)
     assert y1 == pytest.approx(ticks[1000.0], abs=0.01)
-    assert box.left < x0 < x1 < box.left + box.wide
+    assert box.left < x0 < x1 < box.left + box.width
 
 
 def test_spots_and_dots_are_on_what_they_say():
@@ -132,8 +133,11 @@ def test_spots_and_dots_are_on_what_they_say():
     left, top, wide, high = map(
         float, re.search(r'class="spot" x="([\d.]+)" y="([\d.]+)" width="([\d.]+)" height="([\d.]+)"', text).groups()
     )
-    assert (left, wide) == (pytest.approx(box.left, abs=0.06), pytest.approx(box.wide / 3.0, abs=0.06))
-    assert (top + high, high) == (pytest.approx(box.top + box.high, abs=0.11), pytest.approx(box.high / 2.0, abs=0.06))
+    assert (left, wide) == (pytest.approx(box.left, abs=0.06), pytest.approx(box.width / 3.0, abs=0.06))
+    assert (top + high, high) == (
+        pytest.approx(box.top + box.height, abs=0.11),
+        pytest.approx(box.height / 2.0, abs=0.06),
+    )
     cx, cy = map(float, re.search(r'<circle cx="([\d.]+)" cy="([\d.]+)"', text).groups())
     assert (cx, cy) == (pytest.approx(left + wide / 2.0, abs=0.11), pytest.approx(top + high / 2.0, abs=0.11))
 
@@ -217,9 +221,9 @@ def test_polar_axes_have_angles_counter_clockwise_and_radii_from_the_middle():
     sheet = plot.sheet_of(SIZE, "polar")
     around(sheet.axes)
     text, box = sheet.svg("f1")
-    assert box.wide == box.high
-    x, y = (float(point) for point in sheet.axes.points(0.5 * np.pi, 2.0, box))
-    assert (x, y) == (pytest.approx(box.left + 0.5 * box.wide), pytest.approx(box.top + 0.25 * box.high))
+    assert box.width == box.height
+    x, y = (float(point) for point in sheet.axes.to_points(0.5 * np.pi, 2.0, box))
+    assert (x, y) == (pytest.approx(box.left + 0.5 * box.width), pytest.approx(box.top + 0.25 * box.height))
     assert f"M{x:.2f}".rstrip("0") in text
     assert re.findall(r">(\d+)°<", text) == ["0", "90", "180", "270"]
     assert "nan" not in text

@@ -138,7 +138,7 @@ def test_a_spectrum_finds_every_oscillation_at_its_order_and_no_other():
     angle = np.linspace(0.0, 2 * TURN, 1441)
     values = 7.0 + 3.0 * np.cos(2 * angle + 0.3) + 0.5 * np.sin(5.5 * angle)
     result = spectrum.of_history(angle, values)
-    assert result.turns == 2
+    assert result.revolutions == 2
     amplitudes = dict(zip(result.order.tolist(), result.amplitude.tolist(), strict=True))
     assert amplitudes.pop(2.0) == pytest.approx(3.0, rel=1e-12)
     assert amplitudes.pop(5.5) == pytest.approx(0.5, rel=1e-12)
@@ -174,7 +174,7 @@ def test_axes_in_step_are_followed_together():
     given = study.prepare(run)
     run.grid["zip"] = {path: [] for path in TWO_AXES}
     axis = next(axis for axis in given.axes if axis.path == "drive.speed")
-    assert len(strobe.line(given, axis, run.summary["case_id"][0])) == 6
+    assert len(strobe.cases_along_axis(given, axis, run.summary["case_id"][0])) == 6
 
 
 class Struck(Run):
@@ -746,7 +746,7 @@ def test_every_law_that_is_drawn_is_named():
     drawing = svg(gallery.pictures[-1], "f1")
     assert all(f">{name}<" in drawing for name in names)
     assert len(set(re.findall(r"#[0-9a-f]{6}", drawing.lower()))) >= 8
-    assert len(elastic_comparison.CURVE) > 20
+    assert len(elastic_comparison.CURVE_DEPTHS) > 20
 
 
 @pytest.mark.heavy

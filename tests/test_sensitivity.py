@@ -83,7 +83,7 @@ def test_the_error_of_a_mean_falls_as_expected(run, method, least, most):
     """Sixteen times the cases: a fourth of the error where points are independent, much less for a Sobol sequence."""
     errors = []
     for n in (16, 256):
-        result = [sensitivity.settings(run(linear, method, n, seed))[0] for seed in range(20)]
+        result = [sensitivity.samples_of(run(linear, method, n, seed))[0] for seed in range(20)]
         errors.append(np.sqrt(np.mean([(first.figures[PEAK].mean() - 13.0) ** 2 for first in result])))
     assert least < errors[0] / errors[1] < most
 
@@ -118,7 +118,7 @@ def test_equal_values_have_no_spread():
 
 def limit_rows(run):
     """Return heading -> cell of every row of the table of limits of a run."""
-    table = sample_tables.limit_table(study.prepare(run), sensitivity.settings(run))
+    table = sample_tables.limit_table(study.prepare(run), sensitivity.samples_of(run))
     return [dict(zip([column.name for column in table.columns], row, strict=True)) for row in table.rows], table.note
 
 
@@ -152,7 +152,7 @@ def test_a_limit_that_was_never_exceeded_may_still_be():
 def test_a_sample_is_shown_separately_for_each_setting_of_the_other_axes(run):
     more = "sweep: {mechanism.gravity: [0, 1]}"
     made = run(lambda point: linear(point) * (1 + point["mechanism.gravity"]), more=more)
-    first, two = sorted(sensitivity.settings(made), key=lambda setting: setting.point["mechanism.gravity"])
+    first, two = sorted(sensitivity.samples_of(made), key=lambda setting: setting.point["mechanism.gravity"])
     assert [first.point, two.point] == [{"mechanism.gravity": 0.0}, {"mechanism.gravity": 1.0}]
     assert np.array_equal(two.figures[PEAK], 2.0 * first.figures[PEAK])
 
@@ -160,7 +160,7 @@ def test_a_sample_is_shown_separately_for_each_setting_of_the_other_axes(run):
 def test_equal_draws_count_as_often_as_they_were_drawn(run):
     sure = {"method": "sobol", "n": 64, "over": {SPEED: {"uniform": [15, 15]}}}
     made = run(lambda point: point[SPEED], overrides={"sample": sure})
-    (first,) = sensitivity.settings(made)
+    (first,) = sensitivity.samples_of(made)
     assert len(made.summary) == 1
     assert len(first.case_ids) == 64
 
@@ -174,14 +174,14 @@ def test_a_stored_sample_is_found_again_and_grows(tmp_path):
     drawn["sample"]["n"] = 32
     result = sweep(drawn, tmp_path / "run", **options)
     assert (result.ran, result.reused) == (16, 16)
-    (first,) = sensitivity.settings(result.open())
+    (first,) = sensitivity.samples_of(result.open())
     assert first.figures[PEAK] == pytest.approx(
         result.open().grid["sample"]["drawn"]["mechanism.slider.mass"], rel=1e-15
     )
 
 
 def test_failed_cases_are_left_out_and_counted(run):
-    (first,) = sensitivity.settings(run(linear, failing=(3, 5)))
+    (first,) = sensitivity.samples_of(run(linear, failing=(3, 5)))
     assert len(first.failed) == 2
     assert sensitivity.spread(first.figures[PEAK]).cases == 62
 
@@ -191,7 +191,7 @@ def test_failed_cases_are_left_out_and_counted(run):
 
 def test_sobol_indices_of_a_linear_figure(run):
     made = run(linear, "saltelli", 1024)
-    (first,) = sensitivity.settings(made)
+    (first,) = sensitivity.samples_of(made)
     result = sensitivity.sobol_indices(first, PEAK, list(made.grid["sample"]["drawn"]))
     for index, truth in zip(result, (0.8, 0.2, 0.0), strict=True):
         assert index.first.value == pytest.approx(truth, abs=0.01)
@@ -206,7 +206,7 @@ def test_sobol_indices_of_a_linear_figure(run):
 @pytest.mark.parametrize("method", ["saltelli", "one-at-a-time"])
 def test_a_sensitivity_is_refused_where_a_case_failed(run, method, tmp_path):
     made = run(linear, method, 16, failing=(4,))
-    (first,) = sensitivity.settings(made)
+    (first,) = sensitivity.samples_of(made)
     describe = sensitivity.sobol_indices if method == "saltelli" else sensitivity.effects
     with pytest.raises(InputError, match=f"1 failed: {first.failed[0]}; run them again"):
         describe(first, PEAK, list(made.grid["sample"]["drawn"]))
@@ -215,7 +215,7 @@ def test_a_sensitivity_is_refused_where_a_case_failed(run, method, tmp_path):
 
 def test_one_at_a_time_gives_each_variable_its_effect(run):
     made = run(linear, "one-at-a-time")
-    (first,) = sensitivity.settings(made)
+    (first,) = sensitivity.samples_of(made)
     result = sensitivity.effects(first, PEAK, list(made.grid["sample"]["drawn"]))
     assert [effect.path for effect in result] == [CLEARANCE, SPEED, YOUNG]
     assert [effect.high - effect.low for effect in result] == pytest.approx([3.6, 1.8, 0.0])
@@ -224,7 +224,7 @@ def test_one_at_a_time_gives_each_variable_its_effect(run):
 
 def test_an_effect_within_the_scatter_is_called_chaotic(run):
     made = run(lambda point: linear(point) + 20.0 * unit(sum(point.values())), "one-at-a-time")
-    (first,) = sensitivity.settings(made)
+    (first,) = sensitivity.samples_of(made)
     result = sensitivity.effects(first, PEAK, list(made.grid["sample"]["drawn"]))
     assert result[0].scatter > 5.0
     assert any(effect.chaotic for effect in result)
@@ -232,7 +232,7 @@ def test_an_effect_within_the_scatter_is_called_chaotic(run):
 
 def chance(made):
     """Return what is said of chance in the force peak of a run of method saltelli."""
-    (first,) = sensitivity.settings(made)
+    (first,) = sensitivity.samples_of(made)
     return sensitivity.chance(first, PEAK, sensitivity.sobol_indices(first, PEAK, list(made.grid["sample"]["drawn"])))
 
 
@@ -277,7 +277,7 @@ def test_a_variable_that_leaves_the_motion_alone_does_not_bound_chance(run):
     made, _ = noisy(run, 0.7)
     inert = made.summary.groupby([CLEARANCE, SPEED]).transform("first")
     made.summary[[PEAK, "energy_residual"]] = inert[[PEAK, "energy_residual"]]  # Young's modulus changes nothing
-    (first,) = sensitivity.settings(made)
+    (first,) = sensitivity.samples_of(made)
     indices = sensitivity.sobol_indices(first, PEAK, list(made.grid["sample"]["drawn"]))
     assert [index.total.value for index in indices if index.path == YOUNG] == [0.0]
     assert sensitivity.chance(first, PEAK, indices).chaotic
@@ -286,7 +286,7 @@ def test_a_variable_that_leaves_the_motion_alone_does_not_bound_chance(run):
 def test_a_tenth_of_the_tolerance_counts_as_a_disturbance(run):
     made = run(linear, "one-at-a-time")
     made.summary[f"{PEAK}_difference"] = 2.0
-    (first,) = sensitivity.settings(made)
+    (first,) = sensitivity.samples_of(made)
     result = {effect.path: effect for effect in sensitivity.effects(first, PEAK, list(made.grid["sample"]["drawn"]))}
     assert result[SPEED].scatter == pytest.approx(2.0)
     assert result[SPEED].chaotic  # its effect is 1.8

@@ -146,7 +146,7 @@ def _drawn_by_plot(picture: Picture, key: str) -> tuple[str, ToPoints]:
 
     def to_points(points: Any) -> np.ndarray:
         x, y = np.asarray(points, float).T
-        return np.stack(sheet.axes.points(x, y, box), -1)
+        return np.stack(sheet.axes.to_points(x, y, box), -1)
 
     return text, to_points
 

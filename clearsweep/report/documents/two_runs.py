@@ -144,7 +144,7 @@ def _scatter_picture(pairs: Pairs, column: str) -> Picture:
     name = column_label(pairs.first, column)
 
     def paint(ax: Axes) -> None:
-        comparison.cloud(ax, first_values, second_values, None, (f"{name} of A", f"{name} of B"), (scale, scale))
+        comparison.draw_cloud(ax, first_values, second_values, None, (f"{name} of A", f"{name} of B"), (scale, scale))
         median = float(np.nanmedian(first_values)) / scale.factor
         ax.axline((median, median), (2.0 * median, 2.0 * median), color=GREY, linewidth=1.0, zorder=0)
 

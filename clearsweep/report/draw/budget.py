@@ -5,28 +5,28 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from .style import BLUE, INK, plain_axes
+from .style import BLUE, INK, set_plain_axes
 
 
-def tornado(ax: Axes, bars: Sequence[tuple[str, float, float, str, str]], name: str) -> None:
+def draw_tornado(ax: Axes, bars: Sequence[tuple[str, float, float, str, str]], name: str) -> None:
     """Draw bars from the bottom up: name, relative change down and up from the base case, settings at both ends."""
-    places = np.arange(len(bars))
-    down, up = (100.0 * np.array([bar[end] for bar in bars]) for end in (1, 2))
-    ax.barh(places, up - down, left=down, height=0.6, color=BLUE, alpha=0.75)
-    for place, (_, low, high, at_low, at_high) in zip(places, bars, strict=True):
+    positions = np.arange(len(bars))
+    low_changes, high_changes = (100.0 * np.array([bar[column] for bar in bars]) for column in (1, 2))
+    ax.barh(positions, high_changes - low_changes, left=low_changes, height=0.6, color=BLUE, alpha=0.75)
+    for position, (_, low, high, low_setting, high_setting) in zip(positions, bars, strict=True):
         if low < 0.0:
-            ax.annotate(at_low, (100.0 * low, place), (-3, 0), **_beside("right"))
+            ax.annotate(low_setting, (100.0 * low, position), (-3, 0), **_annotation_style("right"))
         if high > 0.0:
-            ax.annotate(at_high, (100.0 * high, place), (3, 0), **_beside("left"))
+            ax.annotate(high_setting, (100.0 * high, position), (3, 0), **_annotation_style("left"))
     ax.axvline(0.0, color=INK, linewidth=1.0)
-    ax.set_yticks(places, [bar[0].replace(" and ", "\nand ") for bar in bars])
+    ax.set_yticks(positions, [bar[0].replace(" and ", "\nand ") for bar in bars])
     ax.tick_params(axis="y", length=0)
     ax.use_sticky_edges = False  # of bars: leaves space for the words next to them
     ax.margins(x=0.25)
     ax.set_axisbelow(True)
     ax.set_xlabel(f"change of {name} [%]")
-    plain_axes(ax)
+    set_plain_axes(ax)
 
 
-def _beside(side: str) -> dict:
+def _annotation_style(side: str) -> dict:
     return {"textcoords": "offset points", "ha": side, "va": "center", "fontsize": 7, "color": INK}

@@ -13,14 +13,14 @@ from ...language import wording
 from ..data.axis import Axis
 from ..statistics.spectrum import Spectrum
 from ..statistics.strobe import Points
-from .heat_map import CELLS_VECTOR, LARGEST_LABELLED
+from .heat_map import MAX_LABELLED_SHAPE, MAX_VECTOR_CELLS
 from .pass_share import UNKNOWN
-from .style import BLUE, GREY, INK, PALE, RED, colour_bar, logarithmic, name_values, plain_axes, stems
+from .style import BLUE, GREY, INK, PALE, RED, colour_bar, label_values, set_log_scale, set_plain_axes, stems
 
 KIND_COLOURS = ("#cfe3f1", "#86b8dc", "#f0c48c", "#e0824a")  # from regular to irregular, distinguishable in grey, too
 SHARE_COLOURS = {"free flight": "#f0c48c", "impacts": "#e0824a", "lasting contact": "#86b8dc", "contact": "#86b8dc"}
-HIGHEST_ORDER = 40  # crank orders shown in a spectrum
-LEAST_AMPLITUDE = 1e-5  # of the largest amplitude, lower limit of the drawing
+MAX_ORDER = 40  # crank orders shown in a spectrum
+MIN_AMPLITUDE = 1e-5  # of the largest amplitude, lower limit of the drawing
 LEGEND_ABOVE: dict[str, Any] = {
     "loc": "lower left",
     "bbox_to_anchor": (0.0, 1.0),
@@ -31,7 +31,7 @@ LEGEND_ABOVE: dict[str, Any] = {
 }
 
 
-def bifurcation(ax: Axes, points: Points, axis: Axis) -> None:
+def draw_bifurcation(ax: Axes, points: Points, axis: Axis) -> None:
     """Draw journal positions at crank angle 0 of every revolution over the values of an axis, with the clearance."""
     scale = wording.scale("m", [*np.abs(points.x), *np.abs(points.y), *points.clearance])
     abscissae = axis.scale.of(points.value)
@@ -43,13 +43,13 @@ def bifurcation(ax: Axes, points: Points, axis: Axis) -> None:
         ax.plot(abscissae, values / scale.factor, "o", color=colour, label=name, **style)
     distinct = np.unique(abscissae)
     if distinct.min() > 0.0 and distinct.max() >= 8.0 * distinct.min():
-        logarithmic(ax, "x")
+        set_log_scale(ax, "x")
     ax.set(xlabel=axis.label(), ylabel=f"journal centre [{scale.unit}]")
-    plain_axes(ax)
+    set_plain_axes(ax)
     ax.legend(ncols=2, markerscale=2.0, **LEGEND_ABOVE)
 
 
-def section(ax: Axes, revolution: np.ndarray, x: np.ndarray, y: np.ndarray, clearance: float | None) -> None:
+def draw_section(ax: Axes, revolution: np.ndarray, x: np.ndarray, y: np.ndarray, clearance: float | None) -> None:
     """Draw positions (m) of a journal at crank angle 0, coloured by the revolution, in the clearance circle."""
     scale = wording.scale("m", [*np.abs(x), *np.abs(y), clearance])
     if clearance is not None:
@@ -60,61 +60,63 @@ def section(ax: Axes, revolution: np.ndarray, x: np.ndarray, y: np.ndarray, clea
     ax.set(xlabel=f"journal x [{scale.unit}]", ylabel=f"journal y [{scale.unit}]")
 
 
-def rates(ax: Axes, revolution: np.ndarray, vx: np.ndarray, vy: np.ndarray) -> None:
+def draw_velocities(ax: Axes, revolution: np.ndarray, vx: np.ndarray, vy: np.ndarray) -> None:
     """Draw velocities (m/s) of a journal at crank angle 0, coloured by the revolution."""
     scale = wording.scale("m/s", [*np.abs(vx), *np.abs(vy)])
     _coloured(ax, vx / scale.factor, vy / scale.factor, revolution)
     ax.set(xlabel=f"journal vx [{scale.unit}]", ylabel=f"journal vy [{scale.unit}]")
-    plain_axes(ax)
+    set_plain_axes(ax)
 
 
 def _coloured(ax: Axes, x: np.ndarray, y: np.ndarray, revolution: np.ndarray) -> None:
     points = ax.scatter(x, y, c=revolution, s=14, cmap="viridis", linewidths=0, zorder=3, rasterized=len(x) > 2000)
-    colour_bar(ax, points, "revolution", whole=True)
+    colour_bar(ax, points, "revolution", integers=True)
     for side in (ax.xaxis, ax.yaxis):
         side.set_major_locator(MaxNLocator(5))
 
 
-def harmonics(ax: Axes, actual: Spectrum, ideal: Spectrum | None, unit: str, name: str) -> None:
+def draw_spectrum(ax: Axes, actual: Spectrum, ideal: Spectrum | None, unit: str, name: str) -> None:
     """Draw amplitudes (SI) over the crank's orders, with its harmonics marked, and those of the ideal mechanism."""
     largest = float(actual.amplitude.max())
     scale = wording.scale(unit, largest)
-    in_range = actual.order <= HIGHEST_ORDER
-    gridlines = stems(np.arange(1, HIGHEST_ORDER + 1), 0.0, 1.0)
+    in_range = actual.order <= MAX_ORDER
+    gridlines = stems(np.arange(1, MAX_ORDER + 1), 0.0, 1.0)
     ax.plot(*gridlines, transform=ax.get_xaxis_transform(), color=PALE, linewidth=0.5)
-    floor = LEAST_AMPLITUDE * largest / scale.factor
+    floor = MIN_AMPLITUDE * largest / scale.factor
     height = actual.amplitude[in_range] / scale.factor
     lines = stems(actual.order[in_range], floor, height.clip(min=floor))
     ax.plot(*lines, color=BLUE, linewidth=1.1, label="with clearance")
     if ideal is not None:
-        drawn = (ideal.order <= HIGHEST_ORDER) & (ideal.amplitude > LEAST_AMPLITUDE * largest)
+        drawn = (ideal.order <= MAX_ORDER) & (ideal.amplitude > MIN_AMPLITUDE * largest)
         ax.plot(ideal.order[drawn], ideal.amplitude[drawn] / scale.factor, "_", color=RED, markersize=6, label="ideal")
-    ax.set(yscale="log", xlim=(0.0, HIGHEST_ORDER + 0.5), ylim=(floor, 3.0 * largest / scale.factor))
+    ax.set(yscale="log", xlim=(0.0, MAX_ORDER + 0.5), ylim=(floor, 3.0 * largest / scale.factor))
     ax.set(xlabel="order of the crank [1 / turn]", ylabel=f"amplitude of {name} [{scale.unit}]")
     ax.spines[["top", "right"]].set_visible(False)
     if ideal is not None:
         ax.legend(ncols=2, **LEGEND_ABOVE)
 
 
-def shares(ax: Axes, axis: Axis, parts: np.ndarray, names: Sequence[str], colours: Sequence[str]) -> None:
+def draw_shares(ax: Axes, axis: Axis, shares: np.ndarray, names: Sequence[str], colours: Sequence[str]) -> None:
     """Draw stacked bars of shares, (names, values of the axis), one bar per value."""
     positions, bottom = np.arange(len(axis.values), dtype=float), np.zeros(len(axis.values))
-    for part, name, colour in zip(parts, names, colours, strict=True):
-        ax.bar(positions, 100.0 * part, 0.86, bottom, color=colour, label=name, linewidth=0)
-        bottom += 100.0 * part
-    name_values(ax.xaxis, axis, positions)
+    for share, name, colour in zip(shares, names, colours, strict=True):
+        ax.bar(positions, 100.0 * share, 0.86, bottom, color=colour, label=name, linewidth=0)
+        bottom += 100.0 * share
+    label_values(ax.xaxis, axis, positions)
     ax.set(xlabel=axis.label(), ylabel="share [%]", ylim=(0.0, 100.0))
-    plain_axes(ax)
+    set_plain_axes(ax)
     ax.legend(ncols=4, **LEGEND_ABOVE)
 
 
-def kinds(ax: Axes, table: np.ndarray, written: np.ndarray, axes: tuple[Axis, Axis], names: Sequence[str]) -> None:
+def draw_kinds(
+    ax: Axes, table: np.ndarray, cell_texts: np.ndarray, axes: tuple[Axis, Axis], names: Sequence[str]
+) -> None:
     """Draw the kind of every cell as an index in `names`; cells without a case are NaN.
 
     `table` : (values of the second axis, values of the first)
-    `written` : texts of the cells in the same shape, drawn if they are few
+    `cell_texts` : texts of the cells in the same shape, drawn if they are few
     """
-    across, up = axes
+    x_axis, y_axis = axes
     ax.set_facecolor(UNKNOWN)
     edges = [np.arange(size + 1) - 0.5 for size in table.shape[::-1]]
     ax.pcolormesh(
@@ -123,16 +125,16 @@ def kinds(ax: Axes, table: np.ndarray, written: np.ndarray, axes: tuple[Axis, Ax
         cmap=ListedColormap(KIND_COLOURS[: len(names)]),
         vmin=-0.5,
         vmax=len(names) - 0.5,
-        rasterized=table.size > CELLS_VECTOR,
-        edgecolors="white" if table.size <= LARGEST_LABELLED[0] * LARGEST_LABELLED[1] else "face",
+        rasterized=table.size > MAX_VECTOR_CELLS,
+        edgecolors="white" if table.size <= MAX_LABELLED_SHAPE[0] * MAX_LABELLED_SHAPE[1] else "face",
         linewidth=0.8,
     )
-    if all(size <= limit for size, limit in zip(table.shape, LARGEST_LABELLED, strict=True)):
-        for (row, column), text in np.ndenumerate(written):
+    if all(size <= limit for size, limit in zip(table.shape, MAX_LABELLED_SHAPE, strict=True)):
+        for (row, column), text in np.ndenumerate(cell_texts):
             ax.text(column, row, text, ha="center", va="center", fontsize=7, color="black")
-    name_values(ax.xaxis, across, np.arange(len(across.values), dtype=float))
-    name_values(ax.yaxis, up, np.arange(len(up.values), dtype=float))
-    ax.set(xlabel=across.label(), ylabel=up.label())
+    label_values(ax.xaxis, x_axis, np.arange(len(x_axis.values), dtype=float))
+    label_values(ax.yaxis, y_axis, np.arange(len(y_axis.values), dtype=float))
+    ax.set(xlabel=x_axis.label(), ylabel=y_axis.label())
     ax.tick_params(length=0)
     present = [kind for kind in range(len(names)) if (table == kind).any()]
     patches = [Patch(color=KIND_COLOURS[kind], label=names[kind]) for kind in present]

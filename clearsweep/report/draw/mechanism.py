@@ -14,46 +14,48 @@ from ...language import wording
 from .style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED
 
 _COLOURS = (BLUE, GREEN, ORANGE, PURPLE, "#56B4E9", "#8C6D31")
-_TURN = np.stack([np.cos(np.arange(0.4, 5.2, 0.1)), np.sin(np.arange(0.4, 5.2, 0.1))], -1)  # the arrow of a drive
-_RIM = ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))  # corners of a block
-_FONT, _LETTER, _LINE = 8, 4.9, 12.0  # points: of names, their mean letter, their line
+_DRIVE_ARROW = np.stack(
+    [np.cos(np.arange(0.4, 5.2, 0.1)), np.sin(np.arange(0.4, 5.2, 0.1))], -1
+)  # the arrow of a drive
+_BLOCK_CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))  # corners of a block
+_FONT_SIZE, _LETTER_WIDTH, _LINE_HEIGHT = 8, 4.9, 12.0  # points: of names, their mean letter, their line
 _HALO = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
-_LABEL_STYLE: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": _FONT, "bbox": _HALO}
-_BESIDE = np.array([0.7, 0.8])  # inches of a figure's width and height for ticks, their labels and the title
-_NEAR = 0.02  # of the mechanism's size, from a name to its place
-_WAYS = np.radians(np.arange(45.0, 405.0, 30.0))
-_TOWARDS = np.stack([np.cos(_WAYS), np.sin(_WAYS)], -1)
-_TOWARDS /= abs(_TOWARDS).max(-1, keepdims=True)
+_LABEL_STYLE: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": _FONT_SIZE, "bbox": _HALO}
+_MARGINS = np.array([0.7, 0.8])  # inches of a figure's width and height for ticks, their labels and the title
+_LABEL_GAP = 0.02  # of the mechanism's size, from a name to its place
+_DIRECTIONS = np.radians(np.arange(45.0, 405.0, 30.0))
+_DIRECTION_OFFSETS = np.stack([np.cos(_DIRECTIONS), np.sin(_DIRECTIONS)], -1)
+_DIRECTION_OFFSETS /= abs(_DIRECTION_OFFSETS).max(-1, keepdims=True)
 # Candidate positions of a name: around its point, in each of these directions, near or far; distance has a cost.
-_AROUND = np.concatenate([far * _TOWARDS for far in (1.0, 1.7, 2.6, 4.0)])
-_AWAY = np.repeat([0.0, 2.0, 5.0, 9.0], len(_WAYS))
+_LABEL_OFFSETS = np.concatenate([far * _DIRECTION_OFFSETS for far in (1.0, 1.7, 2.6, 4.0)])
+_DISTANCE_COST = np.repeat([0.0, 2.0, 5.0, 9.0], len(_DIRECTIONS))
 
 
-def reach(sketch: simulation.Sketch) -> tuple[np.ndarray, np.ndarray]:
+def extent(sketch: simulation.Sketch) -> tuple[np.ndarray, np.ndarray]:
     """Return the lower left and the upper right corner (m) of the drawing."""
-    places = [body.points for body in sketch.bodies] + [
+    point_arrays = [body.points for body in sketch.bodies] + [
         load.anchor[None] for load in sketch.loads if load.anchor is not None
     ]
-    points = np.concatenate(places)
+    points = np.concatenate(point_arrays)
     return points.min(axis=0), points.max(axis=0)
 
 
 def height(sketch: simulation.Sketch, width: float) -> float:
     """Return the height (inches) of a picture of a mechanism `width` (inches) wide, with names, ticks and title."""
     (left, right), (bottom, top) = _limits(sketch)
-    return _BESIDE[1] + (width - _BESIDE[0]) * (top - bottom) / (right - left)
+    return _MARGINS[1] + (width - _MARGINS[0]) * (top - bottom) / (right - left)
 
 
 def _limits(sketch: simulation.Sketch) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the limits (m) of both axes: the mechanism with a margin for names."""
-    low, high = reach(sketch)
+    low, high = extent(sketch)
     margin = 0.22 * _size(sketch)
     return (float(low[0] - margin), float(high[0] + 1.4 * margin)), (float(low[1] - margin), float(high[1] + margin))
 
 
 def _size(sketch: simulation.Sketch) -> float:
     """Return the longer side (m) of the drawing."""
-    low, high = reach(sketch)
+    low, high = extent(sketch)
     return max(float(max(high - low)), 1e-9)
 
 
@@ -63,22 +65,22 @@ def paint(ax: Axes, sketch: simulation.Sketch) -> None:
     labels = _Labels(size)
     for joint in sketch.joints:
         if joint.guide is not None:
-            labels.avoid(_guide(ax, joint, joint.guide, size))
+            labels.avoid(_draw_guide(ax, joint, joint.guide, size))
     moving = [body for body in sketch.bodies if body.name != GROUND]
     for number, body in enumerate(moving):
         colour = _COLOURS[number % len(_COLOURS)]
-        labels.avoid(_body(ax, body, colour))
+        labels.avoid(_draw_body(ax, body, colour))
         labels.add(body.name, body.points.mean(axis=0), colour, weight="bold")
     for joint in sketch.joints:
-        labels.avoid(_joint(ax, joint, size))
-    for place, opened, names in _alike(sketch.joints):
-        labels.add(f"{names} (open)" if opened else names, place, RED if opened else GREY)
+        labels.avoid(_draw_joint(ax, joint, size))
+    for position, is_open, names in _joints_by_position(sketch.joints):
+        labels.add(f"{names} (open)" if is_open else names, position, RED if is_open else GREY)
     for load in sketch.loads:
-        labels.add(load.name, _load(ax, load, size), INK)
+        labels.add(load.name, _draw_load(ax, load, size), INK)
     ax.set_aspect("equal")
-    across, upward = _limits(sketch)
-    ax.set_xlim(across)
-    ax.set_ylim(upward)
+    x_limits, y_limits = _limits(sketch)
+    ax.set_xlim(x_limits)
+    ax.set_ylim(y_limits)
     labels.write(ax)
     factor, unit, _ = wording.scale("m", 0.01)  # mm, or in
     ax.xaxis.set_major_formatter(lambda value, _: f"{value / factor:.6g}")
@@ -89,14 +91,14 @@ def paint(ax: Axes, sketch: simulation.Sketch) -> None:
     ax.tick_params(length=2)
 
 
-def _alike(joints: Sequence[simulation.SketchedJoint]) -> list[tuple[np.ndarray, bool, str]]:
+def _joints_by_position(joints: Sequence[simulation.SketchedJoint]) -> list[tuple[np.ndarray, bool, str]]:
     """Return position (m), whether open, and names of joints, grouped by equal position and openness."""
-    alike: dict[tuple, list[simulation.SketchedJoint]] = {}
+    groups: dict[tuple, list[simulation.SketchedJoint]] = {}
     for joint in joints:
-        alike.setdefault((*np.round(joint.position, 9), joint.has_clearance), []).append(joint)
+        groups.setdefault((*np.round(joint.position, 9), joint.has_clearance), []).append(joint)
     return [
         (group[0].position, group[0].has_clearance, ", ".join(joint.name for joint in group))
-        for group in alike.values()
+        for group in groups.values()
     ]
 
 
@@ -105,88 +107,90 @@ class _Labels:
 
     def __init__(self, size: float):
         self.size = size  # m, of the mechanism
-        self.wanted: list[tuple[str, np.ndarray, str, str]] = []
-        self.drawn: list[np.ndarray] = []  # (n, 2) m, points that names should not cover
+        self.requests: list[tuple[str, np.ndarray, str, str]] = []
+        self.obstacles: list[np.ndarray] = []  # (n, 2) m, points that names should not cover
 
     def avoid(self, points: np.ndarray) -> None:
         """Keep names away from `points`, (n, 2) m."""
-        self.drawn.append(points)
+        self.obstacles.append(points)
 
-    def add(self, text: str, place: np.ndarray, colour: str, weight: str = "normal") -> None:
-        """Request `text` next to `place` (m)."""
-        self.wanted.append((text, np.asarray(place, dtype=float), colour, weight))
+    def add(self, text: str, position: np.ndarray, colour: str, weight: str = "normal") -> None:
+        """Request `text` next to `position` (m)."""
+        self.requests.append((text, np.asarray(position, dtype=float), colour, weight))
 
     def write(self, ax: Axes) -> None:
         """Write all names; the limits of the axes must not change afterwards."""
-        point = self._point(ax)
-        drawn, taken = np.concatenate(self.drawn), np.empty((0, 4))
+        metres_per_point = self._metres_per_point(ax)
+        obstacles, occupied = np.concatenate(self.obstacles), np.empty((0, 4))
         (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
-        for text, place, colour, weight in self.wanted:
-            half = point * np.array([0.5 * _LETTER * len(text) + 2.0, 0.5 * _LINE])
-            middles = place + _AROUND * (half + _NEAR * self.size)
-            low, high = middles - half, middles + half
-            over = ((drawn > low[:, None]) & (drawn < high[:, None])).all(-1).sum(-1)
-            hidden = ((low[:, None] < taken[:, 2:]) & (high[:, None] > taken[:, :2])).all(-1).sum(-1)
+        for text, position, colour, weight in self.requests:
+            half_size = metres_per_point * np.array([0.5 * _LETTER_WIDTH * len(text) + 2.0, 0.5 * _LINE_HEIGHT])
+            centres = position + _LABEL_OFFSETS * (half_size + _LABEL_GAP * self.size)
+            low, high = centres - half_size, centres + half_size
+            covered = ((obstacles > low[:, None]) & (obstacles < high[:, None])).all(-1).sum(-1)
+            overlapping = ((low[:, None] < occupied[:, 2:]) & (high[:, None] > occupied[:, :2])).all(-1).sum(-1)
             outside = (low < (left, bottom)).any(-1) | (high > (right, top)).any(-1)
-            best = np.argmin(over + 100.0 * hidden + 100.0 * outside + _AWAY)
-            taken = np.vstack([taken, np.append(low[best], high[best])])
-            if _AWAY[best] > 1.0:
-                ax.plot(*np.stack([place, middles[best]]).T, color=colour, lw=0.5, zorder=5)
-            x, y = middles[best]
+            best = np.argmin(covered + 100.0 * overlapping + 100.0 * outside + _DISTANCE_COST)
+            occupied = np.vstack([occupied, np.append(low[best], high[best])])
+            if _DISTANCE_COST[best] > 1.0:
+                ax.plot(*np.stack([position, centres[best]]).T, color=colour, lw=0.5, zorder=5)
+            x, y = centres[best]
             ax.text(x, y, text, color=colour, weight=weight, zorder=6, **_LABEL_STYLE)
 
-    def _point(self, ax: Axes) -> float:
+    def _metres_per_point(self, ax: Axes) -> float:
         """Return the length (m) of a typographic point in axes that fill their figure."""
         figure = ax.get_figure(root=True)
         assert figure is not None
-        wide, high = 72.0 * (figure.get_size_inches() - _BESIDE)
-        return max(np.ptp(ax.get_xlim()) / wide, np.ptp(ax.get_ylim()) / high)
+        width, height = 72.0 * (figure.get_size_inches() - _MARGINS)
+        return max(np.ptp(ax.get_xlim()) / width, np.ptp(ax.get_ylim()) / height)
 
 
-def _between(points: np.ndarray) -> np.ndarray:
+def _interpolated(points: np.ndarray) -> np.ndarray:
     """Return `points` (n, 2) with points interpolated between them."""
-    share = np.linspace(0.0, 1.0, 25)[:, None, None]
-    return ((1.0 - share) * points[:-1] + share * points[1:]).reshape(-1, 2) if len(points) > 1 else points
+    fraction = np.linspace(0.0, 1.0, 25)[:, None, None]
+    return ((1.0 - fraction) * points[:-1] + fraction * points[1:]).reshape(-1, 2) if len(points) > 1 else points
 
 
-def _body(ax: Axes, body: simulation.SketchedBody, colour: str) -> np.ndarray:
+def _draw_body(ax: Axes, body: simulation.SketchedBody, colour: str) -> np.ndarray:
     """Draw a body as the line, or the area, between its points; return points (m) of it."""
     points = body.points
     if len(points) > 2:
-        middle = points.mean(axis=0)
-        order = np.argsort(np.arctan2(points[:, 1] - middle[1], points[:, 0] - middle[0]))
+        centre = points.mean(axis=0)
+        order = np.argsort(np.arctan2(points[:, 1] - centre[1], points[:, 0] - centre[0]))
         ax.fill(*points[order].T, facecolor=(colour, 0.25), edgecolor=colour, linewidth=2.5)
     else:
         ax.plot(points[:, 0], points[:, 1], color=colour, lw=4.0, solid_capstyle="round", zorder=2)
     if body.elastic_ends is not None:
         ax.plot(*_spring(*body.elastic_ends).T, color="white", lw=1.2, zorder=3)
     ax.plot(*body.center, marker="+", color=INK, ms=5, mew=0.8, zorder=5)
-    return np.vstack([_between(points), body.center])
+    return np.vstack([_interpolated(points), body.center])
 
 
-def _spring(near: np.ndarray, far: np.ndarray) -> np.ndarray:
+def _spring(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Return the corners (m) of a zigzag between two places, straight at its ends."""
-    line = far - near
-    across = 0.02 * np.array([-line[1], line[0]])
-    shares = np.concatenate([[0.0, 0.15], np.linspace(0.175, 0.825, 14), [0.85, 1.0]])
+    vector = end - start
+    across = 0.02 * np.array([-vector[1], vector[0]])
+    fractions = np.concatenate([[0.0, 0.15], np.linspace(0.175, 0.825, 14), [0.85, 1.0]])
     signs = np.concatenate([[0.0, 0.0], np.resize([1.0, -1.0], 14), [0.0, 0.0]])
-    corners: np.ndarray = near + shares[:, None] * line + signs[:, None] * across
+    corners: np.ndarray = start + fractions[:, None] * vector + signs[:, None] * across
     return corners
 
 
-def _guide(ax: Axes, joint: simulation.SketchedJoint, direction: float, size: float) -> np.ndarray:
+def _draw_guide(ax: Axes, joint: simulation.SketchedJoint, direction: float, size: float) -> np.ndarray:
     """Draw the line of a guide and the block that moves along it; return points (m) of the block."""
     unit = np.array([math.cos(direction), math.sin(direction)])
     ends = joint.position + 0.2 * size * np.array([[-1.0], [1.0]]) * unit
     ax.plot(ends[:, 0], ends[:, 1], color=GREY, lw=0.8, ls=(0, (6, 3)), zorder=1)
-    wide, high = 0.14 * size, 0.08 * size
+    width, height = 0.14 * size, 0.08 * size
     across = np.array([-unit[1], unit[0]])
-    rim = joint.position + 0.5 * (np.array(_RIM)[:, :1] * wide * unit + np.array(_RIM)[:, 1:] * high * across)
-    ax.fill(*rim[:-1].T, facecolor=PALE, edgecolor=RED if joint.has_clearance else GREY, linewidth=1.0)
-    return _between(rim)
+    outline = joint.position + 0.5 * (
+        np.array(_BLOCK_CORNERS)[:, :1] * width * unit + np.array(_BLOCK_CORNERS)[:, 1:] * height * across
+    )
+    ax.fill(*outline[:-1].T, facecolor=PALE, edgecolor=RED if joint.has_clearance else GREY, linewidth=1.0)
+    return _interpolated(outline)
 
 
-def _joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> np.ndarray:
+def _draw_joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> np.ndarray:
     """Draw a joint: a ring, a second ring if it is open, hatched if it is on the ground.
 
     Return points (n, 2) m of it.
@@ -195,26 +199,28 @@ def _joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> np.ndarray
         return joint.position[None]
     radius = 0.016 * size
     x, y = joint.position
-    drawn = [joint.position[None]]
+    point_arrays = [joint.position[None]]
     if joint.grounded:
-        wide = 2.2 * radius
-        feet = y - 1.6 * wide
-        ax.fill([x, x - wide, x + wide], [y, feet, feet], facecolor=PALE, edgecolor=GREY, linewidth=0.8)
-        ax.plot([x - 1.5 * wide, x + 1.5 * wide], [y - 1.6 * wide] * 2, color=GREY, lw=1.2)
-        drawn.append(_between(np.array([(x - wide, y - 1.6 * wide), (x, y), (x + wide, y - 1.6 * wide)])))
+        width = 2.2 * radius
+        base = y - 1.6 * width
+        ax.fill([x, x - width, x + width], [y, base, base], facecolor=PALE, edgecolor=GREY, linewidth=0.8)
+        ax.plot([x - 1.5 * width, x + 1.5 * width], [y - 1.6 * width] * 2, color=GREY, lw=1.2)
+        point_arrays.append(
+            _interpolated(np.array([(x - width, y - 1.6 * width), (x, y), (x + width, y - 1.6 * width)]))
+        )
     ax.add_patch(Circle((x, y), radius, facecolor="white", edgecolor=INK, lw=1.2, zorder=4))
     if joint.has_clearance:
         ax.add_patch(Circle((x, y), 1.9 * radius, fill=False, edgecolor=RED, lw=1.4, zorder=4))
     if joint.driven:
-        wide = 0.11 * size
-        turn = joint.position + 0.5 * wide * _TURN
-        ax.plot(*turn.T, color=INK, lw=1.0, zorder=3)
-        _arrow_head(ax, turn[-1], turn[-1] - turn[-2], 0.022 * size)
-        drawn.append(turn)
-    return np.concatenate(drawn)
+        width = 0.11 * size
+        arrow = joint.position + 0.5 * width * _DRIVE_ARROW
+        ax.plot(*arrow.T, color=INK, lw=1.0, zorder=3)
+        _draw_arrow_head(ax, arrow[-1], arrow[-1] - arrow[-2], 0.022 * size)
+        point_arrays.append(arrow)
+    return np.concatenate(point_arrays)
 
 
-def _load(ax: Axes, load: simulation.SketchedLoad, size: float) -> np.ndarray:
+def _draw_load(ax: Axes, load: simulation.SketchedLoad, size: float) -> np.ndarray:
     """Draw a load; return the position (m) of its name."""
     if load.anchor is not None:
         line = np.linspace(load.anchor, load.position, 15)
@@ -228,11 +234,11 @@ def _load(ax: Axes, load: simulation.SketchedLoad, size: float) -> np.ndarray:
         return np.asarray(load.position)
     tail = load.position - 0.2 * size * load.direction
     ax.plot(*np.stack([tail, load.position]).T, color=INK, lw=1.4, zorder=5)
-    _arrow_head(ax, load.position, load.direction, 0.04 * size)
+    _draw_arrow_head(ax, load.position, load.direction, 0.04 * size)
     return np.asarray(tail)
 
 
-def _arrow_head(ax: Axes, tip: np.ndarray, direction: np.ndarray, length: float) -> None:
+def _draw_arrow_head(ax: Axes, tip: np.ndarray, direction: np.ndarray, length: float) -> None:
     """Draw the head of an arrow at `tip` (m) that points in a direction; length : m."""
     back = -length * direction / max(float(np.hypot(*direction)), 1e-12)
     across = 0.4 * np.array([-back[1], back[0]])

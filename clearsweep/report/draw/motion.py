@@ -9,22 +9,22 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from ...language import wording
-from .style import BLUE, GREY, INK, RED, colour_bar, over_crank, plain_axes, stems
+from .style import BLUE, GREY, INK, RED, colour_bar, set_crank_angle_axis, set_plain_axes, stems
 
-DEEPEST = 0.4  # of the clearance: drawn height of the deepest penetration in an unrolled gap
+DRAWN_PENETRATION = 0.4  # of the clearance: drawn height of the deepest penetration in an unrolled gap
 
 
-def orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
+def draw_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
     """Draw the path of the journal centre (m) in the clearance circle; contact is coloured by force (N)."""
     scale = wording.scale("m", clearance)
     x, y, radius = x / scale.factor, y / scale.factor, clearance / scale.factor
     ax.add_patch(Circle((0.0, 0.0), radius, facecolor="#f3f6f9", edgecolor=INK, linewidth=1.0, zorder=0))
     ax.plot(x, y, color=GREY, linewidth=0.5, alpha=0.8, rasterized=len(x) > 5000)
-    reach = 1.08 * max(radius, float(np.hypot(x, y).max(initial=0.0)))
-    _in_contact(ax, x, y, force)
+    half_width = 1.08 * max(radius, float(np.hypot(x, y).max(initial=0.0)))
+    _draw_contact_points(ax, x, y, force)
     ax.set(
-        xlim=(-reach, reach),
-        ylim=(-reach, reach),
+        xlim=(-half_width, half_width),
+        ylim=(-half_width, half_width),
         aspect="equal",
         xlabel=f"journal x [{scale.unit}]",
         ylabel=f"journal y [{scale.unit}]",
@@ -33,34 +33,34 @@ def orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: 
     ax.yaxis.set_major_locator(MaxNLocator(5))
 
 
-def _in_contact(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray) -> None:
+def _draw_contact_points(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray) -> None:
     """Draw the points of a path in contact, coloured by the force (N)."""
-    touching = force > 0.0
-    if touching.any():
-        unit = wording.scale("N", force)
+    in_contact = force > 0.0
+    if in_contact.any():
+        scale = wording.scale("N", force)
         points = ax.scatter(
-            x[touching],
-            y[touching],
-            c=force[touching] / unit.factor,
+            x[in_contact],
+            y[in_contact],
+            c=force[in_contact] / scale.factor,
             s=4,
             cmap="viridis",
             zorder=3,
             linewidths=0,
             rasterized=True,
         )
-        colour_bar(ax, points, f"normal force [{unit.unit}]")
+        colour_bar(ax, points, f"normal force [{scale.unit}]")
 
 
-def unrolled(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
+def draw_unrolled_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
     """Draw the gap of a journal (m) over the direction of its centre; penetration is `magnified`."""
-    scale, around = wording.scale("m", clearance), np.degrees(np.arctan2(y, x))
-    gap, times = clearance - np.hypot(x, y), magnified(x, y, clearance)
+    scale, direction = wording.scale("m", clearance), np.degrees(np.arctan2(y, x))
+    gap, magnification = clearance - np.hypot(x, y), penetration_magnification(x, y, clearance)
     deepest = max(float(-gap.min()), 0.0)
-    height = np.where(gap < 0.0, times * gap, gap) / scale.factor
-    apart = np.abs(np.diff(around)) > 180.0  # a line that crosses +-180 degrees
+    height = np.where(gap < 0.0, magnification * gap, gap) / scale.factor
+    crosses_seam = np.abs(np.diff(direction)) > 180.0  # a line that crosses +-180 degrees
     ax.plot(
-        np.insert(around, np.flatnonzero(apart) + 1, np.nan),
-        np.insert(height, np.flatnonzero(apart) + 1, np.nan),
+        np.insert(direction, np.flatnonzero(crosses_seam) + 1, np.nan),
+        np.insert(height, np.flatnonzero(crosses_seam) + 1, np.nan),
         color=GREY,
         linewidth=0.5,
         alpha=0.8,
@@ -68,13 +68,16 @@ def unrolled(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearanc
     )
     ax.axhspan(1.1 * min(float(height.min()), 0.0), 0.0, color="#f6e7dd", linewidth=0, zorder=0)
     ax.axhline(0.0, color=INK, linewidth=1.0)
-    _in_contact(ax, around, height, force)
+    _draw_contact_points(ax, direction, height, force)
     high, low = 1.05 * max(float(height.max()), 0.2 * clearance / scale.factor), 1.1 * min(float(height.min()), 0.0)
-    below = [] if deepest == 0.0 else [-deepest, -0.5 * deepest]
-    above = np.asarray(MaxNLocator(max(1, round(4.0 * high / (high - low)))).tick_values(0.0, high))
-    above = above[(above >= 0.0) & (above <= high)]
-    names = [wording.short(value / scale.factor, 2).replace("-", wording.MINUS) for value in below]
-    ax.set_yticks([*(times * value / scale.factor for value in below), *above], [*names, *map(_short, above)])
+    penetration_ticks = [] if deepest == 0.0 else [-deepest, -0.5 * deepest]
+    gap_ticks = np.asarray(MaxNLocator(max(1, round(4.0 * high / (high - low)))).tick_values(0.0, high))
+    gap_ticks = gap_ticks[(gap_ticks >= 0.0) & (gap_ticks <= high)]
+    names = [wording.short(value / scale.factor, 2).replace("-", wording.MINUS) for value in penetration_ticks]
+    ax.set_yticks(
+        [*(magnification * value / scale.factor for value in penetration_ticks), *gap_ticks],
+        [*names, *map(_short, gap_ticks)],
+    )
     ax.set(
         xlim=(-180.0, 180.0),
         ylim=(low, high),
@@ -82,30 +85,30 @@ def unrolled(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearanc
         ylabel=f"gap [{scale.unit}]",
     )
     ax.xaxis.set_major_locator(MultipleLocator(90))
-    plain_axes(ax)
+    set_plain_axes(ax)
 
 
-def magnified(x: np.ndarray, y: np.ndarray, clearance: float) -> float:
+def penetration_magnification(x: np.ndarray, y: np.ndarray, clearance: float) -> float:
     """Return the magnification of penetration relative to the gap: one digit, at least 1."""
     deepest = float(np.hypot(x, y).max()) - clearance
-    return max(float(f"{DEEPEST * clearance / deepest:.1g}"), 1.0) if deepest > 0.0 else 1.0
+    return max(float(f"{DRAWN_PENETRATION * clearance / deepest:.1g}"), 1.0) if deepest > 0.0 else 1.0
 
 
 def _short(value: float) -> str:
     return wording.short(float(value), 3)
 
 
-def force(ax: Axes, angle: np.ndarray, normal: np.ndarray, levels: Sequence[tuple[str, float]]) -> None:
+def draw_force(ax: Axes, angle: np.ndarray, normal: np.ndarray, levels: Sequence[tuple[str, float]]) -> None:
     """Draw the normal force (N) over the crank angle (rad), with named levels (N) as horizontal lines."""
     scale = wording.scale("N", [*normal, *(level for _, level in levels)])
     ax.plot(np.degrees(angle), normal / scale.factor, color=BLUE, linewidth=0.7, rasterized=len(angle) > 5000)
-    for (name, level), colour, dash in zip(levels, (RED, INK), ("--", ":"), strict=False):
-        ax.axhline(level / scale.factor, color=colour, linewidth=1.1, linestyle=dash, label=name)
+    for (name, level), colour, line_style in zip(levels, (RED, INK), ("--", ":"), strict=False):
+        ax.axhline(level / scale.factor, color=colour, linewidth=1.1, linestyle=line_style, label=name)
     ax.set(ylabel=f"normal force [{scale.unit}]", ylim=(0.0, None))
-    over_crank(ax, angle, legend=bool(levels))
+    set_crank_angle_axis(ax, angle, legend=bool(levels))
 
 
-def against_ideal(
+def draw_against_ideal(
     ax: Axes, angle: np.ndarray, actual: np.ndarray, ideal: np.ndarray | None, unit: str, name: str
 ) -> None:
     """Draw a quantity (SI) over the crank angle (rad) and, if available, the same in the ideal mechanism."""
@@ -121,27 +124,27 @@ def against_ideal(
     if ideal is not None:
         ax.plot(np.degrees(angle), ideal / scale.factor, color=RED, linewidth=1.4, linestyle="--", label="ideal")
     ax.set(ylabel=f"{name} [{scale.unit}]")
-    over_crank(ax, angle, legend=ideal is not None)
+    set_crank_angle_axis(ax, angle, legend=ideal is not None)
 
 
-def over_time(ax: Axes, t: np.ndarray, values: np.ndarray, unit: str, name: str) -> None:
+def draw_over_time(ax: Axes, t: np.ndarray, values: np.ndarray, unit: str, name: str) -> None:
     """Draw a quantity (SI) over time (s)."""
     scale, time_scale = wording.scale(unit, values), wording.scale("s", t)
     ax.plot(t / time_scale.factor, values / scale.factor, color=BLUE, linewidth=0.8, rasterized=len(t) > 5000)
     ax.set(xlabel=f"time [{time_scale.unit}]", ylabel=f"{name} [{scale.unit}]")
-    plain_axes(ax)
+    set_plain_axes(ax)
 
 
-def phase(ax: Axes, place: tuple[np.ndarray, str, str], rate: tuple[np.ndarray, str, str]) -> None:
+def draw_phase_portrait(ax: Axes, quantity: tuple[np.ndarray, str, str], rate: tuple[np.ndarray, str, str]) -> None:
     """Draw a rate over its quantity; each : values in SI, unit, name."""
-    (x, *x_words), (v, *v_words) = place, rate
+    (x, *x_words), (v, *v_words) = quantity, rate
     x_scale, v_scale = wording.scale(x_words[0], x), wording.scale(v_words[0], v)
     ax.plot(x / x_scale.factor, v / v_scale.factor, color=BLUE, linewidth=0.8, rasterized=len(x) > 5000)
     ax.set(xlabel=f"{x_words[1]} [{x_scale.unit}]", ylabel=f"{v_words[1]} [{v_scale.unit}]")
-    plain_axes(ax)
+    set_plain_axes(ax)
 
 
-def events(ax: Axes, angle: np.ndarray, rate: np.ndarray, limits: Sequence[tuple[str, float]]) -> None:
+def draw_onsets(ax: Axes, angle: np.ndarray, rate: np.ndarray, limits: Sequence[tuple[str, float]]) -> None:
     """Draw closing rates (m/s) of contact onsets over the crank angle (rad), and the rates at which contacts yield."""
     scale = wording.scale("m/s", [*rate, *(limit for _, limit in limits)])
     ax.plot(*stems(np.degrees(angle), 0.0, rate / scale.factor), color=BLUE, linewidth=0.6)
@@ -150,6 +153,6 @@ def events(ax: Axes, angle: np.ndarray, rate: np.ndarray, limits: Sequence[tuple
         label = f"first yield ({name})"
         ax.axhline(limit / scale.factor, color=RED, linewidth=1.1, linestyle=dash, label=label)
     ax.set(ylabel=f"closing rate at onset [{scale.unit}]", ylim=(0.0, None))
-    over_crank(
+    set_crank_angle_axis(
         ax, np.array([0.0, 2.0 * np.pi * np.ceil(angle.max() / (2.0 * np.pi))]), legend=bool(limits)
     )  # full turns

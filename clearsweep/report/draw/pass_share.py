@@ -8,8 +8,8 @@ from matplotlib.colors import ListedColormap
 
 from ...language import wording
 from ..data.axis import Axis
-from .heat_map import CELLS_VECTOR, LARGEST_LABELLED, letters
-from .style import INK, name_values
+from .heat_map import MAX_LABELLED_SHAPE, MAX_VECTOR_CELLS, cell_font_size
+from .style import INK, label_values
 
 GOOD, BAD, UNKNOWN = "#9fd0e8", "#f2b28c", "#e8ebee"  # pale blue and orange: distinguished by any eye, and in grey
 
@@ -45,18 +45,20 @@ def cells(ax: Axes, tables: tuple[np.ndarray, np.ndarray, np.ndarray], axes: tup
         cmap=ListedColormap([GOOD, PARTLY, UNDECIDED, BAD]),
         vmin=0.0,
         vmax=BEYOND,
-        rasterized=failing.size > CELLS_VECTOR,
+        rasterized=failing.size > MAX_VECTOR_CELLS,
         edgecolors="face",
         linewidth=0.3,
     )
     _border(ax, failing)
-    if all(size <= most for size, most in zip(failing.shape, LARGEST_LABELLED, strict=True)):
+    if all(size <= most for size, most in zip(failing.shape, MAX_LABELLED_SHAPE, strict=True)):
         for (row, column), fails in np.ndenumerate(failing):
             margin = margins[row, column]
             number = wording.plain(float(100.0 * margin), 2) if np.isfinite(margin) else ""
             word = wording.DASH if np.isnan(fails) else "no" if fails else WORDS.get(float(reserved[row, column]), "ok")
             text = f"{word}\n{number}".strip()
-            ax.text(column, row, text, ha="center", va="center", fontsize=letters(failing.shape[1], 5), color="black")
+            ax.text(
+                column, row, text, ha="center", va="center", fontsize=cell_font_size(failing.shape[1], 5), color="black"
+            )
     for fails, colour, mark in ((False, DOT_GOOD, "o"), (True, DOT_BAD, "X")):
         matching = between.failing == fails
         ax.scatter(
@@ -67,10 +69,10 @@ def cells(ax: Axes, tables: tuple[np.ndarray, np.ndarray, np.ndarray], axes: tup
             marker=mark,
             linewidths=0.3,
             edgecolors="white",
-            rasterized=bool(matching.sum() > CELLS_VECTOR),
+            rasterized=bool(matching.sum() > MAX_VECTOR_CELLS),
         )
-    name_values(ax.xaxis, across, np.arange(len(across.values), dtype=float))
-    name_values(ax.yaxis, up, np.arange(len(up.values), dtype=float))
+    label_values(ax.xaxis, across, np.arange(len(across.values), dtype=float))
+    label_values(ax.yaxis, up, np.arange(len(up.values), dtype=float))
     ax.set(xlabel=across.label(), ylabel=up.label())
     ax.tick_params(length=0)
 

@@ -6,20 +6,20 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..data.axis import Axis
-from .style import BLUE, plain_axes
+from .style import BLUE, set_plain_axes
 
 
-def intervals(ax: Axes, rows: Sequence[tuple[float, float, float, float]], over: Axis, axis: Axis) -> None:
+def draw_intervals(ax: Axes, rows: Sequence[tuple[float, float, float, float]], x_axis: Axis, y_axis: Axis) -> None:
     """Draw answers.
 
-    Each row has the value on the axis `over`, the ends of the interval and the answer on `axis`, in SI.
+    Each row has the value on the axis `x_axis`, the ends of the interval and the answer on `y_axis`, in SI.
     """
     x, low, high, answer = np.array(rows).T
-    x = over.scale.of(x)
-    low, high, answer = (axis.scale.of(each) for each in (low, high, answer))
+    x = x_axis.scale.of(x)
+    low, high, answer = (y_axis.scale.of(values) for values in (low, high, answer))
     ax.vlines(x, low, high, color=BLUE, linewidth=2.0)
     ax.plot(x, answer, "o-", color=BLUE, markersize=4.0, linewidth=0.8)
-    ax.set(xlabel=over.label(), ylabel=axis.label())
+    ax.set(xlabel=x_axis.label(), ylabel=y_axis.label())
     if low.min() > 0.0:
         ax.set_ylim(0.0, 1.1 * high.max())
-    plain_axes(ax)
+    set_plain_axes(ax)

@@ -16,16 +16,16 @@ from ..data.axis import Axis
 BLUE, RED, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"  # Okabe and Ito 2008
 INK, GREY, PALE = "#1f2933", "#6b7785", "#c3ccd5"
 JOINT_COLOURS = (BLUE, RED, GREEN)
-TICKS_NAMED = 9  # axes with more values label only some of them
-SLANTED: dict[str, Any] = {
+MAX_LABELLED_TICKS = 9  # axes with more values label only some of them
+SLANTED_LABELS: dict[str, Any] = {
     "rotation": 40,
     "ha": "right",
     "rotation_mode": "anchor",
 }  # names too long to be placed side by side
-WIDTH = 36  # characters that fit side by side below a figure
+AXIS_CHARACTERS = 36  # characters that fit side by side below a figure
 
 
-def over_crank(ax: Axes, angle: np.ndarray, *, legend: bool) -> None:
+def set_crank_angle_axis(ax: Axes, angle: np.ndarray, *, legend: bool) -> None:
     """Set up the crank angle as abscissa."""
     degrees = np.round(np.degrees(angle), 3)  # so that full turns end on a tick
     turns = (degrees.max() - degrees.min()) / 360.0 if len(degrees) else 1.0
@@ -34,42 +34,42 @@ def over_crank(ax: Axes, angle: np.ndarray, *, legend: bool) -> None:
     if len(degrees):
         ax.set_xlim(degrees.min(), max(degrees.max(), degrees.min() + 1.0))
     ax.set_xlabel("crank angle [°]")
-    plain_axes(ax)
+    set_plain_axes(ax)
     if legend:
         ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, borderaxespad=0.2)
 
 
-def name_values(side: XAxis | YAxis, axis: Axis, places: np.ndarray) -> None:
+def label_values(side: XAxis | YAxis, axis: Axis, positions: np.ndarray) -> None:
     """Label the values of a grid axis at their positions; of many numbers, only some."""
     longest = max(len(axis.short(value)) for value in axis.values)
     if not axis.numeric:
-        slanted = side.axis_name == "x" and len(axis.values) * (longest + 2) > WIDTH
-        side.set_ticks(places, axis.values, **(SLANTED if slanted else {}))
+        is_slanted = side.axis_name == "x" and len(axis.values) * (longest + 2) > AXIS_CHARACTERS
+        side.set_ticks(positions, axis.values, **(SLANTED_LABELS if is_slanted else {}))
         return
-    most_ticks = TICKS_NAMED if side.axis_name == "y" else max(2, WIDTH // (longest + 2))
-    way = np.log(places) if side.get_scale() == "log" else places
-    named, least = [0], 0.99 * (way.max() - way.min()) / most_ticks
-    for k in range(1, len(way)):
-        if abs(way[k] - way[named[-1]]) >= least:
-            named.append(k)
+    most_ticks = MAX_LABELLED_TICKS if side.axis_name == "y" else max(2, AXIS_CHARACTERS // (longest + 2))
+    distances = np.log(positions) if side.get_scale() == "log" else positions
+    labelled, min_distance = [0], 0.99 * (distances.max() - distances.min()) / most_ticks
+    for k in range(1, len(distances)):
+        if abs(distances[k] - distances[labelled[-1]]) >= min_distance:
+            labelled.append(k)
     side.set_major_locator(NullLocator())
     side.set_minor_locator(NullLocator())
-    side.set_ticks(places[named], [axis.short(axis.values[k]) for k in named])
+    side.set_ticks(positions[labelled], [axis.short(axis.values[k]) for k in labelled])
 
 
-def logarithmic(ax: Axes, which: str) -> None:
+def set_log_scale(ax: Axes, side_name: str) -> None:
     """Make one side, 'x' or 'y', logarithmic, with ticks at 1, 2 and 5."""
-    getattr(ax, f"set_{which}scale")("log")
-    side = getattr(ax, f"{which}axis")
+    getattr(ax, f"set_{side_name}scale")("log")
+    side = getattr(ax, f"{side_name}axis")
     side.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     side.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 2)))
     side.set_minor_locator(NullLocator())
 
 
 def colour_bar(
-    ax: Axes, coloured: ScalarMappable, name: str, *, logarithmic: bool = False, whole: bool = False
+    ax: Axes, coloured: ScalarMappable, name: str, *, logarithmic: bool = False, integers: bool = False
 ) -> None:
-    """Draw the colour bar of a drawing; `whole`: integers."""
+    """Draw the colour bar of a drawing; `integers`: integers."""
     bar = ax.figure.colorbar(coloured, ax=ax, fraction=0.05, pad=0.03)
     bar.set_label(name)
     bar.outline.set_visible(False)
@@ -78,15 +78,15 @@ def colour_bar(
     if logarithmic:
         bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         bar.ax.yaxis.set_minor_locator(NullLocator())
-    if whole:
+    if integers:
         bar.ax.yaxis.set_major_locator(MaxNLocator(6, integer=True))
     bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 3)))
 
 
-def named_bar(ax: Axes, axis: Axis, norm: Normalize) -> None:
+def axis_colour_bar(ax: Axes, axis: Axis, norm: Normalize) -> None:
     """Draw the colour bar of the values of a grid axis."""
     bar = ax.figure.colorbar(ScalarMappable(norm, "viridis"), ax=ax, fraction=0.05, pad=0.03)
-    name_values(bar.ax.yaxis, axis, np.arange(len(axis.values), dtype=float))
+    label_values(bar.ax.yaxis, axis, np.arange(len(axis.values), dtype=float))
     bar.set_label(axis.label())
     bar.outline.set_visible(False)
     if bar.solids is not None:
@@ -99,7 +99,7 @@ def stems(x: np.ndarray, low: float, high: np.ndarray | float) -> tuple[np.ndarr
     return np.stack([lines[0], lines[0], lines[3]], axis=-1).ravel(), np.stack(lines[1:], axis=-1).ravel()
 
 
-def plain_axes(ax: Axes) -> None:
+def set_plain_axes(ax: Axes) -> None:
     """Draw a pale grid in the background, and no line at the top and right."""
     ax.grid(color=PALE, linewidth=0.5, alpha=0.7)
     ax.set_axisbelow(True)

@@ -7,44 +7,50 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from ...language import wording
 from ...language.wording import Scale
-from .style import BLUE, INK, PALE, RED, colour_bar, plain_axes
+from .style import BLUE, INK, PALE, RED, colour_bar, set_plain_axes
 
 SECTORS = 180  # of a circle, at most
 BODIES = (("bearing", BLUE, "-"), ("journal", RED, "--"))  # name, colour, line
 
 
-def around(ax: PolarAxes, depth: np.ndarray, place: int, scale: Scale, most: float) -> None:
-    """Draw the depths (m, one per angular bin) of the bearing (`place` 0) or the journal (1), up to `most` (m).
+def draw_around(ax: PolarAxes, depth: np.ndarray, body: int, scale: Scale, largest: float) -> None:
+    """Draw the depths (m, one per angular bin) of the bearing (`body` 0) or the journal (1), up to `largest` (m).
 
     The deepest bin is marked, the mean is a dotted circle.
     """
-    colour, shown, drawn = BODIES[place][1], depth / scale.factor, joined(depth, SECTORS) / scale.factor
-    ax.fill(_angles(drawn), drawn, facecolor=(colour, 0.25), edgecolor=colour, linewidth=1.2)
-    ax.plot(np.linspace(0.0, 2.0 * np.pi, 91), np.full(91, shown.mean()), color=INK, linewidth=0.9, linestyle=":")
-    ax.plot(_angles(shown)[shown.argmax()], shown.max(), "o", color=colour, markersize=4.5)
+    colour, scaled, drawn_depths = (
+        BODIES[body][1],
+        depth / scale.factor,
+        deepest_per_sector(depth, SECTORS) / scale.factor,
+    )
+    ax.fill(_angles(drawn_depths), drawn_depths, facecolor=(colour, 0.25), edgecolor=colour, linewidth=1.2)
+    ax.plot(np.linspace(0.0, 2.0 * np.pi, 91), np.full(91, scaled.mean()), color=INK, linewidth=0.9, linestyle=":")
+    ax.plot(_angles(scaled)[scaled.argmax()], scaled.max(), "o", color=colour, markersize=4.5)
     ax.set_xticks(np.radians(np.arange(0, 360, 45)))
     ax.set_rlabel_position(22.5)
     ax.yaxis.set_major_locator(MaxNLocator(4))
-    ax.set_ylim(0.0, 1.08 * most / scale.factor if most > 0.0 else None)
+    ax.set_ylim(0.0, 1.08 * largest / scale.factor if largest > 0.0 else None)
     ax.tick_params(axis="y", labelsize=7)
     ax.grid(color=PALE, linewidth=0.5)
     ax.set_xlabel(f"depth [{scale.unit}]")
 
 
-def along_length(ax: Axes, depths: tuple[np.ndarray, np.ndarray], scale: Scale) -> None:
+def draw_over_angle(ax: Axes, depths: tuple[np.ndarray, np.ndarray], scale: Scale) -> None:
     """Draw the depths (m, one per angular bin) of bearing and journal over the angle (rad) in each body's frame."""
-    for depth, (name, colour, dash) in zip((joined(depth, SECTORS) for depth in depths), BODIES, strict=True):
+    for depth, (name, colour, dash) in zip(
+        (deepest_per_sector(depth, SECTORS) for depth in depths), BODIES, strict=True
+    ):
         ax.plot(
             np.degrees(_angles(depth)), depth / scale.factor, color=colour, linestyle=dash, linewidth=1.2, label=name
         )
     ax.xaxis.set_major_locator(MultipleLocator(90))
     ax.set(xlim=(0.0, 360.0), xlabel="angle on the body [°]", ylabel=f"depth [{scale.unit}]")
     ax.set_ylim(0.0, None)
-    plain_axes(ax)
+    set_plain_axes(ax)
     ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.2)
 
 
-def unrolled(ax: Axes, depth: np.ndarray, length: float) -> None:
+def draw_unrolled(ax: Axes, depth: np.ndarray, length: float) -> None:
     """Draw wear depths (bins, length bins) m around a body and along it, unrolled; length : m, of the body."""
     scale, length_scale = wording.scale("m", depth.ravel()), wording.scale("m", length)
     edges = np.linspace(-0.5, 0.5, depth.shape[1] + 1) * length / length_scale.factor
@@ -57,7 +63,7 @@ def unrolled(ax: Axes, depth: np.ndarray, length: float) -> None:
     colour_bar(ax, mesh, f"depth [{scale.unit}]")
 
 
-def joined(depth: np.ndarray, sectors: int) -> np.ndarray:
+def deepest_per_sector(depth: np.ndarray, sectors: int) -> np.ndarray:
     """Return the depths (m) of a body in at most `sectors`: the deepest of adjacent bins."""
     if len(depth) <= sectors:
         return depth
@@ -67,5 +73,5 @@ def joined(depth: np.ndarray, sectors: int) -> np.ndarray:
 
 def _angles(depth: np.ndarray) -> np.ndarray:
     """Return the centres (rad) of the bins of a body."""
-    middles: np.ndarray = (np.arange(len(depth)) + 0.5) * 2.0 * np.pi / len(depth)
-    return middles
+    centres: np.ndarray = (np.arange(len(depth)) + 0.5) * 2.0 * np.pi / len(depth)
+    return centres

@@ -18,9 +18,9 @@ from ..draw import comparison
 
 UNKNOWN = "This version does not know every law of this run, so it does not compare their forces."
 DEPTHS = (0.1e-6, 1e-6, 5e-6, 10e-6, 20e-6)  # m, at which forces are tabulated
-FIRST = 1  # index in DEPTHS of the depth by which laws are ordered
-HOLDING = (simulation.SUITABLE, "")  # verdict on a law without objection
-CURVE = np.geomspace(DEPTHS[0], DEPTHS[-1], 25)  # m, at which they are drawn
+REFERENCE_DEPTH = 1  # index in DEPTHS of the depth by which laws are ordered
+VALID = (simulation.SUITABLE, "")  # verdict on a law without objection
+CURVE_DEPTHS = np.geomspace(DEPTHS[0], DEPTHS[-1], 25)  # m, at which they are drawn
 
 
 def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
@@ -41,7 +41,7 @@ def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
         return Part([UNKNOWN], [], [])
     by_law = dict(zip(laws_with_cases, sections, strict=True))
     verdicts = {
-        law: _verdicts(study, joint, case_id, by_law[law]).get(law, HOLDING)
+        law: _verdicts(study, joint, case_id, by_law[law]).get(law, VALID)
         for law, case_id in zip(laws_with_cases, closest, strict=True)
     }
     return _law_comparison(joint, by_law, laws_with_cases, verdicts)
@@ -78,41 +78,50 @@ def _verdicts(study: Study, joint: Joint, case_id: str, section: case.Joint) -> 
 
 
 def _law_comparison(
-    joint: Joint, sections: dict[str, case.Joint], used: list[str], verdicts: dict[str, tuple[str, str]]
+    joint: Joint, sections: dict[str, case.Joint], used_laws: list[str], verdicts: dict[str, tuple[str, str]]
 ) -> Part:
     """Return sentences, picture and table of elastic laws; `sections`: name -> section of the joint with that law.
 
     verdicts : name -> verdict and reason; valid laws come first in the table; valid laws and those in use are drawn
     """
     forces = {law: np.array(simulation.elastic_forces(section, DEPTHS)) for law, section in sections.items()}
-    holding = {law for law in sections if verdicts.get(law, HOLDING)[0] == HOLDING[0]}
-    ordered = sorted(forces, key=lambda law: (law not in holding, forces[law][FIRST]))
-    sentences = _sentences(forces, [law for law in ordered if law in holding])
-    drawn = [law for law in ordered if law in holding or law in used]
-    table = _table(joint, sections, forces, ordered, used, verdicts)
-    return Part(sentences, [_curves({law: sections[law] for law in drawn}, used)] if drawn else [], [table])
+    valid_laws = {law for law in sections if verdicts.get(law, VALID)[0] == VALID[0]}
+    ordered = sorted(forces, key=lambda law: (law not in valid_laws, forces[law][REFERENCE_DEPTH]))
+    sentences = _sentences(forces, [law for law in ordered if law in valid_laws])
+    drawn = [law for law in ordered if law in valid_laws or law in used_laws]
+    table = _table(joint, sections, forces, ordered, used_laws, verdicts)
+    return Part(sentences, [_curves({law: sections[law] for law in drawn}, used_laws)] if drawn else [], [table])
 
 
-def _sentences(forces: dict[str, np.ndarray], holding: list[str]) -> list[str]:
+def _sentences(forces: dict[str, np.ndarray], valid_laws: list[str]) -> list[str]:
     """Return sentences on the factor between the softest and the stiffest valid law, and between all laws."""
     if len(forces) < 2:
         return []
-    values, at = np.array(list(forces.values())), [wording.scale("m", depth).given(depth) for depth in DEPTHS]
-    all_laws = wording.plain(float(values.max(axis=0)[FIRST] / values.min(axis=0)[FIRST]))
-    doubtful = len(forces) - len(holding)
+    values, depth_texts = np.array(list(forces.values())), [wording.scale("m", depth).given(depth) for depth in DEPTHS]
+    all_laws = wording.plain(float(values.max(axis=0)[REFERENCE_DEPTH] / values.min(axis=0)[REFERENCE_DEPTH]))
+    doubtful = len(forces) - len(valid_laws)
     doubtful_laws = "doubtful one" if doubtful == 1 else f"{doubtful} doubtful ones"
-    rest = f"With the {doubtful_laws}, the factor is {all_laws}." if doubtful else ""
-    if len(holding) < 2:
-        alone = f"only {holding[0]} is valid" if holding else "none is valid"
-        return [f"Of {len(forces)} elastic laws {alone} in this joint. Their forces differ by a factor of {all_laws}."]
-    own = np.array([forces[law] for law in holding])
-    factors = [wording.plain(factor) for factor in own.max(axis=0) / own.min(axis=0)]
-    more = [f"{factor} at {depth}" for k, (factor, depth) in enumerate(zip(factors, at, strict=True)) if k != FIRST]
-    least, most = wording.in_common_unit((forces[law][FIRST] for law in (holding[0], holding[-1])), "N")
+    doubtful_text = f"With the {doubtful_laws}, the factor is {all_laws}." if doubtful else ""
+    if len(valid_laws) < 2:
+        validity_text = f"only {valid_laws[0]} is valid" if valid_laws else "none is valid"
+        return [
+            f"Of {len(forces)} elastic laws {validity_text} in this joint. Their forces differ by a factor of "
+            f"{all_laws}."
+        ]
+    valid_forces = np.array([forces[law] for law in valid_laws])
+    factors = [wording.plain(factor) for factor in valid_forces.max(axis=0) / valid_forces.min(axis=0)]
+    other_factors = [
+        f"{factor} at {depth}"
+        for k, (factor, depth) in enumerate(zip(factors, depth_texts, strict=True))
+        if k != REFERENCE_DEPTH
+    ]
+    least, most = wording.in_common_unit((forces[law][REFERENCE_DEPTH] for law in (valid_laws[0], valid_laws[-1])), "N")
     return [
-        f"At a penetration of {at[FIRST]} the {len(holding)} elastic laws that are valid in this joint differ by a "
-        f"factor of {factors[FIRST]}: {least} ({holding[0]}) to {most} ({holding[-1]}). {rest}".rstrip(),
-        f"Among the valid laws, the factor is {wording.sentence_list(more)}.",
+        f"At a penetration of {depth_texts[REFERENCE_DEPTH]} the {len(valid_laws)} elastic laws that are valid in "
+        "this joint differ by a "
+        f"factor of {factors[REFERENCE_DEPTH]}: {least} ({valid_laws[0]}) to {most} ({valid_laws[-1]}). "
+        f"{doubtful_text}".rstrip(),
+        f"Among the valid laws, the factor is {wording.sentence_list(other_factors)}.",
     ]
 
 
@@ -125,20 +134,20 @@ def _table(
     verdicts: dict[str, tuple[str, str]],
 ) -> Table:
     rows = []
-    softest = min(forces[law][FIRST] for law in ordered)
+    softest = min(forces[law][REFERENCE_DEPTH] for law in ordered)
     for law in ordered:
         limit = simulation.penetration_limit(sections[law])
         chosen = "yes" if law in used else ""
-        word, reason = verdicts.get(law, HOLDING)
-        verdict_text = word if word == HOLDING[0] else f"{word}: {reason}"
+        word, reason = verdicts.get(law, VALID)
+        verdict_text = word if word == VALID[0] else f"{word}: {reason}"
         deepest = limit if np.isfinite(limit) else np.nan
-        rows.append((law, chosen, *forces[law], forces[law][FIRST] / softest, deepest, verdict_text))
-    at = [wording.scale("m", depth).given(depth) for depth in DEPTHS]
+        rows.append((law, chosen, *forces[law], forces[law][REFERENCE_DEPTH] / softest, deepest, verdict_text))
+    depth_texts = [wording.scale("m", depth).given(depth) for depth in DEPTHS]
     columns = (
         Column("elastic law"),
         Column("used here", file_only=len(used) == len(sections)),
-        *(Column(f"at {depth}", "N") for depth in at),
-        Column(f"at {at[FIRST]}, over the softest"),
+        *(Column(f"at {depth}", "N") for depth in depth_texts),
+        Column(f"at {depth_texts[REFERENCE_DEPTH]}, over the softest"),
         Column("valid up to", "m"),
         Column("in this joint"),
     )
@@ -165,15 +174,19 @@ def _joint_text(section: case.Joint) -> str:
 
 def _curves(sections: dict[str, case.Joint], used: list[str]) -> Picture:
     """Return the picture of force over penetration of elastic laws: name -> section of the joint with that law."""
-    curves = {law: np.array(simulation.elastic_forces(section, CURVE)) for law, section in sections.items()}
+    curves = {law: np.array(simulation.elastic_forces(section, CURVE_DEPTHS)) for law, section in sections.items()}
     by_last_force = sorted(curves, key=lambda law: -curves[law][-1])
     drawn = [(law, curves[law], law in used) for law in by_last_force]
-    forces = {law: simulation.elastic_forces(section, DEPTHS)[FIRST] for law, section in sections.items()}
+    forces = {law: simulation.elastic_forces(section, DEPTHS)[REFERENCE_DEPTH] for law, section in sections.items()}
     softest, stiffest = min(forces, key=forces.__getitem__), max(forces, key=forces.__getitem__)
-    depth = wording.scale("m", DEPTHS[FIRST]).given(DEPTHS[FIRST])
+    depth = wording.scale("m", DEPTHS[REFERENCE_DEPTH]).given(DEPTHS[REFERENCE_DEPTH])
     alt = f"At {depth} {softest} is the softest law and {stiffest} the stiffest."
     if len(forces) < 2:
         alt = f"Force of {softest} against penetration."
     return Picture(
-        "Elastic force against penetration", "", alt, lambda ax: comparison.elastic(ax, CURVE, drawn), size=(4.6, 3.4)
+        "Elastic force against penetration",
+        "",
+        alt,
+        lambda ax: comparison.draw_elastic_forces(ax, CURVE_DEPTHS, drawn),
+        size=(4.6, 3.4),
     )

@@ -8,16 +8,16 @@ from ...language import wording
 from ..blocks.section import Part
 from ..blocks.table import Column, Table, count_cell
 from ..data.study import Study
-from ..statistics.matching import Matched, axis_key
+from ..statistics.matching import MatchedCases, axis_key
 
 
-def of_axis(study: Study, groups: Matched) -> Part:
+def of_axis(study: Study, groups: MatchedCases) -> Part:
     """Return how the laws on an axis change the verdict at otherwise equal values; an empty Part without limits."""
     if verdict.EXCEEDED not in study.cases:
         return Part([], [], [])
     ids = groups.pairs["case_id"]
-    fails = (study.cases[verdict.EXCEEDED].reindex(ids) != "").to_numpy(float)
-    pairs = groups.pairs.assign(fails=fails, margin=study.cases[verdict.MARGIN].reindex(ids).to_numpy(float))
+    exceeds = (study.cases[verdict.EXCEEDED].reindex(ids) != "").to_numpy(float)
+    pairs = groups.pairs.assign(fails=exceeds, margin=study.cases[verdict.MARGIN].reindex(ids).to_numpy(float))
     table = pairs.pivot_table(index="group", columns="law", values="fails", aggfunc="max")
     table = table[table.count(axis=1) > 1]
     if table.empty:
@@ -26,34 +26,37 @@ def of_axis(study: Study, groups: Matched) -> Part:
     return Part([_sentence(study, groups, table)], [], [_table(groups, compared)])
 
 
-def _sentence(study: Study, groups: Matched, table: pd.DataFrame) -> str:
+def _sentence(study: Study, groups: MatchedCases, table: pd.DataFrame) -> str:
     """Return a sentence on the number of designs whose verdict depends on the law, and where."""
-    moved = table[table.max(axis=1) > table.min(axis=1)]
+    changed = table[table.max(axis=1) > table.min(axis=1)]
     designs = wording.count(len(table), "design")
-    if moved.empty:
+    if changed.empty:
         agreed = "meets the limits" if not table.max().max() else "exceeds a limit" if table.min().min() else ""
         rest = f"each {agreed} with every law" if agreed else "each meets the limits with all laws, or with none"
         return f"The choice of {groups.axis.name} does not change the verdict on {designs}: {rest}."
-    group = moved.index[0]
-    row = moved.loc[group].dropna()
-    keep, exceed = ([law for law, fails in row.items() if bool(fails) is beyond] for beyond in (False, True))
-    at = study.setting(groups.case(group, exceed[0]), without=groups.axis)
-    where = f" at {at}" if at else ""
-    laws = f"they are met with {wording.sentence_list(keep)} and exceeded with {wording.sentence_list(exceed)}{where}"
-    many = f"{len(moved)} of {designs}"
+    group = changed.index[0]
+    row = changed.loc[group].dropna()
+    meeting, exceeding = ([law for law, exceeds in row.items() if bool(exceeds) is beyond] for beyond in (False, True))
+    setting = study.setting(groups.case(group, exceeding[0]), without=groups.axis)
+    setting_text = f" at {setting}" if setting else ""
+    laws = (
+        f"they are met with {wording.sentence_list(meeting)} and exceeded with "
+        f"{wording.sentence_list(exceeding)}{setting_text}"
+    )
+    many = f"{len(changed)} of {designs}"
     return f"The choice of {groups.axis.name} decides whether {many} meet the limits. For example, {laws}."
 
 
-def _table(groups: Matched, compared: pd.DataFrame) -> Table:
+def _table(groups: MatchedCases, compared: pd.DataFrame) -> Table:
     """Return, for each law, the number of designs that exceed a limit, and their margins."""
     rows = []
     for law in groups.axis.values:
-        mine = compared[compared["law"] == law]
-        if len(mine):
-            margins = mine["margin"].to_numpy()
+        rows_of_law = compared[compared["law"] == law]
+        if len(rows_of_law):
+            margins = rows_of_law["margin"].to_numpy()
             known = margins[np.isfinite(margins)]
             ends = (float(known.min()), float(np.median(known))) if len(known) else (np.nan, np.nan)
-            rows.append((law, count_cell(len(mine)), count_cell(int(mine["fails"].sum())), *ends))
+            rows.append((law, count_cell(len(rows_of_law)), count_cell(int(rows_of_law["fails"].sum())), *ends))
     heads = ("designs", "that exceed a limit", "smallest margin", "median margin")
     columns = (Column(groups.axis.name), *map(Column, heads))
     note = (

@@ -18,8 +18,8 @@ from ..draw import comparison
 from ..statistics.matching import axis_key
 from .elastic_comparison import UNKNOWN
 
-MOST = 5  # largest number of displayed values of the restitution, evenly spaced
-EQUAL_WITHIN = 5e-4  # smaller differences of restitution count as equal
+MAX_VALUES = 5  # largest number of displayed values of the restitution, evenly spaced
+MIN_DIFFERENCE = 5e-4  # smaller differences of restitution count as equal
 
 
 class EffectiveRestitution(NamedTuple):
@@ -40,20 +40,20 @@ def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
     """Return sentence, picture and table of the swept laws of a joint."""
     points = _points(study, axis, joint)
     one_per_law = points.drop_duplicates()
-    shown = _shown(points["specified"])
-    one_per_law = one_per_law[one_per_law["specified"].isna() | one_per_law["specified"].isin(shown)]
+    displayed = _displayed_values(points["specified"])
+    one_per_law = one_per_law[one_per_law["specified"].isna() | one_per_law["specified"].isin(displayed)]
     try:
         sections = [joint_of(case, joint) for case in resolved(study, one_per_law.index)]
     except InputError:
         return Part([UNKNOWN], [], [])
     rows = []
     for (law, value), section in zip(one_per_law.itertuples(index=False), sections, strict=True):
-        given = simulation.restitution(section)
+        effective = simulation.restitution(section)
         rows.append(
             EffectiveRestitution(
                 law,
                 section.contact.values.get("restitution", np.nan),
-                np.nan if given is None else given,
+                np.nan if effective is None else effective,
                 _measured(study, points, joint, law, value),
             )
         )
@@ -70,12 +70,12 @@ def _points(study: Study, axis: Axis, joint: Joint) -> pd.DataFrame:
     return points.astype({"specified": float})
 
 
-def _shown(specified: pd.Series) -> np.ndarray:
+def _displayed_values(specified: pd.Series) -> np.ndarray:
     """Return the displayed values of the restitution, at most MOST."""
     known = np.sort(specified.dropna().unique())
     if not len(known):
         return known
-    return known[np.unique(np.linspace(0, len(known) - 1, MOST).round().astype(int))]
+    return known[np.unique(np.linspace(0, len(known) - 1, MAX_VALUES).round().astype(int))]
 
 
 def _measured(study: Study, points: pd.DataFrame, joint: Joint, law: str, specified: float) -> float:
@@ -113,7 +113,7 @@ def _sentences(rows: list[EffectiveRestitution]) -> list[str]:
     if not spans:
         return []
     widest, least, most = max(spans, key=lambda span: (span[0], span[1].specified))
-    if widest < EQUAL_WITHIN:
+    if widest < MIN_DIFFERENCE:
         return [
             "In a free impact these laws do not differ: each gives the specified restitution, or all give the same "
             "value."
@@ -131,7 +131,7 @@ def _picture(axis: Axis, rows: list[EffectiveRestitution]) -> Picture:
         "Restitution of a free impact",
         "Computed for a free impact, and compared with the specified restitution.",
         f"Restitution by {axis.name}. {alt}",
-        lambda ax: comparison.returned(ax, points),
+        lambda ax: comparison.draw_restitutions(ax, points),
         size=(4.2, 1.15 + 0.22 * len({row.law for row in rows})),
     )
 

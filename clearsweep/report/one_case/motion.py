@@ -22,10 +22,13 @@ from ..draw import motion
 from ..statistics import elastic_range
 from . import spatial
 
-TURN = 2.0 * np.pi
-FLAT, SQUARE = (4.2, 3.3), (4.2, 3.05)  # inches; a square next to a colour bar is as wide as it is high
-ORBIT = ("x", "y", "force_normal")  # channels of a joint needed for its orbit
-LEVELS = (("force_p99", "p99"), ("force_peak_ideal", "ideal peak"))  # levels in the picture of a joint's force
+FULL_TURN = 2.0 * np.pi
+FLAT_SIZE, SQUARE_SIZE = (4.2, 3.3), (4.2, 3.05)  # inches; a square next to a colour bar is as wide as it is high
+ORBIT_CHANNELS = ("x", "y", "force_normal")  # channels of a joint needed for its orbit
+REFERENCE_FORCES = (
+    ("force_p99", "p99"),
+    ("force_peak_ideal", "ideal peak"),
+)  # levels in the picture of a joint's force
 
 
 class History(NamedTuple):
@@ -34,7 +37,7 @@ class History(NamedTuple):
     channels: Mapping  # name -> values in SI
     time: np.ndarray  # s
     angle: np.ndarray | None  # rad, of the drive, from 0 to 2 pi at first; None without a rotating drive
-    first: float = 0.0  # rad, full turns before that
+    first_angle: float = 0.0  # rad, full turns before that
 
     def values(self, name: str) -> np.ndarray:
         """Return the values (SI) of one channel."""
@@ -46,8 +49,8 @@ class History(NamedTuple):
         """Return a function that draws a quantity (SI) over the angle of the drive, or over time without rotation."""
         angle = self.angle
         if angle is None:
-            return lambda ax: motion.over_time(ax, self.time, values, unit, name)
-        return lambda ax: motion.against_ideal(ax, angle, values, ideal, unit, name)
+            return lambda ax: motion.draw_over_time(ax, self.time, values, unit, name)
+        return lambda ax: motion.draw_against_ideal(ax, angle, values, ideal, unit, name)
 
 
 class JointHistory(NamedTuple):
@@ -59,13 +62,13 @@ class JointHistory(NamedTuple):
     ideal: np.ndarray | None = None
 
 
-def history(run: StoredRun, case_id: str) -> Mapping | None:
+def saved_channels(run: StoredRun, case_id: str) -> Mapping | None:
     """Return the saved channels of a case by name, or None if no history was saved."""
     path = run.orbit(case_id)
     return path if len(path) > 1 else None
 
 
-def turned(study: Study, case_id: str, path: Mapping) -> np.ndarray | None:
+def drive_angle(study: Study, case_id: str, path: Mapping) -> np.ndarray | None:
     """Return the angle (rad) of the drive at every sample of a case, or None without rotation."""
     if "crank_angle" in path:
         return np.asarray(path["crank_angle"], float)
@@ -73,38 +76,38 @@ def turned(study: Study, case_id: str, path: Mapping) -> np.ndarray | None:
     return None if speed is None else float(speed) * np.asarray(path[TIME], float)
 
 
-def saved_of(study: Study, case_id: str, path: Mapping) -> History:
+def history_of(study: Study, case_id: str, path: Mapping) -> History:
     """Return the History of a case from its channels."""
-    time, angle = np.asarray(path[TIME], float), turned(study, case_id, path)
-    first = 0.0 if angle is None else TURN * np.floor(angle[0] / TURN + 1e-9)
+    time, angle = np.asarray(path[TIME], float), drive_angle(study, case_id, path)
+    first = 0.0 if angle is None else FULL_TURN * np.floor(angle[0] / FULL_TURN + 1e-9)
     return History(path, time, None if angle is None else angle - first, first)
 
 
-def courses(study: Study, case_id: str, saved: History) -> list[JointHistory]:
+def joint_histories(study: Study, case_id: str, saved: History) -> list[JointHistory]:
     """Return the histories of joint forces, output acceleration and torque, each with its ideal."""
-    ideal, courses = _ideal(study, case_id, saved), []
+    ideal, histories = _ideal(study, case_id, saved), []
     for joint in study.joints:
         if f"joints/{joint.name}/force_normal" not in saved.channels:
             continue
         reaction = ideal.reactions.get(joint.title) if ideal else None
-        without = None if reaction is None else np.hypot(reaction[..., 0], reaction[..., 1])
+        ideal_values = None if reaction is None else np.hypot(reaction[..., 0], reaction[..., 1])
         force = saved.values(f"joints/{joint.name}/force_normal")
-        courses.append(JointHistory(f"normal force{study.joint_text(joint, ', {}')}", "N", force, without))
+        histories.append(JointHistory(f"normal force{study.joint_text(joint, ', {}')}", "N", force, ideal_values))
     acceleration = _acceleration(study, saved)
     if acceleration:
-        without = ideal.acceleration if ideal else None
+        ideal_values = ideal.acceleration if ideal else None
         name = f"{study.run.layout.output} acceleration"
-        courses.append(JointHistory(name, acceleration.unit, saved.values(acceleration.name), without))
-    torques = [channel for channel in _own(study, saved) if channel.name.endswith("/torque")]
+        histories.append(JointHistory(name, acceleration.unit, saved.values(acceleration.name), ideal_values))
+    torques = [channel for channel in _mechanism_channels(study, saved) if channel.name.endswith("/torque")]
     torque = ideal.torque if ideal else None
-    return courses + [
-        JointHistory(_words(channel), channel.unit, saved.values(channel.name), torque) for channel in torques
+    return histories + [
+        JointHistory(_channel_label(channel), channel.unit, saved.values(channel.name), torque) for channel in torques
     ]
 
 
 def pictures(study: Study, case_id: str, path: Mapping) -> list[Picture]:
     """Return the pictures of one case from its channels, as far as available."""
-    saved = saved_of(study, case_id, path)
+    saved = history_of(study, case_id, path)
     joints = [picture for joint in study.joints for picture in _joint(study, case_id, joint, saved)]
     output = _output(study, case_id, saved)
     return [*joints, *output, *_torque(study, case_id, saved)] if output else _bodies(study, saved) + joints
@@ -117,24 +120,24 @@ def onsets(study: Study, case_id: str, events: Mapping, path: Mapping) -> list[P
     """
     speed, time = study.value(case_id, "drive.speed"), np.asarray(events["t"], float)
     start = study.value(case_id, "drive.start_angle") or 0.0
-    kept = np.asarray(events["kind"]).astype(str) == "on"
+    is_shown = np.asarray(events["kind"]).astype(str) == "on"
     if isinstance(speed, Mapping | None) and study.is_driven:
-        moments = np.asarray(path[TIME], float)
-        kept &= (time >= moments[0]) & (time <= moments[-1])
-        angles = np.interp(time, moments, np.asarray(path["crank_angle"], float))
+        sample_times = np.asarray(path[TIME], float)
+        is_shown &= (time >= sample_times[0]) & (time <= sample_times[-1])
+        angles = np.interp(time, sample_times, np.asarray(path["crank_angle"], float))
     elif speed is not None:
         angles = float(start) + float(speed) * time
-    if not study.is_driven or not kept.any():
+    if not study.is_driven or not is_shown.any():
         return []
-    angle, rate = angles[kept], np.asarray(events["rate"], float)[kept]
+    angle, rate = angles[is_shown], np.asarray(events["rate"], float)[is_shown]
     limits = elastic_range.limits(study, case_id, float(rate.max()))
     return [
         Picture(
             "Contact onsets",
             "Closing rate at each onset of the whole run.",
-            f"{int(kept.sum())} contact onsets, the fastest at {_most(rate, 'm/s')}.",
-            lambda ax: motion.events(ax, angle, rate, limits),
-            FLAT,
+            f"{int(is_shown.sum())} contact onsets, the fastest at {_largest_text(rate, 'm/s')}.",
+            lambda ax: motion.draw_onsets(ax, angle, rate, limits),
+            FLAT_SIZE,
         )
     ]
 
@@ -150,22 +153,24 @@ def _output(study: Study, case_id: str, saved: History) -> list[Picture]:
     ideal, accelerations = _ideal(study, case_id, saved), _acceleration(study, saved)
     drawn = []
     if accelerations:
-        acceleration, without = saved.values(accelerations.name), ideal.acceleration if ideal else None
-        most, *ideally = most_of([acceleration, *([] if without is None else [without])], accelerations.unit)
-        alt = f"{capital(output)} acceleration, at most {most}"
-        alt += f"; the ideal mechanism reaches {ideally[0]}." if ideally else "."
-        paint = saved.painter(acceleration, accelerations.unit, f"{output} acceleration", without)
+        acceleration, ideal_values = saved.values(accelerations.name), ideal.acceleration if ideal else None
+        largest, *ideal_text = largest_texts(
+            [acceleration, *([] if ideal_values is None else [ideal_values])], accelerations.unit
+        )
+        alt = f"{capital(output)} acceleration, at most {largest}"
+        alt += f"; the ideal mechanism reaches {ideal_text[0]}." if ideal_text else "."
+        paint = saved.painter(acceleration, accelerations.unit, f"{output} acceleration", ideal_values)
         title = f"{capital(output)} acceleration against the ideal mechanism"
-        drawn.append(Picture(title, "", alt, paint, FLAT, played=True))
+        drawn.append(Picture(title, "", alt, paint, FLAT_SIZE, played=True))
     if unit in by_unit and ideal:
         error = saved.values(by_unit[unit]) - ideal.place
         drawn.append(
             Picture(
                 f"{capital(output)} position error",
                 f"{capital(output)} position less that of the ideal mechanism.",
-                f"{capital(output)} error, at most {_most(error, unit)}.",
+                f"{capital(output)} error, at most {_largest_text(error, unit)}.",
                 saved.painter(error, unit, f"{output} error"),
-                FLAT,
+                FLAT_SIZE,
             )
         )
     return drawn
@@ -180,45 +185,47 @@ def _acceleration(study: Study, saved: History) -> Column | None:
 def _torque(study: Study, case_id: str, saved: History) -> list[Picture]:
     """Return the torque of the drive with that of the ideal mechanism, if the mechanism has this channel."""
     ideal, drawn = _ideal(study, case_id, saved), []
-    for channel in _own(study, saved):
+    for channel in _mechanism_channels(study, saved):
         if channel.name.endswith("/torque"):
-            values, name = saved.values(channel.name), _words(channel)
+            values, name = saved.values(channel.name), _channel_label(channel)
             free = study.has("crank_speed_min")
             caption = "Torque of the drive." if free else "Torque that keeps the crank speed constant."
-            alt = f"{capital(name)}, at most {_most(values, channel.unit)}."
+            alt = f"{capital(name)}, at most {_largest_text(values, channel.unit)}."
             paint = saved.painter(values, channel.unit, name, ideal.torque if ideal else None)
-            drawn.append(Picture(capital(name), caption, alt, paint, FLAT, played=True))
+            drawn.append(Picture(capital(name), caption, alt, paint, FLAT_SIZE, played=True))
     return drawn
 
 
 def _bodies(study: Study, saved: History) -> list[Picture]:
     """Return one picture for each channel of the mechanism; a rate is drawn over the quantity before it."""
-    drawn, before = [], None
-    for channel in _own(study, saved):
-        values, name = saved.values(channel.name), _words(channel)
-        if before and channel.unit == f"{before.unit}/s":
-            drawn.append(_portrait(before, channel, saved))
+    drawn, previous = [], None
+    for channel in _mechanism_channels(study, saved):
+        values, name = saved.values(channel.name), _channel_label(channel)
+        if previous and channel.unit == f"{previous.unit}/s":
+            drawn.append(_phase_portrait(previous, channel, saved))
         else:
             caption = f"{capital(channel.description)}." if channel.description else ""
-            alt = f"{capital(name)}, at most {_most(values, channel.unit)}."
-            drawn.append(Picture(capital(name), caption, alt, saved.painter(values, channel.unit, name), FLAT))
-        before = channel
+            alt = f"{capital(name)}, at most {_largest_text(values, channel.unit)}."
+            drawn.append(Picture(capital(name), caption, alt, saved.painter(values, channel.unit, name), FLAT_SIZE))
+        previous = channel
     return drawn
 
 
-def _portrait(place: Column, rate: Column, saved: History) -> Picture:
+def _phase_portrait(quantity: Column, rate: Column, saved: History) -> Picture:
     """Return the phase portrait of a quantity and its rate."""
-    over, up = ((saved.values(each.name), each.unit, _words(each)) for each in (place, rate))
-    title = f"Phase portrait: {_words(rate)} over {_words(place)}"
-    return Picture(title, "", f"{title}.", lambda ax: motion.phase(ax, over, up), SQUARE)
+    abscissa, ordinate = (
+        (saved.values(channel.name), channel.unit, _channel_label(channel)) for channel in (quantity, rate)
+    )
+    title = f"Phase portrait: {_channel_label(rate)} over {_channel_label(quantity)}"
+    return Picture(title, "", f"{title}.", lambda ax: motion.draw_phase_portrait(ax, abscissa, ordinate), SQUARE_SIZE)
 
 
 def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Picture]:
     """Return the orbit of the journal, if it is planar with known clearance, and the normal force."""
-    if not all(f"joints/{joint.name}/{name}" in saved.channels for name in ORBIT):
+    if not all(f"joints/{joint.name}/{name}" in saved.channels for name in ORBIT_CHANNELS):
         return _force(study, case_id, joint, saved)
-    x, y, force = (saved.values(f"joints/{joint.name}/{name}") for name in ORBIT)
-    where = study.joint_text(joint, ", joint {}")
+    x, y, force = (saved.values(f"joints/{joint.name}/{name}") for name in ORBIT_CHANNELS)
+    joint_text = study.joint_text(joint, ", joint {}")
     clearance = study.value(case_id, f"joints.{joint.title}.clearance")
     drawn = []
     if clearance is not None and _has_orbit(study, joint):
@@ -226,16 +233,16 @@ def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
         farthest, free = wording.in_common_unit((reach, float(clearance)), "m")
         drawn.append(
             Picture(
-                f"Journal orbit{where}",
+                f"Journal orbit{joint_text}",
                 "The circle is the radial clearance; outside it the bodies touch.",
                 f"Path of the journal centre, at most {farthest} from the bearing centre; clearance {free}.",
-                lambda ax: motion.orbit(ax, x, y, force, float(clearance)),
-                SQUARE,
+                lambda ax: motion.draw_orbit(ax, x, y, force, float(clearance)),
+                SQUARE_SIZE,
                 played=True,
             )
         )
         if joint == study.hardest_joint():
-            drawn.append(_unrolled(where, (x, y, force), float(clearance)))
+            drawn.append(_unrolled(joint_text, (x, y, force), float(clearance)))
     return [*drawn, *_in_space(study, case_id, joint, saved), *_force(study, case_id, joint, saved)]
 
 
@@ -244,40 +251,42 @@ def _force(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
     channel = f"joints/{joint.name}/force_normal"
     if channel not in saved.channels:
         return []
-    force, where = saved.values(channel), study.joint_text(joint, ", joint {}")
+    force, joint_text = saved.values(channel), study.joint_text(joint, ", joint {}")
     angle, levels = saved.angle, _levels(study, case_id, joint)
-    over, paint = "time", saved.painter(force, "N", "normal force")
+    abscissa, paint = "time", saved.painter(force, "N", "normal force")
     if angle is not None:
-        over, paint = "crank angle", partial(motion.force, angle=angle, normal=force, levels=levels)
-    alt = f"Normal force over {over}, at most {_most(force, 'N')} among the samples."
-    return [Picture(f"Normal force{where}", "", alt, paint, FLAT, played=True)]
+        abscissa, paint = "crank angle", partial(motion.draw_force, angle=angle, normal=force, levels=levels)
+    alt = f"Normal force over {abscissa}, at most {_largest_text(force, 'N')} among the samples."
+    return [Picture(f"Normal force{joint_text}", "", alt, paint, FLAT_SIZE, played=True)]
 
 
-def _unrolled(where: str, curve: tuple[np.ndarray, ...], clearance: float) -> Picture:
+def _unrolled(joint_text: str, curve: tuple[np.ndarray, ...], clearance: float) -> Picture:
     """Return the gap of a journal over the direction of its centre; curve : x, y (m), normal force (N)."""
     x, y, force = curve
-    times = motion.magnified(x, y, clearance)
-    below = f"; below zero is the penetration, magnified {times:g} times" if times > 1.0 else ""
+    magnification = motion.penetration_magnification(x, y, clearance)
+    penetration_note = (
+        f"; below zero is the penetration, magnified {magnification:g} times" if magnification > 1.0 else ""
+    )
     least = wording.text(clearance - float(np.hypot(x, y).max()), "m").replace("-", wording.MINUS)
     return Picture(
-        f"Journal orbit unrolled{where}",
-        f"The gap in the direction of the journal centre{below}.",
+        f"Journal orbit unrolled{joint_text}",
+        f"The gap in the direction of the journal centre{penetration_note}.",
         f"Gap against the direction of the journal centre, at least {least}.",
-        lambda ax: motion.unrolled(ax, x, y, force, clearance),
-        SQUARE,
+        lambda ax: motion.draw_unrolled_orbit(ax, x, y, force, clearance),
+        SQUARE_SIZE,
     )
 
 
 def _in_space(study: Study, case_id: str, joint: Joint, saved: History) -> list[Picture]:
     """Return the pictures of a spatial joint: the axis of its journal, its tilt; [] unless all channels are stored."""
-    whole = all(channel.name in saved.channels for channel in study.run.layout.channels)
-    if saved.angle is None or not whole or not spatial.has(saved.channels, joint.name):
+    is_complete = all(channel.name in saved.channels for channel in study.run.layout.channels)
+    if saved.angle is None or not is_complete or not spatial.is_spatial(saved.channels, joint.name):
         return []
     try:
         case = resolved(study, [case_id])[0]
     except InputError:  # mechanism or laws of another version
         return []
-    spatial_joint = next(each for each in case.joints if each.name == joint.title)
+    spatial_joint = next(case_joint for case_joint in case.joints if case_joint.name == joint.title)
     return spatial.pictures(case, spatial_joint, saved.values, saved.angle)
 
 
@@ -299,7 +308,7 @@ def _levels(study: Study, case_id: str, joint: Joint) -> list[tuple[str, float]]
     """Return the reference forces of the history of a case: name, N."""
     if study.cases.row_of(case_id) < 0:
         return []
-    columns = [(name, joint.column(figure)) for figure, name in LEVELS]
+    columns = [(name, joint.column(figure)) for figure, name in REFERENCE_FORCES]
     levels = [(name, float(study.cases.at[case_id, column])) for name, column in columns if study.has(column)]
     return [level for level in levels if np.isfinite(level[1])]
 
@@ -312,10 +321,10 @@ def _ideal(study: Study, case_id: str, saved: History) -> simulation.IdealMotion
         case = resolved(study, [case_id])[0]
     except InputError:  # mechanism or laws of another version
         return None
-    return simulation.ideal_motion(case, saved.angle + saved.first)
+    return simulation.ideal_motion(case, saved.angle + saved.first_angle)
 
 
-def _own(study: Study, saved: History) -> list[Column]:
+def _mechanism_channels(study: Study, saved: History) -> list[Column]:
     """Return the channels of the mechanism, without those of its joints and the time."""
     channels = [
         channel for channel in study.run.layout.channels if channel.name in saved.channels and channel.name != TIME
@@ -324,19 +333,19 @@ def _own(study: Study, saved: History) -> list[Column]:
 
 
 def _of_body(study: Study, saved: History, body: str) -> list[Column]:
-    return [each for each in _own(study, saved) if body and each.name.startswith(f"{body}/")]
+    return [each for each in _mechanism_channels(study, saved) if body and each.name.startswith(f"{body}/")]
 
 
-def _words(channel: Column) -> str:
+def _channel_label(channel: Column) -> str:
     """Return the name of a channel in words: 'crank torque' for 'crank/torque'."""
     return channel.name.replace("/", " ").replace("_", " ")
 
 
-def _most(values: np.ndarray, unit: str) -> str:
+def _largest_text(values: np.ndarray, unit: str) -> str:
     """Return the largest magnitude of a history with its unit."""
-    return most_of([values], unit)[0]
+    return largest_texts([values], unit)[0]
 
 
-def most_of(histories: Iterable[np.ndarray], unit: str) -> list[str]:
+def largest_texts(histories: Iterable[np.ndarray], unit: str) -> list[str]:
     """Return the largest magnitudes of compared histories, all in one unit."""
     return wording.in_common_unit((float(np.abs(values).max()) for values in histories), unit)

@@ -10,7 +10,7 @@ from ...contracts.case import Case
 from ...language.errors import InputError
 from ..data.study import Joint
 
-NEEDED = ("x", "y", "force_normal", "force_tangential")  # channels of a pin in the plane
+PIN_CHANNELS = ("x", "y", "force_normal", "force_tangential")  # channels of a pin in the plane
 
 
 def all_forces(case: Case, channels: Mapping, joints: tuple[Joint, ...]) -> pd.DataFrame:
@@ -35,16 +35,18 @@ def pin_forces(channels: Mapping, joints: tuple[Joint, ...]) -> pd.DataFrame:
     columns = {"time [s]": np.asarray(channels["t"], float)}
     if "crank_angle" in channels:
         columns["crank_angle [deg]"] = np.degrees(np.asarray(channels["crank_angle"], float))
-    pins = [joint for joint in joints if all(f"joints/{joint.name}/{key}" in channels for key in NEEDED)]
+    pins = [joint for joint in joints if all(f"joints/{joint.name}/{key}" in channels for key in PIN_CHANNELS)]
     if not pins:
         raise InputError(
             "no planar pin joint of this case has clearance, so there are no pin forces to write; "
             "give a pin joint a clearance"
         )
     for joint in pins:
-        x, y, normal, tangential = (np.asarray(channels[f"joints/{joint.name}/{key}"], float) for key in NEEDED)
+        x, y, normal, tangential = (np.asarray(channels[f"joints/{joint.name}/{key}"], float) for key in PIN_CHANNELS)
         distance = np.hypot(x, y)
-        out_x, out_y = (np.divide(part, distance, np.zeros_like(part), where=distance > 0.0) for part in (x, y))
-        columns[f"{joint.name}/fx [N]"] = -normal * out_x - tangential * out_y
-        columns[f"{joint.name}/fy [N]"] = -normal * out_y + tangential * out_x
+        normal_x, normal_y = (
+            np.divide(component, distance, np.zeros_like(component), where=distance > 0.0) for component in (x, y)
+        )
+        columns[f"{joint.name}/fx [N]"] = -normal * normal_x - tangential * normal_y
+        columns[f"{joint.name}/fy [N]"] = -normal * normal_y + tangential * normal_x
     return pd.DataFrame(columns)

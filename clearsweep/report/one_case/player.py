@@ -11,40 +11,42 @@ from ...language.errors import InputError
 from ..blocks.interactive import encode_floats
 from ..blocks.section import Interactive
 from ..data.study import Joint, Study, resolved
-from .motion import ORBIT, History, courses, has_straight_walls, saved_of
+from .motion import ORBIT_CHANNELS, History, has_straight_walls, history_of, joint_histories
 
-ROUNDING = 1e-12  # of the largest value of a curve: smaller values, such as a torque at a dead centre, are rounding
-MOST = 3000  # samples: longer histories are cut to those around the largest force
-DEEPEST = 0.25  # of the clearance: drawn height of the deepest penetration
-WITHOUT = "The animation needs scripts. clearsweep show DIR CASE draws the motion without scripts."
+RELATIVE_ROUNDING = (
+    1e-12  # of the largest value of a curve: smaller values, such as a torque at a dead centre, are rounding
+)
+MAX_SAMPLES = 3000  # samples: longer histories are cut to those around the largest force
+DRAWN_PENETRATION = 0.25  # of the clearance: drawn height of the deepest penetration
+NO_SCRIPTS = "The animation needs scripts. clearsweep show DIR CASE draws the motion without scripts."
 
 
-def of(study: Study, case_id: str, path: Mapping) -> Interactive | None:
+def player_of(study: Study, case_id: str, path: Mapping) -> Interactive | None:
     """Return the data of a case for the player, or None without rotation, picture or complete channels."""
-    if not all(f"joints/{joint.name}/{name}" in path for joint in study.joints for name in ORBIT):
+    if not all(f"joints/{joint.name}/{name}" in path for joint in study.joints for name in ORBIT_CHANNELS):
         return None
-    saved, sketch = saved_of(study, case_id, path), _sketch(study, case_id)
+    saved, sketch = history_of(study, case_id, path), _sketch(study, case_id)
     bodies = _bodies(sketch, path) if sketch else []
     if saved.angle is None or sketch is None or not bodies:
         return None
-    part = _part(study, path)
+    samples = _shown_samples(study, path)
     data = {
-        "angle": encode_floats(np.degrees(saved.angle[part])),
-        "bodies": [body | {key: encode_floats(body[key][part]) for key in ("x", "y", "angle")} for body in bodies],
+        "angle": encode_floats(np.degrees(saved.angle[samples])),
+        "bodies": [body | {key: encode_floats(body[key][samples]) for key in ("x", "y", "angle")} for body in bodies],
         "ground": [joint.position.tolist() for joint in sketch.joints if joint.grounded and joint.guide is None],
-        "joints": _joints(study, case_id, path, part, sketch),
-        "charts": _charts(study, case_id, saved, part),
+        "joints": _joints(study, case_id, path, samples, sketch),
+        "charts": _charts(study, case_id, saved, samples),
     }
-    return Interactive("player", f"motion-of-{case_id}", f"Case {case_id} in motion", data, WITHOUT)
+    return Interactive("player", f"motion-of-{case_id}", f"Case {case_id} in motion", data, NO_SCRIPTS)
 
 
-def _part(study: Study, path: Mapping) -> slice:
+def _shown_samples(study: Study, path: Mapping) -> slice:
     """Return the slice of displayed samples."""
     force = np.asarray(path[f"joints/{study.hardest_joint().name}/force_normal"], float)
-    if len(force) <= MOST:
+    if len(force) <= MAX_SAMPLES:
         return slice(None)
-    first = min(max(int(force.argmax()) - MOST // 2, 0), len(force) - MOST)
-    return slice(first, first + MOST)
+    first = min(max(int(force.argmax()) - MAX_SAMPLES // 2, 0), len(force) - MAX_SAMPLES)
+    return slice(first, first + MAX_SAMPLES)
 
 
 def _sketch(study: Study, case_id: str) -> simulation.Sketch | None:
@@ -75,12 +77,12 @@ def _bodies(sketch: simulation.Sketch, path: Mapping) -> list[dict]:
     return bodies
 
 
-def _joints(study: Study, case_id: str, path: Mapping, part: slice, sketch: simulation.Sketch) -> list[dict]:
+def _joints(study: Study, case_id: str, path: Mapping, samples: slice, sketch: simulation.Sketch) -> list[dict]:
     """Return the joints over time: position and force of the journal or block, clearance, and the walls if straight."""
     joints = []
     for joint in study.joints:
         x, y, force = (
-            np.asarray(path[f"joints/{joint.name}/{key}"], float)[part] for key in ("x", "y", "force_normal")
+            np.asarray(path[f"joints/{joint.name}/{key}"], float)[samples] for key in ("x", "y", "force_normal")
         )
         clearance = study.value(case_id, f"joints.{joint.title}.clearance")
         if clearance is None:
@@ -88,22 +90,24 @@ def _joints(study: Study, case_id: str, path: Mapping, part: slice, sketch: simu
         distance, walls = np.hypot(x, y), None
         if has_straight_walls(study, joint):
             half_length, tilt = _block(study, case_id, joint, sketch, path)
-            distance = abs(y) + half_length * abs(np.sin(tilt[part]))
-            walls = {"half_length": half_length, "tilt": encode_floats(tilt[part])}
+            distance = abs(y) + half_length * abs(np.sin(tilt[samples]))
+            walls = {"half_length": half_length, "tilt": encode_floats(tilt[samples])}
         deepest = max(float(distance.max()) - float(clearance), 0.0)
-        unit = wording.scale("N", force)
+        force_scale = wording.scale("N", force)
         joints.append(
             {
                 "name": joint.title,
                 "clearance": float(clearance),
                 "said": wording.text(float(clearance), "m"),
-                "magnified": float(f"{max(DEEPEST * float(clearance) / deepest, 1.0):.1g}") if deepest > 0.0 else 1.0,
+                "magnified": float(f"{max(DRAWN_PENETRATION * float(clearance) / deepest, 1.0):.1g}")
+                if deepest > 0.0
+                else 1.0,
                 "x": encode_floats(x),
                 "y": encode_floats(y),
                 "walls": walls,
-                "force": encode_floats(force / unit.factor),
-                "most": float(force.max() / unit.factor),
-                "unit": unit.unit,
+                "force": encode_floats(force / force_scale.factor),
+                "most": float(force.max() / force_scale.factor),
+                "unit": force_scale.unit,
             }
         )
     return joints
@@ -127,14 +131,16 @@ def _block(
 
 def _without_rounding(values: np.ndarray) -> np.ndarray:
     """Return values; those within the rounding error of the largest are set to 0."""
-    clean: np.ndarray = np.where(np.abs(values) < ROUNDING * np.nanmax(np.abs(values), initial=0.0), 0.0, values)
+    clean: np.ndarray = np.where(
+        np.abs(values) < RELATIVE_ROUNDING * np.nanmax(np.abs(values), initial=0.0), 0.0, values
+    )
     return clean
 
 
-def _charts(study: Study, case_id: str, saved: History, part: slice) -> list[dict]:
+def _charts(study: Study, case_id: str, saved: History, samples: slice) -> list[dict]:
     charts = []
-    for curve in courses(study, case_id, saved):
-        scale = wording.scale(curve.unit, curve.actual[part])
+    for curve in joint_histories(study, case_id, saved):
+        scale = wording.scale(curve.unit, curve.actual[samples])
         lines = [("with clearance", _without_rounding(curve.actual), "accent", False)]
         if curve.ideal is not None:
             lines.append(("ideal", _without_rounding(curve.ideal), "mark", True))
@@ -145,7 +151,7 @@ def _charts(study: Study, case_id: str, saved: History, part: slice) -> list[dic
                 "lines": [
                     {
                         "name": name,
-                        "values": encode_floats(values[part] / scale.factor),
+                        "values": encode_floats(values[samples] / scale.factor),
                         "colour": colour,
                         "dashed": dashed,
                     }

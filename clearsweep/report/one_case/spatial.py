@@ -12,55 +12,55 @@ from ...language import wording
 from ..blocks.picture import Dot, Picture
 from ..draw import spatial
 
-TALL, FLAT = (4.2, 3.6), (4.2, 3.3)  # inches
-MOST = 240  # places of a dot that moves: a browser goes straight between them
+TALL_SIZE, FLAT_SIZE = (4.2, 3.6), (4.2, 3.3)  # inches
+MAX_DOT_POSITIONS = 240  # places of a dot that moves: a browser goes straight between them
 
 
 def pictures(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray], angle: np.ndarray) -> list[Picture]:
     """Return the pictures of a spatial joint; values : channel -> its history in SI; angle : rad, of the crank."""
-    ends = ends_of(case, joint, values)
-    half = (0.5 * float(joint.journal_length or 0.0), 0.5 * float(joint.length or 0.0))
-    tilted, limit = values(f"joints/{joint.column}/tilt"), _limit(joint)
-    most, where = f"{np.degrees(tilted.max()):.3g}°", "the frame of the bearing, z along it"
-    unit, step = wording.scale("m", joint.clearance).factor, -(-ends.shape[1] // MOST)
-    dots = [Dot(end[::step, :2] / unit, colour) for end, colour in zip(ends, spatial.COLOURS, strict=True)]
+    ends_of_journal = journal_ends(case, joint, values)
+    half_lengths = (0.5 * float(joint.journal_length or 0.0), 0.5 * float(joint.length or 0.0))
+    tilted, limit = values(f"joints/{joint.column}/tilt"), _jam_tilt(joint)
+    largest, frame_text = f"{np.degrees(tilted.max()):.3g}°", "the frame of the bearing, z along it"
+    unit, step = wording.scale("m", joint.clearance).factor, -(-ends_of_journal.shape[1] // MAX_DOT_POSITIONS)
+    dots = [Dot(end[::step, :2] / unit, colour) for end, colour in zip(ends_of_journal, spatial.COLOURS, strict=True)]
     return [
         Picture(
             "The journal's axis in its bearing",
-            f"Orbits of both ends in {where}; the scale across it is larger. Circles are the radial clearance.",
-            f"Orbits of both ends of the journal's axis; it tilts by {most} at most.",
-            lambda ax: spatial.axis(ax, ends, half, joint.clearance),
-            TALL,
+            f"Orbits of both ends in {frame_text}; the scale across it is larger. Circles are the radial clearance.",
+            f"Orbits of both ends of the journal's axis; it tilts by {largest} at most.",
+            lambda ax: spatial.draw_axis(ax, ends_of_journal, half_lengths, joint.clearance),
+            TALL_SIZE,
             "3d",
         ),
         Picture(
             "Both ends along the bearing",
             "Click to play one revolution in 8 s.",
             "Orbits of both ends of the journal's axis, seen along the bearing.",
-            lambda ax: spatial.face(ax, ends, joint.clearance),
-            TALL,
+            lambda ax: spatial.draw_end_orbits(ax, ends_of_journal, joint.clearance),
+            TALL_SIZE,
             dots=tuple(dots),
         ),
         Picture(
             "Tilt",
             "Angle between the axes of bearing and journal.",
-            f"Tilt against crank angle, at most {most}.",
-            lambda ax: spatial.tilt(ax, angle, tilted, limit),
-            FLAT,
+            f"Tilt against crank angle, at most {largest}.",
+            lambda ax: spatial.draw_tilt(ax, angle, tilted, limit),
+            FLAT_SIZE,
         ),
     ]
 
 
-def ends_of(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray]) -> np.ndarray:
+def journal_ends(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray]) -> np.ndarray:
     """Return the positions (2, n, 3) m of both ends of the journal's axis in the frame of the bearing, z along it."""
     mechanism = simulation.mechanism_of(case)
     site = mechanism.site(joint.name)
-    on, bearing = site.journals
-    holder, journal = _frames(values, bearing), _frames(values, on)
-    rotation = holder @ _tilted(joint.tilt)
-    middle = np.stack([values(f"joints/{joint.column}/{axis}") for axis in "xyz"], axis=-1)
-    reach = 0.5 * float(joint.journal_length or 0.0) * journal[:, :, 2]
-    ends = np.stack([middle + reach, middle - reach])
+    journal_body, bearing = site.journals
+    bearing_frames, journal_frames = _frames(values, bearing), _frames(values, journal_body)
+    rotation = bearing_frames @ _rotation_matrix(joint.tilt)
+    centre = np.stack([values(f"joints/{joint.column}/{axis}") for axis in "xyz"], axis=-1)
+    half_axis = 0.5 * float(joint.journal_length or 0.0) * journal_frames[:, :, 2]
+    ends = np.stack([centre + half_axis, centre - half_axis])
     rotated: np.ndarray = np.einsum("nji,enj->eni", np.broadcast_to(rotation, (ends.shape[1], 3, 3)), ends)
     return rotated
 
@@ -78,22 +78,22 @@ def _frames(values: Callable[[str], np.ndarray], body: str) -> np.ndarray:
     return np.moveaxis(np.array(rows), -1, 0)
 
 
-def _tilted(vector: tuple[float, ...]) -> np.ndarray:
+def _rotation_matrix(vector: tuple[float, ...]) -> np.ndarray:
     """Return the rotation matrix of a rotation vector about x and y, by Rodrigues' formula."""
     a, b = vector
     angle = float(np.hypot(a, b))
-    k = np.array([[0.0, 0.0, b], [0.0, 0.0, -a], [-b, a, 0.0]])
-    share, bent = (np.sin(angle) / angle, (1.0 - np.cos(angle)) / angle**2) if angle else (1.0, 0.5)
-    matrix: np.ndarray = np.eye(3) + share * k + bent * (k @ k)
+    cross_product = np.array([[0.0, 0.0, b], [0.0, 0.0, -a], [-b, a, 0.0]])
+    sine_term, cosine_term = (np.sin(angle) / angle, (1.0 - np.cos(angle)) / angle**2) if angle else (1.0, 0.5)
+    matrix: np.ndarray = np.eye(3) + sine_term * cross_product + cosine_term * (cross_product @ cross_product)
     return matrix
 
 
-def _limit(joint: CaseJoint) -> float | None:
+def _jam_tilt(joint: CaseJoint) -> float | None:
     """Return the tilt (rad) at which a journal jams, or None if nothing stops it."""
     limit = simulation.jam_angle(joint)
     return limit if np.isfinite(limit) else None
 
 
-def has(channels: Mapping, joint: str) -> bool:
+def is_spatial(channels: Mapping, joint: str) -> bool:
     """Return whether the channels are those of a spatial joint, named as in columns."""
     return f"joints/{joint}/tilt" in channels

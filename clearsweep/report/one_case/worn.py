@@ -12,8 +12,8 @@ from ..blocks.section import Interactive
 from ..data.study import Joint, Study, joint_of, resolved
 from ..draw import wear
 
-POLAR, FLAT, UNROLLED = (3.3, 3.5), (3.5, 3.3), (4.2, 2.9)  # inches
-MOST, SECTORS = 30, 120  # cases to choose from in all joints, and sectors of the circle on the page
+POLAR_SIZE, FLAT_SIZE, UNROLLED_SIZE = (3.3, 3.5), (3.5, 3.3), (4.2, 2.9)  # inches
+MAX_CASES, SECTORS = 30, 120  # cases to choose from in all joints, and sectors of the circle on the page
 Depths = tuple[np.ndarray, np.ndarray]
 
 
@@ -33,27 +33,27 @@ def pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[P
 
     A body without wear has no picture of its own.  A spatial joint has a map of each body.
     """
-    named = bodies(study, joint)
+    body_names = bodies(study, joint)
     if depths[0].ndim > 1:
         return _maps(study, joint, case_id, depths)
     depths = (np.asarray(depths[0], float), np.asarray(depths[1], float))
-    scale, most = wording.scale("m", [*depths[0], *depths[1]]), float(max(map(np.max, depths)))
+    scale, largest = wording.scale("m", [*depths[0], *depths[1]]), float(max(map(np.max, depths)))
     pictures = [
         Picture(
             name,
             depth_text(depth),
             f"{name}: wear depth around it. {depth_text(depth)}",
-            partial(wear.around, depth=depth, place=place, scale=scale, most=most),
-            POLAR,
+            partial(wear.draw_around, depth=depth, body=body, scale=scale, largest=largest),
+            POLAR_SIZE,
             "polar",
         )
-        for place, (name, depth) in enumerate(zip(named, depths, strict=True))
+        for body, (name, depth) in enumerate(zip(body_names, depths, strict=True))
         if depth.any()
     ]
     if pictures:
         text = "Wear depth of bearing and journal against the angle on the body."
-        painted = partial(wear.along_length, depths=depths, scale=scale)
-        pictures.append(Picture("Depth along the surface", "", text, painted, FLAT))
+        paint = partial(wear.draw_over_angle, depths=depths, scale=scale)
+        pictures.append(Picture("Depth along the surface", "", text, paint, FLAT_SIZE))
     return pictures
 
 
@@ -66,8 +66,8 @@ def _maps(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[Pict
             name,
             depth_text(around_body(depth)),
             f"{name}: wear depth over angle and length. {depth_text(around_body(depth))}",
-            partial(wear.unrolled, depth=np.asarray(depth, float), length=float(length or 0.0)),
-            UNROLLED,
+            partial(wear.draw_unrolled, depth=np.asarray(depth, float), length=float(length or 0.0)),
+            UNROLLED_SIZE,
         )
         for name, depth, length in zip(
             bodies(study, joint), depths, (case_joint.length, case_joint.journal_length), strict=True
@@ -80,41 +80,43 @@ def around_body(depth: np.ndarray) -> np.ndarray:
     return np.asarray(depth, float) if depth.ndim == 1 else np.asarray(depth.max(axis=1), float)
 
 
-def ranked_by(study: Study, joint: Joint) -> str:
+def ranking_column(study: Study, joint: Joint) -> str:
     """Return the column that ranks the wear of a joint: its rate, or its depth if there is no rate."""
     rate = joint.column("wear_rate_max")
     return rate if study.has(rate) else joint.column("wear_depth_max")
 
 
-def chosen(study: Study, joint: Joint) -> Interactive | None:
+def selectable_cases(study: Study, joint: Joint) -> Interactive | None:
     """Return the wear of the joint's most worn cases except the first, for comparison with it.
 
     Return None if there are no others.
     """
-    column = ranked_by(study, joint)
-    places = study.cases.ordered(column)[: min(int((study.cases[column] > 0.0).sum()), MOST // len(study.joints))]
-    if len(places) < 2:
+    column = ranking_column(study, joint)
+    order = study.cases.ordered(column)[: min(int((study.cases[column] > 0.0).sum()), MAX_CASES // len(study.joints))]
+    if len(order) < 2:
         return None
-    places = places[1:]
+    order = order[1:]
     label = f"Wear depth around the bodies of joint {joint.title} in a chosen case"
-    cases = [_drawn(study, joint, case_id) for case_id in study.cases.index[places]]
+    cases = [_script_data(study, joint, case_id) for case_id in study.cases.index[order]]
     data = {"title": f"Joint {joint.title}, another case: ", "bodies": bodies(study, joint), "cases": cases}
     return Interactive("worn", f"worn-{joint.name}", label, data, "")
 
 
-def _drawn(study: Study, joint: Joint, case_id: str) -> dict:
+def _script_data(study: Study, joint: Joint, case_id: str) -> dict:
     """Return the depths around the bodies of a joint for the page's script: bytes, relative to the deepest."""
     depths = [around_body(depth) for depth in study.run.wear(case_id)[joint.name]]
-    most = max(float(depth.max()) for depth in depths)
-    scale = most or 1.0  # arbitrary without wear
-    shares = [wear.joined(depth, SECTORS) / scale for depth in depths]
-    text = wording.text(most, "m")
+    largest = max(float(depth.max()) for depth in depths)
+    scale = largest or 1.0  # arbitrary without wear
+    fractions = [wear.deepest_per_sector(depth, SECTORS) / scale for depth in depths]
+    text = wording.text(largest, "m")
     return {
         "name": f"{study.setting(case_id)}: {text}",
         "most": text,
         "said": [depth_text(depth) for depth in depths],
         "mean": [float(depth.mean() / scale) for depth in depths],
-        "depths": [base64.b64encode(np.rint(255.0 * share).astype(np.uint8).tobytes()).decode() for share in shares],
+        "depths": [
+            base64.b64encode(np.rint(255.0 * fraction).astype(np.uint8).tobytes()).decode() for fraction in fractions
+        ],
     }
 
 

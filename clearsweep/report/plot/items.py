@@ -34,10 +34,10 @@ class Item(NamedTuple):
     kind: str  # 'line', 'points', 'area', 'cells', 'ellipse' or 'words'
     x: np.ndarray
     y: np.ndarray
-    look: Any
+    style: Any
     order: float
-    across: bool = False  # whether y is a share of the height or, for 'upright', x of the width
-    upright: bool = False
+    spans_height: bool = False  # whether y is a share of the height or, for 'upright', x of the width
+    spans_width: bool = False
 
 
 class Entry(NamedTuple):
@@ -83,5 +83,5 @@ class Box(NamedTuple):
 
     left: float
     top: float
-    wide: float
-    high: float
+    width: float
+    height: float

@@ -7,7 +7,7 @@ from .axes import Axes
 from .items import Box, Entry
 from .letters import height, text, width
 
-SIZE, ROW, SPACE, AFTER = (
+FONT_SIZE, ROW_HEIGHT, SAMPLE_GAP, AXES_GAP = (
     8.0,
     12.5,
     6.0,
@@ -17,61 +17,66 @@ SIZE, ROW, SPACE, AFTER = (
 
 def size(ax: Axes) -> tuple[float, float]:
     """Return the height above axes and the width to their right of their legend, in points."""
-    if ax.key is None or not ax.entries:
+    if ax.legend_options is None or not ax.legend_entries:
         return 0.0, 0.0
-    if ax.key["where"] == "above":
-        return ROW * len(_rows(ax)) + 3.0, 0.0
-    if ax.key["where"] == "right":
-        title = ax.key.get("title") or ""
-        widest = max([_sample(ax) + SPACE + width(entry.name, SIZE) for entry in ax.entries] + [width(title, SIZE)])
-        return 0.0, AFTER + widest
+    if ax.legend_options["where"] == "above":
+        return ROW_HEIGHT * len(_rows(ax)) + 3.0, 0.0
+    if ax.legend_options["where"] == "right":
+        title = ax.legend_options.get("title") or ""
+        widest = max(
+            [_sample_width(ax) + SAMPLE_GAP + width(entry.name, FONT_SIZE) for entry in ax.legend_entries]
+            + [width(title, FONT_SIZE)]
+        )
+        return 0.0, AXES_GAP + widest
     return 0.0, 0.0
 
 
-def _sample(ax: Axes) -> float:
+def _sample_width(ax: Axes) -> float:
     """Return the width of the sample of a line, in points."""
-    return SIZE * float(ax.key.get("handlelength", 2.0)) if ax.key else 0.0
+    return FONT_SIZE * float(ax.legend_options.get("handlelength", 2.0)) if ax.legend_options else 0.0
 
 
 def _rows(ax: Axes) -> list[list[Entry]]:
     """Return the entries row by row, in the requested columns, filled column by column."""
-    columns = min(int(ax.key.get("ncols", 1)) if ax.key else 1, len(ax.entries))
-    many = -(-len(ax.entries) // columns)
-    return [ax.entries[row::many] for row in range(many)]
+    columns = min(int(ax.legend_options.get("ncols", 1)) if ax.legend_options else 1, len(ax.legend_entries))
+    row_count = -(-len(ax.legend_entries) // columns)
+    return [ax.legend_entries[row::row_count] for row in range(row_count)]
 
 
-def drawn(ax: Axes, box: Box) -> list[str]:
+def svg_of(ax: Axes, box: Box) -> list[str]:
     """Return the legend of axes as SVG."""
-    if ax.key is None or not ax.entries:
+    if ax.legend_options is None or not ax.legend_entries:
         return []
-    where, parts, sample = ax.key["where"], list[str](), _sample(ax)
-    if where == "above":
+    placement, parts, sample = ax.legend_options["where"], list[str](), _sample_width(ax)
+    if placement == "above":
         rows = _rows(ax)
-        anchor = ax.key["bbox_to_anchor"][0]
-        first = box.left + anchor * box.wide + 4.0
-        apart = SIZE * float(ax.key.get("columnspacing", 2.0))
+        anchor = ax.legend_options["bbox_to_anchor"][0]
+        first = box.left + anchor * box.width + 4.0
+        column_gap = FONT_SIZE * float(ax.legend_options.get("columnspacing", 2.0))
         columns = max(map(len, rows))
-        wide = [max(width(row[k].name, SIZE) for row in rows if k < len(row)) for k in range(columns)]
-        starts = first + np.cumsum([0.0, *(sample + SPACE + each + apart for each in wide)])
+        column_widths = [max(width(row[k].name, FONT_SIZE) for row in rows if k < len(row)) for k in range(columns)]
+        starts = first + np.cumsum(
+            [0.0, *(sample + SAMPLE_GAP + column_width + column_gap for column_width in column_widths)]
+        )
         for k, row in enumerate(rows):
-            y = box.top - 3.0 - ROW * (len(rows) - k - 0.5)
+            y = box.top - 3.0 - ROW_HEIGHT * (len(rows) - k - 0.5)
             for start, entry in zip(starts.tolist(), row, strict=False):
-                parts += _entry(entry, start, y, sample)
+                parts += _entry_svg(entry, start, y, sample)
         return parts
-    x = box.left + box.wide + AFTER if where == "right" else box.left + AFTER
-    title = ax.key.get("title") or ""
-    tall = ROW * len(ax.entries) + (height(title, SIZE) + 3.0 if title else 0.0)
-    middle = where == "right" and ax.key["loc"] == "center left"
-    y = box.top + 0.5 * (box.high - tall) if middle else box.top + (0.0 if where == "right" else 3.0)
+    x = box.left + box.width + AXES_GAP if placement == "right" else box.left + AXES_GAP
+    title = ax.legend_options.get("title") or ""
+    total_height = ROW_HEIGHT * len(ax.legend_entries) + (height(title, FONT_SIZE) + 3.0 if title else 0.0)
+    is_centred = placement == "right" and ax.legend_options["loc"] == "center left"
+    y = box.top + 0.5 * (box.height - total_height) if is_centred else box.top + (0.0 if placement == "right" else 3.0)
     if title:
-        parts.append(text(title, x, y + 0.8 * SIZE, SIZE, "start"))
-        y += height(title, SIZE) + 3.0
-    for k, entry in enumerate(ax.entries):
-        parts += _entry(entry, x, y + ROW * (k + 0.5), sample)
+        parts.append(text(title, x, y + 0.8 * FONT_SIZE, FONT_SIZE, "start"))
+        y += height(title, FONT_SIZE) + 3.0
+    for k, entry in enumerate(ax.legend_entries):
+        parts += _entry_svg(entry, x, y + ROW_HEIGHT * (k + 0.5), sample)
     return parts
 
 
-def _entry(entry: Entry, x: float, y: float, sample: float) -> list[str]:
+def _entry_svg(entry: Entry, x: float, y: float, sample: float) -> list[str]:
     """Return a row of a legend: a sample and its name; y : of its centre."""
     parts = []
     if entry.fill:
@@ -83,5 +88,5 @@ def _entry(entry: Entry, x: float, y: float, sample: float) -> list[str]:
     if entry.marks:
         shown = entry.marks._replace(size=max(entry.marks.size, 4.0), alpha=1.0)
         parts.append(marks.points(np.array([x + 0.5 * sample]), np.array([y]), shown))
-    parts.append(text(entry.name, x + sample + SPACE, y, SIZE, "start", middle=True))
+    parts.append(text(entry.name, x + sample + SAMPLE_GAP, y, FONT_SIZE, "start", is_centred=True))
     return parts

@@ -13,7 +13,7 @@ _ROWS = (
     (278, 974, 634, 612, 635, 635, 411, 521, 392, 634, 592, 818, 592, 592, 525, 636, 337, 636, 838),
 )
 _WIDTHS = [width for row in _ROWS for width in row]
-_OTHERS = {
+_OTHER_WIDTHS = {
     "\u00a0": 318,
     "°": 500,
     "²": 401,
@@ -25,7 +25,7 @@ _OTHERS = {
     wording.MINUS: 838,
     wording.TIMES: 838,
 }
-_USUAL = 600
+_DEFAULT_WIDTH = 600
 INK = "#1f2933"
 _FAMILY = "font-family: 'DejaVu Sans', sans-serif"
 LINE = 1.17  # line height over font size
@@ -33,7 +33,7 @@ LINE = 1.17  # line height over font size
 
 def width(text: str, size: float) -> float:
     """Return the width (points) of a text, or of its widest line; size : font size (points)."""
-    return max(sum(map(_width, line)) for line in text.split("\n")) * size / 1000.0
+    return max(sum(map(_letter_width, line)) for line in text.split("\n")) * size / 1000.0
 
 
 def height(text: str, size: float) -> float:
@@ -41,26 +41,34 @@ def height(text: str, size: float) -> float:
     return LINE * size * (text.count("\n") + 1)
 
 
-def _width(letter: str) -> int:
-    place = ord(letter) - _FIRST
-    return _WIDTHS[place] if 0 <= place < len(_WIDTHS) else _OTHERS.get(letter, _USUAL)
+def _letter_width(letter: str) -> int:
+    index = ord(letter) - _FIRST
+    return _WIDTHS[index] if 0 <= index < len(_WIDTHS) else _OTHER_WIDTHS.get(letter, _DEFAULT_WIDTH)
 
 
 def text(
-    words: str, x: float, y: float, size: float, anchor: str, *, turn: float = 0.0, middle: bool = False, look: str = ""
+    words: str,
+    x: float,
+    y: float,
+    size: float,
+    anchor: str,
+    *,
+    rotation: float = 0.0,
+    is_centred: bool = False,
+    look: str = "",
 ) -> str:
-    """Return a text as SVG; `middle`: y is its centre, not its first baseline; turn : degrees."""
+    """Return a text as SVG; `is_centred`: y is its centre, not its first baseline; rotation : degrees."""
     if not words:
         return ""
     lines = words.split("\n")
-    y = y + (0.36 * size - 0.5 * 1.17 * size * (len(lines) - 1) if middle else 0.0)
-    turned = f' transform="rotate({turn:g} {x:.2f} {y:.2f})"' if turn else ""
-    style = f"font-size: {size:g}px; {_FAMILY}; text-anchor: {anchor}; {look or f'fill: {INK}'}"
-    inside = html.escape(lines[0])
+    y = y + (0.36 * size - 0.5 * 1.17 * size * (len(lines) - 1) if is_centred else 0.0)
+    transform = f' transform="rotate({rotation:g} {x:.2f} {y:.2f})"' if rotation else ""
+    style_text = f"font-size: {size:g}px; {_FAMILY}; text-anchor: {anchor}; {look or f'fill: {INK}'}"
+    content = html.escape(lines[0])
     if len(lines) > 1:
         rows = (
             f'<tspan x="{x:.2f}" dy="{1.17 * size if k else 0:.2f}">{html.escape(line)}</tspan>'
             for k, line in enumerate(lines)
         )
-        inside = "".join(rows)
-    return f'<text x="{x:.2f}" y="{y:.2f}"{turned} style="{style}">{inside}</text>'
+        content = "".join(rows)
+    return f'<text x="{x:.2f}" y="{y:.2f}"{transform} style="{style_text}">{content}</text>'

@@ -7,31 +7,31 @@ from .axes import Axes
 from .items import Box, Item, Marks, Stroke, Words
 from .letters import height, text, width
 
-LONG = 300  # corners of a path above which it is rounded to a tenth of a point
+LONG_PATH = 300  # corners of a path above which it is rounded to a tenth of a point
 _ANCHORS = {"left": "start", "center": "middle", "right": "end"}
 
 
-def drawn(item: Item, ax: Axes, box: Box) -> str:
+def svg_of(item: Item, ax: Axes, box: Box) -> str:
     """Return an item as SVG."""
     if item.kind == "cells":
-        return _cells(item, ax, box)
+        return _cells_svg(item, ax, box)
     if item.kind == "ellipse":
-        return _ellipse(item, ax, box)
-    x, y = ax.points(item.x, item.y, box)
-    x = box.left + item.x * box.wide if item.upright else x
-    y = box.top + (1.0 - item.y) * box.high if item.across else y
+        return _ellipse_svg(item, ax, box)
+    x, y = ax.to_points(item.x, item.y, box)
+    x = box.left + item.x * box.width if item.spans_width else x
+    y = box.top + (1.0 - item.y) * box.height if item.spans_height else y
     match item.kind:
         case "line":
-            return line(path(x, y), item.look)
+            return line(path(x, y), item.style)
         case "points":
-            return points(x, y, item.look)
+            return points(x, y, item.style)
         case "area":
-            colour, alpha = item.look
+            colour, alpha = item.style
             shape = path(x, y, closed=True)
-            faint = f"; fill-opacity: {alpha:g}" if alpha < 1.0 else ""
-            return f'<path d="{shape}" style="fill: {colour}{faint}"/>' if shape else ""
+            opacity = f"; fill-opacity: {alpha:g}" if alpha < 1.0 else ""
+            return f'<path d="{shape}" style="fill: {colour}{opacity}"/>' if shape else ""
         case _:
-            return _words(float(x[0]), float(y[0]), item.look)
+            return _text_svg(float(x[0]), float(y[0]), item.style)
 
 
 def path(x: np.ndarray, y: np.ndarray, *, closed: bool = False) -> str:
@@ -39,7 +39,7 @@ def path(x: np.ndarray, y: np.ndarray, *, closed: bool = False) -> str:
     finite = np.isfinite(x) & np.isfinite(y)
     if not finite.any():
         return ""
-    digits = 1 if len(x) > LONG else 2
+    digits = 1 if len(x) > LONG_PATH else 2
     parts, ends = [], np.flatnonzero(np.diff(np.r_[0, finite.astype(int), 0]))
     for first, last in zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True):
         corners = [
@@ -63,47 +63,49 @@ def line(shape: str, stroke: Stroke) -> str:
 def points(x: np.ndarray, y: np.ndarray, marks: Marks) -> str:
     """Return points of one style as one path."""
     finite = np.isfinite(x) & np.isfinite(y)
-    digits = 1 if finite.sum() > LONG else 2
-    places = list(zip(x[finite].round(digits).tolist(), y[finite].round(digits).tolist(), strict=True))
-    if not places:
+    digits = 1 if finite.sum() > LONG_PATH else 2
+    positions = list(zip(x[finite].round(digits).tolist(), y[finite].round(digits).tolist(), strict=True))
+    if not positions:
         return ""
-    half, faint = 0.5 * marks.size, f"; stroke-opacity: {marks.alpha:g}" if marks.alpha < 1.0 else ""
+    half_size, opacity = 0.5 * marks.size, f"; stroke-opacity: {marks.alpha:g}" if marks.alpha < 1.0 else ""
     if marks.filled:
         look = f"fill: {marks.filled}; stroke: {marks.colour}; stroke-width: {marks.edge:g}"
-        return "".join(f'<circle cx="{a:g}" cy="{b:g}" r="{half:g}" style="{look}"/>' for a, b in places)
-    style = f"fill: none; stroke: {marks.colour}{faint}"
+        return "".join(f'<circle cx="{a:g}" cy="{b:g}" r="{half_size:g}" style="{look}"/>' for a, b in positions)
+    style = f"fill: none; stroke: {marks.colour}{opacity}"
     if marks.shape == "s":
-        return _squares(places, marks)
+        return _squares(positions, marks)
     if marks.shape in "o.":
-        shape = "".join(f"M{a:g} {b:g}h0" for a, b in places)
+        shape = "".join(f"M{a:g} {b:g}h0" for a, b in positions)
         return f'<path d="{shape}" style="{style}; stroke-width: {marks.size:g}; stroke-linecap: round"/>'
     if marks.shape == "D":
         shape = "".join(
-            f"M{a:g} {b - half:g}l{half:g} {half:g}l{-half:g} {half:g}l{-half:g} {-half:g}Z" for a, b in places
+            f"M{a:g} {b - half_size:g}l{half_size:g} {half_size:g}l{-half_size:g} {half_size:g}l{-half_size:g} "
+            f"{-half_size:g}Z"
+            for a, b in positions
         )
-        return f'<path d="{shape}" style="fill: {marks.colour}{faint.replace("stroke", "fill")}"/>'
-    ways = {"|": [(0, 1)], "_": [(1, 0)], "+": [(0, 1), (1, 0)], "x": [(1, 1), (1, -1)], "X": [(1, 1), (1, -1)]}
+        return f'<path d="{shape}" style="fill: {marks.colour}{opacity.replace("stroke", "fill")}"/>'
+    directions = {"|": [(0, 1)], "_": [(1, 0)], "+": [(0, 1), (1, 0)], "x": [(1, 1), (1, -1)], "X": [(1, 1), (1, -1)]}
     shape = "".join(
-        f"M{a - u * half:g} {b - v * half:g}l{2 * u * half:g} {2 * v * half:g}"
-        for a, b in places
-        for u, v in ways[marks.shape]
+        f"M{a - u * half_size:g} {b - v * half_size:g}l{2 * u * half_size:g} {2 * v * half_size:g}"
+        for a, b in positions
+        for u, v in directions[marks.shape]
     )
-    wide = max(0.35 * marks.size, 1.0) if marks.shape == "X" else marks.edge
-    return f'<path d="{shape}" style="{style}; stroke-width: {wide:g}"/>'
+    stroke_width = max(0.35 * marks.size, 1.0) if marks.shape == "X" else marks.edge
+    return f'<path d="{shape}" style="{style}; stroke-width: {stroke_width:g}"/>'
 
 
-def _squares(places: list[tuple[float, float]], marks: Marks) -> str:
+def _squares(positions: list[tuple[float, float]], marks: Marks) -> str:
     side = marks.size
-    shape = "".join(f"M{a - 0.5 * side:g} {b - 0.5 * side:g}h{side:g}v{side:g}h{-side:g}Z" for a, b in places)
-    faint = f"; fill-opacity: {marks.alpha:g}" if marks.alpha < 1.0 else ""
-    return f'<path d="{shape}" style="fill: {marks.colour}{faint}"/>'
+    shape = "".join(f"M{a - 0.5 * side:g} {b - 0.5 * side:g}h{side:g}v{side:g}h{-side:g}Z" for a, b in positions)
+    opacity = f"; fill-opacity: {marks.alpha:g}" if marks.alpha < 1.0 else ""
+    return f'<path d="{shape}" style="fill: {marks.colour}{opacity}"/>'
 
 
-def _cells(item: Item, ax: Axes, box: Box) -> str:
+def _cells_svg(item: Item, ax: Axes, box: Box) -> str:
     """Return cells; adjacent cells of one colour are merged."""
-    colours, edge, wide = item.look
-    x = (box.left + ax.xaxis.share(item.x) * box.wide).round(2)
-    y = (box.top + (1.0 - ax.yaxis.share(item.y)) * box.high).round(2)
+    colours, edge, wide = item.style
+    x = (box.left + ax.xaxis.fraction(item.x) * box.width).round(2)
+    y = (box.top + (1.0 - ax.yaxis.fraction(item.y)) * box.height).round(2)
     shapes: dict[str, list[str]] = {}
     for row, line_of in enumerate(colours):
         column = 0
@@ -123,22 +125,22 @@ def _cells(item: Item, ax: Axes, box: Box) -> str:
     return f"<g{sharp}>\n{cells}\n</g>"
 
 
-def _ellipse(item: Item, ax: Axes, box: Box) -> str:
+def _ellipse_svg(item: Item, ax: Axes, box: Box) -> str:
     (x, across), (y, up) = item.x, item.y
-    face, edge, wide = item.look
-    (left, right), (low, high) = ax.xaxis.share([x - across, x + across]), ax.yaxis.share([y - up, y + up])
+    face, edge, wide = item.style
+    (left, right), (low, high) = ax.xaxis.fraction([x - across, x + across]), ax.yaxis.fraction([y - up, y + up])
     return (
-        f'<ellipse cx="{box.left + 0.5 * (left + right) * box.wide:.2f}" '
-        f'cy="{box.top + (1.0 - 0.5 * (low + high)) * box.high:.2f}" rx="{0.5 * (right - left) * box.wide:.2f}" '
-        f'ry="{0.5 * (high - low) * box.high:.2f}" style="fill: {face}; stroke: {edge}; stroke-width: {wide:g}"/>'
+        f'<ellipse cx="{box.left + 0.5 * (left + right) * box.width:.2f}" '
+        f'cy="{box.top + (1.0 - 0.5 * (low + high)) * box.height:.2f}" rx="{0.5 * (right - left) * box.width:.2f}" '
+        f'ry="{0.5 * (high - low) * box.height:.2f}" style="fill: {face}; stroke: {edge}; stroke-width: {wide:g}"/>'
     )
 
 
-def _words(x: float, y: float, words: Words) -> str:
+def _text_svg(x: float, y: float, words: Words) -> str:
     weight = f"font-weight: {words.weight}; " if words.weight != "normal" else ""
     look = f"{weight}fill: {words.colour}"
     return _halo(x, y, words) + text(
-        words.text, x, y, words.size, _ANCHORS[words.ha], look=look, middle=words.va == "center"
+        words.text, x, y, words.size, _ANCHORS[words.ha], look=look, is_centred=words.va == "center"
     )
 
 

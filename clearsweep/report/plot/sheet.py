@@ -13,8 +13,12 @@ from .letters import height, text, width
 from .side import Side
 
 GREY = "#6b7785"
-PAD, GAP, LABEL = 4.0, 3.5, 9.0  # points: margin of the sheet, gap from a tick to its label, font size of an axis label
-BAR, APART = 10.0, 7.0  # points: width of a colour bar, distance from the axes
+PAD, GAP, LABEL_SIZE = (
+    4.0,
+    3.5,
+    9.0,
+)  # points: margin of the sheet, gap from a tick to its label, font size of an axis label
+BAR_WIDTH, BAR_GAP = 10.0, 7.0  # points: width of a colour bar, distance from the axes
 STOPS = 12  # colour stops of a colour bar
 
 
@@ -26,19 +30,19 @@ class Bar:
         self.coloured, self.solids = coloured, None
         side = Side("y")
         side.log = isinstance(coloured.norm, LogNorm)
-        side.given = [float(np.asarray(end)) for end in (coloured.norm.vmin, coloured.norm.vmax)]
-        self.ax, self.outline = _Holder(side), _Hidden()
+        side.set_limits = [float(np.asarray(end)) for end in (coloured.norm.vmin, coloured.norm.vmax)]
+        self.ax, self.outline = _BarAxes(side), _NoOutline()
 
     def set_label(self, name: str) -> None:
         """Set the label of the bar."""
         self.ax.yaxis.label = name
 
 
-class _Holder(NamedTuple):
+class _BarAxes(NamedTuple):
     yaxis: Side
 
 
-class _Hidden:
+class _NoOutline:
     @staticmethod
     def set_visible(shown: bool) -> None:
         """Do nothing: the bar has no outline."""
@@ -49,13 +53,13 @@ class Sheet:
 
     def __init__(self, size: tuple[float, float]):
         """Take the size in inches."""
-        self.wide, self.high = (72.0 * side for side in size)
+        self.width, self.height = (72.0 * side for side in size)
         self.axes: Axes = Axes(self)
         self.bar: Bar | None = None
 
     def get_size_inches(self) -> np.ndarray:
         """Return width and height in inches."""
-        return np.array([self.wide, self.high]) / 72.0
+        return np.array([self.width, self.height]) / 72.0
 
     def colorbar(self, coloured: ScalarMappable, **_: Any) -> Bar:
         """Return a colour bar to the right of the axes."""
@@ -66,53 +70,55 @@ class Sheet:
         """Return the position of the axes within labels, ticks, legend and bar."""
         ax = self.axes
         above, right = legends.size(ax)
-        left = PAD + _tick_width(ax.yaxis, self.high - 50.0) + named(ax.yaxis)
+        left = PAD + _tick_width(ax.yaxis, self.height - 50.0) + label_space(ax.yaxis)
         right += PAD + (
-            APART + BAR + _tick_width(self.bar.ax.yaxis, self.high - 50.0) + named(self.bar.ax.yaxis)
+            BAR_GAP + BAR_WIDTH + _tick_width(self.bar.ax.yaxis, self.height - 50.0) + label_space(self.bar.ax.yaxis)
             if self.bar
             else 0.0
         )
-        names = ax.xaxis.ticks(self.wide - left - right)
-        below = PAD + _below(ax.xaxis, [name for _, name in names]) + named(ax.xaxis)
+        names = ax.xaxis.ticks(self.width - left - right)
+        below = PAD + _tick_height(ax.xaxis, [name for _, name in names]) + label_space(ax.xaxis)
         top = PAD + max(above, 0.5 * ax.yaxis.size)
         if names and not self.bar and not ax.xaxis.style.get("rotation"):
             place, name = names[-1]
-            over = 0.5 * width(name, ax.xaxis.size) - (1.0 - float(ax.xaxis.share(place))) * (self.wide - left - right)
+            over = 0.5 * width(name, ax.xaxis.size) - (1.0 - float(ax.xaxis.fraction(place))) * (
+                self.width - left - right
+            )
             right = max(right, PAD + over)
-        box = Box(left, top, max(self.wide - left - right, 20.0), max(self.high - top - below, 20.0))
-        if not ax.equal:
+        box = Box(left, top, max(self.width - left - right, 20.0), max(self.height - top - below, 20.0))
+        if not ax.equal_aspect:
             return box
         across, up = (abs(np.subtract(*side.limits())) for side in (ax.xaxis, ax.yaxis))
-        scale = min(box.wide / across, box.high / up)
+        scale = min(box.width / across, box.height / up)
         wide, high = scale * across, scale * up
-        return Box(box.left + 0.5 * (box.wide - wide), box.top + 0.5 * (box.high - high), wide, high)
+        return Box(box.left + 0.5 * (box.width - wide), box.top + 0.5 * (box.height - high), wide, high)
 
     def svg(self, key: str) -> tuple[str, Box]:
         """Return the sheet as an SVG element, with ids prefixed by `key`, and the position of the axes."""
         ax, box = self.axes, self.box()
         clip = f"{key}-clip"
         parts = [
-            f'<svg width="{self.wide:g}pt" height="{self.high:g}pt" viewBox="0 0 {self.wide:g} {self.high:g}" '
+            f'<svg width="{self.width:g}pt" height="{self.height:g}pt" viewBox="0 0 {self.width:g} {self.height:g}" '
             'xmlns="http://www.w3.org/2000/svg">',
-            f'<clipPath id="{clip}"><rect x="{box.left:.2f}" y="{box.top:.2f}" width="{box.wide:.2f}" '
-            f'height="{box.high:.2f}"/></clipPath>',
-            f'<rect width="{self.wide:g}" height="{self.high:g}" style="fill: {PAPER}"/>',
+            f'<clipPath id="{clip}"><rect x="{box.left:.2f}" y="{box.top:.2f}" width="{box.width:.2f}" '
+            f'height="{box.height:.2f}"/></clipPath>',
+            f'<rect width="{self.width:g}" height="{self.height:g}" style="fill: {PAPER}"/>',
         ]
-        ticks = {"x": ax.xaxis.ticks(box.wide), "y": ax.yaxis.ticks(box.high)}
-        if ax.face != PAPER:
+        ticks = {"x": ax.xaxis.ticks(box.width), "y": ax.yaxis.ticks(box.height)}
+        if ax.face_colour != PAPER:
             parts.append(
-                f'<rect x="{box.left:.2f}" y="{box.top:.2f}" width="{box.wide:.2f}" height="{box.high:.2f}" '
-                f'style="fill: {ax.face}"/>'
+                f'<rect x="{box.left:.2f}" y="{box.top:.2f}" width="{box.width:.2f}" height="{box.height:.2f}" '
+                f'style="fill: {ax.face_colour}"/>'
             )
-        if ax.ruled:
+        if ax.grid_style:
             parts.append(self._grid(ticks, box))
         items = sorted(ax.items, key=lambda item: item.order)
         parts.append(f'<g clip-path="url(#{clip})">')
-        parts += [marks.drawn(item, ax, box) for item in items if item.kind != "words"]
+        parts += [marks.svg_of(item, ax, box) for item in items if item.kind != "words"]
         parts.append("</g>")
-        parts += [marks.drawn(item, ax, box) for item in items if item.kind == "words"]
+        parts += [marks.svg_of(item, ax, box) for item in items if item.kind == "words"]
         parts += [self._edges(box), self._ticks(ticks, box)]
-        parts += legends.drawn(ax, box)
+        parts += legends.svg_of(ax, box)
         if self.bar:
             parts.append(self._bar(self.bar, box, key))
         return "\n".join([*filter(None, parts), "</svg>\n"]), box
@@ -120,12 +126,12 @@ class Sheet:
     def _grid(self, ticks: dict[str, list[tuple[float, str]]], box: Box) -> str:
         ax, path = self.axes, []
         for place, _ in ticks["x"]:
-            x = box.left + float(ax.xaxis.share(place)) * box.wide
-            path.append(f"M{x:.2f} {box.top:.2f}v{box.high:.2f}")
+            x = box.left + float(ax.xaxis.fraction(place)) * box.width
+            path.append(f"M{x:.2f} {box.top:.2f}v{box.height:.2f}")
         for place, _ in ticks["y"]:
-            y = box.top + (1.0 - float(ax.yaxis.share(place))) * box.high
-            path.append(f"M{box.left:.2f} {y:.2f}h{box.wide:.2f}")
-        look = ax.ruled
+            y = box.top + (1.0 - float(ax.yaxis.fraction(place))) * box.height
+            path.append(f"M{box.left:.2f} {y:.2f}h{box.width:.2f}")
+        look = ax.grid_style
         style = (
             f"fill: none; stroke: {look['colour']}; stroke-width: {look['width']}; stroke-opacity: {look['alpha']:g}"
         )
@@ -145,56 +151,62 @@ class Sheet:
 
     def _ticks(self, ticks: dict[str, list[tuple[float, str]]], box: Box) -> str:
         ax, path, words = self.axes, [], []
-        side, foot = ax.xaxis, box.top + box.high
-        turned = side.style.get("rotation")
+        side, bottom = ax.xaxis, box.top + box.height
+        rotation = side.style.get("rotation")
         for place, name in ticks["x"]:
-            x, y = box.left + float(side.share(place)) * box.wide, foot + side.tick_length + GAP
-            path.append(f"M{x:.2f} {foot:.2f}v{side.tick_length:g}" if side.tick_length else "")
-            if turned:
-                words.append(text(name, x, y + 0.5 * side.size, side.size, "end", turn=-float(turned)))
+            x, y = box.left + float(side.fraction(place)) * box.width, bottom + side.tick_length + GAP
+            path.append(f"M{x:.2f} {bottom:.2f}v{side.tick_length:g}" if side.tick_length else "")
+            if rotation:
+                words.append(text(name, x, y + 0.5 * side.size, side.size, "end", rotation=-float(rotation)))
             else:
                 words.append(text(name, x, y + 0.8 * side.size, side.size, "middle"))
         side = ax.yaxis
         for place, name in ticks["y"]:
-            y = box.top + (1.0 - float(side.share(place))) * box.high
+            y = box.top + (1.0 - float(side.fraction(place))) * box.height
             path.append(f"M{box.left:.2f} {y:.2f}h{-side.tick_length:g}" if side.tick_length else "")
-            words.append(text(name, box.left - side.tick_length - GAP, y, side.size, "end", middle=True))
-        under = self.high - PAD - 0.22 * LABEL
-        if ax.equal:
-            under = foot + _below(ax.xaxis, [name for _, name in ticks["x"]]) + named(ax.xaxis) - 0.22 * LABEL
-        words.append(text(ax.xaxis.label, box.left + 0.5 * box.wide, under, LABEL, "middle"))
-        baseline = box.left - _tick_width(ax.yaxis, box.high) - 0.5 * LABEL
-        words.append(self._upright(ax.yaxis.label, baseline, box))
+            words.append(text(name, box.left - side.tick_length - GAP, y, side.size, "end", is_centred=True))
+        label_baseline = self.height - PAD - 0.22 * LABEL_SIZE
+        if ax.equal_aspect:
+            label_baseline = (
+                bottom
+                + _tick_height(ax.xaxis, [name for _, name in ticks["x"]])
+                + label_space(ax.xaxis)
+                - 0.22 * LABEL_SIZE
+            )
+        words.append(text(ax.xaxis.label, box.left + 0.5 * box.width, label_baseline, LABEL_SIZE, "middle"))
+        baseline = box.left - _tick_width(ax.yaxis, box.height) - 0.5 * LABEL_SIZE
+        words.append(self._vertical_label(ax.yaxis.label, baseline, box))
         lines = "".join(path)
         drawn = f'<path d="{lines}" style="stroke: {GREY}; stroke-width: 0.8"/>' if lines else ""
         return "\n".join([each for each in (drawn, *words) if each])
 
-    def _upright(self, label: str, x: float, box: Box) -> str:
+    def _vertical_label(self, label: str, x: float, box: Box) -> str:
         """Return the label of a vertical side, centred on the axes as far as the sheet allows."""
-        longest = self.high - 2.0 * PAD
-        size = min(LABEL, LABEL * longest / max(width(label, LABEL), 1.0))
+        longest = self.height - 2.0 * PAD
+        size = min(LABEL_SIZE, LABEL_SIZE * longest / max(width(label, LABEL_SIZE), 1.0))
         half = 0.5 * width(label, size)
-        middle = min(max(box.top + 0.5 * box.high, PAD + half), self.high - PAD - half)
-        return text(label, x, middle, size, "middle", turn=-90.0)
+        middle = min(max(box.top + 0.5 * box.height, PAD + half), self.height - PAD - half)
+        return text(label, x, middle, size, "middle", rotation=-90.0)
 
     def _bar(self, bar: Bar, box: Box, key: str) -> str:
-        left, side = box.left + box.wide + APART, bar.ax.yaxis
+        left, side = box.left + box.width + BAR_GAP, bar.ax.yaxis
         stops = "".join(
             f'<stop offset="{share:.3f}" stop-color="{to_hex(bar.coloured.cmap(share))}"/>'
             for share in np.linspace(0.0, 1.0, STOPS)
         )
         parts = [
             f'<linearGradient id="{key}-bar" x1="0" y1="1" x2="0" y2="0">{stops}</linearGradient>',
-            f'<rect x="{left:.2f}" y="{box.top:.2f}" width="{BAR:g}" height="{box.high:.2f}" fill="url(#{key}-bar)"/>',
+            f'<rect x="{left:.2f}" y="{box.top:.2f}" width="{BAR_WIDTH:g}" height="{box.height:.2f}" '
+            f'fill="url(#{key}-bar)"/>',
         ]
         path = []
-        for place, name in side.ticks(box.high):
-            y = box.top + (1.0 - float(side.share(place))) * box.high
-            path.append(f"M{left + BAR:.2f} {y:.2f}h{side.tick_length:g}")
-            parts.append(text(name, left + BAR + side.tick_length + GAP, y, side.size, "start", middle=True))
+        for place, name in side.ticks(box.height):
+            y = box.top + (1.0 - float(side.fraction(place))) * box.height
+            path.append(f"M{left + BAR_WIDTH:.2f} {y:.2f}h{side.tick_length:g}")
+            parts.append(text(name, left + BAR_WIDTH + side.tick_length + GAP, y, side.size, "start", is_centred=True))
         parts.append(f'<path d="{"".join(path)}" style="stroke: {GREY}; stroke-width: 0.8"/>' if path else "")
-        x = left + BAR + _tick_width(side, box.high) + named(side) - 0.3 * LABEL
-        parts.append(self._upright(side.label, x, box))
+        x = left + BAR_WIDTH + _tick_width(side, box.height) + label_space(side) - 0.3 * LABEL_SIZE
+        parts.append(self._vertical_label(side.label, x, box))
         return "\n".join(filter(None, parts))
 
 
@@ -204,7 +216,7 @@ def _tick_width(side: Side, length: float) -> float:
     return side.tick_length + GAP + max((width(name, side.size) for name in names), default=0.0)
 
 
-def _below(side: Side, names: list[str]) -> float:
+def _tick_height(side: Side, names: list[str]) -> float:
     """Return the total height (points) of the ticks of a horizontal side and their labels."""
     if turned := side.style.get("rotation"):
         longest = max((width(name, side.size) for name in names), default=0.0)
@@ -212,6 +224,6 @@ def _below(side: Side, names: list[str]) -> float:
     return side.tick_length + GAP + max((height(name, side.size) for name in names), default=0.0)
 
 
-def named(side: Side) -> float:
+def label_space(side: Side) -> float:
     """Return the space for the label of a side, in points."""
-    return height(side.label, LABEL) + 3.0 if side.label else 0.0
+    return height(side.label, LABEL_SIZE) + 3.0 if side.label else 0.0

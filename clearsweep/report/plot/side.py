@@ -12,10 +12,10 @@ from ...language import wording
 
 MARGIN = 0.05  # of the data's extent, left free at its ends
 _STEPS = [1, 2, 2.5, 5, 10]
-_TICK = {"x": 30.0, "y": 17.0}  # least distance of ticks, points
-_MOST = 9  # largest number of ticks
-_DECADES = 7  # decades up to which each has a tick
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_MIN_TICK_DISTANCE = {"x": 30.0, "y": 17.0}  # least distance of ticks, points
+_MAX_TICKS = 9  # largest number of ticks
+_MAX_DECADES = 7  # decades up to which each has a tick
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 class UnsupportedError(Exception):
@@ -28,7 +28,7 @@ class Side:
     def __init__(self, axis_name: str):
         """Take the letter of the side, 'x' or 'y'."""
         self.axis_name, self.label, self.log = axis_name, "", False
-        self.given: list[float | None] = [None, None]  # the limits set by a drawing
+        self.set_limits: list[float | None] = [None, None]  # the limits set by a drawing
         self.data: list[np.ndarray] = []
         self.sticky: set[float] = set()  # ends without margin
         self.locator: Any = None
@@ -52,15 +52,18 @@ class Side:
         values = values[values > 0.0] if self.log else values
         low, high = (float(values.min()), float(values.max())) if len(values) else (1.0 if self.log else 0.0, 1.0)
         a, b = (math.log10(low), math.log10(high)) if self.log else (low, high)
-        free = self.margin * (b - a) if b > a else 0.05 * (abs(a) or 1.0)
-        ends = [
-            end if known in self.sticky else end + sign * free for end, known, sign in ((a, low, -1.0), (b, high, 1.0))
+        margin = self.margin * (b - a) if b > a else 0.05 * (abs(a) or 1.0)
+        limits = [
+            end if data_end in self.sticky else end + sign * margin
+            for end, data_end, sign in ((a, low, -1.0), (b, high, 1.0))
         ]
-        ends = [10.0**end for end in ends] if self.log else ends
-        low, high = (end if given is None else given for end, given in zip(ends, self.given, strict=True))
+        limits = [10.0**end for end in limits] if self.log else limits
+        low, high = (
+            end if set_limit is None else set_limit for end, set_limit in zip(limits, self.set_limits, strict=True)
+        )
         return low, high
 
-    def share(self, values: Any) -> np.ndarray:
+    def fraction(self, values: Any) -> np.ndarray:
         """Return values relative to both ends, 0 to 1."""
         low, high = self.limits()
         values = np.asarray(values, float)
@@ -100,7 +103,7 @@ class Side:
             elif self.log:
                 places = _decades(low, high)
             else:
-                most = max(2, min(_MOST, int(length / _TICK[self.axis_name])))
+                most = max(2, min(_MAX_TICKS, int(length / _MIN_TICK_DISTANCE[self.axis_name])))
                 places = [float(value) for value in MaxNLocator(most, steps=_STEPS).tick_values(low, high)]
         names = labels if labels is not None else self._names(places)
         slack = 1e-9 * (high - low)
@@ -113,7 +116,7 @@ class Side:
         if self.formatter is not None:
             return [self.formatter(place, None) for place in places]
         if self.log:
-            return [f"10{f'{round(math.log10(place))}'.translate(_RAISED)}" for place in places]
+            return [f"10{f'{round(math.log10(place))}'.translate(_SUPERSCRIPTS)}" for place in places]
         step = min((b - a for a, b in itertools.pairwise(places)), default=1.0) or 1.0
         largest = max(map(abs, places), default=0.0)
         if largest >= 1e5 or 0.0 < step < 1e-4:
@@ -125,5 +128,5 @@ class Side:
 def _decades(low: float, high: float) -> list[float]:
     """Return the powers of ten between two ends; if they are many, every second or third."""
     first, last = math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(high) + 1e-9)
-    every = max(1, math.ceil((last - first + 1) / _DECADES))
+    every = max(1, math.ceil((last - first + 1) / _MAX_DECADES))
     return [10.0**power for power in range(first, last + 1, every)]

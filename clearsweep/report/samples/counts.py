@@ -11,7 +11,7 @@ from ..blocks.section import Note, Section
 from ..data.study import Study
 
 #: Sections with counts of all cases, and their other contents; sections without counts have no note.
-_MIXED = {
+_NOTES = {
     "verdict": "Counts include all cases. Maps and shares come from the sample, {}.",
     "failures": "The numbers include all cases. The list contains those of the sample, {}.",
     "trust": "Counts of failed cases, and of those beyond the range of a law, include all cases. "
@@ -27,7 +27,7 @@ class LimitCounts(NamedTuple):
     cases: int
     exceeding: int  # at least one limit
     unknown: int  # cases among them without the figure of a limit
-    each: list[tuple[int, int]]  # for each limit: cases that exceed it, and cases among them without its figure
+    by_limit: list[tuple[int, int]]  # for each limit: cases that exceed it, and cases among them without its figure
 
 
 def finished_and_failed(study: Study) -> tuple[int, int]:
@@ -83,7 +83,7 @@ def with_note(study: Study, section: Section) -> Section:
     if not section.title or not study.run.marks():
         return section
     shown = f"{len(study.cases) + len(study.failed):,} of {sum(finished_and_failed(study)):,} cases"
-    text = _MIXED.get(section.key, "Counts and shares come from the sample, {}.").format(shown)
+    text = _NOTES.get(section.key, "Counts and shares come from the sample, {}.").format(shown)
     return section._replace(blocks=[Note(text), *section.blocks]) if text else section
 
 

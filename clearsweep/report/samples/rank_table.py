@@ -10,7 +10,7 @@ from ...language import wording
 from ..blocks.table import Column, Quantity, Table
 from ..data.study import Study
 from ..statistics import sensitivity
-from ..statistics.sensitivity import Setting
+from ..statistics.sensitivity import Sample
 from .sample_tables import (
     any_exceeded,
     estimate_cells,
@@ -23,7 +23,7 @@ from .sample_tables import (
 )
 
 
-def rank_table(study: Study, samples: list[Setting]) -> Table:
+def rank_table(study: Study, samples: list[Sample]) -> Table:
     """Return rank correlations of each figure with each drawn variable, the strongest first; empty for few cases."""
     names = variables(study)
     drawn = {path: np.asarray(values, float) for path, values in study.run.grid["sample"]["drawn"].items()}
@@ -38,10 +38,10 @@ def rank_table(study: Study, samples: list[Setting]) -> Table:
         columns += [*estimate_columns("limits exceeded, lower half"), *estimate_columns("upper half")]
     rows = []
     for figure, sample in itertools.product(limited_figures(study), samples):
-        for path, alone, partial in correlations(study, sample, figure.column):
+        for path, simple, partial in correlations(study, sample, figure.column):
             head = (figure.name, figure.unit, *point_cells(study, sample), names[path])
             halves = _halves(study, sample, drawn[path]) if limited else []
-            rows.append((*head, *estimate_cells(alone, "1"), *estimate_cells(partial, "1"), *halves))
+            rows.append((*head, *estimate_cells(simple, "1"), *estimate_cells(partial, "1"), *halves))
     note = (
         "Spearman's rank correlation is 1 if the figure always rises with the variable, and "
         f'{wording.MINUS}1 if it always falls. Under "others fixed" is the partial rank correlation (PRCC), after '
@@ -55,7 +55,7 @@ def rank_table(study: Study, samples: list[Setting]) -> Table:
     return Table("rank_drivers", "What drives the spread", note, tuple(columns), rows)
 
 
-def correlations(study: Study, sample: Setting, column: str) -> list[tuple[str, Estimate, Estimate]]:
+def correlations(study: Study, sample: Sample, column: str) -> list[tuple[str, Estimate, Estimate]]:
     """Return variable, rank correlation with a figure, and partial rank correlation, the strongest first.
 
     Return [] if there are too few cases or the figure is constant.
@@ -65,13 +65,13 @@ def correlations(study: Study, sample: Setting, column: str) -> list[tuple[str, 
     return sampled.correlations(drawn, sample.figures[column])
 
 
-def _halves(study: Study, sample: Setting, values: np.ndarray) -> list[Quantity]:
+def _halves(study: Study, sample: Sample, values: np.ndarray) -> list[Quantity]:
     """Return the cells with the chance that a limit is exceeded below and above the median of a variable."""
-    good, beyond = finished(sample), any_exceeded(study, sample)
-    values = values[good]
-    middle = np.median(values)
+    is_finished, exceeds = finished(sample), any_exceeded(study, sample)
+    values = values[is_finished]
+    median = np.median(values)
     cells = []
-    for half in (values <= middle, values > middle):
-        chance = sensitivity.exceedance(beyond[half]) if half.any() else Estimate(np.nan, np.nan, np.nan)
-        cells += estimate_cells(chance, "1")
+    for half in (values <= median, values > median):
+        probability = sensitivity.exceedance(exceeds[half]) if half.any() else Estimate(np.nan, np.nan, np.nan)
+        cells += estimate_cells(probability, "1")
     return cells

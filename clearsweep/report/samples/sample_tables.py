@@ -14,7 +14,7 @@ from ..data.axis import Axis
 from ..data.study import Study
 from ..data.table_columns import columns_in_table
 from ..statistics import sensitivity
-from ..statistics.sensitivity import Chance, Effect, Setting
+from ..statistics.sensitivity import Chance, Effect, Sample
 
 
 class LimitedFigure(NamedTuple):
@@ -40,7 +40,7 @@ def limited_figures(study: Study) -> list[LimitedFigure]:
     ]
 
 
-def spread_table(study: Study, samples: list[Setting]) -> Table:
+def spread_table(study: Study, samples: list[Sample]) -> Table:
     """Return mean, variation and quantiles of every figure."""
     columns = (
         *figure_columns(study),
@@ -65,12 +65,12 @@ def spread_table(study: Study, samples: list[Setting]) -> Table:
     note = (
         "Brackets contain the 95 % confidence interval: from the bootstrap for mean and cv (standard deviation over "
         f"mean), from order statistics for quantiles. A dash ({wording.DASH}) marks an end for which there are too few "
-        f"cases. {_left_out(samples)}"
+        f"cases. {_failed_note(samples)}"
     )
     return Table("distribution", "Spread of the figures", note.strip(), columns, rows)
 
 
-def limit_table(study: Study, samples: list[Setting]) -> Table:
+def limit_table(study: Study, samples: list[Sample]) -> Table:
     """Return the chance of exceeding each limit and, if cases failed, the chance with these counted as failures."""
     failures = any(sample.failed for sample in samples)
     columns = (
@@ -87,10 +87,12 @@ def limit_table(study: Study, samples: list[Setting]) -> Table:
             if len(fails) or sample.failed:
                 head = (figure.name, figure.unit, *point_cells(study, sample))
                 limit_text = Quantity(limit.value, limit.words(figure.unit))
-                rows.append((*head, limit_text, *_chances(fails, _failed_rows(sample), failures=failures)))
+                rows.append((*head, limit_text, *_probability_cells(fails, _failed_rows(sample), failures=failures)))
     for sample in samples if len(rows) > len(samples) else []:
         head = ("at least one of them", "", *point_cells(study, sample))
-        rows.append((*head, "", *_chances(any_exceeded(study, sample), _failed_rows(sample), failures=failures)))
+        rows.append(
+            (*head, "", *_probability_cells(any_exceeded(study, sample), _failed_rows(sample), failures=failures))
+        )
     note = (
         "Brackets contain the exact 95 % confidence interval (Clopper and Pearson). A case whose figure is null counts "
         "as exceeding its limit."
@@ -104,38 +106,38 @@ def limit_table(study: Study, samples: list[Setting]) -> Table:
     return Table("limits", "Probability of exceeding limits", note, columns, rows)
 
 
-def _chances(beyond: np.ndarray, failed: int, *, failures: bool) -> list[Quantity]:
+def _probability_cells(exceeds: np.ndarray, failed: int, *, failures: bool) -> list[Quantity]:
     """Return the number of cases, the chance of exceeding a limit and, with `failures`, of exceeding it or failing."""
     none = Estimate(np.nan, np.nan, np.nan)
-    cells = [count_cell(len(beyond)), *estimate_cells(sensitivity.exceedance(beyond) if len(beyond) else none, "1")]
+    cells = [count_cell(len(exceeds)), *estimate_cells(sensitivity.exceedance(exceeds) if len(exceeds) else none, "1")]
     if not failures:
         return cells
-    either = np.append(beyond, np.ones(failed, bool))
-    return [*cells, *estimate_cells(sensitivity.exceedance(either) if len(either) else none, "1")]
+    exceeds_or_fails = np.append(exceeds, np.ones(failed, bool))
+    return [*cells, *estimate_cells(sensitivity.exceedance(exceeds_or_fails) if len(exceeds_or_fails) else none, "1")]
 
 
-def _failed_rows(sample: Setting) -> int:
+def _failed_rows(sample: Sample) -> int:
     """Return the number of failed rows of a sample's design."""
     return int(np.count_nonzero(~finished(sample)))
 
 
-def any_exceeded(study: Study, sample: Setting) -> np.ndarray:
+def any_exceeded(study: Study, sample: Sample) -> np.ndarray:
     """Return a mask of the finished cases of a sample that exceed a limit, or whose limited figure is missing."""
-    beyond: np.ndarray = np.any([limit.fails(sample.figures) for limit in study.limits], axis=0)[finished(sample)]
-    return beyond
+    exceeds: np.ndarray = np.any([limit.fails(sample.figures) for limit in study.limits], axis=0)[finished(sample)]
+    return exceeds
 
 
-def finished(sample: Setting) -> np.ndarray:
+def finished(sample: Sample) -> np.ndarray:
     """Return a mask of the rows of a sample's design that finished."""
     failed = set(sample.failed)
     return np.array([case_id not in failed for case_id in sample.case_ids])
 
 
-def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]:
+def index_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]:
     """Return the Sobol indices of every variable for every figure, and remarks on chaos."""
     columns = (
         Column("figure"),
-        *axis_columns(study, _undrawn(study)),
+        *axis_columns(study, _fixed_axes(study)),
         Column("variable"),
         *estimate_columns("first-order index"),
         *estimate_columns("total index"),
@@ -177,7 +179,7 @@ def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]
     return Table("sensitivity", "Sobol indices", note, columns, rows), sentences
 
 
-def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]:
+def effect_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]:
     """Return the effect of each single variable on every figure, and remarks on chaos."""
     columns = (
         *figure_columns(study),
@@ -196,11 +198,11 @@ def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]
             for effect in sensitivity.effects(sample, figure.column, list(names)):
                 if effect.chaotic:
                     chaotic[figure.name] = None
-                numbers = (effect.low, effect.middle, effect.high, effect.scatter)
+                numbers = (effect.low, effect.median, effect.high, effect.scatter)
                 texts = wording.in_common_unit(numbers, figure.unit)
                 cells = [Quantity(value, text) for value, text in zip(numbers, texts, strict=True)]
                 head = (figure.name, figure.unit, *point_cells(study, sample), names[effect.path])
-                rows.append((*head, *cells, _blur(effect)))
+                rows.append((*head, *cells, _scatter_remark(effect)))
     note = (
         "Each variable changes alone, with the others at their medians. The scatter is the change of the figure under "
         "disturbances of 1e-9 of their ranges. With `error_check`, it is the change at a tenth of the tolerance."
@@ -222,7 +224,7 @@ def _chance_cells(chance: Chance, verdict: str, *, shown: bool) -> list[Quantity
     return [share, "measured" if chance.measured else "bounded", Quantity(verdict, verdict if shown else "")]
 
 
-def _blur(effect: Effect) -> str:
+def _scatter_remark(effect: Effect) -> str:
     """Return the remark on an effect compared with its scatter, or '' if none is needed."""
     if effect.chaotic:
         return "chaotic: scatter as large as the effect"
@@ -245,19 +247,19 @@ def variables(study: Study) -> dict[str, str]:
     return {path: wording.axis_name(path, len(study.joints)) for path in study.run.grid["sample"]["drawn"]}
 
 
-def _undrawn(study: Study) -> list[Axis]:
+def _fixed_axes(study: Study) -> list[Axis]:
     drawn = study.run.grid["sample"]["drawn"]
     return [axis for axis in study.swept() if axis.path not in drawn]
 
 
 def figure_columns(study: Study) -> list[Column]:
     """Return the columns for figure and the values of the axes that were not drawn."""
-    return [Column("figure"), Column("figure unit", file_only=True), *axis_columns(study, _undrawn(study))]
+    return [Column("figure"), Column("figure unit", file_only=True), *axis_columns(study, _fixed_axes(study))]
 
 
-def point_cells(study: Study, sample: Setting) -> list[float | str]:
+def point_cells(study: Study, sample: Sample) -> list[float | str]:
     """Return the values of the axes that were not drawn for a sample."""
-    return [sample.point[axis.path] for axis in _undrawn(study)]
+    return [sample.point[axis.path] for axis in _fixed_axes(study)]
 
 
 def estimate_columns(name: str) -> list[Column]:
@@ -276,6 +278,6 @@ def estimate_cells(estimate: Estimate, unit: str) -> list[Quantity]:
     ]
 
 
-def _left_out(samples: list[Setting]) -> str:
+def _failed_note(samples: list[Sample]) -> str:
     failed = sum(len(sample.failed) for sample in samples)
     return f"{wording.count(failed, 'failed case')} left out: the figures may be biased." if failed else ""

@@ -140,7 +140,7 @@ def _picture(study: Study, bars: list[Bar]) -> Picture:
         "Error budget",
         "effect of each unknown alone on the force peak",
         f"Bars of the change of the force peak by unknown. {alt}",
-        lambda ax: budget.tornado(ax, drawn, PEAK.name),
+        lambda ax: budget.draw_tornado(ax, drawn, PEAK.name),
         size=(7.0, 0.8 + 0.34 * len(bars)),
     )
 

@@ -14,7 +14,7 @@ from ..data.study import Joint, Study
 from ..data.table_columns import columns_in_table
 from ..data.worst_case import question, worst_case
 from ..one_case import player
-from ..one_case.motion import history, onsets, pictures
+from ..one_case.motion import onsets, pictures, saved_channels
 
 NO_JOINT = Joint("-", "", wears=False)  # figures of the mechanism alone
 NOT_SAVED = Markup(
@@ -70,10 +70,10 @@ def _ranked(study: Study) -> tuple[str, ...]:
 def _details(study: Study, ids: Iterable[str], why: dict[str, str], otherwise: str) -> list[Detail]:
     details = []
     for case_id in ids:
-        path = history(study.run, case_id)
+        path = saved_channels(study.run, case_id)
         if path is not None:
             drawn = pictures(study, case_id, path) + onsets(study, case_id, study.run.events(case_id), path)
-            moving = player.of(study, case_id, path)
+            moving = player.player_of(study, case_id, path)
             played = tuple(picture for picture in drawn if picture.played and moving)
             kept = [picture for picture in drawn if not (picture.played and moving)]
             setting, figures = study.setting(case_id), _figures(study, case_id)

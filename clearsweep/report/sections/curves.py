@@ -15,7 +15,7 @@ from ..data.study import CALLED, Study, indices_by_value, largest, median, over_
 from ..data.table_columns import column_label
 from ..draw import comparison
 from ..draw.comparison import Family
-from ..statistics.main_effects import MainEffect, main_effects
+from ..statistics.main_effects import MainEffect, main_effects_of
 from . import maps
 
 MOST = 7  # curves side by side that can be distinguished
@@ -62,7 +62,7 @@ def _beside(study: Study, across: Axis) -> Axis | None:
 def _effects(study: Study) -> list[MainEffect]:
     """Return the main effects on the leading figure, the strongest first, or [] if no case has it."""
     column = study.hardest_joint().column(study.lead.figure)
-    return main_effects(study, column) if study.has(column) else []
+    return main_effects_of(study, column) if study.has(column) else []
 
 
 def _drawn(study: Study) -> list[Drawn]:
@@ -97,7 +97,7 @@ def _picture(study: Study, drawn: Drawn, across: Axis, second: Axis | None) -> P
         f"{capital(drawn.name)} over {across.name}",
         caption,
         f"{capital(drawn.name)} over {across.name}{f', a curve for each {second.name}' if second else ''}: {ends}.",
-        lambda ax: comparison.family(ax, family, scale, drawn.name),
+        lambda ax: comparison.draw_family(ax, family, scale, drawn.name),
     )
 
 

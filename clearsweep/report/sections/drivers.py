@@ -15,7 +15,7 @@ from ..data.worst_case import question
 from ..draw import comparison
 from ..draw.comparison import Curve
 from ..draw.style import BLUE, JOINT_COLOURS, RED
-from ..statistics.main_effects import MainEffect, main_effects
+from ..statistics.main_effects import MainEffect, main_effects_of
 
 _FORCE = ((PEAK.figure, "peak"), ("force_rms", "rms"))
 MOST = 4  # axes that are drawn at once, the strongest; the rest is folded
@@ -45,7 +45,7 @@ def more(study: Study) -> list[Section]:
 
 def sentences(study: Study, joint: Joint) -> list[str]:
     """Return sentences that name the strongest axes for the leading figure of a joint and for its other figures."""
-    effects = main_effects(study, joint.column(study.lead.figure))
+    effects = main_effects_of(study, joint.column(study.lead.figure))
     strong = [effect for effect in effects if effect.clear()]
     weak = [effect.axis.name for effect in effects if not effect.clear()]
     if not strong:
@@ -70,7 +70,7 @@ def _others(study: Study, joint: Joint) -> list[str]:
     for column, name in others.items():
         if not column or column not in study.cases or not study.has(column):
             continue
-        strongest = main_effects(study, column)[0]
+        strongest = main_effects_of(study, column)[0]
         if strongest.clear():
             verb = "varies with" if len(study.levels()) == 1 else "depends most on"
             sentences.append(f"The {name} {verb} {_cause(strongest, study)}.")
@@ -82,7 +82,7 @@ def _relative_to_ideal(study: Study, joint: Joint) -> list[str]:
     ratio = joint.column("force_peak_ratio")
     if study.lead is not PEAK or not study.has(ratio) or not ideal_varies(study, joint):
         return []
-    strongest = main_effects(study, ratio)[0]
+    strongest = main_effects_of(study, ratio)[0]
     if not strongest.clear():
         return []
     return [
@@ -124,7 +124,7 @@ def _leading(study: Study) -> list[Picture]:
 
 def _at_once(study: Study) -> int:
     """Return how many axes are drawn outside the folded part: those with an effect on the leading figure."""
-    effects = main_effects(study, study.hardest_joint().column(study.lead.figure))
+    effects = main_effects_of(study, study.hardest_joint().column(study.lead.figure))
     return min(MOST, max(sum(not effect.share < LEAST_SHARE for effect in effects), 1))
 
 
@@ -147,7 +147,7 @@ def _note(study: Study) -> str:
 def _pictures(study: Study, figures: tuple[tuple[str, str], ...], name: str) -> list[Picture]:
     """Return one picture per axis, the strongest first; the first of the `figures`, (figure, name), has a band."""
     leading = study.hardest_joint().column(figures[0][0])
-    curves: dict[str, list[Curve]] = {effect.axis.path: [] for effect in main_effects(study, leading)}
+    curves: dict[str, list[Curve]] = {effect.axis.path: [] for effect in main_effects_of(study, leading)}
     for place, joint in enumerate(study.joints):
         for number, (figure, word) in enumerate(figures):
             for curve in _curves(study, joint, place, (figure, word), band=number == 0):
@@ -164,7 +164,7 @@ def _curves(study: Study, joint: Joint, place: int, figure: tuple[str, str], *, 
     colour = JOINT_COLOURS[place % 3] if several or band else RED
     dashed = "" if several else figure[1]  # what dashes represent is explained above the pictures
     name = joint.title if several and band else dashed
-    return [Curve(name, colour, band, effect) for effect in main_effects(study, column)]
+    return [Curve(name, colour, band, effect) for effect in main_effects_of(study, column)]
 
 
 def line(study: Study, effect: MainEffect, name: str) -> Picture:
@@ -174,7 +174,7 @@ def line(study: Study, effect: MainEffect, name: str) -> Picture:
 
 
 def _edges(curve: Curve) -> list[np.ndarray]:
-    return [curve.effect.low, curve.effect.high] if curve.band else [curve.effect.medians]
+    return [curve.effect.low, curve.effect.high] if curve.has_band else [curve.effect.medians]
 
 
 def _range(edges: list[np.ndarray]) -> tuple[float, float]:
@@ -203,7 +203,7 @@ def _picture_over_axis(
         f"{capital(name)} over {axis.name}",
         "" if np.isnan(effect.share) else f"{wording.percent(effect.share)} of the variation of {first}",
         f"Median of {first} over {axis.name}. {medians}",
-        lambda ax: comparison.effect(ax, curves, scale, limits, name),
+        lambda ax: comparison.draw_effect(ax, curves, scale, limits, name),
         size=(3.3, 2.8),
     )
 
@@ -224,7 +224,7 @@ def _table(study: Study) -> Table:
     )
     rows: list[tuple] = []
     for column, name in _affected(study):
-        effects = [effect for effect in main_effects(study, column) if np.isfinite(effect.medians).any()]
+        effects = [effect for effect in main_effects_of(study, column) if np.isfinite(effect.medians).any()]
         scale = study.scale(column)
         rows += [_row(study, name, effect, scale) for effect in effects]
     note = (

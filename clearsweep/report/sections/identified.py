@@ -83,7 +83,7 @@ def _pictures(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[str, 
         axis, ends = axes[each["path"]], (each["low"], each["value"], each["high"])
 
         def paint(ax: Any) -> None:
-            posterior.density(ax, sample[axis.path].to_numpy(), weights, ends, axis)
+            posterior.draw_density(ax, sample[axis.path].to_numpy(), weights, ends, axis)
 
         return Picture(f"Probability of {axis.name}", "", f"{_estimate_text(axis, each)}.", paint)
 
@@ -97,7 +97,7 @@ def _pairs(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[str, Axi
     def both(first: Axis, second: Axis) -> Picture:
         def paint(ax: Any) -> None:
             pair = (sample[first.path].to_numpy(), sample[second.path].to_numpy())
-            posterior.pair(ax, pair, weights, (first, second))
+            posterior.draw_joint_density(ax, pair, weights, (first, second))
 
         title = f"{first.name} and {second.name}"
         return Picture(title, "", f"Probability of pairs of {title}.", paint)

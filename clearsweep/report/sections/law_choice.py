@@ -12,8 +12,8 @@ from ..data.axis import Axis
 from ..data.study import Joint, Study
 from ..draw import comparison
 from ..laws import elastic_comparison, law_verdict, restitution_comparison
-from ..statistics.main_effects import main_effects
-from ..statistics.matching import Matched, axis_key, matched
+from ..statistics.main_effects import main_effects_of
+from ..statistics.matching import MatchedCases, axis_key, matched
 
 CHOICES = (
     ".contact.law",
@@ -56,7 +56,7 @@ def _figures(study: Study, joint: Joint) -> list[tuple[str, str]]:
     return [(column, name) for column, name in named if study.has(column)]
 
 
-def _forces(study: Study, matched_cases: Matched, joint: Joint) -> Table:
+def _forces(study: Study, matched_cases: MatchedCases, joint: Joint) -> Table:
     """Return the table of the forces of one joint, law by law."""
     axis, figures = matched_cases.axis, _figures(study, joint)
     heads = [Column(axis.name), Column("cases")]
@@ -87,7 +87,7 @@ def _forces(study: Study, matched_cases: Matched, joint: Joint) -> Table:
     return Table(f"{axis_key(axis)}_{joint.name}", title, note, tuple(heads), rows)
 
 
-def _ratios(study: Study, matched_cases: Matched, column: str) -> pd.Series:
+def _ratios(study: Study, matched_cases: MatchedCases, column: str) -> pd.Series:
     """Return law -> median ratio of a figure to the median of all laws at otherwise equal values."""
     table = matched_cases.table(study, column)
     return table.div(table.median(axis=1), axis=0).median()
@@ -101,7 +101,7 @@ def _ends(values: pd.Series, unit: str) -> list[Quantity | float]:
     return [Quantity(middle, scale.text(middle) + span), low, high]
 
 
-def _spread(study: Study, matched_cases: Matched) -> Table:
+def _spread(study: Study, matched_cases: MatchedCases) -> Table:
     """Return the table of the factors by which each figure differs between laws at otherwise equal values."""
     rows = []
     for joint in study.joints:
@@ -153,7 +153,7 @@ def _sentence(study: Study, axis: Axis, spread: Table) -> str:
         f"{wording.sentence_list(factors)}{where}"
     )
     sentence += f", the median of {comparisons.value} comparisons." if comparisons.value > 1 else "."
-    effects = main_effects(study, hardest.column("force_peak"))
+    effects = main_effects_of(study, hardest.column("force_peak"))
     effect = next((effect for effect in effects if effect.axis is axis), None)
     if effect is not None and not effect.clear() and median >= variance.CLEAR_FACTOR:
         sentence += (
@@ -175,7 +175,7 @@ def _strip(study: Study, axis: Axis, joint: Joint, column: str, name: str) -> Pi
         title,
         "Each point is a case; the bar is the median.",
         f"{title}, medians. {medians}",
-        lambda ax: comparison.strip(ax, groups, name, scale),
+        lambda ax: comparison.draw_strip(ax, groups, name, scale),
         size=(4.2, 1.0 + 0.22 * len(groups)),
     )
 

@@ -10,7 +10,7 @@ from ..blocks.picture import Picture
 from ..blocks.section import Gallery, Points, Section, without_empty
 from ..data.study import Joint, Study
 from ..draw import life
-from ..draw.life import DepthCurve
+from ..draw.life import LifeCurve
 from . import maps
 
 NOTE = (
@@ -83,12 +83,12 @@ def _pictures(study: Study, joint: Joint) -> list[Picture]:
             named = ", ".join(f"{history.name} {end}" for history, end in zip(courses, ends, strict=True))
             text = f"{title} over revolutions; at the end: {named}."
             of_limit = limit if figure == of and isinstance(limit, float) else None
-            paint = partial(life.over_revolutions, courses=courses, unit=unit, name=title, limit=of_limit)
+            paint = partial(life.draw_over_revolutions, curves=courses, unit=unit, name=title, limit=of_limit)
             pictures.append(Picture(f"{title.capitalize()} over revolutions", "" if pictures else caption, text, paint))
     return maps.over_axes(study, joint, "life_hours", "life") + pictures
 
 
-def _course(study: Study, joint: Joint, name: str, case_id: str, history: dict, figure: str) -> DepthCurve:
+def _course(study: Study, joint: Joint, name: str, case_id: str, history: dict, figure: str) -> LifeCurve:
     """Return a figure of a case over revolutions; the limited figure has the interval of its end."""
     key = f"{joint.name}/{'clearance' if figure == 'clearance_growth' else figure}"
     values = np.asarray(history[key], float)
@@ -97,4 +97,4 @@ def _course(study: Study, joint: Joint, name: str, case_id: str, history: dict, 
         low, high = (float(study.cases.at[case_id, joint.column(f"life_{end}")]) for end in ("low", "high"))
         interval = (low, high) if np.isfinite(low) and np.isfinite(high) else None
     grown = values - values[0] if figure == "clearance_growth" else values
-    return DepthCurve(name, np.asarray(history["revolutions"], float), grown, interval)
+    return LifeCurve(name, np.asarray(history["revolutions"], float), grown, interval)

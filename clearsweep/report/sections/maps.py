@@ -22,7 +22,7 @@ from ..data.dotted_paths import value_at
 from ..data.study import CALLED, P99_OVER_IDEAL, Joint, Study, cells, largest, median, over_other_axes, smallest
 from ..data.worst_case import question
 from ..draw import heat_map
-from ..statistics.main_effects import main_effects
+from ..statistics.main_effects import main_effects_of
 from .drivers import ideal_varies, line
 
 SPOTS = 150  # largest number of cells with tooltips; larger maps are pixels
@@ -97,7 +97,7 @@ def start_up(study: Study) -> list[Picture]:
     """Return the start-up time over the two axes with the largest effect, or over the only axis; [] without an axis."""
     if not study.has(START_UP):
         return []
-    effects = main_effects(study, START_UP)
+    effects = main_effects_of(study, START_UP)
     if len(effects) < 2:
         return [line(study, effect, "start-up time") for effect in effects]
     pair = _in_order(study, (effects[0].axis, effects[1].axis))
@@ -113,7 +113,7 @@ def _maps(study: Study, joint: Joint) -> list[Map]:
     lead = joint.column(study.lead.figure)
     if not study.has(lead):
         return []
-    ranked = [effect.axis for effect in main_effects(study, lead)]
+    ranked = [effect.axis for effect in main_effects_of(study, lead)]
     pairs = [_in_order(study, pair) for pair in itertools.combinations(_leading(study, joint, ranked), 2)][:PAIRS]
     if not pairs:
         return []
@@ -160,7 +160,7 @@ def over_axes(study: Study, joint: Joint, figure: str, name: str) -> list[Pictur
     """Return a figure of a joint over the two axes with the largest effect or the only axis; [] if it does not vary."""
     column = joint.column(figure)
     varies = study.has(column) and study.cases[column].nunique() > 1
-    effects = main_effects(study, column) if varies else []
+    effects = main_effects_of(study, column) if varies else []
     if len(effects) > 1:
         pair = _in_order(study, (effects[0].axis, effects[1].axis))
         table = _table(study, column, pair)
@@ -193,7 +193,7 @@ def _picture(study: Study, shown: Map, span: tuple[float, float]) -> Picture:
         f"{capital(shown.name)}: {across.name} {wording.TIMES} {up.name}",
         caption,
         f"Heat map of {shown.name} over {across.name} and {up.name}, from {lowest} to {highest}. {caption}",
-        lambda ax: heat_map.heat_map(ax, table, shown.pair, scale, shown.name, span),
+        lambda ax: heat_map.draw_heat_map(ax, table, shown.pair, scale, shown.name, span),
         heat_map.SIZE,
         spots=_spots(study, shown, scale),
     )

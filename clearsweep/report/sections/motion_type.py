@@ -11,10 +11,10 @@ from ..blocks.table import Column, Quantity, Table, count_cell
 from ..data.axis import Axis
 from ..data.study import Joint, Study, cells, largest, over_other_axes
 from ..draw import kinds as draw
-from ..one_case.motion import FLAT, SQUARE, courses, history, saved_of
+from ..one_case.motion import FLAT_SIZE, SQUARE_SIZE, history_of, joint_histories, saved_channels
 from ..statistics import kinds, spectrum, strobe
 from ..statistics.kinds import CONTACTS, PERIODS
-from ..statistics.main_effects import main_effects
+from ..statistics.main_effects import main_effects_of
 
 AXES = 4  # along which journals are drawn, at most
 LEAST = 3  # cases that make a diagram
@@ -30,7 +30,7 @@ def sections(study: Study) -> list[Section]:
     note = "The period is the number of revolutions after which the force repeats. Irregular motion has no such period."
     if not _lubricated(study, joint):
         where = study.joint_text(joint, " of joint {}")
-        note = f"Contacts{where} count as impacts if they last at most {kinds.SHORT:g}° of crank angle. {note}"
+        note = f"Contacts{where} count as impacts if they last at most {kinds.SHORT_CONTACT:g}° of crank angle. {note}"
     blocks: list[Block] = [
         Gallery(note, [*_maps(study, joint), *_shares(study, joint)], small=True),
         _table(study, joint),
@@ -46,7 +46,7 @@ def _lubricated(study: Study, joint: Joint) -> bool:
 
 def _maps(study: Study, joint: Joint) -> list[Picture]:
     """Return the maps of the least regular kind over the two axes with the largest effect on the leading figure."""
-    ranked = [effect.axis for effect in main_effects(study, joint.column(study.lead.figure))][:2]
+    ranked = [effect.axis for effect in main_effects_of(study, joint.column(study.lead.figure))][:2]
     if len(ranked) < 2:
         return []
     across, up = sorted(ranked, key=study.axes.index)
@@ -73,12 +73,14 @@ def _map(title: str, study: Study, values: np.ndarray, axes: tuple[Axis, Axis], 
     ]
     counts = [f"{words[place]}: {int((table == place).sum())}" for place in range(len(words))]
     alt = f"Map, cells of each kind. {'; '.join(counts)}."
-    return Picture(title, "", alt, lambda ax: draw.kinds(ax, table, np.reshape(alike, table.shape), axes, words), SMALL)
+    return Picture(
+        title, "", alt, lambda ax: draw.draw_kinds(ax, table, np.reshape(alike, table.shape), axes, words), SMALL
+    )
 
 
 def _shares(study: Study, joint: Joint) -> list[Picture]:
     """Return the shares of time and of periods over the axis with the largest effect on the force."""
-    ranked = [effect.axis for effect in main_effects(study, joint.column(study.lead.figure))]
+    ranked = [effect.axis for effect in main_effects_of(study, joint.column(study.lead.figure))]
     axis = next((axis for axis in ranked if len(axis.values) <= BARS), None)
     if axis is None:
         return []
@@ -100,7 +102,7 @@ def _bars(title: str, axis: Axis, parts: np.ndarray, names: Sequence[str], colou
         f"{title} over {axis.name}",
         "Each bar is the mean of all cases with that value.",
         f"{title} over {axis.name}; in all {mean}.",
-        lambda ax: draw.shares(ax, axis, parts, names, colours),
+        lambda ax: draw.draw_shares(ax, axis, parts, names, colours),
         SMALL,
     )
 
@@ -130,7 +132,7 @@ def _diagrams(study: Study, joint: Joint) -> list[Picture]:
     """Return the diagrams along the numeric axes, the one with the largest effect on the force first."""
     lead = joint.column(study.lead.figure)
     reference = study.worst(joint)
-    ranked = [effect.axis for effect in main_effects(study, lead)]
+    ranked = [effect.axis for effect in main_effects_of(study, lead)]
     ranked += [axis for axis in study.swept() if axis.is_scattered]
     diagrams = [_diagram(study, joint, axis, reference) for axis in ranked if axis.numeric]
     return [picture for picture in diagrams if picture][:AXES]
@@ -145,8 +147,8 @@ def _diagram(study: Study, joint: Joint, axis: Axis, reference: str) -> Picture 
         f"Bifurcation diagram over {axis.name}{study.joint_text(joint, ', joint {}')}",
         f"{f'At {fixed_setting}. ' if fixed_setting else ''}The dotted lines are the clearance.",
         f"Journal at crank angle 0 against {axis.name}: {points.x.size} points of {points.cases} cases.",
-        lambda ax: draw.bifurcation(ax, points, axis),
-        FLAT,
+        lambda ax: draw.draw_bifurcation(ax, points, axis),
+        FLAT_SIZE,
     )
 
 
@@ -154,7 +156,7 @@ def _once_a_turn(study: Study, joint: Joint) -> list[Picture]:
     """Return the Poincaré section of the most loaded case: positions and velocities."""
     case_id = study.worst(joint)
     frame = strobe.of_case(study, joint, case_id)
-    if len(frame) < strobe.LEAST:
+    if len(frame) < strobe.MIN_POINTS:
         return []
     clearance = study.value(case_id, f"joints.{joint.title}.clearance")
     where, count = study.joint_text(joint, ", joint {}"), wording.count(len(frame), "revolution")
@@ -166,15 +168,15 @@ def _once_a_turn(study: Study, joint: Joint) -> list[Picture]:
             f"Poincaré section: positions{where}",
             caption,
             f"Positions of the journal {alt}",
-            lambda ax: draw.section(ax, revolution, x, y, circle),
-            SQUARE,
+            lambda ax: draw.draw_section(ax, revolution, x, y, circle),
+            SQUARE_SIZE,
         ),
         Picture(
             f"Poincaré section: velocities{where}",
             caption,
             f"Velocities of the journal {alt}",
-            lambda ax: draw.rates(ax, revolution, vx, vy),
-            SQUARE,
+            lambda ax: draw.draw_velocities(ax, revolution, vx, vy),
+            SQUARE_SIZE,
         ),
     ]
 
@@ -182,13 +184,13 @@ def _once_a_turn(study: Study, joint: Joint) -> list[Picture]:
 def _spectra(study: Study, joint: Joint) -> list[Picture]:
     """Return the spectra of the joint's force and the output's acceleration in the most loaded case."""
     case_id = study.worst(joint)
-    path = history(study.run, case_id)
-    saved = saved_of(study, case_id, path) if path is not None else None
+    path = saved_channels(study.run, case_id)
+    saved = history_of(study, case_id, path) if path is not None else None
     if saved is None or saved.angle is None:
         return []
     wanted = (f"normal force{study.joint_text(joint, f', {joint.title}')}", f"{study.run.layout.output} acceleration")
     spectra = []
-    for curve in courses(study, case_id, saved):
+    for curve in joint_histories(study, case_id, saved):
         actual = spectrum.of_history(saved.angle, curve.actual) if curve.name in wanted else None
         if actual is None or not actual.amplitude.any():
             continue
@@ -202,8 +204,8 @@ def _spectrum(name: str, unit: str, actual: spectrum.Spectrum, ideal: spectrum.S
     most = wording.text(float(actual.amplitude.max()), unit)
     return Picture(
         f"Spectrum of {name}",
-        f"Worst case, {wording.count(actual.turns, 'revolution')}. Pale lines are harmonics of the crank.",
+        f"Worst case, {wording.count(actual.revolutions, 'revolution')}. Pale lines are harmonics of the crank.",
         f"{capital(name)} over orders of the crank; largest amplitude {most} at order {strongest:g}.",
-        lambda ax: draw.harmonics(ax, actual, ideal, unit, name),
-        FLAT,
+        lambda ax: draw.draw_spectrum(ax, actual, ideal, unit, name),
+        FLAT_SIZE,
     )

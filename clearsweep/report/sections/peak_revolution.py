@@ -11,7 +11,7 @@ from ..blocks.picture import Picture, capital
 from ..blocks.section import Block, Detail, Section, Sentences
 from ..data.study import Joint, Study
 from ..data.table_columns import columns_in_table
-from ..one_case.motion import FLAT, JointHistory, courses, most_of, saved_of
+from ..one_case.motion import FLAT_SIZE, JointHistory, history_of, joint_histories, largest_texts
 
 WORDS = (
     "Each case is shown over the revolution with its largest normal force. The cases are those with the largest load "
@@ -35,8 +35,8 @@ def _detail(study: Study, place: int, case_id: str) -> Detail:
     """Return one case: its peak, and the histories around it."""
     path = study.run.peak_revolution(case_id)
     joint = next(joint for joint in study.joints if joint.name == path.attrs["joint"])
-    saved = saved_of(study, case_id, path)
-    pictures = [_picture(curve, saved.painter(*_painted(curve))) for curve in courses(study, case_id, saved)]
+    saved = history_of(study, case_id, path)
+    pictures = [_picture(curve, saved.painter(*_painted(curve))) for curve in joint_histories(study, case_id, saved)]
     figures = [(name, study.text(case_id, column)) for column, name in columns_in_table(study, "case", joint)]
     why = f"Worst case {place}" if len(study.run.worst) > 1 else "Worst case"
     return Detail(why, case_id, study.setting(case_id), [*_where(joint, path, saved.angle), *figures], pictures)
@@ -57,8 +57,8 @@ def _painted(curve: JointHistory) -> tuple:
 
 def _picture(curve: JointHistory, paint: Callable[[Axes], None]) -> Picture:
     """Return one quantity over the revolution."""
-    most, *ideal = most_of([curve.actual, *([] if curve.ideal is None else [curve.ideal])], curve.unit)
+    most, *ideal = largest_texts([curve.actual, *([] if curve.ideal is None else [curve.ideal])], curve.unit)
     alt = f"{capital(curve.name)} over the revolution of the peak, at most {most} among the samples"
     if ideal:
         alt += f"; without clearance {ideal[0]}"
-    return Picture(capital(curve.name), "", f"{alt}.", paint, FLAT)
+    return Picture(capital(curve.name), "", f"{alt}.", paint, FLAT_SIZE)

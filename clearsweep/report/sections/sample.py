@@ -24,7 +24,7 @@ from ..samples.sample_tables import (
     variables,
 )
 from ..statistics import sensitivity
-from ..statistics.sensitivity import Setting
+from ..statistics.sensitivity import Sample
 
 HISTOGRAMS = 12  # drawn at most
 MOST_CLOUDS = 4  # seen at once
@@ -41,7 +41,7 @@ NOTE = (
 
 def sections(study: Study) -> list[Section]:
     """Return the section, or [] if the run has no sample or none of it finished."""
-    every = sensitivity.settings(study.run)
+    every = sensitivity.samples_of(study.run)
     samples = [sample for sample in every if len(sample.failed) < len(set(sample.case_ids))]
     if not samples:
         return []
@@ -72,7 +72,7 @@ def leading(study: Study) -> list[Section]:
     return [Section("sample-drivers", "What drives it", without_empty([Points(causes), drawn]))]
 
 
-def _causes(study: Study, sample: Setting, figure: LimitedFigure) -> list[str]:
+def _causes(study: Study, sample: Sample, figure: LimitedFigure) -> list[str]:
     """Return the sentence on the variables that drive a figure of a sample."""
     table, names = study.run.grid["sample"]["drawn"], variables(study)
     drawn = {path: np.asarray(table[path], float) for path in names}
@@ -81,7 +81,7 @@ def _causes(study: Study, sample: Setting, figure: LimitedFigure) -> list[str]:
     return [" ".join([f"{capital(figure.name)}:", *said])] if said else []
 
 
-def _spreads(study: Study, samples: list[Setting]) -> list[str]:
+def _spreads(study: Study, samples: list[Sample]) -> list[str]:
     """Return sentences with median and 90 % range of the leading figure, of limited figures, and of wear."""
     texts = []
     for figure in dict.fromkeys([*_scattered(study)[:1], *(each for each in limited_figures(study) if each.limits)]):
@@ -94,7 +94,7 @@ def _spreads(study: Study, samples: list[Setting]) -> list[str]:
     return [text for text in texts if text]
 
 
-def _spread(study: Study, sample: Setting, figure: LimitedFigure, values: np.ndarray) -> str:
+def _spread(study: Study, sample: Sample, figure: LimitedFigure, values: np.ndarray) -> str:
     """Return the sentence on the spread of a figure's values in a sample; '' if all are null."""
     if not np.isfinite(values).any():
         return ""
@@ -107,15 +107,15 @@ def _spread(study: Study, sample: Setting, figure: LimitedFigure, values: np.nda
     return sampled.spread(f"{capital(figure.name)}{where}: median", texts_of[:3], sure)
 
 
-def _point(study: Study, sample: Setting) -> list[tuple[str, str]]:
+def _point(study: Study, sample: Sample) -> list[tuple[str, str]]:
     """Return name and value of the swept axes at which a sample was drawn."""
     known = [(axis, sample.point.get(axis.path)) for axis in study.swept()]
     return [(axis.name, axis.text(value)) for axis, value in known if value is not None]
 
 
-def _independent(study: Study) -> list[Setting]:
+def _independent(study: Study) -> list[Sample]:
     """Return the samples with finished cases, or [] if their cases are not independent."""
-    samples = [each for each in sensitivity.settings(study.run) if len(each.failed) < len(set(each.case_ids))]
+    samples = [each for each in sensitivity.samples_of(study.run) if len(each.failed) < len(set(each.case_ids))]
     return samples if samples and study.run.grid["sample"]["method"] in RANDOM_METHODS else []
 
 
@@ -124,7 +124,7 @@ def more(study: Study) -> list[Section]:
     samples = _independent(study)
     if not samples:
         return []
-    every = sensitivity.settings(study.run)
+    every = sensitivity.samples_of(study.run)
     is_one_sample = sampled.is_one_sample(study.run.grid)
     blocks: list[Block] = [
         *([limit_table(study, every)] if is_one_sample else []),
@@ -136,7 +136,7 @@ def more(study: Study) -> list[Section]:
     return [Section("sample-spread", "Spread of the figures", without_empty(blocks))]
 
 
-def _sensitivity(study: Study, samples: list[Setting]) -> list[Block]:
+def _sensitivity(study: Study, samples: list[Sample]) -> list[Block]:
     """Return the sensitivities for which the design was made, or the reason why they are missing."""
     table_of = index_table if study.run.grid["sample"]["method"] == "saltelli" else effect_table
     try:
@@ -146,7 +146,7 @@ def _sensitivity(study: Study, samples: list[Setting]) -> list[Block]:
     return [Sentences(sentences), table]
 
 
-def _scatter(study: Study, samples: list[Setting]) -> list[Picture]:
+def _scatter(study: Study, samples: list[Sample]) -> list[Picture]:
     """Return pictures of the first figures over the variables that correlate most with them; [] for too few cases."""
     figures = _scattered(study)[1:]  # the first is seen at once
     return [picture for figure in figures for picture in _clouds(study, _widest(samples, figure), figure)]
@@ -157,18 +157,18 @@ def _scattered(study: Study) -> list[LimitedFigure]:
     return sorted(limited_figures(study), key=lambda figure: not figure.limits)[:SCATTERED]
 
 
-def _widest(samples: list[Setting], figure: LimitedFigure) -> Setting:
+def _widest(samples: list[Sample], figure: LimitedFigure) -> Sample:
     """Return the sample with the largest value of a figure."""
     return max(samples, key=lambda each: float(np.nan_to_num(each.figures[figure.column]).max()))
 
 
-def _clouds(study: Study, sample: Setting, figure: LimitedFigure) -> list[Picture]:
+def _clouds(study: Study, sample: Sample, figure: LimitedFigure) -> list[Picture]:
     """Return pictures of a figure over the variables with the strongest correlation."""
     correlated = correlations(study, sample, figure.column)[:SCATTERED]
     return [_cloud(study, sample, figure, path, partial) for path, _, partial in correlated]
 
 
-def _cloud(study: Study, sample: Setting, figure: LimitedFigure, path: str, correlation: Estimate) -> Picture:
+def _cloud(study: Study, sample: Sample, figure: LimitedFigure, path: str, correlation: Estimate) -> Picture:
     """Return one figure over one variable, with its partial rank correlation and its limit."""
     y, x = sample.figures[figure.column], np.asarray(study.run.grid["sample"]["drawn"][path], float)
     axis = next(axis for axis in study.axes if axis.path == path)
@@ -178,7 +178,7 @@ def _cloud(study: Study, sample: Setting, figure: LimitedFigure, path: str, corr
     caption = f"The partial rank correlation is {wording.plain(correlation.value, 2)} ({low} to {high})."
 
     def paint(ax: Axes) -> None:
-        comparison.cloud(ax, x, y, None, (axis.name, figure.name), (axis.scale, scale))
+        comparison.draw_cloud(ax, x, y, None, (axis.name, figure.name), (axis.scale, scale))
         for limit_line in bounds:
             ax.axhline(limit_line, color=RED, linewidth=1.2, linestyle="--")
 
@@ -186,7 +186,7 @@ def _cloud(study: Study, sample: Setting, figure: LimitedFigure, path: str, corr
     return Picture(title, caption, f"{title}, {len(y)} cases. {caption}", paint, size=(3.3, 2.8))
 
 
-def _histograms(study: Study, samples: list[Setting]) -> list[Picture]:
+def _histograms(study: Study, samples: list[Sample]) -> list[Picture]:
     pictures = [
         _histogram(study, sample, figure)
         for figure in limited_figures(study)
@@ -196,7 +196,7 @@ def _histograms(study: Study, samples: list[Setting]) -> list[Picture]:
     return pictures[:HISTOGRAMS]
 
 
-def _histogram(study: Study, sample: Setting, figure: LimitedFigure) -> Picture:
+def _histogram(study: Study, sample: Sample, figure: LimitedFigure) -> Picture:
     """Return the histogram of one figure, with its quantiles and its limit."""
     values = sample.figures[figure.column]
     values = values[np.isfinite(values)]
@@ -210,6 +210,6 @@ def _histogram(study: Study, sample: Setting, figure: LimitedFigure) -> Picture:
         capital(figure.name),
         "; ".join(settings),
         f"Histogram of {figure.name}, {len(values)} cases. {alt}",
-        lambda ax: comparison.histogram(ax, values, figure.name, scale, marks, fixed[0] if fixed else None),
+        lambda ax: comparison.draw_histogram(ax, values, figure.name, scale, marks, fixed[0] if fixed else None),
         size=(3.3, 2.8),
     )

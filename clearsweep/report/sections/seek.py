@@ -244,6 +244,6 @@ def _pictures(answers: _Answers, title: str) -> list[Picture]:
             capital(f"{title.removeprefix('The ')} over {other.name}"),
             "The dot is the last safe value, the bar is the border.",
             f"{title} over {other.name}. {ends}",
-            lambda ax: draw.intervals(ax, results, other, answers.axis),
+            lambda ax: draw.draw_intervals(ax, results, other, answers.axis),
         )
     ]

@@ -10,7 +10,7 @@ from ..data.axis import Axis
 from ..data.study import Study
 from ..draw import comparison
 from ..statistics import elastic_range
-from ..statistics.main_effects import main_effects
+from ..statistics.main_effects import main_effects_of
 
 
 class Cloud(NamedTuple):
@@ -45,7 +45,7 @@ def sections(study: Study) -> list[Section]:
         ),
         Cloud("Force peak against onset rate", onset, "fastest onset", peak, "force peak", elastic),
     )
-    strongest = next((effect.axis for effect in main_effects(study, peak)), None)
+    strongest = next((effect.axis for effect in main_effects_of(study, peak)), None)
     pictures = [_picture(study, strongest, cloud) for cloud in clouds if _varies(study, cloud.x, cloud.y)]
     return [
         Section(
@@ -63,7 +63,7 @@ def _picture(study: Study, axis: Axis | None, cloud: Cloud) -> Picture:
     """Return a cloud, coloured by the values of an axis, if any."""
     colour = axis and (study.indices_on(axis), axis)
     x, y = (study.cases[column].to_numpy(float) for column in (cloud.x, cloud.y))
-    x, y, colour = comparison.uncovered(x, y, colour)
+    x, y, colour = comparison.without_covered_points(x, y, colour)
     if colour:
         places = colour[0]
         colour = (np.where(places < 0, np.nan, places), colour[1])
@@ -72,5 +72,5 @@ def _picture(study: Study, axis: Axis | None, cloud: Cloud) -> Picture:
         cloud.title,
         cloud.caption,
         f"Cloud of {len(study.cases)} cases: {cloud.y_name} over {cloud.x_name}.",
-        lambda ax: comparison.cloud(ax, x, y, colour, names, scales),
+        lambda ax: comparison.draw_cloud(ax, x, y, colour, names, scales),
     )

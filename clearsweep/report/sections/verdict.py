@@ -21,7 +21,7 @@ from ..draw import heat_map, pass_share
 from ..samples import counts
 from ..samples.sample_tables import any_exceeded
 from ..statistics import sensitivity
-from ..statistics.main_effects import main_effects
+from ..statistics.main_effects import main_effects_of
 from . import law_check, life, maps, optimised
 from .seek import safest
 
@@ -140,7 +140,7 @@ def _kept(study: Study) -> list[str]:
 
 def _each(study: Study) -> list[str]:
     """Return each limit in words, with the number of cases that exceed it if there are several limits."""
-    each = counts.limits(study).each
+    each = counts.limits(study).by_limit
     if len(each) == 1:
         return [_limit(study, study.limits[0])]
     known = zip(study.limits, each, strict=True)
@@ -149,7 +149,7 @@ def _each(study: Study) -> list[str]:
 
 def _chance(study: Study) -> list[str]:
     """Return a sentence with the chance of exceeding a limit, or [] if the cases are not one random sample."""
-    samples = sensitivity.settings(study.run)
+    samples = sensitivity.samples_of(study.run)
     if len(samples) != 1 or study.run.grid["sample"]["method"] not in probability.RANDOM_METHODS:
         return []
     chance = sensitivity.exceedance(any_exceeded(study, samples[0]))
@@ -163,7 +163,7 @@ def _not_judged(study: Study) -> list[str]:
     if not count:
         return []
     names = dict.fromkeys(
-        limit.column for limit, (_, unknown) in zip(study.limits, limits.each, strict=True) if unknown
+        limit.column for limit, (_, unknown) in zip(study.limits, limits.by_limit, strict=True) if unknown
     )
     which = wording.sentence_list([column_label(study, name) for name in names])
     return [
@@ -190,7 +190,7 @@ def _table(study: Study) -> Table:
     )
     rows = []
     kept = counts.limits(study)
-    for limit, (failing, unknown) in zip(study.limits, kept.each, strict=True):
+    for limit, (failing, unknown) in zip(study.limits, kept.by_limit, strict=True):
         known = counts.columns(study, limit)
         margins, fails = limit.margin(known), limit.fails(known)
         place = int(np.nanargmin(margins)) if np.isfinite(margins).any() else int(np.argmax(fails))
@@ -216,7 +216,7 @@ def _maps(study: Study) -> list[Picture]:
     """Return the maps of the smallest margin over the pairs of axes with the largest effect."""
     if verdict.MARGIN not in study.cases or not study.has(verdict.MARGIN):
         return []
-    ranked = [effect.axis for effect in main_effects(study, verdict.MARGIN)]
+    ranked = [effect.axis for effect in main_effects_of(study, verdict.MARGIN)]
     if len(ranked) == 1:
         return []
     pairs = list(itertools.combinations(ranked, 2))[:MAPS]

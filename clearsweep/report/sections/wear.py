@@ -83,7 +83,7 @@ def _table(study: Study, joint: Joint) -> Table:
 
 def _deepest(study: Study, joint: Joint) -> list[Block]:
     """Return the most worn case, and a selector of other cases."""
-    column = worn.ranked_by(study, joint)
+    column = worn.ranking_column(study, joint)
     if not study.has(column):
         return []
     case_id = study.cases[column].idxmax()
@@ -96,7 +96,7 @@ def _deepest(study: Study, joint: Joint) -> list[Block]:
         worn.pictures(study, joint, case_id, study.run.wear(case_id)[joint.name]),
         key=f"wear-{joint.name}",
     )
-    choice = worn.chosen(study, joint)
+    choice = worn.selectable_cases(study, joint)
     return [deepest, choice] if choice else [deepest]
 
 

@@ -7,7 +7,7 @@ from ...language import wording
 from ...language.errors import InputError
 from ..data.study import Joint, Study, joint_of, resolved
 
-FAR = 3.0  # times the fastest onset: a higher line would compress all onsets at the bottom of a picture
+MAX_SPEED_RATIO = 3.0  # times the fastest onset: a higher line would compress all onsets at the bottom of a picture
 _NO_STRENGTH = ", because it needs a yield strength or a hardness"
 
 
@@ -50,6 +50,6 @@ def limits(study: Study, case_id: str, fastest: float) -> list[tuple[str, float]
     for joint in study.joints:
         column = joint.column(YIELD_SPEED)
         speed = float(study.cases.at[case_id, column]) if study.has(column) else np.nan
-        if speed <= FAR * fastest:
+        if speed <= MAX_SPEED_RATIO * fastest:
             ranges.append((joint.title, speed))
     return ranges

@@ -8,7 +8,7 @@ import numpy as np
 from ..data.axis import Axis
 from ..data.study import Joint, Study, indices_by_value, recorded_revolutions
 
-SHORT = 10.0  # degrees of the crank: a shorter contact is an impact
+SHORT_CONTACT = 10.0  # degrees of the crank: a shorter contact is an impact
 CONTACTS = ("continuous contact", "contact and flight", "impacts", "free flight")
 PERIODS = ("1", "2", "n", "irregular")
 
@@ -37,14 +37,18 @@ def of_joint(study: Study, joint: Joint) -> Kinds:
 
 
 def _of_joint(study: Study, joint: Joint) -> Kinds:
-    bearing = study.cases[joint.column("contact_fraction")].to_numpy(float)
+    contact_share = study.cases[joint.column("contact_fraction")].to_numpy(float)
     onsets = study.cases[joint.column("impacts_per_rev")].to_numpy(float)
     with np.errstate(all="ignore"):
-        usual = 360.0 * bearing / onsets  # mean duration of a contact, degrees
-    contact = _first([bearing == 0.0, onsets == 0.0, usual < SHORT, np.isfinite(usual)], [3, 0, 2, 1], -1)
+        mean_duration = 360.0 * contact_share / onsets  # mean duration of a contact, degrees
+    contact = _first_true(
+        [contact_share == 0.0, onsets == 0.0, mean_duration < SHORT_CONTACT, np.isfinite(mean_duration)],
+        [3, 0, 2, 1],
+        -1,
+    )
     impact = short_contacts(study, joint)
-    lasting = np.clip(bearing - impact, 0.0, None) if np.isfinite(impact).any() else impact
-    return Kinds(contact, _periods(study), 1.0 - bearing, impact, lasting)
+    lasting = np.clip(contact_share - impact, 0.0, None) if np.isfinite(impact).any() else impact
+    return Kinds(contact, _periods(study), 1.0 - contact_share, impact, lasting)
 
 
 def _periods(study: Study) -> np.ndarray:
@@ -52,12 +56,12 @@ def _periods(study: Study) -> np.ndarray:
     if "period" not in study.cases:
         return np.full(len(study.cases), -1, np.int8)
     period = study.cases["period"].to_numpy(float)
-    return _first([period == 1.0, period == 2.0, period > 2.0], [0, 1, 2], 3)
+    return _first_true([period == 1.0, period == 2.0, period > 2.0], [0, 1, 2], 3)
 
 
-def _first(conditions: list[np.ndarray], places: list[int], other: int) -> np.ndarray:
+def _first_true(conditions: list[np.ndarray], codes: list[int], default: int) -> np.ndarray:
     """Return the index of the first true condition in each case, as a byte."""
-    return np.select(conditions, list(map(np.int8, places)), np.int8(other))
+    return np.select(conditions, list(map(np.int8, codes)), np.int8(default))
 
 
 def short_contacts(study: Study, joint: Joint) -> np.ndarray:
@@ -75,22 +79,26 @@ def short_contacts(study: Study, joint: Joint) -> np.ndarray:
     block = next(blocks, None)
     if block is None or joint.name not in contacts or not np.issubdtype(np.asarray(speed).dtype, np.number):
         return np.broadcast_to(np.nan, count)  # takes no memory
-    turn = 2.0 * np.pi / np.broadcast_to(np.asarray(speed, float), count)  # s
-    before, turns = (part.to_numpy(float) for part in recorded_revolutions(study.cases, study.base))
-    begin, kept = before * turn, study.cases.selected
-    shortest, first = np.zeros(count), 0
+    revolution_time = 2.0 * np.pi / np.broadcast_to(np.asarray(speed, float), count)  # s
+    discarded, recorded = (part.to_numpy(float) for part in recorded_revolutions(study.cases, study.base))
+    window_start, is_selected = discarded * revolution_time, study.cases.selected
+    short_time, first_case = np.zeros(count), 0
     for counts, events in itertools.chain((block,), blocks):
-        here = kept[first : first + len(counts)]
-        first += len(counts)
-        place = np.flatnonzero(np.repeat(here, counts) & (events["joint"] == contacts.index(joint.name)))
-        case = np.repeat(np.cumsum(here) - 1, counts)[place] + int(kept[: first - len(counts)].sum())
-        t, off = events["t"][place], events["kind"][place] == 1
-        pair = np.flatnonzero(~off[:-1] & off[1:] & (case[:-1] == case[1:]))
-        case, since, until = case[pair], t[pair], t[pair + 1]
-        short = (until - since < SHORT / 360.0 * turn[case]) & (until > begin[case])
-        case, since, until = case[short], since[short], until[short]
-        shortest += np.bincount(case, until - np.maximum(since, begin[case]), minlength=count)
-    return shortest / (turn * turns)
+        selected = is_selected[first_case : first_case + len(counts)]
+        first_case += len(counts)
+        event_rows = np.flatnonzero(np.repeat(selected, counts) & (events["joint"] == contacts.index(joint.name)))
+        case = np.repeat(np.cumsum(selected) - 1, counts)[event_rows] + int(
+            is_selected[: first_case - len(counts)].sum()
+        )
+        t, is_separation = events["t"][event_rows], events["kind"][event_rows] == 1
+        pair = np.flatnonzero(~is_separation[:-1] & is_separation[1:] & (case[:-1] == case[1:]))
+        case, onset, separation = case[pair], t[pair], t[pair + 1]
+        is_short = (separation - onset < SHORT_CONTACT / 360.0 * revolution_time[case]) & (
+            separation > window_start[case]
+        )
+        case, onset, separation = case[is_short], onset[is_short], separation[is_short]
+        short_time += np.bincount(case, separation - np.maximum(onset, window_start[case]), minlength=count)
+    return short_time / (revolution_time * recorded)
 
 
 def by_value(study: Study, joint: Joint, axis: Axis) -> tuple[list[str], list[tuple]]:
@@ -103,6 +111,6 @@ def by_value(study: Study, joint: Joint, axis: Axis) -> tuple[list[str], list[tu
     for value, cases in zip(axis.values, indices_by_value(study.indices_on(axis), len(axis.values)), strict=True):
         if len(cases):
             means = [float(share[cases].mean()) for share in times.values()]
-            periods = [float(np.mean(kinds.period[cases] == place)) for place in range(len(PERIODS))]
+            periods = [float(np.mean(kinds.period[cases] == code)) for code in range(len(PERIODS))]
             rows.append((value, len(cases), *means, *periods))
     return list(times), rows

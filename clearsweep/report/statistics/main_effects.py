@@ -34,19 +34,19 @@ class MainEffect(NamedTuple):
         return variance.factor(self.medians)
 
 
-def main_effects(study: Study, column: str) -> list[MainEffect]:
+def main_effects_of(study: Study, column: str) -> list[MainEffect]:
     """Return the main effects of all swept axes on a figure over the finished cases, the strongest first."""
     return study.cases.cached(("effects", column), lambda: _main_effects(study, column))
 
 
 def _main_effects(study: Study, column: str) -> list[MainEffect]:
     axes, values = study.levels(), comparable(study, column)
-    places = [study.indices_on(axis) for axis in axes]
-    shares = variance.explained(values, places)
+    value_indices = [study.indices_on(axis) for axis in axes]
+    shares = variance.explained(values, value_indices)
     effects = []
-    for axis, place, share in zip(axes, places, shares, strict=True):
+    for axis, indices, share in zip(axes, value_indices, shares, strict=True):
         groups = [
-            values[cases] for cases in indices_by_value(np.where(np.isfinite(values), place, -1), len(axis.values))
+            values[cases] for cases in indices_by_value(np.where(np.isfinite(values), indices, -1), len(axis.values))
         ]
         quantiles = np.array([np.percentile(group, (50, 10, 90)) if len(group) else [np.nan] * 3 for group in groups])
         medians, low, high = quantiles.T

@@ -8,7 +8,7 @@ from ..data.axis import Axis
 from ..data.study import Study
 
 
-class Matched(NamedTuple):
+class MatchedCases(NamedTuple):
     """Matched cases, which differ in one law only."""
 
     axis: Axis
@@ -26,7 +26,7 @@ class Matched(NamedTuple):
         return self.pairs.loc[(self.pairs["group"] == group) & (self.pairs["law"] == law), "case_id"].iloc[0]
 
 
-def matched(study: Study, axis: Axis) -> Matched:
+def matched(study: Study, axis: Axis) -> MatchedCases:
     """Return the cases that share all swept values except those of one axis.
 
     A value that a law does not use does not separate cases: the case then belongs to every group that shares the
@@ -36,13 +36,13 @@ def matched(study: Study, axis: Axis) -> Matched:
     codes = pd.DataFrame({path: pd.factorize(study.cases[path])[0] for path in others}, index=study.cases.index)
     groups = codes.drop_duplicates().rename_axis(None).reset_index(drop=True).rename_axis("group").reset_index()
     used = [tuple(path for path in others if code[path] >= 0) for code in codes.to_dict("records")]
-    parts = []
+    groups_with_cases = []
     for shared in dict.fromkeys(used):
         rows = codes[[paths == shared for paths in used]].reset_index()[["case_id", *shared]]
-        way = {"on": list(shared)} if shared else {"how": "cross"}
-        parts.append(groups[["group", *shared]].merge(rows, **way))
-    pairs = pd.concat(parts, ignore_index=True)[["group", "case_id"]]
-    return Matched(axis, pairs.assign(law=study.cases[axis.path].reindex(pairs["case_id"]).to_numpy()))
+        merge_options = {"on": list(shared)} if shared else {"how": "cross"}
+        groups_with_cases.append(groups[["group", *shared]].merge(rows, **merge_options))
+    pairs = pd.concat(groups_with_cases, ignore_index=True)[["group", "case_id"]]
+    return MatchedCases(axis, pairs.assign(law=study.cases[axis.path].reindex(pairs["case_id"]).to_numpy()))
 
 
 def axis_key(axis: Axis) -> str:

@@ -11,8 +11,8 @@ from ...judging import features
 from ...language.errors import InputError
 from ..data.study import Study
 
-LEAST_TURNS = 3  # revolutions required in a measurement
-MOST_CASES = 200  # compared cases; of more, evenly spaced ones
+MIN_REVOLUTIONS = 3  # revolutions required in a measurement
+MAX_CASES = 200  # compared cases; of more, evenly spaced ones
 ACCELERATION = "acceleration"  # header of the output body's acceleration
 
 
@@ -34,11 +34,13 @@ def compare_signals(study: Study, file: str | PathLike) -> list[SignalComparison
     """Return the signals of a file with those of the nearest case; raise InputError if they cannot be compared."""
     units = {channel.name: channel.unit for channel in study.run.layout.stored if channel.unit}
     units.pop("t", None)
-    names = {name: name for name in units} | _short(units)
+    names = {name: name for name in units} | _short_names(units)
     signals = read_signals(file, {name: units[channel] for name, channel in names.items()})
     ids = [str(name) for name in study.cases.index]
-    chosen = [ids[place] for place in np.unique(np.linspace(0, len(ids) - 1, min(len(ids), MOST_CASES)).astype(int))]
-    orbits = {case_id: orbit for case_id in chosen if len(orbit := study.run.orbit(case_id)) > 1}
+    compared_ids = [
+        ids[index] for index in np.unique(np.linspace(0, len(ids) - 1, min(len(ids), MAX_CASES)).astype(int))
+    ]
+    orbits = {case_id: orbit for case_id in compared_ids if len(orbit := study.run.orbit(case_id)) > 1}
     if not orbits:
         raise InputError(f"{file}: this run has no time histories to compare with; run it with save: {{orbits: last}}")
     best: dict[str, SignalComparison] = {}
@@ -46,7 +48,7 @@ def compare_signals(study: Study, file: str | PathLike) -> list[SignalComparison
         channel = names[name]
         for case_id, orbit in orbits.items():
             angle = _angle(signals, orbit["crank_angle"].to_numpy(), orbit["t"].to_numpy())
-            compared_pair = _beside(angle, values, orbit["crank_angle"].to_numpy(), orbit[channel].to_numpy(), signals)
+            compared_pair = _compare(angle, values, orbit["crank_angle"].to_numpy(), orbit[channel].to_numpy(), signals)
             if channel not in best or compared_pair[3] < best[channel].misfit:
                 best[channel] = SignalComparison(
                     channel, units[channel], signals.file, case_id, len(orbits), *compared_pair
@@ -54,7 +56,7 @@ def compare_signals(study: Study, file: str | PathLike) -> list[SignalComparison
     return list(best.values())
 
 
-def _short(units: Mapping[str, str]) -> dict[str, str]:
+def _short_names(units: Mapping[str, str]) -> dict[str, str]:
     """Return short name of a signal -> its channel."""
     channels = [name for name in ("slider/a", "output/a", "rocker/a") if name in units]
     return {ACCELERATION: channels[0]} if channels else {}
@@ -67,25 +69,30 @@ def _angle(signals: MeasuredSignals, crank_angle: np.ndarray, times: np.ndarray)
     return signals.abscissa * (crank_angle[-1] - crank_angle[0]) / (times[-1] - times[0])
 
 
-def _beside(
+def _compare(
     angle: np.ndarray, values: np.ndarray, crank_angle: np.ndarray, computed: np.ndarray, signals: MeasuredSignals
 ) -> tuple[np.ndarray, np.ndarray, float, float]:
     """Return the measured and computed revolutions, the angle (rad) between them, and the misfit."""
     orders = features.common_band(features.samples_per_revolution(angle), features.samples_per_revolution(crank_angle))
-    turns = features.split_revolutions(angle, values, 0.0, orders)
-    if len(turns) < LEAST_TURNS:
+    revolutions = features.split_revolutions(angle, values, 0.0, orders)
+    if len(revolutions) < MIN_REVOLUTIONS:
         raise InputError(
-            f"{signals.file}: has {(angle[-1] - angle[0]) / features.TURN:.3g} revolutions; at least {LEAST_TURNS} "
+            f"{signals.file}: has {(angle[-1] - angle[0]) / features.TURN:.3g} revolutions; at least {MIN_REVOLUTIONS} "
             "whole ones, from crank angle 0 on, are needed"
         )
-    own = features.split_revolutions(crank_angle, computed, 0.0, orders)
-    if not len(own):
+    computed_revolutions = features.split_revolutions(crank_angle, computed, 0.0, orders)
+    if not len(computed_revolutions):
         raise InputError(f"{signals.file}: the cases have less than a revolution saved; write save: {{revolutions: 2}}")
-    lag = features.lag_of(turns.mean(axis=0), own.mean(axis=0))
-    turns = np.roll(turns.ravel(), -lag).reshape(turns.shape)
-    turns = turns[:-1] if lag else turns  # the last one contains the start of the first
-    mean = turns.mean(axis=0)
-    size = float(np.sqrt(((mean - mean.mean()) ** 2).mean()))
-    off = float(np.sqrt(((mean - own.mean(axis=0)) ** 2).mean()))
-    phase_shift = features.TURN * lag / turns.shape[1]
-    return turns, own, phase_shift - features.TURN * (phase_shift > features.TURN / 2.0), off / size if size else np.inf
+    lag = features.lag_of(revolutions.mean(axis=0), computed_revolutions.mean(axis=0))
+    revolutions = np.roll(revolutions.ravel(), -lag).reshape(revolutions.shape)
+    revolutions = revolutions[:-1] if lag else revolutions  # the last one contains the start of the first
+    mean_revolution = revolutions.mean(axis=0)
+    measured_rms = float(np.sqrt(((mean_revolution - mean_revolution.mean()) ** 2).mean()))
+    difference_rms = float(np.sqrt(((mean_revolution - computed_revolutions.mean(axis=0)) ** 2).mean()))
+    phase_shift = features.TURN * lag / revolutions.shape[1]
+    return (
+        revolutions,
+        computed_revolutions,
+        phase_shift - features.TURN * (phase_shift > features.TURN / 2.0),
+        difference_rms / measured_rms if measured_rms else np.inf,
+    )

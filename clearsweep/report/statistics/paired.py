@@ -7,7 +7,9 @@ import numpy as np
 
 from ...judging.probability import CONFIDENCE, Estimate
 
-EXACT = 3000  # comparisons up to which the distribution of orders is exact; above, it is approximated as normal
+MAX_EXACT_PAIRS = (
+    3000  # comparisons up to which the distribution of orders is exact; above, it is approximated as normal
+)
 
 
 def power(x: np.ndarray, table: np.ndarray) -> tuple[Estimate, int]:
@@ -28,32 +30,35 @@ def power(x: np.ndarray, table: np.ndarray) -> tuple[Estimate, int]:
     power : Estimate, NaN without a pair; its ends NaN with too few pairs for an interval
 
     """
-    logs, at = np.log(table), np.log(np.asarray(x, float))
-    powers = [(logs[:, k] - logs[:, j]) / (at[k] - at[j]) for j, k in itertools.combinations(range(len(at)), 2)]
+    log_values, log_x = np.log(table), np.log(np.asarray(x, float))
+    powers = [
+        (log_values[:, k] - log_values[:, j]) / (log_x[k] - log_x[j])
+        for j, k in itertools.combinations(range(len(log_x)), 2)
+    ]
     slopes = np.sort(np.concatenate(powers)) if powers else np.empty(0)
     slopes = slopes[np.isfinite(slopes)]
     if not len(slopes):
         return Estimate(math.nan, math.nan, math.nan), 0
-    sizes = np.isfinite(logs).sum(axis=1)
-    left = _left_out(sizes[sizes > 1])
-    ends = (float(slopes[left]), float(slopes[-1 - left])) if left >= 0 else (math.nan, math.nan)
+    sizes = np.isfinite(log_values).sum(axis=1)
+    beyond = _slopes_beyond(sizes[sizes > 1])
+    ends = (float(slopes[beyond]), float(slopes[-1 - beyond])) if beyond >= 0 else (math.nan, math.nan)
     return Estimate(float(np.median(slopes)), *ends), len(slopes)
 
 
-def _left_out(sizes: np.ndarray) -> int:
+def _slopes_beyond(sizes: np.ndarray) -> int:
     """Return the number of ordered slopes beyond each end of the interval, -1 without ends.
 
     The number of descending pairs of n values without a trend is distributed like the inversions of a permutation.
     """
     tail = 0.5 * (1.0 - CONFIDENCE)
-    if (sizes * (sizes - 1) // 2).sum() > EXACT:
+    if (sizes * (sizes - 1) // 2).sum() > MAX_EXACT_PAIRS:
         from scipy.special import ndtri  # loads in a fraction of the time of scipy.stats
 
         pairs = 0.5 * (sizes * (sizes - 1.0)).sum()
-        spread = math.sqrt((sizes * (sizes - 1.0) * (2.0 * sizes + 5.0)).sum() / 72.0)
-        return int(0.5 * pairs + ndtri(tail) * spread - 0.5)
-    chances = np.ones(1)
+        deviation = math.sqrt((sizes * (sizes - 1.0) * (2.0 * sizes + 5.0)).sum() / 72.0)
+        return int(0.5 * pairs + ndtri(tail) * deviation - 0.5)
+    probabilities = np.ones(1)
     for size in sizes:
-        for joined in range(2, size + 1):  # the last of `joined` values has any rank with equal probability
-            chances = np.convolve(chances, np.full(joined, 1.0 / joined))
-    return int(np.searchsorted(np.cumsum(chances), tail, side="right")) - 1
+        for count in range(2, size + 1):  # the last of `joined` values has any rank with equal probability
+            probabilities = np.convolve(probabilities, np.full(count, 1.0 / count))
+    return int(np.searchsorted(np.cumsum(probabilities), tail, side="right")) - 1

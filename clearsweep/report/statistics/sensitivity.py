@@ -20,14 +20,14 @@ from ...language.errors import InputError
 from ...store import StoredRun
 from ..data.rows import CACHED_VALUES
 
-CHAOTIC = 0.5  # share of chance in a figure's variance from which its indices are meaningless
-BLURRED = 0.3  # scatter over effect from which an effect is called blurred
+CHAOTIC_SHARE = 0.5  # share of chance in a figure's variance from which its indices are meaningless
+BLURRED_RATIO = 0.3  # scatter over effect from which an effect is called blurred
 MOTION = "energy_residual"  # differs whenever the motion differs, even in rounding
 RESAMPLES = 1000  # of the bootstrap
 _SEED = 1  # of the bootstrap: intervals depend only on the run
 
 
-class Setting(NamedTuple):
+class Sample(NamedTuple):
     """The cases of one sample, which share the values of all axes that were not drawn."""
 
     point: dict  # dotted path -> value of the other axes, SI, or {} if there are none
@@ -69,15 +69,19 @@ class Effect(NamedTuple):
 
     path: str
     low: float  # the figure at the 5 % quantile, the others in the middle
-    middle: float
+    median: float
     high: float
     scatter: float  # spread of the figure under negligible disturbances
     chaotic: bool  # the scatter is as large as the effect, which is then meaningless
 
     def blurred(self) -> float:
         """Return the scatter over the effect for a blurred effect that is not chaotic, else NaN."""
-        reach = max(self.low, self.middle, self.high) - min(self.low, self.middle, self.high)
-        return self.scatter / reach if not self.chaotic and 0.0 < BLURRED * reach <= self.scatter else np.nan
+        effect_size = max(self.low, self.median, self.high) - min(self.low, self.median, self.high)
+        return (
+            self.scatter / effect_size
+            if not self.chaotic and 0.0 < BLURRED_RATIO * effect_size <= self.scatter
+            else np.nan
+        )
 
 
 class Index(NamedTuple):
@@ -97,10 +101,10 @@ class Chance(NamedTuple):
     @property
     def chaotic(self) -> bool:
         """Return whether chance contributes, or may contribute, as much to the variance as the variables do."""
-        return bool(self.share >= CHAOTIC)
+        return bool(self.share >= CHAOTIC_SHARE)
 
 
-def settings(run: StoredRun) -> list[Setting]:
+def samples_of(run: StoredRun) -> list[Sample]:
     """Return the samples of a run (as the store opens it), one for each point of the other axes.
 
     Return [] if there are none.
@@ -111,10 +115,10 @@ def settings(run: StoredRun) -> list[Setting]:
     paths = list(sample["drawn"])
     others = [path for path in run.grid.get("units", {}) if path not in paths]
     rows = list(zip(*sample["drawn"].values(), strict=True))
-    places: dict = {}
+    rows_of_point: dict = {}
     keys = [_key(run, others), _key(run, paths)]
-    for place, (point, drawn) in enumerate(zip(*keys, strict=True)):
-        places.setdefault(point, {})[drawn] = place
+    for row_number, (point, drawn) in enumerate(zip(*keys, strict=True)):
+        rows_of_point.setdefault(point, {})[drawn] = row_number
     ids, failed = run.column("case_id").to_numpy(), (run.column("status") != "ok").to_numpy(bool)
     names = [name for name in run.columns[run.columns.index("message") + 1 :] if name != EXCEEDED]
 
@@ -123,14 +127,16 @@ def settings(run: StoredRun) -> list[Setting]:
         return np.where(failed, np.nan, run.column(column).to_numpy(float, na_value=np.nan))
 
     samples = []
-    for point, where in sorted(places.items(), key=lambda item: _order(item[0])):
-        if any(row not in where for row in rows):
-            lost = sum(row not in where for row in rows)
-            raise InputError(f"{lost} of the sample's {len(rows)} cases are not there; run the grid again to the end")
-        chosen = np.array([where[row] for row in rows])
-        drawn, figures = ids[chosen], Figures(names, read, chosen)
-        bad = tuple(dict.fromkeys(drawn[failed[chosen]]))
-        samples.append(Setting(dict(zip(others, point, strict=True)), tuple(drawn), figures, bad))
+    for point, row_of in sorted(rows_of_point.items(), key=lambda item: _sort_key(item[0])):
+        if any(row not in row_of for row in rows):
+            missing = sum(row not in row_of for row in rows)
+            raise InputError(
+                f"{missing} of the sample's {len(rows)} cases are not there; run the grid again to the end"
+            )
+        row_numbers = np.array([row_of[row] for row in rows])
+        drawn, figures = ids[row_numbers], Figures(names, read, row_numbers)
+        failed_ids = tuple(dict.fromkeys(drawn[failed[row_numbers]]))
+        samples.append(Sample(dict(zip(others, point, strict=True)), tuple(drawn), figures, failed_ids))
     return samples
 
 
@@ -141,28 +147,28 @@ def _key(run: StoredRun, paths: list[str]) -> list[tuple]:
     return list(zip(*lists, strict=True)) if paths else [()] * len(columns[0])
 
 
-def _order(point: tuple) -> tuple:
+def _sort_key(point: tuple) -> tuple:
     """Return the sort key of a point: numbers by size, then words, then unused values."""
     return tuple((value is None, isinstance(value, str), 0.0 if value is None else value) for value in point)
 
 
 def spread(values: np.ndarray) -> Spread:
     """Return the distribution of a figure, `values` (rows,) with NaN for missing ones; at least one is present."""
-    known = np.sort(values[np.isfinite(values)])
-    resampled = np.random.default_rng(_SEED)
+    ascending = np.sort(values[np.isfinite(values)])
+    rng = np.random.default_rng(_SEED)
     means, ratios = np.empty(RESAMPLES), np.empty(RESAMPLES)
     for k in range(RESAMPLES):
-        again = known[resampled.integers(0, len(known), len(known))]
-        means[k], ratios[k] = again.mean(), _cv(again)
+        resample = ascending[rng.integers(0, len(ascending), len(ascending))]
+        means[k], ratios[k] = resample.mean(), _variation(resample)
     return Spread(
-        len(known),
-        Estimate(float(known.mean()), *_middle(means)),
-        Estimate(_cv(known), *_middle(ratios)),
-        tuple(quantile(known, share) for share in QUANTILES),
+        len(ascending),
+        Estimate(float(ascending.mean()), *_central_interval(means)),
+        Estimate(_variation(ascending), *_central_interval(ratios)),
+        tuple(quantile(ascending, share) for share in QUANTILES),
     )
 
 
-def _cv(values: np.ndarray) -> float:
+def _variation(values: np.ndarray) -> float:
     """Return standard deviation over mean; exactly 0 if all values are equal, NaN if the mean is 0."""
     if values.min() == values.max():
         return 0.0
@@ -170,7 +176,7 @@ def _cv(values: np.ndarray) -> float:
     return float(values.std(ddof=1) / abs(mean)) if mean != 0.0 else np.nan
 
 
-def _middle(values: np.ndarray) -> tuple[float, float]:
+def _central_interval(values: np.ndarray) -> tuple[float, float]:
     low, high = np.quantile(values, ((1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0))
     return float(low), float(high)
 
@@ -198,7 +204,7 @@ def exceedance(beyond: np.ndarray) -> Estimate:
     return Estimate(*probability.binomial_interval(int(beyond.sum()), len(beyond)))
 
 
-def sobol_indices(setting: Setting, figure: str, paths: list[str]) -> list[Index]:
+def sobol_indices(setting: Sample, figure: str, paths: list[str]) -> list[Index]:
     """Return the first-order and total indices of all variables, from a design of method saltelli.
 
     Raise InputError with the failed cases.  A constant figure has no indices: NaN.
@@ -233,7 +239,7 @@ def _indices(values: np.ndarray) -> np.ndarray:
     return np.array([(second * (mixed - first)).mean(axis=1), 0.5 * ((first - mixed) ** 2).mean(axis=1)]) / variance
 
 
-def chance(setting: Setting, figure: str, indices: list[Index]) -> Chance:
+def chance(setting: Sample, figure: str, indices: list[Index]) -> Chance:
     """Return the share of chance in the variance of a figure over a design of method saltelli.
 
     Cases that diverge under a disturbance are two samples of the same figure: their mean squared difference is twice
@@ -250,14 +256,14 @@ def chance(setting: Setting, figure: str, indices: list[Index]) -> Chance:
     return Chance(float(np.clip(min(totals), 0.0, 1.0)) if totals else np.nan, False)
 
 
-def disturbance(setting: Setting, figure: str) -> float:
+def disturbance(setting: Sample, figure: str) -> float:
     """Return the rms over the cases of the change of a figure at a tenth of the tolerance; NaN if unknown."""
     changes = setting.figures.get(figure + DIFFERENCE, np.empty(0))
     changes = changes[np.isfinite(changes)]
     return float(np.sqrt(np.mean(changes**2))) if changes.size else np.nan
 
 
-def effects(setting: Setting, figure: str, paths: list[str]) -> list[Effect]:
+def effects(setting: Sample, figure: str, paths: list[str]) -> list[Effect]:
     """Return the effect of each single variable, from a design of method one-at-a-time, the largest first.
 
     The scatter is that of the design's own disturbed cases, or the `disturbance` if that is larger.  Raise InputError
@@ -273,7 +279,7 @@ def effects(setting: Setting, figure: str, paths: list[str]) -> list[Effect]:
     return sorted(alone, key=lambda effect: -abs(effect.high - effect.low))
 
 
-def _complete(setting: Setting, figure: str) -> np.ndarray:
+def _complete(setting: Sample, figure: str) -> np.ndarray:
     """Return a figure on every row of the design; raise InputError if a case failed."""
     if setting.failed:
         named = ", ".join(itertools.islice(setting.failed, 10)) + (", ..." if len(setting.failed) > 10 else "")

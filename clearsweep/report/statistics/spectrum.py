@@ -12,7 +12,7 @@ class Spectrum(NamedTuple):
 
     order: np.ndarray  # (n,) multiples of 1 / turns, starting there
     amplitude: np.ndarray  # (n,) in the unit of the history
-    turns: int  # of the history: its last order is half of the samples of a turn
+    revolutions: int  # of the history: its last order is half of the samples of a turn
 
 
 def of_history(angle: np.ndarray, values: np.ndarray) -> Spectrum | None:
@@ -23,12 +23,12 @@ def of_history(angle: np.ndarray, values: np.ndarray) -> Spectrum | None:
     steps = len(angle) - 1
     if steps < 2:
         return None
-    a_turn = TURN * steps / (angle[-1] - angle[0])  # samples
-    turns = int(np.floor(steps / a_turn + 1e-6))
-    count = round(turns * a_turn)
-    if turns < 1 or abs(count - turns * a_turn) > 1e-3:
+    samples_per_revolution = TURN * steps / (angle[-1] - angle[0])  # samples
+    revolutions = int(np.floor(steps / samples_per_revolution + 1e-6))
+    count = round(revolutions * samples_per_revolution)
+    if revolutions < 1 or abs(count - revolutions * samples_per_revolution) > 1e-3:
         return None
     amplitudes = np.abs(np.fft.rfft(values[-count:])) * 2.0 / count
     if count % 2 == 0:
         amplitudes[-1] *= 0.5  # the highest order has no mirrored one
-    return Spectrum(np.arange(1, len(amplitudes)) / turns, amplitudes[1:], turns)
+    return Spectrum(np.arange(1, len(amplitudes)) / revolutions, amplitudes[1:], revolutions)

@@ -8,8 +8,8 @@ import pandas as pd
 from ..data.axis import Axis
 from ..data.study import VARYING_SECTIONS, Joint, Study, recorded_revolutions
 
-MOST = 120  # cases along an axis: more do not increase the density in print
-LEAST = 3  # points of a case that make a picture
+MAX_CASES = 120  # cases along an axis: more do not increase the density in print
+MIN_POINTS = 3  # points of a case that make a picture
 
 
 class Points(NamedTuple):
@@ -27,8 +27,8 @@ def of_case(study: Study, joint: Joint, case_id: str) -> pd.DataFrame:
     frame = study.run.poincare(case_id)
     if frame.empty:
         return frame
-    before, _ = recorded_revolutions(study.cases, study.base)
-    frame = frame[frame["revolution"] >= before.iloc[study.cases.row_of(case_id)]]
+    discarded, _ = recorded_revolutions(study.cases, study.base)
+    frame = frame[frame["revolution"] >= discarded.iloc[study.cases.row_of(case_id)]]
     columns = {f"{joint.name}/{name}": name for name in ("x", "y", "vx", "vy")}
     return frame.rename(columns=columns)[["revolution", *columns.values()]].reset_index(drop=True)
 
@@ -36,17 +36,17 @@ def of_case(study: Study, joint: Joint, case_id: str) -> pd.DataFrame:
 def along_axis(study: Study, joint: Joint, axis: Axis, reference: str) -> Points:
     """Return the points of the cases along an axis that share all other values with the case `reference`."""
     values = study.cases[axis.path].to_numpy(float)
-    places = [place for place in line(study, axis, reference) if np.isfinite(values[place])]
-    histories = [(place, of_case(study, joint, study.cases.index[place])) for place in places]
-    histories = [(place, frame) for place, frame in histories if len(frame)]
-    clearances = [_clearance(study, joint, study.cases.index[place]) for place, _ in histories]
+    indices = [index for index in cases_along_axis(study, axis, reference) if np.isfinite(values[index])]
+    histories = [(index, of_case(study, joint, study.cases.index[index])) for index in indices]
+    histories = [(index, frame) for index, frame in histories if len(frame)]
+    clearances = [_clearance(study, joint, study.cases.index[index]) for index, _ in histories]
     counts = [len(frame) for _, frame in histories]
 
     def gathered(name: str) -> np.ndarray:
         return np.concatenate([np.empty(0), *(frame[name].to_numpy(float) for _, frame in histories)])
 
     return Points(
-        np.repeat(values[[place for place, _ in histories]], counts),
+        np.repeat(values[[index for index, _ in histories]], counts),
         gathered("x"),
         gathered("y"),
         np.repeat(np.array(clearances, float), counts),
@@ -54,26 +54,26 @@ def along_axis(study: Study, joint: Joint, axis: Axis, reference: str) -> Points
     )
 
 
-def line(study: Study, axis: Axis, reference: str) -> list[int]:
+def cases_along_axis(study: Study, axis: Axis, reference: str) -> list[int]:
     """Return the indices of the cases along an axis whose other values are those of a case, at most MOST, by value.
 
     For a drawn or parallel axis, the axes drawn or parallel with it vary as well.
     """
-    together = _together(study, axis)
-    alike, here = np.ones(len(study.cases), bool), study.cases.row_of(reference)
+    varied_together = _paths_varied_together(study, axis)
+    is_alike, reference_row = np.ones(len(study.cases), bool), study.cases.row_of(reference)
     for other in study.swept():
-        if other is not axis and other.path not in together:
-            places = study.indices_on(other)
-            alike &= places == places[here]
-    rows = np.flatnonzero(alike)
+        if other is not axis and other.path not in varied_together:
+            indices = study.indices_on(other)
+            is_alike &= indices == indices[reference_row]
+    rows = np.flatnonzero(is_alike)
     rows = rows[np.argsort(study.cases[axis.path].to_numpy(float)[rows], kind="stable")]
-    return rows[np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MOST)).round().astype(int))].tolist()
+    return rows[np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MAX_CASES)).round().astype(int))].tolist()
 
 
-def _together(study: Study, axis: Axis) -> set[str]:
+def _paths_varied_together(study: Study, axis: Axis) -> set[str]:
     """Return the paths whose values change together with an axis: parallel or drawn."""
     record = study.run.grid
-    groups = [{*(record.get(way) or {})} for way in VARYING_SECTIONS if way in ("zip", "cases")]
+    groups = [{*(record.get(section) or {})} for section in VARYING_SECTIONS if section in ("zip", "cases")]
     groups.append({*(record.get("sample") or {}).get("drawn", {})})
     return next((group for group in groups if axis.path in group), {axis.path})
 
