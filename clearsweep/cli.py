@@ -143,8 +143,8 @@ def run(  # noqa: PLR0913 - one argument per option
     from .sweeping import run_summary
     from .sweeping.sweep import Options, check, sweep
 
-    options = grids.read_options(grids.SET, fixed), grids.read_options(grids.SWEEP, swept)
-    source = grids.Changed(grid, *options)
+    options = grids.read_options(grids.SET_OPTION, fixed), grids.read_options(grids.SWEEP_OPTION, swept)
+    source = grids.OverriddenGrid(grid, *options)
     if dry_run:
         from .sweeping.estimate import estimate
 

@@ -29,7 +29,7 @@ def run(command: click.Command, arguments: list[str] | None) -> int:
         print(printable(str(error)), file=sys.stderr)
         return error.exit_code
     except Exception as error:
-        if sentence := resources.remedy(error):
+        if sentence := resources.remedy_text(error):
             print(printable(sentence), file=sys.stderr)
             return BAD_INPUT
         traceback.print_exc()

@@ -16,7 +16,7 @@ import numpy as np
 
 from .contracts.case import DOUBTFUL_WEAR_NUMBER, LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER
 from .contracts.catalogue import LARGEST
-from .grid.written.tables import complete_rows_of_csv, head_of
+from .grid.written.tables import complete_rows_of_csv, split_header
 from .language import quantity
 from .language.errors import InputError, did_you_mean
 
@@ -325,7 +325,7 @@ def _um(depth: float) -> str:
 
 def _column(title: str) -> tuple[str, str]:
     """Return the name in COLUMNS and the unit of a column header, '' for a missing part."""
-    name, unit = head_of(title)
+    name, unit = split_header(title)
     word = name.lower().replace(" ", "_")
     for column, (_, names) in COLUMNS.items():
         for alias in names:
@@ -372,7 +372,7 @@ def _check(path: Path, columns: Mapping[str, np.ndarray], titles: list[str]) -> 
     names = [name for _, (_, aliases) in COLUMNS.items() for name in aliases]
     for name in ("time", "speed"):
         if name not in columns:
-            hint = next((hint for title in titles if (hint := did_you_mean(head_of(title)[0], names))), "")
+            hint = next((hint for title in titles if (hint := did_you_mean(split_header(title)[0], names))), "")
             raise InputError(f"{path}:1:1: has no column of {name}{hint} (known: {_KNOWN})")
     for name, values in columns.items():
         if values.size and np.abs(values).max() > LARGEST:

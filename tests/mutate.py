@@ -91,7 +91,7 @@ PASSING, PASSES = "mechanics/joint/film/transition.py", "tests/test_every_transi
 FILMS, OIL = "mechanics/joint/film", "mechanics/joint/lubricated.py"
 BALANCE, REYNOLDS, TIPS = (f"tests/test_{name}.py" for name in ("film_balance", "reynolds_film", "asperities"))
 SHARES, IDEALS, HEAT = (f"tests/test_{name}.py" for name in ("shares_of_contact", "ideal_peaks", "heat"))
-PATTERN, IDENTITY = "grid/cases.py", "tests/test_grid.py -k 'id or demo or frame'"
+CASES, IDENTITY = "grid/cases.py", "tests/test_grid.py -k 'id or demo or frame'"
 
 MUTATIONS = (
     # figures of merit
@@ -451,28 +451,28 @@ MUTATIONS = (
     Mutation("store/read.py", "StoredRun._frame", "[row : row + 2] if stored", "[0:2] if stored", STORE),
     # identity of a case
     Mutation(
-        PATTERN,
-        "_IDENTITY",
+        CASES,
+        "_IDENTITY_SECTIONS",
         '"drive",',
         "",
         IDENTITY,
     ),
     Mutation(
-        PATTERN,
-        "_IDENTITY",
+        CASES,
+        "_IDENTITY_SECTIONS",
         '"joints"',
         '"joints", "save"',
         IDENTITY,
     ),
     Mutation(
-        PATTERN,
+        CASES,
         "identity_text",
         'content | {"model_version": MODEL_VERSION}, sort_keys=True',
         "content, sort_keys=True",
         IDENTITY,
     ),
-    Mutation(PATTERN, "identity_text", "sort_keys=True, ", "", IDENTITY),
-    Mutation(PATTERN, "name_of", "hexdigest()[:16]", "hexdigest()[1:17]", IDENTITY),
+    Mutation(CASES, "identity_text", "sort_keys=True, ", "", IDENTITY),
+    Mutation(CASES, "identity_of_text", "hexdigest()[:16]", "hexdigest()[1:17]", IDENTITY),
     # versions of workers
     Mutation(
         "sweeping/worker.py",

@@ -98,7 +98,7 @@ def merge(directory: Path, count: int) -> dict:
         block, expected = store.Block(directory, number), np.sort(job.cases(number)[1])
         block.mark.unlink()
         begin = time.process_time()
-        blockwise.finish(of_workers, block, division, expected)
+        blockwise.finish_block(of_workers, block, division, expected)
         costs.append(1e6 * (time.process_time() - begin) / len(expected))
     batches = sum(
         1 for number in range(division.count) for _ in (store.Block(directory, number).path / "parts").iterdir()

@@ -34,13 +34,13 @@ with LocalCluster(**options, dashboard_address=None) as cluster:
 """
 
 
-def simulated(_token: str, content: bytes, number: int, _most: int | None, cores: int) -> node.Report:
+def simulated(_token: str, content: bytes, number: int, _most: int | None, cores: int) -> node.NodeReport:
     """Wait for as long as a node would work at a block, and finish it with the files of the first one."""
     job = node._unpacked(content)
     cases, begin = len(job.division.part(number)), time.monotonic()
     scale_blocks.stand_in(job.directory, job.division, number, None)
     time.sleep(max(cases * SECONDS / cores - (time.monotonic() - begin), 0.0))
-    return node.Report(node._address(), cases, 0, cases * SECONDS)
+    return node.NodeReport(node._address(), cases, 0, cases * SECONDS)
 
 
 class Cluster(nodes.Cluster):
@@ -55,9 +55,9 @@ class Cluster(nodes.Cluster):
         return super().submit(node.close, "", on=on) if function is node.close else super().submit(idle, on=on)
 
 
-def idle() -> node.Report:
+def idle() -> node.NodeReport:
     """Return the report of a node with nothing to do."""
-    return node.Report(node._address())
+    return node.NodeReport(node._address())
 
 
 def run(count: int, cores: int, directory: Path, address: str) -> dict:
@@ -80,12 +80,12 @@ def run(count: int, cores: int, directory: Path, address: str) -> dict:
         cluster = Cluster(address)
         while len(cluster.nodes()) < count:
             time.sleep(0.1)
-            cluster._counted = -nodes.RECOUNT_INTERVAL
+            cluster._counted_at = -nodes.RECOUNT_INTERVAL
         driver = nodes.NodesDriver(job, cluster, progress.Cases(len(grid)))
         begin, spent = time.perf_counter(), time.process_time()
         driver.run()
         wall, parent = time.perf_counter() - begin, time.process_time() - spent
-    left, _ = blockwise.unfinished(job)
+    left, _ = blockwise.unfinished_blocks(job)
     work = (blocks - 1) * store.block_size() * SECONDS  # s, of one core
     known = {"nodes": count, "cores": cores, "blocks": blocks, "left": len(left), "parent": parent, "wall": wall}
     return known | {"busy": work / wall}

@@ -383,7 +383,7 @@ def test_the_position_error_is_part_of_the_answer_on_forces():
         output="rocker", columns=(*known.columns, Column("rocker_error_max", "rad", "", figure="error_max"))
     )
     columns = {"pin_force_peak": [3.0, 5.0, 4.0], "rocker_error_max": [0.1, 0.2, 0.4], SPEED: [1, 2, 3]}
-    made = cases(columns, (SPEED,))._replace(layout=known, lead=ranking_of(known, ()))
+    made = cases(columns, (SPEED,))._replace(layout=known, ranking=ranking_of(known, ()))
     assert answer.sentences(made) == [
         "Largest normal force: 5 at speed 2 (case 00000000).",
         "Force peak is smallest, 3, at speed 1 and largest, 5, at 2.",

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearsweep.sweeping.bisection import REPEATS, Border, scan, search, usual_probes
+from clearsweep.sweeping.bisection import AGREEING_NEIGHBOURS, Border, expected_probe_count, scan_indices, search
 
 
 def bisected(good, last):
@@ -26,8 +26,8 @@ def test_a_sharp_border_is_found_exactly_with_few_looks(power, data):
     border = data.draw(st.integers(0, last - 1))
     answer, known = bisected(lambda place: place <= border, last)
     assert answer == Border(border, border + 1)
-    assert len(known) <= 5 + power + 2 * REPEATS
-    assert abs(len(known) - usual_probes(last)) <= 4
+    assert len(known) <= 5 + power + 2 * AGREEING_NEIGHBOURS
+    assert abs(len(known) - expected_probe_count(last)) <= 4
 
 
 @pytest.mark.parametrize("last", [4, 64])
@@ -35,7 +35,7 @@ def test_all_good_and_all_bad_are_reported(last):
     assert bisected(lambda place: True, last)[0] == Border(last, None)
     answer, known = bisected(lambda place: False, last)
     assert answer == Border(None, 0)
-    assert set(known) == set(scan(last))
+    assert set(known) == set(scan_indices(last))
 
 
 def test_what_is_good_again_beyond_a_bad_stretch_is_not_relied_upon():
@@ -62,11 +62,15 @@ def test_in_noise_the_answer_encloses_the_border_and_what_agrees_with_it(power, 
     if answer.last_good is None:
         return
     assert known[answer.last_good]
-    assert all(known[place] for place in range(answer.last_good - REPEATS, answer.last_good) if place in known)
+    assert all(
+        known[place] for place in range(answer.last_good - AGREEING_NEIGHBOURS, answer.last_good) if place in known
+    )
     if answer.first_bad is not None:
         assert answer.last_good < answer.first_bad
         assert not known[answer.first_bad]
         assert not any(
-            known[place] for place in range(answer.first_bad + 1, answer.first_bad + 1 + REPEATS) if place in known
+            known[place]
+            for place in range(answer.first_bad + 1, answer.first_bad + 1 + AGREEING_NEIGHBOURS)
+            if place in known
         )
-    assert len(known) <= 5 + power + 2 * REPEATS + 6 * (power + 1)
+    assert len(known) <= 5 + power + 2 * AGREEING_NEIGHBOURS + 6 * (power + 1)

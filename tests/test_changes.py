@@ -3,7 +3,7 @@
 import pytest
 from fake_runs import TEXT, load
 
-from clearsweep.grid import SET, SWEEP, Changed, read_options
+from clearsweep.grid import SET_OPTION, SWEEP_OPTION, OverriddenGrid, read_options
 from clearsweep.language.errors import InputError
 
 JOINT = "joints.rod-slider"
@@ -17,16 +17,16 @@ def changed(tmp_path):
 
     def loaded(text, fixed=(), swept=()):
         path.write_text(text, encoding="utf-8")
-        return load(Changed(path, read_options(SET, fixed), read_options(SWEEP, swept)))
+        return load(OverriddenGrid(path, read_options(SET_OPTION, fixed), read_options(SWEEP_OPTION, swept)))
 
     return loaded
 
 
 def same(first, second):
     """Return whether two grids have the same cases and would leave the same run.json."""
-    alike = (first.resolved(), first.frame(), list(first.identities())) == (
+    alike = (first.resolved(), first.fixed_settings(), list(first.identities())) == (
         second.resolved(),
-        second.frame(),
+        second.fixed_settings(),
         list(second.identities()),
     )
     return alike and list(first.axes) == list(second.axes)

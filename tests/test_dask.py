@@ -202,7 +202,7 @@ def test_a_scheduler_that_is_lost_ends_the_run_with_one_sentence(tmp_path, monke
 def test_a_scheduler_that_is_asked_in_vain_is_lost(monkeypatch, silence):
     monkeypatch.setattr(executors, "ANSWER_TIMEOUT", 0.1)
     workers = executors.Dask.__new__(executors.Dask)
-    workers._scheduler, workers._counted = "tcp://there:1", 0.0
+    workers._scheduler, workers._counted_at = "tcp://there:1", 0.0
     workers._client = SimpleNamespace(nthreads=silence)
     with pytest.raises(
         SchedulerLostError, match=r"scheduler: tcp://there:1 was lost .*run the same command again"

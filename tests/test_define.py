@@ -87,7 +87,7 @@ def test_a_resolved_grid_gives_the_same_cases(at):
         grid = at(text)
         again = load(grid.resolved())
         assert ids(again) == ids(grid)
-        assert again.frame() == grid.frame()
+        assert again.fixed_settings() == grid.fixed_settings()
 
 
 def test_the_defaults_of_a_number_that_follows_follow_too(at):

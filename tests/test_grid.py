@@ -68,7 +68,7 @@ def test_the_masses_of_an_impact_pair_can_be_swept_and_overridden():
         load(CONFIGS / "impact_pair.yaml").resolved() | {"sweep": axes}, {"joints.pair.contact.restitution": 0.5}
     )
     assert [pair.written_case(k)["mechanism"]["masses"] for k in range(3)] == [[0.2, 0.1], [0.2, 0.2], [0.2, 0.3]]
-    assert load(pair.resolved()).frame() == pair.frame()
+    assert load(pair.resolved()).fixed_settings() == pair.fixed_settings()
     first = load(CONFIGS / "impact_pair.yaml", {"mechanism.masses.0": "1 kg", "joints.pair.contact.restitution": 0.5})
     assert first.written_case(0)["mechanism"]["masses"] == [1.0, 0.2]
 
@@ -176,7 +176,11 @@ def test_a_resolved_grid_loads_to_the_same_cases():
         original = grid.load(path, simulation.catalogue())
         again = grid.load(json.loads(json.dumps(original.resolved())), simulation.catalogue())
         assert ids(again) == ids(original)
-        assert (again.frame(), again.axes, again.layout) == (original.frame(), original.axes, original.layout)
+        assert (again.fixed_settings(), again.axes, again.layout) == (
+            original.fixed_settings(),
+            original.axes,
+            original.layout,
+        )
         assert len(set(ids(original))) == len(original)
 
 
@@ -245,7 +249,7 @@ def test_laws_can_be_swept_and_only_keys_in_use_enter_a_case(at):
     assert contacts[2] == contacts[0] | {"law": "flores", "restitution": 0.9}
     less = at(f"{text}sweep:\n  {CONTACT}.law: [flores]\n")
     assert less.case_id(0) == cases.case_id(2)
-    assert less.frame() == cases.frame()
+    assert less.fixed_settings() == cases.fixed_settings()
     assert (cases.unit(f"{CONTACT}.law"), cases.unit("drive.speed")) == ("", "rad/s")
 
 
@@ -326,7 +330,7 @@ def test_ten_million_cases_load_in_a_second_and_any_one_in_a_millisecond(base):
 
 def test_the_frame_contains_what_is_not_swept(at):
     text = TEXT + f"sweep:\n  drive.speed: [1000 rpm]\n  {JOINT}.clearance: [0.1 mm]\n"
-    frame = at(text).frame()
+    frame = at(text).fixed_settings()
     assert frame["swept"] == ["drive.speed", f"{JOINT}.clearance"]
     assert (frame["model_version"], frame["schema"]) == (clearsweep.MODEL_VERSION, grid.SCHEMA_VERSION)
     assert frame["save.samples"] == 720
@@ -334,11 +338,15 @@ def test_the_frame_contains_what_is_not_swept(at):
     assert "drive.speed" not in frame
     assert not {"name", "simulate.time_budget"} & set(frame)
     assert (
-        at(text.replace("[0.1 mm]", "[0.1 mm, 0.2 mm]").replace("clearance: 0.5 mm", "clearance: 0.4 mm")).frame()
+        at(
+            text.replace("[0.1 mm]", "[0.1 mm, 0.2 mm]").replace("clearance: 0.5 mm", "clearance: 0.4 mm")
+        ).fixed_settings()
         == frame
     )
-    assert at(text.replace(", center: 60 mm", "").replace("name: demo", "name: x")).frame() == frame
-    differing = at(text.replace("samples: 720", "samples: 90").replace("mass: 0.14 kg", "mass: 0.15 kg")).frame()
+    assert at(text.replace(", center: 60 mm", "").replace("name: demo", "name: x")).fixed_settings() == frame
+    differing = at(
+        text.replace("samples: 720", "samples: 90").replace("mass: 0.14 kg", "mass: 0.15 kg")
+    ).fixed_settings()
     assert {key for key in frame if frame[key] != differing[key]} == {"save.samples", "mechanism.slider.mass"}
 
 

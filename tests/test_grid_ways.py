@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 from fake_runs import CONTACT, JOINT, TEXT, ids, load
 
-from clearsweep.grid.sections.distributions import LAWS
+from clearsweep.grid.sections.distributions import DISTRIBUTIONS
 from clearsweep.language.errors import InputError
 
 CLEARANCE, SPEED, RESTITUTION = f"{JOINT}.clearance", "drive.speed", f"{CONTACT}.restitution"
@@ -56,7 +56,7 @@ def test_axes_in_step_give_case_after_case(at):
     cases = at(f"zip:\n  {CLEARANCE}: [0.1 mm, 0.2 mm, 0.2 mm]\n  {SPEED}: {{linspace: [10, 30, 3]}}\n")
     assert points(cases, CLEARANCE, SPEED) == [(1e-4, 10.0), (2e-4, 20.0), (2e-4, 30.0)]
     assert cases.written_case(1)["drive"]["speed"] == 20.0
-    assert cases.frame()["swept"] == [SPEED, CLEARANCE]
+    assert cases.fixed_settings()["swept"] == [SPEED, CLEARANCE]
 
 
 def test_what_goes_in_step_is_one_factor_of_the_product(at):
@@ -417,4 +417,4 @@ DRAWN = {
 def test_drawn_values_do_not_depend_on_the_processor(law):
     numbers, expected = DRAWN[law]  # numpy's exp and power with AVX-512 differ in the last bit of some values
     points = np.linspace(0.03, 0.97, 7)[[0, 3, 6]]
-    assert [value.hex() for value in LAWS[law](numbers).values(points)] == expected
+    assert [value.hex() for value in DISTRIBUTIONS[law](numbers).values(points)] == expected

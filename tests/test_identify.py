@@ -157,12 +157,12 @@ def test_likelihoods_of_lengths_and_predictions_are_those_of_scikit_learn():
     kernel = 1.7 * kernels.Matern([0.2, 0.7, 5.0], nu=2.5) + kernels.WhiteKernel(0.03)
     process = gaussian.GaussianProcessRegressor(kernel, optimizer=None, alpha=emulator.JITTER).fit(points, values)
     likelihood, slopes = process.log_marginal_likelihood(kernel.theta, eval_gradient=True)
-    own, own_slopes = emulator.Evidence.of(points, values).negative(kernel.theta)
+    own, own_slopes = emulator.Evidence.of(points, values).negative_log_likelihood(kernel.theta)
     assert -own == pytest.approx(likelihood, rel=1e-10)
     assert -own_slopes == pytest.approx(slopes, rel=1e-8)
     asked = chance.random((50, 3))
     for known, predicted in zip(
-        process.predict(asked, return_std=True), emulator.prediction(process, asked), strict=True
+        process.predict(asked, return_std=True), emulator.predict_process(process, asked), strict=True
     ):
         np.testing.assert_array_equal(predicted, known)
 
@@ -200,8 +200,8 @@ def test_a_resolved_grid_asks_for_the_same_cases(ran):
     own = grids.load(ran[2], Fake.catalogue())
     again = grids.load(own.resolved(), Fake.catalogue())
     assert [*again.identities()] == [*own.identities()]
-    assert again.frame() == own.frame()
-    assert own.frame()["save.revolutions"] == 8.0  # all that a case has after its start
+    assert again.fixed_settings() == own.fixed_settings()
+    assert own.fixed_settings()["save.revolutions"] == 8.0  # all that a case has after its start
 
 
 @pytest.mark.parametrize(

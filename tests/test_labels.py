@@ -24,7 +24,7 @@ def test_labels_leave_values_and_identities_as_a_list_has_them():
     named, listed = loaded(sweep={CLEARANCE: LABELLED}), loaded(sweep={CLEARANCE: [*LABELLED.values()]})
     assert named.axes == listed.axes
     assert [named.case_id(k) for k in range(2)] == [listed.case_id(k) for k in range(2)]
-    assert named.frame() == listed.frame()
+    assert named.fixed_settings() == listed.fixed_settings()
     assert named.labels == {CLEARANCE: {"tight": 2e-5, "loose": 1e-4}}
     assert named.written_units[CLEARANCE].unit == "um"
 

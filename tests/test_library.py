@@ -98,7 +98,7 @@ def test_numbers_next_to_a_name_override():
     bearing, journal = made.case(0).joints[0].contact.material
     assert bearing == journal
     assert (bearing.young, bearing.poisson) == (100e9, 0.34)
-    assert [each.path.rpartition(".")[2] for each in made.taken] == ["poisson", "yield_strength"]
+    assert [each.path.rpartition(".")[2] for each in made.library_values] == ["poisson", "yield_strength"]
     wear = with_joint("wear", {"pair": "steel/bronze greased", "coefficient": "1e-15 m^2/N"}).case(0).joints[0].wear
     assert (wear.values["bearing_coefficient"], wear.law) == (1e-15, "archard")
 
@@ -120,7 +120,7 @@ def test_what_is_taken_is_reported_with_its_range():
     assert message[f"{path})"]["min"] == known.typical
     assert (message[f"{path}, range)"]["min"], message[f"{path}, range)"]["max"]) == known[2:]
     swept = with_joint("wear", {"pair": "steel/bronze greased"}, sweep={f"{JOINT}.wear.coefficient": [1e-15, 2e-15]})
-    assert (swept.taken, len(swept)) == ((), 2)
+    assert (swept.library_values, len(swept)) == ((), 2)
 
 
 def test_the_published_range_is_an_uncertainty_of_a_life():

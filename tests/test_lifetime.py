@@ -8,7 +8,7 @@ import pytest
 
 from clearsweep.contracts.layout import Column, Layout
 from clearsweep.judging.lifetime import COLUMNS, Lifetime, hours_text, interval_sentences
-from clearsweep.sweeping.lives import Lives, life_lines
+from clearsweep.sweeping.lives import LifeExtremes, life_lines
 
 
 def life(share, hours=85.5, **more):
@@ -72,7 +72,9 @@ def test_no_sentence_on_a_life_has_more_than_25_words():
 
 def test_the_closing_lines_name_the_shortest_and_the_longest_life():
     columns = tuple(Column(f"pin_{name}", "1", "") for name in [*COLUMNS][:4])
-    lives = Lives(Layout("planar", True, "", (), columns, (), life="pin"), {"of": "wear_depth_max", "limit": 2e-5})
+    lives = LifeExtremes(
+        Layout("planar", True, "", (), columns, (), life="pin"), {"of": "wear_depth_max", "limit": 2e-5}
+    )
     hours = np.array([40.0, 85.5, np.nan, 20.0, 60.0])
     block = {"pin_life_hours": hours, "pin_life_revolutions": np.full(5, 1000.0)}
     block |= {"pin_life_low": np.full(5, 990.0), "pin_life_high": np.full(5, 1010.0)}
@@ -85,4 +87,4 @@ def test_the_closing_lines_name_the_shortest_and_the_longest_life():
     )
     assert lines[3].startswith("  Longest life: 85.5 h")
     assert lines[4] == "  1 case did not reach the limit."
-    assert life_lines(Lives(Layout("planar", True, "", (), columns, ()), {}).facts(), str) == []
+    assert life_lines(LifeExtremes(Layout("planar", True, "", (), columns, ()), {}).facts(), str) == []

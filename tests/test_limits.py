@@ -189,7 +189,7 @@ def test_they_are_no_part_of_a_case_and_of_what_a_directory_fixes(tmp_path):
     more = {"figures": HEADROOM, "limits": {PEAK: {"at_most": 2, "times": IDEAL}, "headroom": {"at_least": "10 %"}}}
     limited = grid.load(fake_physics.grid(**more), fake_physics.CATALOGUE)
     assert limited.case_id(0) == plain.case_id(0)
-    assert limited.frame() == plain.frame()
+    assert limited.fixed_settings() == plain.fixed_settings()
     again = grid.load(limited.resolved(), fake_physics.CATALOGUE)
     assert again.verdict == limited.verdict
     assert again.limits == {PEAK: {"times": IDEAL, "at_most": 2.0}, "headroom": {"at_least": 0.1}}

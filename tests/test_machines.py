@@ -113,7 +113,7 @@ def test_what_run_json_contains_loads_to_the_same_case(source):
     assert again.case_id(0) == original.case_id(0)
     assert again.case(0)._replace(outline=None) == original.case(0)._replace(outline=None)
     assert repr(machine_of(original.resolved())) == repr(machine_of(source))
-    assert json.loads(json.dumps(again.frame())) == json.loads(json.dumps(original.frame()))
+    assert json.loads(json.dumps(again.fixed_settings())) == json.loads(json.dumps(original.fixed_settings()))
 
 
 def test_a_table_is_part_of_a_case_by_its_content_not_by_its_name(tmp_path):

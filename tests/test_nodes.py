@@ -75,7 +75,7 @@ def small(monkeypatch):
     monkeypatch.setattr(blocks, "BLOCK", 8)
     monkeypatch.setattr(nodes, "RECOUNT_INTERVAL", 0.2)
     monkeypatch.setattr(nodes, "HELP_AFTER", 1.0)
-    monkeypatch.setattr(nodes, "SILENCE", 1.0)
+    monkeypatch.setattr(nodes, "SILENCE_TIMEOUT", 1.0)
 
 
 def on_nodes(source, out, machines, **options):

@@ -179,7 +179,7 @@ def test_a_resolved_grid_asks_for_the_same_cases():
     own = grids.load(asked(), Fake.catalogue())
     again = grids.load(own.resolved(), Fake.catalogue())
     assert [*again.identities()] == [*own.identities()]
-    assert again.frame() == own.frame()
+    assert again.fixed_settings() == own.fixed_settings()
 
 
 def test_every_value_of_a_choice_has_its_part():

@@ -405,8 +405,8 @@ def test_a_case_whose_further_life_is_cut_off_is_extrapolated_like_one_cut_off_b
 
 def test_the_start_of_workers_is_estimated_without_compiling(monkeypatch, tmp_path):
     """A run after the dry run finds the code in the cache."""
-    starts, started = iter([(2.0, 1.5), (0.5, 0.0)]), estimate._started
-    monkeypatch.setattr(estimate, "_started", lambda *arguments: (started(*arguments)[0], *next(starts)))
+    starts, started = iter([(2.0, 1.5), (0.5, 0.0)]), estimate._start_workers
+    monkeypatch.setattr(estimate, "_start_workers", lambda *arguments: (started(*arguments)[0], *next(starts)))
     loaded = clearsweep.grid.load(grid(2), Fake.catalogue())
     left = estimate._remaining(loaded, store.RunDirectory(tmp_path / "none"), None, Fake)
     assert estimate._pilot(loaded, left, 1, Fake).start_up == 0.5

@@ -16,8 +16,8 @@ from mechanism_cases import PAIR, changed
 import clearsweep
 from clearsweep import grid, report, simulation, store
 from clearsweep.contracts import results
-from clearsweep.grid.cases import nested
-from clearsweep.grid.keys.key_table import shape
+from clearsweep.grid.cases import nest
+from clearsweep.grid.keys.key_table import table_of_keys
 from clearsweep.grid.keys.kinds import Number
 from clearsweep.judging import variance
 from clearsweep.language import quantity, wording
@@ -437,12 +437,12 @@ NAMED = tuple(mechanism for mechanism in CATALOGUE.mechanisms if mechanism.joint
 )
 def test_every_key_is_shown_in_the_unit_that_the_key_table_gives(mechanism):
     checked = 0
-    for path, node in shape(mechanism, CATALOGUE).items():
+    for path, node in table_of_keys(mechanism, CATALOGUE).items():
         for use in node.uses if isinstance(node, Number) else ():
             exponent = {f"{path.rpartition('.')[0]}.exponent": 2.5} if "^exponent" in use.field.unit else {}
             values = {path: 2.0, "mechanism.type": mechanism.name, **exponent}
             values |= {chooser: min(names) for chooser, names in use.when}
-            text = shown(nested(values, ()))[path]
+            text = shown(nest(values, ()))[path]
             unit = quantity.with_exponent(use.field.unit, 2.5)
             assert quantity.read(written(text), unit) == pytest.approx(2.0, rel=1e-5), (path, text, unit)
             checked += 1

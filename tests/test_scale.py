@@ -16,7 +16,7 @@ from clearsweep.language import wording
 from clearsweep.report.blocks import case_table
 from clearsweep.report.data import rows, study
 from clearsweep.report.draw import comparison
-from clearsweep.sweeping.case_runner import common_values
+from clearsweep.sweeping.case_runner import is_common
 from clearsweep.sweeping.shard import distinct
 
 
@@ -97,7 +97,7 @@ def test_identities_are_found_as_numpy_finds_them(chance):
     for many in (0, 1, 200):
         values, those = (chance.integers(0, 100, many, dtype="u8") for _ in range(2))
         np.testing.assert_array_equal(distinct(values), np.unique(values))
-        np.testing.assert_array_equal(common_values(values, distinct(those)), np.isin(values, those))
+        np.testing.assert_array_equal(is_common(values, distinct(those)), np.isin(values, those))
 
 
 def test_values_are_found_on_their_axis(chance):

@@ -18,8 +18,8 @@ from clearsweep.report.data.axis import axes_of
 from clearsweep.report.sections import seek as page
 from clearsweep.report.sections.seek import sections
 from clearsweep.sweeping import run_summary
-from clearsweep.sweeping.nearest import needed
-from clearsweep.sweeping.seeking import every
+from clearsweep.sweeping.seeking import border_of_all
+from clearsweep.sweeping.unanswered import loosened_limits
 
 MASS, GRAVITY = "mechanism.slider.mass", "mechanism.gravity"
 PEAK = 1  # rod_slider_force_peak is so many times the mass in kg, which tests rely upon
@@ -198,7 +198,7 @@ def test_without_limits_nothing_can_be_sought():
 def test_a_grid_that_seeks_is_written_to_run_json_so_that_it_loads_again():
     first = loaded(searching(gravities=(GOOD, 1e-3)))
     again = loaded(first.resolved())
-    assert (again.seek, again.axes, again.frame()) == (first.seek, first.axes, first.frame())
+    assert (again.seek, again.axes, again.fixed_settings()) == (first.seek, first.axes, first.fixed_settings())
     assert list(again.identities()) == list(first.identities())
 
 
@@ -314,8 +314,10 @@ def test_the_report_says_how_near_the_cases_come_and_which_keys_would_help(tmp_p
     ],
 )
 def test_a_limit_that_would_pass_is_rounded_so_that_it_does(limit, margin, words):
-    assert needed([limit], {}, [{"x": margin}]) == {"x": words.replace("-", "\u2212")}
-    assert needed([limit, limit._replace(kind="at_least")], {}, [{"x": margin}]) == {}  # which of both is not known
+    assert loosened_limits([limit], {}, [{"x": margin}]) == {"x": words.replace("-", "\u2212")}
+    assert (
+        loosened_limits([limit, limit._replace(kind="at_least")], {}, [{"x": margin}]) == {}
+    )  # which of both is not known
 
 
 FITTED = (
@@ -348,7 +350,7 @@ def test_fits_are_tried_completely_at_their_largest_clearances(at):
     [((1, 1, 0), (1, 2)), ((1, 1, 1), (2, None)), ((0, 0, 0), (None, 0)), ((1, 0, 1), (0, 1)), ((0, 1, 0), (1, 2))],
 )
 def test_the_border_among_fits(good, border):
-    assert every(dict(enumerate(map(bool, good))), 2) == border
+    assert border_of_all(dict(enumerate(map(bool, good))), 2) == border
 
 
 @pytest.mark.parametrize(

@@ -258,4 +258,4 @@ def test_nothing_is_left_of_threads_that_asked_in_vain(monkeypatch):
 def test_errors_name_their_own_space_only(monkeypatch):
     monkeypatch.setattr(resource, "getrlimit", lambda _: (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
     resources.check_space()
-    assert resources.remedy(ZeroDivisionError("bug")) is None
+    assert resources.remedy_text(ZeroDivisionError("bug")) is None

@@ -86,12 +86,12 @@ def test_the_grids_are_those_that_are_shown():
     assert {key: first[key] for key in same} == {key: second[key] for key in same} == {key: third[key] for key in same}
     life = (ROOT / "configs/press_joint_life.yaml").read_text(encoding="utf-8")
     assert shown("line of configs/press_joint_life.yaml") in life
-    assert third["joints"]["rod-slider"]["clearance"] == iso286.fit("H7/f7", 80).high
+    assert third["joints"]["rod-slider"]["clearance"] == iso286.find_fit("H7/f7", 80).high
 
 
 def test_the_fits_have_the_clearances_that_are_reported():
     for name, low, high in re.findall(r"\((H\d+/\w+), radial\) = ([\d.]+ \w+) to ([\d.]+ \w+)", TEXT):
-        fit = iso286.fit(name, 80)
+        fit = iso286.find_fit(name, 80)
         assert [fit.low, fit.high] == [clearsweep.language.quantity.read(text, "m") for text in (low, high)]
 
 
@@ -111,7 +111,7 @@ def test_the_steps_lead_to_a_decision_with_made_up_forces(tmp_path):
     sweep(largest, tmp_path / "largest", simulator=Quick, executor="serial", show_progress=False)
     answer = clearsweep.open(tmp_path / "largest").seek.iloc[0]
     assert SAFE - 2e-6 < answer["seek_low"] <= SAFE < answer["seek_high"]
-    fits = [iso286.fit(name, 80) for name in ("H7/g6", "H7/f7", "H8/e8", "H9/d9", "H11/c11")]
+    fits = [iso286.find_fit(name, 80) for name in ("H7/g6", "H7/f7", "H8/e8", "H9/d9", "H11/c11")]
     assert [fit.name for fit in fits if fit.high <= answer["seek_low"]][-1] == "H7/f7"
 
 

@@ -63,7 +63,7 @@ def test_it_is_part_of_what_a_case_is_and_of_what_a_run_holds():
     again = grid.load(made.resolved(), simulation.catalogue())
     assert again.case_id(0) == made.case_id(0)
     assert again.case(0).uncertain == made.case(0).uncertain
-    assert made.frame() != plain.frame()
+    assert made.fixed_settings() != plain.fixed_settings()
     assert plain.case(0).uncertain == ()
     names = {column.name for column in made.layout.columns} - {column.name for column in plain.layout.columns}
     assert names == {"rod_slider_life_low_uncertain", "rod_slider_life_high_uncertain"}

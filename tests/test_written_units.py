@@ -78,7 +78,7 @@ def test_a_drawn_value_notes_the_unit_of_its_distribution():
 def test_the_unit_does_not_enter_the_identity_of_a_case():
     written, bare = loaded(sweep={CLEARANCE: ["50 um"]}), loaded(sweep={CLEARANCE: [5e-5]})
     assert written.case_id(0) == bare.case_id(0)
-    assert written.frame() == bare.frame()
+    assert written.fixed_settings() == bare.fixed_settings()
 
 
 def test_a_grid_read_from_its_record_keeps_fits_and_units():

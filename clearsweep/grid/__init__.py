@@ -1,7 +1,7 @@
 """Reads grid files: checks them, converts to SI and enumerates cases.  Imports neither llvmlite nor numpy."""
 
 from ..contracts.catalogue import Catalogue, Field, Law
-from .cases import Words
+from .cases import LawNames
 from .grid import SCHEMA_VERSION, Grid, identity
 from .keys.outline import key_units
 from .library.iso286 import Fit
@@ -20,32 +20,33 @@ from .pages.key_help import key_names, key_text, markdown
 from .pages.schema import schema
 from .reading.values import as_written
 from .sections.fits import recorded_fits
-from .sections.identify import Identify, Turned, turns_of
+from .sections.identify import AngularSignal, Identify, angular_signals
 from .sections.optimise import Optimise
 from .sections.reader import base_laws
 from .sections.seek import Refine, Seek
 from .sections.variations import recorded_labels
-from .written.definitions import NOTHING, Definitions, definitions_of_resolved
-from .written.document import SET, SWEEP, Changed, leaves, read_options
+from .written.definitions import NO_DEFINITIONS, Definitions, definitions_of_resolved
+from .written.document import SET_OPTION, SWEEP_OPTION, OverriddenGrid, leaves, read_options
 
 __all__ = [
-    "NOTHING",
+    "NO_DEFINITIONS",
     "SCHEMA_VERSION",
-    "SET",
-    "SWEEP",
+    "SET_OPTION",
+    "SWEEP_OPTION",
+    "AngularSignal",
     "Catalogue",
-    "Changed",
     "Definitions",
     "Field",
     "Fit",
     "Grid",
     "Identify",
     "Law",
+    "LawNames",
     "Optimise",
+    "OverriddenGrid",
     "Refine",
     "Seek",
-    "Turned",
-    "Words",
+    "angular_signals",
     "as_written",
     "base_laws",
     "check_disk",
@@ -67,6 +68,5 @@ __all__ = [
     "recorded_labels",
     "schema",
     "starter",
-    "turns_of",
     "write_starter",
 ]

@@ -10,47 +10,50 @@ from itertools import accumulate, product
 from typing import Any, NamedTuple
 
 from .. import MODEL_VERSION
-from .keys.kinds import Shape, Word, value_key
-from .resolve import Shared
+from .keys.kinds import KeyTable, Word, value_key
+from .resolve import SharedSection
 
-MOST_CACHED_ROWS = 4096  # rows of a factor kept in memory while all cases are enumerated
+MAX_CACHED_ROWS = 4096  # rows of a factor kept in memory while all cases are enumerated
 
-Words = frozenset[tuple[str, str]]  # swept paths and their law names
+LawNames = frozenset[tuple[str, str]]  # swept paths and their law names
 
 
-class Block(NamedTuple):
+class LawCombination(NamedTuple):
     """A combination of law names and the axes in use with it."""
 
-    words: dict[str, str | None]  # swept law names; None: not in use
+    law_names: dict[str, str | None]  # swept law names; None: not in use
     paths: tuple[str, ...]
     size: int
 
 
 class Factor(NamedTuple):
-    """Axes that depend on the same law names, in blocks; the cases of a grid are the product of its factors."""
+    """Axes that depend on the same law names, by combination of these names.
 
-    blocks: tuple[Block, ...]
-    ends: tuple[int, ...]  # index after the last row of each block
+    The cases of a grid are the product of its factors.
+    """
+
+    combinations: tuple[LawCombination, ...]
+    stops: tuple[int, ...]  # index after the last row of each combination
 
     @property
     def size(self) -> int:
         """Return the number of combinations of these axes."""
-        return self.ends[-1]
+        return self.stops[-1]
 
     def point(self, index: int, axes: Mapping[str, tuple[Any, ...]]) -> dict[str, Any]:
         """Return the values of these axes at `index`; the last axis varies fastest."""
-        block_index = bisect_right(self.ends, index)
-        block = self.blocks[block_index]
-        index -= self.ends[block_index] - block.size
-        values: dict[str, Any] = dict(block.words)
-        for path in reversed(block.paths):
+        combination_index = bisect_right(self.stops, index)
+        combination = self.combinations[combination_index]
+        index -= self.stops[combination_index] - combination.size
+        values: dict[str, Any] = dict(combination.law_names)
+        for path in reversed(combination.paths):
             index, k = divmod(index, len(axes[path]))
             values[path] = axes[path][k]
         return values
 
 
-class Step(NamedTuple):
-    """Axes that vary in step: cases take their values row by row."""
+class ZippedAxes(NamedTuple):
+    """Axes that vary together, as those of `zip`: each row of their values is one combination."""
 
     paths: tuple[str, ...]
     rows: tuple[int, ...]  # positions on the axes; only the first of equal rows
@@ -65,90 +68,90 @@ class Step(NamedTuple):
         return {path: axes[path][self.rows[index]] for path in self.paths}
 
 
-def step_of(paths: tuple[str, ...], axes: Mapping[str, tuple[Any, ...]]) -> Step:
-    """Return the axes as a Step; of equal rows only the first is kept."""
+def zipped_axes(paths: tuple[str, ...], axes: Mapping[str, tuple[Any, ...]]) -> ZippedAxes:
+    """Return axes that vary together without repeated rows."""
     rows: dict[tuple[Any, ...], int] = {}
     for row, values in enumerate(zip(*(axes[path] for path in paths), strict=True)):
         rows.setdefault(values, row)
-    return Step(paths, tuple(rows.values()))
+    return ZippedAxes(paths, tuple(rows.values()))
 
 
 def factor_of(
-    paths: list[str], axes: Mapping[str, tuple[Any, ...]], shape: Shape, names_in_grid: Mapping[str, frozenset[str]]
+    paths: list[str], axes: Mapping[str, tuple[Any, ...]], shape: KeyTable, names_in_grid: Mapping[str, frozenset[str]]
 ) -> Factor:
-    """Return the blocks of axes that depend on the same law names, one for each distinct combination."""
+    """Return axes that depend on the same law names, for each distinct combination of these names."""
     law_paths = [path for path in paths if isinstance(shape[path], Word)]
-    blocks = {}
+    combinations = {}
     for law_names in product(*(axes[path] for path in law_paths)):
         names = dict(names_in_grid) | {path: frozenset({word}) for path, word in zip(law_paths, law_names, strict=True)}
         laws_in_use = {
-            path: word if value_key(shape, path).used(names) else None
+            path: word if value_key(shape, path).is_used(names) else None
             for path, word in zip(law_paths, law_names, strict=True)
         }
-        used_paths = tuple(path for path in paths if path not in laws_in_use and value_key(shape, path).used(names))
-        blocks[tuple(laws_in_use.values())] = Block(
+        used_paths = tuple(path for path in paths if path not in laws_in_use and value_key(shape, path).is_used(names))
+        combinations[tuple(laws_in_use.values())] = LawCombination(
             laws_in_use, used_paths, math.prod(len(axes[path]) for path in used_paths)
         )
-    return Factor(tuple(blocks.values()), tuple(accumulate(block.size for block in blocks.values())))
+    return Factor(tuple(combinations.values()), tuple(accumulate(block.size for block in combinations.values())))
 
 
-def words_at(point: Mapping[str, Any]) -> Words:
+def law_names_at(point: Mapping[str, Any]) -> LawNames:
     """Return the law names among the values at a point."""
     return frozenset((path, value) for path, value in point.items() if isinstance(value, str))
 
 
-def combined(
-    factors: Sequence[Factor | Step],
+def product_cases(
+    factors: Sequence[Factor | ZippedAxes],
     axes: Mapping[str, tuple[Any, ...]],
     texts_of: Callable[[Mapping[str, Any]], dict[str, str]],
-    interval: range,
-) -> Iterator[tuple[Words, dict[str, str]]]:
-    """Yield law names and value texts of the cases in `interval`, a range of indices of step 1, in order.
+    indices: range,
+) -> Iterator[tuple[LawNames, dict[str, str]]]:
+    """Yield law names and value texts of the cases at `indices`, a range of step 1, in order.
 
-    `texts_of` returns the texts of part of a point.  Cases before the range take no time.
+    `texts_of` returns the texts of the values of some axes.  Cases before the range take no time.
     """
     if not factors:
-        if len(interval):
+        if len(indices):
             yield frozenset(), {}
         return
     *outer_factors, last = factors
 
-    def rows(indices: range) -> Iterator[tuple[Words, dict[str, str]]]:
-        points = (last.point(k, axes) for k in indices)
-        return ((words_at(point), texts_of(point)) for point in points)
+    def rows(row_indices: range) -> Iterator[tuple[LawNames, dict[str, str]]]:
+        points = (last.point(k, axes) for k in row_indices)
+        return ((law_names_at(point), texts_of(point)) for point in points)
 
-    cached_rows = list(rows(range(last.size))) if last.size <= MOST_CACHED_ROWS else None
-    outer = range(interval.start // last.size, -(-interval.stop // last.size))
-    for k, (outer_words, outer_texts) in zip(outer, combined(outer_factors, axes, texts_of, outer), strict=True):
-        start, end = max(interval.start - k * last.size, 0), min(interval.stop - k * last.size, last.size)
-        for row_words, row_texts in rows(range(start, end)) if cached_rows is None else cached_rows[start:end]:
-            yield outer_words | row_words, outer_texts | row_texts
+    cached_rows = list(rows(range(last.size))) if last.size <= MAX_CACHED_ROWS else None
+    outer = range(indices.start // last.size, -(-indices.stop // last.size))
+    for k, (outer_names, outer_texts) in zip(outer, product_cases(outer_factors, axes, texts_of, outer), strict=True):
+        start, end = max(indices.start - k * last.size, 0), min(indices.stop - k * last.size, last.size)
+        for row_names, row_texts in rows(range(start, end)) if cached_rows is None else cached_rows[start:end]:
+            yield outer_names | row_names, outer_texts | row_texts
 
 
-Value = Any  # value of a key: a number in SI, a word, True for a flag
+KeyValue = Any  # value of a key: a number in SI, a word, True for a flag
 
 #: The sections that, with `simulate`, decide the identity of a case.
-_IDENTITY = ("mechanism", "drive", "loads", "life", "uncertain", "joints")
-PATIENCE = "time_budget"  # keys of `simulate` that are not part of the identity: how long to wait for a case
+_IDENTITY_SECTIONS = ("mechanism", "drive", "loads", "life", "uncertain", "joints")
+TIME_BUDGET = "time_budget"  # key of `simulate` that is not part of the identity
 #: Key of both bodies below `wear`, as users write it -> the keys of each body that follow from it.
-_OF_BOTH = {
+_COEFFICIENTS_PER_BODY = {
     "coefficient": ("bearing_coefficient", "journal_coefficient"),
     "running_in.steady": ("bearing_coefficient", "journal_coefficient"),
     "running_in.initial": ("running_in.bearing_initial", "running_in.journal_initial"),
 }
-_WEAR = ".wear."
+_WEAR_INFIX = ".wear."
 _PLACEHOLDER = "\0{}\0"  # placeholder of a varied value; no written value contains such characters
 
 
-class Slot(NamedTuple):
-    """A value of a case that follows from a single other value."""
+class DependentValue(NamedTuple):
+    """A value of a case that is computed from a single other value."""
 
     path: str
     source: str  # path of the other value; its own path if it varies itself
-    derive: Callable[[Value], Value]
+    derive: Callable[[KeyValue], KeyValue]
 
 
-def _same(value: Value) -> Value:
+def _unchanged(value: KeyValue) -> KeyValue:
     return value
 
 
@@ -156,46 +159,48 @@ def _half(length: float) -> float:
     return length / 2.0
 
 
-def _discard(revolutions: float) -> float:
+def _default_discard(revolutions: float) -> float:
     return 2.0 if revolutions > 2.0 else 0.0
 
 
-def _saved(revolutions: float) -> float:
+def _default_saved_revolutions(revolutions: float) -> float:
     return min(2.0, revolutions)
 
 
-def following(paths: Collection[str]) -> Iterator[Slot]:
-    """Yield the values that follow from one other value if they are absent; `paths` : those of all keys."""
+def dependent_values(paths: Collection[str]) -> Iterator[DependentValue]:
+    """Yield the values that, if absent, are computed from one other value, given the `paths` of all keys."""
     for path in paths:
         if path.endswith(".center"):
-            yield Slot(path, f"{path.removesuffix('center')}length", _half)
+            yield DependentValue(path, f"{path.removesuffix('center')}length", _half)
         if path.endswith(".center.0"):  # body with pins, in space
-            yield Slot(path, f"{path.removesuffix('center.0')}length", _half)
+            yield DependentValue(path, f"{path.removesuffix('center.0')}length", _half)
         if path.endswith(".journal_length"):
-            yield Slot(path, f"{path.removesuffix('journal_length')}length", _same)
-    yield Slot("simulate.discard", "simulate.revolutions", _discard)
-    yield Slot("save.revolutions", "simulate.revolutions", _saved)
+            yield DependentValue(path, f"{path.removesuffix('journal_length')}length", _unchanged)
+    yield DependentValue("simulate.discard", "simulate.revolutions", _default_discard)
+    yield DependentValue("save.revolutions", "simulate.revolutions", _default_saved_revolutions)
     for path in paths:
-        wear, _, key = path.partition(_WEAR)
-        for target in _OF_BOTH.get(key, ()):
-            yield Slot(f"{wear}{_WEAR}{target}", path, _same)
+        wear, _, key = path.partition(_WEAR_INFIX)
+        for target in _COEFFICIENTS_PER_BODY.get(key, ()):
+            yield DependentValue(f"{wear}{_WEAR_INFIX}{target}", path, _unchanged)
 
 
-def derived(values_by_path: Mapping[str, Value]) -> dict[str, Value]:
+def with_dependent_values(values_by_path: Mapping[str, KeyValue]) -> dict[str, KeyValue]:
     """Return a copy without absent values (None) and with the defaults that follow from other values."""
     values = {path: value for path, value in values_by_path.items() if value is not None}
-    for slot in following(values_by_path):
-        if slot.source in values:
-            values.setdefault(slot.path, slot.derive(values[slot.source]))
-    return {path: value for path, value in values.items() if path.partition(_WEAR)[2] not in _OF_BOTH}
+    for dependent in dependent_values(values_by_path):
+        if dependent.source in values:
+            values.setdefault(dependent.path, dependent.derive(values[dependent.source]))
+    return {
+        path: value for path, value in values.items() if path.partition(_WEAR_INFIX)[2] not in _COEFFICIENTS_PER_BODY
+    }
 
 
-def nested(values_by_path: Mapping[str, Any], pairs: Collection[str]) -> dict[str, Any]:
-    """Return nested dicts from dotted paths; sections at the paths `pairs` become lists, as in a grid file."""
-    return _listed(_tree(values_by_path), pairs)
+def nest(values_by_path: Mapping[str, Any], list_paths: Collection[str]) -> dict[str, Any]:
+    """Return nested dicts from dotted paths; sections at `list_paths` become lists, as in a grid file."""
+    return _convert_lists(_nest(values_by_path), list_paths)
 
 
-def _tree(values_by_path: Mapping[str, Any]) -> dict[str, Any]:
+def _nest(values_by_path: Mapping[str, Any]) -> dict[str, Any]:
     tree: dict[str, Any] = {}
     for path, value in values_by_path.items():
         *parents, key = path.split(".")
@@ -206,9 +211,9 @@ def _tree(values_by_path: Mapping[str, Any]) -> dict[str, Any]:
     return tree
 
 
-def _listed(tree: dict[str, Any], pairs: Collection[str]) -> dict[str, Any]:
-    """Return the tree, changed in place, with lists at the paths `pairs`."""
-    for path in pairs:
+def _convert_lists(tree: dict[str, Any], list_paths: Collection[str]) -> dict[str, Any]:
+    """Return the tree, changed in place, with lists at `list_paths`."""
+    for path in list_paths:
         *parents, key = path.split(".")
         section = tree
         for parent in parents:
@@ -220,38 +225,38 @@ def _listed(tree: dict[str, Any], pairs: Collection[str]) -> dict[str, Any]:
 
 def identity_text(case: Mapping[str, Any]) -> str:
     """Return the text that determines the identity of a resolved case: all keys but `save` and time_budget."""
-    content = {key: case[key] for key in _IDENTITY if key in case}
-    content["simulate"] = {key: value for key, value in case["simulate"].items() if key != PATIENCE}
+    content = {key: case[key] for key in _IDENTITY_SECTIONS if key in case}
+    content["simulate"] = {key: value for key, value in case["simulate"].items() if key != TIME_BUDGET}
     return json.dumps(
         content | {"model_version": MODEL_VERSION}, sort_keys=True, separators=(",", ":"), allow_nan=False
     )
 
 
-def name_of(text: str) -> str:
+def identity_of_text(text: str) -> str:
     """Return the identity, 16 hexadecimal digits, from its text."""
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def number_of(text: str) -> int:
+def identity_number(text: str) -> int:
     """Return the identity as a number below 2**64, from its text; ten times as fast as converting the name."""
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8])
 
 
-class Texts:
-    """The varied values as they appear in the text of an identity."""
+class IdentityTexts:
+    """Texts of varied values, as they appear in the text of an identity."""
 
     def __init__(self, paths: Collection[str], varied_paths: Collection[str]):
         """Prepare for the `paths` of all keys, of which some are `varied_paths`."""
-        slots = [slot for slot in following(paths) if slot.path not in varied_paths]
-        self.slots = {source: [slot for slot in slots if slot.source == source] for source in varied_paths}
+        dependents = [slot for slot in dependent_values(paths) if slot.path not in varied_paths]
+        self.dependents = {source: [slot for slot in dependents if slot.source == source] for source in varied_paths}
 
-    def of(self, point: Mapping[str, Value]) -> dict[str, str]:
+    def texts_at(self, point: Mapping[str, KeyValue]) -> dict[str, str]:
         """Return path -> text of the varied values at a point and of all values that follow from them."""
         texts = {}
         for path, value in point.items():
             if value is not None and not isinstance(value, str):
                 texts[path] = _text(value)
-                for slot in self.slots[path]:
+                for slot in self.dependents[path]:
                     texts[slot.path] = _text(slot.derive(value))
         return texts
 
@@ -260,27 +265,31 @@ def _text(value: float) -> str:
     return float.__repr__(value) if isinstance(value, float) else json.dumps(value)
 
 
-class Pattern:
-    """A case with some values left open."""
+class CaseTemplate:
+    """A case without its varied values, shared by all cases with the same law names."""
 
-    def __init__(self, values_by_path: Mapping[str, Value], varied_paths: Collection[str], pairs: Collection[str]):
+    def __init__(
+        self, values_by_path: Mapping[str, KeyValue], varied_paths: Collection[str], list_paths: Collection[str]
+    ):
         """Prepare from path -> value of one such case, None for absent values, and the paths of varied values.
 
-        pairs : paths of the sections that are written as lists
+        list_paths : paths of the sections that are written as lists
         """
-        self.values, self._pairs = derived(values_by_path), pairs
+        self.values, self._list_paths = with_dependent_values(values_by_path), list_paths
         present_paths = {path for path, value in values_by_path.items() if value is not None}
-        own_slots = [Slot(path, path, _same) for path in varied_paths if path in self.values]
-        following_slots = [
-            slot for slot in following(values_by_path) if slot.source in varied_paths and slot.path not in present_paths
+        own_values = [DependentValue(path, path, _unchanged) for path in varied_paths if path in self.values]
+        default_values = [
+            slot
+            for slot in dependent_values(values_by_path)
+            if slot.source in varied_paths and slot.path not in present_paths
         ]
-        self.slots = tuple(slot for slot in (*own_slots, *following_slots) if slot.path in self.values)
-        self._tree = _shared(_tree(self.values))
-        pairs_used = [pair for pair in pairs if any(path.startswith(f"{pair}.") for path in self.values)]
-        self._changing = _sections_above([*(slot.path for slot in self.slots), *pairs_used])
-        self._targets = [(slot.path.split("."), slot.source, slot.derive) for slot in self.slots]
+        self.dependents = tuple(slot for slot in (*own_values, *default_values) if slot.path in self.values)
+        self._tree = _make_shared(_nest(self.values))
+        used_list_paths = [pair for pair in list_paths if any(path.startswith(f"{pair}.") for path in self.values)]
+        self._changing = _sections_above([*(slot.path for slot in self.dependents), *used_list_paths])
+        self._targets = [(slot.path.split("."), slot.source, slot.derive) for slot in self.dependents]
 
-    def case(self, point: Mapping[str, Value]) -> dict[str, Any]:
+    def case(self, point: Mapping[str, KeyValue]) -> dict[str, Any]:
         """Return the case at a point, swept path -> value, in the form of a grid file."""
         tree = dict(self._tree)
         for *parents, key in self._changing:
@@ -293,21 +302,23 @@ class Pattern:
             for parent in parents:
                 section = section[parent]
             section[key] = derive(point[source])
-        return _listed(tree, self._pairs)
+        return _convert_lists(tree, self._list_paths)
 
     @cached_property
     def text(self) -> str:
         """Return the text of the identity with %(path)s for every varied value."""
-        placeholders = {slot.path: _PLACEHOLDER.format(slot.path) for slot in self.slots}
-        text = identity_text(nested(self.values | placeholders, self._pairs)).replace("%", "%%")
+        placeholders = {slot.path: _PLACEHOLDER.format(slot.path) for slot in self.dependents}
+        text = identity_text(nest(self.values | placeholders, self._list_paths)).replace("%", "%%")
         for path, placeholder in placeholders.items():
             text = text.replace(json.dumps(placeholder), f"%({path})s")
         return text
 
 
-def _shared(tree: dict[str, Any]) -> Shared:
+def _make_shared(tree: dict[str, Any]) -> SharedSection:
     """Return nested sections as sections that cases share."""
-    return Shared({key: _shared(value) if isinstance(value, dict) else value for key, value in tree.items()})
+    return SharedSection(
+        {key: _make_shared(value) if isinstance(value, dict) else value for key, value in tree.items()}
+    )
 
 
 def _sections_above(paths: Iterable[str]) -> list[list[str]]:

@@ -12,25 +12,25 @@ from ..contracts.layout import Layout
 from ..contracts.outline import Outline
 from ..judging.verdict import LimitsAndFigures, figures_of, limits_of
 from .cases import (
-    PATIENCE,
+    TIME_BUDGET,
+    CaseTemplate,
     Factor,
-    Pattern,
-    Step,
-    Texts,
-    Value,
-    Words,
-    combined,
-    derived,
+    IdentityTexts,
+    KeyValue,
+    LawNames,
+    ZippedAxes,
     factor_of,
+    identity_number,
+    identity_of_text,
     identity_text,
-    name_of,
-    nested,
-    number_of,
-    step_of,
-    words_at,
+    law_names_at,
+    nest,
+    product_cases,
+    with_dependent_values,
+    zipped_axes,
 )
-from .keys.kinds import Flag, Name, NameList, Number, Section, Shape, Table, Word, value_key
-from .keys.library_names import Taken, VariedMaterial, put_material_numbers, with_material_names
+from .keys.kinds import Flag, KeyTable, Name, NameList, Number, Section, Table, Word, value_key
+from .keys.library_names import LibraryNumber, VariedMaterial, put_material_numbers, with_material_names
 from .keys.outline import unit_of_number
 from .library.iso286 import Fit
 from .reading.values import WrittenUnit
@@ -41,12 +41,12 @@ from .sections.optimise import OPTIMISE, Optimise
 from .sections.reader import CHECK_LAWS
 from .sections.section import ADDED
 from .sections.seek import REFINE, SEEK, Refine, Seek
-from .written.definitions import NOTHING, START, Definitions
+from .written.definitions import DEFINE_PREFIX, NO_DEFINITIONS, Definitions
 
 #: Changes whenever the format of grid files or of results changes.
 SCHEMA_VERSION = 4
 
-_WORST = "save.worst"  # results of a finished run
+_WORST_PATH = "save.worst"  # results of a finished run
 
 
 @dataclass(frozen=True)
@@ -58,11 +58,11 @@ class Grid:
     axes: dict[str, tuple[Any, ...]]  # dotted path -> values, SI or law names, in the order of the file
     limits: dict[str, Any]  # column -> largest acceptable value, SI, or a mapping; see `verdict.limits_of`
     figures: dict[str, str]  # user-defined: name -> expression of columns
-    _shape: Shape
-    _values: dict[str, Value]
+    _shape: KeyTable
+    _values: dict[str, KeyValue]
     _written: frozenset[str]
     _names: dict[str, frozenset[str]]
-    _steps: dict[str, tuple[str, ...]]  # 'zip', 'cases' or 'sample' -> the paths that vary in step
+    _zipped_paths: dict[str, tuple[str, ...]]  # 'zip', 'cases' or 'sample' -> the paths that vary in step
     _sample: dict[str, Any]
     _outline: Outline
     fits: dict[str, tuple[Fit, ...]]  # path of a clearance -> its ISO 286 fits as written
@@ -71,8 +71,8 @@ class Grid:
     refine: Refine | None = None  # where cases are added
     uncertain: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its spread, SI
     added_cases: tuple[tuple[Any, ...], ...] = ()  # values of the cases outside the product, in the order of `axes`
-    taken: tuple[Taken, ...] = ()  # numbers taken from libraries
-    defined: Definitions = NOTHING  # user-defined quantities, and the numbers that depend on varied ones
+    library_values: tuple[LibraryNumber, ...] = ()  # numbers that replace names of libraries
+    defined: Definitions = NO_DEFINITIONS  # user-defined quantities, and the numbers that depend on varied ones
     optimise: Optimise | None = None  # objectives and variables of an optimisation
     identify: Identify | None = None  # unknowns of a measured machine
     written_units: Mapping[str, WrittenUnit] = field(default_factory=dict)  # path -> the unit in which it is written
@@ -88,9 +88,9 @@ class Grid:
         return LimitsAndFigures(figures_of(self.figures, units), limits_of(self.limits, self.layout.columns))
 
     @property
-    def worst(self) -> int:
-        """Return the number of worst cases of which the revolution of the largest peak is saved."""
-        return int(self._values.get(_WORST, 0))
+    def worst_count(self) -> int:
+        """Return the number of worst cases whose revolution with the largest peak is saved."""
+        return int(self._values.get(_WORST_PATH, 0))
 
     @cached_property
     def size(self) -> int:
@@ -111,13 +111,13 @@ class Grid:
     def __len__(self) -> int:
         return self.size
 
-    def point(self, index: int) -> dict[str, Value]:
+    def point(self, index: int) -> dict[str, KeyValue]:
         """Return dotted path -> value of the swept keys of a case; None for a key that its laws do not use."""
         if not 0 <= index < len(self):
             raise IndexError(f"case {index} of {len(self)}")
         if index >= self._product:
             return dict(zip(self.axes, self.added_cases[index - self._product], strict=True))
-        values: dict[str, Value] = dict.fromkeys(self.axes)
+        values: dict[str, KeyValue] = dict.fromkeys(self.axes)
         for factor in reversed(self._factors):
             index, k = divmod(index, factor.size)
             values |= factor.point(k, self.axes)
@@ -127,11 +127,11 @@ class Grid:
         """Return the case at `index` with defaults filled in and only the keys in use."""
         return self.case_at(self.point(index))
 
-    def case_at(self, point: Mapping[str, Value]) -> Case:
+    def case_at(self, point: Mapping[str, KeyValue]) -> Case:
         """Return the case at a `point`, dotted path -> value."""
         return case_of(self._tree(point), self._outline)
 
-    def case_tree(self, point: Mapping[str, Value]) -> dict[str, Any]:
+    def case_tree(self, point: Mapping[str, KeyValue]) -> dict[str, Any]:
         """Return the case at a `point` in the form of a grid file, in SI."""
         return self._tree(point)
 
@@ -143,7 +143,7 @@ class Grid:
         """Return the grid without the cases that a run added."""
         return replace(self, added_cases=())
 
-    def with_added(self, points: Sequence[Mapping[str, Value]]) -> "Grid":
+    def with_added(self, points: Sequence[Mapping[str, KeyValue]]) -> "Grid":
         """Return the grid with the cases at these `points` appended."""
         rows = tuple(tuple(point[path] for path in self.axes) for point in points)
         return replace(self, added_cases=(*self.added_cases, *rows))
@@ -152,50 +152,61 @@ class Grid:
         """Return the case at `index` in the form of a grid file, in SI; its identity is a hash of this form."""
         return self._tree(self.point(index))
 
-    def _tree(self, point: Mapping[str, Value]) -> dict[str, Any]:
-        return self._pattern(words_at(point)).case({**point, **self.defined.at(point)})
+    def _tree(self, point: Mapping[str, KeyValue]) -> dict[str, Any]:
+        return self._pattern(law_names_at(point)).case({**point, **self.defined.values_at(point)})
 
-    def identities(self, part: range | None = None) -> Iterator[int]:
+    def identities(self, indices: range | None = None) -> Iterator[int]:
         """Yield the identity of every case, in order, as a number below 2**64.
 
-        part : only these cases, a range of indices of step 1; cases before it take no time.
+        indices : only these cases, a range of step 1; cases before it take no time.
         """
-        part = range(self.size) if part is None else part
-        texts = Texts(self._shape, {*self.axes, *self.defined.dependents})
+        indices = range(self.size) if indices is None else indices
+        texts = IdentityTexts(self._shape, {*self.axes, *self.defined.dependents})
         if self.defined.dependents:  # for numbers that may depend on several axes
-            for point in map(self.point, part):
-                yield number_of(self._pattern(words_at(point)).text % texts.of({**point, **self.defined.at(point)}))
+            for point in map(self.point, indices):
+                yield identity_number(
+                    self._pattern(law_names_at(point)).text % texts.texts_at({**point, **self.defined.values_at(point)})
+                )
             return
-        for selection, varied in combined(self._factors, self.axes, texts.of, self._of_product(part)):
-            yield number_of(self._pattern(selection).text % varied)
-        for point in map(self.point, range(max(part.start, self._product), part.stop)):
-            yield number_of(self._pattern(words_at(point)).text % texts.of(point))
+        for law_names, texts_by_path in product_cases(
+            self._factors, self.axes, texts.texts_at, self._product_part(indices)
+        ):
+            yield identity_number(self._pattern(law_names).text % texts_by_path)
+        for point in map(self.point, range(max(indices.start, self._product), indices.stop)):
+            yield identity_number(self._pattern(law_names_at(point)).text % texts.texts_at(point))
 
-    def words(self, part: range | None = None) -> Iterator[Words]:
-        """Yield the swept law names of every case, or of those of a `part`, in order."""
-        part = range(self.size) if part is None else part
-        yield from (names for names, _ in combined(self._factors, self.axes, lambda _: {}, self._of_product(part)))
-        yield from map(words_at, map(self.point, range(max(part.start, self._product), part.stop)))
+    def law_names(self, indices: range | None = None) -> Iterator[LawNames]:
+        """Yield the swept law names of every case, or of those at `indices`, in order."""
+        indices = range(self.size) if indices is None else indices
+        yield from (
+            names for names, _ in product_cases(self._factors, self.axes, lambda _: {}, self._product_part(indices))
+        )
+        yield from map(law_names_at, map(self.point, range(max(indices.start, self._product), indices.stop)))
 
-    def _of_product(self, part: range) -> range:
-        """Return the part of a range of indices that lies in the product."""
-        return range(min(part.start, self._product), min(part.stop, self._product))
+    def _product_part(self, indices: range) -> range:
+        """Return the indices of a range that lie in the product."""
+        return range(min(indices.start, self._product), min(indices.stop, self._product))
 
     @property
     def may_repeat(self) -> bool:
         """Return whether two cases may be equal: numbers that depend on axes may repeat, values of an axis do not."""
-        patience = f"simulate.{PATIENCE}" in self.axes
-        return bool(self.defined.dependents or self.added_cases or self._steps or patience)
+        patience = f"simulate.{TIME_BUDGET}" in self.axes
+        return bool(self.defined.dependents or self.added_cases or self._zipped_paths or patience)
 
-    def frame(self) -> dict[str, Any]:
+    def fixed_settings(self) -> dict[str, Any]:
         """Return the fixed settings of a run directory: dotted path -> value of all keys not swept, `save` included."""
-        fixed = {path: value for path, value in self._base.items() if path not in (f"simulate.{PATIENCE}", _WORST)}
+        fixed = {
+            path: value
+            for path, value in self._fixed_values.items()
+            if path not in (f"simulate.{TIME_BUDGET}", _WORST_PATH)
+        }
         return fixed | {"swept": sorted(self.axes), "model_version": MODEL_VERSION, "schema": SCHEMA_VERSION}
 
     def resolved(self) -> dict[str, Any]:
         """Return the grid in SI as a dict in the form of its file; `load` reads the same cases from it."""
         variations: dict[str, Any] = {
-            variation: {path: list(self.axes[path]) for path in paths} for variation, paths in self._ways.items()
+            variation: {path: list(self.axes[path]) for path in paths}
+            for variation, paths in self._axes_by_section.items()
         }
         variations = {
             variation: part for variation, part in variations.items() if variation not in (OPTIMISE, IDENTIFY)
@@ -216,64 +227,66 @@ class Grid:
         other_sections |= {REFINE: self.refine.resolved() | added_values} if self.refine else {}
         other_sections = {key: part for key, part in other_sections.items() if part}
         sections: dict[str, Any] = {path: {} for path, node in self._shape.items() if isinstance(node, Section)}
-        pairs = tuple(f"{path}." for path in self._pairs)
+        pairs = tuple(f"{path}." for path in self._list_paths)
         # a list has no gaps: any value fills one
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
         start_values = searched.start.items() if (searched := self.optimise or self.identify) else ()
-        fillers |= {path: value for path, value in start_values if not path.startswith(START)}
+        fillers |= {path: value for path, value in start_values if not path.startswith(DEFINE_PREFIX)}
         fillers |= {
-            START + name: self.defined.grid_text(name) for name in self.defined.texts if name in self.defined.varied
+            DEFINE_PREFIX + name: self.defined.grid_text(name)
+            for name in self.defined.texts
+            if name in self.defined.varied
         }
-        base = {path: value for path, value in self._base.items() if not path.startswith(f"{UNCERTAIN}.")}
+        base = {path: value for path, value in self._fixed_values.items() if not path.startswith(f"{UNCERTAIN}.")}
         base = with_material_names(base, self.materials)
-        return {"name": self.name} | nested(sections | base | fillers, self._pairs) | variations | other_sections
+        return {"name": self.name} | nest(sections | base | fillers, self._list_paths) | variations | other_sections
 
     def unit(self, path: str) -> str:
         """Return the SI unit of a swept path, '' for the name of a law."""
         node = value_key(self._shape, path)
         if isinstance(node, Word):
             return ""
-        return unit_of_number(node, self._names, self._base.get(f"{path.rpartition('.')[0]}.exponent"))
+        return unit_of_number(node, self._names, self._fixed_values.get(f"{path.rpartition('.')[0]}.exponent"))
 
     @cached_property
-    def _patterns(self) -> dict[Words, Pattern]:
+    def _patterns(self) -> dict[LawNames, CaseTemplate]:
         """Return a cache, swept law names -> shared part of their cases, since there are many cases and few laws."""
         return {}
 
-    def _pattern(self, selection: Words) -> Pattern:
+    def _pattern(self, law_names: LawNames) -> CaseTemplate:
         """Return the shared part of the cases with these swept law names."""
-        if selection not in self._patterns:
-            values_in_use = self._in_use(dict(selection))
-            swept = [path for path in values_in_use if path in self.axes and path not in dict(selection)]
+        if law_names not in self._patterns:
+            values_in_use = self._values_in_use(dict(law_names))
+            swept = [path for path in values_in_use if path in self.axes and path not in dict(law_names)]
             numbers = {path: self.axes[path][0] for path in swept}
             numbers |= {path: self._values[path] for path in values_in_use if path in self.defined.dependents}
-            self._patterns[selection] = Pattern(values_in_use | numbers, numbers, self._pairs)
-        return self._patterns[selection]
+            self._patterns[law_names] = CaseTemplate(values_in_use | numbers, numbers, self._list_paths)
+        return self._patterns[law_names]
 
-    def _in_use(self, selection: Mapping[str, str]) -> dict[str, Value]:
+    def _values_in_use(self, law_names: Mapping[str, str]) -> dict[str, KeyValue]:
         """Return path -> value, or default, of every key in use with these swept law names."""
-        names = self._names | {path: frozenset({word}) for path, word in selection.items()}
-        values_in_use: dict[str, Value] = {}
+        names = self._names | {path: frozenset({word}) for path, word in law_names.items()}
+        values_in_use: dict[str, KeyValue] = {}
         for path, node in self._shape.items():
-            if isinstance(node, Word) and node.used(names):
-                values_in_use[path] = selection.get(path, self._values.get(path))
+            if isinstance(node, Word) and node.is_used(names):
+                values_in_use[path] = law_names.get(path, self._values.get(path))
             elif isinstance(node, Number) and (fields := node.fields(names)):
                 values_in_use[path] = self._values.get(path, fields[0].default)
-            elif isinstance(node, (Flag, NameList)) or (isinstance(node, Table) and node.used(names)):
+            elif isinstance(node, (Flag, NameList)) or (isinstance(node, Table) and node.is_used(names)):
                 values_in_use[path] = self._values.get(path)
         return put_material_numbers(values_in_use, self.materials) | dict(uncertain_leaves(self.uncertain))
 
     @cached_property
-    def _base(self) -> dict[str, Value]:
+    def _fixed_values(self) -> dict[str, KeyValue]:
         """Return path -> value of all keys that are not swept; for a swept law, only the keys that are written."""
-        values_in_use: dict[str, Value] = {}
+        values_in_use: dict[str, KeyValue] = {}
         for path, node in self._shape.items():
             if isinstance(node, (Section, Name)) or path in self.axes or path in self.defined.dependents:
                 continue
-            if any(chooser in self.axes for chooser in node.choosers()):
+            if any(chooser in self.axes for chooser in node.deciding_paths()):
                 value = self._values.get(path) if path in self._written else None
             elif isinstance(node, Word):
-                value = self._values[path] if node.used(self._names) else None
+                value = self._values[path] if node.is_used(self._names) else None
             elif isinstance(node, (Flag, Table, NameList)):
                 value = self._values.get(path)
             else:
@@ -281,35 +294,37 @@ class Grid:
                 value = self._values.get(path, fields[0].default) if fields else None
             values_in_use[path] = value
         values_in_use |= dict(uncertain_leaves(self.uncertain))
-        base = {path: value for path, value in derived(values_in_use).items() if path not in self.axes}
-        return base | {path: f"= {text}" for path, text in self.defined.dependents.items()} | self.defined.needed()
+        base = {path: value for path, value in with_dependent_values(values_in_use).items() if path not in self.axes}
+        return (
+            base | {path: f"= {text}" for path, text in self.defined.dependents.items()} | self.defined.needed_texts()
+        )
 
     @cached_property
-    def _ways(self) -> dict[str, tuple[str, ...]]:
+    def _axes_by_section(self) -> dict[str, tuple[str, ...]]:
         """Return section of a grid file -> its axes, for sections with axes."""
-        stepping = {path for paths in self._steps.values() for path in paths}
-        swept = tuple(path for path in self.axes if path not in stepping)
-        return ({"sweep": swept} if swept else {}) | self._steps
+        zipped = {path for paths in self._zipped_paths.values() for path in paths}
+        swept = tuple(path for path in self.axes if path not in zipped)
+        return ({"sweep": swept} if swept else {}) | self._zipped_paths
 
     @cached_property
-    def _factors(self) -> tuple[Factor | Step, ...]:
+    def _factors(self) -> tuple[Factor | ZippedAxes, ...]:
         """Return the factors of the product: axes in step, sections with swept law names, and every other axis."""
-        steps = tuple(step_of(paths, self.axes) for paths in self._steps.values())
+        steps = tuple(zipped_axes(paths, self.axes) for paths in self._zipped_paths.values())
         groups: dict[str, list[str]] = {}
-        sweep = self._ways.get("sweep", ())
+        sweep = self._axes_by_section.get("sweep", ())
         for path in sweep:
             node = value_key(self._shape, path)
-            swept = [chooser for chooser in node.choosers() if chooser in sweep]
+            swept = [chooser for chooser in node.deciding_paths() if chooser in sweep]
             joint_axis = path if isinstance(node, Word) else swept[0] if swept else None
             groups.setdefault(joint_axis.rpartition(".")[0] if joint_axis else path, []).append(path)
         return (*(factor_of(paths, self.axes, self._shape, self._names) for paths in groups.values()), *steps)
 
     @cached_property
-    def _pairs(self) -> tuple[str, ...]:
+    def _list_paths(self) -> tuple[str, ...]:
         """Return the paths of sections that are written as lists."""
         return tuple(path for path, node in self._shape.items() if isinstance(node, Section) and node.items)
 
 
 def identity(case: Mapping[str, Any]) -> str:
     """Return the identity of a resolved case: 16 hexadecimal digits, from all keys but `save` and time_budget."""
-    return name_of(identity_text(case))
+    return identity_of_text(identity_text(case))

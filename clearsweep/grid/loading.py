@@ -18,16 +18,14 @@ from .reading.values import assumed_units, written_units
 from .sections.identify import check_identify
 from .sections.reader import Reader, added_rows, checked_law_paths
 from .sections.variations import axes_in_step, first_values, labels_of_axes, paths_of_search
-from .written.document import Changed, Problems, apply_overrides, name_of_run, override, read
+from .written.document import OverriddenGrid, Problems, apply_overrides, name_of_run, override, read_document
 
-MOST_CASES = 200_000_000  # their summaries take about 100 GB
-
-
-MOST_IDENTITIES = 20_000_000  # identities in memory where cases may repeat or are added: 160 MB and 100 s
+MAX_CASES = 200_000_000  # their summaries take about 100 GB
+MAX_IDENTITIES = 20_000_000  # identities in memory where cases may repeat or are added: 160 MB and 100 s
 
 
 def load(
-    source: str | PathLike | Mapping | Changed, catalogue: Catalogue, overrides: Mapping[str, Any] | None = None
+    source: str | PathLike | Mapping | OverriddenGrid, catalogue: Catalogue, overrides: Mapping[str, Any] | None = None
 ) -> "Grid":
     """Return the checked grid in `source`: a path, a dict of the same form, or one with overrides.
 
@@ -35,19 +33,19 @@ def load(
     is overridden is no longer swept.  An InputError reports every mistake.
     """
     problems = Problems()
-    changed = source if isinstance(source, Changed) else Changed(source)
-    source = changed.source
-    root = read(source, problems)
+    overridden = source if isinstance(source, OverriddenGrid) else OverriddenGrid(source)
+    source = overridden.source
+    root = read_document(source, problems)
     if not isinstance(root.value, dict):
         raise InputError(
             f"{root.position_text}found {quoted(root.value)}; expected a grid with the keys mechanism, drive, joints"
         )
-    root = apply_overrides(root, changed, problems)
+    root = apply_overrides(root, overridden, problems)
     for path, value in (overrides or {}).items():
         root = override(root, path, value, problems)
     file = fspath(source) if isinstance(source, (str, PathLike)) else None
     name = name_of_run(root, file, problems)
-    reader = read_keys(root, catalogue, problems, frozenset({*(overrides or ()), *changed.fixed}))
+    reader = read_keys(root, catalogue, problems, frozenset({*(overrides or ()), *overridden.fixed}))
     check_values(reader, catalogue)
     problems.check()
     grid = Grid(
@@ -55,13 +53,13 @@ def load(
         file,
         reader.axes | first_values(reader),
         reader.limits,
-        reader.own_figures,
+        reader.user_figures,
         reader.shape,
         reader.values,
         frozenset(reader.written),
         reader.names,
         {reader.varied_by[paths[0]]: paths for paths in axes_in_step(reader)} | paths_of_search(reader),
-        _sample(reader),
+        _resolved_sample(reader),
         reader.outline,
         {path: tuple(entries) for path, entries in reader.fits.items()},
         assumed_units(reader),
@@ -69,7 +67,7 @@ def load(
         reader.refine,
         reader.uncertain,
         added_rows(reader),
-        tuple(reader.library_values.values()),
+        tuple(reader.library_numbers.values()),
         reader.defined,
         reader.optimise,
         reader.identify,
@@ -78,15 +76,15 @@ def load(
         checked_law_paths(reader),
         reader.materials,
     )
-    searched = grid.seek or grid.refine or grid.optimise or grid.identify or grid.checked_laws
-    most = MOST_IDENTITIES if searched or grid.may_repeat else MOST_CASES
-    if grid.size > most:
+    adds_cases = grid.seek or grid.refine or grid.optimise or grid.identify or grid.checked_laws
+    max_cases = MAX_IDENTITIES if adds_cases or grid.may_repeat else MAX_CASES
+    if grid.size > max_cases:
         raise InputError(
-            f"{file or 'the grid'}: has {grid.size:,} cases; at most {most:,} can be run: take fewer values on "
+            f"{file or 'the grid'}: has {grid.size:,} cases; at most {max_cases:,} can be run: take fewer values on "
             "the axes, or draw cases with `sample`"
         )
     for index in {0, grid.size - 1} if reader.mechanism.refusal else ():
-        _refuse(reader, grid.case(index))
+        _report_refusal(reader, grid.case(index))
     problems.check()
     layout = Layout.of(grid.case(0), catalogue)
     check_channels(reader, layout)
@@ -111,7 +109,7 @@ def write_starter(file: Path, kind: str) -> None:
         raise InputError(f"{file}: cannot be written ({error.strerror}); choose a writable directory") from None
 
 
-def _refuse(reader: Reader, case: Case) -> None:
+def _report_refusal(reader: Reader, case: Case) -> None:
     """Report why the mechanism of a case cannot be assembled."""
     assert reader.mechanism.refusal is not None  # only some mechanisms have this check
     refusal = reader.mechanism.refusal(reader.mechanism, case)
@@ -120,7 +118,7 @@ def _refuse(reader: Reader, case: Case) -> None:
         reader.problems.add(reader.position_of(path), path, refusal[1])
 
 
-def _sample(reader: Reader) -> dict[str, Any]:
+def _resolved_sample(reader: Reader) -> dict[str, Any]:
     """Return the section `sample` in SI, or {} if there is none."""
     if reader.sample is None:
         return {}
@@ -130,50 +128,50 @@ def _sample(reader: Reader) -> dict[str, Any]:
     return section | {"over": {path: reader.distributions[path].resolved() for path in reader.drawn}}
 
 
-COPIES = 2.0  # copies of a case's histories in memory: as recorded, and by channel
+HISTORY_COPIES = 2.0  # copies of a case's histories in memory: as recorded, and by channel
 
 
 def history_bytes(layout: Layout, save: Save, revolutions: float) -> float:
     """Return the bytes of history that a case of so many revolutions records, without events."""
-    return _bytes(layout, layout.channels, save, revolutions)
+    return _history_bytes(layout, layout.channels, save, revolutions)
 
 
-def _bytes(layout: Layout, channels: tuple[Column, ...], save: Save, revolutions: float) -> float:
-    saved_turns = {"none": 0.0, "last": save.revolutions, "all": revolutions}[save.orbits]
+def _history_bytes(layout: Layout, channels: tuple[Column, ...], save: Save, revolutions: float) -> float:
+    saved_revolutions = {"none": 0.0, "last": save.revolutions, "all": revolutions}[save.orbits]
     if not layout.turns and save.orbits != "none":
-        saved_turns = 1.0  # samples are per run, not per revolution
-    sections = min(revolutions, MOST_REVOLUTIONS) * len(layout.sections) if save.orbits != "none" else 0.0
-    return float(8.0 * (saved_turns * save.samples * len(channels) + sections))
+        saved_revolutions = 1.0  # samples are per run, not per revolution
+    section_points = min(revolutions, MOST_REVOLUTIONS) * len(layout.sections) if save.orbits != "none" else 0.0
+    return float(8.0 * (saved_revolutions * save.samples * len(channels) + section_points))
 
 
 def first_case_history(grid: Grid) -> float:
     """Return the largest number of bytes of history that the first case of a grid stores, without events."""
     case = grid.case(0)
-    open_ended = case.simulate.until or case.life
-    revolutions = open_ended.max_revolutions if open_ended else case.simulate.revolutions
-    return _bytes(grid.layout, grid.layout.stored, case.save, revolutions)
+    adaptive_section = case.simulate.until or case.life
+    revolutions = adaptive_section.max_revolutions if adaptive_section else case.simulate.revolutions
+    return _history_bytes(grid.layout, grid.layout.stored, case.save, revolutions)
 
 
 def largest_history(grid: Grid) -> float:
     """Return the smallest number of bytes of history that the longest case of a grid stores, without events."""
-    return _bytes(grid.layout, grid.layout.stored, grid.case(0).save, _longest(grid))
+    return _history_bytes(grid.layout, grid.layout.stored, grid.case(0).save, _largest_revolutions(grid))
 
 
 def recorded_history(grid: Grid) -> float:
     """Return the bytes of history that the longest case of a grid has in memory, without events."""
-    return history_bytes(grid.layout, grid.case(0).save, _longest(grid))
+    return history_bytes(grid.layout, grid.case(0).save, _largest_revolutions(grid))
 
 
-def _longest(grid: Grid) -> float:
+def _largest_revolutions(grid: Grid) -> float:
     """Return the largest number of revolutions that a case of a grid runs."""
-    lengths = grid.axes.get("simulate.revolutions", (grid.case(0).simulate.revolutions,))
-    return float(max(lengths))
+    revolutions = grid.axes.get("simulate.revolutions", (grid.case(0).simulate.revolutions,))
+    return float(max(revolutions))
 
 
 def check_memory(size: float) -> None:
     """Raise InputError if the histories of a case, `size` bytes, do not fit into memory."""
     memory = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
-    if COPIES * size > memory:
+    if HISTORY_COPIES * size > memory:
         raise InputError(
             f"save.orbits: the time histories of one case need {size / 1e9:,.4g} GB, and twice that during the run, "
             f"but this machine has {memory / 1e9:,.4g} GB of memory; save only the last revolutions (orbits: last), "
@@ -183,7 +181,7 @@ def check_memory(size: float) -> None:
 
 def check_disk(size: float, free_bytes: float) -> None:
     """Raise InputError if all histories, `size` bytes in batches and again when merged, exceed `free_bytes` bytes."""
-    if COPIES * size > free_bytes:
+    if HISTORY_COPIES * size > free_bytes:
         raise InputError(
             f"save.orbits: the time histories of all cases need {size / 1e9:,.4g} GB, and twice that during merging, "
             f"but only {free_bytes / 1e9:,.4g} GB of disk space is free; save fewer revolutions, samples or "

@@ -34,19 +34,19 @@ from .written.document import leaves
 Tree = Mapping[str, Any]  # section of a grid file in SI: key -> number, word, list or section
 
 
-class Shared(dict):
+class SharedSection(dict):
     """A section that many cases share; its typed form is created once and kept with it."""
 
-    form: Any = None
+    typed_form: Any = None
 
 
 def _typed(build: Callable[..., Any], section: Tree, *arguments: Any) -> Any:
     """Return the typed form of a section, which is created once."""
-    if not isinstance(section, Shared):
+    if not isinstance(section, SharedSection):
         return build(section, *arguments)
-    if section.form is None:
-        section.form = build(section, *arguments)
-    return section.form
+    if section.typed_form is None:
+        section.typed_form = build(section, *arguments)
+    return section.typed_form
 
 
 def case_of(tree: Tree, outline: Outline) -> Case:
@@ -80,8 +80,8 @@ def _mechanism(section: Tree) -> Mechanism:
 
 
 def _simulate(section: Tree) -> Simulate:
-    until_fields = {"until": Until(**section["until"])} if "until" in section else {}
-    return Simulate(**{**section, **until_fields})
+    until = {"until": Until(**section["until"])} if "until" in section else {}
+    return Simulate(**{**section, **until})
 
 
 def _save(section: Tree) -> Save:
@@ -104,8 +104,8 @@ def _drive(section: Tree) -> Drive:
 
 def _load(section: Tree, load: LoadOutline) -> Load:
     table, friction, remainder = _split_keys(section, "table", "friction")
-    rubbing = _friction(friction) if friction else None
-    return Load(load.name, load.form, dict(leaves(remainder)), _table(table) if table else None, rubbing)
+    friction_law = _friction(friction) if friction else None
+    return Load(load.name, load.form, dict(leaves(remainder)), _table(table) if table else None, friction_law)
 
 
 def _table(columns: Tree) -> Table:
@@ -115,7 +115,7 @@ def _table(columns: Tree) -> Table:
 def _joint(section: Tree, name: str) -> Joint:
     values: dict[str, Any] = {"contact": NO_CONTACT, **section}
     values.pop("type", None)
-    for key, build in _OF_JOINT:
+    for key, build in _JOINT_SECTIONS:
         if key in section:
             values[key] = _typed(build, section[key])
     return Joint(name=name, **values)
@@ -164,7 +164,7 @@ def _roughness(section: Tree) -> Roughness:
     return Roughness(law, {key: value for key, value in values.items() if key not in tables}, tables)
 
 
-_OF_JOINT: tuple[tuple[str, Callable[[Any], Any]], ...] = (
+_JOINT_SECTIONS: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("contact", _contact),
     ("roughness", _roughness),
     ("axial", _contact),

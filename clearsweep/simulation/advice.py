@@ -67,10 +67,10 @@ def laws_text(name: str | None = None) -> str:
         wrapped = [textwrap.fill(line, WIDTH, subsequent_indent=indent, break_on_hyphens=False) for line in lines]
         return "\n".join([describe.text(), "", "libraries", *wrapped])
     laws = catalogue()
-    if texts := [text for text in (library.text(name), describe.text(name), grid.key_text(name, laws)) if text]:
+    if texts := [text for text in (library.library_text(name), describe.text(name), grid.key_text(name, laws)) if text]:
         return "\n\n".join(texts)
     last_part = name.rpartition(".")[2]
-    similar = similar_words(last_part, (*describe.names(), *library.names())) or similar_words(
+    similar = similar_words(last_part, (*describe.names(), *library.library_names())) or similar_words(
         last_part, grid.key_names(laws)
     )
     suggestion = (

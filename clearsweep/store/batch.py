@@ -61,11 +61,11 @@ class ResultSchema(NamedTuple):
             Axis(path, grid.unit(path), all(isinstance(value, str) for value in values), _labels(grid, path))
             for path, values in grid.axes.items()
         )
-        frame = grid.frame()
+        frame = grid.fixed_settings()
         text = json.dumps(frame, default=lambda value: value.item())
         text = json.dumps(json.loads(text, parse_int=float), sort_keys=True)  # 1 and 1.0 are the same value
         frame_hash = hashlib.sha256(text.encode()).hexdigest()
-        return cls(grid.layout, axes, frame.get("save.orbits") != "none", frame_hash, grid.verdict, grid.worst)
+        return cls(grid.layout, axes, frame.get("save.orbits") != "none", frame_hash, grid.verdict, grid.worst_count)
 
     @property
     def content(self) -> str:

@@ -87,7 +87,7 @@ class RunDirectory:
             self.record_damage = str(error)
             return
         if stored is not None:
-            self._compare(stored, plain(grid.frame()))
+            self._compare(stored, plain(grid.fixed_settings()))
 
     def _blocks_match(self) -> bool:
         """Return whether a block of the run has batches of the requested grid."""

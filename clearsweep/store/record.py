@@ -28,7 +28,7 @@ def record_bytes(grid: Grid, facts: dict[str, Any]) -> bytes:
             "keys": list(written),
             "source": grid.source,
             "layout": grid.layout.written(),
-            "frame": grid.frame(),
+            "frame": grid.fixed_settings(),
             "model_version": clearsweep.MODEL_VERSION,
             "units": {path: grid.unit(path) for path in grid.axes},
             "fits": {path: [entry._asdict() for entry in fits] for path, fits in grid.fits.items()},

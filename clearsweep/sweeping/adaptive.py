@@ -12,7 +12,7 @@ from ..grid import Grid
 
 Point = dict[str, Any]  # dotted path -> value
 #: Runs the missing cases of a grid and returns results from an index on, or None if it was stopped.
-Look = Callable[[Grid, int], store.CaseResults | None]
+ReadResults = Callable[[Grid, int], store.CaseResults | None]
 
 
 class Search(Protocol):
@@ -25,7 +25,7 @@ class Search(Protocol):
         """Return the points of the next cases; none if no more are needed."""
 
 
-def run(grid: Grid, search: Search, read_results: Look) -> tuple[Grid, bool]:
+def run(grid: Grid, search: Search, read_results: ReadResults) -> tuple[Grid, bool]:
     """Run a grid and the cases that a search adds; return the extended grid, and whether it completed."""
     grid, first = grid.without_added(), 0
     while results := read_results(grid, first):

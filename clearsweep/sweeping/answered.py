@@ -12,7 +12,7 @@ from ..judging.order import BY_CONTENT, CaseRanking
 from ..judging.verdict import units_of
 from ..language import wording
 from ..store import BlockedRun, SampledRun, StoredRun
-from .law_checks import LawChecks
+from .law_checks import LawCheckResults
 from .settings import setting_name, value_text
 
 MOST_READ = 500_000  # cases whose columns are read; 4 MB a column
@@ -21,7 +21,7 @@ MOST_READ = 500_000  # cases whose columns are read; 4 MB a column
 class _Columns:
     """Columns of the finished cases of a grid, read on demand."""
 
-    def __init__(self, run: StoredRun, checks: LawChecks):
+    def __init__(self, run: StoredRun, checks: LawCheckResults):
         self.run, self.known = run, dict[str, np.ndarray]()
         block = {name: self._all(name) for name in ("case_id", "status", *checks.base)}
         rows = np.flatnonzero((block["status"] == "ok") & checks.of_grid(block))
@@ -44,7 +44,7 @@ class Answer(NamedTuple):
     no_limits: str = ""  # suggested limit for a grid without limits, or ''
 
 
-def of_run(run: StoredRun, lead: CaseRanking, checks: LawChecks, facts: dict[str, Any]) -> Answer:
+def of_run(run: StoredRun, lead: CaseRanking, checks: LawCheckResults, facts: dict[str, Any]) -> Answer:
     """Return the answer to the question of a grid; it is empty if the question has last lines of its own.
 
     For a run in blocks with more than MOST_READ cases, only the sentences on extremes are returned, since its sample

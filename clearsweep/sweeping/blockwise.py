@@ -16,8 +16,8 @@ from ..language import phases
 from ..language.errors import ClearsweepError, brief
 from ..store import durable
 from . import progress, signals
-from .case_runner import CaseRunner, Options, Pending, common_values, failure_limit, missing
-from .driver import CHECK_INTERVAL, MOST_RESTARTS
+from .case_runner import CaseRunner, Options, Pending, failure_limit, is_common, missing_indices
+from .driver import CHECK_INTERVAL, MAX_RESTARTS
 from .run_facts import RunFacts
 from .shard import Shard
 from .worker import Job, Simulator
@@ -32,22 +32,22 @@ class BlockJob(NamedTuple):
     options: Options
     division: store.Division
     shard: Shard | None
-    doubles: np.ndarray  # indices of cases that repeat an earlier one, ascending
+    duplicates: np.ndarray  # indices of cases that repeat an earlier one, ascending
 
     def cases(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the indices of a block's cases and their identities, uint64."""
         indices = self.division.part(number)
         ids = np.fromiter(self.grid.identities(indices), "u8", len(indices))
         is_first = np.ones(len(indices), bool)
-        first, last = np.searchsorted(self.doubles, (indices.start, indices.stop))
-        is_first[self.doubles[first:last] - indices.start] = False
+        first, last = np.searchsorted(self.duplicates, (indices.start, indices.stop))
+        is_first[self.duplicates[first:last] - indices.start] = False
         if self.shard:
-            is_first &= common_values(ids, self.shard.ids(ids[is_first]))
-        places = np.flatnonzero(is_first)
-        return indices.start + places, ids[places]
+            is_first &= is_common(ids, self.shard.ids(ids[is_first]))
+        positions = np.flatnonzero(is_first)
+        return indices.start + positions, ids[positions]
 
 
-def doubles_of(grid: Grid) -> np.ndarray:
+def duplicate_indices(grid: Grid) -> np.ndarray:
     """Return the indices of cases that repeat an earlier one, ascending; they belong to the block of the first."""
     if not grid.may_repeat:
         return np.empty(0, "i8")
@@ -57,7 +57,7 @@ def doubles_of(grid: Grid) -> np.ndarray:
     return np.sort(order[1:][ids[1:] == ids[:-1]])
 
 
-def finish(job: Job, block: store.Block, division: store.Division, requested: np.ndarray) -> dict[str, Any]:
+def finish_block(job: Job, block: store.Block, division: store.Division, requested: np.ndarray) -> dict[str, Any]:
     """Write the final files of a block and return its mark; runs in a worker.
 
     requested : identities of the cases in the block, ascending.
@@ -70,22 +70,22 @@ def finish(job: Job, block: store.Block, division: store.Division, requested: np
 
     def find_peaks(worst: Sequence[store.Worst]) -> list[Peak | None]:
         peaks: list[Peak | None] = []
-        for each in worst:
-            case = job.grid.case_at(each.point)
-            column = f"{layout.joints[each.joint].name}_force_peak"
+        for case_entry in worst:
+            case = job.grid.case_at(case_entry.point)
+            column = f"{layout.joints[case_entry.joint].name}_force_peak"
             try:
-                peak = job.simulator.peak(case, each.joint, each.revolutions or case.simulate.revolutions)
+                peak = job.simulator.peak(case, case_entry.joint, case_entry.revolutions or case.simulate.revolutions)
             except Exception:  # left out, as in a run without blocks
                 peaks.append(None)
                 continue
-            same = peak.path.status == "ok" and peak.path.summary[column] == each.peak
-            peaks.append(peak if same else None)
+            is_same_peak = peak.path.status == "ok" and peak.path.summary[column] == case_entry.peak
+            peaks.append(peak if is_same_peak else None)
         return peaks
 
     return store.finish_block(block, division, result_schema, requested, RunFacts(record, layout), find_peaks)
 
 
-class Outcome(NamedTuple):
+class BlocksOutcome(NamedTuple):
     """Outcome of the blocks of a run."""
 
     marks: dict[int, dict[str, Any]]  # marks of finished blocks, by number
@@ -94,7 +94,7 @@ class Outcome(NamedTuple):
     complete: bool  # False: stopped because too many cases failed
 
 
-def settled(job: BlockJob, number: int) -> dict[str, Any] | None:
+def finished_mark(job: BlockJob, number: int) -> dict[str, Any] | None:
     """Return the mark of a finished block, or None if work is left."""
     mark = store.read_mark(store.Block(job.directory, number), job.division.fingerprint)
     if mark is None or mark["missing"] or (mark["failed"] and job.options.retry_failed):
@@ -102,20 +102,20 @@ def settled(job: BlockJob, number: int) -> dict[str, Any] | None:
     return mark
 
 
-def unfinished(job: BlockJob) -> tuple[list[int], dict[int, dict[str, Any]]]:
+def unfinished_blocks(job: BlockJob) -> tuple[list[int], dict[int, dict[str, Any]]]:
     """Return the numbers of unfinished blocks, and the marks of the others, by number."""
-    marks = {number: mark for number in range(job.division.count) if (mark := settled(job, number))}
+    marks = {number: mark for number in range(job.division.count) if (mark := finished_mark(job, number))}
     return [number for number in range(job.division.count) if number not in marks], marks
 
 
-def committed(job: BlockJob, number: int) -> int:
+def committed_count(job: BlockJob, number: int) -> int:
     """Return how many cases of an unfinished block are committed."""
     directory = store.RunDirectory(store.Block(job.directory, number).path)
     directory.frame = store.ResultSchema.of(job.grid).frame
     directory.load_batches()
     if not directory.batches:
         return 0
-    return int(np.count_nonzero(common_values(directory.rows()["id"], np.sort(job.cases(number)[1]))))
+    return int(np.count_nonzero(is_common(directory.rows()["id"], np.sort(job.cases(number)[1]))))
 
 
 class BlockRunner:
@@ -126,7 +126,7 @@ class BlockRunner:
         self.job, self.case_runner, self.earlier_run = job, case_runner, earlier
         self.finishing: dict[int, tuple[Future, Callable[[], Future]]] = {}
         self.marks: dict[int, dict[str, Any]] = {}
-        self.most_failures: int | None = None
+        self.allowed_failures: int | None = None
         self._earlier_ids = earlier.rows() if earlier and earlier.batches else None
 
     def run(self, number: int, drop: Callable[[], np.ndarray] | None = None) -> bool:
@@ -145,21 +145,21 @@ class BlockRunner:
         indices, ids = job.cases(number)
         self._take_earlier(directory, ids)
         requested = np.sort(ids)
-        pending = missing(ids, requested, directory.rows(), retry_failed=job.options.retry_failed)
+        pending = missing_indices(ids, requested, directory.rows(), retry_failed=job.options.retry_failed)
         self.case_runner.directory = directory
         if self.case_runner.workers is None:
-            self.case_runner.hire(len(job.division.part(number)))
-        done = True
+            self.case_runner.start_workers(len(job.division.part(number)))
+        is_complete = True
         if len(pending):
             title = f"block {number + 1:,} of {job.division.count:,}: "
-            left = None if self.most_failures is None else max(self.most_failures - self.case_runner.failed, 0)
-            cases = Pending(indices[pending], ids[pending], title, drop, alike=True)
-            done = self.case_runner.run_cases(job.grid, cases, left)
+            allowed = None if self.allowed_failures is None else max(self.allowed_failures - self.case_runner.failed, 0)
+            cases = Pending(indices[pending], ids[pending], title, drop, has_similar_times=True)
+            is_complete = self.case_runner.run_cases(job.grid, cases, allowed)
         if self.case_runner.workers is None:  # the driver has ended them
-            self.case_runner.hire(1)
+            self.case_runner.start_workers(1)
         self._submit(number, block, requested)
         self.collect(wait=False)
-        return done
+        return is_complete
 
     def join(self, number: int, sources: Sequence[store.RunDirectory]) -> None:
         """Take over the batches of a block from other directories, and finish it."""
@@ -170,7 +170,7 @@ class BlockRunner:
         for source in sources:
             directory.take_batches(source)
         if self.case_runner.workers is None:
-            self.case_runner.hire(1)
+            self.case_runner.start_workers(1)
         self._submit(number, block, np.sort(self.job.cases(number)[1]))
         self.collect()
 
@@ -178,7 +178,7 @@ class BlockRunner:
         """Take over batches with cases of this block from before the run was divided."""
         if self.earlier_run is None or self._earlier_ids is None:
             return
-        numbers = np.unique(self._earlier_ids["batch"][common_values(self._earlier_ids["id"], np.sort(ids))])
+        numbers = np.unique(self._earlier_ids["batch"][is_common(self._earlier_ids["id"], np.sort(ids))])
         previous = store.RunDirectory(self.earlier_run.path)
         previous.batches = [self.earlier_run.batches[number] for number in numbers.tolist()]
         directory.take_batches(previous)
@@ -188,7 +188,7 @@ class BlockRunner:
 
         def submit() -> Future:
             assert self.case_runner.workers  # hired
-            return self.case_runner.workers.submit(finish, task, block, self.job.division, requested)
+            return self.case_runner.workers.submit(finish_block, task, block, self.job.division, requested)
 
         self.finishing[number] = submit(), submit
 
@@ -197,14 +197,14 @@ class BlockRunner:
         for number, (future, submit) in list(self.finishing.items()):
             if not wait and not future.done():
                 continue
-            self.marks[number] = self._awaited(future, submit)
+            self.marks[number] = self._await_mark(future, submit)
             del self.finishing[number]
             scratch = store.Block(self.job.directory, number).path / store.SCRATCH
             durable.clear(scratch, remove=True)
 
-    def _awaited(self, future: Future, submit: Callable[[], Future]) -> dict[str, Any]:
+    def _await_mark(self, future: Future, submit: Callable[[], Future]) -> dict[str, Any]:
         """Return the mark from a worker; a dead worker is replaced."""
-        for attempt in range(MOST_RESTARTS + 1):
+        for attempt in range(MAX_RESTARTS + 1):
             try:
                 while not future.done():
                     if signals.requested():
@@ -214,7 +214,7 @@ class BlockRunner:
             except ClearsweepError:
                 raise
             except Exception as error:
-                if attempt == MOST_RESTARTS:
+                if attempt == MAX_RESTARTS:
                     raise ClearsweepError(
                         f"a block cannot be finished ({brief(error)}); run the same command again"
                     ) from error
@@ -229,30 +229,30 @@ class BlockRunner:
         raise AssertionError  # the last attempt returns or raises
 
 
-def run_blocks(job: BlockJob, case_runner: CaseRunner, directory: store.RunDirectory) -> Outcome:
+def run_blocks(job: BlockJob, case_runner: CaseRunner, directory: store.RunDirectory) -> BlocksOutcome:
     """Run all blocks of a grid with the workers of a pool."""
-    left, marks = unfinished(job)
+    numbers, marks = unfinished_blocks(job)
     runner = BlockRunner(job, case_runner, earlier=directory)
-    runner.most_failures = most_failures(job, left)
-    complete = True
+    runner.allowed_failures = allowed_failures(job, numbers)
+    is_complete = True
     with phases.phase("running blocks"):
-        for number in left:
-            complete = runner.run(number)
-            if not complete:
+        for number in numbers:
+            is_complete = runner.run(number)
+            if not is_complete:
                 break
     with phases.phase("finishing blocks"):
         runner.collect()
-    return Outcome(marks | runner.marks, case_runner.ran, case_runner.case_seconds, complete)
+    return BlocksOutcome(marks | runner.marks, case_runner.ran, case_runner.case_seconds, is_complete)
 
 
-def most_failures(job: BlockJob, left: list[int]) -> int | None:
+def allowed_failures(job: BlockJob, numbers: list[int]) -> int | None:
     """Return how many cases of some blocks may fail."""
-    cases = sum(len(job.division.part(number)) for number in left)
+    cases = sum(len(job.division.part(number)) for number in numbers)
     return failure_limit(job.options.max_failures, cases)
 
 
 def conclude(
-    directory: store.RunDirectory, job: BlockJob, outcome: Outcome, counts_of_run: tuple[int, int], **facts: Any
+    directory: store.RunDirectory, job: BlockJob, outcome: BlocksOutcome, counts_of_run: tuple[int, int], **facts: Any
 ) -> dict[str, Any]:
     """Write run.json of a run in blocks; return the counts.
 
@@ -279,12 +279,12 @@ def conclude(
     return counts
 
 
-def count_wanted(job: BlockJob) -> int:
+def count_requested(job: BlockJob) -> int:
     """Return the number of different cases of a grid, or of its shard."""
     if job.shard is None:
-        return job.division.cases - len(job.doubles)
+        return job.division.cases - len(job.duplicates)
     sizes = (len(job.division.part(number)) for number in range(job.division.count))
-    of, number = job.shard.of, job.shard.number
-    if len(job.doubles) == 0:
-        return sum(len(range(number - 1, size, of)) for size in sizes)
+    shard_count, number = job.shard.of, job.shard.number
+    if len(job.duplicates) == 0:
+        return sum(len(range(number - 1, size, shard_count)) for size in sizes)
     return sum(len(job.cases(number)[0]) for number in range(job.division.count))

@@ -44,7 +44,7 @@ class Pending(NamedTuple):
     ids: np.ndarray  # (cases,), their identities, uint64
     title: str = ""  # title of their progress
     drop: Callable[[], np.ndarray] | None = None  # returns identities, ascending, that need not be run any more
-    alike: bool = False  # they take about as long as the cases before
+    has_similar_times: bool = False  # they take about as long as the cases before
 
 
 class CaseRunner:
@@ -58,10 +58,10 @@ class CaseRunner:
         self.directory, self.options, self.simulator = directory, options, simulator
         self.workers: executors.Executor | None = None
         self.ran, self.case_seconds = 0, 0.0
-        self.ready: float | None = None
+        self.ready_time: float | None = None
         self.failed = 0
         self.batches: Batches | None = None  # of the latest cases
-        self.warmed: set[Hashable] = set()  # signatures of compiled scenes
+        self.compiled_signatures: set[Hashable] = set()  # signatures of compiled scenes
         self.attempted: list[np.ndarray] = []  # identities of cases that have been tried, which are not tried again
 
     def __enter__(self) -> Self:
@@ -77,16 +77,16 @@ class CaseRunner:
         ids : identities of all cases, by index
         requested : identities of the required cases, ascending
         """
-        pending = missing(ids, requested, self.directory.rows(), retry_failed=self.options.retry_failed)
+        pending = missing_indices(ids, requested, self.directory.rows(), retry_failed=self.options.retry_failed)
         for candidates in self.attempted:
-            pending = pending[~common_values(ids[pending], candidates)]
+            pending = pending[~is_common(ids[pending], candidates)]
         if not len(pending):
             return True
-        done = self.run_cases(grid, Pending(pending, ids[pending]))
+        is_complete = self.run_cases(grid, Pending(pending, ids[pending]))
         self.attempted.append(np.sort(ids[pending]))
-        return done
+        return is_complete
 
-    def run_cases(self, grid: grids.Grid, pending: "Pending", most_failures: int | None = None) -> bool:
+    def run_cases(self, grid: grids.Grid, pending: "Pending", allowed_failures: int | None = None) -> bool:
         """Run some cases of a grid; return False if stopped because too many cases failed.
 
         most_failures : number of cases that may fail; default: from the options
@@ -94,25 +94,25 @@ class CaseRunner:
         count = len(pending.indices)
         grids.check_disk(count * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
         with phases.phase("listing the kinds of scenes"):
-            kinds = one_per_kind(grid, pending.indices, self.simulator)
-        in_bulk = not self.options.case_timeout and solve_in_bulk(self.simulator, count, len(kinds))
-        workers = self._hired(kinds, count)
+            scene_cases = one_case_per_scene(grid, pending.indices, self.simulator)
+        in_bulk = not self.options.case_timeout and can_solve_in_bulk(self.simulator, count, len(scene_cases))
+        workers = self._compiled_workers(scene_cases, count)
         driver = secrets.token_hex(8) if pending.drop else ""
         job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, in_bulk, driver)
         batches = Batches(pending.indices, pending.ids, workers.jobs, grids.first_case_history(grid), pending.drop)
-        if pending.alike and self.batches:
-            batches.follow(self.batches)
+        if pending.has_similar_times and self.batches:
+            batches.copy_times(self.batches)
         self.batches = batches
         with phases.phase(display := progress.Cases(count, pending.title)):
-            if most_failures is None:
-                most_failures = failure_limit(self.options.max_failures, count)
-            run = Driver(workers, self.directory, job, batches, most_failures, display)
-            done = run.run()
-        if not done:
+            if allowed_failures is None:
+                allowed_failures = failure_limit(self.options.max_failures, count)
+            run = Driver(workers, self.directory, job, batches, allowed_failures, display)
+            is_complete = run.run()
+        if not is_complete:
             self.workers = None  # the driver has ended them
         self.ran, self.case_seconds = self.ran + run.ran, self.case_seconds + run.case_seconds
         self.failed += run.failed
-        return done
+        return is_complete
 
     def results_from(self, grid: grids.Grid, first: int) -> store.CaseResults | None:
         """Run the missing cases of a grid; return how those from the index `first` on compare with their limits.
@@ -136,10 +136,10 @@ class CaseRunner:
     def peaks(self, grid: grids.Grid, worst_cases: Sequence[store.Worst]) -> list[Peak | None]:
         """Return the peak revolution of each finished case, or None for a case whose peak is not found again."""
         cases = [grid.case_at(case.point) for case in worst_cases]
-        workers = self.workers or self.hire(len(cases))
+        workers = self.workers or self.start_workers(len(cases))
         results: list[Peak | None] = []
         tasks = [
-            _submitted(
+            _submit_peak(
                 workers, self.simulator, case, worst_case.joint, worst_case.revolutions or case.simulate.revolutions
             )
             for case, worst_case in zip(cases, worst_cases, strict=True)
@@ -149,12 +149,12 @@ class CaseRunner:
                 saving.note(share=done / len(worst_cases))
             column = f"{grid.layout.joints[worst_case.joint].name}_force_peak"
             try:
-                peak = _awaited(task)
+                peak = _await_result(task)
             except Exception as error:
                 reason, peak = brief(error), None
             else:
-                same = peak.path.status == "ok" and peak.path.summary[column] == worst_case.peak
-                reason, peak = "its motion differs on this machine", peak if same else None
+                is_same_peak = peak.path.status == "ok" and peak.path.summary[column] == worst_case.peak
+                reason, peak = "its motion differs on this machine", peak if is_same_peak else None
             if peak is None:
                 progress.print_line(
                     f"case {worst_case.case_id}: the revolution of its largest peak is left out ({reason})"
@@ -162,24 +162,24 @@ class CaseRunner:
             results.append(peak)
         return results
 
-    def _hired(self, kinds_of_scenes: list[Case], pending: int) -> executors.Executor:
+    def _compiled_workers(self, scene_cases: list[Case], pending: int) -> executors.Executor:
         """Return started workers with compiled code."""
-        workers = self.workers or self.hire(pending)
-        new = [case for case in kinds_of_scenes if self.simulator.signature(case) not in self.warmed]
-        if new:
-            compile_all(workers, new, self.simulator, self.directory.path.resolve())
-            self.warmed |= {self.simulator.signature(case) for case in new}
-        self.ready = self.ready or time.monotonic()
+        workers = self.workers or self.start_workers(pending)
+        new_cases = [case for case in scene_cases if self.simulator.signature(case) not in self.compiled_signatures]
+        if new_cases:
+            compile_all(workers, new_cases, self.simulator, self.directory.path.resolve())
+            self.compiled_signatures |= {self.simulator.signature(case) for case in new_cases}
+        self.ready_time = self.ready_time or time.monotonic()
         return workers
 
-    def hire(self, cases: int) -> executors.Executor:
+    def start_workers(self, cases: int) -> executors.Executor:
         """Return started workers for at most `cases` cases at a time."""
         jobs = min(self.options.jobs or executors.cores(), cases)
         self.workers = executors.EXECUTORS[self.options.executor](jobs, self.options.scheduler, self.simulator.load)
         return self.workers
 
 
-def _submitted(workers: executors.Executor, *arguments: Any) -> Future:
+def _submit_peak(workers: executors.Executor, *arguments: Any) -> Future:
     """Return the future of `find_peak` in a worker."""
     try:
         return workers.submit(find_peak, *arguments)
@@ -189,7 +189,7 @@ def _submitted(workers: executors.Executor, *arguments: Any) -> Future:
         return future
 
 
-def _awaited(future: Future) -> Any:
+def _await_result(future: Future) -> Any:
     """Return the result of a worker; raise Stopped after a signal."""
     while not wait([future], CHECK_INTERVAL).done:
         if signals.requested():
@@ -205,7 +205,7 @@ def case_ids(grid: grids.Grid) -> np.ndarray:
     return np.fromiter(grid.identities(), "u8", len(grid))
 
 
-def missing(ids: np.ndarray, requested: np.ndarray, rows: np.ndarray, *, retry_failed: bool) -> np.ndarray:
+def missing_indices(ids: np.ndarray, requested: np.ndarray, rows: np.ndarray, *, retry_failed: bool) -> np.ndarray:
     """Return the indices of the `requested` cases (ascending) to run, each identity once.
 
     rows : stored rows, ascending by id.
@@ -214,40 +214,40 @@ def missing(ids: np.ndarray, requested: np.ndarray, rows: np.ndarray, *, retry_f
         rows = rows[~rows["failed"]]
     order = np.argsort(ids, kind="stable")
     sorted_ids = ids[order]
-    keep = np.concatenate([[True], sorted_ids[1:] != sorted_ids[:-1]])[: len(ids)]
-    keep &= common_values(sorted_ids, requested)
-    keep &= ~common_values(sorted_ids, rows["id"])
-    return np.sort(order[keep])
+    is_missing = np.concatenate([[True], sorted_ids[1:] != sorted_ids[:-1]])[: len(ids)]
+    is_missing &= is_common(sorted_ids, requested)
+    is_missing &= ~is_common(sorted_ids, rows["id"])
+    return np.sort(order[is_missing])
 
 
-def common_values(values: np.ndarray, others: np.ndarray) -> np.ndarray:
+def is_common(values: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Return a mask of the values that are in `others` (ascending); it needs a fifth of the memory of np.isin."""
     if not len(others):
         return np.zeros(len(values), bool)
-    places = np.searchsorted(others, values)
-    places[places == len(others)] = 0
-    is_common: np.ndarray = others[places] == values
-    return is_common
+    positions = np.searchsorted(others, values)
+    positions[positions == len(others)] = 0
+    mask: np.ndarray = others[positions] == values
+    return mask
 
 
-def one_per_kind(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:
+def one_case_per_scene(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:
     """Return a pending case for each kind of scene; only law names can change the kind."""
     if not any(isinstance(values[0], str) for values in grid.axes.values()):
         return [grid.case(int(pending[0]))]
     first, end = int(pending.min()), int(pending.max()) + 1
     is_pending = np.zeros(end - first, bool)
     is_pending[pending - first] = True
-    firsts: dict[grids.Words, int] = {}
-    for offset, words in enumerate(grid.words(range(first, end))):
-        if is_pending[offset] and words not in firsts:
-            firsts[words] = first + offset
-    cases = [grid.case(index) for index in firsts.values()]
+    first_indices: dict[grids.LawNames, int] = {}
+    for offset, law_names in enumerate(grid.law_names(range(first, end))):
+        if is_pending[offset] and law_names not in first_indices:
+            first_indices[law_names] = first + offset
+    cases = [grid.case(index) for index in first_indices.values()]
     return list({simulator.signature(case): case for case in cases}.values())
 
 
-def solve_in_bulk(simulator: Simulator, pending: int, kinds: int) -> bool:
+def can_solve_in_bulk(simulator: Simulator, pending: int, scenes: int) -> bool:
     """Return whether there are enough cases per kind of scene to solve several at a time."""
-    return simulator.solve_each is not None and pending >= BULK_CASES * kinds
+    return simulator.solve_each is not None and pending >= BULK_CASES * scenes
 
 
 def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simulator, directory: Path) -> float:
@@ -300,11 +300,11 @@ def failure_limit(max_failures: int | str | None, cases: int) -> int | None:
     if max_failures is None:
         return None
     text = str(max_failures).strip()
-    share = cases / 100.0 if text.endswith("%") else 1.0
+    scale = cases / 100.0 if text.endswith("%") else 1.0
     try:
-        failure_limit = int(float(text.removesuffix("%")) * share)
+        limit = int(float(text.removesuffix("%")) * scale)
     except (ValueError, OverflowError):
-        failure_limit = -1
-    if failure_limit < 0:
+        limit = -1
+    if limit < 0:
         raise InputError(f"max failures: found {max_failures!r}; expected a number of cases (20) or a share (5%)")
-    return failure_limit
+    return limit

@@ -21,21 +21,21 @@ from .progress import Cases
 from .tasks import Batch, Tasks
 from .worker import Job, Manifest, failure, read_note, run_batch
 
-TARGET = 2.0  # s of work in a batch: a commit takes about 20 ms, and a killed worker loses this much
-LEAST_WORK = 0.25  # s of work in a batch near the end, when the rest is distributed evenly
-MOST_CASES = 4096  # cases in a batch, whose rows are kept in memory, 3 kB each
-MOST_BYTES = 32e6  # bytes of histories in a batch
+TARGET_SECONDS = 2.0  # s of work in a batch: a commit takes about 20 ms, and a killed worker loses this much
+MIN_BATCH_SECONDS = 0.25  # s of work in a batch near the end, when the rest is distributed evenly
+MAX_BATCH_CASES = 4096  # cases in a batch, whose rows are kept in memory, 3 kB each
+MAX_BATCH_BYTES = 32e6  # bytes of histories in a batch
 OLD_BATCH_WEIGHT = 0.25  # weight of a batch in the mean time of a case, per later batch
 BATCH_GROWTH = 8  # largest growth of the batch size: the first cases may not be typical
-WINDOW = 2  # batches per worker: one running, one waiting
+BATCHES_PER_WORKER = 2  # batches per worker: one running, one waiting
 CHECK_INTERVAL = 0.25  # s between checks of signals and workers
 STOP_TIMEOUT = 4.0  # s for workers to finish their cases after a signal
 DEATH_TIMEOUT = 2.0  # s for the pool to notice a dead worker itself
-MOST_RESTARTS = 3  # restarts of the pool without a finished batch in between
+MAX_RESTARTS = 3  # restarts of the pool without a finished batch in between
 
 
 class Batches:
-    """Pending cases, divided into batches of about TARGET seconds; lost cases come first."""
+    """Pending cases, divided into batches of about TARGET_SECONDS; lost cases come first."""
 
     def __init__(
         self,
@@ -50,53 +50,58 @@ class Batches:
         drop : called at intervals; returns the identities (ascending) of the cases that other drivers have finished
         """
         self.pending, self.ids, self.jobs, self.drop = pending, ids, jobs, drop
-        self.most_cases = max(1, min(MOST_CASES, int(MOST_BYTES / max(bytes_per_case, 1.0))))
-        self.handed_out, self.largest = 0, 1
+        self.max_cases = max(1, min(MAX_BATCH_CASES, int(MAX_BATCH_BYTES / max(bytes_per_case, 1.0))))
+        self.handed_out_count, self.largest_batch = 0, 1
         self.done, self.seconds = 0.0, 0.0  # of recent batches
         self.requeued: deque[Batch] = deque()
-        self.dropped = time.monotonic()
+        self.last_drop_time = time.monotonic()
 
-    def follow(self, earlier: "Batches") -> None:
+    def copy_times(self, earlier: "Batches") -> None:
         """Expect these cases to take as long as those of earlier batches."""
-        self.done, self.seconds, self.largest = earlier.done, earlier.seconds, earlier.largest
+        self.done, self.seconds, self.largest_batch = earlier.done, earlier.seconds, earlier.largest_batch
 
     def learn(self, manifest: Manifest) -> None:
         """Include the time of a finished batch in the estimate; older batches count less: the first ones load code."""
         if manifest.seconds:
             self.done = OLD_BATCH_WEIGHT * self.done + manifest.done
             self.seconds = OLD_BATCH_WEIGHT * self.seconds + manifest.seconds
-            self.largest = max(self.largest, manifest.done)
+            self.largest_batch = max(self.largest_batch, manifest.done)
 
     def next(self) -> Batch | None:
         """Return the next batch, or None if none is left."""
         if self.requeued:
             return self.requeued.popleft()
-        if self.drop and time.monotonic() - self.dropped > TARGET:
+        if self.drop and time.monotonic() - self.last_drop_time > TARGET_SECONDS:
             self._drop(self.drop())
-        size = min(self._size(), len(self.pending) - self.handed_out)
+        size = min(self._size(), len(self.pending) - self.handed_out_count)
         if not size:
             return None
-        selection = slice(self.handed_out, self.handed_out + size)
-        self.handed_out += size
+        selection = slice(self.handed_out_count, self.handed_out_count + size)
+        self.handed_out_count += size
         return new_batch(Tasks(self.pending[selection], self.ids[selection]))
 
     def _drop(self, done: np.ndarray) -> None:
         """Drop finished cases from those not handed out yet."""
-        left = ~np.isin(self.ids[self.handed_out :], done)
-        self.pending, self.ids, self.handed_out = (
-            self.pending[self.handed_out :][left],
-            self.ids[self.handed_out :][left],
+        is_left = ~np.isin(self.ids[self.handed_out_count :], done)
+        self.pending, self.ids, self.handed_out_count = (
+            self.pending[self.handed_out_count :][is_left],
+            self.ids[self.handed_out_count :][is_left],
             0,
         )
-        self.dropped = time.monotonic()
+        self.last_drop_time = time.monotonic()
 
     def _size(self) -> int:
         if not self.done:
             return 1
         mean = max(self.seconds / self.done, 1e-6)
-        share = (len(self.pending) - self.handed_out) / (2.0 * self.jobs)
+        even_size = (len(self.pending) - self.handed_out_count) / (2.0 * self.jobs)
         return max(
-            1, min(int(max(min(TARGET / mean, share), LEAST_WORK / mean)), BATCH_GROWTH * self.largest, self.most_cases)
+            1,
+            min(
+                int(max(min(TARGET_SECONDS / mean, even_size), MIN_BATCH_SECONDS / mean)),
+                BATCH_GROWTH * self.largest_batch,
+                self.max_cases,
+            ),
         )
 
 
@@ -114,13 +119,13 @@ class Driver:
         directory: store.RunDirectory,
         job: Job,
         batches: Batches,
-        most_failures: int | None,
+        allowed_failures: int | None,
         progress: Cases,
     ):
         self.executor, self.directory, self.job, self.batches = executor, directory, job, batches
-        self.most_failures, self.progress = most_failures, progress
+        self.allowed_failures, self.progress = allowed_failures, progress
         progress.read_cases = self._current_cases
-        self.window: dict[Future, Batch] = {}  # under way
+        self.running: dict[Future, Batch] = {}  # under way
         self.ran, self.failed, self.case_seconds, self.restarts = 0, 0, 0.0, 0
         self.death_times: dict[Future, float] = {}  # s, time at which its worker was found dead
 
@@ -128,13 +133,13 @@ class Driver:
         """Run all batches; return False if stopped because too many cases failed."""
         with signals.patience():
             while not signals.requested():
-                if self._too_many():
+                if self._has_too_many_failures():
                     self._drain()
                     return False
                 self._hand_out()
-                if not self.window:
+                if not self.running:
                     return True
-                done, _ = wait(self.window, timeout=CHECK_INTERVAL, return_when=FIRST_COMPLETED)
+                done, _ = wait(self.running, timeout=CHECK_INTERVAL, return_when=FIRST_COMPLETED)
                 for future in done or self._orphans():
                     self._settle(future)
             self._drain()
@@ -144,26 +149,26 @@ class Driver:
                 "cases were finished and are kept; run the same command again to continue",
             )
 
-    def _too_many(self) -> bool:
-        return self.most_failures is not None and self.failed > self.most_failures
+    def _has_too_many_failures(self) -> bool:
+        return self.allowed_failures is not None and self.failed > self.allowed_failures
 
     def _hand_out(self) -> None:
         jobs = self.batches.jobs = self.progress.jobs = self.executor.jobs  # the number of a cluster's workers varies
-        while len(self.window) < WINDOW * jobs and not signals.requested():
+        while len(self.running) < BATCHES_PER_WORKER * jobs and not signals.requested():
             batch = self.batches.next()
             if batch is None:
                 return
             try:
-                self.window[self.executor.submit(run_batch, self.job, batch)] = batch
+                self.running[self.executor.submit(run_batch, self.job, batch)] = batch
             except RuntimeError:  # the pool has just broken
                 self.batches.requeued.appendleft(batch)
                 self._restart()
 
     def _settle(self, future: Future) -> None:
         """Record the end of one batch."""
-        if future not in self.window:
+        if future not in self.running:
             return  # lost in a restart that another batch caused
-        batch = self.window.pop(future)
+        batch = self.running.pop(future)
         if self.death_times.pop(future, None) and not future.done():
             future.cancel()
             self._handle_death(batch, None)
@@ -173,7 +178,7 @@ class Driver:
         except self.executor.death_errors as error:
             self._handle_death(batch, getattr(error, "exitcode", None))
         except (BrokenExecutor, CancelledError):
-            self.window[future] = batch
+            self.running[future] = batch
             self._restart()
         except StorageError:
             self._drain()
@@ -211,25 +216,27 @@ class Driver:
             return
         if note is None:  # it died before the first case
             self.batches.requeued.append(new_batch(batch.cases, batch.attempts + 1))
-            if batch.attempts < MOST_RESTARTS:
+            if batch.attempts < MAX_RESTARTS:
                 return
             raise ClearsweepError(
-                f"workers die before their first case ({_cause(exitcode)}); try --executor serial to see why"
+                f"workers die before their first case ({_death_cause(exitcode)}); try --executor serial to see why"
             )
         position = note.batch_index
-        culprit, remaining = batch.cases.part(position, position + 1), batch.cases.without(position)
+        failing_case, remaining = batch.cases.part(position, position + 1), batch.cases.without(position)
         if remaining:
             self.batches.requeued.append(new_batch(remaining, 1))  # one by one
         if note.late:
-            self._give_up(culprit, "timeout", f"took longer than the {self.job.case_timeout:g} s of --case-timeout")
+            self._give_up(
+                failing_case, "timeout", f"took longer than the {self.job.case_timeout:g} s of --case-timeout"
+            )
         elif remaining or not batch.attempts:
-            self.batches.requeued.append(new_batch(culprit, 1))
+            self.batches.requeued.append(new_batch(failing_case, 1))
         else:
-            self._give_up(culprit, "crashed", f"its worker died twice ({_cause(exitcode)})")
+            self._give_up(failing_case, "crashed", f"its worker died twice ({_death_cause(exitcode)})")
 
-    def _give_up(self, culprit: Tasks, status: str, message: str) -> None:
+    def _give_up(self, failing_case: Tasks, status: str, message: str) -> None:
         """Commit a failed row for a case that cannot be computed."""
-        batch, (case,) = new_batch(culprit), culprit.listed()
+        batch, (case,) = new_batch(failing_case), failing_case.listed()
         row = store.Row(case.case_id, self.job.grid.point(case.grid_index), failure(status, message))
         committed = store.commit(self.job.directory, self.job.result_schema, batch.name, [row])
         self._record_result(batch, Manifest(committed, 1, 1, 0.0))
@@ -237,11 +244,11 @@ class Driver:
     def _restart(self) -> None:
         """Replace a broken pool; running batches are handed out again unless they were committed."""
         self.restarts += 1
-        if self.restarts > MOST_RESTARTS:
+        if self.restarts > MAX_RESTARTS:
             raise ClearsweepError("the workers cannot be started or die at once; try --executor serial to see why")
-        window, self.window, self.death_times = self.window, {}, {}
+        running, self.running, self.death_times = self.running, {}, {}
         self.executor.restart()
-        for batch in window.values():
+        for batch in running.values():
             if not self._was_committed(batch):
                 self.batches.requeued.append(new_batch(batch.cases, batch.attempts))
 
@@ -252,9 +259,9 @@ class Driver:
         """
         now, elsewhere = time.monotonic(), self.executor.is_remote
         committed = self.directory.committed() if elsewhere else set()
-        for future, batch in self.window.items():
+        for future, batch in self.running.items():
             note = None if elsewhere else read_note(self.job, batch)
-            if batch.name in committed or (note and not _alive(note.process)):
+            if batch.name in committed or (note and not _is_alive(note.process)):
                 self.death_times.setdefault(future, now)
         return [future for future, since in list(self.death_times.items()) if now - since > DEATH_TIMEOUT]
 
@@ -266,7 +273,7 @@ class Driver:
     def _current_cases(self) -> tuple[int, list[Progress]]:
         """Return how many cases of the running batches are finished, and the current cases of the workers."""
         done, cases = 0, []
-        for batch in list(self.window.values()):  # another thread may change it
+        for batch in list(self.running.values()):  # another thread may change it
             note = read_note(self.job, batch)
             if note is None:
                 continue
@@ -281,16 +288,16 @@ class Driver:
         """Wait until the workers have finished their current cases, end them, and record their commits."""
         with contextlib.suppress(OSError):  # a full disk: end them without a warning
             os.close(durable.create(self.job.stop))
-        for future in wait(self.window, timeout=STOP_TIMEOUT).done:
+        for future in wait(self.running, timeout=STOP_TIMEOUT).done:
             with contextlib.suppress(Exception):
-                self._record_result(self.window[future], future.result())
-                del self.window[future]
+                self._record_result(self.running[future], future.result())
+                del self.running[future]
         self.executor.close()
-        for batch in self.window.values():
+        for batch in self.running.values():
             self._was_committed(batch)
 
 
-def _alive(pid: int) -> bool:
+def _is_alive(pid: int) -> bool:
     try:
         os.kill(pid, 0)
     except ProcessLookupError:
@@ -298,7 +305,7 @@ def _alive(pid: int) -> bool:
     return True
 
 
-def _cause(exitcode: int | None) -> str:
+def _death_cause(exitcode: int | None) -> str:
     if exitcode is None:
         return "unknown cause"
     if exitcode >= 0:

@@ -13,16 +13,16 @@ import numpy as np
 if TYPE_CHECKING:
     from sklearn.gaussian_process import kernels  # an optional dependency, imported when a process is fitted
 
-MOST_DIRECTIONS = 14
-SHARE = 0.995  # least share of the features' variance in the directions
-LENGTHS = (0.05, 30.0)  # correlation lengths of the processes, in parts of the ranges
-NOISE = (1e-4, 2.0)  # share of a direction's variance that no input explains
+MAX_DIRECTIONS = 14
+MIN_VARIANCE_SHARE = 0.995  # least share of the features' variance in the directions
+LENGTH_BOUNDS = (0.05, 30.0)  # correlation lengths of the processes, in parts of the ranges
+NOISE_BOUNDS = (1e-4, 2.0)  # share of a direction's variance that no input explains
 JITTER = 1e-8  # variance added to keep a covariance positive definite
-STEPS = 25  # iterations of the search for the lengths of a process
-CENTRES = 512  # degrees of freedom of the proposal distribution
+MAX_ITERATIONS = 25  # iterations of the search for the lengths of a process
+CENTRE_COUNT = 512  # degrees of freedom of the proposal distribution
 UNIFORM_SHARE = 0.1  # share of the points spread over all ranges
-WIDTH = 0.5  # standard deviation at a centre over that of all points
-EFFECTIVE = 200.0  # least effective number of points of a draw; weights are flattened until it is reached
+RELATIVE_WIDTH = 0.5  # standard deviation at a centre over that of all points
+MIN_EFFECTIVE_SIZE = 200.0  # least effective number of points of a draw; weights are flattened until it is reached
 
 
 class Emulator(NamedTuple):
@@ -37,7 +37,7 @@ class Emulator(NamedTuple):
 
     def predict(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return means (n, features) of the features at points, and variances (n, directions) in scaled units."""
-        predictions = [prediction(process, points) for process in self.processes]
+        predictions = [predict_process(process, points) for process in self.processes]
         coefficients = np.array([mean for mean, _ in predictions]).T * self.coefficient_deviations
         variances = np.array([deviation for _, deviation in predictions]).T ** 2 * self.coefficient_deviations**2
         return self.mean + self.scale * (coefficients @ self.basis), variances
@@ -48,44 +48,49 @@ class Emulator(NamedTuple):
         return [process.kernel_ for process in self.processes]
 
 
-def fit(points: np.ndarray, values: np.ndarray, trained: "list[kernels.Kernel] | None" = None) -> Emulator:
+def fit(points: np.ndarray, values: np.ndarray, trained_kernels: "list[kernels.Kernel] | None" = None) -> Emulator:
     """Return an emulator of features (n, features) over points (n, inputs).
 
-    trained : kernels of an emulator of fewer points, which are kept
+    trained_kernels : kernels of an emulator of fewer points, which are kept
     """
     mean, scale = values.mean(axis=0), np.maximum(values.std(axis=0), 1e-9)
     standardised = (values - mean) / scale
-    _, sizes, rows = np.linalg.svd(standardised, full_matrices=False)
-    count = min(int(np.searchsorted(np.cumsum(sizes**2) / (sizes**2).sum(), SHARE)) + 1, MOST_DIRECTIONS)
-    count = len(trained) if trained else count
-    basis = rows[:count] * np.where(rows[:count].sum(axis=1) < 0.0, -1.0, 1.0)[:, None]
+    _, singular_values, directions = np.linalg.svd(standardised, full_matrices=False)
+    count = min(
+        int(np.searchsorted(np.cumsum(singular_values**2) / (singular_values**2).sum(), MIN_VARIANCE_SHARE)) + 1,
+        MAX_DIRECTIONS,
+    )
+    count = len(trained_kernels) if trained_kernels else count
+    basis = directions[:count] * np.where(directions[:count].sum(axis=1) < 0.0, -1.0, 1.0)[:, None]
     coefficients = standardised @ basis.T
     residual = standardised - coefficients @ basis
     deviations = np.maximum(coefficients.std(axis=0), 1e-9)
-    trained_kernels = trained or [None] * count
-    processes = tuple(_process(points, coefficients[:, k] / deviations[k], trained_kernels[k]) for k in range(count))
+    kernels_by_direction = trained_kernels or [None] * count
+    processes = tuple(
+        _fit_process(points, coefficients[:, k] / deviations[k], kernels_by_direction[k]) for k in range(count)
+    )
     return Emulator(mean, scale, basis, processes, deviations, residual.T @ residual / len(points))
 
 
-def _process(points: np.ndarray, values: np.ndarray, kernel: "kernels.Kernel | None") -> Any:
+def _fit_process(points: np.ndarray, values: np.ndarray, kernel: "kernels.Kernel | None") -> Any:
     """Return a Gaussian process of values (n,), with a given or a fitted kernel."""
     from scipy.optimize import minimize
     from sklearn.gaussian_process import GaussianProcessRegressor
     from sklearn.gaussian_process.kernels import Matern, WhiteKernel
 
     def search(_target: Callable, start: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, float]:
-        target, options = Evidence.of(points, values).negative, {"maxiter": STEPS}
+        target, options = Evidence.of(points, values).negative_log_likelihood, {"maxiter": MAX_ITERATIONS}
         best = minimize(target, start, method="L-BFGS-B", jac=True, bounds=bounds, options=options)
         return best.x, best.fun
 
     if kernel is None:
         lengths = np.full(points.shape[1], 0.7)
-        kernel = 1.0 * Matern(lengths, LENGTHS, nu=2.5) + WhiteKernel(0.05, NOISE)
+        kernel = 1.0 * Matern(lengths, LENGTH_BOUNDS, nu=2.5) + WhiteKernel(0.05, NOISE_BOUNDS)
         return GaussianProcessRegressor(kernel, optimizer=search, alpha=JITTER).fit(points, values)
     return GaussianProcessRegressor(kernel, optimizer=None, alpha=JITTER).fit(points, values)
 
 
-def prediction(process: Any, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def predict_process(process: Any, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return means and standard deviations (n,) of a process at points (n, inputs).
 
     Bit-identical to `predict` of scikit-learn, in 0.8 of its time.
@@ -119,7 +124,7 @@ class Evidence(NamedTuple):
         squares = [np.subtract.outer(column, column).ravel() ** 2 for column in points.T]
         return cls(np.array(squares), values)
 
-    def negative(self, logarithms: np.ndarray) -> tuple[float, np.ndarray]:
+    def negative_log_likelihood(self, logarithms: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the negative logarithm of the likelihood and its derivatives."""
         from scipy.linalg import lapack
 
@@ -194,7 +199,7 @@ class Posterior(NamedTuple):
     volumes: np.ndarray  # (n,) logarithms
 
     @property
-    def effective(self) -> float:
+    def effective_size(self) -> float:
         """Return the effective number of points."""
         return float(1.0 / (self.weights**2).sum())
 
@@ -205,7 +210,7 @@ class Posterior(NamedTuple):
         return [float(value) for value in np.interp(shares, cumulated, self.points[order, column])]
 
 
-def sample(likelihood: LikelihoodModel, inputs: int, rng: np.random.Generator, size: int, moves: int) -> Posterior:
+def sample(likelihood: LikelihoodModel, inputs: int, rng: np.random.Generator, size: int, rounds: int) -> Posterior:
     """Return a weighted sample of the posterior on the unit cube, with a uniform prior.
 
     Each round draws near the likely points of the previous round (adaptive importance sampling,
@@ -215,21 +220,21 @@ def sample(likelihood: LikelihoodModel, inputs: int, rng: np.random.Generator, s
     from scipy.stats import qmc
 
     points = qmc.Sobol(inputs, seed=rng).random_base2(int(np.ceil(np.log2(size))))
-    logs = likelihood.log_likelihood(*likelihood.distance(points))
-    for _ in range(moves):
-        probabilities = _flattened(logs)
-        centres = points[rng.choice(len(points), CENTRES, p=probabilities)]
+    log_weights = likelihood.log_likelihood(*likelihood.distance(points))
+    for _ in range(rounds):
+        probabilities = _flattened(log_weights)
+        centres = points[rng.choice(len(points), CENTRE_COUNT, p=probabilities)]
         mean = probabilities @ points
         covariance = np.einsum("i,ij,ik->jk", probabilities, points - mean, points - mean)
-        root = WIDTH * np.linalg.cholesky(covariance + 1e-6 * np.eye(inputs))
+        root = RELATIVE_WIDTH * np.linalg.cholesky(covariance + 1e-6 * np.eye(inputs))
         points = _proposed_points(centres, root, rng, size)
         whitened = np.linalg.inv(root)
         squared_distances = cdist(points @ whitened.T, centres @ whitened.T, "sqeuclidean")
-        normal = (2.0 * np.pi) ** (inputs / 2.0) * abs(np.prod(np.diag(root)))
-        density = UNIFORM_SHARE + (1.0 - UNIFORM_SHARE) * np.exp(-0.5 * squared_distances).mean(axis=1) / normal
+        normalisation = (2.0 * np.pi) ** (inputs / 2.0) * abs(np.prod(np.diag(root)))
+        density = UNIFORM_SHARE + (1.0 - UNIFORM_SHARE) * np.exp(-0.5 * squared_distances).mean(axis=1) / normalisation
         squares, volumes = likelihood.distance(points)
-        logs = likelihood.log_likelihood(squares, volumes) - np.log(density)
-    weights = np.exp(logs - logs.max())
+        log_weights = likelihood.log_likelihood(squares, volumes) - np.log(density)
+    weights = np.exp(log_weights - log_weights.max())
     return Posterior(points, weights / weights.sum(), squares, volumes)
 
 
@@ -244,13 +249,13 @@ def _proposed_points(centres: np.ndarray, root: np.ndarray, rng: np.random.Gener
     return points[:size]
 
 
-def _flattened(logs: np.ndarray) -> np.ndarray:
+def _flattened(log_weights: np.ndarray) -> np.ndarray:
     """Return weights, flattened by halving their logarithms until no few points dominate."""
     power = 1.0
     while True:
-        weights: np.ndarray = np.exp(power * (logs - logs.max()))
+        weights: np.ndarray = np.exp(power * (log_weights - log_weights.max()))
         weights /= weights.sum()
-        if 1.0 / (weights**2).sum() >= min(EFFECTIVE, 0.5 * len(logs)):
+        if 1.0 / (weights**2).sum() >= min(MIN_EFFECTIVE_SIZE, 0.5 * len(log_weights)):
             return weights
         power *= 0.5
 

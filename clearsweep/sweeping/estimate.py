@@ -4,7 +4,7 @@ import itertools
 import math
 import tempfile
 import time
-from concurrent.futures import TimeoutError as Late
+from concurrent.futures import TimeoutError as LateError
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,20 +16,20 @@ from ..grid import Grid, check_memory, first_case_history, key_units, leaves, re
 from ..language import phases
 from ..language.wording import count
 from . import blockwise, case_runner, executors, signals, sweep
-from .bisection import usual_probes
+from .bisection import expected_probe_count
 from .shard import Shard, distinct
 from .simulator import SIMULATION
-from .worker import Simulator, Timed, time_case
+from .worker import CaseTime, Simulator, time_case
 
 PILOT_CASES, PILOT_TIME = 64, 10.0  # largest number of timed cases, and s after which no further one is started
 PILOT_SHARE = 0.5  # of PILOT_TIME for one case; a longer one is extrapolated
-COMPILED = 0.5  # s of compiling above which an unfinished case is timed again
+RETIMED_COMPILE_SECONDS = 0.5  # s of compiling above which an unfinished case is timed again
 PILOT_PATIENCE = 60.0  # s to wait for one case, without compiling
-LEAST_COMPILED = 0.05  # s of compiling from which the start of the workers is measured again, without compiling
-LONGEST_IMPORT = 2.0  # s of processor time before the estimate, at most, that a run takes, too
-FINISH = 0.5  # s of processor time of a run after its last case: merging, last lines
-EACH = 1e-3  # s per case besides its motion: creating, committing and merging it
-OPTIMISED, IDENTIFIED = 6e-3, 0.045  # s per further case for choosing it; one process chooses
+MIN_COMPILE_SECONDS = 0.05  # s of compiling from which the start of the workers is measured again, without compiling
+MAX_IMPORT_SECONDS = 2.0  # s of processor time before the estimate, at most, that a run takes, too
+FINISH_SECONDS = 0.5  # s of processor time of a run after its last case: merging, last lines
+SECONDS_PER_CASE = 1e-3  # s per case besides its motion: creating, committing and merging it
+OPTIMISE_SECONDS, IDENTIFY_SECONDS = 6e-3, 0.045  # s per further case for choosing it; one process chooses
 EVENT_BYTES = 26  # bytes of one event in orbits.h5
 
 
@@ -63,8 +63,8 @@ def estimate(
     simulator: Simulator = SIMULATION,
 ) -> Estimate:
     """Return the cost of running the pending cases of a grid; nothing is written, `out` is only read."""
-    begin, imported = time.monotonic(), time.process_time()
-    part = None if shard is None else Shard.read(shard)
+    begin, import_seconds = time.monotonic(), time.process_time()
+    parsed_shard = None if shard is None else Shard.read(shard)
     with phases.phase("reading the grid"):
         grid = sweep.load(source, simulator)
         check_memory(recorded_history(grid))
@@ -73,28 +73,39 @@ def estimate(
         warnings.append(
             f"up to {grid.refine.cases:,} cases that `refine` adds are not included; they depend on these results"
         )
-    directory = sweep.directory_of(grid, out, part)
+    directory = sweep.directory_of(grid, out, parsed_shard)
     with phases.phase("reading the directory"):
         directory.check(grid)
-        remaining = _remaining(grid, directory, part, simulator)
-    further = _Further.of(grid, remaining) if remaining.pending else _Further(0, 0.0)
+        remaining = _remaining(grid, directory, parsed_shard, simulator)
+    further = _ExpectedCases.of(grid, remaining) if remaining.pending else _ExpectedCases(0, 0.0)
     warnings += further.sentences()
-    looked = time.monotonic() - begin
-    slower = max((looked + FINISH) / (time.process_time() - imported + FINISH), 1.0)  # 1: nothing else runs here
+    reading_seconds = time.monotonic() - begin
+    slowdown = max(
+        (reading_seconds + FINISH_SECONDS) / (time.process_time() - import_seconds + FINISH_SECONDS), 1.0
+    )  # 1: nothing else runs here
     jobs = jobs or executors.cores()
     jobs = min(jobs, max(remaining.pending, 1))
     timed, start_up = _pilot(grid, remaining, jobs, simulator)
-    times, events = [each.seconds for each in timed if each.seconds is not None], [each.events for each in timed]
+    times, events = (
+        [timed_case.seconds for timed_case in timed if timed_case.seconds is not None],
+        [timed_case.events for timed_case in timed],
+    )
     mean = float(np.mean(times)) if times else None
-    if over_budget := sum(each.over_budget for each in timed):
+    if over_budget := sum(timed_case.over_budget for timed_case in timed):
         warnings.append(
             f"{over_budget:,} of {count(len(timed), 'timed case')} would take longer than simulate.time_budget allows "
             "and end with the status time-budget; increase it, or reduce simulate.revolutions"
         )
-    overhead = slower * (min(imported, LONGEST_IMPORT) + FINISH) + looked + start_up
-    run = remaining.pending + further.cases
-    search_time = slower * further.choosing * further.cases
-    seconds = 0.0 if not run else None if mean is None else overhead + search_time + (mean + slower * EACH) * run / jobs
+    overhead = slowdown * (min(import_seconds, MAX_IMPORT_SECONDS) + FINISH_SECONDS) + reading_seconds + start_up
+    case_count = remaining.pending + further.cases
+    search_time = slowdown * further.choosing_seconds * further.cases
+    seconds = (
+        0.0
+        if not case_count
+        else None
+        if mean is None
+        else overhead + search_time + (mean + slowdown * SECONDS_PER_CASE) * case_count / jobs
+    )
     units = key_units(grid.resolved(), simulator.catalogue())
     return Estimate(
         remaining.requested,
@@ -103,54 +114,56 @@ def estimate(
         derived,
         warnings,
         len(times),
-        sum(each.extrapolated for each in timed),
+        sum(timed_case.extrapolated for timed_case in timed),
         mean,
         max(times, default=None),
         seconds,
-        _standard_error(times, run) / jobs if seconds else None,
-        int(run * _case_bytes(grid, float(np.mean(events)) if events else 0.0)),
+        _standard_error(times, case_count) / jobs if seconds else None,
+        int(case_count * _case_bytes(grid, float(np.mean(events)) if events else 0.0)),
         {
             path: {"unit": units[path], "values": bounds}
             for path in grid.assumed_units
-            if path in units and (bounds := _ends(grid, path))
+            if path in units and (bounds := _first_and_last_value(grid, path))
         },
         {
             name: {"value": float(grid.defined.values[name]), "unit": grid.defined.units[name], "expression": text}
             for name, text in grid.defined.texts.items()
         },
-        _first(grid, units | {path: grid.unit(path) for path in grid.axes}),
+        _first_case(grid, units | {path: grid.unit(path) for path in grid.axes}),
         simulator.recommended(grid.case(0)),
     )
 
 
-class _Further(NamedTuple):
+class _ExpectedCases(NamedTuple):
     """The cases that a search is expected to add to the first ones of a grid."""
 
     cases: int
-    choosing: float  # s per case for choosing it
-    by: str = ""  # key of the grid
+    choosing_seconds: float  # s per case for choosing it
+    section: str = ""  # key of the grid
 
     @classmethod
-    def of(cls, grid: Grid, remaining: "_Remaining") -> "_Further":
+    def of(cls, grid: Grid, remaining: "_Remaining") -> "_ExpectedCases":
         """Return the expected cases of a search; none if the directory already has the first cases."""
         if remaining.pending < remaining.requested:  # the number of added cases is unknown
             return cls(0, 0.0)
         if grid.seek and not grid.seek.fits:
             return cls(
-                round(len(grid) * max(usual_probes(grid.seek.last) / len(grid.seek.first()) - 1.0, 0.0)), 0.0, "seek"
+                round(len(grid) * max(expected_probe_count(grid.seek.last_index) / len(grid.seek.first()) - 1.0, 0.0)),
+                0.0,
+                "seek",
             )
         if grid.optimise:
-            return cls(max(grid.optimise.cases - len(grid), 0), OPTIMISED, "optimise")
+            return cls(max(grid.optimise.cases - len(grid), 0), OPTIMISE_SECONDS, "optimise")
         if grid.identify:
-            return cls(max(grid.identify.cases - len(grid), 0), IDENTIFIED, "identify")
+            return cls(max(grid.identify.cases - len(grid), 0), IDENTIFY_SECONDS, "identify")
         return cls(0, 0.0)
 
     def sentences(self) -> list[str]:
         """Return a sentence on the expected cases, or [] if there are none."""
         if not self.cases:
             return []
-        about = "about " if self.by == "seek" else ""
-        return [f"time and storage include {about}{self.cases:,} cases that `{self.by}` adds to these"]
+        about = "about " if self.section == "seek" else ""
+        return [f"time and storage include {about}{self.cases:,} cases that `{self.section}` adds to these"]
 
 
 class _Remaining(NamedTuple):
@@ -162,29 +175,31 @@ class _Remaining(NamedTuple):
     kinds: list[Case]  # one case for each kind of scene
 
 
-def _remaining(grid: Grid, directory: store.RunDirectory, part: Shard | None, simulator: Simulator) -> _Remaining:
+def _remaining(grid: Grid, directory: store.RunDirectory, shard: Shard | None, simulator: Simulator) -> _Remaining:
     """Return the missing cases of a directory; for a grid in blocks, all cases of unfinished blocks."""
-    if blocks_of_grid := store.Division.of(grid, str(part or "")):
-        doubles, directory_path = blockwise.doubles_of(grid), directory.path.absolute()
-        job = blockwise.BlockJob(directory_path, grid, simulator, case_runner.Options(), blocks_of_grid, part, doubles)
-        requested = blockwise.count_wanted(job)
-        blocks, marks = blockwise.unfinished(job)
+    if blocks_of_grid := store.Division.of(grid, str(shard or "")):
+        duplicates, directory_path = blockwise.duplicate_indices(grid), directory.path.absolute()
+        job = blockwise.BlockJob(
+            directory_path, grid, simulator, case_runner.Options(), blocks_of_grid, shard, duplicates
+        )
+        requested = blockwise.count_requested(job)
+        blocks, marks = blockwise.unfinished_blocks(job)
         finished = sum(mark["ok"] + mark["failed"] for mark in marks.values())
-        pending = requested - finished - sum(blockwise.committed(job, number) for number in blocks)
+        pending = requested - finished - sum(blockwise.committed_count(job, number) for number in blocks)
         numbers = np.array(blocks, "i8")[np.linspace(0, len(blocks) - 1, min(PILOT_CASES, len(blocks))).astype(int)]
         per_block = -(-PILOT_CASES // max(len(numbers), 1))
-        spread = [
+        spread_indices = [
             np.linspace(0, len(blocks_of_grid.part(k)) - 1, per_block).astype("i8") + blocks_of_grid.part(k).start
             for k in numbers.tolist()
         ]
-        timed = np.unique(np.concatenate([np.empty(0, "i8"), *spread]))
+        timed = np.unique(np.concatenate([np.empty(0, "i8"), *spread_indices]))
         scenes = {simulator.signature(case): case for case in map(grid.case, timed.tolist())}
         return _Remaining(requested, pending, timed, list(scenes.values()))
     directory.load_batches()
     ids = case_runner.case_ids(grid)
-    requested_ids = part.ids(ids) if part else distinct(ids)
-    pending_indices = case_runner.missing(ids, requested_ids, directory.rows(), retry_failed=False)
-    scenes_left = case_runner.one_per_kind(grid, pending_indices, simulator) if len(pending_indices) else []
+    requested_ids = shard.ids(ids) if shard else distinct(ids)
+    pending_indices = case_runner.missing_indices(ids, requested_ids, directory.rows(), retry_failed=False)
+    scenes_left = case_runner.one_case_per_scene(grid, pending_indices, simulator) if len(pending_indices) else []
     return _Remaining(
         len(requested_ids),
         len(pending_indices),
@@ -193,7 +208,7 @@ def _remaining(grid: Grid, directory: store.RunDirectory, part: Shard | None, si
     )
 
 
-def _ends(grid: Grid, path: str) -> list[Any]:
+def _first_and_last_value(grid: Grid, path: str) -> list[Any]:
     """Return the value of a path, or its first and last value; [] if the first case does not use it."""
     axis = grid.axes.get(path)
     if axis is None:
@@ -201,7 +216,7 @@ def _ends(grid: Grid, path: str) -> list[Any]:
     return list(dict.fromkeys((axis[0], axis[-1])))
 
 
-def _first(grid: Grid, units: dict[str, str]) -> dict[str, Any]:
+def _first_case(grid: Grid, units: dict[str, str]) -> dict[str, Any]:
     """Return the first case: identity, and value and unit of every key with defaults filled in."""
     values = dict(leaves(grid.written_case(0)))
     return {
@@ -228,14 +243,14 @@ def timed_indices(count: int) -> list[int]:
     """
     rng = np.random.default_rng(count)
     edges = np.linspace(0, count, min(count, PILOT_CASES) + 1).astype(int)
-    picked = [int(rng.integers(low, high)) for low, high in itertools.pairwise(edges.tolist())]
-    return [picked[position] for position in rng.permutation(len(picked))]
+    selected = [int(rng.integers(low, high)) for low, high in itertools.pairwise(edges.tolist())]
+    return [selected[position] for position in rng.permutation(len(selected))]
 
 
 class _Pilot(NamedTuple):
     """Measured times of a few cases, and of the start of the workers."""
 
-    timed: list[Timed]  # [] if the first case does not answer
+    timed: list[CaseTime]  # [] if the first case does not answer
     start_up: float = 0.0  # s until workers are started and have loaded their code from the cache
 
 
@@ -246,19 +261,19 @@ def _pilot(grid: Grid, remaining: _Remaining, jobs: int, simulator: Simulator) -
     with signals.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         directory = Path(folder)
         (directory / store.SCRATCH).mkdir()
-        workers, start_up, compiled = _started(jobs, remaining.kinds, simulator, directory)
+        workers, start_up, compiled = _start_workers(jobs, remaining.kinds, simulator, directory)
         try:
             working = store.Working(directory, "0" * 16)
-            timed = _timed(workers, simulator, [grid.case(k) for k in remaining.timed.tolist()], working)
+            timed = _time_cases(workers, simulator, [grid.case(k) for k in remaining.timed.tolist()], working)
         finally:
             workers.close()
-        if compiled > LEAST_COMPILED:  # what a run has to load is in the cache now
-            workers, start_up, _ = _started(jobs, remaining.kinds, simulator, directory)
+        if compiled > MIN_COMPILE_SECONDS:  # what a run has to load is in the cache now
+            workers, start_up, _ = _start_workers(jobs, remaining.kinds, simulator, directory)
             workers.close()
         return _Pilot(timed, start_up)
 
 
-def _started(
+def _start_workers(
     jobs: int, kinds: list[Case], simulator: Simulator, directory: Path
 ) -> tuple[executors.Executor, float, float]:
     """Return started workers with compiled code, the elapsed time (s), and the sum of their compile times (s)."""
@@ -268,21 +283,23 @@ def _started(
     return workers, time.monotonic() - begin, compiled
 
 
-def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case], working: store.Working) -> list[Timed]:
+def _time_cases(
+    workers: executors.Executor, simulator: Simulator, cases: list[Case], working: store.Working
+) -> list[CaseTime]:
     """Return the times of cases, as many of the first ones as PILOT_TIME allows."""
-    results: list[Timed] = []
+    results: list[CaseTime] = []
 
     def progress_text() -> str:
         at_work = working.read()
         return f"timing {count(len(cases), 'case')}" + (f": {at_work.what}" if at_work and at_work.what else "")
 
-    def time_alone(case: Case) -> Timed:
+    def time_alone(case: Case) -> CaseTime:
         task, begin = workers.submit(time_case, simulator, case, PILOT_SHARE * PILOT_TIME, working), time.monotonic()
         while True:
             try:
-                timed: Timed = task.result(timeout=phases.FIRST_LINE)
+                timed: CaseTime = task.result(timeout=phases.FIRST_LINE)
                 return timed
-            except Late:
+            except LateError:
                 compiles = (at_work := working.read()) and at_work.once
                 begin = time.monotonic() if compiles else begin
                 if time.monotonic() - begin > PILOT_PATIENCE:
@@ -292,9 +309,9 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
         for case in cases:
             try:
                 timed = time_alone(case)
-                if timed.extrapolated and (timed.seconds is None or timed.compiling > COMPILED):
-                    timed = _joined(timed, time_alone(case))  # the compiled code is in the cache now
-            except Late:
+                if timed.extrapolated and (timed.seconds is None or timed.compiling > RETIMED_COMPILE_SECONDS):
+                    timed = _combine_attempts(timed, time_alone(case))  # the compiled code is in the cache now
+            except LateError:
                 break
             results.append(timed)
             spent = sum(result.elapsed for result in results)
@@ -304,9 +321,9 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
     return results
 
 
-def _joined(first: Timed, second: Timed) -> Timed:
+def _combine_attempts(first: CaseTime, second: CaseTime) -> CaseTime:
     """Return the time of a case from two attempts, of which the first did not finish compiling."""
-    setup = first.elapsed if first.seconds is None and first.compiling <= COMPILED else 0.0
+    setup = first.elapsed if first.seconds is None and first.compiling <= RETIMED_COMPILE_SECONDS else 0.0
     seconds = None if second.seconds is None else second.seconds + setup
     return second._replace(seconds=seconds, elapsed=first.elapsed + second.elapsed)
 

@@ -35,7 +35,7 @@ CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed po
 NODES = "nodes"  # not an executor: a driver on each node of a cluster, see `nodes`
 RECOUNT_INTERVAL = 2.0  # s between counts of a cluster's workers
 ANSWER_TIMEOUT = 10.0  # s for a scheduler to answer a request, including the connection
-FILES = 24  # most open files of a run, without those of its workers
+BASE_FILES = 24  # most open files of a run, without those of its workers
 FILES_OF_WORKER = {"local": 2, "serial": 0, "dask": 10, NODES: 0}
 QUIETED_LOGGERS = (
     "asyncio",
@@ -52,7 +52,7 @@ def cores() -> int:
 
 def allow_files(executor: str, jobs: int) -> None:
     """Raise the limit of open files to the need of a run with `jobs` workers; InputError if that is not permitted."""
-    resources.allow_files(FILES + FILES_OF_WORKER[executor] * jobs)
+    resources.allow_files(BASE_FILES + FILES_OF_WORKER[executor] * jobs)
 
 
 def no_preparation() -> None:
@@ -182,24 +182,24 @@ class Dask:
     def __init__(self, jobs: int, scheduler: str | None = None, _load: Callable[[], None] = no_preparation):
         distributed = _distributed()
         self.death_errors: tuple[type[Exception], ...] = (distributed.KilledWorker, worker.AbandonedError)
-        self._wanted, self._scheduler = jobs, scheduler
+        self._requested_jobs, self._scheduler = jobs, scheduler
         self._start()
 
     def _start(self) -> None:
-        self._cluster = None if self._scheduler else _cluster(self._wanted)
+        self._cluster = None if self._scheduler else _cluster(self._requested_jobs)
         self._client = client(self._scheduler or self._cluster)
         self._executor = self._client.get_executor(pure=False, retries=0)
-        self._counted = -math.inf
+        self._counted_at = -math.inf
 
     @property
     def jobs(self) -> int:
         """Return the number of workers, at least 1, counted at most every RECOUNT_INTERVAL seconds."""
-        if time.monotonic() - self._counted > RECOUNT_INTERVAL:
+        if time.monotonic() - self._counted_at > RECOUNT_INTERVAL:
             try:
                 self._jobs = max(1, len(with_timeout(self._client.nthreads)))
             except Exception as error:
                 raise self._lost_error(error) from None
-            self._counted = time.monotonic()
+            self._counted_at = time.monotonic()
         return self._jobs
 
     def submit(self, function: Callable, *args: Any) -> Future:

@@ -5,12 +5,12 @@ from typing import Any
 
 from ..judging import identification
 from ..language import wording
-from .identifying import Identified
+from .identifying import IdentificationResult
 from .observed import GAIN, NOISE
 from .settings import grid_text, number_of_joints
 
 
-def of_run(identified: Identified) -> dict[str, Any]:
+def of_run(identified: IdentificationResult) -> dict[str, Any]:
     """Return the result as a JSON-ready dictionary in SI units, without the sample."""
     facts = {name: value for name, value in identified._asdict().items() if name != "sample"}
     for name in ("parameters", "fits", "signals"):

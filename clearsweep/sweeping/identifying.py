@@ -15,7 +15,7 @@ import numpy as np
 
 from .. import store
 from ..grid import Grid
-from ..grid.sections.optimise import ROUND
+from ..grid.sections.optimise import ROUND_SIZE
 from ..language.errors import InputError
 from . import emulator, observed
 from .adaptive import Point
@@ -23,22 +23,24 @@ from .adaptive import Point
 if TYPE_CHECKING:
     from sklearn.gaussian_process import kernels  # an optional dependency, imported when a round is requested
 
-SPREAD = 96  # evenly spread cases before an emulator chooses, at most half of all
+UNIFORM_FIRST_CASES = 96  # evenly spread cases before an emulator chooses, at most half of all
 UNIFORM_CASES = 3  # evenly spread cases in each later round, so that distant likely regions are not missed
-POINTS, DRAWS = (1024, 4096), (2, 3)  # sample size of a posterior between rounds, and of the last one
-LEAST_CASES = 12  # cases that must finish
-NARROWED = 48  # cases after which the ranges are narrowed to likely values, where the emulator is more accurate
-MARGIN = 0.15  # margin kept on either side, of the width of the likely range
-LEAST_INSIDE = 12  # cases per input in an emulator: those nearest to the ranges
-LIKELY = (0.002, 0.998)  # quantiles of a flattened posterior that bound the narrowed ranges
+SAMPLE_SIZES, SAMPLE_ROUNDS = (1024, 4096), (2, 3)  # sample size of a posterior between rounds, and of the last one
+MIN_CASES = 12  # cases that must finish
+CASES_PER_NARROWING = (
+    48  # cases after which the ranges are narrowed to likely values, where the emulator is more accurate
+)
+NARROWING_MARGIN = 0.15  # margin kept on either side, of the width of the likely range
+MIN_CASES_PER_INPUT = 12  # cases per input in an emulator: those nearest to the ranges
+NARROWING_QUANTILES = (0.002, 0.998)  # quantiles of a flattened posterior that bound the narrowed ranges
 STORED_ROWS = 4096  # stored rows of the sample
 BEST_CASES = 8
-DETERMINED, WEAKLY = (
+WELL_DETERMINED_WIDTH, WEAKLY_DETERMINED_WIDTH = (
     0.5,
     0.8,
 )  # most width of an interval over that of the prior
-TRADED = 0.8  # correlation of two keys above which they trade off
-AT_END = 0.02  # of a range: an interval this close to its end counts as ending there
+TRADE_OFF_CORRELATION = 0.8  # correlation of two keys above which they trade off
+END_TOLERANCE = 0.02  # of a range: an interval this close to its end counts as ending there
 MISFIT_PROBABILITY = 0.01  # probability of the misfit below which the model does not explain the measurement
 
 
@@ -53,7 +55,7 @@ class Parameter(NamedTuple):
     ends: tuple[str, ...]  # 'lower', 'upper': ends of the range that the interval reaches
 
 
-class Fitted(NamedTuple):
+class FeatureFit(NamedTuple):
     """Fit of the best cases to a feature, in SI."""
 
     channel: str
@@ -65,7 +67,7 @@ class Fitted(NamedTuple):
     deviations: float  # measured minus computed at the best point, in standard deviations
 
 
-class Read(NamedTuple):
+class SignalTreatment(NamedTuple):
     """Treatment of a signal."""
 
     file: str
@@ -78,13 +80,13 @@ class Read(NamedTuple):
     noise: tuple[float, float, float]  # rms of noise over that of the signal: median and ends of the interval
 
 
-class Identified(NamedTuple):
+class IdentificationResult(NamedTuple):
     """Result of an identification."""
 
     parameters: tuple[Parameter, ...]
     traded: tuple[tuple[str, str, float], ...]  # pairs of keys that trade off, and their correlation
-    fits: tuple[Fitted, ...]
-    signals: tuple[Read, ...]
+    fits: tuple[FeatureFit, ...]
+    signals: tuple[SignalTreatment, ...]
     misfit: float  # mean squared distance in standard deviations; 1 is expected
     explained: bool
     looked_at: int
@@ -93,7 +95,7 @@ class Identified(NamedTuple):
     sample: dict[str, np.ndarray]  # path -> values; 'weight'
 
 
-class Identifying:
+class Identification:
     """One identification, round by round."""
 
     def __init__(self, grid: Grid):
@@ -108,9 +110,11 @@ class Identifying:
         self.looked_at = 0
         self.points: list[np.ndarray] = []  # inputs of finished cases: keys and noise, in parts of their ranges
         self.values: list[np.ndarray] = []  # features of finished cases
-        self.learnt: tuple[int, list[kernels.Kernel] | None] = (0, None)  # cases of the last search for lengths
-        self.box = np.array([[0.0] * len(grid.identify.over), [1.0] * len(grid.identify.over)])  # narrowed ranges
-        self.narrowed = 0  # cases at the last narrowing
+        self.trained: tuple[int, list[kernels.Kernel] | None] = (0, None)  # cases of the last search for lengths
+        self.narrowed_ranges = np.array(
+            [[0.0] * len(grid.identify.over), [1.0] * len(grid.identify.over)]
+        )  # narrowed ranges
+        self.narrowed_at = 0  # cases at the last narrowing
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
         """Record the results of a grid's cases from the index `first` on."""
@@ -121,64 +125,70 @@ class Identifying:
             if self.observation is None:
                 self.observation, self.history = observed.observe(self.identify, history), history
             rng = np.random.default_rng([self.identify.seed, int(grid.case_id(index), 16)])
-            parts = rng.random(len(self.observation.signals))
-            features = self.observation.of_case(history, _noise(parts), rng)
+            noise_fractions = rng.random(len(self.observation.signals))
+            features = self.observation.of_case(history, _noise_of_fractions(noise_fractions), rng)
             point = grid.point(index)
-            keys = [choice.fraction_of(point[path]) for path, choice in self.identify.over.items()]
+            key_fractions = [choice.fraction_of(point[path]) for path, choice in self.identify.over.items()]
             if np.isfinite(features).all():
-                self.points.append(np.array([*keys, *parts]))
+                self.points.append(np.array([*key_fractions, *noise_fractions]))
                 self.values.append(features)
 
     def next_points(self) -> list[Point]:
         """Return the points of the next cases."""
-        count = min(ROUND, self.identify.cases - self.looked_at)
+        count = min(ROUND_SIZE, self.identify.cases - self.looked_at)
         if count <= 0:
             return []
-        uniform = self.box[0] + (self.box[1] - self.box[0]) * self.identify.sobol_points(self.looked_at, count)
-        if self.looked_at < min(SPREAD, self.identify.cases // 2) or len(self.points) < LEAST_CASES:
-            return [self.identify.point(parts) for parts in uniform]
-        with _repeatable():
+        uniform = self.narrowed_ranges[0] + (
+            self.narrowed_ranges[1] - self.narrowed_ranges[0]
+        ) * self.identify.sobol_points(self.looked_at, count)
+        if self.looked_at < min(UNIFORM_FIRST_CASES, self.identify.cases // 2) or len(self.points) < MIN_CASES:
+            return [self.identify.point(fractions) for fractions in uniform]
+        with _reproducible():
             rng = np.random.default_rng([self.identify.seed, self.looked_at])
             posterior = self._posterior(rng, last=False)[1]
             weights = emulator.flattened(posterior)
-            if self.looked_at >= self.narrowed + NARROWED:
+            if self.looked_at >= self.narrowed_at + CASES_PER_NARROWING:
                 self._narrow(posterior._replace(weights=weights))
             selected = rng.choice(len(weights), max(count - UNIFORM_CASES, 1), replace=False, p=weights)
         likely = posterior.points[selected, : len(self.identify.over)]
-        return [self.identify.point(parts) for parts in [*likely, *uniform[: count - len(likely)]]]
+        return [self.identify.point(fractions) for fractions in [*likely, *uniform[: count - len(likely)]]]
 
-    def result(self) -> Identified | None:
+    def result(self) -> IdentificationResult | None:
         """Return the final result, or None if too few cases finished."""
-        if self.too_few:
+        if self.too_few_text:
             return None
-        with _repeatable():
+        with _reproducible():
             rng = np.random.default_rng([self.identify.seed, self.looked_at])
-            return self._identified(*self._posterior(rng, last=True))
+            return self._result_of_posterior(*self._posterior(rng, last=True))
 
     @property
-    def too_few(self) -> str:
+    def too_few_text(self) -> str:
         """Return why the finished cases are not enough, or '' if they are."""
-        if len(self.points) >= LEAST_CASES:
+        if len(self.points) >= MIN_CASES:
             return ""
         return (
             f"identify: nothing is identified, as only {len(self.points)} of {self.looked_at} cases finished "
             "and at least "
-            f"{LEAST_CASES} are needed; read the messages of the failed cases, then change the ranges under "
+            f"{MIN_CASES} are needed; read the messages of the failed cases, then change the ranges under "
             "identify.over or allow more cases"
         )
 
     def _narrow(self, posterior: emulator.Posterior) -> None:
         """Narrow the ranges to likely values."""
-        intervals = np.array([posterior.quantiles(column, LIKELY) for column in range(self.box.shape[1])]).T
-        margin = MARGIN * (intervals[1] - intervals[0])
-        box = np.clip([intervals[0] - margin, intervals[1] + margin], self.box[0], self.box[1])
-        self.narrowed, self.box, self.learnt = self.looked_at, box, (0, None)
+        intervals = np.array(
+            [posterior.quantiles(column, NARROWING_QUANTILES) for column in range(self.narrowed_ranges.shape[1])]
+        ).T
+        margin = NARROWING_MARGIN * (intervals[1] - intervals[0])
+        ranges = np.clip(
+            [intervals[0] - margin, intervals[1] + margin], self.narrowed_ranges[0], self.narrowed_ranges[1]
+        )
+        self.narrowed_at, self.narrowed_ranges, self.trained = self.looked_at, ranges, (0, None)
 
-    def _inside(self, points: np.ndarray) -> np.ndarray:
+    def _nearest_cases(self, points: np.ndarray) -> np.ndarray:
         """Return the indices of the cases for the emulator: those within the ranges, if there are enough."""
-        keys = points[:, : self.box.shape[1]]
-        distances = np.maximum(self.box[0] - keys, keys - self.box[1]).max(axis=1)
-        minimum = LEAST_INSIDE * points.shape[1]
+        keys = points[:, : self.narrowed_ranges.shape[1]]
+        distances = np.maximum(self.narrowed_ranges[0] - keys, keys - self.narrowed_ranges[1]).max(axis=1)
+        minimum = MIN_CASES_PER_INPUT * points.shape[1]
         return np.sort(
             np.argsort(np.maximum(distances, 0.0), kind="stable")[: max(np.count_nonzero(distances <= 0.0), minimum)]
         )
@@ -191,29 +201,29 @@ class Identifying:
         The sample is in fractions of the whole ranges; the most likely point (inputs,) in those of the narrowed ranges.
         """
         assert self.observation is not None  # cases finished
-        inside = self._inside(np.array(self.points))
-        points, values = np.array(self.points)[inside], np.array(self.values)[inside]
-        keys = self.box.shape[1]
-        ranges = np.hstack([self.box, np.array([[0.0], [1.0]]).repeat(points.shape[1] - keys, axis=1)])
+        nearest = self._nearest_cases(np.array(self.points))
+        points, values = np.array(self.points)[nearest], np.array(self.values)[nearest]
+        key_count = self.narrowed_ranges.shape[1]
+        ranges = np.hstack([self.narrowed_ranges, np.array([[0.0], [1.0]]).repeat(points.shape[1] - key_count, axis=1)])
         points = (points - ranges[0]) / (ranges[1] - ranges[0])
-        features, kernels = self.learnt
-        anew = last or kernels is None or len(points) >= 2 * features
-        emulated = emulator.fit(points, values, None if anew else kernels)
-        if anew:
-            self.learnt = (len(points), emulated.kernels)
+        trained_count, kernels = self.trained
+        must_train = last or kernels is None or len(points) >= 2 * trained_count
+        emulated = emulator.fit(points, values, None if must_train else kernels)
+        if must_train:
+            self.trained = (len(points), emulated.kernels)
         likelihood = emulator.LikelihoodModel(emulated, self.observation.values, self.observation.covariance)
-        inputs, size, moves = points.shape[1], POINTS[last], DRAWS[last]
-        posterior = emulator.sample(likelihood, inputs, rng, size, moves)
+        inputs, size, rounds = points.shape[1], SAMPLE_SIZES[last], SAMPLE_ROUNDS[last]
+        posterior = emulator.sample(likelihood, inputs, rng, size, rounds)
         smallest = float(posterior.squares.min()) / len(self.observation.values)
         if smallest > 1.0:  # errors exceed the assumed ones
             likelihood = likelihood._replace(inflation=smallest)
-            posterior = emulator.sample(likelihood, inputs, rng, size, moves)
+            posterior = emulator.sample(likelihood, inputs, rng, size, rounds)
         best = posterior.points[np.argmax(likelihood.log_likelihood(posterior.squares, posterior.volumes))]
         return likelihood, posterior._replace(points=ranges[0] + (ranges[1] - ranges[0]) * posterior.points), best
 
-    def _identified(
+    def _result_of_posterior(
         self, likelihood: emulator.LikelihoodModel, posterior: emulator.Posterior, best: np.ndarray
-    ) -> Identified:
+    ) -> IdentificationResult:
         from scipy.stats import chi2
 
         assert self.observation is not None  # cases finished
@@ -222,8 +232,14 @@ class Identifying:
         for column, (path, choice) in enumerate(over.items()):
             low, median, high = posterior.quantiles(column, (0.025, 0.5, 0.975))
             width = (high - low) / 0.95
-            determined = "well" if width <= DETERMINED else "weakly" if width <= WEAKLY else "not"
-            ends = [end for end, is_at_end in (("lower", low < AT_END), ("upper", high > 1.0 - AT_END)) if is_at_end]
+            determined = (
+                "well" if width <= WELL_DETERMINED_WIDTH else "weakly" if width <= WEAKLY_DETERMINED_WIDTH else "not"
+            )
+            ends = [
+                end
+                for end, is_at_end in (("lower", low < END_TOLERANCE), ("upper", high > 1.0 - END_TOLERANCE))
+                if is_at_end
+            ]
             values = (choice.value_at(median), choice.value_at(low), choice.value_at(high))
             parameters.append(Parameter(path, *values, determined, tuple(ends)))
         names, weights = list(over), posterior.weights
@@ -231,23 +247,23 @@ class Identifying:
         traded = [
             (names[i], names[j], float(correlated[i, j]))
             for i, j in itertools.combinations(range(len(names)), 2)
-            if abs(correlated[i, j]) >= TRADED
+            if abs(correlated[i, j]) >= TRADE_OFF_CORRELATION
         ]
         square, count = likelihood.inflation * len(likelihood.measured), len(likelihood.measured)
-        return Identified(
+        return IdentificationResult(
             tuple(parameters),
             tuple(traded),
-            tuple(self._fits(likelihood, best)),
-            tuple(self._read(posterior)),
+            tuple(self._feature_fits(likelihood, best)),
+            tuple(self._signal_treatments(posterior)),
             likelihood.inflation,
             bool(chi2.sf(square, count) >= MISFIT_PROBABILITY) or likelihood.inflation == 1.0,
             self.looked_at,
             len(self.points),
             _speed(self.history),
-            self._sample(posterior),
+            self._stored_sample(posterior),
         )
 
-    def _fits(self, likelihood: emulator.LikelihoodModel, best: np.ndarray) -> Iterator[Fitted]:
+    def _feature_fits(self, likelihood: emulator.LikelihoodModel, best: np.ndarray) -> Iterator[FeatureFit]:
         """Yield the fit of the best cases to each meaningful feature."""
         assert self.observation is not None  # cases finished
         differences_from_best, sigmas = likelihood.deviations(best)
@@ -257,45 +273,47 @@ class Identifying:
         nearest = np.argsort(np.einsum("ij,jk,ik->i", differences, shared, differences), kind="stable")[:BEST_CASES]
         for index, label in enumerate(self.observation.labels):
             if label.unit:
-                computed = label.natural(float(np.median(values[nearest, index])))
-                measured = label.natural(float(self.observation.values[index]))
-                channel = self.observation.signals[label.signal].turned.signal.channel
+                computed = label.feature_value(float(np.median(values[nearest, index])))
+                measured = label.feature_value(float(self.observation.values[index]))
+                channel = self.observation.signals[label.signal].angular.signal.channel
                 sigma = float(differences_from_best[index] / sigmas[index])
-                yield Fitted(channel, label.kind, label.text, label.unit, measured, computed, sigma)
+                yield FeatureFit(channel, label.kind, label.text, label.unit, measured, computed, sigma)
 
-    def _read(self, posterior: emulator.Posterior) -> Iterator[Read]:
+    def _signal_treatments(self, posterior: emulator.Posterior) -> Iterator[SignalTreatment]:
         """Yield the treatment of each signal."""
         assert self.observation is not None  # cases finished
         for index, observed_signal in enumerate(self.observation.signals):
-            signal, turned = observed_signal.turned.signal, observed_signal.turned
+            signal, angular = observed_signal.angular.signal, observed_signal.angular
             low, median, high = posterior.quantiles(len(self.identify.over) + index, (0.025, 0.5, 0.975))
-            noise = [float(share) for share in _noise(np.array([median, low, high]))]
-            samples = float(len(turned.angle) - 1) * observed.features.TURN / float(turned.angle[-1] - turned.angle[0])
-            yield Read(
+            noise = [float(noise_share) for noise_share in _noise_of_fractions(np.array([median, low, high]))]
+            samples = (
+                float(len(angular.angle) - 1) * observed.features.TURN / float(angular.angle[-1] - angular.angle[0])
+            )
+            yield SignalTreatment(
                 signal.file,
                 signal.channel,
-                len(observed_signal.turns),
+                len(observed_signal.revolutions),
                 samples,
                 observed_signal.orders,
                 float(observed_signal.angle(self.history)),
-                turned.speed,
+                angular.speed,
                 (noise[0], noise[1], noise[2]),
             )
 
-    def _sample(self, posterior: emulator.Posterior) -> dict[str, np.ndarray]:
+    def _stored_sample(self, posterior: emulator.Posterior) -> dict[str, np.ndarray]:
         """Return the sample in SI, or only its most likely rows if there are too many."""
         largest = np.sort(np.argsort(-posterior.weights, kind="stable")[:STORED_ROWS])
         columns = {
-            path: np.array([choice.value_at(share) for share in posterior.points[largest, column].tolist()])
+            path: np.array([choice.value_at(fraction) for fraction in posterior.points[largest, column].tolist()])
             for column, (path, choice) in enumerate(self.identify.over.items())
         }
         return columns | {"weight": posterior.weights[largest] / posterior.weights[largest].sum()}
 
 
-def _noise(parts: np.ndarray) -> np.ndarray:
+def _noise_of_fractions(fractions: np.ndarray) -> np.ndarray:
     """Return noise shares from parts, 0 to 1, of their range."""
     low, high = observed.NOISE
-    noise: np.ndarray = low * (high / low) ** parts
+    noise: np.ndarray = low * (high / low) ** fractions
     return noise
 
 
@@ -314,7 +332,7 @@ def _correlations(points: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 
 @contextlib.contextmanager
-def _repeatable() -> Iterator[None]:
+def _reproducible() -> Iterator[None]:
     """Compute on one thread, so that bits do not depend on the number of threads, and without kernel warnings."""
     from sklearn.exceptions import ConvergenceWarning
     from threadpoolctl import threadpool_limits

@@ -14,19 +14,19 @@ from .settings import grid_text
 from .worker import Simulator
 
 
-class LawCheck:
+class LawCheckSearch:
     """The search that adds these cases: one round, after all cases of the grid."""
 
     def __init__(self, grid: Grid, simulator: Simulator):
-        self.simulator, self.points, self.done = simulator, list[Point](), False
+        self.simulator, self.points, self.is_done = simulator, list[Point](), False
         self.ranking = order.ranking_of(grid.layout, grid.verdict.limits)
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
         """Find the worst case of the grid, which decides, and the other laws that are suitable for its joints."""
-        if self.done or not self.ranking.candidates or not len(results.status):
+        if self.is_done or not self.ranking.candidates or not len(results.status):
             self.points = []
             return
-        self.done = True
+        self.is_done = True
         values, _ = self.ranking.worst(results.columns)
         badness = self.ranking.badness(values)
         if np.isneginf(badness).all():
@@ -35,19 +35,19 @@ class LawCheck:
         point, case = grid.point(index), grid.case(index)
         for path, laws in self.simulator.alternatives(case).items():
             variants = [point | {path: law} for law in laws if path in grid.checked_laws]
-            self.points += [variant for variant in variants if _used(grid, point) <= _used(grid, variant)]
+            self.points += [variant for variant in variants if _used_paths(grid, point) <= _used_paths(grid, variant)]
 
     def next_points(self) -> Sequence[Point]:
         """Return the points of the deciding case under each other law; [] in every later round."""
         return self.points
 
 
-def _used(grid: Grid, point: Point) -> set[str]:
+def _used_paths(grid: Grid, point: Point) -> set[str]:
     """Return the varied paths whose values the laws at a point use; some values have other names under these laws."""
     return point.keys() & dict(leaves(grid.case_tree(point))).keys()
 
 
-class LawChecks:
+class LawCheckResults:
     """Separates the cases that check laws from those of the grid, and keeps the results of these checks."""
 
     def __init__(self, base: dict[str, str], lead: order.CaseRanking):

@@ -10,21 +10,24 @@ from ..contracts.layout import Layout
 from ..judging import lifetime
 from ..language import wording
 
-BETTER = {"shortest": operator.lt, "longest": operator.gt}
+COMPARISONS = {"shortest": operator.lt, "longest": operator.gt}
 
 
-class Lives:
+class LifeExtremes:
     """Keeps the shortest and longest life of finished cases."""
 
     def __init__(self, layout: Layout, section: Mapping[str, Any]):
         """Prepare for the layout of a run and the section `life` of its grid; without a life nothing is kept."""
         column_names = {column.name for column in layout.columns}
         names = {name: f"{layout.life}_{name}" for name in lifetime.COLUMNS} if layout.life else {}
-        self.named, self.joint = {name: column for name, column in names.items() if column in column_names}, layout.life
-        self.columns = [*self.named.values()]
+        self.columns_by_name, self.joint = (
+            {name: column for name, column in names.items() if column in column_names},
+            layout.life,
+        )
+        self.columns = [*self.columns_by_name.values()]
         self.until = lifetime.criterion(section)
         self.unreached = 0
-        self.ends: dict[str, dict[str, Any]] = {}  # key of BETTER -> the case
+        self.extremes: dict[str, dict[str, Any]] = {}  # key of BETTER -> the case
 
     def add(self, block: Mapping[str, np.ndarray], describe: Callable[[int], dict[str, Any]]) -> None:
         """Add finished cases; describe : index in the block -> description of the case."""
@@ -36,11 +39,11 @@ class Lives:
             return
         for index in dict.fromkeys((int(np.nanargmin(hours)), int(np.nanargmax(hours)))):
             life = lifetime.lifetime_of(
-                {name: float(block[column].astype(float)[index]) for name, column in self.named.items()}
+                {name: float(block[column].astype(float)[index]) for name, column in self.columns_by_name.items()}
             )
-            for key, is_better in BETTER.items():
-                if key not in self.ends or is_better(life.hours, self.ends[key]["hours"]):
-                    self.ends[key] = describe(index) | {
+            for key, is_better in COMPARISONS.items():
+                if key not in self.extremes or is_better(life.hours, self.extremes[key]["hours"]):
+                    self.extremes[key] = describe(index) | {
                         "hours": life.hours,
                         "text": lifetime.hours_text(life),
                         "remarks": lifetime.interval_sentences(life),
@@ -49,7 +52,7 @@ class Lives:
     def facts(self) -> dict[str, Any] | None:
         """Return both lives and the number of cases that did not reach their limit, for JSON, or None without lives."""
         return (
-            {"joint": self.joint, "until": self.until, **self.ends, "unreached": self.unreached}
+            {"joint": self.joint, "until": self.until, **self.extremes, "unreached": self.unreached}
             if self.columns
             else None
         )
@@ -59,16 +62,19 @@ def life_lines(life: dict[str, Any] | None, setting: Callable[[dict[str, Any]], 
     """Return the last lines on lives; setting : swept values of a case -> words."""
     if not life:
         return []
-    until = f", {life['until']}" if life["until"] else ""
+    until_text = f", {life['until']}" if life["until"] else ""
     lines, listed_ids = ["", "Answer"], []
-    for key in BETTER:
+    for key in COMPARISONS:
         if key in life and life[key]["case_id"] not in listed_ids:
             listed_ids.append(life[key]["case_id"])
             case_setting = setting(life[key]["swept"])
-            at = f" at {case_setting}" if case_setting else ""
-            case = f"{at} (case {wording.short_id(life[key]['case_id'])})"
-            of = "" if listed_ids[1:] else f" of {wording.joint_name(life['joint'])}{until}"
-            lines.append(f"  {key.capitalize()} life{of}: {life[key]['text']}{case}. {' '.join(life[key]['remarks'])}")
+            setting_text = f" at {case_setting}" if case_setting else ""
+            case_text = f"{setting_text} (case {wording.short_id(life[key]['case_id'])})"
+            joint_text = "" if listed_ids[1:] else f" of {wording.joint_name(life['joint'])}{until_text}"
+            lines.append(
+                f"  {key.capitalize()} life{joint_text}: {life[key]['text']}{case_text}. "
+                f"{' '.join(life[key]['remarks'])}"
+            )
     if life["unreached"]:
         lines.append(f"  {wording.count(life['unreached'], 'case')} did not reach the limit.")
     return lines

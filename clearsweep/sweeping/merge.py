@@ -19,7 +19,7 @@ from .simulator import SIMULATION
 from .sweep import RunResult, conclude, facts
 from .worker import Simulator
 
-NAMED = 3  # cases or shards that a message lists
+MAX_LISTED = 3  # cases or shards that a message lists
 
 
 def merge(directories: Iterable[str | Path], out: str | Path, *, partial: bool = False) -> RunResult:
@@ -39,7 +39,7 @@ def run_merge(
     begin = time.monotonic()
     out = Path(out)
     paths = list({Path(directory).resolve(): Path(directory) for directory in directories}.values())
-    records = _same_grid(paths)
+    records = _read_records_of_same_grid(paths)
     grid = grids.load({key: records[0][key] for key in records[0]["keys"]}, simulator.catalogue())
     grid = dataclasses.replace(grid, **grids.as_written(records[0]))
     target = store.RunDirectory(out)
@@ -47,7 +47,7 @@ def run_merge(
     if target.record.exists() and out.resolve() not in {path.resolve() for path in paths}:
         paths.append(out)
     if blocks := store.Division.of(grid):
-        return _merge_blocks(paths, target, _Joined(grid, blocks, simulator, records, begin), partial=partial)
+        return _merge_blocks(paths, target, _MergeInputs(grid, blocks, simulator, records, begin), partial=partial)
     sources = [store.RunDirectory(path) for path in paths]
     for path in sources:
         path.check(grid)
@@ -56,8 +56,8 @@ def run_merge(
     rows = [path.rows() for path in sources]
     ids = distinct(case_ids(grid))
     if not partial:
-        _complete(ids, rows, [record.get("shard") for record in records])
-    _agree(store.ResultSchema.of(grid), sources, rows)
+        _check_complete(ids, rows, [record.get("shard") for record in records])
+    _check_agreement(store.ResultSchema.of(grid), sources, rows)
     derived, warnings = facts(grid, simulator)
     with signals.catching(), target.open_for(grid), CaseRunner(target, Options(), simulator) as case_runner:
         start = min(record["start"] for record in records)
@@ -87,7 +87,7 @@ def run_merge(
     )
 
 
-class _Joined(NamedTuple):
+class _MergeInputs(NamedTuple):
     """The runs to join: their common grid, run.json, and the start time."""
 
     grid: grids.Grid
@@ -97,44 +97,50 @@ class _Joined(NamedTuple):
     begin: float
 
 
-def _merge_blocks(paths: list[Path], target: store.RunDirectory, joined: _Joined, *, partial: bool) -> RunResult:
+def _merge_blocks(paths: list[Path], target: store.RunDirectory, inputs: _MergeInputs, *, partial: bool) -> RunResult:
     """Join runs in blocks one block at a time, so that memory does not grow with their number."""
-    grid, result_schema = joined.grid, store.ResultSchema.of(joined.grid)
+    grid, result_schema = inputs.grid, store.ResultSchema.of(inputs.grid)
     job = blockwise.BlockJob(
-        target.path.absolute(), grid, joined.simulator, Options(), joined.division, None, blockwise.doubles_of(grid)
+        target.path.absolute(),
+        grid,
+        inputs.simulator,
+        Options(),
+        inputs.division,
+        None,
+        blockwise.duplicate_indices(grid),
     )
-    numbers, shards = range(joined.division.count), [record.get("shard") for record in joined.records]
+    numbers, shards = range(inputs.division.count), [record.get("shard") for record in inputs.records]
     missing = 0
     for number in numbers:  # everything is checked before anything is written
-        sources, rows = _sources(paths, number, result_schema.frame)
+        sources, rows = _block_sources(paths, number, result_schema.frame)
         ids = np.sort(job.cases(number)[1])
         if not partial:
-            _complete(ids, rows, shards)
+            _check_complete(ids, rows, shards)
         missing += len(np.setdiff1d(ids, np.concatenate([np.empty(0, "u8"), *(row["id"] for row in rows)])))
-        _agree(result_schema, sources, rows)
-    derived, warnings = facts(grid, joined.simulator)
-    requested = blockwise.count_wanted(job)
+        _check_agreement(result_schema, sources, rows)
+    derived, warnings = facts(grid, inputs.simulator)
+    requested = blockwise.count_requested(job)
     record_entries = {
         "counts": {"cases": requested},
-        "blocks": {"size": joined.division.size, "count": joined.division.count, "numbers": []},
+        "blocks": {"size": inputs.division.size, "count": inputs.division.count, "numbers": []},
     }
     with (
         signals.catching(),
         target.open_for(grid, **record_entries),
-        CaseRunner(target, Options(executor="serial"), joined.simulator) as case_runner,
+        CaseRunner(target, Options(executor="serial"), inputs.simulator) as case_runner,
     ):
         runner = blockwise.BlockRunner(job, case_runner)
         for number in numbers:
-            sources, _ = _sources(paths, number, result_schema.frame)
+            sources, _ = _block_sources(paths, number, result_schema.frame)
             runner.join(number, sources)
-        outcome = blockwise.Outcome(runner.marks, 0, 0.0, complete=not missing)
+        outcome = blockwise.BlocksOutcome(runner.marks, 0, 0.0, complete=not missing)
         counts: dict[str, Any] = blockwise.conclude(
             target,
             job,
             outcome,
             (0, requested),
-            start=min(record["start"] for record in joined.records),
-            source=joined.records[0]["source"],
+            start=min(record["start"] for record in inputs.records),
+            source=inputs.records[0]["source"],
             derived=derived,
             warnings=warnings,
             joined=[str(path) for path in paths],
@@ -142,7 +148,7 @@ def _merge_blocks(paths: list[Path], target: store.RunDirectory, joined: _Joined
     return RunResult(
         target.path,
         **counts,
-        seconds=time.monotonic() - joined.begin,
+        seconds=time.monotonic() - inputs.begin,
         case_seconds=0.0,
         start_up=0.0,
         derived=derived,
@@ -151,7 +157,7 @@ def _merge_blocks(paths: list[Path], target: store.RunDirectory, joined: _Joined
     )
 
 
-def _sources(paths: list[Path], number: int, frame: str) -> tuple[list[store.RunDirectory], list[np.ndarray]]:
+def _block_sources(paths: list[Path], number: int, frame: str) -> tuple[list[store.RunDirectory], list[np.ndarray]]:
     """Return the batches of a block in several runs, and the location of each case."""
     sources = [store.RunDirectory(store.Block(path, number).path) for path in paths]
     for source in sources:
@@ -161,7 +167,7 @@ def _sources(paths: list[Path], number: int, frame: str) -> tuple[list[store.Run
     return sources, [source.rows() for source in sources]
 
 
-def _same_grid(paths: list[Path]) -> list[dict[str, Any]]:
+def _read_records_of_same_grid(paths: list[Path]) -> list[dict[str, Any]]:
     """Return the run.json of every directory; DirectoryError if grids or versions differ."""
     records = [store.read_record(path) for path in paths]
     for source, record in zip(paths, records, strict=True):
@@ -171,13 +177,13 @@ def _same_grid(paths: list[Path]) -> list[dict[str, Any]]:
             )
         if "merged" in record and "blocks" not in record:
             store.verify(source, record)
-    first = _decisive(records[0])
+    first = _deciding_settings(records[0])
     for source, record in zip(paths[1:], records[1:], strict=True):
-        other = _decisive(record)
+        other = _deciding_settings(record)
         differing = [path for path in sorted({*first, *other}) if first.get(path) != other.get(path)]
         if differing:
             lines = "".join(
-                f"\n  {path}: {_short(first.get(path))} in the first, {_short(other.get(path))} in this one"
+                f"\n  {path}: {_short_text(first.get(path))} in the first, {_short_text(other.get(path))} in this one"
                 for path in differing
             )
             raise DirectoryError(
@@ -187,7 +193,7 @@ def _same_grid(paths: list[Path]) -> list[dict[str, Any]]:
     return records
 
 
-def _decisive(record: dict[str, Any]) -> dict[str, Any]:
+def _deciding_settings(record: dict[str, Any]) -> dict[str, Any]:
     """Return dotted path -> value of all settings that determine the cases of a run and their results."""
     axes = {
         f"{section}.{path}": values
@@ -198,55 +204,61 @@ def _decisive(record: dict[str, Any]) -> dict[str, Any]:
     return frame | axes
 
 
-def _complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None]) -> None:
+def _check_complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None]) -> None:
     """Raise DirectoryError if a case is in no directory."""
     present = np.concatenate([row["id"] for row in rows])
     missing = np.setdiff1d(ids, present)
     if not len(missing):
         return
     divisions = {Shard.read(text).of for text in shards if text}
-    where = []
+    remedies = []
     if len(divisions) == 1 and all(shards):  # all of one division: list the missing shards
         total = divisions.pop()
-        left = [
+        missing_shards = [
             str(shard)
             for shard in (Shard(k + 1, total) for k in range(total))
             if np.isin(shard.ids(ids), missing).any()
         ]
-        where = [f"run the rest of shard {_listed(left)}, or"]
+        remedies = [f"run the rest of shard {_list_text(missing_shards)}, or"]
     raise DirectoryError(
         f"{len(missing):,} of {len(ids):,} cases are in none of these directories "
-        f"({_listed([store.id_text(value) for value in missing[: NAMED + 1].tolist()])}); "
-        + " ".join([*where, "merge with --partial, then run the grid with --out there to compute the rest"])
+        f"({_list_text([store.id_text(value) for value in missing[: MAX_LISTED + 1].tolist()])}); "
+        + " ".join([*remedies, "merge with --partial, then run the grid with --out there to compute the rest"])
     )
 
 
-def _agree(result_schema: store.ResultSchema, sources: list[store.RunDirectory], rows: list[np.ndarray]) -> None:
+def _check_agreement(
+    result_schema: store.ResultSchema, sources: list[store.RunDirectory], rows: list[np.ndarray]
+) -> None:
     """Raise DirectoryError if a case in two directories differs in more than timing."""
     ids = np.concatenate([row["id"] for row in rows])
     row_numbers = np.concatenate([np.arange(len(row)) for row in rows])
     number = np.repeat(np.arange(len(rows)), [len(row) for row in rows])
     order = np.argsort(ids, kind="stable")
-    twice = np.flatnonzero(ids[order][1:] == ids[order][:-1])
-    first, second = order[twice], order[twice + 1]
+    repeats = np.flatnonzero(ids[order][1:] == ids[order][:-1])
+    first, second = order[repeats], order[repeats + 1]
     for a, b in np.unique(np.column_stack([number[first], number[second]]), axis=0).tolist():
-        pair = (number[first] == a) & (number[second] == b)
+        is_pair = (number[first] == a) & (number[second] == b)
         difference = store.difference(
-            result_schema, sources[a], rows[a][row_numbers[first[pair]]], sources[b], rows[b][row_numbers[second[pair]]]
+            result_schema,
+            sources[a],
+            rows[a][row_numbers[first[is_pair]]],
+            sources[b],
+            rows[b][row_numbers[second[is_pair]]],
         )
         if difference:
             case_id, name, first_value, second_value = difference
             raise DirectoryError(
-                f"case {case_id}: {name} is {_short(first_value)} in {sources[a].path} and "
-                f"{_short(second_value)} in {sources[b].path}; remove one of them "
+                f"case {case_id}: {name} is {_short_text(first_value)} in {sources[a].path} and "
+                f"{_short_text(second_value)} in {sources[b].path}; remove one of them "
                 "(chaotic motion differs between machines that round differently)"
             )
 
 
-def _listed(texts: list[str]) -> str:
-    return ", ".join(texts[:NAMED]) + (", ..." if len(texts) > NAMED else "")
+def _list_text(texts: list[str]) -> str:
+    return ", ".join(texts[:MAX_LISTED]) + (", ..." if len(texts) > MAX_LISTED else "")
 
 
-def _short(value: Any) -> str:
+def _short_text(value: Any) -> str:
     text = "nothing" if value is None else repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."

@@ -13,10 +13,10 @@ from ..language import phases
 from ..language.errors import ClearsweepError, StorageError
 from ..store import durable
 from .blockwise import BlockJob, BlockRunner
-from .case_runner import CaseRunner, Pending, missing
+from .case_runner import CaseRunner, Pending, missing_indices
 
 
-class Report(NamedTuple):
+class NodeReport(NamedTuple):
     """Outcome of a task on a node."""
 
     node: str  # address of the node
@@ -31,7 +31,7 @@ class _StoppedError(Exception):
     """The run must stop."""
 
 
-class _Node:
+class _NodeDriver:
     """The driver of this node, with a pool that lasts for the whole run."""
 
     def __init__(self, token: str, job: BlockJob):
@@ -50,12 +50,12 @@ class _Node:
             self.case_runner.workers.close()
             self.case_runner.workers = None
 
-    def stopping(self) -> bool:
+    def must_stop(self) -> bool:
         """Return whether the run must stop."""
         return stop_file(self.job, self.token).exists()
 
 
-_nodes: list[_Node] = []  # driver of this process, at most one
+_node_drivers: list[_NodeDriver] = []  # driver of this process, at most one
 
 
 def stop_file(job: BlockJob, token: str) -> Path:
@@ -69,70 +69,70 @@ def _unpacked(content: bytes) -> BlockJob:
     return job
 
 
-def _node(token: str, content: bytes) -> _Node:
+def _node_driver(token: str, content: bytes) -> _NodeDriver:
     """Return this process's driver for a run; that of an earlier run is closed."""
-    if not _nodes or _nodes[0].token != token:
-        while _nodes:
-            _nodes.pop().close()
+    if not _node_drivers or _node_drivers[0].token != token:
+        while _node_drivers:
+            _node_drivers.pop().close()
         multiprocessing.current_process()._config.pop("daemon", None)  # type: ignore[attr-defined] # a nanny's child
-        _nodes.append(_Node(token, _unpacked(content)))
-    return _nodes[0]
+        _node_drivers.append(_NodeDriver(token, _unpacked(content)))
+    return _node_drivers[0]
 
 
-class _Others:
+class _OtherCommits:
     """Commits of other drivers in a block; each summary is read once."""
 
-    def __init__(self, node: _Node, number: int):
+    def __init__(self, node: _NodeDriver, number: int):
         self.node = node
         self.directory = store.RunDirectory(store.Block(node.job.directory, number).path)
         self.directory.frame = store.ResultSchema.of(node.job.grid).frame
         self.ids = np.empty(0, "u8")
-        self.known_cases: set[str] = set()
+        self.read_names: set[str] = set()
 
     def __call__(self) -> np.ndarray:
         """Return the identities of committed cases, ascending; raise _StoppedError if the run must stop."""
-        if self.node.stopping():
+        if self.node.must_stop():
             raise _StoppedError
-        names = {path.name for path in self.directory.summaries.glob("*.parquet")} - self.known_cases
+        names = {path.name for path in self.directory.summaries.glob("*.parquet")} - self.read_names
         parts = [self.directory.done_in(name) for name in sorted(names)]
-        self.known_cases |= names
+        self.read_names |= names
         self.ids = np.unique(np.concatenate([self.ids, *parts]))
         return self.ids
 
 
-def run_block(token: str, content: bytes, number: int, most_failures: int | None) -> Report:
+def run_block(token: str, content: bytes, number: int, most_failures: int | None) -> NodeReport:
     """Run the missing cases of a block with the workers of this node, and start finishing the block."""
-    return _run(token, content, number, most_failures, helping=False)
+    return _run(token, content, number, most_failures, is_helping=False)
 
 
-def help_block(token: str, content: bytes, number: int) -> Report:
+def help_block(token: str, content: bytes, number: int) -> NodeReport:
     """Run cases of another node's block, from its end, until all are committed."""
-    return _run(token, content, number, None, helping=True)
+    return _run(token, content, number, None, is_helping=True)
 
 
-def _run(token: str, content: bytes, number: int, most_failures: int | None, *, helping: bool) -> Report:
-    node, address = _node(token, content), _address()
+def _run(token: str, content: bytes, number: int, most_failures: int | None, *, is_helping: bool) -> NodeReport:
+    node, address = _node_driver(token, content), _address()
     case_runner, runner = node.case_runner, node.runner
     before = case_runner.ran, case_runner.failed, case_runner.case_seconds
     error_text, complete = "", True
     try:
         with phases.show_progress(enabled=False):
-            other_nodes = _Others(node, number)
+            other_nodes = _OtherCommits(node, number)
             other_nodes()
-            if helping:
+            if is_helping:
                 _help(node, number, other_nodes)
             else:
-                runner.most_failures = None if most_failures is None else case_runner.failed + most_failures
+                runner.allowed_failures = None if most_failures is None else case_runner.failed + most_failures
                 complete = runner.run(number, other_nodes)
     except _StoppedError:
         node.close()
         runner.finishing.clear()
         complete = False
     except StorageError as error:
-        _nodes.clear()
+        _node_drivers.clear()
         node.close()
         error_text = str(error)
-    return Report(
+    return NodeReport(
         address,
         case_runner.ran - before[0],
         case_runner.failed - before[1],
@@ -142,26 +142,26 @@ def _run(token: str, content: bytes, number: int, most_failures: int | None, *, 
     )
 
 
-def _help(node: _Node, number: int, other_nodes: _Others) -> None:
+def _help(node: _NodeDriver, number: int, other_nodes: _OtherCommits) -> None:
     """Run uncommitted cases of a block, last cases first: its own driver begins with the first cases."""
     job, case_runner = node.job, node.case_runner
     block = store.Block(job.directory, number)
     directory = block.directory(store.ResultSchema.of(job.grid).frame)
     directory.load_batches(histories=False)
     indices, ids = job.cases(number)
-    pending = missing(ids, np.sort(ids), directory.rows(), retry_failed=False)[::-1]
+    pending = missing_indices(ids, np.sort(ids), directory.rows(), retry_failed=False)[::-1]
     if not len(pending):
         return
     case_runner.directory = directory
     if case_runner.workers is None:
-        case_runner.hire(len(ids))
+        case_runner.start_workers(len(ids))
     case_runner.run_cases(job.grid, Pending(indices[pending], ids[pending], drop=other_nodes))
 
 
-def flush(token: str) -> Report:
+def flush(token: str) -> NodeReport:
     """Wait until the blocks of this node are finished."""
     error_text = ""
-    for node in _nodes:
+    for node in _node_drivers:
         if node.token == token:
             try:
                 node.runner.collect()
@@ -169,13 +169,13 @@ def flush(token: str) -> Report:
                 error_text = str(error)
             except ClearsweepError:
                 node.runner.finishing.clear()  # they are requested again
-    return Report(_address(), refused=error_text)
+    return NodeReport(_address(), refused=error_text)
 
 
 def close(token: str) -> None:
     """End the workers of this node."""
-    while _nodes and _nodes[0].token == token:
-        _nodes.pop().close()
+    while _node_drivers and _node_drivers[0].token == token:
+        _node_drivers.pop().close()
 
 
 def _address() -> str:

@@ -13,14 +13,14 @@ from ..language import phases
 from ..language.errors import InputError, SchedulerLostError, StorageError, brief
 from ..store import durable
 from . import executors, node, progress, signals
-from .blockwise import BlockJob, Outcome, most_failures, settled, unfinished
+from .blockwise import BlockJob, BlocksOutcome, allowed_failures, finished_mark, unfinished_blocks
 
 CHECK_INTERVAL = 0.05  # s between checks of running blocks
 RECOUNT_INTERVAL = 2.0  # s between updates of the list of nodes
 HELP_AFTER = 4.0  # s after which idle nodes help with a running block
-SILENCE = 10.0  # s for the node of a block to finish it after all cases are committed
-RECONNECTING = 120.0  # s for a lost scheduler to come back
-ROUNDS = 5  # rounds over all blocks: blocks of dead nodes are requested again
+SILENCE_TIMEOUT = 10.0  # s for the node of a block to finish it after all cases are committed
+RECONNECT_TIMEOUT = 120.0  # s for a lost scheduler to come back
+MAX_ROUNDS = 5  # rounds over all blocks: blocks of dead nodes are requested again
 
 
 class Cluster:
@@ -33,13 +33,13 @@ class Cluster:
         self.silent: set[str] = set()  # nodes that did not answer in time
         self._client = executors.client(address)
         self._nodes: list[str] = []
-        self._counted = -RECOUNT_INTERVAL
+        self._counted_at = -RECOUNT_INTERVAL
 
     def nodes(self) -> list[str]:
         """Return the addresses of usable nodes."""
-        if time.monotonic() - self._counted > RECOUNT_INTERVAL:
+        if time.monotonic() - self._counted_at > RECOUNT_INTERVAL:
             self._nodes = sorted(executors.with_timeout(self._client.nthreads))
-            self._counted = time.monotonic()
+            self._counted_at = time.monotonic()
         usable = [address for address in self._nodes if address not in self.excluded]
         if not self.silent.issuperset(usable):
             return [address for address in usable if address not in self.silent]
@@ -53,19 +53,19 @@ class Cluster:
             node_task, pickle.dumps((function, args)), pure=False, workers=where, allow_other_workers=False
         )
 
-    def leave_out(self, future: Any) -> None:
+    def exclude_node_of(self, future: Any) -> None:
         """Stop using the node that runs a task."""
         at_work = executors.with_timeout(self._client.processing)
         self.silent |= {address for address, keys in at_work.items() if future.key in map(str, keys)}
 
     def reconnect(self) -> None:
         """Reconnect, waiting for the scheduler; raise SchedulerLostError if it does not come back."""
-        deadline, reason = time.monotonic() + RECONNECTING, "no answer"
+        deadline, reason = time.monotonic() + RECONNECT_TIMEOUT, "no answer"
         self.close()
         while time.monotonic() < deadline and not signals.requested():
             try:
                 self._client = executors.client(self.address)
-                self._counted = -RECOUNT_INTERVAL
+                self._counted_at = -RECOUNT_INTERVAL
                 if self.nodes():
                     return
                 self.close()
@@ -92,8 +92,8 @@ def node_task(content: bytes) -> Any:
 class _Task:
     """A block under way on some node."""
 
-    def __init__(self, number: int, future: Any, *, helping: bool):
-        self.number, self.future, self.helping = number, future, helping
+    def __init__(self, number: int, future: Any, *, is_helping: bool):
+        self.number, self.future, self.is_helping = number, future, is_helping
         self.since = time.monotonic()
 
 
@@ -113,14 +113,14 @@ class NodesDriver:
         """Run and finish all blocks; return False if stopped because too many cases failed."""
         stop = node.stop_file(self.job, self.token)
         try:
-            for _ in range(ROUNDS):
-                left, _marks = unfinished(self.job)
-                if not left or not self.complete:
+            for _ in range(MAX_ROUNDS):
+                numbers, _marks = unfinished_blocks(self.job)
+                if not numbers or not self.complete:
                     break
-                self._round(deque(left))
+                self._run_round(deque(numbers))
                 self._flush()
             else:
-                if self.complete and unfinished(self.job)[0]:
+                if self.complete and unfinished_blocks(self.job)[0]:
                     raise SchedulerLostError(
                         "scheduler: its nodes die before they finish a block; run the same command again to continue"
                     )
@@ -133,8 +133,8 @@ class NodesDriver:
             self._close_nodes()
         return self.complete
 
-    def _round(self, queue: "deque[int]") -> None:
-        most = most_failures(self.job, list(queue))
+    def _run_round(self, queue: "deque[int]") -> None:
+        allowed = allowed_failures(self.job, list(queue))
         with signals.patience():
             while queue or self.tasks:
                 if signals.requested():
@@ -143,7 +143,7 @@ class NodesDriver:
                         f"stopped: {self.ran:,} cases are finished and stored; run the same command again to resume",
                     )
                 try:
-                    self._hand_out(queue, None if most is None else most - self.failed)
+                    self._hand_out(queue, None if allowed is None else allowed - self.failed)
                     done = [task for task in self.tasks if task.future.done()]
                     for task in done:
                         self._settle(task, queue)
@@ -152,44 +152,44 @@ class NodesDriver:
                 except Exception:  # many kinds: the scheduler is gone
                     self._reconnect(queue)
                     continue
-                if most is not None and self.failed > most:
+                if allowed is not None and self.failed > allowed:
                     self.complete = False
                     return
                 if not done:
                     time.sleep(CHECK_INTERVAL)
 
     def _hand_out(self, queue: "deque[int]", most_failures: int | None) -> None:
-        nodes = len(self.cluster.nodes())
-        if not nodes:
+        node_count = len(self.cluster.nodes())
+        if not node_count:
             if self.refusal:
                 raise StorageError(self.refusal)
             return
-        while queue and len(self.tasks) < nodes:
+        while queue and len(self.tasks) < node_count:
             number = queue.popleft()
-            if any(task.number == number and not task.helping for task in self.tasks):
+            if any(task.number == number and not task.is_helping for task in self.tasks):
                 continue
             future = self.cluster.submit(node.run_block, self.token, self.content, number, most_failures)
-            self.tasks.append(_Task(number, future, helping=False))
+            self.tasks.append(_Task(number, future, is_helping=False))
         if queue or self.job.grid.layout.life:
             return  # a life must not run on two nodes
         now = time.monotonic()
         for number, committed_at in list(self.committed.items()):
-            own_tasks = [task for task in self.tasks if task.number == number and not task.helping]
-            if own_tasks and now - committed_at > SILENCE:  # its node does not answer: another node finishes it
+            own_tasks = [task for task in self.tasks if task.number == number and not task.is_helping]
+            if own_tasks and now - committed_at > SILENCE_TIMEOUT:  # its node does not answer: another node finishes it
                 for task in own_tasks:
                     self.tasks.remove(task)
-                    self.cluster.leave_out(task.future)
+                    self.cluster.exclude_node_of(task.future)
                     task.future.cancel()
                 del self.committed[number]
                 queue.append(number)
-        mains = [task for task in self.tasks if not task.helping and now - task.since > HELP_AFTER]
-        helped = [task.number for task in self.tasks if task.helping]
-        for task in sorted(mains, key=lambda task: (helped.count(task.number), task.since)):
-            if len(self.tasks) >= nodes:
+        main_tasks = [task for task in self.tasks if not task.is_helping and now - task.since > HELP_AFTER]
+        helped_numbers = [task.number for task in self.tasks if task.is_helping]
+        for task in sorted(main_tasks, key=lambda task: (helped_numbers.count(task.number), task.since)):
+            if len(self.tasks) >= node_count:
                 return
-            if task.number not in self.committed and task.number not in helped:
+            if task.number not in self.committed and task.number not in helped_numbers:
                 future = self.cluster.submit(node.help_block, self.token, self.content, task.number)
-                self.tasks.append(_Task(task.number, future, helping=True))
+                self.tasks.append(_Task(task.number, future, is_helping=True))
 
     def _settle(self, task: _Task, queue: "deque[int]") -> None:
         """Record the end of a task."""
@@ -205,7 +205,7 @@ class NodesDriver:
                 progress.print_line(f"block {task.number + 1:,}: {brief(error)}; it is tried again")
                 if not isinstance(error, OSError):
                     raise InputError(f"block {task.number + 1:,}: {brief(error)}") from error
-            if not task.helping:
+            if not task.is_helping:
                 queue.append(task.number)
             return
         self.tasks.remove(task)
@@ -216,9 +216,9 @@ class NodesDriver:
             self.cluster.excluded.add(report.node)
             self.refusal = report.refused
             progress.print_line(f"node {report.node}: {report.refused.partition(';')[0]}; its work goes to other nodes")
-            if not task.helping:
+            if not task.is_helping:
                 queue.append(task.number)
-        elif task.helping:
+        elif task.is_helping:
             self.committed[task.number] = time.monotonic()
         else:
             self.committed.pop(task.number, None)
@@ -227,7 +227,7 @@ class NodesDriver:
     def _reconnect(self, queue: "deque[int]") -> None:
         """Reconnect and request all running blocks again."""
         progress.print_line(f"scheduler: {self.cluster.address} was lost; waiting for it to reconnect")
-        queue.extend(dict.fromkeys(task.number for task in self.tasks if not task.helping))
+        queue.extend(dict.fromkeys(task.number for task in self.tasks if not task.is_helping))
         self.tasks.clear()
         self.cluster.reconnect()
 
@@ -247,7 +247,7 @@ class NodesDriver:
 
     def _all_marked(self, deadline: float) -> bool:
         """Return whether all blocks are finished; checked only after a while."""
-        return time.monotonic() > deadline and not unfinished(self.job)[0]
+        return time.monotonic() > deadline and not unfinished_blocks(self.job)[0]
 
     def _close_nodes(self) -> None:
         try:
@@ -261,20 +261,20 @@ class NodesDriver:
             self.cluster.close()
 
 
-def run_on_nodes(job: BlockJob) -> Outcome:
+def run_on_nodes(job: BlockJob) -> BlocksOutcome:
     """Run all blocks of a grid on the nodes of the cluster in the options."""
-    left, marks = unfinished(job)
-    if not left:
-        return Outcome(marks, 0, 0.0, complete=True)
+    numbers, marks = unfinished_blocks(job)
+    if not numbers:
+        return BlocksOutcome(marks, 0, 0.0, complete=True)
     assert job.options.scheduler  # `sweep.check` requires it
-    for number in left:
+    for number in numbers:
         durable.clear(store.Block(job.directory, number).path / store.SCRATCH)
-    cases = sum(len(job.division.part(number)) for number in left)
+    cases = sum(len(job.division.part(number)) for number in numbers)
     with phases.phase(display := progress.Cases(cases)):
         driver = NodesDriver(job, Cluster(job.options.scheduler), display)
         complete = driver.run()
-    for number in left:
-        if mark := settled(job, number):
+    for number in numbers:
+        if mark := finished_mark(job, number):
             marks[number] = mark
         durable.clear(store.Block(job.directory, number).path / store.SCRATCH, remove=True)
-    return Outcome(marks, driver.ran, driver.case_seconds, complete)
+    return BlocksOutcome(marks, driver.ran, driver.case_seconds, complete)

@@ -5,13 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..grid import Identify, Turned, turns_of
+from ..grid import AngularSignal, Identify, angular_signals
 from ..judging import features
 from ..language.errors import InputError
 
 GAIN = 0.05  # standard deviation of the logarithm of a sensor's gain: 95 % within 10 %
 NOISE = (2e-3, 0.2)  # range of rms noise over rms signal in the compared band, with a log-uniform prior
-MODEL = {
+MODEL_ERRORS = {
     "rms": 0.03,
     "peaks": 0.05,
     "spectrum": 0.05,
@@ -19,36 +19,36 @@ MODEL = {
     "phases": 0.03,
 }  # model error: standard deviations of logarithms of features, and of phases
 BOOTSTRAP_DRAWS = 200  # bootstrap draws of revolutions, for the scatter of measured features
-FLOOR = 2e-3  # of the rms: smaller values in a band count as equal
+SPECTRUM_FLOOR = 2e-3  # of the rms: smaller values in a band count as equal
 ALIGNED_ORDERS = 6  # orders used to find the crank angle of a signal: those of the ideal motion
 
 
-class Label(NamedTuple):
+class FeatureLabel(NamedTuple):
     """Meaning of an element of a feature vector."""
 
     signal: int
-    kind: str  # one of `identified.FEATURES`
+    kind: str  # one of `identify.FEATURES`
     text: str
     unit: str  # '' for a phase, which has little meaning alone
 
-    def natural(self, value: float) -> float:
+    def feature_value(self, value: float) -> float:
         """Return the feature from its element of a vector."""
         return float(np.expm1(value) if self.kind == "impacts" else np.exp(value))
 
 
-class Observed(NamedTuple):
+class ObservedSignal(NamedTuple):
     """A measured signal: its revolutions, and the statistics that cases are compared with."""
 
-    turned: Turned
-    turns: np.ndarray  # (turns, samples)
+    angular: AngularSignal
+    revolutions: np.ndarray  # (turns, samples)
     orders: float  # highest crank order compared
     rms: float
 
     def angle(self, history: Mapping[str, np.ndarray]) -> float:
         """Return the offset (rad, -pi to pi) of the measured crank angle from that of a case."""
         computed = self._computed(history)
-        lag = features.lag_of(self.turns.mean(axis=0), computed.mean(axis=0), ALIGNED_ORDERS)
-        phase_shift = float(features.TURN * lag / computed.shape[1] + self.turned.angle[0]) % features.TURN
+        lag = features.lag_of(self.revolutions.mean(axis=0), computed.mean(axis=0), ALIGNED_ORDERS)
+        phase_shift = float(features.TURN * lag / computed.shape[1] + self.angular.angle[0]) % features.TURN
         return phase_shift - features.TURN * (phase_shift > features.TURN / 2.0)
 
     def statistics(
@@ -56,21 +56,21 @@ class Observed(NamedTuple):
     ) -> features.RevolutionStatistics:
         """Return the statistics of a case at the measured crank angle, with noise of `share` times the measured rms."""
         computed = self._computed(history)
-        lag = features.lag_of(self.turns.mean(axis=0), computed.mean(axis=0), ALIGNED_ORDERS)
+        lag = features.lag_of(self.revolutions.mean(axis=0), computed.mean(axis=0), ALIGNED_ORDERS)
         noisy = computed + share * self.rms * features.noise(rng, computed, self.orders)
         return features.statistics(np.roll(noisy.ravel(), lag).reshape(computed.shape))
 
     def _computed(self, history: Mapping[str, np.ndarray]) -> np.ndarray:
-        angle, values = history["crank_angle"], history[self.turned.signal.channel]
+        angle, values = history["crank_angle"], history[self.angular.signal.channel]
         return features.split_revolutions(angle, values, 0.0, self.orders)
 
 
 class Observation(NamedTuple):
     """All measured signals as one feature vector."""
 
-    signals: tuple[Observed, ...]
-    labels: tuple[Label, ...]
-    feature_names: tuple[str, ...]  # of `identified.FEATURES`
+    signals: tuple[ObservedSignal, ...]
+    labels: tuple[FeatureLabel, ...]
+    feature_names: tuple[str, ...]  # of `identify.FEATURES`
     values: np.ndarray  # (features,)
     covariance: np.ndarray  # (features, features): scatter of the measurement, gain error and model error
 
@@ -79,47 +79,47 @@ class Observation(NamedTuple):
         parts = []
         for observed, share in zip(self.signals, noise.tolist(), strict=True):
             features_of_case = observed.statistics(history, share, rng).features()
-            parts.append(vector(features_of_case, observed.orders, self.feature_names))
+            parts.append(feature_vector(features_of_case, observed.orders, self.feature_names))
         return np.concatenate(parts)
 
 
 def observe(identify: Identify, history: Mapping[str, np.ndarray]) -> Observation:
     """Return the measurement, prepared for cases with the sampling of `history`."""
     span, angle = history["t"][-1] - history["t"][0], history["crank_angle"][-1] - history["crank_angle"][0]
-    observations: list[Observed] = []
+    observations: list[ObservedSignal] = []
     for file in dict.fromkeys(signal.file for signal in identify.signals):
         signals = [signal for signal in identify.signals if signal.file == file]
-        for part in turns_of(file, signals, float(angle / span)):
+        for angular in angular_signals(file, signals, float(angle / span)):
             orders = features.common_band(
-                features.samples_per_revolution(part.angle), features.samples_per_revolution(history["crank_angle"])
+                features.samples_per_revolution(angular.angle), features.samples_per_revolution(history["crank_angle"])
             )
-            turns = features.split_revolutions(part.angle, part.values, None, orders)
-            rms = float(np.sqrt(((turns - turns.mean()) ** 2).mean()))
+            revolutions = features.split_revolutions(angular.angle, angular.values, None, orders)
+            rms = float(np.sqrt(((revolutions - revolutions.mean()) ** 2).mean()))
             if not rms > 0.0:
-                raise InputError(f"{file}: {part.signal.column} does not vary; measure it again, or leave it out")
-            observations.append(Observed(part, turns, orders, rms))
-    labels: list[Label] = []
-    values, scatters = [], []
+                raise InputError(f"{file}: {angular.signal.column} does not vary; measure it again, or leave it out")
+            observations.append(ObservedSignal(angular, revolutions, orders, rms))
+    labels: list[FeatureLabel] = []
+    values, covariances = [], []
     for index, observed in enumerate(observations):
         new_labels = list(_labels(index, observed, identify.features))
-        statistics = features.statistics(observed.turns)
-        values.append(vector(statistics.features(), observed.orders, identify.features))
-        scatters.append(_scatter(statistics, observed, identify, new_labels))
+        statistics = features.statistics(observed.revolutions)
+        values.append(feature_vector(statistics.features(), observed.orders, identify.features))
+        covariances.append(_signal_covariance(statistics, observed, identify, new_labels))
         labels += new_labels
     covariance = np.zeros((len(labels), len(labels)))
     first = 0
-    for scatter in scatters:
-        covariance[first : first + len(scatter), first : first + len(scatter)] = scatter
-        first += len(scatter)
+    for signal_covariance in covariances:
+        covariance[first : first + len(signal_covariance), first : first + len(signal_covariance)] = signal_covariance
+        first += len(signal_covariance)
     return Observation(tuple(observations), tuple(labels), identify.features, np.concatenate(values), covariance)
 
 
-def vector(measured: features.Features, orders: float, names: tuple[str, ...]) -> np.ndarray:
+def feature_vector(measured: features.Features, orders: float, names: tuple[str, ...]) -> np.ndarray:
     """Return the chosen features, transformed so that relative errors have a uniform effect."""
     parts: dict[str, list[float]] = {
         "rms": [np.log(measured.rms)],
         "peaks": [np.log(measured.peak_median), np.log(measured.peak_p95)],
-        "spectrum": [np.log(measured.spectrum[k] + FLOOR * measured.rms) for k in _band_edges(orders)],
+        "spectrum": [np.log(measured.spectrum[k] + SPECTRUM_FLOOR * measured.rms) for k in _band_edges(orders)],
         "impacts": [np.log1p(measured.impacts), *measured.phases],
     }
     return np.array([number for name in names for number in parts[name]])
@@ -129,8 +129,8 @@ def _band_edges(orders: float) -> list[int]:
     return [index for index, (_, high) in enumerate(features.BANDS) if high <= max(orders, features.BANDS[0][1])]
 
 
-def _labels(index: int, observed: Observed, names: tuple[str, ...]) -> Iterator[Label]:
-    unit = observed.turned.signal.unit
+def _labels(index: int, observed: ObservedSignal, names: tuple[str, ...]) -> Iterator[FeatureLabel]:
+    unit = observed.angular.signal.unit
     bands = [features.BANDS[k] for k in _band_edges(observed.orders)]
     texts = {
         "rms": [("rms", unit)],
@@ -146,18 +146,18 @@ def _labels(index: int, observed: Observed, names: tuple[str, ...]) -> Iterator[
         ],
     }
     for name in names:
-        yield from (Label(index, name, *text) for text in texts[name])
+        yield from (FeatureLabel(index, name, *text) for text in texts[name])
 
 
-def _scatter(
-    statistics: features.RevolutionStatistics, observed: Observed, identify: Identify, labels: list[Label]
+def _signal_covariance(
+    statistics: features.RevolutionStatistics, observed: ObservedSignal, identify: Identify, labels: list[FeatureLabel]
 ) -> np.ndarray:
     """Return the covariance of a signal's features, without the emulator's part."""
     count = len(statistics.peak)
     rng = np.random.default_rng([identify.seed, count])
     rows = rng.integers(count, size=(BOOTSTRAP_DRAWS, count))
-    vectors = np.array([vector(statistics.features(row), observed.orders, identify.features) for row in rows])
+    vectors = np.array([feature_vector(statistics.features(row), observed.orders, identify.features) for row in rows])
     gain = np.array([GAIN * (label.kind != "impacts") for label in labels])
-    model_covariance = np.diag([MODEL[label.kind if label.unit else "phases"] ** 2 for label in labels])
+    model_covariance = np.diag([MODEL_ERRORS[label.kind if label.unit else "phases"] ** 2 for label in labels])
     covariance: np.ndarray = np.cov(vectors.T) * count / (count - 1.0) + np.outer(gain, gain) + model_covariance
     return covariance

@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import store
 from ..grid import Grid
-from ..grid.sections.optimise import AMONG, ROUND, WHOLE, Choice, interval_columns
+from ..grid.sections.optimise import AMONG, ROUND_SIZE, WHOLE, Choice, interval_columns
 from ..language.errors import InputError
 from . import surrogate
 from .adaptive import Point
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
     import optuna  # an optional dependency, imported when a round is requested
 
 MODEL_SHARE = 0.5  # share of a round from the surrogate model or from variations of the front
-FEWEST = 3  # varied cases of a front
-STEP = 0.32  # standard deviation over the range after one case; falls with the square root of cases
-CHANGED = 0.6  # probability that a variation changes a key by an own step
-CROSSED = 0.3  # probability that it takes a value of another case
-ATTEMPTS = 4  # attempts to get a round with a new case
-FAILED = 1e3  # violation assigned to a failed case: larger than any margin
+MIN_FRONT_CASES = 3  # varied cases of a front
+FIRST_STEP = 0.32  # standard deviation over the range after one case; falls with the square root of cases
+CHANGE_PROBABILITY = 0.6  # probability that a variation changes a key by an own step
+CROSSOVER_PROBABILITY = 0.3  # probability that it takes a value of another case
+MAX_ATTEMPTS = 4  # attempts to get a round with a new case
+FAILED_VIOLATION = 1e3  # violation assigned to a failed case: larger than any margin
 
 
-class Best(NamedTuple):
+class BestCase(NamedTuple):
     """One of the best cases, in SI."""
 
     case_id: str
@@ -43,17 +43,17 @@ class Best(NamedTuple):
     feasible: bool
 
 
-class Optimised(NamedTuple):
+class OptimisationResult(NamedTuple):
     """Result of an optimisation."""
 
-    best: tuple[Best, ...]  # the best case or the front; if no case meets the limits, the nearest one
-    start: Best | None  # the case written in the grid
+    best: tuple[BestCase, ...]  # the best case or the front; if no case meets the limits, the nearest one
+    start: BestCase | None  # the case written in the grid
     looked_at: int
     feasible: int
     alike: int | None  # feasible cases with an interval that overlaps that of the best, or None
 
 
-class Optimising:
+class Optimisation:
     """One optimisation, round by round."""
 
     def __init__(self, grid: Grid):
@@ -87,8 +87,8 @@ class Optimising:
         """Return the points of the next cases."""
         remaining = self.optimise.cases - len(self.trials)
         points: dict[tuple[Any, ...], Point] = {}
-        for attempt in range(ATTEMPTS if remaining > 0 else 0):
-            for point in self._proposed(attempt, min(ROUND, remaining)):
+        for attempt in range(MAX_ATTEMPTS if remaining > 0 else 0):
+            for point in self._proposed_points(attempt, min(ROUND_SIZE, remaining)):
                 key = tuple(point.values())
                 if key not in self.seen_points and len(points) < remaining:
                     points.setdefault(key, point)
@@ -96,7 +96,7 @@ class Optimising:
                 break
         return list(points.values())
 
-    def result(self) -> Optimised:
+    def result(self) -> OptimisationResult:
         """Return the final result."""
         feasible = [trial for trial in self.trials if trial.violation == 0.0]
         if feasible:
@@ -109,7 +109,7 @@ class Optimising:
             None,
         )
         alike = self._indistinguishable_from(best[0], feasible) if len(self.optimise.objectives) == 1 else None
-        return Optimised(tuple(trial.best() for trial in best), start, len(self.trials), len(feasible), alike)
+        return OptimisationResult(tuple(trial.best() for trial in best), start, len(self.trials), len(feasible), alike)
 
     def _indistinguishable_from(self, best: "_Trial", feasible: "list[_Trial]") -> int | None:
         """Return how many other feasible cases are indistinguishable from the best, or None if it has no interval."""
@@ -119,22 +119,25 @@ class Optimising:
             return None
         return sum(trial.intervals[name][0] <= high and trial.intervals[name][1] >= low for trial in feasible) - 1
 
-    def _proposed(self, attempt: int, count: int) -> Iterator[Point]:
+    def _proposed_points(self, attempt: int, count: int) -> Iterator[Point]:
         """Yield points from a sampler that knows all trials."""
         import optuna
 
         optuna.logging.set_verbosity(optuna.logging.WARNING)
         seed = int(np.random.SeedSequence([self.optimise.seed, len(self.trials), attempt]).generate_state(1)[0])
         sampler = optuna.samplers.TPESampler(seed=seed, multivariate=True, n_ei_candidates=48, constant_liar=True)
-        signs = [-1.0 if large else 1.0 for _, large in self.optimise.objectives]
+        signs = [-1.0 if is_maximised else 1.0 for _, is_maximised in self.optimise.objectives]
         study = optuna.create_study(directions=["minimize"] * len(signs), sampler=sampler)
         distributions = {path: _distribution(choice) for path, choice in self.optimise.over.items()}
         succeeded = [trial for trial in self.trials if not trial.failed]
         worst = {
-            name: max((sign * trial.values[name] for trial in succeeded), default=0.0) for name, sign in self._signed()
+            name: max((sign * trial.values[name] for trial in succeeded), default=0.0)
+            for name, sign in self._signed_objectives()
         }
         for trial in self.trials:
-            values = [worst[name] if trial.failed else sign * trial.values[name] for name, sign in self._signed()]
+            values = [
+                worst[name] if trial.failed else sign * trial.values[name] for name, sign in self._signed_objectives()
+            ]
             study.add_trial(
                 optuna.trial.create_trial(
                     params=trial.point,
@@ -143,19 +146,19 @@ class Optimising:
                     constraints={"limits": trial.violation},
                 )
             )
-        propose = self._varied if len(signs) > 1 else self._predicted
+        propose = self._evolved_points if len(signs) > 1 else self._surrogate_points
         points = propose(int(MODEL_SHARE * count), np.random.default_rng(seed))
         for _ in range(count - len(points)):
             proposal = study.ask(distributions)
             yield {path: proposal.params[path] for path in self.optimise.over}
         yield from points
 
-    def _predicted(self, count: int, rng: np.random.Generator) -> list[Point]:
+    def _surrogate_points(self, count: int, rng: np.random.Generator) -> list[Point]:
         """Return points where a surrogate model of the objective predicts better cases; a sampler stops too early.
 
         They have the categories of the best case; the model uses only cases with the same categories.
         """
-        ((name, sign),) = self._signed()
+        ((name, sign),) = self._signed_objectives()
         trials = sorted(self.trials, key=lambda trial: trial.merit(name, sign))
         best = trials[0]
         choices = {path: choice for path, choice in self.optimise.over.items() if choice.kind != AMONG}
@@ -163,30 +166,30 @@ class Optimising:
         if best.failed or not choices:
             return []
         trials = [trial for trial in trials if fixed.items() <= trial.point.items()]
-        shares = np.array(
+        fractions = np.array(
             [[choice.fraction_of(trial.point[path]) for path, choice in choices.items()] for trial in trials]
         )
         objective = np.array([sign * trial.values[name] for trial in trials])
         objective[np.isnan(objective)] = np.nanmax(objective)  # failed cases
         margins = np.array([[-1.0 if trial.failed else trial.margins[key] for key in best.margins] for trial in trials])
-        rows = surrogate.better_points(shares, objective, np.nan_to_num(margins, nan=-1.0), count, rng)
+        rows = surrogate.better_points(fractions, objective, np.nan_to_num(margins, nan=-1.0), count, rng)
         proposals = [
-            {path: _within(choices[path], share) for path, share in zip(choices, row, strict=True)}
+            {path: _clipped_value(choices[path], fraction) for path, fraction in zip(choices, row, strict=True)}
             for row in rows.tolist()
         ]
         return [{path: (fixed | point)[path] for path in self.optimise.over} for point in proposals]
 
-    def _varied(self, count: int, rng: np.random.Generator) -> list[Point]:
+    def _evolved_points(self, count: int, rng: np.random.Generator) -> list[Point]:
         """Return points near the front, or [] if it has few cases; a sampler by itself leaves gaps.
 
         They come from differential evolution (Storn and Price 1997, J. Global Optim. 11, 341).  Cases next to wide
         gaps are varied more often, as in NSGA-II (Deb et al. 2002, IEEE Trans. Evol. Comput. 6, 182).
         """
         front = list(_front([trial for trial in self.trials if trial.violation == 0.0], self.optimise.objectives))
-        if len(front) < FEWEST:
+        if len(front) < MIN_FRONT_CASES:
             return []
         choices = self.optimise.over
-        shares = np.array(
+        fractions = np.array(
             [[choice.fraction_of(trial.point[path]) for path, choice in choices.items()] for trial in front]
         )
         values = np.array([list(trial.values.values()) for trial in front])
@@ -195,28 +198,30 @@ class Optimising:
         )
         gaps = np.maximum(np.append(distances[0], distances), np.append(distances, distances[-1]))
         weights = 0.5 * gaps / gaps.sum() + 0.5 / len(front)
-        step = STEP / math.sqrt(len(self.trials))
-        among = np.array([choice.kind == AMONG for choice in choices.values()])
+        step = FIRST_STEP / math.sqrt(len(self.trials))
+        is_categorical = np.array([choice.kind == AMONG for choice in choices.values()])
         points = []
         for _ in range(count):
-            parent, first, second = shares[[rng.choice(len(front), p=weights), *rng.integers(len(front), size=2)]]
-            is_changed = rng.random(len(parent)) < CHANGED
+            parent, first, second = fractions[[rng.choice(len(front), p=weights), *rng.integers(len(front), size=2)]]
+            is_changed = rng.random(len(parent)) < CHANGE_PROBABILITY
             child = (
                 parent
                 + rng.uniform(-0.5, 1.0) * (first - second)
                 + step * is_changed * rng.standard_normal(len(parent))
             )
-            child = np.where(among, np.where(rng.random(len(parent)) < CROSSED, first, parent), child).clip(0.0, 1.0)
+            child = np.where(
+                is_categorical, np.where(rng.random(len(parent)) < CROSSOVER_PROBABILITY, first, parent), child
+            ).clip(0.0, 1.0)
             points.append(
                 {
-                    path: _within(choice, share)
-                    for (path, choice), share in zip(choices.items(), child.tolist(), strict=True)
+                    path: _clipped_value(choice, fraction)
+                    for (path, choice), fraction in zip(choices.items(), child.tolist(), strict=True)
                 }
             )
         return points
 
-    def _signed(self) -> list[tuple[str, float]]:
-        return [(name, -1.0 if large else 1.0) for name, large in self.optimise.objectives]
+    def _signed_objectives(self) -> list[tuple[str, float]]:
+        return [(name, -1.0 if is_maximised else 1.0) for name, is_maximised in self.optimise.objectives]
 
 
 class _Trial(NamedTuple):
@@ -232,8 +237,11 @@ class _Trial(NamedTuple):
     def violation(self) -> float:
         """Return the total violation of the limits, 0 if all are met."""
         if self.failed:
-            return FAILED
-        excesses = [FAILED if not math.isfinite(self.margins[name]) else -self.margins[name] for name in self.names]
+            return FAILED_VIOLATION
+        excesses = [
+            FAILED_VIOLATION if not math.isfinite(self.margins[name]) else -self.margins[name]
+            for name in self.exceeded_columns
+        ]
         return sum(max(violation, np.finfo(float).tiny) for violation in excesses)
 
     def merit(self, name: str, sign: float) -> tuple[float, float, str]:
@@ -241,11 +249,11 @@ class _Trial(NamedTuple):
         return self.violation, math.inf if self.failed else sign * self.values[name], self.case_id
 
     @property
-    def names(self) -> list[str]:
+    def exceeded_columns(self) -> list[str]:
         """Return the columns with exceeded limits."""
         return [name for name in self.exceeded.split(",") if name]
 
-    def best(self) -> Best:
+    def best(self) -> BestCase:
         """Return the trial as a result."""
         finite = {name: margin for name, margin in self.margins.items() if math.isfinite(margin)}
         nearest = min(finite, key=lambda name: finite[name], default=None)
@@ -253,7 +261,7 @@ class _Trial(NamedTuple):
         intervals = {name: interval for name, interval in self.intervals.items() if math.isfinite(sum(interval))}
         margin = min(finite.values(), default=None)
         limiting = self.exceeded or nearest
-        return Best(self.case_id, self.point, values, intervals, margin, limiting, self.violation == 0.0)
+        return BestCase(self.case_id, self.point, values, intervals, margin, limiting, self.violation == 0.0)
 
 
 def _interval(columns: dict[str, np.ndarray], name: str, index: int) -> tuple[float, float]:
@@ -264,7 +272,7 @@ def _interval(columns: dict[str, np.ndarray], name: str, index: int) -> tuple[fl
 
 def _front(trials: list[_Trial], objectives: tuple[tuple[str, bool], ...]) -> Iterator[_Trial]:
     """Yield the non-dominated trials in order of the first objective; for one objective, the best."""
-    signed = [(name, -1.0 if large else 1.0) for name, large in objectives]
+    signed = [(name, -1.0 if is_maximised else 1.0) for name, is_maximised in objectives]
     table = np.array([[sign * trial.values[name] for name, sign in signed] for trial in trials])
     order = sorted(range(len(trials)), key=lambda k: (*table[k].tolist(), trials[k].case_id))
     members: list[int] = []
@@ -274,9 +282,9 @@ def _front(trials: list[_Trial], objectives: tuple[tuple[str, bool], ...]) -> It
             yield trials[k]
 
 
-def _within(choice: Choice, share: float) -> Any:
+def _clipped_value(choice: Choice, fraction: float) -> Any:
     """Return the value at a share (0 to 1) of the range of a choice, clipped to the ends of the range."""
-    value = choice.value_at(share)
+    value = choice.value_at(fraction)
     return value if choice.kind == AMONG else min(max(value, choice.values[0]), choice.values[1])
 
 
@@ -289,4 +297,4 @@ def _distribution(choice: Choice) -> "optuna.distributions.BaseDistribution":
     if choice.kind == WHOLE:
         return distributions.IntDistribution(choice.values[0], choice.values[1])
     low, high = choice.values
-    return distributions.FloatDistribution(low, high, log=choice.logarithmic)
+    return distributions.FloatDistribution(low, high, log=choice.is_logarithmic)

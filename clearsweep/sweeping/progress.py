@@ -10,8 +10,8 @@ from ..language.phases import print_line, show_progress
 
 __all__ = ["Cases", "Compiling", "CompletionRate", "print_line", "show_progress"]
 
-SETTLING = 1.0  # s after the first case before the time left is shown
-MOST_NAMED = 3  # most running cases in a line
+SETTLING_TIME = 1.0  # s after the first case before the time left is shown
+MAX_LISTED = 3  # most running cases in a line
 LONG_CASE = phases.FIRST_LINE  # s after which a running case is listed
 
 
@@ -30,7 +30,7 @@ class CompletionRate:
                 self.begin, self.first = now, done
             return None
         spent = now - self.begin
-        return None if done == self.first or spent < SETTLING else spent * (total - done) / (done - self.first)
+        return None if done == self.first or spent < SETTLING_TIME else spent * (total - done) / (done - self.first)
 
 
 class Cases(phases.Phase):
@@ -44,14 +44,14 @@ class Cases(phases.Phase):
         self.rate = CompletionRate()
         #: Returns the number of finished cases in running batches, and the current cases of the workers.
         self.read_cases: Callable[[], tuple[int, Sequence[phases.Progress]]] = lambda: (0, ())
-        self._seen: tuple[float, tuple[int, Sequence[phases.Progress]]] = (-math.inf, (0, ()))
+        self._last_read: tuple[float, tuple[int, Sequence[phases.Progress]]] = (-math.inf, (0, ()))
 
-    def seen(self) -> tuple[int, Sequence[phases.Progress]]:
+    def running_cases(self) -> tuple[int, Sequence[phases.Progress]]:
         """Return the number of finished cases and the progress of the running ones; files are read once in a while."""
         now = time.monotonic()
-        if now - self._seen[0] >= phases.REFRESH:
-            self._seen = now, self.read_cases()
-        return self._seen[1]
+        if now - self._last_read[0] >= phases.REFRESH:
+            self._last_read = now, self.read_cases()
+        return self._last_read[1]
 
     def advance(self, done: int, failed: int) -> None:
         """Record `done` more cases; `failed` is the total of failed cases."""
@@ -59,33 +59,33 @@ class Cases(phases.Phase):
         self.rate.left(self.done, self.total)
 
     def _words(self) -> str:
-        done = min(self.done + self.seen()[0], self.total)
+        done = min(self.done + self.running_cases()[0], self.total)
         self.share = done / max(self.total, 1)
         return f"{self.title}{done:,} of {self.total:,} cases, {self.failed:,} failed"
 
     def left(self, now: float) -> float | None:
         """Return the time (s) left: from the mean pace of cases, or from the progress of running ones."""
-        in_hand, at_work = self.seen()
-        with_estimate = [case for case in at_work if case.left is not None]
-        paced = self.rate.left(self.done + in_hand, self.total)
+        done_in_batches, running = self.running_cases()
+        with_estimate = [case for case in running if case.left is not None]
+        left_by_rate = self.rate.left(self.done + done_in_batches, self.total)
         if not with_estimate:
-            return paced
+            return left_by_rate
         left = max(case.left or 0.0 for case in with_estimate)
-        if paced is not None:
-            return max(paced, left)
+        if left_by_rate is not None:
+            return max(left_by_rate, left)
         durations = [case.seconds + (case.left or 0.0) for case in with_estimate if not case.once]
         if not durations:
             return None
-        waiting = max(self.total - self.done - in_hand - len(at_work), 0)
+        waiting = max(self.total - self.done - done_in_batches - len(running), 0)
         return max(
             left, sum(durations) / len(durations) * (1.0 + waiting / max(self.jobs, 1)) - with_estimate[0].seconds
         )
 
     def line_suffix(self) -> str:
         """Return the long cases, each with its progress."""
-        long_cases = [case for case in self.seen()[1] if case.seconds >= LONG_CASE]
-        omitted = f"; and {len(long_cases) - MOST_NAMED:,} more" if len(long_cases) > MOST_NAMED else ""
-        return "".join(f"; {store.case_text(case)}" for case in long_cases[:MOST_NAMED]) + omitted
+        long_cases = [case for case in self.running_cases()[1] if case.seconds >= LONG_CASE]
+        omitted = f"; and {len(long_cases) - MAX_LISTED:,} more" if len(long_cases) > MAX_LISTED else ""
+        return "".join(f"; {store.case_text(case)}" for case in long_cases[:MAX_LISTED]) + omitted
 
 
 class Compiling(phases.Phase):

@@ -22,7 +22,7 @@ SEED = 0  # seed of the order in which boxes of equal size are halved
 GridPoint = tuple[int, ...]  # position along each axis, in divisions of a grid step
 
 
-class Refined(NamedTuple):
+class RefinementResult(NamedTuple):
     """Results of refining a grid."""
 
     asked: int  # most cases to add
@@ -36,8 +36,8 @@ class _Axis:
 
     def __init__(self, values: Iterable[float]):
         self.values = sorted(values)
-        self.geometric = _geometric(self.values)
-        self.places = {value: STEP * k for k, value in enumerate(self.values)}  # indices of the values in use
+        self.is_geometric = _is_geometric(self.values)
+        self.positions = {value: STEP * k for k, value in enumerate(self.values)}  # indices of the values in use
 
     def value(self, position: int) -> float:
         """Return the value at a position, computed by halving for the same bits on every machine."""
@@ -47,9 +47,9 @@ class _Axis:
         (low, high), (first, last) = self.values[k : k + 2], (0, STEP)
         while True:
             centre = (first + last) // 2
-            between = math.sqrt(low) * math.sqrt(high) if self.geometric else 0.5 * low + 0.5 * high
+            between = math.sqrt(low) * math.sqrt(high) if self.is_geometric else 0.5 * low + 0.5 * high
             if centre == remainder:
-                self.places[between] = position
+                self.positions[between] = position
                 return between
             if remainder < centre:
                 high, last = between, centre
@@ -57,7 +57,7 @@ class _Axis:
                 low, first = between, centre
 
 
-def _geometric(values: Sequence[float]) -> bool:
+def _is_geometric(values: Sequence[float]) -> bool:
     """Return whether ascending values are closer to a geometric than to an arithmetic sequence."""
     if values[0] <= 0.0:
         return False
@@ -68,7 +68,7 @@ def _geometric(values: Sequence[float]) -> bool:
 class _Box(NamedTuple):
     """A box of the grid or a part of one, for one combination of the other axes."""
 
-    other: int
+    group: int
     low: GridPoint
     size: GridPoint
 
@@ -86,39 +86,39 @@ class _Box(NamedTuple):
         """Return both halves along an axis."""
         half = self.size[axis] // 2
         size = (*self.size[:axis], half, *self.size[axis + 1 :])
-        return self._replace(size=size), _Box(self.other, _shifted(self.low, axis, half), size)
+        return self._replace(size=size), _Box(self.group, _shifted(self.low, axis, half), size)
 
 
-def _shifted(position: GridPoint, axis: int, by: int) -> GridPoint:
-    return (*position[:axis], position[axis] + by, *position[axis + 1 :])
+def _shifted(position: GridPoint, axis: int, offset: int) -> GridPoint:
+    return (*position[:axis], position[axis] + offset, *position[axis + 1 :])
 
 
-class Refining:
+class Refinement:
     """One refinement, round by round."""
 
     def __init__(self, grid: Grid):
         assert grid.refine is not None  # only for grids that have the section
         self.refine = grid.refine
         self.axes = [_Axis(grid.axes[path]) for path in self.refine.paths]
-        self.numbers: dict[tuple, int] = {}  # values of the other axes -> their number
+        self.group_numbers: dict[tuple, int] = {}  # values of the other axes -> their number
         self.points: list[Point] = []  # these values by path, by number
-        self.of_grid = np.zeros(0, bool)  # whether grid cases are acceptable: (others, values of each axis)
-        self.between: dict[tuple[int, GridPoint], bool] = {}  # the same for added cases, by number and position
+        self.grid_is_good = np.zeros(0, bool)  # whether grid cases are acceptable: (others, values of each axis)
+        self.added_is_good: dict[tuple[int, GridPoint], bool] = {}  # the same for added cases, by number and position
         self.boxes: list[_Box] = []  # boxes that the border crosses
         self.halved: list[tuple[_Box, int]] = []  # boxes whose halves must be examined, and the axis of halving
-        self.crossed, self.added, self.left = 0, 0, False
+        self.crossed, self.added, self.is_incomplete = 0, 0, False
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
         """Record how the cases of a grid, from the index `first` on, compare to its limits."""
         keys = [self._key(grid.point(index)) for index in range(first, len(grid))]
         is_good = [status == "ok" and not names for status, names in zip(results.status, results.exceeded, strict=True)]
         if first:
-            self.between |= dict(zip(keys, is_good, strict=True))
+            self.added_is_good |= dict(zip(keys, is_good, strict=True))
             self._keep_crossed_halves()
         else:
-            self.of_grid = np.zeros((len(self.points), *(len(axis.values) for axis in self.axes)), bool)
+            self.grid_is_good = np.zeros((len(self.points), *(len(axis.values) for axis in self.axes)), bool)
             for (group, position), case_is_good in zip(keys, is_good, strict=True):
-                self.of_grid[group, *(coordinate // STEP for coordinate in position)] = case_is_good
+                self.grid_is_good[group, *(coordinate // STEP for coordinate in position)] = case_is_good
             self.boxes = self._boxes_of_grid()
             self.crossed = len(self.boxes)
 
@@ -136,9 +136,9 @@ class Refining:
         self.added += len(requested)
         return [self._point(*key) for key in requested]
 
-    def result(self) -> Refined:
+    def result(self) -> RefinementResult:
         """Return the results, at the end."""
-        return Refined(self.refine.cases, self.added, self.crossed, whole=not self.left)
+        return RefinementResult(self.refine.cases, self.added, self.crossed, whole=not self.is_incomplete)
 
     def _halve(self, box: _Box, requested: dict[tuple[int, GridPoint], None]) -> None:
         """Halve a box, unless it has the smallest size or too few cases are left."""
@@ -146,10 +146,10 @@ class Refining:
         if not axes:
             return
         axis = max(axes, key=lambda candidate: box.size[candidate])
-        corners = [(box.other, corner) for half in box.halves(axis) for corner in half.corners()]
+        corners = [(box.group, corner) for half in box.halves(axis) for corner in half.corners()]
         unknown = dict.fromkeys(key for key in corners if key not in requested and self._is_good(*key) is None)
         if self.added + len(requested) + len(unknown) > self.refine.cases:
-            self.left = True
+            self.is_incomplete = True
         else:
             requested |= unknown
             self.halved.append((box, axis))
@@ -158,14 +158,14 @@ class Refining:
         """Keep the halves that the border crosses."""
         halves = (half for box, axis in self.halved for half in box.halves(axis))
         self.boxes += [
-            half for half in halves if len({self._is_good(half.other, corner) for corner in half.corners()}) == 2
+            half for half in halves if len({self._is_good(half.group, corner) for corner in half.corners()}) == 2
         ]
         self.halved = []
 
     def _boxes_of_grid(self) -> list[_Box]:
         """Return the boxes between cases of the grid that the border crosses."""
-        all_good, any_good = self.of_grid, self.of_grid
-        for axis in range(1, self.of_grid.ndim):
+        all_good, any_good = self.grid_is_good, self.grid_is_good
+        for axis in range(1, self.grid_is_good.ndim):
             low, high = ((slice(None),) * axis + (selection,) for selection in (slice(None, -1), slice(1, None)))
             all_good, any_good = all_good[low] & all_good[high], any_good[low] | any_good[high]
         crossed = np.argwhere(any_good & ~all_good).tolist()
@@ -173,17 +173,19 @@ class Refining:
 
     def _differ(self, box: _Box, axis: int) -> bool:
         """Return whether the ends of an edge along an axis differ."""
-        return any(self._is_good(box.other, a) is not self._is_good(box.other, b) for a, b in box.edges(axis))
+        return any(self._is_good(box.group, a) is not self._is_good(box.group, b) for a, b in box.edges(axis))
 
     def _is_good(self, group: int, position: GridPoint) -> bool | None:
         """Return whether the case at a position meets the limits, or None if it was not run."""
         if any(coordinate % STEP for coordinate in position):
-            return self.between.get((group, position))
-        return bool(self.of_grid[group, *(coordinate // STEP for coordinate in position)])
+            return self.added_is_good.get((group, position))
+        return bool(self.grid_is_good[group, *(coordinate // STEP for coordinate in position)])
 
     def _key(self, point: Point) -> tuple[int, GridPoint]:
-        position = tuple(axis.places[point.pop(path)] for path, axis in zip(self.refine.paths, self.axes, strict=True))
-        number = self.numbers.setdefault(tuple(point.values()), len(self.numbers))
+        position = tuple(
+            axis.positions[point.pop(path)] for path, axis in zip(self.refine.paths, self.axes, strict=True)
+        )
+        number = self.group_numbers.setdefault(tuple(point.values()), len(self.group_numbers))
         if number == len(self.points):
             self.points.append(point)
         return number, position

@@ -5,35 +5,37 @@ import resource
 
 from ..language.errors import InputError
 
-LEAST_SPACE = 1_000_000_000  # bytes of address space for loading the modules of a run and compiling a scene
-SPARE_SPACE = 4_000_000  # kB, as for `ulimit -v`; the advised limit
-SPARE_FILES = 256  # least advised number of open files
+MIN_ADDRESS_SPACE = 1_000_000_000  # bytes of address space for loading the modules of a run and compiling a scene
+ADVISED_ADDRESS_SPACE = 4_000_000  # kB, as for `ulimit -v`; the advised limit
+ADVISED_FILES = 256  # least advised number of open files
 
 
 def check_space() -> None:
     """Raise InputError if the address space is too small to load the modules of every verb."""
     space, _ = resource.getrlimit(resource.RLIMIT_AS)
-    if space != resource.RLIM_INFINITY and space < LEAST_SPACE:
+    if space != resource.RLIM_INFINITY and space < MIN_ADDRESS_SPACE:
         raise InputError(
             f"memory: this process may use {space / 1e6:,.0f} MB of address space (ulimit -v), less than the "
-            f"{LEAST_SPACE / 1e6:,.0f} MB that clearsweep needs; raise it, for example with `ulimit -v {SPARE_SPACE}`"
+            f"{MIN_ADDRESS_SPACE / 1e6:,.0f} MB that clearsweep needs; raise it, for example with `ulimit -v "
+            f"{ADVISED_ADDRESS_SPACE}`"
         )
 
 
 def allow_files(count: int) -> None:
     """Allow this process `count` open files; raise InputError if that is not permitted."""
-    now, most = resource.getrlimit(resource.RLIMIT_NOFILE)
-    if now == resource.RLIM_INFINITY or count <= now:
+    soft_limit, hard_limit = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if soft_limit == resource.RLIM_INFINITY or count <= soft_limit:
         return
-    if most != resource.RLIM_INFINITY and count > most:
+    if hard_limit != resource.RLIM_INFINITY and count > hard_limit:
         raise InputError(
-            f"open files: this process may have {most:,} (ulimit -n), fewer than the {count:,} that its workers need; "
-            f"raise the limit, such as `ulimit -n {max(SPARE_FILES, count)}`, or use fewer workers with --jobs"
+            f"open files: this process may have {hard_limit:,} (ulimit -n), fewer than the {count:,} that its "
+            "workers need; "
+            f"raise the limit, such as `ulimit -n {max(ADVISED_FILES, count)}`, or use fewer workers with --jobs"
         )
-    resource.setrlimit(resource.RLIMIT_NOFILE, (count, most))
+    resource.setrlimit(resource.RLIMIT_NOFILE, (count, hard_limit))
 
 
-def remedy(error: BaseException) -> str | None:
+def remedy_text(error: BaseException) -> str | None:
     """Return a sentence for an error caused by a system limit, or None for any other error."""
     number = getattr(error, "errno", None)
     if isinstance(error, MemoryError) or number == errno.ENOMEM:
@@ -44,13 +46,13 @@ def remedy(error: BaseException) -> str | None:
     if number in (errno.EMFILE, errno.ENFILE):
         return (
             f"open files: this process has reached its limit (ulimit -n); raise it, for example with `ulimit -n "
-            f"{SPARE_FILES}`, or use fewer workers with --jobs"
+            f"{ADVISED_FILES}`, or use fewer workers with --jobs"
         )
     if number == errno.ENAMETOOLONG:
-        return too_long(str(getattr(error, "filename", "")))
+        return path_too_long_text(str(getattr(error, "filename", "")))
     return None
 
 
-def too_long(name: str) -> str:
+def path_too_long_text(name: str) -> str:
     """Return the message for a path that is too long for the file system."""
     return f"{name[:60]}...: File name too long for the file system ({len(name)} characters); choose a shorter one"

@@ -12,9 +12,9 @@ from .. import grid as grids
 from ..contracts.layout import Layout
 from ..judging import expected, order, validity, verdict
 from ..store import StoredRun, summed
-from .law_checks import LawChecks
-from .lives import Lives
-from .pace import SlowestCase
+from .law_checks import LawCheckResults
+from .lives import LifeExtremes
+from .slowest_case import SlowestCase
 from .worst_cases import WorstCases
 
 LISTED_FAILURES = 3  # number of cases with each status
@@ -31,23 +31,25 @@ class RunFacts:
         self.failures: list[dict[str, Any]] = []
         self.statuses: Counter[str] = Counter()
         self.remarks, self.limits = validity.Remarks(joints), _LimitCounts(record)
-        self.lives, self.pace = Lives(layout, record.get("life") or {}), SlowestCase(record, layout)
+        self.lives, self.slowest_case = LifeExtremes(layout, record.get("life") or {}), SlowestCase(record, layout)
         self.ranking = order.ranking_of(layout, self.limits.verdict.limits, record)
         self.worst = WorstCases(self.ranking, joints, self.limits.verdict.limits)
         self.expected: dict[str, Any] | None = None  # the largest force peak to expect in many revolutions
         self._joints = joints
-        self.laws = LawChecks(checked, self.ranking)
+        self.laws = LawCheckResults(checked, self.ranking)
         columns = ["status", *self.swept, *checked, *self.worst.columns]
         columns += validity.columns(joints, {column.name for column in layout.columns})
         columns += [name for name in expected.columns(joints) if name in {column.name for column in layout.columns}]
-        self.columns = list(dict.fromkeys([*columns, *self.limits.columns, *self.lives.columns, *self.pace.columns]))
+        self.columns = list(
+            dict.fromkeys([*columns, *self.limits.columns, *self.lives.columns, *self.slowest_case.columns])
+        )
 
     def read(self, run: StoredRun) -> None:
         """Add a run; of a run in blocks, the extreme rows of its blocks and the sums of their counts."""
         for block in run.sample_and_extremes(self.columns):
             self.add(block)
         if marks := run.marks():
-            self._take([mark["counts"] for mark in marks])
+            self._replace_counts([mark["counts"] for mark in marks])
 
     def add(self, block: dict[str, np.ndarray]) -> None:
         """Add some cases, with at least the columns `columns`."""
@@ -66,20 +68,26 @@ class RunFacts:
             finished = block if is_counted.all() else {name: values[is_counted] for name, values in block.items()}
             self.remarks.add(finished)
             self.limits.add(finished, self.swept)
-            known_at = functools.partial(_case_description, finished, swept=self.swept)
-            self.lives.add(finished, known_at)
-            self.pace.add(finished, known_at)
-            self.worst.add(finished, known_at)
+            describe = functools.partial(_case_description, finished, swept=self.swept)
+            self.lives.add(finished, describe)
+            self.slowest_case.add(finished, describe)
+            self.worst.add(finished, describe)
             largest = expected.worst(finished, self._joints)
             if largest and (self.expected is None or largest.value > self.expected["value"]):
                 index = finished["case_id"].tolist().index(largest.case_id)
-                self.expected = largest._asdict() | known_at(index)
+                self.expected = largest._asdict() | describe(index)
 
     def case_ids(self) -> set[str]:
         """Return the identities of the cases in the facts so far."""
-        entries = [*self.failures, *self.worst.entries, *self.lives.ends.values(), self.pace.slowest, self.limits.worst]
-        named = {entry["case_id"] for entry in entries if entry}
-        return named | self.remarks.case_ids()
+        entries = [
+            *self.failures,
+            *self.worst.entries,
+            *self.lives.extremes.values(),
+            self.slowest_case.slowest,
+            self.limits.worst,
+        ]
+        case_ids = {entry["case_id"] for entry in entries if entry}
+        return case_ids | self.remarks.case_ids()
 
     def counts(self) -> dict[str, Any]:
         """Return the counts for JSON."""
@@ -94,7 +102,7 @@ class RunFacts:
             "unreached": self.lives.unreached,
         }
 
-    def _take(self, counts: list[dict[str, Any]]) -> None:
+    def _replace_counts(self, counts: list[dict[str, Any]]) -> None:
         """Replace the counts of the rows read by the sums over all blocks."""
         limits, self.statuses = summed(counts, "limits"), summed(counts, "statuses")
         self.limits.exceeded, self.limits.unknown = summed(counts, "exceeded"), summed(counts, "unknown")

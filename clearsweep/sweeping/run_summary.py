@@ -10,10 +10,10 @@ from ..language import wording
 from . import answered, identified
 from .law_checks import law_lines
 from .lives import life_lines
-from .pace import pace_lines
 from .run_facts import RunFacts
-from .searched import optimise_lines, optimised, refine_lines, seek_facts, seek_lines
+from .searched import optimise_facts, optimise_lines, refine_lines, seek_facts, seek_lines
 from .settings import common_units, given_text, grid_text, grid_texts, setting_name, setting_text, value_text
+from .slowest_case import slowest_case_lines
 from .sweep import RunResult
 
 DERIVED = 12  # lines on derived values at the end of a run
@@ -50,9 +50,9 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "limit_labels": _limit_labels(run.layout, limits.verdict.limits, limits.units),
         "probability": chance,
         "life": run_facts.lives.facts(),
-        "slowest": run_facts.pace.slowest,
+        "slowest": run_facts.slowest_case.slowest,
         "seek": seek_facts(result, run.grid),
-        "optimised": optimised(result, limits.units, limits.verdict.limits),
+        "optimised": optimise_facts(result, limits.units, limits.verdict.limits),
         "identified": result.identified and identified.of_run(result.identified),
         "refined": result.refined and result.refined._asdict(),
         "question": leading.question,
@@ -130,7 +130,10 @@ def run_text(facts: dict[str, Any]) -> str:
         first_line = (
             f"{cases(facts['reused'])} of {facts['joined']} directories merged in {wording.duration(facts['seconds'])}"
         )
-    lines = [f"{first_line}: {facts['ok']:,} ok, {facts['failed']:,} failed{remaining}", *pace_lines(facts["slowest"])]
+    lines = [
+        f"{first_line}: {facts['ok']:,} ok, {facts['failed']:,} failed{remaining}",
+        *slowest_case_lines(facts["slowest"]),
+    ]
     if facts["others"]:
         lines.append(
             f"{cases(facts['others'])} with other values on the axes stay stored and are not in summary.parquet; "

@@ -6,8 +6,8 @@ from typing import Any
 
 from ..judging.verdict import Limit, margin_words
 from ..language import wording
-from . import nearest
-from .optimising import Best
+from . import unanswered
+from .optimising import BestCase
 from .sensitivity import STEP
 from .settings import grid_text, number_of_joints, setting_text, value_text
 from .sweep import RunResult
@@ -22,7 +22,7 @@ def seek_facts(result: RunResult, record: Mapping[str, Any]) -> dict[str, Any] |
     """
     if result.seek is None:
         return None
-    remedies = nearest.of_run(record, result.answers, result.effects)
+    remedies = unanswered.unanswered_facts(record, result.answers, result.effects)
     nearest_cases = iter(remedies.pop("best"))
     answers = [
         answer._asdict() | {"best": [*itertools.islice(nearest_cases, len(answer.best))]} for answer in result.answers
@@ -67,7 +67,7 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
         if answer["beyond"]:
             names = wording.sentence_list(list(answer["beyond"]))
             lines.append(f"    not monotone: {names} beyond it also meet the limits")
-        lines += [f"    {_nearest(path, case, facts)}" for case in answer["best"][:LISTED_ANSWERS]]
+        lines += [f"    {_nearest_line(path, case, facts)}" for case in answer["best"][:LISTED_ANSWERS]]
         if len(answer["best"]) > LISTED_ANSWERS:
             lines.append(f"    and {len(answer['best']) - LISTED_ANSWERS:,} more")
     if len(answers) > LISTED_ANSWERS:
@@ -84,30 +84,30 @@ def _effect_lines(path: str, facts: dict[str, Any]) -> list[str]:
     effects, furthest, texts = facts["seek"]["effects"], facts["seek"]["furthest"], []
     step = f"{100.0 * STEP:g} %"
     for effect in effects:
-        lower, unchanged, upper = (_margin(effect[name]) for name in ("lower", "margin", "upper"))
+        lower, unchanged, upper = (_margin_text(effect[name]) for name in ("lower", "margin", "upper"))
         if len({lower, unchanged, upper}) > 1:
             value = grid_text(effect["value"], effect["unit"], speed=effect["path"].endswith("speed"))
             texts.append(f"    {effect['path']} ({value}): {lower} with {step} less, {upper} with {step} more")
     if not texts:
         return ["  No other single key of the grid changes the margin."] if effects else []
     setting = setting_text({**furthest["point"], path: furthest["value"]}, facts)
-    heading = f"  Effect of other keys on the worst margin, {_margin(furthest['margin'])} at {setting}:"
+    heading = f"  Effect of other keys on the worst margin, {_margin_text(furthest['margin'])} at {setting}:"
     return [heading, *texts[:LISTED_EFFECTS]]
 
 
-def _margin(margin: float | None) -> str:
+def _margin_text(margin: float | None) -> str:
     return "failed" if margin is None else f"{100.0 * margin:.3g} %"
 
 
-def _nearest(path: str, case: dict[str, Any], facts: dict[str, Any]) -> str:
+def _nearest_line(path: str, case: dict[str, Any], facts: dict[str, Any]) -> str:
     """Return a line with the best margin for one combination of the other axes, and the limits that would pass."""
     setting = setting_text(case["point"], facts)
-    where = f"{setting}: " if setting else ""
+    prefix = f"{setting}: " if setting else ""
     if case["margin"] is None:
-        return f"{where}every case failed or cannot be assessed ({case['limiting']})"
-    margin = _margin(case["margin"])
-    text = f"{where}best at {value_text(path, case['value'], facts)}, margin {margin}"
-    text = f"{where}best with {case['fit']}, margin {margin}" if case["fit"] else text
+        return f"{prefix}every case failed or cannot be assessed ({case['limiting']})"
+    margin = _margin_text(case["margin"])
+    text = f"{prefix}best at {value_text(path, case['value'], facts)}, margin {margin}"
+    text = f"{prefix}best with {case['fit']}, margin {margin}" if case["fit"] else text
     if case["limiting"] is None:  # another case exceeds them, or the motion is chaotic
         return f"{text}, within the limits there"
     text += f", limited by {case['limiting']}"
@@ -133,7 +133,7 @@ def refine_lines(facts: dict[str, Any]) -> list[str]:
     ]
 
 
-def optimised(result: RunResult, units: Mapping[str, str], limits: Sequence[Limit]) -> dict[str, Any] | None:
+def optimise_facts(result: RunResult, units: Mapping[str, str], limits: Sequence[Limit]) -> dict[str, Any] | None:
     """Return the result of `optimise` as a JSON-ready dictionary in SI units, or None if there is none.
 
     `units` maps columns to units.
@@ -141,13 +141,13 @@ def optimised(result: RunResult, units: Mapping[str, str], limits: Sequence[Limi
     optimum = result.optimised
     if optimum is None:
         return None
-    best = [_with_words(case, limits) for case in optimum.best]
-    start = _with_words(optimum.start, limits) if optimum.start else None
+    best = [_case_facts(case, limits) for case in optimum.best]
+    start = _case_facts(optimum.start, limits) if optimum.start else None
     names = [*optimum.best[0].values]
     return optimum._asdict() | {"best": best, "start": start, "units": {name: units.get(name, "1") for name in names}}
 
 
-def _with_words(case: Best, limits: Sequence[Limit]) -> dict[str, Any]:
+def _case_facts(case: BestCase, limits: Sequence[Limit]) -> dict[str, Any]:
     """Return a case as a JSON-ready dictionary with its margin in words; without limits, the words are None."""
     if case.margin is None:
         return case._asdict() | {"margin_words": None}
@@ -155,12 +155,12 @@ def _with_words(case: Best, limits: Sequence[Limit]) -> dict[str, Any]:
     return case._asdict() | {"margin_words": margin_words(case.margin, limits, exceeded)}
 
 
-def _objective(column: str, case: Mapping[str, Any], unit: str) -> str:
+def _objective_text(column: str, case: Mapping[str, Any], unit: str) -> str:
     """Return an objective of a case with its interval, if it has one."""
     text = f"{column} {grid_text(case['values'][column], unit)}"
     if column not in case["intervals"]:
         return text
-    low, high = (grid_text(end, unit) for end in case["intervals"][column])
+    low, high = (grid_text(bound, unit) for bound in case["intervals"][column])
     return f"{text} (95 %: {low} to {high})"
 
 
@@ -176,7 +176,7 @@ def optimise_lines(facts: dict[str, Any]) -> list[str]:
         front = "no case meets the limits; the nearest case"
         lines[-1] = f"Optimised over {optimum['looked_at']:,} cases: {front} (optimise.parquet)"
     for name, case in [*(("", case) for case in best[:LISTED_ANSWERS]), *((("start: ", start),) if start else ())]:
-        values = [_objective(column, case, optimum["units"][column]) for column in case["values"]]
+        values = [_objective_text(column, case, optimum["units"][column]) for column in case["values"]]
         limiting = wording.sentence_list((case["limiting"] or "").split(","))
         margin = "" if case["margin"] is None else f", margin {case['margin_words']} ({limiting})"
         lines.append(f"  {name}{setting_text(case['point'], facts)}: {', '.join(values) or 'failed'}{margin}")

@@ -8,7 +8,7 @@ import numpy as np
 from .. import store
 from ..grid import Grid, Seek
 from .adaptive import Point
-from .bisection import Border, scan, search
+from .bisection import Border, scan_indices, search
 
 
 class Answer(NamedTuple):
@@ -27,13 +27,13 @@ class Answer(NamedTuple):
 
 
 class _Probe(NamedTuple):
-    good: bool
+    is_good: bool
     margin: float  # margin to the limits; minus infinity for a failed case
     limiting: str | None
     margins: Mapping[str, float]  # by limited column
 
 
-class Seeking:
+class SeekSearch:
     """One search, round by round."""
 
     def __init__(self, grid: Grid):
@@ -42,36 +42,36 @@ class Seeking:
         self.other_points = _other_points(grid, self.seek)
         self.index_of = {tuple(point.values()): j for j, point in enumerate(self.other_points)}
         subjects = range(len(self.other_points))
-        self.subjects = [(j,) for j in subjects] if self.seek.each else [tuple(subjects)]
+        self.subjects = [(j,) for j in subjects] if self.seek.is_per_case else [tuple(subjects)]
         self.probes: list[dict[int, _Probe]] = [{} for _ in self.other_points]  # for each: index -> probe
         self.indices = {self.seek.value(index): index for index in self._first_indices()}  # value -> index
 
     def _first_indices(self) -> tuple[int, ...]:
-        return tuple(range(self.seek.last + 1)) if self.seek.fits else scan(self.seek.last)
+        return tuple(range(self.seek.last_index + 1)) if self.seek.fits else scan_indices(self.seek.last_index)
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
         """Record how the cases of a grid, from the index `first` on, compare to its limits."""
         for index in range(first, len(grid)):
             point = grid.point(index)
-            place = self.indices[[point.pop(path) for path in self.seek.paths].pop()]
-            self.probes[self.index_of[tuple(point.values())]][place] = _probe(results, index - first)
+            value_index = self.indices[[point.pop(path) for path in self.seek.paths].pop()]
+            self.probes[self.index_of[tuple(point.values())]][value_index] = _probe(results, index - first)
 
     def next_points(self) -> list[Point]:
         """Return the points of the next cases."""
-        return [self._point(*probe) for probe in dict.fromkeys(self._next())]
+        return [self._point(*probe) for probe in dict.fromkeys(self._next_probes())]
 
     def answers(self) -> list[Answer]:
         """Return the answers of a finished search: one for each case of the other axes, or one for all."""
         return [self._answer(subject) for subject in self.subjects]
 
-    def _next(self) -> Iterator[tuple[int, int]]:
+    def _next_probes(self) -> Iterator[tuple[int, int]]:
         for subject in () if self.seek.fits else self.subjects:  # all fits are tried at once
-            for index in search(self._known(subject), self.seek.last).probes:
+            for index in search(self._outcomes(subject), self.seek.last_index).probes:
                 yield from ((j, index) for j in subject)
 
-    def _known(self, subject: tuple[int, ...]) -> dict[int, bool]:
+    def _outcomes(self, subject: tuple[int, ...]) -> dict[int, bool]:
         """Return index -> whether all cases there meet their limits."""
-        return {index: all(self.probes[j][index].good for j in subject) for index in self.probes[subject[0]]}
+        return {index: all(self.probes[j][index].is_good for j in subject) for index in self.probes[subject[0]]}
 
     def _point(self, j: int, index: int) -> Point:
         value = self.seek.value(index)
@@ -80,27 +80,32 @@ class Seeking:
 
     def _answer(self, subject: tuple[int, ...]) -> Answer:
         """Return the answer from the probes of some cases of the other axes."""
-        known, seek = self._known(subject), self.seek
-        border = every(known, seek.last) if seek.fits else search(known, seek.last).border
+        outcomes, seek = self._outcomes(subject), self.seek
+        border = border_of_all(outcomes, seek.last_index) if seek.fits else search(outcomes, seek.last_index).border
         assert border is not None  # the search is finished
-        deciding = _deciding(known, border, seek.last)
+        deciding = _deciding_index(outcomes, border, seek.last_index)
         worst = min(subject, key=lambda j: (self.probes[j][deciding].margin, j))
-        limiting = None if known[deciding] else self.probes[worst][deciding].limiting
+        limiting = None if outcomes[deciding] else self.probes[worst][deciding].limiting
         point = self.other_points[worst]
         if border.last_good is None:
-            nearest = max(known, key=lambda index: (min(self.probes[j][index].margin for j in subject), -index))
+            nearest = max(outcomes, key=lambda index: (min(self.probes[j][index].margin for j in subject), -index))
             best = tuple(self._best(j, nearest) for j in subject)
-            probe_count = len(known) * len(subject)
+            probe_count = len(outcomes) * len(subject)
             return Answer(point, None, None, None, limiting, probe_count, fits=bool(seek.fits), best=best)
         last_good = seek.value(border.last_good)
-        first_bad = seek.value(seek.last if border.first_bad is None else border.first_bad)
+        first_bad = seek.value(seek.last_index if border.first_bad is None else border.first_bad)
         answer = Answer(
-            point, last_good, min(last_good, first_bad), max(last_good, first_bad), limiting, len(known) * len(subject)
+            point,
+            last_good,
+            min(last_good, first_bad),
+            max(last_good, first_bad),
+            limiting,
+            len(outcomes) * len(subject),
         )
         if not seek.fits:
             return answer
         passing_beyond = tuple(
-            seek.fit(index).name for index in sorted(known) if known[index] and index > border.last_good
+            seek.fit(index).name for index in sorted(outcomes) if outcomes[index] and index > border.last_good
         )
         return answer._replace(fits=True, fit=seek.fit(border.last_good).name, beyond=passing_beyond)
 
@@ -118,19 +123,19 @@ class Seeking:
         }
 
 
-def _deciding(known: dict[int, bool], border: Border, last: int) -> int:
+def _deciding_index(outcomes: dict[int, bool], border: Border, last: int) -> int:
     """Return the index that determines the limiting column: the first bad one beyond the border."""
     if border.last_good is None:
-        return min((index for index, is_good in known.items() if not is_good), default=0)
-    return min((index for index, is_good in known.items() if index > border.last_good and not is_good), default=last)
+        return min((index for index, is_good in outcomes.items() if not is_good), default=0)
+    return min((index for index, is_good in outcomes.items() if index > border.last_good and not is_good), default=last)
 
 
-def every(known: Mapping[int, bool], last: int) -> Border:
+def border_of_all(outcomes: Mapping[int, bool], last: int) -> Border:
     """Return the border if all indices of 0 to `last` are known: it is before the first bad one."""
-    start = next((index for index in range(last + 1) if known[index]), None)
-    if start is None:
+    first_good = next((index for index in range(last + 1) if outcomes[index]), None)
+    if first_good is None:
         return Border(None, 0)
-    first_bad = next((index for index in range(start, last + 1) if not known[index]), None)
+    first_bad = next((index for index in range(first_good, last + 1) if not outcomes[index]), None)
     return Border(last if first_bad is None else first_bad - 1, first_bad)
 
 
@@ -145,9 +150,9 @@ def _probe(results: store.CaseResults, index: int) -> _Probe:
     """Return the probe of the case at an index of a grid."""
     status = results.status[index]
     if status != "ok":
-        return _Probe(good=False, margin=-np.inf, limiting=status, margins={})
+        return _Probe(is_good=False, margin=-np.inf, limiting=status, margins={})
     margins = {name: values[index] for name, values in results.margins.items()}
     exceeded = [name for name in results.exceeded[index].split(",") if name]
     worst = min(exceeded, key=lambda name: np.nan_to_num(margins[name], nan=-np.inf), default=None)
     finite = [margin for margin in margins.values() if not np.isnan(margin)]
-    return _Probe(good=not exceeded, margin=float(min(finite, default=np.inf)), limiting=worst, margins=margins)
+    return _Probe(is_good=not exceeded, margin=float(min(finite, default=np.inf)), limiting=worst, margins=margins)

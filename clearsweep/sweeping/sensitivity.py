@@ -18,7 +18,7 @@ from .worker import Simulator
 STEP = 0.1  # relative step: larger than the scatter of chaotic motion, small enough for a slope
 FOLDER = "sensitivity"  # prefix of its name; a hash of the keys follows
 _AXIS_SECTIONS = ("sweep", "zip", "cases", "sample", "seek")  # sections of a resolved grid that choose cases
-_OF_METHOD = ("simulate.", "save.", "uncertain.")  # keys that are not properties of the machine
+_METHOD_PREFIXES = ("simulate.", "save.", "uncertain.")  # keys that are not properties of the machine
 _EXPONENT = ".exponent"  # the units of other keys depend on this key
 
 
@@ -89,7 +89,7 @@ def _numbers(grid: grids.Grid, point: Mapping[str, Any]) -> dict[str, float]:
         if isinstance(value, float)
         and value
         and path not in point
-        and not path.startswith(_OF_METHOD)
+        and not path.startswith(_METHOD_PREFIXES)
         and not path.endswith(_EXPONENT)
     }
 

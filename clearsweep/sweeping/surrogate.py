@@ -7,15 +7,15 @@ model of its own (Regis 2014, Eng. Optim. 46, 218).
 
 import numpy as np
 
-NEIGHBOURS = 150  # most cases in the model; few enough for single-threaded linear algebra
-FEWEST_CASES = (2, 2)  # fewest cases in the model: a constant, and cases per key
-CANDIDATES = 400  # candidates for each chosen point
+MAX_NEIGHBOURS = 150  # most cases in the model; few enough for single-threaded linear algebra
+MIN_CASES = (2, 2)  # fewest cases in the model: a constant, and cases per key
+CANDIDATE_COUNT = 400  # candidates for each chosen point
 #: Weights of the rank by predicted value, used in turn; the rest is the rank by distance.
 WEIGHTS = (0.5, 0.8, 0.95, 1.0)
 LARGEST_STEP, HALVINGS = 0.2, 7  # standard deviations of candidates around good cases, in parts of the ranges
-CHANGED = 0.6  # probability that a candidate changes a key
-CLIPPED = 75.0  # percentile at which the objective is clipped; higher values would make the model oscillate
-INFEASIBLE = 10.0  # penalty for exceeded limits, in ranges of the objective
+CHANGE_PROBABILITY = 0.6  # probability that a candidate changes a key
+CLIP_PERCENTILE = 75.0  # percentile at which the objective is clipped; higher values would make the model oscillate
+INFEASIBILITY_PENALTY = 10.0  # penalty for exceeded limits, in ranges of the objective
 
 
 def better_points(
@@ -31,12 +31,12 @@ def better_points(
     from scipy.spatial.distance import cdist
 
     keys = known.shape[1]
-    neighbours = np.sort(np.argsort(np.linalg.norm(known - known[0], axis=1), kind="stable")[:NEIGHBOURS])
+    neighbours = np.sort(np.argsort(np.linalg.norm(known - known[0], axis=1), kind="stable")[:MAX_NEIGHBOURS])
     known, objective = (
         known[neighbours],
-        np.minimum(objective[neighbours], np.percentile(objective[neighbours], CLIPPED)),
+        np.minimum(objective[neighbours], np.percentile(objective[neighbours], CLIP_PERCENTILE)),
     )
-    if len(known) < FEWEST_CASES[0] + FEWEST_CASES[1] * keys:
+    if len(known) < MIN_CASES[0] + MIN_CASES[1] * keys:
         return np.empty((0, keys))
     scaled = (objective - objective.min()) / max(np.ptp(objective), np.finfo(float).tiny)
     try:
@@ -46,10 +46,10 @@ def better_points(
     existing = known
     for position in range(count):
         weight = WEIGHTS[position % len(WEIGHTS)]
-        candidates = rng.random((CANDIDATES, keys)) if weight == WEIGHTS[0] else _candidates_near(known, rng)
+        candidates = rng.random((CANDIDATE_COUNT, keys)) if weight == WEIGHTS[0] else _candidates_near(known, rng)
         expected = model(candidates)
         exceeded = np.maximum(-expected[:, 1:], 0.0).sum(axis=1)
-        merit = expected[:, 0] + (exceeded > 0.0) * (INFEASIBLE + exceeded)
+        merit = expected[:, 0] + (exceeded > 0.0) * (INFEASIBILITY_PENALTY + exceeded)
         distances = cdist(candidates, existing).min(axis=1)
         selected = np.argmin(weight * _ranks(merit) + (1.0 - weight) * _ranks(-distances))
         existing = np.vstack([existing, candidates[selected]])
@@ -58,10 +58,10 @@ def better_points(
 
 def _candidates_near(known: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Return candidates around cases in order of merit: half around the first, a quarter around the next."""
-    centres = known[np.minimum(rng.geometric(0.5, CANDIDATES), len(known)) - 1]
-    steps = LARGEST_STEP * 0.5 ** rng.integers(HALVINGS, size=(CANDIDATES, 1))
-    is_changed = rng.random(centres.shape) < CHANGED
-    is_changed[np.arange(CANDIDATES), rng.integers(centres.shape[1], size=CANDIDATES)] = True
+    centres = known[np.minimum(rng.geometric(0.5, CANDIDATE_COUNT), len(known)) - 1]
+    steps = LARGEST_STEP * 0.5 ** rng.integers(HALVINGS, size=(CANDIDATE_COUNT, 1))
+    is_changed = rng.random(centres.shape) < CHANGE_PROBABILITY
+    is_changed[np.arange(CANDIDATE_COUNT), rng.integers(centres.shape[1], size=CANDIDATE_COUNT)] = True
     candidates: np.ndarray = (centres + steps * is_changed * rng.standard_normal(centres.shape)).clip(0.0, 1.0)
     return candidates
 

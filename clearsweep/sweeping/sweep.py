@@ -15,13 +15,13 @@ from .. import store
 from ..contracts.results import Peak
 from ..language import phases, wording
 from ..language.errors import DirectoryError, InputError
-from . import adaptive, blockwise, executors, identified, nearest, nodes, progress, resources, signals
-from .case_runner import CaseRunner, Options, case_ids, common_values, failure_limit
-from .identifying import Identified, Identifying
-from .law_checks import LawCheck
-from .optimising import Optimised, Optimising
-from .refining import Refined, Refining
-from .seeking import Answer, Seeking
+from . import adaptive, blockwise, executors, identified, nodes, progress, resources, signals, unanswered
+from .case_runner import CaseRunner, Options, case_ids, failure_limit, is_common
+from .identifying import Identification, IdentificationResult
+from .law_checks import LawCheckSearch
+from .optimising import Optimisation, OptimisationResult
+from .refining import Refinement, RefinementResult
+from .seeking import Answer, SeekSearch
 from .sensitivity import Effect, effects
 from .shard import Shard, distinct
 from .simulator import SIMULATION
@@ -32,7 +32,7 @@ MOST_WARNINGS = 5
 LONGEST_FILE = f"parts/{'x' * 60}"  # no name below a run's directory is longer
 LONGEST_TIMEOUT = 1e8  # s, three years
 
-Source = str | PathLike | Mapping | grids.Changed | grids.Grid  # a grid file, a dict of the same form, or a Grid
+Source = str | PathLike | Mapping | grids.OverriddenGrid | grids.Grid  # a grid file, a dict of the same form, or a Grid
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,11 @@ class RunResult:
     seek: grids.Seek | None = None  # answers of `seek`
     answers: tuple[Answer, ...] = ()  # what was found
     effects: tuple[Effect, ...] = ()  # effects of other keys on the margin, if a search has no answer
-    optimised: Optimised | None = None  # result of `optimise`, or None without the section or if stopped
-    identified: Identified | None = None  # result of `identify`; None as for `optimised`, or if too few cases finished
-    refined: Refined | None = None  # result of `refine`, or None without the section or if stopped
+    optimised: OptimisationResult | None = None  # result of `optimise`, or None without the section or if stopped
+    identified: IdentificationResult | None = (
+        None  # result of `identify`; None as for `optimised`, or if too few cases finished
+    )
+    refined: RefinementResult | None = None  # result of `refine`, or None without the section or if stopped
 
     @property
     def exit_code(self) -> int:
@@ -129,7 +131,7 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
         )
         with directory_of(grid, result.directory).open_for(grid) as directory:
             record = result.open().grid
-            directory.add_to_record(nearest=nearest.of_run(record, result.answers, result.effects))
+            directory.add_to_record(nearest=unanswered.unanswered_facts(record, result.answers, result.effects))
         return result
 
 
@@ -171,17 +173,17 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
             else:
                 complete = case_runner.run(grid, ids, requested)
             del ids  # 8 MB for a million cases, which merging needs
-            answers = search.answers() if isinstance(search, Seeking) and complete else []
+            answers = search.answers() if isinstance(search, SeekSearch) and complete else []
             paths = grid.seek.paths if grid.seek else ()
-            optimum = search.result() if isinstance(search, Optimising) and complete else None
+            optimum = search.result() if isinstance(search, Optimisation) and complete else None
             names = [column for column, _ in grid.optimise.objectives] if grid.optimise else []
             record_entries["answers"] = store.write_answers(directory, store.ResultSchema.of(grid), paths, answers)
             record_entries["answers"] |= store.write_best(
                 directory, store.ResultSchema.of(grid), names, optimum.best if optimum else ()
             )
-            machine = search.result() if isinstance(search, Identifying) and complete else None
-            if isinstance(search, Identifying) and complete and search.too_few:
-                record_entries["warnings"] = warnings = [*warnings, search.too_few]
+            machine = search.result() if isinstance(search, Identification) and complete else None
+            if isinstance(search, Identification) and complete and search.too_few_text:
+                record_entries["warnings"] = warnings = [*warnings, search.too_few_text]
             record_entries["answers"] |= store.write_sample(
                 directory, store.ResultSchema.of(grid), machine.sample if machine else {}
             )
@@ -192,14 +194,14 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         **counts,
         seconds=time.monotonic() - begin,
         case_seconds=case_runner.case_seconds,
-        start_up=(case_runner.ready or begin) - begin,
+        start_up=(case_runner.ready_time or begin) - begin,
         derived=derived,
         warnings=tuple(warnings),
         seek=grid.seek,
         answers=tuple(answers),
         optimised=optimum,
         identified=machine,
-        refined=search.result() if isinstance(search, Refining) and complete else None,
+        refined=search.result() if isinstance(search, Refinement) and complete else None,
     )
 
 
@@ -232,12 +234,12 @@ def _run_cut(
     """Run a grid in blocks; known_of_run : the division, the shard, and the start time."""
     division, shard, begin = known_of_run
     with phases.phase("checking the cases"):
-        doubles = blockwise.doubles_of(grid)
+        duplicates = blockwise.duplicate_indices(grid)
         derived, warnings = facts(grid, simulator)
     record_entries: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
     directory = directory_of(grid, out, shard)
-    job = blockwise.BlockJob(directory.path.absolute(), grid, simulator, options, division, shard, doubles)
-    requested = blockwise.count_wanted(job)
+    job = blockwise.BlockJob(directory.path.absolute(), grid, simulator, options, division, shard, duplicates)
+    requested = blockwise.count_requested(job)
     blocks = {"size": division.size, "count": division.count, "numbers": []}
     with signals.catching(), directory.open_for(grid, counts={"cases": requested}, blocks=blocks, **record_entries):
         start = store.now()
@@ -257,23 +259,25 @@ def _run_cut(
         **counts,
         seconds=time.monotonic() - begin,
         case_seconds=outcome.case_seconds,
-        start_up=(case_runner.ready or begin) - begin,
+        start_up=(case_runner.ready_time or begin) - begin,
         derived=derived,
         warnings=tuple(warnings),
     )
 
 
-def _search(grid: grids.Grid, simulator: Simulator) -> Seeking | Refining | Optimising | Identifying | LawCheck | None:
+def _search(
+    grid: grids.Grid, simulator: Simulator
+) -> SeekSearch | Refinement | Optimisation | Identification | LawCheckSearch | None:
     """Return the search that adds cases to a grid, or None."""
     if grid.seek:
-        return Seeking(grid)
+        return SeekSearch(grid)
     if grid.refine:
-        return Refining(grid)
+        return Refinement(grid)
     if grid.identify:
-        return Identifying(grid)
+        return Identification(grid)
     if grid.checked_laws:
-        return LawCheck(grid, simulator)
-    return Optimising(grid) if grid.optimise else None
+        return LawCheckSearch(grid, simulator)
+    return Optimisation(grid) if grid.optimise else None
 
 
 def load(source: Source, simulator: Simulator = SIMULATION) -> grids.Grid:
@@ -289,7 +293,7 @@ def directory_of(grid: grids.Grid, out: str | Path | None = None, shard: Shard |
         (path / LONGEST_FILE).stat()
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:
-            raise DirectoryError(f"{resources.too_long(str(path))} with --out") from None
+            raise DirectoryError(f"{resources.path_too_long_text(str(path))} with --out") from None
     return store.RunDirectory(path)
 
 
@@ -301,7 +305,7 @@ def conclude(case_runner: CaseRunner, grid: grids.Grid, requested: np.ndarray, *
     directory, ran = case_runner.directory, case_runner.ran
     rows = directory.rows()
     stored = len(rows)
-    requested_ids = common_values(rows["id"], requested)
+    requested_ids = is_common(rows["id"], requested)
     rows = rows if requested_ids.all() else rows[requested_ids]
     result_schema = store.ResultSchema.of(grid)
 
@@ -334,7 +338,7 @@ def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, A
             for kind, factor in (("radial", 1.0), ("diametral", 2.0)):
                 range_of_fit = {"min": factor * fit.low, "max": factor * fit.high}
                 ranges[f"{path} ({fit.name}, {kind})"] = {"unit": "m", **range_of_fit}
-    for figure_assumed in grid.taken:
+    for figure_assumed in grid.library_values:
         unit, best_value, low, high = figure_assumed.value
         ranges[f"{figure_assumed.path} ({figure_assumed.name})"] = {"unit": unit, "min": best_value, "max": best_value}
         ranges[f"{figure_assumed.path} ({figure_assumed.name}, range)"] = {"unit": unit, "min": low, "max": high}

@@ -29,7 +29,7 @@ from ..store import durable
 from . import resources, signals
 from .tasks import Batch, Task
 
-AT_ONCE = 64  # cases created at a time, in a third of the time of one by one
+CHUNK_SIZE = 64  # cases created at a time, in a third of the time of one by one
 CHECK_INTERVAL = 0.01  # s between checks for a request to stop
 ERROR_CHECK_COST = 10.0**0.125  # run time of an error check over that of the case, at a tenth of the tolerance
 OUT_OF_TIME = "time-budget"  # status of a case that exceeded its time
@@ -96,7 +96,7 @@ class Job:
     driver: str = ""  # owner of the batches, if several drivers work at one block
 
     def __reduce__(self) -> tuple[Callable[[bytes], "Job"], tuple[bytes]]:
-        return _unpacked, (self._packed,)
+        return _unpack_job, (self._packed,)
 
     @cached_property
     def _packed(self) -> bytes:
@@ -127,7 +127,7 @@ class Job:
 
 
 @functools.lru_cache(maxsize=1)
-def _unpacked(content: bytes) -> Job:
+def _unpack_job(content: bytes) -> Job:
     return Job(*pickle.loads(content))
 
 
@@ -157,7 +157,7 @@ def start_worker(parent: int, load: Callable[[], None]) -> None:
     gc.freeze()  # loaded objects stay, so the garbage collector need not scan them
 
 
-class Timed(NamedTuple):
+class CaseTime(NamedTuple):
     """The time of a case, measured or extrapolated from its beginning."""
 
     seconds: float | None  # s, without compiling; None: the beginning does not determine it
@@ -168,28 +168,28 @@ class Timed(NamedTuple):
     over_budget: bool = False  # its time budget ends it earlier, so that is its time
 
 
-def time_case(simulator: Simulator, case: Case, patience: float, working: store.Working | None = None) -> Timed:
+def time_case(simulator: Simulator, case: Case, patience: float, working: store.Working | None = None) -> CaseTime:
     """Return the time of a case; after `patience` (s) it is extrapolated from the beginning."""
     budget = min(case.simulate.time_budget, patience)
     begin, compile_time = time.perf_counter(), phases.compile_seconds()
     with phases.store_progress(working.put) if working else contextlib.nullcontext(), phases.track_estimate() as latest:
         trajectory = simulator.solve(case._replace(simulate=case.simulate._replace(time_budget=budget)))
     compile_time = phases.compile_seconds() - compile_time
-    spent = time.perf_counter() - begin - compile_time
-    out_of_time = [trajectory.status, *trajectory.message.partition(LIFE_FAILED)[2:]]  # of the case, of a further life
-    if not any(OUT_OF_TIME in text for text in out_of_time) or budget == case.simulate.time_budget:
-        return Timed(spent, len(trajectory.events), spent, compile_time)
-    total = latest.total and max(latest.total - compile_time, spent)
+    elapsed = time.perf_counter() - begin - compile_time
+    status_texts = [trajectory.status, *trajectory.message.partition(LIFE_FAILED)[2:]]  # of the case, of a further life
+    if not any(OUT_OF_TIME in text for text in status_texts) or budget == case.simulate.time_budget:
+        return CaseTime(elapsed, len(trajectory.events), elapsed, compile_time)
+    total = latest.total and max(latest.total - compile_time, elapsed)
     if total and case.simulate.error_check:
         total *= 1.0 + ERROR_CHECK_COST
-    over_budget = total is not None and total > case.simulate.time_budget
-    return Timed(
-        case.simulate.time_budget if over_budget else total,
+    is_over_budget = total is not None and total > case.simulate.time_budget
+    return CaseTime(
+        case.simulate.time_budget if is_over_budget else total,
         0,
-        spent,
+        elapsed,
         compile_time,
         extrapolated=True,
-        over_budget=over_budget,
+        over_budget=is_over_budget,
     )
 
 
@@ -234,10 +234,10 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
     return Manifest(committed, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
 
 
-_Solved = Iterator[tuple[Task, dict[str, Any], Trajectory]]
+_SolvedCases = Iterator[tuple[Task, dict[str, Any], Trajectory]]
 
 
-def _one_by_one(job: Job, batch: Batch, note: "_NoteWriter", logs: list[store.Unfinished]) -> _Solved:
+def _one_by_one(job: Job, batch: Batch, note: "_NoteWriter", logs: list[store.Unfinished]) -> _SolvedCases:
     """Yield the cases of a batch and their results; on a request to stop, end after the current case.
 
     `logs` : receives the logs of lives, which are obsolete once their results are stored.
@@ -255,7 +255,7 @@ def _one_by_one(job: Job, batch: Batch, note: "_NoteWriter", logs: list[store.Un
         logs += [log] if log else []
 
 
-def _in_bulk(job: Job, batch: Batch, note: "_NoteWriter", logs: list[store.Unfinished]) -> _Solved:
+def _in_bulk(job: Job, batch: Batch, note: "_NoteWriter", logs: list[store.Unfinished]) -> _SolvedCases:
     """Yield the same as `_one_by_one`, but compute the cases together; after a request to stop, end at the first gap.
 
     Lives, which keep logs, are run one by one.  If the worker dies, the case is unknown: the first is recorded, and all
@@ -279,8 +279,8 @@ def _in_bulk(job: Job, batch: Batch, note: "_NoteWriter", logs: list[store.Unfin
 
 def _cases(grid: Grid, batch: Batch) -> Iterator[tuple[Task, dict[str, Any], Case]]:
     """Yield tasks, points and cases; several are created at once, in a third of the time."""
-    for first in range(0, len(batch.cases), AT_ONCE):
-        tasks = batch.cases.part(first, first + AT_ONCE).listed()
+    for first in range(0, len(batch.cases), CHUNK_SIZE):
+        tasks = batch.cases.part(first, first + CHUNK_SIZE).listed()
         points = [grid.point(task.grid_index) for task in tasks]
         yield from zip(tasks, points, [grid.case_at(point) for point in points], strict=True)
 
@@ -368,7 +368,7 @@ def _result_of_error(error: Exception) -> Trajectory:
     """Return the result of a case that ended with an exception."""
     if isinstance(error, InputError):
         return failure("refused", str(error))
-    return failure("crashed", resources.remedy(error) or brief(error))
+    return failure("crashed", resources.remedy_text(error) or brief(error))
 
 
 def failure(status: str, message: str) -> Trajectory:

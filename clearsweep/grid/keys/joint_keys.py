@@ -10,10 +10,10 @@ from .kinds import (
     Condition,
     ConditionalDefault,
     Flag,
+    KeyTable,
     Name,
     Number,
     Section,
-    Shape,
     Table,
     Use,
     Word,
@@ -22,9 +22,9 @@ from .kinds import (
 )
 from .library_names import MATERIAL, OIL
 
-JOURNAL = "compatible"  # the elastic law of a journal in a bearing
+JOURNAL_LAW = "compatible"  # name of the elastic law of a journal in a bearing
 
-_MATERIAL = (
+_MATERIAL_FIELDS = (
     Field("young", "Pa", "Young's modulus of {}"),
     Field("poisson", "1", "Poisson's ratio of {}", -1.0, 0.5, high_open=False),
     Field(
@@ -35,7 +35,7 @@ _MATERIAL = (
     ),
 )
 
-_ONSET = Word(
+_ONSET_KEY = Word(
     ("first", "renewed"),
     (
         "period for which the damping uses the onset rate of a contact; first: until the surfaces separate; "
@@ -47,100 +47,101 @@ _ONSET = Word(
 )
 
 
-def add_numbers(tree: Shape, path: str, fields: tuple[Field, ...], *, sweep: bool = True) -> None:
+def add_numbers(keys: KeyTable, path: str, fields: tuple[Field, ...], *, sweep: bool = True) -> None:
     """Add keys that are in use with any choice of laws."""
     for field in fields:
-        tree[f"{path}.{field.name}"] = Number((Use(field),), sweep)
+        keys[f"{path}.{field.name}"] = Number((Use(field),), sweep)
 
 
-def add_friction(tree: Shape, path: str, catalogue: Catalogue) -> None:
+def add_friction(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the keys of friction in a joint."""
-    tree[f"{path}.friction"] = Section(
+    keys[f"{path}.friction"] = Section(
         "friction of the joint. Without this section, the joint has no friction", "optional"
     )
-    tree[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", sweep=True, noun="law")
-    add_laws(tree, f"{path}.friction", "law", catalogue.of("friction"))
+    keys[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", sweep=True, noun="law")
+    add_laws(keys, f"{path}.friction", "law", catalogue.of("friction"))
 
 
-_COUPLE = (
+_PIN_PRELOAD_TEXT = (
     "constant force on the joint, such as the force of a seal; its friction acts as a torque, "
     "friction force x bearing_radius"
 )
-ALONG = "constant force on the block, such as the force of a seal; its friction acts along the guide"
+GUIDE_PRELOAD_TEXT = "constant force on the block, such as the force of a seal; its friction acts along the guide"
 
 
-def add_preload(tree: Shape, path: str, catalogue: Catalogue, text: str = _COUPLE) -> None:
+def add_preload(keys: KeyTable, path: str, catalogue: Catalogue, text: str = _PIN_PRELOAD_TEXT) -> None:
     """Add the keys of the preload of a pin, or of a guide, which also acts without contact."""
     laws = frozenset(law.name for law in catalogue.of("friction") if not law.sticks)
     key_use = Use(Field(PRELOAD, "N", text, optional=True), ((f"{path}.friction.law", laws),))
-    tree[f"{path}.friction.{PRELOAD}"] = Number((key_use,))
+    keys[f"{path}.friction.{PRELOAD}"] = Number((key_use,))
 
 
-def add_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "") -> None:
+def add_contact(keys: KeyTable, path: str, catalogue: Catalogue, contact: str = "") -> None:
     """Add the keys of the normal force of a joint, or at the path `contact`: law, elastic part, and parameters."""
     contact = contact or f"{path}.contact"
-    elastic = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_elastic)),)
-    tree[contact] = Section("law and parameters of the normal force")
-    tree[f"{contact}.law"] = Word(catalogue.names("law"), "law of the normal force", sweep=True, noun="law")
-    tree[f"{contact}.elastic"] = _elastic(path, catalogue, contact)._replace(when=elastic)
-    onset = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_onset)),)
-    tree[f"{contact}.onset"] = _ONSET._replace(when=onset)
-    add_laws(tree, contact, "elastic", catalogue.of("elastic"), elastic)
-    add_laws(tree, contact, "law", catalogue.of("law"))
+    elastic_in_use = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_elastic)),)
+    keys[contact] = Section("law and parameters of the normal force")
+    keys[f"{contact}.law"] = Word(catalogue.names("law"), "law of the normal force", sweep=True, noun="law")
+    keys[f"{contact}.elastic"] = _elastic_law_key(path, catalogue, contact)._replace(when=elastic_in_use)
+    onset_in_use = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_onset)),)
+    keys[f"{contact}.onset"] = _ONSET_KEY._replace(when=onset_in_use)
+    add_laws(keys, contact, "elastic", catalogue.of("elastic"), elastic_in_use)
+    add_laws(keys, contact, "law", catalogue.of("law"))
     material = f"{contact}.material"
-    tree[material] = Section(
+    keys[material] = Section(
         "material of both bodies, or its name; it determines the stiffness unless `stiffness` is given", "optional"
     )
-    add_material_name(tree, material, "of both bodies")
-    for field in _MATERIAL:
-        need = "" if field.optional else "; required unless each body has its own"
-        default_field = field._replace(text=field.text.format("both bodies") + need, optional=True)
-        tree[f"{material}.{field.name}"] = Number((Use(default_field, elastic),))
+    add_material_name(keys, material, "of both bodies")
+    for field in _MATERIAL_FIELDS:
+        requirement_text = "" if field.optional else "; required unless each body has its own"
+        default_field = field._replace(text=field.text.format("both bodies") + requirement_text, optional=True)
+        keys[f"{material}.{field.name}"] = Number((Use(default_field, elastic_in_use),))
     for body in Materials._fields:
-        tree[f"{material}.{body}"] = Section(
+        keys[f"{material}.{body}"] = Section(
             f"material of the {body}, or its name; write the materials of both bodies or of neither", "optional"
         )
-        add_material_name(tree, f"{material}.{body}", f"of the {body}")
-        for field in _MATERIAL:
+        add_material_name(keys, f"{material}.{body}", f"of the {body}")
+        for field in _MATERIAL_FIELDS:
             body_field = field._replace(text=field.text.format(f"the {body}"))
-            tree[f"{material}.{body}.{field.name}"] = Number((Use(body_field, elastic),))
+            keys[f"{material}.{body}.{field.name}"] = Number((Use(body_field, elastic_in_use),))
 
 
-def add_material_name(tree: Shape, path: str, whose: str) -> None:
+def add_material_name(keys: KeyTable, path: str, bodies_text: str) -> None:
     """Add the key that names a material; the name may also replace the section."""
-    text = f"name of the material {whose}"
-    tree[f"{path}.{MATERIAL}"] = Name(
+    text = f"name of the material {bodies_text}"
+    keys[f"{path}.{MATERIAL}"] = Name(
         tuple(MATERIALS), f"{text}, from `clearsweep list materials`; numbers in the same section override its values"
     )
 
 
-def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:
-    """Return the key of the elastic law; its default is JOURNAL if its inputs are given but no stiffness."""
+def _elastic_law_key(path: str, catalogue: Catalogue, contact: str) -> Word:
+    """Return the key of the elastic law; its default is JOURNAL_LAW if its inputs are given but no stiffness."""
     names = catalogue.names("elastic")
-    word_key = Word(names, "law of the elastic force", "power", sweep=True, noun="law")
-    if JOURNAL not in names:
-        return word_key
-    hertzian = frozenset(law.name for law in catalogue.of("law") if "hertz" in law.needs)
-    conditional = ConditionalDefault(
-        JOURNAL,
+    law_key = Word(names, "law of the elastic force", "power", sweep=True, noun="law")
+    if JOURNAL_LAW not in names:
+        return law_key
+    hertzian_laws = frozenset(law.name for law in catalogue.of("law") if "hertz" in law.needs)
+    default_rule = ConditionalDefault(
+        JOURNAL_LAW,
         all_of=(f"{contact}.material", f"{path}.length", f"{path}.bearing_radius"),
         none_of=(f"{contact}.stiffness", f"{contact}.exponent"),
-        unless=(f"{contact}.law", hertzian),
+        unless=(f"{contact}.law", hertzian_laws),
     )
     default_text = (
-        f"default: {JOURNAL} if `material` and `length` are given without `stiffness` and `exponent`, otherwise power"
+        f"default: {JOURNAL_LAW} if `material` and `length` are given without `stiffness` and `exponent`, "
+        "otherwise power"
     )
-    return word_key._replace(text=f"{word_key.text}; {default_text}", conditional_default=conditional)
+    return law_key._replace(text=f"{law_key.text}; {default_text}", conditional_default=default_rule)
 
 
-def add_thermal(tree: Shape, path: str) -> None:
+def add_thermal(keys: KeyTable, path: str) -> None:
     """Add the keys of a dry joint's heat balance."""
     thermal = f"{path}.thermal"
     text = "heat balance of dry friction: temperature = ambient + mean friction power / conductance"
-    tree[thermal] = Section(f"{text}. Without this section, friction does not heat the joint", "optional")
-    add_numbers(tree, thermal, HEAT_BALANCE)
+    keys[thermal] = Section(f"{text}. Without this section, friction does not heat the joint", "optional")
+    add_numbers(keys, thermal, HEAT_BALANCE_FIELDS)
     text = "thermal expansion of both bodies. Without this section, the temperature does not change the clearance"
-    tree[f"{thermal}.expansion"] = Section(text, "optional")
+    keys[f"{thermal}.expansion"] = Section(text, "optional")
     for body in Materials._fields:
         field = Field(
             body,
@@ -148,43 +149,43 @@ def add_thermal(tree: Shape, path: str) -> None:
             f"coefficient of thermal expansion of the {body}; a named material provides it",
             low_open=False,
         )
-        add_numbers(tree, f"{thermal}.expansion", (field,))
+        add_numbers(keys, f"{thermal}.expansion", (field,))
 
 
-def add_laws(tree: Shape, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = ()) -> None:
+def add_laws(keys: KeyTable, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = ()) -> None:
     """Add the keys of the laws that `key` chooses from; the chosen law decides the meaning of a shared key."""
     for law in laws:
         for field in law.fields:
             key_use = Use(field, (*when, (f"{path}.{key}", frozenset((law.name,)))))
-            existing = tree.get(f"{path}.{field.name}")
-            uses = existing.uses if isinstance(existing, Number) else ()
+            existing_key = keys.get(f"{path}.{field.name}")
+            uses = existing_key.uses if isinstance(existing_key, Number) else ()
             if not uses or any(existing_use.when for existing_use in uses):
-                tree[f"{path}.{field.name}"] = Number((*uses, key_use))
+                keys[f"{path}.{field.name}"] = Number((*uses, key_use))
     tables = {
         columns: frozenset(law.name for law in laws if columns in law.tables) for law in laws for columns in law.tables
     }
     for columns, names in tables.items():
-        tree[f"{path}.{columns.name}"] = Table(columns, (*when, (f"{path}.{key}", names)), optional=True)
+        keys[f"{path}.{columns.name}"] = Table(columns, (*when, (f"{path}.{key}", names)), optional=True)
 
 
-def moduli(joint: str) -> tuple[str, ...]:
+def modulus_paths(joint: str) -> tuple[str, ...]:
     """Return the paths in a joint that determine the modulus for wear pressure."""
     return f"{joint}.contact.material", f"{joint}.wear.pressure_modulus"
 
 
-def point_laws(catalogue: Catalogue) -> tuple[Law, ...]:
+def laws_of_point_contacts(catalogue: Catalogue) -> tuple[Law, ...]:
     """Return the contact laws that are suitable for a point without a radius."""
     return tuple(law for law in catalogue.laws if law.family != "elastic" or not law.needs)
 
 
-def first_onset(tree: Shape, contact: str) -> Word:
+def onset_key_without_mass(keys: KeyTable, contact: str) -> Word:
     """Return the key `onset` for contacts whose effective impact mass is unknown."""
     text = "period for which the damping uses the onset rate of a contact; first: until the surfaces separate"
-    return word_key(tree, f"{contact}.onset")._replace(options=("first",), default="first", text=text)
+    return word_key(keys, f"{contact}.onset")._replace(options=("first",), default="first", text=text)
 
 
 DEFAULT_FILM_LAW = "reynolds"
-FILM_LIMIT = (
+FILM_LIMIT_FIELDS = (
     Field(
         "limit",
         "1",
@@ -195,18 +196,20 @@ FILM_LIMIT = (
         default=0.99,
     ),
 )
-VISCOSITY = Field("viscosity", "Pa*s", "dynamic viscosity of the oil, or kinematic viscosities at two temperatures")
-OIL_VISCOSITIES = (
+VISCOSITY_FIELD = Field(
+    "viscosity", "Pa*s", "dynamic viscosity of the oil, or kinematic viscosities at two temperatures"
+)
+OIL_FIELDS = (
     Field("at_40C", "m^2/s", "kinematic viscosity of the oil at 40 degC", 2e-6),
     Field("at_100C", "m^2/s", "kinematic viscosity of the oil at 100 degC, lower than at 40 degC", 2e-6),
     Field("density", "kg/m^3", "density of the oil"),
 )
-TEMPERATURE = Field("temperature", "K", "temperature of the oil; required with two viscosities", optional=True)
-HEAT_BALANCE = (
+TEMPERATURE_FIELD = Field("temperature", "K", "temperature of the oil; required with two viscosities", optional=True)
+HEAT_BALANCE_FIELDS = (
     Field("conductance", "W/K", "heat flow per temperature difference to the surroundings"),
     Field("ambient", "K", "temperature of the surroundings"),
 )
-TRANSITION = (
+TRANSITION_FIELDS = (
     Field(
         "from",
         "m",
@@ -218,92 +221,92 @@ TRANSITION = (
 )
 
 
-def add_roughness(tree: Shape, path: str, catalogue: Catalogue) -> None:
+def add_roughness(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the keys of a joint's surface roughness."""
-    rough = f"{path}.roughness"
-    tree[rough] = Section(
+    roughness = f"{path}.roughness"
+    keys[roughness] = Section(
         "roughness of the surfaces, in series with the elastic law. Without this section, the surfaces are smooth",
         "optional",
     )
-    tree[f"{rough}.law"] = Word(catalogue.names("roughness"), "law of the roughness", sweep=True, noun="law")
-    add_laws(tree, rough, "law", catalogue.of("roughness"))
+    keys[f"{roughness}.law"] = Word(catalogue.names("roughness"), "law of the roughness", sweep=True, noun="law")
+    add_laws(keys, roughness, "law", catalogue.of("roughness"))
 
 
-def add_film(tree: Shape, path: str, catalogue: Catalogue) -> None:
+def add_film(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the keys of a joint's oil film, with or without dry contact."""
-    tree[f"{path}.contact"] = section_key(tree, f"{path}.contact")._replace(unless="film")
+    keys[f"{path}.contact"] = section_key(keys, f"{path}.contact")._replace(unless="film")
     film = f"{path}.film"
-    tree[film] = Section("oil film. Without this section, the joint has no film", "optional")
-    tree[f"{film}.law"] = Word(
+    keys[film] = Section("oil film. Without this section, the joint has no film", "optional")
+    keys[f"{film}.law"] = Word(
         catalogue.names("film"), "law of the film force", DEFAULT_FILM_LAW, sweep=True, noun="law"
     )
-    tree[f"{film}.{OIL}"] = Name(tuple(OILS), "oil from `clearsweep list oils`; it determines viscosities and density")
-    add_numbers(tree, film, (VISCOSITY,))
-    add_numbers(tree, f"{film}.viscosity", OIL_VISCOSITIES)
-    add_numbers(tree, film, (TEMPERATURE, *FILM_LIMIT))
-    tree[f"{film}.thermal"] = Section(
+    keys[f"{film}.{OIL}"] = Name(tuple(OILS), "oil from `clearsweep list oils`; it determines viscosities and density")
+    add_numbers(keys, film, (VISCOSITY_FIELD,))
+    add_numbers(keys, f"{film}.viscosity", OIL_FIELDS)
+    add_numbers(keys, film, (TEMPERATURE_FIELD, *FILM_LIMIT_FIELDS))
+    keys[f"{film}.thermal"] = Section(
         "heat balance of the film: temperature = ambient + mean loss / conductance", "optional"
     )
-    add_numbers(tree, f"{film}.thermal", HEAT_BALANCE)
-    tree[f"{film}.friction"] = Word(
+    add_numbers(keys, f"{film}.thermal", HEAT_BALANCE_FIELDS)
+    keys[f"{film}.friction"] = Word(
         ("by-law", *catalogue.names("film-friction")),
         "law of the torque from the shear of the film; by-law: butenschoen",
         "by-law",
         sweep=True,
         noun="law",
     )
-    tree[f"{film}.transition"] = Section("transition from the film to dry contact", "implied", needs="contact")
+    keys[f"{film}.transition"] = Section("transition from the film to dry contact", "implied", needs="contact")
     transition = f"{film}.transition"
-    tree[f"{transition}.law"] = Word(
+    keys[f"{transition}.law"] = Word(
         catalogue.names("transition"),
         "law of the transition from the film to dry contact",
         "ramp",
         sweep=True,
         noun="law",
     )
-    add_numbers(tree, transition, TRANSITION)
-    add_laws(tree, transition, "law", catalogue.of("transition"))
+    add_numbers(keys, transition, TRANSITION_FIELDS)
+    add_laws(keys, transition, "law", catalogue.of("transition"))
 
 
-_SLEEVE = (
+_SPATIAL_SIZES = (
     Field("clearance", "m", "radial clearance"),
     Field("bearing_radius", "m", "radius of the bearing; the radius of the journal is smaller by the clearance"),
     Field("length", "m", "length of the bearing along its axis"),
     Field("journal_length", "m", "length of the journal; default: the length of the bearing", optional=True),
 )
-_AXIAL = Field(
+_AXIAL_CLEARANCE = Field(
     "axial_clearance",
     "m",
     ("clearance between the ends of bearing and journal on each side, with the journal in the middle"),
 )
-_MISALIGNED = (
+_MISALIGNMENTS = (
     ("tilt", "rotation vector of the bearing about x and y of its body", "rad", 2),
     ("offset", "offset of the bearing's middle along the axes of its body", "m", 3),
 )
 
 
-def flanged(tree: Shape, path: str, catalogue: Catalogue) -> None:
+def add_flanges(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the further keys of a spatial revolute joint with flanges."""
-    add_numbers(tree, path, (_AXIAL,))
+    add_numbers(keys, path, (_AXIAL_CLEARANCE,))
     axial = f"{path}.axial"
-    _pointed_contact(tree, axial, catalogue._replace(laws=point_laws(catalogue)))
-    for nested in [nested for nested in tree if nested.startswith(f"{axial}.material")]:
-        del tree[nested]
-    tree[axial] = Section(
+    _add_point_contact(keys, axial, catalogue._replace(laws=laws_of_point_contacts(catalogue)))
+    for nested in [nested for nested in keys if nested.startswith(f"{axial}.material")]:
+        del keys[nested]
+    keys[axial] = Section(
         "normal force at a flange. Without this section, `contact` also applies to the flanges", "optional"
     )
 
 
-def through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+def add_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a spatial revolute joint without flanges."""
-    tree[path] = Section("a revolute joint with radial and axial clearance, in which the journal may tilt", "optional")
-    tree[f"{path}.type"] = Word(("spatial",), "kind of the joint")
-    add_numbers(tree, path, _SLEEVE)
-    tree[f"{path}.flange"] = Flag(
+    keys[path] = Section("a revolute joint with radial and axial clearance, in which the journal may tilt", "optional")
+    keys[f"{path}.type"] = Word(("spatial",), "kind of the joint")
+    add_numbers(keys, path, _SPATIAL_SIZES)
+    keys[f"{path}.flange"] = Flag(
         "the bearing has flanges, `axial_clearance` away from the journal on each side", default=True
     )
     elastic = frozenset(law.name for law in catalogue.of("law") if not law.yields)
-    tree[f"{path}.walls"] = Word(
+    keys[f"{path}.walls"] = Word(
         ("spread", "ends"),
         "distribution of the load along the walls; spread: evenly over the overlap of journal and bore; ends: at the "
         "two ends, with half of the stiffness each; laws with permanent indentation always use `ends`",
@@ -312,19 +315,19 @@ def through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> No
         when=((f"{path}.contact.law", elastic),),
         may_be_unused=True,
     )
-    for name, text, unit, count in _MISALIGNED:
-        tree[f"{path}.{name}"] = Section(text, "implied", count)
+    for name, text, unit, count in _MISALIGNMENTS:
+        keys[f"{path}.{name}"] = Section(text, "implied", count)
         axes = (
             Field(str(k), unit, f"about {axis}" if unit == "rad" else f"along {axis}", -math.inf, default=0.0)
             for k, axis in enumerate("xyz"[:count])
         )
-        add_numbers(tree, f"{path}.{name}", tuple(axes))
-    _pointed_contact(tree, f"{path}.contact", catalogue)
+        add_numbers(keys, f"{path}.{name}", tuple(axes))
+    _add_point_contact(keys, f"{path}.contact", catalogue)
     laws = tuple(law for law in catalogue.laws if not (law.remembers or law.sticks))
-    add_friction(tree, path, catalogue._replace(laws=laws))
+    add_friction(keys, path, catalogue._replace(laws=laws))
 
 
-def _pointed_contact(tree: Shape, contact: str, catalogue: Catalogue) -> None:
+def _add_point_contact(keys: KeyTable, contact: str, catalogue: Catalogue) -> None:
     """Add the keys of the normal force at contact points, whose effective impact mass is unknown."""
-    add_contact(tree, contact.rpartition(".")[0], catalogue, contact)
-    tree[f"{contact}.onset"] = first_onset(tree, contact)
+    add_contact(keys, contact.rpartition(".")[0], catalogue, contact)
+    keys[f"{contact}.onset"] = onset_key_without_mass(keys, contact)

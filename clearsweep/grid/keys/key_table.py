@@ -5,24 +5,24 @@ from ...contracts.layout import settling
 from ...contracts.outline import ANY
 from ..library import PAIRS
 from .joint_keys import (
-    ALONG,
+    GUIDE_PRELOAD_TEXT,
     add_contact,
     add_film,
+    add_flanges,
     add_friction,
     add_laws,
     add_numbers,
     add_preload,
     add_roughness,
+    add_spatial_revolute,
     add_thermal,
-    first_onset,
-    flanged,
-    moduli,
-    point_laws,
-    through,
+    laws_of_point_contacts,
+    modulus_paths,
+    onset_key_without_mass,
 )
-from .kinds import ConditionalDefault, Flag, Name, Number, Section, Shape, Table, Use, Word, word_key
-from .library_names import LAW, PAIR
-from .run_keys import TIME_BUDGET, add_life_keys, add_save_keys
+from .kinds import ConditionalDefault, Flag, KeyTable, Name, Number, Section, Table, Use, Word, word_key
+from .library_names import DEFAULT_WEAR_LAW, PAIR
+from .run_keys import TIME_BUDGET_FIELD, add_life_keys, add_save_keys
 
 DIMENSIONLESS = "dimensionless"
 _COEFFICIENT = Field(
@@ -32,12 +32,12 @@ _COEFFICIENT = Field(
     low_open=False,
     optional=True,
 )
-_WEAR = (
+_WEAR_FIELDS = (
     _COEFFICIENT,
     _COEFFICIENT._replace(name="bearing_coefficient", text="wear coefficient of the bearing; overrides `coefficient`"),
     _COEFFICIENT._replace(name="journal_coefficient", text="wear coefficient of the journal; overrides `coefficient`"),
 )
-_RUNNING_IN = (
+_RUNNING_IN_FIELDS = (
     _COEFFICIENT._replace(name="initial", text="initial wear coefficient of both bodies"),
     _COEFFICIENT._replace(name="steady", text="steady wear coefficient of both bodies; another name for `coefficient`"),
     _COEFFICIENT._replace(name="bearing_initial", text="initial wear coefficient of the bearing; overrides `initial`"),
@@ -70,25 +70,25 @@ _BINS = Field(
     whole=True,
 )
 _LENGTH_BINS = _BINS._replace(name="length_bins", text="number of bins along each body", low=1, high=1000, default=20)
-_LENGTH_OF_PIN = Field(
+_PIN_LENGTH = Field(
     "length", "m", "length of the joint along the pin; wear and the laws of cylinders need it", optional=True
 )
-_GAP_SIZES = (
+_GAP_FIELDS = (
     Field("bearing_radius", "m", "radius of the bearing; the laws of cylinders need it", optional=True),
-    _LENGTH_OF_PIN,
+    _PIN_LENGTH,
 )
-_GUIDE = (
+_GUIDE_FIELDS = (
     Field("clearance", "m", "clearance between the block and each wall, with the block in the middle"),
     Field("length", "m", "length of the block along the guide"),
     Field("height", "m", "height of the block across the guide"),
 )
-_SLOT = (
+_SLOT_FIELDS = (
     Field("clearance", "m", "clearance between the pin and each wall, with the pin in the middle"),
     Field("bearing_radius", "m", "half the width of the slot; the radius of the pin is smaller by the clearance"),
     Field("slot_length", "m", "length of the slot between the centres of its rounded ends", low_open=False),
     Field("length", "m", "length of the joint along the pin; wear needs it", optional=True),
 )
-_ON_FLAT = "hertz-line"  # the pressure law of wear in a slot; others assume a journal in a bearing
+_FLAT_PRESSURE_LAW = "hertz-line"  # the pressure law of wear in a slot; others assume a journal in a bearing
 _TIME_LIMIT = Field(
     "time_limit",
     "s",
@@ -101,7 +101,7 @@ _TIME_LIMIT = Field(
 _TOLERANCE = Field(
     "tolerance", "1", "relative local tolerance", 1e-13, 1e-2, low_open=False, high_open=False, default=1e-8
 )
-_BUDGET = Field(
+_STEP_BUDGET = Field(
     "step_budget",
     "1",
     "largest number of steps per revolution of the case, rejected steps included",
@@ -111,15 +111,13 @@ _BUDGET = Field(
     high_open=False,
     whole=True,
 )
-_BUDGETS = (
-    _BUDGET._replace(default=1_000_000),
-    _BUDGET._replace(
-        name="event_budget",
-        text="largest number of contact events per revolution of the case",
-        default=100_000,
+_BUDGET_FIELDS = (
+    _STEP_BUDGET._replace(default=1_000_000),
+    _STEP_BUDGET._replace(
+        name="event_budget", text="largest number of contact events per revolution of the case", default=100_000
     ),
 )
-_SIMULATE = (
+_SIMULATE_FIELDS = (
     Field(
         "revolutions",
         "1",
@@ -138,7 +136,7 @@ _SIMULATE = (
     ),
     _TOLERANCE,
 )
-_UNTIL = (
+_UNTIL_FIELDS = (
     Field(
         "relative_ci",
         "1",
@@ -147,20 +145,14 @@ _UNTIL = (
         1.0,
         default=0.05,
     ),
-    Field(
-        "max_revolutions",
-        "1",
-        "largest number of revolutions",
-        0.0,
-        1e6,
-        high_open=False,
-        default=500.0,
-    ),
+    Field("max_revolutions", "1", "largest number of revolutions", 0.0, 1e6, high_open=False, default=500.0),
 )
-_NO_INTERVAL = "the intervals of maxima, minima and totals do not narrow as a run continues"
+_NO_INTERVAL_TEXT = "the intervals of maxima, minima and totals do not narrow as a run continues"
 _HORIZON = Flag("compute the Lyapunov exponent and the prediction horizon with a second run")
 _ERROR_CHECK = Flag("repeat each case with a tenth of the tolerance, and store the difference of every figure")
-_IMPACTS = _BUDGET._replace(name="impacts", text="number of impacts after which the run ends", high=1e9, default=10)
+_IMPACTS = _STEP_BUDGET._replace(
+    name="impacts", text="number of impacts after which the run ends", high=1e9, default=10
+)
 _METHOD = Word(
     ("auto", "explicit", "implicit"),
     "integration method: explicit collocation, implicit Radau IIA, or an automatic choice of the two",
@@ -168,226 +160,234 @@ _METHOD = Word(
 )
 
 
-def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
+def table_of_keys(mechanism: Mechanism, catalogue: Catalogue) -> KeyTable:
     """Return every dotted path that a grid of this mechanism may contain, sections before their keys."""
-    kinds = tuple(mechanism.name for mechanism in catalogue.mechanisms)
-    tree: Shape = {
+    mechanism_names = tuple(mechanism.name for mechanism in catalogue.mechanisms)
+    keys: KeyTable = {
         "mechanism": Section("type, bodies and dimensions of the mechanism"),
-        "mechanism.type": Word(kinds, "type of the mechanism"),
+        "mechanism.type": Word(mechanism_names, "type of the mechanism"),
     }
-    for keys in mechanism.keys:
-        _keys(tree, keys, catalogue)
-    always = [site for site in mechanism.joints if site.kind == "line"]
-    if always:
-        tree["joints"] = Section("the joint")
+    for section in mechanism.keys:
+        _add_section_keys(keys, section, catalogue)
+    line_sites = [site for site in mechanism.joints if site.kind == "line"]
+    if line_sites:
+        keys["joints"] = Section("the joint")
     else:
-        tree["joints"] = Section("joints with clearance; all others are ideal", "implied")
+        keys["joints"] = Section("joints with clearance; all others are ideal", "implied")
     for site in mechanism.joints:
-        _SITES[site.kind](tree, f"joints.{site.name}", site, catalogue)
+        _ADD_JOINT_KEYS[site.kind](keys, f"joints.{site.name}", site, catalogue)
     if mechanism.turns:
-        _revolutions(tree, settling(catalogue, mechanism), settling(catalogue, mechanism, settles=False))
+        _add_revolution_keys(keys, settling(catalogue, mechanism), settling(catalogue, mechanism, settles=False))
     else:
-        _impacts(tree)
+        _add_impact_keys(keys)
     if mechanism.spatial:
-        start = word_key(tree, "simulate.start")
-        tree["simulate.start"] = start._replace(
+        start = word_key(keys, "simulate.start")
+        keys["simulate.start"] = start._replace(
             options=("centred",), text="initial position of the journals: in the middle of their bearings"
         )
     else:
-        add_life_keys(tree)
+        add_life_keys(keys)
     if mechanism.free:
-        add_numbers(tree, "simulate", (_TIME_LIMIT,), sweep=False)
-        del tree["simulate.horizon"]  # a disturbed free crank turns at another speed, so two motions cannot be compared
-    return tree
+        add_numbers(keys, "simulate", (_TIME_LIMIT,), sweep=False)
+        del keys["simulate.horizon"]  # a disturbed free crank turns at another speed, so two motions cannot be compared
+    return keys
 
 
-def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
+def _add_section_keys(keys: KeyTable, section: Keys, catalogue: Catalogue) -> None:
     """Add the keys of a section of a mechanism."""
-    if keys.path not in tree:
-        tree[keys.path] = Section(keys.text, keys.need, keys.items, keys.scalar_factors)
-    for name, text in keys.flags:
-        tree[f"{keys.path}.{name}"] = Flag(text)
-    for choice in keys.words:
-        tree[f"{keys.path}.{choice.name}"] = Word(choice.options, choice.text, choice.default)
-    if keys.family:
-        laws = catalogue.of(keys.family)
-        laws = tuple(sized(law, keys.given) for law in laws) if keys.given else laws
+    if section.path not in keys:
+        keys[section.path] = Section(section.text, section.need, section.items, section.scalar_factors)
+    for name, text in section.flags:
+        keys[f"{section.path}.{name}"] = Flag(text)
+    for choice in section.words:
+        keys[f"{section.path}.{choice.name}"] = Word(choice.options, choice.text, choice.default)
+    if section.family:
+        laws = catalogue.of(section.family)
+        laws = tuple(sized(law, section.given) for law in laws) if section.given else laws
         names = tuple(law.name for law in laws)
-        tree[f"{keys.path}.law"] = Word(names, f"the {keys.family} law", sweep=True, noun="law")
-        add_laws(tree, keys.path, "law", laws)
-    add_numbers(tree, keys.path, keys.fields)
-    for columns in keys.tables:
-        tree[f"{keys.path}.{columns.name}"] = Table(columns)
+        keys[f"{section.path}.law"] = Word(names, f"the {section.family} law", sweep=True, noun="law")
+        add_laws(keys, section.path, "law", laws)
+    add_numbers(keys, section.path, section.fields)
+    for columns in section.tables:
+        keys[f"{section.path}.{columns.name}"] = Table(columns)
 
 
-def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...]) -> None:
-    """Add the keys of `simulate` and `save` for mechanisms that turn; `until` accepts `figures`, but no `others`."""
-    tree["simulate"] = Section("duration, tolerance and start of the motion", "implied")
-    add_numbers(tree, "simulate", _SIMULATE)
-    tree["simulate.start"] = Word(
+def _add_revolution_keys(keys: KeyTable, figures: tuple[str, ...], refused_figures: tuple[str, ...]) -> None:
+    """Add the keys of `simulate` and `save` for mechanisms that turn; `until` accepts only `figures`."""
+    keys["simulate"] = Section("duration, tolerance and start of the motion", "implied")
+    add_numbers(keys, "simulate", _SIMULATE_FIELDS)
+    keys["simulate.start"] = Word(
         ("centred", "seated"), "initial position of the journals in their bearings; seated: in contact", "centred"
     )
-    tree["simulate.method"] = _METHOD
-    add_numbers(tree, "simulate", _BUDGETS)
-    add_numbers(tree, "simulate", (TIME_BUDGET,), sweep=False)
-    tree["simulate.error_check"], tree["simulate.horizon"] = _ERROR_CHECK, _HORIZON
-    tree["simulate.until"] = Section(
+    keys["simulate.method"] = _METHOD
+    add_numbers(keys, "simulate", _BUDGET_FIELDS)
+    add_numbers(keys, "simulate", (TIME_BUDGET_FIELD,), sweep=False)
+    keys["simulate.error_check"], keys["simulate.horizon"] = _ERROR_CHECK, _HORIZON
+    keys["simulate.until"] = Section(
         "criterion for the end of a case: a figure is accurate enough, or the motion is periodic", "optional"
     )
     text = "column of the summary whose 95 % interval determines the end of the case"
-    tree["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(others, _NO_INTERVAL))
-    add_numbers(tree, "simulate.until", _UNTIL, sweep=False)
-    add_save_keys(tree, has_turns=True)
+    keys["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(refused_figures, _NO_INTERVAL_TEXT))
+    add_numbers(keys, "simulate.until", _UNTIL_FIELDS, sweep=False)
+    add_save_keys(keys, has_turns=True)
 
 
-def _impacts(tree: Shape) -> None:
+def _add_impact_keys(keys: KeyTable) -> None:
     """Add the keys of `simulate` and `save` for mechanisms that do not turn."""
-    tree["simulate"] = Section("duration and tolerance of the motion", "implied")
-    add_numbers(tree, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGETS))
-    add_numbers(tree, "simulate", (TIME_BUDGET,), sweep=False)
-    tree["simulate.method"] = _METHOD
-    tree["simulate.error_check"] = _ERROR_CHECK
-    add_save_keys(tree, has_turns=False)
+    keys["simulate"] = Section("duration and tolerance of the motion", "implied")
+    add_numbers(keys, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGET_FIELDS))
+    add_numbers(keys, "simulate", (TIME_BUDGET_FIELD,), sweep=False)
+    keys["simulate.method"] = _METHOD
+    keys["simulate.error_check"] = _ERROR_CHECK
+    add_save_keys(keys, has_turns=False)
 
 
-def _gap(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+def _add_line_gap(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a gap on a line, which always has clearance."""
-    tree[path] = Section("the gap between the bodies")
-    add_numbers(tree, path, (Field("clearance", "m", "half of the total gap"),))
-    add_contact(tree, path, catalogue)
-    add_roughness(tree, path, catalogue)
-    add_film(tree, path, catalogue)
-    elastic, film = (word_key(tree, f"{path}.{key}") for key in ("contact.elastic", "film.law"))
-    for field in _GAP_SIZES:
-        tree[f"{path}.{field.name}"] = Number(
+    keys[path] = Section("the gap between the bodies")
+    add_numbers(keys, path, (Field("clearance", "m", "half of the total gap"),))
+    add_contact(keys, path, catalogue)
+    add_roughness(keys, path, catalogue)
+    add_film(keys, path, catalogue)
+    elastic, film = (word_key(keys, f"{path}.{key}") for key in ("contact.elastic", "film.law"))
+    for field in _GAP_FIELDS:
+        keys[f"{path}.{field.name}"] = Number(
             (Use(field, elastic.when), Use(field, ((f"{path}.film.law", frozenset(film.options)),)))
         )
 
 
-def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+def _add_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a revolute joint with clearance."""
-    tree[path] = Section("a revolute joint with clearance", "optional")
+    keys[path] = Section("a revolute joint with clearance", "optional")
     add_numbers(
-        tree,
+        keys,
         path,
         (
             Field("clearance", "m", "radial clearance, or a fit of ISO 286 as {fit: H7/f7}", fit=True),
             Field(
                 "bearing_radius", "m", "radius of the bearing; the radius of the journal is smaller by the clearance"
             ),
-            _LENGTH_OF_PIN,
+            _PIN_LENGTH,
         ),
     )
-    tree[f"{path}.journal"] = Word(site.journals, "body that carries the journal", site.journals[0])
-    add_contact(tree, path, catalogue)
-    add_roughness(tree, path, catalogue)
-    add_film(tree, path, catalogue)
-    add_friction(tree, path, catalogue)
-    add_preload(tree, path, catalogue)
-    add_thermal(tree, path)
-    _wear(tree, path, catalogue)
+    keys[f"{path}.journal"] = Word(site.journals, "body that carries the journal", site.journals[0])
+    add_contact(keys, path, catalogue)
+    add_roughness(keys, path, catalogue)
+    add_film(keys, path, catalogue)
+    add_friction(keys, path, catalogue)
+    add_preload(keys, path, catalogue)
+    add_thermal(keys, path)
+    _add_wear(keys, path, catalogue)
 
 
-def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
+def _add_wear(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the keys of a joint's wear."""
     wear = f"{path}.wear"
-    tree[wear] = Section("wear of the joint. Without this section, no wear is computed", "optional")
-    tree[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law")
-    tree[f"{wear}.{PAIR}"] = Name(
+    keys[wear] = Section("wear of the joint. Without this section, no wear is computed", "optional")
+    keys[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law")
+    keys[f"{wear}.{PAIR}"] = Name(
         tuple(PAIRS),
-        f"wear pair from `clearsweep list pairs`; it determines the law `{LAW}` and, unless given, `coefficient`",
+        f"wear pair from `clearsweep list pairs`; it determines the law `{DEFAULT_WEAR_LAW}` and, unless given, "
+        "`coefficient`",
     )
-    tree[f"{wear}.coefficient_unit"] = Word(
+    keys[f"{wear}.coefficient_unit"] = Word(
         ("m^2/N", DIMENSIONLESS),
         "unit of the coefficients; default: dimensionless (k times the hardness) for bare numbers with `hardness`",
         "m^2/N",
     )
-    tree[f"{wear}.evolve"] = Flag("whether the worn shape acts on the contact")
-    tree[f"{wear}.running_in"] = Section("decrease of the wear coefficient as the surfaces run in", "optional")
-    _coefficients(tree, wear, _WEAR)
-    _coefficients(tree, f"{wear}.running_in", _RUNNING_IN)
-    add_numbers(tree, f"{wear}.running_in", (_DISTANCE,))
-    add_numbers(tree, wear, (_HARDNESS, _PV_LIMIT))
-    add_numbers(tree, wear, (_BINS,), sweep=False)
-    tree[f"{wear}.pressure"] = Word(
+    keys[f"{wear}.evolve"] = Flag("whether the worn shape acts on the contact")
+    keys[f"{wear}.running_in"] = Section("decrease of the wear coefficient as the surfaces run in", "optional")
+    _add_coefficients(keys, wear, _WEAR_FIELDS)
+    _add_coefficients(keys, f"{wear}.running_in", _RUNNING_IN_FIELDS)
+    add_numbers(keys, f"{wear}.running_in", (_DISTANCE,))
+    add_numbers(keys, wear, (_HARDNESS, _PV_LIMIT))
+    add_numbers(keys, wear, (_BINS,), sweep=False)
+    keys[f"{wear}.pressure"] = Word(
         catalogue.names("pressure"),
         "distribution of the pressure over the contact arc; default: hertz-line with a material or a pressure_modulus",
         "mean",
         sweep=True,
         noun="law",
-        conditional_default=ConditionalDefault("hertz-line", one_of=moduli(path)),
+        conditional_default=ConditionalDefault("hertz-line", one_of=modulus_paths(path)),
     )
-    add_laws(tree, wear, "law", catalogue.of("wear"))
-    add_laws(tree, wear, "pressure", catalogue.of("pressure"))
+    add_laws(keys, wear, "law", catalogue.of("wear"))
+    add_laws(keys, wear, "pressure", catalogue.of("pressure"))
 
 
-def _coefficients(tree: Shape, path: str, fields: tuple[Field, ...]) -> None:
+def _add_coefficients(keys: KeyTable, path: str, fields: tuple[Field, ...]) -> None:
     """Add wear coefficients, which have a unit unless a hardness makes them dimensionless."""
-    unit = f"{path.removesuffix('.running_in')}.coefficient_unit"
+    unit_path = f"{path.removesuffix('.running_in')}.coefficient_unit"
     for field in fields:
-        number = field._replace(unit="1", low_open=False)
-        uses = (Use(field, ((unit, frozenset(("m^2/N",))),)), Use(number, ((unit, frozenset((DIMENSIONLESS,))),)))
-        tree[f"{path}.{field.name}"] = Number(uses)
+        dimensionless_field = field._replace(unit="1", low_open=False)
+        uses = (
+            Use(field, ((unit_path, frozenset(("m^2/N",))),)),
+            Use(dimensionless_field, ((unit_path, frozenset((DIMENSIONLESS,))),)),
+        )
+        keys[f"{path}.{field.name}"] = Number(uses)
 
 
-def _guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+def _add_guide(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a prismatic joint with clearance: a block between two walls."""
-    tree[path] = Section("a prismatic joint with clearance, a block between two walls", "optional")
-    add_numbers(tree, path, _GUIDE)
-    add_contact(tree, path, catalogue._replace(laws=point_laws(catalogue)))
-    for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
-        del tree[inner]
-    tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
-    add_friction(tree, path, catalogue)
-    add_preload(tree, path, catalogue, ALONG)
+    keys[path] = Section("a prismatic joint with clearance, a block between two walls", "optional")
+    add_numbers(keys, path, _GUIDE_FIELDS)
+    add_contact(keys, path, catalogue._replace(laws=laws_of_point_contacts(catalogue)))
+    for inner in [inner for inner in keys if inner.startswith(f"{path}.contact.material")]:
+        del keys[inner]
+    keys[f"{path}.contact.onset"] = onset_key_without_mass(keys, f"{path}.contact")
+    add_friction(keys, path, catalogue)
+    add_preload(keys, path, catalogue, GUIDE_PRELOAD_TEXT)
 
 
-def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+def _add_slot(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a pin in a straight slot, which always has clearance."""
-    tree[path] = Section("a pin in a straight slot with rounded ends")
-    add_numbers(tree, path, _SLOT)
-    add_contact(tree, path, catalogue._replace(laws=point_laws(catalogue)))
-    for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
-        del tree[inner]
-    tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
-    add_friction(tree, path, catalogue)
-    laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _ON_FLAT)
-    _wear(tree, path, catalogue._replace(laws=laws))
-    tree[f"{path}.wear.pressure"] = Word(
-        (_ON_FLAT,), "distribution of the pressure between the pin and a flat wall or a round end", _ON_FLAT
+    keys[path] = Section("a pin in a straight slot with rounded ends")
+    add_numbers(keys, path, _SLOT_FIELDS)
+    add_contact(keys, path, catalogue._replace(laws=laws_of_point_contacts(catalogue)))
+    for inner in [inner for inner in keys if inner.startswith(f"{path}.contact.material")]:
+        del keys[inner]
+    keys[f"{path}.contact.onset"] = onset_key_without_mass(keys, f"{path}.contact")
+    add_friction(keys, path, catalogue)
+    laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _FLAT_PRESSURE_LAW)
+    _add_wear(keys, path, catalogue._replace(laws=laws))
+    keys[f"{path}.wear.pressure"] = Word(
+        (_FLAT_PRESSURE_LAW,),
+        "distribution of the pressure between the pin and a flat wall or a round end",
+        _FLAT_PRESSURE_LAW,
     )
 
 
-def _pin_or_guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+def _add_pin_or_guide(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a joint that the grid declares as a pin or a guide: all keys of both."""
-    _revolute(tree, path, site, catalogue)
-    tree[path] = Section("a joint with clearance", "optional")
+    _add_revolute(keys, path, site, catalogue)
+    keys[path] = Section("a joint with clearance", "optional")
     add_numbers(
-        tree, path, tuple(field._replace(text=f"of a guide: {field.text}", optional=True) for field in _GUIDE[2:])
+        keys,
+        path,
+        tuple(field._replace(text=f"of a guide: {field.text}", optional=True) for field in _GUIDE_FIELDS[2:]),
     )
-    add_numbers(tree, path, (_SLOT[2]._replace(text=f"of a slot: {_SLOT[2].text}", optional=True),))
+    add_numbers(keys, path, (_SLOT_FIELDS[2]._replace(text=f"of a slot: {_SLOT_FIELDS[2].text}", optional=True),))
 
 
-def _spatial_revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+def _add_worn_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a spatial revolute joint without flanges, and of its wear."""
-    through(tree, path, site, catalogue)
-    _wear(tree, path, catalogue)
-    del tree[f"{path}.wear.evolve"]  # worn shapes affect contact only in the plane
-    add_numbers(tree, f"{path}.wear", (_LENGTH_BINS,), sweep=False)
+    add_spatial_revolute(keys, path, site, catalogue)
+    _add_wear(keys, path, catalogue)
+    del keys[f"{path}.wear.evolve"]  # worn shapes affect contact only in the plane
+    add_numbers(keys, f"{path}.wear", (_LENGTH_BINS,), sweep=False)
 
 
-def _flanged_revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+def _add_flanged_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a spatial revolute joint with flanges."""
-    _spatial_revolute(tree, path, site, catalogue)
-    flanged(tree, path, catalogue)
+    _add_worn_spatial_revolute(keys, path, site, catalogue)
+    add_flanges(keys, path, catalogue)
 
 
-_SITES = {
-    "line": _gap,
-    "revolute": _revolute,
-    "guide": _guide,
-    "slot": _slot,
-    "spatial": _flanged_revolute,
-    "through": _spatial_revolute,
-    ANY: _pin_or_guide,
+_ADD_JOINT_KEYS = {
+    "line": _add_line_gap,
+    "revolute": _add_revolute,
+    "guide": _add_guide,
+    "slot": _add_slot,
+    "spatial": _add_flanged_revolute,
+    "through": _add_worn_spatial_revolute,
+    ANY: _add_pin_or_guide,
 }

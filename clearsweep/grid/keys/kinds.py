@@ -6,7 +6,7 @@ from typing import NamedTuple
 from ...contracts.catalogue import Columns, Field
 
 Condition = tuple[str, frozenset[str]]  # (path of a law's name, the names with which a key is in use)
-Names = Mapping[str, Set[str]]  # path of a law's name -> the names that the grid uses
+NamesInUse = Mapping[str, Set[str]]  # path of a law's name -> the names that the grid uses
 
 
 class Use(NamedTuple):
@@ -22,15 +22,15 @@ class Number(NamedTuple):
     uses: tuple[Use, ...]
     sweep: bool = True
 
-    def fields(self, names: Names) -> tuple[Field, ...]:
+    def fields(self, names: NamesInUse) -> tuple[Field, ...]:
         """Return the meanings of the key with these law names, or () if it is unused."""
         return tuple(dict.fromkeys(key_use.field for key_use in self.uses if _conditions_met(key_use.when, names)))
 
-    def used(self, names: Names) -> bool:
+    def is_used(self, names: NamesInUse) -> bool:
         """Return whether the key is in use with these law names."""
         return bool(self.fields(names))
 
-    def choosers(self) -> tuple[str, ...]:
+    def deciding_paths(self) -> tuple[str, ...]:
         """Return the paths of the law names that decide whether the key is in use, and its meaning."""
         return tuple(dict.fromkeys(path for key_use in self.uses for path, _ in key_use.when))
 
@@ -44,11 +44,11 @@ class ConditionalDefault(NamedTuple):
     none_of: tuple[str, ...] = ()  # none of these paths exists
     unless: Condition = ("", frozenset())  # none of these law names is in use
 
-    def contains(self, is_there: Callable[[str], bool], names: Names) -> bool:
+    def applies(self, is_given: Callable[[str], bool], names: NamesInUse) -> bool:
         """Return whether the default applies; `is_there` returns whether a path is written or swept."""
-        is_present = all(map(is_there, self.all_of)) and (not self.one_of or any(map(is_there, self.one_of)))
+        is_present = all(map(is_given, self.all_of)) and (not self.one_of or any(map(is_given, self.one_of)))
         path, refused_words = self.unless
-        return is_present and not any(map(is_there, self.none_of)) and refused_words.isdisjoint(names.get(path, ()))
+        return is_present and not any(map(is_given, self.none_of)) and refused_words.isdisjoint(names.get(path, ()))
 
 
 class Word(NamedTuple):
@@ -64,11 +64,11 @@ class Word(NamedTuple):
     conditional_default: ConditionalDefault | None = None
     refused: Mapping[str, str] = {}  # a plausible word -> why it is not allowed
 
-    def used(self, names: Names) -> bool:
+    def is_used(self, names: NamesInUse) -> bool:
         """Return whether the key is in use with these law names."""
         return _conditions_met(self.when, names)
 
-    def choosers(self) -> tuple[str, ...]:
+    def deciding_paths(self) -> tuple[str, ...]:
         """Return the paths of the law names that decide whether the key is in use."""
         return tuple(path for path, _ in self.when)
 
@@ -96,7 +96,7 @@ class Flag(NamedTuple):
         """Return False: such a key cannot be swept."""
         return False
 
-    def choosers(self) -> tuple[str, ...]:
+    def deciding_paths(self) -> tuple[str, ...]:
         """Return (): its use depends on no law name."""
         return ()
 
@@ -113,7 +113,7 @@ class NameList(NamedTuple):
         """Return False: it cannot be swept."""
         return False
 
-    def choosers(self) -> tuple[str, ...]:
+    def deciding_paths(self) -> tuple[str, ...]:
         """Return (): no law name decides whether it is in use."""
         return ()
 
@@ -125,7 +125,7 @@ class Table(NamedTuple):
     when: tuple[Condition, ...] = ()
     optional: bool = False
 
-    def used(self, names: Names) -> bool:
+    def is_used(self, names: NamesInUse) -> bool:
         """Return whether the key is in use with these law names."""
         return _conditions_met(self.when, names)
 
@@ -134,12 +134,12 @@ class Table(NamedTuple):
         """Return False: such a key cannot be swept."""
         return False
 
-    def choosers(self) -> tuple[str, ...]:
+    def deciding_paths(self) -> tuple[str, ...]:
         """Return the paths of the law names that decide whether the key is in use."""
         return tuple(path for path, _ in self.when)
 
 
-def _conditions_met(when: tuple[Condition, ...], names: Names) -> bool:
+def _conditions_met(when: tuple[Condition, ...], names: NamesInUse) -> bool:
     """Return whether every condition allows one of the names in use; a missing section has none."""
     return all(not words.isdisjoint(names.get(path, ())) for path, words in when)
 
@@ -155,26 +155,26 @@ class Section(NamedTuple):
     needs: str = ""  # a sibling of its parent section without which it does not exist
 
 
-ITEMS = {2: "two", 3: "three"}  # of a list, in words
-Shape = dict[str, Section | Word | Number | Flag | Table | Name | NameList]
+COUNT_WORDS = {2: "two", 3: "three"}  # of a list, in words
+KeyTable = dict[str, Section | Word | Number | Flag | Table | Name | NameList]
 
 
-def value_key(shape: Shape, path: str) -> Word | Number:
+def value_key(key_table: KeyTable, path: str) -> Word | Number:
     """Return the key at `path`, a word or a quantity; raise TypeError for any other kind."""
-    node = shape[path]
+    node = key_table[path]
     assert isinstance(node, (Word, Number)), path
     return node
 
 
-def word_key(shape: Shape, path: str) -> Word:
+def word_key(key_table: KeyTable, path: str) -> Word:
     """Return the key at `path`, a word; raise TypeError for any other kind."""
-    node = shape[path]
+    node = key_table[path]
     assert isinstance(node, Word), path
     return node
 
 
-def section_key(shape: Shape, path: str) -> Section:
+def section_key(key_table: KeyTable, path: str) -> Section:
     """Return the key at `path`, a section; raise TypeError for any other kind."""
-    node = shape[path]
+    node = key_table[path]
     assert isinstance(node, Section), path
     return node

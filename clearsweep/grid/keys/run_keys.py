@@ -2,18 +2,18 @@
 
 from ...contracts.catalogue import Field
 from .joint_keys import add_numbers
-from .kinds import NameList, Number, Section, Shape, Use, Word
+from .kinds import KeyTable, NameList, Number, Section, Use, Word
 
 CHANNELS = "save.channels"
-_ORBITS = Word(
+_ORBITS_WORD = Word(
     ("none", "last", "all"), "time histories that are saved: none, the last revolutions, or all revolutions", "last"
 )
-_CHANNELS = NameList(
+_CHANNELS_LIST = NameList(
     "names of the saved time histories besides `t` and `crank_angle`; default: all; with `identify`: the compared ones",
     "a list of names",
     "[slider/a, crank/torque]",
 )
-_SAMPLES = Field(
+_SAMPLES_FIELD = Field(
     "samples",
     "1",
     "number of samples per revolution; of an impact-pair: per run",
@@ -24,13 +24,13 @@ _SAMPLES = Field(
     default=720,
     whole=True,
 )
-_SAVED = Field(
+_SAVED_REVOLUTIONS_FIELD = Field(
     "revolutions",
     "1",
     "number of revolutions that `last` saves; default: 2, or all if the run has fewer",
     optional=True,
 )
-_WORST = Field(
+_WORST_FIELD = Field(
     "worst",
     "1",
     "number of cases with a saved peak revolution: those with the largest force_peak_ratio",
@@ -43,17 +43,22 @@ _WORST = Field(
 )
 
 
-def add_save_keys(tree: Shape, *, has_turns: bool) -> None:
+def add_save_keys(keys: KeyTable, *, has_turns: bool) -> None:
     """Add the keys for the saved results of a case; if it turns, also those for the saved revolutions."""
-    tree["save"], tree["save.orbits"] = Section("results that are stored", "implied"), _ORBITS
-    add_numbers(tree, "save", (_SAVED, _SAMPLES, _WORST) if has_turns else (_SAMPLES,), sweep=False)
-    tree[CHANNELS] = _CHANNELS
+    keys["save"], keys["save.orbits"] = Section("results that are stored", "implied"), _ORBITS_WORD
+    add_numbers(
+        keys,
+        "save",
+        (_SAVED_REVOLUTIONS_FIELD, _SAMPLES_FIELD, _WORST_FIELD) if has_turns else (_SAMPLES_FIELD,),
+        sweep=False,
+    )
+    keys[CHANNELS] = _CHANNELS_LIST
 
 
 LIFE = "life"
-LIFE_OF = ("wear_depth_max", "clearance_growth")
+LIMITED_QUANTITIES = ("wear_depth_max", "clearance_growth")
 TIME_BUDGET_PATH = "simulate.time_budget"
-TIME_BUDGET = Field(
+TIME_BUDGET_FIELD = Field(
     "time_budget",
     "s",
     "largest process time of a case; unlimited by default with `life`; not part of `case_id`",
@@ -62,7 +67,7 @@ TIME_BUDGET = Field(
     high_open=False,
     default=600.0,
 )
-_FIELDS = (
+_LIFE_FIELDS = (
     Field("limit", "m", "largest acceptable value of the limited quantity"),
     Field(
         "tolerance",
@@ -104,22 +109,22 @@ _FIELDS = (
 )
 
 
-def add_life_keys(tree: Shape) -> None:
+def add_life_keys(keys: KeyTable) -> None:
     """Add the keys of `life`, for mechanisms with wear and revolutions."""
-    wearing = tuple(path.split(".")[1] for path in tree if path.startswith("joints.") and path.endswith(".wear"))
-    if not wearing or "simulate.revolutions" not in tree:
+    worn_joints = tuple(path.split(".")[1] for path in keys if path.startswith("joints.") and path.endswith(".wear"))
+    if not worn_joints or "simulate.revolutions" not in keys:
         return
-    tree[LIFE] = Section(
+    keys[LIFE] = Section(
         ("life prediction: blocks of revolutions alternate with jumps of wear until a limit is reached"), "optional"
     )
-    tree[f"{LIFE}.joint"] = Word(wearing, "joint whose wear is limited; it needs a section `wear`")
-    tree[f"{LIFE}.of"] = Word(
-        LIFE_OF,
+    keys[f"{LIFE}.joint"] = Word(worn_joints, "joint whose wear is limited; it needs a section `wear`")
+    keys[f"{LIFE}.of"] = Word(
+        LIMITED_QUANTITIES,
         (
             "limited quantity; wear_depth_max: the depth of the deepest bin of either body; "
             "clearance_growth: the increase of the clearance by wear, the largest over all directions"
         ),
-        LIFE_OF[0],
+        LIMITED_QUANTITIES[0],
     )
-    for field in _FIELDS:
-        tree[f"{LIFE}.{field.name}"] = Number((Use(field),), field.name == "limit")
+    for field in _LIFE_FIELDS:
+        keys[f"{LIFE}.{field.name}"] = Number((Use(field),), field.name == "limit")

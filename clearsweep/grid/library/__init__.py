@@ -9,47 +9,47 @@ from .entries import MATERIALS, OILS, PAIRS, Entry, Value
 #: Names of whole libraries for `clearsweep list NAME`.
 LIBRARIES: Mapping[str, Mapping[str, Entry]] = {"materials": MATERIALS, "oils": OILS, "pairs": PAIRS}
 
-__all__ = ["LIBRARIES", "MATERIALS", "OILS", "PAIRS", "Entry", "Value", "text"]
+__all__ = ["LIBRARIES", "MATERIALS", "OILS", "PAIRS", "Entry", "Value", "library_text"]
 
 
-def text(name: str) -> str | None:
+def library_text(name: str) -> str | None:
     """Return the library or the entry called `name` as text, or None if there is neither."""
     if name in LIBRARIES:
-        return "\n\n".join(listed(entry) for entry in LIBRARIES[name].values())
+        return "\n\n".join(entry_text(entry) for entry in LIBRARIES[name].values())
     entries = [library[name] for library in LIBRARIES.values() if name in library]
-    return "\n\n".join(map(listed, entries)) or None
+    return "\n\n".join(map(entry_text, entries)) or None
 
 
-def names() -> tuple[str, ...]:
-    """Return every name that `text` accepts."""
+def library_names() -> tuple[str, ...]:
+    """Return every name that `library_text` accepts."""
     return (*LIBRARIES, *(name for library in LIBRARIES.values() for name in library))
 
 
 def find_entry(library: Mapping[str, Entry], name: str) -> Entry:
     """Return an entry by its name in any letter case.  Raises InputError with the nearest name."""
-    folded = {" ".join(name.split()).casefold(): name for name in library}
-    known = folded.get(" ".join(name.split()).casefold())
-    if known is None:
-        kind = next(kind for kind, each in LIBRARIES.items() if each is library)
+    names_by_folded_name = {" ".join(name.split()).casefold(): name for name in library}
+    entry_name = names_by_folded_name.get(" ".join(name.split()).casefold())
+    if entry_name is None:
+        kind = next(kind for kind, entries in LIBRARIES.items() if entries is library)
         hint = did_you_mean(name, library)
         raise InputError(f"unknown name {quoted(name)}{hint} (`clearsweep list {kind}` prints all {len(library)})")
-    return library[known]
+    return library[entry_name]
 
 
 _WIDTH = 100  # characters in a line
 _SCALES = {"Pa": (1e9, "GPa"), "1/K": (1e-6, "1e-6/K"), "m^2/s": (1e-6, "mm^2/s")}  # SI -> unit for display
 
 
-def listed(entry: Entry) -> str:
+def entry_text(entry: Entry) -> str:
     """Return an entry as text: values with ranges, source, and which values were checked."""
     lines = [_wrapped("", f"{entry.name}: {entry.summary}")]
     width = max(map(len, entry.values))
-    lines += [f"  {key:{width}}  {shown_value(value)}" for key, value in entry.values.items()]
+    lines += [f"  {key:{width}}  {value_text(value)}" for key, value in entry.values.items()]
     lines += [_wrapped("  ", f"source: {entry.source}"), _wrapped("  ", f"checked: {entry.checked}")]
     return "\n".join(lines)
 
 
-def shown_value(value: Value) -> str:
+def value_text(value: Value) -> str:
     """Return a value with its range: '210 GPa (205 to 213)'."""
     scale, unit = _SCALES.get(value.unit, (1.0, value.unit))
     if value.unit == "Pa" and value.high < 1e9:

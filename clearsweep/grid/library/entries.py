@@ -29,8 +29,8 @@ class Entry(NamedTuple):
     checked: str  # which values were compared with a published text, and which text
 
 
-_CHECKED = "no: written from memory of the source; check a data sheet before you quote a value"
-_COLUMNS = (  # key, unit, factor from the file's unit to SI
+_NOT_CHECKED = "no: written from memory of the source; check a data sheet before you quote a value"
+_MATERIAL_COLUMNS = (  # key, unit, factor from the file's unit to SI
     ("young", "Pa", 1e9),
     ("poisson", "1", 1.0),
     ("density", "kg/m^3", 1.0),
@@ -38,7 +38,7 @@ _COLUMNS = (  # key, unit, factor from the file's unit to SI
     ("hardness", "Pa", 1e6),
     ("expansion", "1/K", 1e-6),
 )
-_SOURCES = {
+_MATERIAL_SOURCES = {
     "S": "EN 1993-1-1, 3.2.6 (E, nu, expansion of structural steel); EN 10025-2 (S355), EN ISO 683-1 (C45), "
     "EN ISO 683-2 (42CrMo4): yield strengths by thickness; hardness from tensile strength, ISO 18265",
     "R": "EN ISO 683-17 (100Cr6) and EN ISO 683-3 (16MnCr5); hardness 58 to 64 HRC by ISO 18265; Harris & "
@@ -53,21 +53,21 @@ _SOURCES = {
 }
 
 
-def _material(row: dict[str, str]) -> Entry:
+def _material_entry(row: dict[str, str]) -> Entry:
     values = {}
-    for key, unit, factor in _COLUMNS:
+    for key, unit, factor in _MATERIAL_COLUMNS:
         typical, low, high = (float(number) * factor for number in row[key].split())
         values[key] = Value(unit, typical, low, high)
-    return Entry(row["name"], row["summary"], values, _SOURCES[row["source"]], _CHECKED)
+    return Entry(row["name"], row["summary"], values, _MATERIAL_SOURCES[row["source"]], _NOT_CHECKED)
 
 
-def _materials() -> dict[str, Entry]:
+def _read_materials() -> dict[str, Entry]:
     text = Path(__file__).with_name("materials.csv").read_text(encoding="utf-8")
     rows = csv.DictReader(text.splitlines(), delimiter="|")
-    return {entry.name: entry for entry in map(_material, rows)}
+    return {entry.name: entry for entry in map(_material_entry, rows)}
 
 
-MATERIALS = _materials()
+MATERIALS = _read_materials()
 
 
 _ARCHARD = "Archard 1953, J. Appl. Phys. 24:981, table (K and hardness, unlubricated, 400 g, 1.8 m/s)"
@@ -76,13 +76,13 @@ _POLYMERS = (
     "Theberge 1970, SPE ANTEC (wear factors of thermoplastics, ASTM D3702, in "
     "1e-10 in^3 min/(ft lb h) = 2.014e-17 m^2/N)"
 )
-_REPRINTED = (
+_CHECKED_WITH_REPRINT = (
     "K with a reprint of the table (Wikipedia, Wear coefficient), which has K / (3 H): that is within the range; the "
     "hardness is from memory"
 )
-_REMEMBERED = "no: written from memory of the source; do not quote it as published"
+_PAIR_NOT_CHECKED = "no: written from memory of the source; do not quote it as published"
 #: Name, description, typical, low, high (m^2/N), source.
-_PAIRS = (
+_PAIR_ROWS = (
     ("steel/steel dry", "mild steel on mild steel", 3.8e-12, 1e-13, 1.5e-11, f"{_ARCHARD}: 7e-3, 1.82 GPa"),
     ("hardened steel/steel dry", "tool steel on tool steel", 1.6e-14, 4e-15, 6.4e-14, f"{_ARCHARD}: 1.3e-4, 8.3 GPa"),
     ("hardened steel/steel greased", "boundary lubricated", 1e-16, 1e-17, 1e-15, f"{_SCATTER}: 1e-7 to 1e-5, 7 GPa"),
@@ -102,17 +102,17 @@ PAIRS = {
         summary,
         {"coefficient": Value("m^2/N", typical, low, high)},
         source,
-        _REPRINTED if source.startswith(_ARCHARD) else _REMEMBERED,
+        _CHECKED_WITH_REPRINT if source.startswith(_ARCHARD) else _PAIR_NOT_CHECKED,
     )
-    for name, summary, typical, low, high, source in _PAIRS
+    for name, summary, typical, low, high, source in _PAIR_ROWS
 }
 
 
 VG_INDEX = 95.0  # viscosity index of a solvent-refined mineral oil (API group I)
-_SPREAD = (90.0, 105.0)  # range for such oils
+_VG_INDEX_RANGE = (90.0, 105.0)  # range for such oils
 #: L and H (mm^2/s at 40 degC) are quadratic in the viscosity at 100 degC (mm^2/s) below the first number of a row:
 #: ASTM D2270-10, appendix X2, table X2.1.
-_ROWS = """
+_D2270_TEXT = """
 3.8   1.14673  1.7576   -0.109   0.84155  1.5521  -0.077
 4.4   3.38095 -15.4952  33.196   0.78571  1.7929  -0.183
 5.0   2.5000  -7.2143   13.812   0.82143  1.5679   0.119
@@ -130,17 +130,17 @@ _ROWS = """
 70    0.85921  11.1009 -83.190   0.17130  11.3680 -76.940
 inf   0.83531  14.6731 -216.246  0.16841  11.8493 -96.947
 """
-_REFERENCE = [tuple(map(float, row.split())) for row in _ROWS.strip().splitlines()]
-_D2270 = "viscosity index by ASTM D2270"
-_VG_SOURCE = f"ISO 3448 (viscosity at 40 degC within 10 %); {_D2270}, 95 for a solvent-refined mineral oil"
+_D2270_ROWS = [tuple(map(float, row.split())) for row in _D2270_TEXT.strip().splitlines()]
+_D2270_CITATION = "viscosity index by ASTM D2270"
+_VG_SOURCE = f"ISO 3448 (viscosity at 40 degC within 10 %); {_D2270_CITATION}, 95 for a solvent-refined mineral oil"
 _VG_CHECKED = (
     "the limits of the grades with a reprint of ISO 3448, three rows of the table of ASTM D2270 with a program that "
     "has it; the density is from memory"
 )
-_DENSITY = Value("kg/m^3", 880.0, 840.0, 920.0)  # mineral oils at 15 degC
-_GRADES = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460, 680, 1000, 1500)
+_OIL_DENSITY = Value("kg/m^3", 880.0, 840.0, 920.0)  # mineral oils at 15 degC
+_VG_GRADES = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460, 680, 1000, 1500)
 #: SAE grade -> lowest and highest viscosity at 100 degC (mm^2/s; SAE J300), viscosity index typical, low, high.
-_SAE = {
+_SAE_GRADES = {
     "SAE 20": (6.9, 9.3, 100.0, 90.0, 110.0),
     "SAE 30": (9.3, 12.5, 100.0, 90.0, 110.0),
     "SAE 40": (12.5, 16.3, 100.0, 90.0, 110.0),
@@ -152,7 +152,7 @@ _SAE = {
     "SAE 20W-50": (16.3, 21.9, 125.0, 115.0, 140.0),
 }
 _SAE_CHECKED = "the limits at 100 degC with reprints of SAE J300; the viscosity index and the density are from memory"
-_SAE_SOURCE = f"SAE J300 (viscosity at 100 degC); {_D2270}, typical of data sheets, without shear thinning"
+_SAE_SOURCE = f"SAE J300 (viscosity at 100 degC); {_D2270_CITATION}, typical of data sheets, without shear thinning"
 
 
 def warm_viscosity(hot: float, index: float) -> float:
@@ -160,12 +160,12 @@ def warm_viscosity(hot: float, index: float) -> float:
 
     Procedure A (VI up to 100, equation 3) and B (above, equations 4 and 5) of ASTM D2270, solved for U.
     """
-    *_, a, b, c, d, e, f = next(row for row in _REFERENCE if hot < row[0])
-    low, high = a * hot**2 + b * hot + c, d * hot**2 + e * hot + f
+    *_, a, b, c, d, e, f = next(row for row in _D2270_ROWS if hot < row[0])
+    viscosity_at_index_0, viscosity_at_index_100 = a * hot**2 + b * hot + c, d * hot**2 + e * hot + f
     if index <= 100.0:
-        return low - index / 100.0 * (low - high)
+        return viscosity_at_index_0 - index / 100.0 * (viscosity_at_index_0 - viscosity_at_index_100)
     power = math.log10(1.0 + 0.00715 * (index - 100.0))
-    warm: float = high / hot**power
+    warm: float = viscosity_at_index_100 / hot**power
     return warm
 
 
@@ -181,33 +181,35 @@ def hot_viscosity(warm: float, index: float) -> float:
     return 0.5 * (low + high)
 
 
-def _viscosity(typical: float, low: float, high: float) -> Value:
+def _viscosity_value(typical: float, low: float, high: float) -> Value:
     """Return a kinematic viscosity with its range, in SI, from mm^2/s."""
     return Value("m^2/s", 1e-6 * typical, 1e-6 * low, 1e-6 * high)
 
 
-def _vg(grade: int) -> Entry:
+def _vg_oil(grade: int) -> Entry:
     lowest, highest = 0.9 * grade, 1.1 * grade
-    bounds = hot_viscosity(lowest, _SPREAD[0]), hot_viscosity(highest, _SPREAD[1])
+    bounds = hot_viscosity(lowest, _VG_INDEX_RANGE[0]), hot_viscosity(highest, _VG_INDEX_RANGE[1])
     values = {
-        "at_40C": _viscosity(grade, lowest, highest),
-        "at_100C": _viscosity(hot_viscosity(grade, VG_INDEX), *bounds),
-        "density": _DENSITY,
+        "at_40C": _viscosity_value(grade, lowest, highest),
+        "at_100C": _viscosity_value(hot_viscosity(grade, VG_INDEX), *bounds),
+        "density": _OIL_DENSITY,
     }
     return Entry(f"ISO VG {grade}", "mineral oil, viscosity index 95", values, _VG_SOURCE, _VG_CHECKED)
 
 
-def _sae(name: str) -> Entry:
-    low, high, index, lowest, highest = _SAE[name]
-    midpoint = math.sqrt(low * high)
+def _sae_oil(name: str) -> Entry:
+    lowest_hot, highest_hot, index, lowest_index, highest_index = _SAE_GRADES[name]
+    midpoint = math.sqrt(lowest_hot * highest_hot)
     values = {
-        "at_40C": _viscosity(
-            warm_viscosity(midpoint, index), warm_viscosity(low, highest), warm_viscosity(high, lowest)
+        "at_40C": _viscosity_value(
+            warm_viscosity(midpoint, index),
+            warm_viscosity(lowest_hot, highest_index),
+            warm_viscosity(highest_hot, lowest_index),
         ),
-        "at_100C": _viscosity(midpoint, low, high),
-        "density": _DENSITY,
+        "at_100C": _viscosity_value(midpoint, lowest_hot, highest_hot),
+        "density": _OIL_DENSITY,
     }
     return Entry(name, f"engine oil, viscosity index {index:g}", values, _SAE_SOURCE, _SAE_CHECKED)
 
 
-OILS = {entry.name: entry for entry in (*map(_vg, _GRADES), *map(_sae, _SAE))}
+OILS = {entry.name: entry for entry in (*map(_vg_oil, _VG_GRADES), *map(_sae_oil, _SAE_GRADES))}

@@ -11,10 +11,34 @@ from typing import NamedTuple
 
 from ...language.errors import InputError, quoted
 
-SMALLEST, LARGEST = 10, 500  # mm, both included
-_RANGES = (10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)  # mm, upper end of each range
-_FINE = (10, 14, 18, 24, 30, 40, 50, 65, 80, 100, 120, 140, 160, 180, 200, 225, 250, 280, 315, 355, 400, 450, 500)
-#: Standard tolerances in um: the grade, then one for each of _RANGES (table 1).
+SMALLEST_DIAMETER, LARGEST_DIAMETER = 10, 500  # mm, both included
+_DIAMETER_STEPS = (10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)  # mm, upper end of each range
+_FINE_DIAMETER_STEPS = (
+    10,
+    14,
+    18,
+    24,
+    30,
+    40,
+    50,
+    65,
+    80,
+    100,
+    120,
+    140,
+    160,
+    180,
+    200,
+    225,
+    250,
+    280,
+    315,
+    355,
+    400,
+    450,
+    500,
+)
+#: Standard tolerances in um: the grade, then one for each of _DIAMETER_STEPS (table 1).
 _TOLERANCES = """
 1  1   1.2  1.5  1.5  2    2.5  3.5  4.5  6    7    8
 2  1.5 2    2.5  2.5  3    4    5    7    8    9    10
@@ -31,8 +55,8 @@ _TOLERANCES = """
 13 220 270  330  390  460  540  630  720  810  890  970
 """
 #: How far in um a shaft's upper limit of size lies below the nominal size, and a hole's lower one of the same letter
-#: above it (tables 2 and 4); of a, b and c in each of _FINE, of the others in each of _RANGES.
-_BELOW = """
+#: above it (tables 2 and 4); of a, b and c for each of _FINE_DIAMETER_STEPS, of the others for each of _DIAMETER_STEPS.
+_SHAFT_UPPER_DEVIATIONS = """
 a 280 290 290 300 300 310 320 340 360 380 410 460 520 580 660 740 820 920 1050 1200 1350 1500 1650
 b 150 150 150 160 160 170 180 190 200 220 240 260 280 310 340 380 420 480 540 600 680 760 840
 c 80 95 95 110 110 120 130 140 150 170 180 200 210 230 240 260 280 300 330 360 400 440 480
@@ -43,23 +67,28 @@ g 5 6 7 9 10 12 14 15 17 18 20
 h 0 0 0 0 0 0 0 0 0 0 0
 """
 #: How far in um a shaft's lower limit of size lies above the nominal size (table 5); k of the grades 4 to 7, else 0.
-_ABOVE = """
+_SHAFT_LOWER_DEVIATIONS = """
 k 1 1 2 2 2 3 3 4 4 4 5
 m 6 7 8 9 11 13 15 17 20 21 23
 n 10 12 15 17 20 23 27 31 34 37 40
 p 15 18 22 26 32 37 43 50 56 62 68
 """
-_CLASS = re.compile(r"([A-Za-z]{1,2})(\d{1,2})")
+_CLASS_PATTERN = re.compile(r"([A-Za-z]{1,2})(\d{1,2})")
 
 
-def _rows(table: str) -> dict[str, tuple[Fraction, ...]]:
+def _parse_rows(table: str) -> dict[str, tuple[Fraction, ...]]:
     """Return the rows of a table, in um, by their first word."""
     rows = (line.split() for line in table.strip().splitlines())
     return {heading: tuple(map(Fraction, numbers)) for heading, *numbers in rows}
 
 
-_IT, _ES, _EI = map(_rows, (_TOLERANCES, _BELOW, _ABOVE))
-KNOWN = f"holes {', '.join(letter.upper() for letter in _ES)} and JS, shafts {', '.join((*_ES, 'js', *_EI))}"
+_TOLERANCE_BY_GRADE, _UPPER_BY_LETTER, _LOWER_BY_LETTER = map(
+    _parse_rows, (_TOLERANCES, _SHAFT_UPPER_DEVIATIONS, _SHAFT_LOWER_DEVIATIONS)
+)
+KNOWN_CLASSES_TEXT = (
+    f"holes {', '.join(letter.upper() for letter in _UPPER_BY_LETTER)} and JS, "
+    f"shafts {', '.join((*_UPPER_BY_LETTER, 'js', *_LOWER_BY_LETTER))}"
+)
 
 
 class Fit(NamedTuple):
@@ -72,7 +101,7 @@ class Fit(NamedTuple):
     high: float  # m
 
 
-def fit(name: str, diameter: Fraction) -> Fit:
+def find_fit(name: str, diameter: Fraction) -> Fit:
     """Return the fit called `name`, 'H7/f7', at a nominal `diameter` (mm).
 
     Raises InputError if there is no such fit, or if it has interference.
@@ -80,17 +109,17 @@ def fit(name: str, diameter: Fraction) -> Fit:
     hole_class, slash, shaft_class = re.sub(r"\s", "", name).partition("/")
     if not slash or not hole_class[:1].isupper() or not shaft_class[:1].islower():
         raise InputError(f"found {quoted(name)}; expected a fit of ISO 286, hole before shaft, such as H7/f7")
-    if not SMALLEST <= diameter <= LARGEST:
-        in_metres = diameter > 20.0 * LARGEST  # the size in mm, read as m
+    if not SMALLEST_DIAMETER <= diameter <= LARGEST_DIAMETER:
+        in_metres = diameter > 20.0 * LARGEST_DIAMETER  # the size in mm, read as m
         remedy = "a bearing_radius without a unit is in m" if in_metres else "write the radial clearance"
         raise InputError(
             f"found {name} at a nominal diameter of {float(diameter):g} mm, twice the bearing_radius; fits are known "
-            f"from {SMALLEST} to {LARGEST} mm: {remedy}"
+            f"from {SMALLEST_DIAMETER} to {LARGEST_DIAMETER} mm: {remedy}"
         )
-    hole, shaft = limits(hole_class, diameter), limits(shaft_class, diameter)
-    low, high = hole[0] - shaft[1], hole[1] - shaft[0]  # diametral, um
+    hole_limits, shaft_limits = limit_deviations(hole_class, diameter), limit_deviations(shaft_class, diameter)
+    low, high = hole_limits[0] - shaft_limits[1], hole_limits[1] - shaft_limits[0]  # diametral, um
     if low <= 0:
-        kind = (
+        kind_text = (
             "an interference fit"
             if high <= 0
             else "a transition fit"
@@ -98,7 +127,7 @@ def fit(name: str, diameter: Fraction) -> Fit:
             else ("a fit that may have no clearance")
         )
         raise InputError(
-            f"found {name}, {kind} at a nominal diameter of {float(diameter):g} mm: its diametral clearance is "
+            f"found {name}, {kind_text} at a nominal diameter of {float(diameter):g} mm: its diametral clearance is "
             f"{float(low):g} to {float(high):g} um, radial {float(low / 2):g} to {float(high / 2):g} um; choose a "
             "fit with a clearance above 0, such as H7/g6 or H7/f7"
         )
@@ -106,32 +135,41 @@ def fit(name: str, diameter: Fraction) -> Fit:
     return Fit(f"{hole_class}/{shaft_class}", float(diameter / 1000), *radial)
 
 
-def limits(tolerance_class: str, diameter: Fraction) -> tuple[Fraction, Fraction]:
+def limit_deviations(tolerance_class: str, diameter: Fraction) -> tuple[Fraction, Fraction]:
     """Return the lower and the upper limit deviation (um) of a tolerance class, 'H7' of a hole or 'f7' of a shaft.
 
-    `diameter` in mm, from SMALLEST to LARGEST.  Raises InputError for a class that is missing from the tables.
+    `diameter` in mm, from SMALLEST_DIAMETER to LARGEST_DIAMETER.  Raises InputError for a class that is missing from
+    the tables.
     """
-    match = _CLASS.fullmatch(tolerance_class)
+    match = _CLASS_PATTERN.fullmatch(tolerance_class)
     letter, grade = match.groups() if match else ("", "")
-    lower, hole = letter.lower(), letter.isupper()
-    is_known = lower in _ES or lower == "js" or (lower in _EI and not hole)
-    if not is_known or letter not in (lower, lower.upper()) or grade not in _IT:
-        forced = hole and not is_known and lower >= "j"
-        why = "holes from J to ZC are made for transition and interference; " if forced else ""
+    lower_letter, is_hole = letter.lower(), letter.isupper()
+    is_known = (
+        lower_letter in _UPPER_BY_LETTER or lower_letter == "js" or (lower_letter in _LOWER_BY_LETTER and not is_hole)
+    )
+    if not is_known or letter not in (lower_letter, lower_letter.upper()) or grade not in _TOLERANCE_BY_GRADE:
+        is_interference_letter = is_hole and not is_known and lower_letter >= "j"
+        reason = "holes from J to ZC are made for transition and interference; " if is_interference_letter else ""
         raise InputError(
-            f"{quoted(tolerance_class)} is not a known tolerance class; {why}known are {KNOWN}, in the grades "
-            f"1 to {len(_IT)}"
+            f"{quoted(tolerance_class)} is not a known tolerance class; {reason}known are {KNOWN_CLASSES_TEXT}, in the "
+            f"grades 1 to {len(_TOLERANCE_BY_GRADE)}"
         )
-    tolerance = _at(_IT[grade], diameter)
-    if lower == "js":
+    tolerance = _entry_for_diameter(_TOLERANCE_BY_GRADE[grade], diameter)
+    if lower_letter == "js":
         return -tolerance / 2, tolerance / 2
-    if lower in _ES:
-        offset = _at(_ES[lower], diameter)
-        return (offset, offset + tolerance) if hole else (-offset - tolerance, -offset)
-    offset = _at(_EI[lower], diameter) if lower != "k" or 4 <= int(grade) <= 7 else Fraction(0)
+    if lower_letter in _UPPER_BY_LETTER:
+        offset = _entry_for_diameter(_UPPER_BY_LETTER[lower_letter], diameter)
+        return (offset, offset + tolerance) if is_hole else (-offset - tolerance, -offset)
+    offset = (
+        _entry_for_diameter(_LOWER_BY_LETTER[lower_letter], diameter)
+        if lower_letter != "k" or 4 <= int(grade) <= 7
+        else Fraction(0)
+    )
     return offset, offset + tolerance
 
 
-def _at(row: tuple[Fraction, ...], diameter: Fraction) -> Fraction:
+def _entry_for_diameter(row: tuple[Fraction, ...], diameter: Fraction) -> Fraction:
     """Return the entry of a row for a nominal diameter (mm)."""
-    return row[bisect_left(_FINE if len(row) == len(_FINE) else _RANGES, diameter)]
+    return row[
+        bisect_left(_FINE_DIAMETER_STEPS if len(row) == len(_FINE_DIAMETER_STEPS) else _DIAMETER_STEPS, diameter)
+    ]

@@ -9,22 +9,24 @@ from ...contracts.catalogue import Catalogue
 from ...contracts.outline import ANY
 from ..keys.kinds import Word
 from ..keys.outline import KeyTree, key_trees
-from ..sections.axes import FORMS, METHODS
+from ..sections.axes import DESIGNS, SPACING_FORMS
 from ..sections.distributions import parameter_forms
-from ..sections.fits import FORM
+from ..sections.fits import DISTRIBUTION_FORM
 from ..sections.reader import CHECK_LAWS
-from .reference import SPACE, Part, Row, parts, quoted
+from .reference import IN_SPACE_TEXT, PageSection, Row, page_sections, quoted
 from .schema import KEY_SECTIONS, NAME_SECTIONS, schema
 
-_FIRST = ("name", "define", "sweep", "zip", "cases", "sample")
+_FIRST_SECTIONS = ("name", "define", "sweep", "zip", "cases", "sample")
 _SEARCHES = ("seek", "refine", "optimise", "identify")
-_CASES = "table (.csv or .parquet) in the directory of the grid, with a column for each path and a row for each case"
-AXIS_FORMS = {**FORMS, "fits": "[H7/g6, H7/f7]: the mean radial clearances of fits of ISO 286"}
+_CASES_TEXT = (
+    "table (.csv or .parquet) in the directory of the grid, with a column for each path and a row for each case"
+)
+AXIS_FORMS = {**SPACING_FORMS, "fits": "[H7/g6, H7/f7]: the mean radial clearances of fits of ISO 286"}
 LABELS_TEXT = """\
 An axis of `sweep`, `zip` or `cases` may give its values labels: `{bronze: 3e-15 m^2/N, PTFE: 1e-15 m^2/N}`. Tables,
 figures and sentences show them. The column of summary.parquet keeps the numbers, and its metadata the labels. A label
 contains a letter. The words above and the names of distributions are reserved."""
-SAMPLE_FORMS = {**parameter_forms(), "fit": f"{FORM}: a radial clearance between the limits of a fit"}
+SAMPLE_FORMS = {**parameter_forms(), "fit": f"{DISTRIBUTION_FORM}: a radial clearance between the limits of a fit"}
 
 #: Key -> meaning, of each section with keys of its own.
 SECTION_KEYS = {
@@ -55,12 +57,12 @@ SECTION_EXAMPLES = {
 @cache
 def section_texts(catalogue: Catalogue) -> Mapping[str, str]:
     """Return section -> description, in the order of the page."""
-    top = schema(catalogue)
-    while "else" in top:  # those of any mechanism
-        top = top["else"]
-    keys = (*_FIRST, *(section.name for section in NAME_SECTIONS), *_SEARCHES, CHECK_LAWS)
-    texts = {key: top["properties"][key].get("description", "") for key in keys}
-    return texts | {"cases": _CASES, "name": texts["name"].replace("<name>", "NAME")}
+    mechanism_schema = schema(catalogue)
+    while "else" in mechanism_schema:  # those of any mechanism
+        mechanism_schema = mechanism_schema["else"]
+    keys = (*_FIRST_SECTIONS, *(section.name for section in NAME_SECTIONS), *_SEARCHES, CHECK_LAWS)
+    texts = {key: mechanism_schema["properties"][key].get("description", "") for key in keys}
+    return texts | {"cases": _CASES_TEXT, "name": texts["name"].replace("<name>", "NAME")}
 
 
 def sections_markdown(catalogue: Catalogue) -> str:
@@ -80,7 +82,7 @@ def sections_markdown(catalogue: Catalogue) -> str:
             "\n### `sample`\n",
             *_two_columns("key", "meaning", SECTION_KEYS["sample"]),
             "",
-            *_two_columns("design", "what it draws", METHODS),
+            *_two_columns("design", "what it draws", DESIGNS),
             "",
             *_two_columns("distribution", "contains", SAMPLE_FORMS),
             "",
@@ -98,7 +100,7 @@ def _two_columns(first_heading: str, second_heading: str, rows: Mapping[str, str
 
 WIDTH = 96  # characters in a line
 _INDENT = 12  # characters before the second column
-_JOINT, _LOAD = "rod-slider", "press"  # replaces NAME in an example
+_EXAMPLE_JOINT, _EXAMPLE_LOAD = "rod-slider", "press"  # replaces NAME in an example
 
 
 def key_text(name: str, catalogue: Catalogue) -> str | None:
@@ -106,46 +108,46 @@ def key_text(name: str, catalogue: Catalogue) -> str | None:
 
     Paths of a grid (`joints.rod-slider.clearance`) and of the page (`joints.NAME.clearance`) both match.
     """
-    sections = parts(catalogue)
+    sections = page_sections(catalogue)
     keys = [(path, row) for section in sections for path in section.paths for row in section.rows]
     requested = name.split(".")
-    matches_of_paths = {path: _match(path.split("."), requested) for section in sections for path in section.paths}
-    rows = [(_match([*path.split("."), *row.key.split(".")], requested), path, row) for path, row in keys]
-    exact = any(
+    matches_of_paths = {path: _match_kind(path.split("."), requested) for section in sections for path in section.paths}
+    rows = [(_match_kind([*path.split("."), *row.key.split(".")], requested), path, row) for path, row in keys]
+    has_exact_match = any(
         match_kind == "all" for match_kind in (*matches_of_paths.values(), *(match_kind for match_kind, *_ in rows))
     )
-    accepted = ("all",) if exact else ("all", "end")
+    accepted = ("all",) if has_exact_match else ("all", "end")
     blocks: dict[str, list[str]] = {}  # text -> its paths
     for section in sections:
         if matches := [path for path in section.paths if matches_of_paths[path] in accepted]:
-            blocks.setdefault(_section_text(section), []).extend(_named(path, requested) for path in matches)
+            blocks.setdefault(_section_text(section), []).extend(
+                _with_requested_names(path, requested) for path in matches
+            )
     examples: dict[str, str] = {}  # of the first path
     for match_kind, path, row in rows:
         if match_kind in accepted:
-            facts = _key(row)
+            facts = _key_facts(row)
             examples.setdefault(facts, _example(path, row, requested))
-            blocks.setdefault(facts, []).append(_named(f"{path}.{row.key}", requested))
+            blocks.setdefault(facts, []).append(_with_requested_names(f"{path}.{row.key}", requested))
     texts: dict[str, list[str]] = {}
     for text, paths in blocks.items():
         example = examples.get(text)
-        with_example = f"{text}\n{_line('example', example)}" if example else text
+        with_example = f"{text}\n{_fact_line('example', example)}" if example else text
         texts.setdefault(", ".join(dict.fromkeys(paths)), []).append(with_example)
     lines = [paths_text + "\n" + "\n\n".join(matches) for paths_text, matches in texts.items()]
-    return "\n\n".join([*lines, *_choosing(name, catalogue)]) or None
+    return "\n\n".join([*lines, *_case_section_help(name, catalogue)]) or None
 
 
 def key_names(catalogue: Catalogue) -> tuple[str, ...]:
     """Return the last parts of all paths that `key_text` accepts, and the sections."""
-    sections = parts(catalogue)
+    sections = page_sections(catalogue)
     paths = [path for section in sections for path in section.paths]
-    names_shown = [path.rpartition(".")[2] for path in paths] + [
-        row.key for section in sections for row in section.rows
-    ]
+    key_names = [path.rpartition(".")[2] for path in paths] + [row.key for section in sections for row in section.rows]
     other_keys = (*section_texts(catalogue), *(key for keys in SECTION_KEYS.values() for key in keys))
-    return tuple(dict.fromkeys((*names_shown, *other_keys)))
+    return tuple(dict.fromkeys((*key_names, *other_keys)))
 
 
-def _match(path: list[str], requested: list[str]) -> str:
+def _match_kind(path: list[str], requested: list[str]) -> str:
     """Return 'all' if a name matches a whole path (any word matches NAME), 'end' if it matches its end, else ''."""
     if requested == path[-len(requested) :]:
         return "all" if len(requested) == len(path) else "end"
@@ -155,39 +157,42 @@ def _match(path: list[str], requested: list[str]) -> str:
     return "all" if is_whole_path else ""
 
 
-def _named(path: str, requested: list[str]) -> str:
+def _with_requested_names(path: str, requested: list[str]) -> str:
     """Return a path of the page with the requested names in place of NAME."""
-    names_shown = path.split(".")
-    if len(names_shown) == len(requested):
-        names_shown = [
+    path_names = path.split(".")
+    if len(path_names) == len(requested):
+        path_names = [
             requested_name if part_name == ANY else part_name
-            for part_name, requested_name in zip(names_shown, requested, strict=True)
+            for part_name, requested_name in zip(path_names, requested, strict=True)
         ]
-    return ".".join(names_shown)
+    return ".".join(path_names)
 
 
-def _section_text(section: Part) -> str:
+def _section_text(section: PageSection) -> str:
     """Return the description of a section, and a line for each of its keys."""
     width = max(len(row.key) for row in section.rows) + 2
     lines = [
         textwrap.fill(
-            _plain(row.text), WIDTH, initial_indent=f"  {row.key:{width}}", subsequent_indent=" " * (width + 2)
+            _without_markdown(row.text),
+            WIDTH,
+            initial_indent=f"  {row.key:{width}}",
+            subsequent_indent=" " * (width + 2),
         )
         for row in section.rows
     ]
-    text = _plain(section.text)
+    text = _without_markdown(section.text)
     return "\n".join([*(textwrap.wrap(text, WIDTH, initial_indent="  ", subsequent_indent="  ")), "", *lines])
 
 
-def _key(row: Row) -> str:
+def _key_facts(row: Row) -> str:
     """Return the facts about a key, one per line, without an example."""
     rows = {
-        "meaning": _plain(row.text),
+        "meaning": _without_markdown(row.text),
         "unit": " or ".join(unit or "1" for unit in row.units) if any(row.units) else "",
-        "allowed": _plain(row.allowed or ", ".join(row.options)),
-        "default": _plain("optional" if row.default == "-" else row.default),
+        "allowed": _without_markdown(row.allowed or ", ".join(row.options)),
+        "default": _without_markdown("optional" if row.default == "-" else row.default),
     }
-    return "\n".join(_line(heading, text) for heading, text in rows.items() if text)
+    return "\n".join(_fact_line(heading, text) for heading, text in rows.items() if text)
 
 
 def _example(path: str, row: Row, requested: list[str]) -> str:
@@ -195,40 +200,43 @@ def _example(path: str, row: Row, requested: list[str]) -> str:
     value = row.example or (row.options[0] if row.options else "true" if row.allowed.startswith("`true`") else "")
     if not value:
         return ""
-    names_shown = _named(f"{path}.{row.key}", requested).split(".")
-    names = {"joints": _JOINT, "loads": _LOAD}
-    names_shown = [names.get(names_shown[0], "link") if name == ANY else name for name in names_shown]
+    path_names = _with_requested_names(f"{path}.{row.key}", requested).split(".")
+    example_names = {"joints": _EXAMPLE_JOINT, "loads": _EXAMPLE_LOAD}
+    path_names = [example_names.get(path_names[0], "link") if name == ANY else name for name in path_names]
     return (
-        "".join(f"{name}: {{" for name in names_shown[:-1])
-        + f"{names_shown[-1]}: {value}"
-        + "}" * (len(names_shown) - 1)
+        "".join(f"{name}: {{" for name in path_names[:-1]) + f"{path_names[-1]}: {value}" + "}" * (len(path_names) - 1)
     )
 
 
-def _choosing(name: str, catalogue: Catalogue) -> Iterator[str]:
+def _case_section_help(name: str, catalogue: Catalogue) -> Iterator[str]:
     """Yield the description of a section that chooses cases, or of its keys."""
     texts = section_texts(catalogue)
     parent, _, key = name.rpartition(".")
     if name in texts:
-        lines = [_line("meaning", _plain(texts[name])), _line("example", SECTION_EXAMPLES[name])]
-        choices = SECTION_KEYS.get(name, {}) | (METHODS | SAMPLE_FORMS if name == "sample" else {})
+        lines = [_fact_line("meaning", _without_markdown(texts[name])), _fact_line("example", SECTION_EXAMPLES[name])]
+        choices = SECTION_KEYS.get(name, {}) | (DESIGNS | SAMPLE_FORMS if name == "sample" else {})
         choices |= AXIS_FORMS if name in ("sweep", "zip") else {}
         width = max(map(len, choices), default=0) + 2
         rows = [
-            textwrap.fill(_plain(text), WIDTH, initial_indent=f"  {name:{width}}", subsequent_indent=" " * (width + 2))
+            textwrap.fill(
+                _without_markdown(text), WIDTH, initial_indent=f"  {name:{width}}", subsequent_indent=" " * (width + 2)
+            )
             for name, text in choices.items()
         ]
         yield "\n".join([name, *lines, *([""] if rows else []), *rows])
     for section, keys in SECTION_KEYS.items():
         if parent in ("", section) and key in keys and name not in texts:
-            lines = [_line("meaning", _plain(keys[key])), _line("example", SECTION_EXAMPLES[section])]
+            lines = [
+                _fact_line("meaning", _without_markdown(keys[key])),
+                _fact_line("example", SECTION_EXAMPLES[section]),
+            ]
             yield "\n".join([f"{section}.{key}", *lines])
-    for kinds, owner in ((AXIS_FORMS, "an axis"), (METHODS, "sample.method"), (SAMPLE_FORMS, "sample.over")):
-        if name in kinds:
-            yield f"{name}, of {owner}\n{_line('meaning', _plain(kinds[name]))}"
+    for forms, owner in ((AXIS_FORMS, "an axis"), (DESIGNS, "sample.method"), (SAMPLE_FORMS, "sample.over")):
+        if name in forms:
+            yield f"{name}, of {owner}\n{_fact_line('meaning', _without_markdown(forms[name]))}"
 
 
-def _line(heading: str, text: str) -> str:
+def _fact_line(heading: str, text: str) -> str:
     """Return a fact as a line that begins with its name."""
     return textwrap.fill(
         text,
@@ -240,12 +248,12 @@ def _line(heading: str, text: str) -> str:
     )
 
 
-def _plain(text: str) -> str:
+def _without_markdown(text: str) -> str:
     """Return a text of the page without Markdown."""
     return re.sub(r"\[(.*?)\]\(.*?\)", r"\1", text).translate(str.maketrans("", "", "`*"))
 
 
-_HEAD = """\
+_PAGE_HEAD = """\
 # Keys of a grid file
 
 <!-- written by `clearsweep schema --markdown`; a test compares -->
@@ -262,14 +270,14 @@ for editors.
 """
 
 
-_TABLE = "| key | unit | allowed | default | meaning |\n| --- | --- | --- | --- | --- |"
+_TABLE_HEAD = "| key | unit | allowed | default | meaning |\n| --- | --- | --- | --- | --- |"
 
 
 def markdown(catalogue: Catalogue) -> str:
     """Return the page in Markdown: every key with unit, range, default and meaning."""
-    lines = [_HEAD, *_overview(key_trees(catalogue, slots=True))]
-    for part in parts(catalogue):
-        lines += [f"## {quoted(part.paths)}\n", f"{part.text}\n", _TABLE, *map(str, part.rows), ""]
+    lines = [_PAGE_HEAD, *_overview(key_trees(catalogue, slots=True))]
+    for section in page_sections(catalogue):
+        lines += [f"## {quoted(section.paths)}\n", f"{section.text}\n", _TABLE_HEAD, *map(str, section.rows), ""]
     return "\n".join([*lines, sections_markdown(catalogue)])
 
 
@@ -283,5 +291,5 @@ def _overview(trees: Iterable[KeyTree]) -> Iterator[str]:
             body = journal.default if isinstance(journal, Word) and journal.default else ""
             names.append(f"`{joint}` ({body})" if body else f"`{joint}`" + (", a guide" if kind == "guide" else ""))
         if set(tree.joints.values()) != {"slot"}:
-            yield f"| {tree.mechanism}{f' {SPACE}' if tree.spatial else ''} | {', '.join(names)} |"
+            yield f"| {tree.mechanism}{f' {IN_SPACE_TEXT}' if tree.spatial else ''} | {', '.join(names)} |"
     yield ""

@@ -5,7 +5,7 @@ from typing import Any
 from ...contracts.catalogue import Catalogue
 from ...contracts.outline import ANY
 from ...language import quantity
-from ..keys.kinds import ITEMS, Flag, Name, NameList, Number, Section, Shape, Table, Word
+from ..keys.kinds import COUNT_WORDS, Flag, KeyTable, Name, NameList, Number, Section, Table, Word
 from ..keys.library_names import MATERIAL
 from ..keys.outline import key_trees
 from ..sections.axes import SAMPLE_SECTION
@@ -13,14 +13,14 @@ from ..sections.identify import IDENTIFY_SECTION
 from ..sections.named_sections import FIGURES_SECTION, LIMITS_SECTION, UNCERTAIN_SECTION
 from ..sections.optimise import OPTIMISE_SECTION
 from ..sections.reader import CHECK_LAWS, CHECK_LAWS_TEXT
-from ..sections.section import ADDED, FIT_FORM, FITS_FORM
+from ..sections.section import ADDED, FIT_SCHEMA, FITS_SCHEMA
 from ..sections.seek import REFINE_SECTION, SEEK_SECTION
-from ..sections.variations import LONGEST, RESERVED
+from ..sections.variations import MAX_LABEL_LENGTH, RESERVED_LABELS
 from ..written.definitions import DEFINE, DEFINE_TEXT
 
 KEY_SECTIONS = (SAMPLE_SECTION, SEEK_SECTION, REFINE_SECTION, OPTIMISE_SECTION, IDENTIFY_SECTION)
 NAME_SECTIONS = (FIGURES_SECTION, LIMITS_SECTION, UNCERTAIN_SECTION)
-_CHECKED = {"type": "object", "additionalProperties": False, "properties": {ADDED: {"type": "object"}}}
+_CHECK_LAWS_SCHEMA = {"type": "object", "additionalProperties": False, "properties": {ADDED: {"type": "object"}}}
 
 
 def schema(catalogue: Catalogue) -> dict[str, Any]:
@@ -35,9 +35,9 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
         }
 
     schemas = []
-    for form in key_trees(catalogue):
-        top = _object(form.keys, "")
-        top["properties"] |= {
+    for key_tree in key_trees(catalogue):
+        mechanism_schema = _object_schema(key_tree.keys, "")
+        mechanism_schema["properties"] |= {
             DEFINE: {
                 "description": DEFINE_TEXT,
                 "type": "object",
@@ -48,43 +48,43 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
             "sweep": axes("axes in all combinations"),
             "zip": axes("axes that vary together: each case takes the next value of each"),
             "cases": {"anyOf": [{"type": "string", "description": "a .csv or .parquet file"}, axes("in step")]},
-            CHECK_LAWS: {"description": CHECK_LAWS_TEXT, "anyOf": [{"type": "boolean"}, _CHECKED]},
+            CHECK_LAWS: {"description": CHECK_LAWS_TEXT, "anyOf": [{"type": "boolean"}, _CHECK_LAWS_SCHEMA]},
             **{section.name: section.schema for section in (*KEY_SECTIONS, *NAME_SECTIONS)},
         }
-        chosen_by = {"type": form.mechanism} | ({"spatial": True} if form.spatial else {})
-        for key, value in chosen_by.items():
-            top["properties"]["mechanism"]["properties"][key] = {"const": value}
-        schemas.append((top, chosen_by))
-    by_mechanism = schemas[0][0]  # editors offer these keys before a type is written
-    for top, chosen_by in schemas[1:]:
-        fixed = {key: {"const": value} for key, value in chosen_by.items()}
-        kind = {"required": [*fixed], "properties": fixed}
-        by_mechanism = {
-            "if": {"required": ["mechanism"], "properties": {"mechanism": kind}},
-            "then": top,
-            "else": by_mechanism,
+        conditions = {"type": key_tree.mechanism} | ({"spatial": True} if key_tree.spatial else {})
+        for key, value in conditions.items():
+            mechanism_schema["properties"]["mechanism"]["properties"][key] = {"const": value}
+        schemas.append((mechanism_schema, conditions))
+    schema_by_mechanism = schemas[0][0]  # editors offer these keys before a type is written
+    for mechanism_schema, conditions in schemas[1:]:
+        fixed = {key: {"const": value} for key, value in conditions.items()}
+        mechanism_condition = {"required": [*fixed], "properties": fixed}
+        schema_by_mechanism = {
+            "if": {"required": ["mechanism"], "properties": {"mechanism": mechanism_condition}},
+            "then": mechanism_schema,
+            "else": schema_by_mechanism,
         }
-    quantities = {"type": "array", "minItems": 2, "maxItems": 2, "prefixItems": [{"$ref": "#/$defs/quantity"}] * 2}
-    spaced = {"type": "array", "minItems": 3, "maxItems": 4}
+    pair_schema = {"type": "array", "minItems": 2, "maxItems": 2, "prefixItems": [{"$ref": "#/$defs/quantity"}] * 2}
+    spacing_schema = {"type": "array", "minItems": 3, "maxItems": 4}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "clearsweep grid",
         "type": "object",
-        **by_mechanism,
+        **schema_by_mechanism,
         "$defs": {
             "quantity": {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*(=|[+-]?(\d|\.\d))"}]},
-            "pair": quantities,
+            "pair": pair_schema,
             "axis": {
                 "anyOf": [
                     {"type": "array", "minItems": 1},
-                    FITS_FORM,
-                    _labels(),
+                    FITS_SCHEMA,
+                    _labels_schema(),
                     *(
                         {
                             "type": "object",
                             "required": [name],
                             "additionalProperties": False,
-                            "properties": {name: spaced},
+                            "properties": {name: spacing_schema},
                         }
                         for name in ("linspace", "geomspace", "logspace")
                     ),
@@ -94,28 +94,30 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
     }
 
 
-def _labels() -> dict[str, Any]:
+def _labels_schema() -> dict[str, Any]:
     """Return the schema of an axis whose values have labels."""
     return {
         "type": "object",
         "description": "label -> value",
         "minProperties": 1,
-        "propertyNames": {"not": {"enum": list(RESERVED)}, "maxLength": LONGEST},
-        "additionalProperties": {"anyOf": [{"$ref": "#/$defs/quantity"}, FIT_FORM]},
+        "propertyNames": {"not": {"enum": list(RESERVED_LABELS)}, "maxLength": MAX_LABEL_LENGTH},
+        "additionalProperties": {"anyOf": [{"$ref": "#/$defs/quantity"}, FIT_SCHEMA]},
     }
 
 
-def _object(tree: Shape, path: str) -> dict[str, Any]:
+def _object_schema(key_table: KeyTable, path: str) -> dict[str, Any]:
     """Return the schema of the section at `path`, '' for the whole file."""
     properties: dict[str, Any] = {}
     required: list[str] = []
     alternatives: list[list[str]] = []
-    for nested, node in tree.items():
+    for nested, node in key_table.items():
         parent, _, key = nested.rpartition(".")
         if parent != path:
             continue
         if isinstance(node, Section):
-            properties[key] = _items(tree, nested, node) if node.items else _section(tree, nested, node)
+            properties[key] = (
+                _list_schema(key_table, nested, node) if node.items else _section_schema(key_table, nested, node)
+            )
         elif isinstance(node, Word):
             has_free_names = any(ANY in option for option in node.options)  # the user chooses the keys
             properties[key] = {"description": node.text} | (
@@ -125,70 +127,73 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
         elif isinstance(node, Name):
             properties[key] = {"description": node.text, "enum": list(node.options)}
         elif isinstance(node, Table):
-            properties[key] = _table(node)
+            properties[key] = _table_schema(node)
         elif isinstance(node, NameList):
             names = {"type": "array", "items": {"type": "string"}, "minItems": 1}
             properties[key] = {"description": f"{node.text}; such as {node.example}", **names}
         elif isinstance(node, Flag):
             properties[key] = {"description": node.text, "type": "boolean", "default": bool(node.default)}
         else:
-            key_trees = [
+            forms = [
                 {"$ref": "#/$defs/quantity"},
-                *(_object(tree, item) for item in (nested,) if _has_keys_below(tree, item)),
+                *(_object_schema(key_table, item) for item in (nested,) if _has_keys_below(key_table, item)),
             ]
-            key_trees += [FIT_FORM] if any(key_use.field.fit for key_use in node.uses) else []
-            value = {"anyOf": key_trees} if key_trees[1:] else key_trees[0]
-            properties[key] = {"description": _described(node), **value}
+            forms += [FIT_SCHEMA] if any(key_use.field.fit for key_use in node.uses) else []
+            value = {"anyOf": forms} if forms[1:] else forms[0]
+            properties[key] = {"description": _number_description(node), **value}
         if isinstance(node, Section) and node.need == "required" and key != ANY:
             required += [] if node.unless else [key]
             alternatives += [[key, node.unless]] if node.unless else []
-    properties_of = {ANY: False} | properties  # every user-defined name has the schema of the placeholder
-    object_schema = {"type": "object", "additionalProperties": properties_of.pop(ANY), "properties": properties_of}
+    user_properties = {ANY: False} | properties  # every user-defined name has the schema of the placeholder
+    object_schema = {"type": "object", "additionalProperties": user_properties.pop(ANY), "properties": user_properties}
     object_schema |= {"required": required} if required else {}
     for pair in alternatives:
         object_schema["anyOf"] = [{"required": [key]} for key in pair]
     return object_schema
 
 
-def _has_keys_below(tree: Shape, path: str) -> bool:
+def _has_keys_below(key_table: KeyTable, path: str) -> bool:
     """Return whether there are keys below `path`."""
-    return any(nested.rpartition(".")[0] == path for nested in tree)
+    return any(nested.rpartition(".")[0] == path for nested in key_table)
 
 
-def _section(tree: Shape, path: str, node: Section) -> dict[str, Any]:
-    object_schema, name = _object(tree, path), tree.get(f"{path}.{MATERIAL}")
+def _section_schema(key_table: KeyTable, path: str, node: Section) -> dict[str, Any]:
+    object_schema, name = _object_schema(key_table, path), key_table.get(f"{path}.{MATERIAL}")
     if isinstance(name, Name):
         return {"description": node.text, "anyOf": [{"enum": list(name.options)}, object_schema]}
     return {"description": node.text, **object_schema}
 
 
-def _items(tree: Shape, path: str, node: Section) -> dict[str, Any]:
+def _list_schema(key_table: KeyTable, path: str, node: Section) -> dict[str, Any]:
     """Return the schema of a list of quantities or names, or of the single quantity that may replace it."""
-    item_key, count = tree[f"{path}.0"], node.items
-    number = ITEMS[count]
-    size = {"type": "array", "minItems": count, "maxItems": count}
+    item_key, count = key_table[f"{path}.0"], node.items
+    number = COUNT_WORDS[count]
+    length_schema = {"type": "array", "minItems": count, "maxItems": count}
     if isinstance(item_key, Word):
-        return {"description": f"{node.text}: {number} names", "items": {"type": "string"}} | size
+        return {"description": f"{node.text}: {number} names", "items": {"type": "string"}} | length_schema
     assert isinstance(item_key, Number)
-    described = {"description": f"{node.text}: {number} quantities ({item_key.uses[0].field.unit})"}
+    description = {"description": f"{node.text}: {number} quantities ({item_key.uses[0].field.unit})"}
     if count == 2:
-        return described | {"$ref": "#/$defs/pair"}
-    quantity_of = {"$ref": "#/$defs/quantity"}
-    sized = size | {"prefixItems": [quantity_of] * count}
-    return described | ({"anyOf": [quantity_of, sized]} if node.scalar_factors else sized)
+        return description | {"$ref": "#/$defs/pair"}
+    quantity_schema = {"$ref": "#/$defs/quantity"}
+    list_schema = length_schema | {"prefixItems": [quantity_schema] * count}
+    return description | ({"anyOf": [quantity_schema, list_schema]} if node.scalar_factors else list_schema)
 
 
-def _table(node: Table) -> dict[str, Any]:
+def _table_schema(node: Table) -> dict[str, Any]:
     """Return the schema of a table: a file name, or columns."""
-    over, values = (", ".join(f"{field.name} ({field.unit})" for field in fields) for fields in node.columns[2:4])
-    lists = {"type": "object", "minProperties": 2, "additionalProperties": {"type": "array", "minItems": 2}}
+    independent_columns, dependent_columns = (
+        ", ".join(f"{field.name} ({field.unit})" for field in fields) for fields in node.columns[2:4]
+    )
+    columns_schema = {"type": "object", "minProperties": 2, "additionalProperties": {"type": "array", "minItems": 2}}
     return {
-        "description": f"{node.columns.text}; a .csv file or columns: {over.replace(', ', ' or ')}; any of {values}",
-        "anyOf": [{"type": "string", "pattern": r"\.[cC][sS][vV]$"}, lists],
+        "description": f"{node.columns.text}; a .csv file or columns: {independent_columns.replace(', ', ' or ')}; "
+        f"any of {dependent_columns}",
+        "anyOf": [{"type": "string", "pattern": r"\.[cC][sS][vV]$"}, columns_schema],
     }
 
 
-def _described(node: Number) -> str:
+def _number_description(node: Number) -> str:
     """Return the description of a quantity, by law where it differs, with range, default and an example."""
     lines = []
     for field, when in node.uses:

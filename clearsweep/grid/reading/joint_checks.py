@@ -5,16 +5,16 @@ import math
 from ...contracts.case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
 from ...contracts.catalogue import Catalogue, Law, sized
 from ...language.errors import did_you_mean
-from ..keys.joint_keys import moduli
+from ..keys.joint_keys import modulus_paths
 from ..keys.key_table import DIMENSIONLESS
 from ..keys.kinds import Number, Section, value_key, word_key
 from ..keys.run_keys import LIFE
 from ..sections.reader import Reader
-from .machine_checks import check_films, check_machine
+from .machine_checks import check_film_joints, check_machine
 from .values import COEFFICIENTS, exponent_values
 
-SHALLOW = 0.1  # of the bearing radius; deeper wear is no longer a small change of shape
-WHOLE = 1e-9  # revolutions; tolerance on a whole number of them
+MAX_RELATIVE_DEPTH = 0.1  # of the bearing radius; deeper wear is no longer a small change of shape
+WHOLE_TOLERANCE = 1e-9  # revolutions; tolerance on a whole number of them
 
 
 def check_values(reader: Reader, catalogue: Catalogue) -> None:
@@ -34,7 +34,7 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
     _check_until(reader)
     _check_life(reader)
     check_machine(reader, catalogue)
-    check_films(reader, catalogue)
+    check_film_joints(reader, catalogue)
     _check_friction(reader, catalogue)
     joints = [path for path, node in reader.shape.items() if isinstance(node, Section) and _is_joint(path)]
     joints_section = reader.shape.get("joints")
@@ -71,21 +71,21 @@ def _check_heat_balance(reader: Reader, joint: str) -> None:
 
 def _check_friction(reader: Reader, catalogue: Catalogue) -> None:
     """Check that the keys of friction laws are in order, in joints and in loads."""
-    frictions = {f"loads.{load.name}.friction": load.given for load in reader.outline.loads if load.given}
+    given_by_path = {f"loads.{load.name}.friction": load.given for load in reader.outline.loads if load.given}
     for path in [path for path in reader.shape if path.endswith(".friction")]:
         for law in catalogue.of("friction"):
             if law.name in reader.names.get(f"{path}.law", ()):
-                _check_order(reader, path, sized(law, frictions[path]) if path in frictions else law)
+                _check_order(reader, path, sized(law, given_by_path[path]) if path in given_by_path else law)
 
 
 def _check_until(reader: Reader) -> None:
     """Check that the grid has the figure in `until` and that the longest run is not shorter than the shortest."""
-    smallest, largest = reader.values_of("simulate.revolutions"), reader.values_of("simulate.until.max_revolutions")
-    if smallest and largest and min(largest) < max(smallest):
+    shortest, longest = reader.values_of("simulate.revolutions"), reader.values_of("simulate.until.max_revolutions")
+    if shortest and longest and min(longest) < max(shortest):
         path = "simulate.until.max_revolutions"
         sentence = (
-            f"found {reader.text(path, min(largest))}; allowed: at least "
-            f"{reader.text('simulate.revolutions', max(smallest))}, the value of simulate.revolutions, the shortest run"
+            f"found {reader.text(path, min(longest))}; allowed: at least "
+            f"{reader.text('simulate.revolutions', max(shortest))}, the value of simulate.revolutions, the shortest run"
         )
         reader.problems.add(reader.position_of(path), path, sentence)
     path = "simulate.until.figure"
@@ -110,13 +110,13 @@ def _check_below(reader: Reader, low: str, high: str, reason: str, *, equal: boo
         if not invalid:
             return
         lows, highs = zip(*invalid[:1], strict=True)
-    where = low if low in reader.swept or low in reader.written else high
-    term = "at most" if equal else "below"
+    reported_path = low if low in reader.swept or low in reader.written else high
+    bound = "at most" if equal else "below"
     reader.problems.add(
-        reader.position_of(where),
-        where,
-        f"found {reader.text(low, max(lows))}; allowed: {term} {reader.text(high, min(highs))}, the value of {high}; "
-        f"{reason}",
+        reader.position_of(reported_path),
+        reported_path,
+        f"found {reader.text(low, max(lows))}; allowed: {bound} {reader.text(high, min(highs))}, the value of "
+        f"{high}; {reason}",
     )
 
 
@@ -126,7 +126,7 @@ def _check_order(reader: Reader, section: str, law: Law) -> None:
         _check_below(reader, f"{section}.{order.low}", f"{section}.{order.high}", order.reason, equal=order.equal)
 
 
-_EXAMPLES = {
+_KEY_EXAMPLES = {
     "length": "the joint's length along the pin, such as 20 mm",
     "bearing_radius": "the radius of the bearing, such as 10 mm",
     "contact.material": "both bodies' material, such as {young: 207 GPa, poisson: 0.3}",
@@ -136,7 +136,7 @@ _EXAMPLES = {
 def _check_material(reader: Reader, joint: str) -> None:
     """Check that materials are complete: one for both bodies, or one for each."""
     material = f"{joint}.contact.material"
-    if material not in reader.shape or not value_key(reader.shape, f"{material}.young").used(reader.names):
+    if material not in reader.shape or not value_key(reader.shape, f"{material}.young").is_used(reader.names):
         return
     shared = [key for key in ("young", "poisson") if reader.is_given(f"{material}.{key}")]
     given_bodies = [body for body in Materials._fields if f"{material}.{body}" in reader.shape]
@@ -160,22 +160,22 @@ def _check_material(reader: Reader, joint: str) -> None:
 def _check_elastic_law(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that the joint has the values that its stiffness laws need, within their valid range."""
     law_path, elastic = f"{joint}.contact.law", f"{joint}.contact.elastic"
-    is_known = elastic in reader.shape and reader.unsure.isdisjoint((law_path, elastic))
-    if not is_known or not value_key(reader.shape, elastic).used(reader.names):
+    is_known = elastic in reader.shape and reader.unread_laws.isdisjoint((law_path, elastic))
+    if not is_known or not value_key(reader.shape, elastic).is_used(reader.names):
         return
     families = {law_path: catalogue.of("law"), elastic: catalogue.of("elastic")}
     candidates = [law for path, laws in families.items() for law in laws if law.name in reader.names[path]]
     for law in sorted(candidates, key=lambda law: law.name):
-        for path in _keys_needed(reader, joint, law):
+        for path in _needed_keys(reader, joint, law):
             if not reader.is_given(f"{joint}.{path}"):
-                sentence = f"is missing; {law.family} '{law.name}' needs {_EXAMPLES[path]}"
+                sentence = f"is missing; {law.family} '{law.name}' needs {_KEY_EXAMPLES[path]}"
                 reader.problems.add(reader.position_of(elastic), f"{joint}.{path}", sentence)
         _check_order(reader, f"{joint}.contact", law)
         if "hertz" in law.needs:
             _check_hertzian(reader, elastic, law)
-        for own_path, low, high, unit, reason in law.ranges:
-            of_both = own_path.replace(".bearing.", ".")
-            path = own_path if f"{joint}.{own_path}" in reader.shape else of_both
+        for path_of_body, low, high, unit, reason in law.ranges:
+            path_of_both = path_of_body.replace(".bearing.", ".")
+            path = path_of_body if f"{joint}.{path_of_body}" in reader.shape else path_of_both
             outside = [value for value in reader.values_of(f"{joint}.{path}") if not low <= value <= high]
             if outside:
                 sentence = (
@@ -195,31 +195,31 @@ def _check_hertzian(reader: Reader, elastic: str, law: Law) -> None:
         reader.problems.add(reader.position_of(elastic), elastic, sentence)
 
 
-def _keys_needed(reader: Reader, joint: str, law: Law) -> tuple[str, ...]:
+def _needed_keys(reader: Reader, joint: str, law: Law) -> tuple[str, ...]:
     """Return the further keys, as paths within the joint, that a contact law needs."""
     if any(reader.is_given(f"{joint}.contact.{columns.name}") for columns in law.tables):
         return ()  # the key table covers it
-    parameter = tuple("contact.material" if name == "material" else name for name in law.needs if name != "hertz")
-    from_material = law.name == "power" and not reader.is_given(f"{joint}.contact.stiffness")
-    sized = parameter or (from_material and reader.is_given(f"{joint}.contact.material"))
+    needed_keys = tuple("contact.material" if name == "material" else name for name in law.needs if name != "hertz")
+    is_from_material = law.name == "power" and not reader.is_given(f"{joint}.contact.stiffness")
+    needs_radius = needed_keys or (is_from_material and reader.is_given(f"{joint}.contact.material"))
     radius = reader.shape.get(f"{joint}.bearing_radius")
-    optional = isinstance(radius, Number) and radius.uses[0].field.optional
-    return ("bearing_radius", *parameter) if sized and optional else parameter
+    is_optional = isinstance(radius, Number) and radius.uses[0].field.optional
+    return ("bearing_radius", *needed_keys) if needs_radius and is_optional else needed_keys
 
 
 def _check_roughness(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that rough surfaces have the joint's dimensions and a texture or a profile."""
-    rough = f"{joint}.roughness"
-    for law in [law for law in catalogue.of("roughness") if law.name in reader.names[f"{rough}.law"]]:
-        for parameter in law.needs:
-            path = "contact.material" if parameter == "material" else parameter
+    roughness = f"{joint}.roughness"
+    for law in [law for law in catalogue.of("roughness") if law.name in reader.names[f"{roughness}.law"]]:
+        for needed_key in law.needs:
+            path = "contact.material" if needed_key == "material" else needed_key
             if not reader.is_given(f"{joint}.{path}"):
-                sentence = f"is missing; roughness '{law.name}' needs {_EXAMPLES[path]}"
-                reader.problems.add(reader.position_of(rough), f"{joint}.{path}", sentence)
+                sentence = f"is missing; roughness '{law.name}' needs {_KEY_EXAMPLES[path]}"
+                reader.problems.add(reader.position_of(roughness), f"{joint}.{path}", sentence)
         for columns in law.tables:
-            table = f"{rough}.{columns.name}"
+            table = f"{roughness}.{columns.name}"
             for field in [field for field in law.fields if field.optional]:
-                path = f"{rough}.{field.name}"
+                path = f"{roughness}.{field.name}"
                 if reader.is_given(path) and reader.is_given(table):
                     sentence = f"conflicts with {columns.name}, which determines it; remove one of the two"
                     reader.problems.add(reader.position_of(path), path, sentence)
@@ -235,15 +235,15 @@ def _check_wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
         sentence = "is missing; wear needs the joint's length along the pin, such as 20 mm"
         reader.problems.add(reader.position_of(wear), f"{joint}.length", sentence)
     is_dimensionless = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
-    by_work = [
+    work_laws = [
         law for law in catalogue.of("wear") if "friction" in law.needs and law.name in reader.names[f"{wear}.law"]
     ]
-    if by_work and f"{joint}.friction" not in reader.shape:
-        sentence = f"is missing; the wear law '{by_work[0].name}' needs the work of friction; write a friction law"
+    if work_laws and f"{joint}.friction" not in reader.shape:
+        sentence = f"is missing; the wear law '{work_laws[0].name}' needs the work of friction; write a friction law"
         reader.problems.add(reader.position_of(wear), f"{joint}.friction", sentence)
-    if by_work and is_dimensionless:
+    if work_laws and is_dimensionless:
         sentence = (
-            f"the wear law '{by_work[0].name}' needs a coefficient in m^3/J; write this unit, also next to a hardness"
+            f"the wear law '{work_laws[0].name}' needs a coefficient in m^3/J; write this unit, also next to a hardness"
         )
         reader.problems.add(reader.position_of(f"{wear}.coefficient_unit"), f"{wear}.coefficient_unit", sentence)
         return
@@ -263,11 +263,11 @@ def _check_wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
 
 def _check_common_or_each(reader: Reader, wear: str, key: str, overriding: tuple[str, str], example: str) -> None:
     """Check that there is a common coefficient or one for each body, and that a varied one is used."""
-    overridden = all(reader.is_given(f"{wear}.{given_bodies}") for given_bodies in overriding)
-    if not reader.is_given(f"{wear}.{key}") and not overridden:
+    is_overridden = all(reader.is_given(f"{wear}.{overriding_key}") for overriding_key in overriding)
+    if not reader.is_given(f"{wear}.{key}") and not is_overridden:
         sentence = f"is missing; for example: {example} for both bodies, or {' and '.join(overriding)}"
         reader.problems.add(reader.position_of(wear), f"{wear}.{key}", sentence)
-    if f"{wear}.{key}" in reader.swept and overridden:
+    if f"{wear}.{key}" in reader.swept and is_overridden:
         sentence = f"is swept but not in use: {' and '.join(overriding)} override it"
         reader.problems.add(reader.swept[f"{wear}.{key}"], f"{wear}.{key}", sentence)
 
@@ -307,10 +307,13 @@ def _check_evolving(reader: Reader, joint: str, catalogue: Catalogue) -> None:
 def _check_pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that a pressure law that needs a modulus has one."""
     path, contact = f"{joint}.wear.pressure", f"{joint}.contact"
-    needing = [law for law in catalogue.of("pressure") if "modulus" in law.needs and law.name in reader.names[path]]
-    if needing and not any(map(reader.is_given, moduli(joint))):
+    modulus_laws = [
+        law for law in catalogue.of("pressure") if "modulus" in law.needs and law.name in reader.names[path]
+    ]
+    if modulus_laws and not any(map(reader.is_given, modulus_paths(joint))):
         sentence = (
-            f"is missing; wear pressure '{needing[0].name}' needs material: {{young: 207 GPa, poisson: 0.3}} or "
+            f"is missing; wear pressure '{modulus_laws[0].name}' needs material: "
+            f"{{young: 207 GPa, poisson: 0.3}} or "
             "pressure_modulus; a stiffness does not determine it, and pressure: mean needs neither"
         )
         reader.problems.add(reader.position_of(path), f"{contact}.material", sentence)
@@ -340,18 +343,21 @@ def _check_limited_joint(reader: Reader, joint: str) -> None:
     """Check that the limited joint wears, and that its limit is a small change of shape."""
     path, joint_path = f"{LIFE}.joint", f"joints.{joint}"
     if joint_path not in reader.shape:
-        wearing = [name.split(".")[1] for name in reader.shape if name.startswith("joints.") and name.endswith(".wear")]
-        remedy = f"name one that wears ({', '.join(wearing)})" if wearing else "give it clearance and wear"
+        worn_joints = [
+            name.split(".")[1] for name in reader.shape if name.startswith("joints.") and name.endswith(".wear")
+        ]
+        remedy = f"name one that wears ({', '.join(worn_joints)})" if worn_joints else "give it clearance and wear"
         reader.problems.add(reader.position_of(path), path, f"{joint} has no clearance in this grid; {remedy}")
         return
     if f"{joint_path}.wear" not in reader.shape:
         sentence = "is missing; life needs the wear of its joint; for example: {law: archard, coefficient: 2e-14 m^2/N}"
         reader.problems.add(reader.position_of(path), f"{joint_path}.wear", sentence)
     limits, radii = reader.values_of(f"{LIFE}.limit"), reader.values_of(f"{joint_path}.bearing_radius")
-    if limits and radii and max(limits) > SHALLOW * min(radii):
+    if limits and radii and max(limits) > MAX_RELATIVE_DEPTH * min(radii):
         path = f"{LIFE}.limit"
         sentence = (
-            f"found {reader.text(path, max(limits))}; allowed: at most {SHALLOW:g} of {joint_path}.bearing_radius, "
+            f"found {reader.text(path, max(limits))}; allowed: at most {MAX_RELATIVE_DEPTH:g} of "
+            f"{joint_path}.bearing_radius, "
             f"{reader.text(f'{joint_path}.bearing_radius', min(radii))}: wear must remain a small change of the shape"
         )
         reader.problems.add(reader.position_of(path), path, sentence)
@@ -360,24 +366,25 @@ def _check_limited_joint(reader: Reader, joint: str) -> None:
 def _check_blocks(reader: Reader) -> None:
     """Check that blocks are whole revolutions, and that the longest is not below the shortest."""
     path = f"{LIFE}.max_revolutions"
-    least, most = reader.values_of("simulate.revolutions"), reader.values_of(path)
-    if least and most and min(most) < max(least):
+    shortest, longest = reader.values_of("simulate.revolutions"), reader.values_of(path)
+    if shortest and longest and min(longest) < max(shortest):
         sentence = (
-            f"found {reader.text(path, min(most))}; allowed: at least "
-            f"{reader.text('simulate.revolutions', max(least))}, the value of simulate.revolutions, the shortest block"
+            f"found {reader.text(path, min(longest))}; allowed: at least "
+            f"{reader.text('simulate.revolutions', max(shortest))}, the value of simulate.revolutions, the shortest "
+            "block"
         )
         reader.problems.add(reader.position_of(path), path, sentence)
     discards = reader.values_of("simulate.discard") or (2.0,)
-    for turns in least:
+    for revolutions in shortest:
         for discard in discards:
-            window = turns - (discard if turns > 2.0 or reader.is_given("simulate.discard") else 0.0)
-            if abs(window - round(window)) > WHOLE or round(window) < 1:
-                where = "simulate.revolutions"
+            window = revolutions - (discard if revolutions > 2.0 or reader.is_given("simulate.discard") else 0.0)
+            if abs(window - round(window)) > WHOLE_TOLERANCE or round(window) < 1:
+                reported_path = "simulate.revolutions"
                 sentence = (
                     f"found {window:.6g} revolutions after simulate.discard; with life the number must be whole, "
                     "as their wear is extrapolated to all revolutions"
                 )
-                reader.problems.add(reader.position_of(where), where, sentence)
+                reader.problems.add(reader.position_of(reported_path), reported_path, sentence)
                 return
 
 

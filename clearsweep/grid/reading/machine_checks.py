@@ -7,7 +7,7 @@ from ...contracts.outline import GROUND, JointOutline
 from ..keys.kinds import Section
 from ..sections.reader import Reader
 
-_UNCONNECTED = "no chain of joints connects it with the ground; connect it with a joint, or remove it"
+_UNCONNECTED_TEXT = "no chain of joints connects it with the ground; connect it with a joint, or remove it"
 
 
 def check_machine(reader: Reader, catalogue: Catalogue) -> None:
@@ -44,10 +44,10 @@ def _bodies_of_joint(reader: Reader, joint: JointOutline) -> tuple[str, str] | N
 
 def _check_bodies(reader: Reader) -> None:
     """Check that there is a ground, that no joint connects a body with itself, and that every body is connected."""
-    outline, section = reader.outline, "mechanism.bodies"
+    outline, path_of_bodies = reader.outline, "mechanism.bodies"
     if GROUND not in {body.name for body in outline.bodies}:
         sentence = "is missing; add the body that does not move, such as ground: {points: {main: [0 mm, 0 mm]}}"
-        reader.problems.add(reader.position_of(section), f"{section}.{GROUND}", sentence)
+        reader.problems.add(reader.position_of(path_of_bodies), f"{path_of_bodies}.{GROUND}", sentence)
         return
     links = []
     for joint in outline.joints if outline.spatial else ():
@@ -59,35 +59,35 @@ def _check_bodies(reader: Reader) -> None:
                 "a mechanism in space cannot have a slot; write a planar mechanism",
             )
     for joint in outline.joints:
-        ends = _bodies_of_joint(reader, joint)
+        bodies = _bodies_of_joint(reader, joint)
         path = f"mechanism.joints.{joint.name}"
-        if ends is None:
+        if bodies is None:
             return
-        if ends[0] == ends[1]:
+        if bodies[0] == bodies[1]:
             reader.problems.add(
-                reader.position_of(path), f"{path}.between", f"joins {ends[0]} with itself; name two bodies"
+                reader.position_of(path), f"{path}.between", f"joins {bodies[0]} with itself; name two bodies"
             )
-        links.append(set(ends))
+        links.append(set(bodies))
     connected, count_before = {GROUND}, 0
     while len(connected) > count_before:
         count_before = len(connected)
         connected |= {body for link in links if link & connected for body in link}
     for body in outline.bodies:
         if body.name not in connected:
-            path = f"{section}.{body.name}"
-            reader.problems.add(reader.position_of(path), path, f"is not connected: {_UNCONNECTED}")
+            path = f"{path_of_bodies}.{body.name}"
+            reader.problems.add(reader.position_of(path), path, f"is not connected: {_UNCONNECTED_TEXT}")
 
 
 def _check_drive(reader: Reader) -> None:
     """Check that the driven body is on the ground, in a joint without clearance."""
     path = "mechanism.driven"
     joint = next((joint for joint in reader.outline.joints if joint.name == reader.values.get(path)), None)
-    ends = _bodies_of_joint(reader, joint) if joint else None
-    if joint is None or ends is None:
+    bodies = _bodies_of_joint(reader, joint) if joint else None
+    if joint is None or bodies is None:
         return
-    if ends[0] != GROUND:
+    if bodies[0] != GROUND:
         sentence = (
-            f"{joint.name} joins {ends[0]} and {ends[1]}; a drive must turn a joint whose first body is the ground"
+            f"{joint.name} joins {bodies[0]} and {bodies[1]}; a drive must turn a joint whose first body is the ground"
         )
         reader.problems.add(reader.position_of(path), path, sentence)
     if joint.name in reader.outline.clearances:
@@ -113,24 +113,24 @@ def _check_initial(reader: Reader) -> None:
             reader.problems.add(reader.position_of("simulate.start"), "simulate.start", sentence)
 
 
-def _check_friction_load(reader: Reader, path: str, joint: str, given: str) -> None:
+def _check_friction_load(reader: Reader, path: str, joint: str, given_quantity: str) -> None:
     """Check that friction acts in a joint without clearance and, in a pin, has a radius or a couple."""
     site = next((site for site in reader.mechanism.joints if site.name == joint), None)
     if site is None:
         return
     if joint in reader.outline.clearances:
         remedy = f"write the friction as joints.{joint}.friction"
-        if given and site.kind in ("revolute", "guide"):
+        if given_quantity and site.kind in ("revolute", "guide"):
             remedy += ": {law, coefficient, ...}, and give it `preload`"
         sentence = f"{joint} has clearance; {remedy}"
         reader.problems.add(reader.position_of(f"{path}.on"), f"{path}.on", sentence)
     radius = f"{path}.friction.radius"
     expected = "force" if site.kind == "guide" else "torque"
-    if given and given != expected:
+    if given_quantity and given_quantity != expected:
         kind = "guide, in which friction is a force" if site.kind == "guide" else "pin, in which friction is a couple"
         sentence = f"{joint} is a {kind}; write {expected}"
-        reader.problems.add(reader.position_of(f"{path}.friction"), f"{path}.friction.{given}", sentence)
-    if given:
+        reader.problems.add(reader.position_of(f"{path}.friction"), f"{path}.friction.{given_quantity}", sentence)
+    if given_quantity:
         return
     if site.kind == "revolute" and not reader.is_given(radius):
         sentence = "is missing; friction in a pin is a torque, coefficient x reaction x radius; for example: 10 mm"
@@ -150,23 +150,25 @@ def _check_elastic_link(reader: Reader, body: str) -> None:
     if 0.0 in reader.values_of(f"{section}.mass"):
         sentence = "found 0; an elastic link needs a mass above 0: write it, or remove `elastic`"
         reader.problems.add(reader.position_of(f"{section}.mass"), f"{section}.mass", sentence)
-    ends = [f"{body}.{reader.values.get(f'{path}.between.{k}')}" for k in range(2)]
-    if ends[0] == ends[1] and reader.outline.bodies:
-        sentence = f"lies between {ends[0]} and itself; name the points of its two pins"
+    pins = [f"{body}.{reader.values.get(f'{path}.between.{k}')}" for k in range(2)]
+    if pins[0] == pins[1] and reader.outline.bodies:
+        sentence = f"lies between {pins[0]} and itself; name the points of its two pins"
         reader.problems.add(reader.position_of(path), f"{path}.between", sentence)
     for joint in reader.outline.joints:
-        attached_point = next((end for end in (joint.proximal, joint.distal) if end.partition(".")[0] == body), None)
-        if attached_point is not None and (joint.type != "revolute" or attached_point not in ends):
+        attached_point = next(
+            (point for point in (joint.proximal, joint.distal) if point.partition(".")[0] == body), None
+        )
+        if attached_point is not None and (joint.type != "revolute" or attached_point not in pins):
             attachment = {"prismatic": "a guide", "slot": "a slot"}.get(joint.type, f"at {attached_point}")
             sentence = (
                 f"{joint.name}, {attachment}, is on this elastic link, which may have only two pins; remove `elastic`"
             )
             reader.problems.add(reader.position_of(path), path, sentence)
     for load in reader.outline.loads:
-        values = (reader.values.get(f"loads.{load.name}.{key}") for key in ("point", "between.0"))
-        point, anchor = (f"{body}.{value}" for value in values)
-        at_pin = point in ends and reader.outline.bodies
-        if anchor == f"{body}.{body}" or (load.form != "friction" and load.on == body and not at_pin):
+        points = (reader.values.get(f"loads.{load.name}.{key}") for key in ("point", "between.0"))
+        load_point, anchor_point = (f"{body}.{value}" for value in points)
+        is_at_pin = load_point in pins and reader.outline.bodies
+        if anchor_point == f"{body}.{body}" or (load.form != "friction" and load.on == body and not is_at_pin):
             sentence = (
                 f"acts on {body}, an elastic link, away from its pins, which is not available; use the point of a pin"
             )
@@ -175,8 +177,12 @@ def _check_elastic_link(reader: Reader, body: str) -> None:
 
 def _check_sticking(reader: Reader, path: str, sticking: set[str]) -> None:
     """Check that no clearance joint uses sticking friction together with sticking friction of a load."""
-    joint_laws = (other for other in reader.names if other.startswith("joints.") and other.endswith(".friction.law"))
-    if reader.names.get(path, frozenset()) & sticking and any(reader.names[other] & sticking for other in joint_laws):
+    joint_law_paths = (
+        law_path for law_path in reader.names if law_path.startswith("joints.") and law_path.endswith(".friction.law")
+    )
+    if reader.names.get(path, frozenset()) & sticking and any(
+        reader.names[law_path] & sticking for law_path in joint_law_paths
+    ):
         sentence = (
             "cannot stick, because a joint with clearance has a law that sticks, too; choose another "
             "law for one of them"
@@ -186,12 +192,15 @@ def _check_sticking(reader: Reader, path: str, sticking: set[str]) -> None:
 
 def _check_flanges(reader: Reader, joint: str) -> None:
     """Check that a journal fits between its flanges."""
-    longest, lengths = reader.values_of(f"{joint}.journal_length"), reader.values_of(f"{joint}.length")
-    play = reader.values_of(f"{joint}.axial_clearance")
-    if not (longest and lengths and play) or max(longest) < min(lengths) + 2.0 * min(play):
+    journal_lengths, lengths = reader.values_of(f"{joint}.journal_length"), reader.values_of(f"{joint}.length")
+    axial_clearances = reader.values_of(f"{joint}.axial_clearance")
+    if not (journal_lengths and lengths and axial_clearances) or max(journal_lengths) < min(lengths) + 2.0 * min(
+        axial_clearances
+    ):
         return
     sentence = (
-        f"found {max(longest):.15g}; allowed: below {min(lengths) + 2.0 * min(play):.15g}, the length of the bearing "
+        f"found {max(journal_lengths):.15g}; allowed: below {min(lengths) + 2.0 * min(axial_clearances):.15g}, the "
+        "length of the bearing "
         "and its axial clearance on both sides, between its flanges; shorten the journal, or write flange: false"
     )
     reader.problems.add(reader.position_of(f"{joint}.journal_length"), f"{joint}.journal_length", sentence)
@@ -207,16 +216,18 @@ def _check_guides(reader: Reader) -> None:
         if site.kind == "guide" and inertia in reader.shape and not reader.is_given(inertia):
             sentence = f"is missing; with clearance in {site.name} the slider turns; for example: 1e-4 kg*m^2"
             reader.problems.add(reader.position_of("mechanism.slider"), inertia, sentence)
-        worn = (other for other in reader.shape if other.endswith(".wear") and other.startswith("joints."))
-        for other in worn if site.kind == "guide" else ():
+        wear_paths = (
+            wear_path for wear_path in reader.shape if wear_path.endswith(".wear") and wear_path.startswith("joints.")
+        )
+        for wear_path in wear_paths if site.kind == "guide" else ():
             sentence = f"is not computed with clearance in {site.name}, a {site.kind}; leave it out"
-            reader.problems.add(reader.position_of(other), other, sentence)
+            reader.problems.add(reader.position_of(wear_path), wear_path, sentence)
         if "seated" in reader.values_of("simulate.start"):
             sentence = f"cannot be seated with clearance in {site.name}; leave it out, or write centred"
             reader.problems.add(reader.position_of("simulate.start"), "simulate.start", sentence)
 
 
-def check_films(reader: Reader, catalogue: Catalogue) -> None:
+def check_film_joints(reader: Reader, catalogue: Catalogue) -> None:
     """Report values that conflict with each other."""
     films = [path for path, node in reader.shape.items() if isinstance(node, Section) and _is_film(path)]
     for film in films:
@@ -224,7 +235,7 @@ def check_films(reader: Reader, catalogue: Catalogue) -> None:
         _check_film_size(reader, joint, catalogue)
         _check_temperature(reader, film)
         _check_modulus(reader, joint)
-        if f"{joint}.contact" not in reader.shape and f"{joint}.contact" not in reader.broken:
+        if f"{joint}.contact" not in reader.shape and f"{joint}.contact" not in reader.unread_sections:
             _check_unused_contact_keys(reader, joint)
     if films:
         _check_film_conflicts(reader, films[0].removesuffix(".film"), catalogue)
@@ -241,7 +252,7 @@ def _check_film_size(reader: Reader, joint: str, catalogue: Catalogue) -> None:
         if not reader.is_given(path):
             reader.problems.add(reader.position_of(f"{joint}.film"), path, f"is missing; a film needs the {example}")
     lengths, radii = reader.values_of(length), reader.values_of(radius)
-    if law in reader.unsure or not lengths or not radii:
+    if law in reader.unread_laws or not lengths or not radii:
         return
     pairs = (
         list(zip(lengths, radii, strict=False))
@@ -257,18 +268,18 @@ def _most_and_least_slender(lengths: Sequence[float], radii: Sequence[float]) ->
     return [(max(lengths), min(radii)), (min(lengths), max(radii))]
 
 
-def _check_slenderness(reader: Reader, joint: str, law: Law, values: list[float]) -> None:
+def _check_slenderness(reader: Reader, joint: str, law: Law, ratios: list[float]) -> None:
     """Check that a law is valid for the ratios of length to diameter."""
-    limits = ((limit, value) for limit in law.ranges for value in values if not limit.contains(value))
-    limit, value = next(limits, (None, 0.0))
+    limits = ((limit, ratio) for limit in law.ranges for ratio in ratios if not limit.contains(ratio))
+    limit, ratio = next(limits, (None, 0.0))
     if limit:
-        left_out = not reader.is_given(f"{joint}.film.law")
-        law_text = f"film '{law.name}'{', the law where none is written,' if left_out else ''}"
+        is_default = not reader.is_given(f"{joint}.film.law")
+        law_text = f"film '{law.name}'{', the law where none is written,' if is_default else ''}"
         range_text = f"{limit.low:g} to {limit.high:g}" if limit.low else f"at most {limit.high:g}"
         reader.problems.add(
             reader.position_of(f"{joint}.length"),
             f"{joint}.length",
-            f"found {value:.4g} bearing diameters; {law_text} allows {range_text}: {limit.reason}",
+            f"found {ratio:.4g} bearing diameters; {law_text} allows {range_text}: {limit.reason}",
         )
 
 
@@ -277,8 +288,8 @@ def _check_temperature(reader: Reader, film: str) -> None:
     if f"{film}.thermal" in reader.sections and not reader.mechanism.turns:
         sentence = "needs a mechanism with revolutions; give a temperature instead"
         reader.problems.add(reader.position_of(f"{film}.thermal"), f"{film}.thermal", sentence)
-    oil, balance, temperature = f"{film}.viscosity", f"{film}.thermal", f"{film}.temperature"
-    if oil not in reader.sections:
+    viscosity, balance, temperature = f"{film}.viscosity", f"{film}.thermal", f"{film}.temperature"
+    if viscosity not in reader.sections:
         for path in (balance, temperature):
             if reader.is_given(path):
                 sentence = (
@@ -287,10 +298,10 @@ def _check_temperature(reader: Reader, film: str) -> None:
                 )
                 reader.problems.add(reader.position_of(path), path, sentence)
         return
-    cold, warm = reader.values_of(f"{oil}.at_40C"), reader.values_of(f"{oil}.at_100C")
+    cold, warm = reader.values_of(f"{viscosity}.at_40C"), reader.values_of(f"{viscosity}.at_100C")
     if cold and warm and max(warm) >= min(cold):
         sentence = f"found {max(warm):.4g} m^2/s; allowed: below {min(cold):.4g}, at_40C: oil thins as it warms up"
-        reader.problems.add(reader.position_of(f"{oil}.at_100C"), f"{oil}.at_100C", sentence)
+        reader.problems.add(reader.position_of(f"{viscosity}.at_100C"), f"{viscosity}.at_100C", sentence)
     if reader.is_given(balance) == reader.is_given(temperature):
         sentence = "is missing; for example: temperature: 60 degC, or thermal: {conductance: 20 W/K, ambient: 40 degC}"
         if reader.is_given(balance):
@@ -309,10 +320,10 @@ def _check_modulus(reader: Reader, joint: str) -> None:
 
 def _check_unused_contact_keys(reader: Reader, joint: str) -> None:
     """Check that a joint without dry contact has no keys of a dry contact."""
-    for part in ("friction", "wear", "film.transition"):
-        if f"{joint}.{part}" in reader.sections and reader.is_given(f"{joint}.{part}"):
-            path = f"{joint}.{part}"
-            if part == "film.transition" and not _is_transition_written(reader, joint):
+    for key in ("friction", "wear", "film.transition"):
+        if f"{joint}.{key}" in reader.sections and reader.is_given(f"{joint}.{key}"):
+            path = f"{joint}.{key}"
+            if key == "film.transition" and not _is_transition_written(reader, joint):
                 continue
             sentence = (
                 "applies to the dry contact under a film, but the joint has no contact; add contact, or remove the key"

@@ -3,13 +3,13 @@
 from ...contracts.catalogue import Catalogue, Mechanism
 from ...contracts.layout import ALWAYS_STORED, Layout
 from ...language.errors import did_you_mean, nearest_words, quoted
-from ..keys.key_table import shape
-from ..keys.kinds import Flag, Name, NameList, Number, Section, Shape, Table, Use, Word
-from ..keys.library_names import find_varied_materials, keys_of_materials, put_library_numbers, written_material_names
-from ..keys.outline import DRIVES, is_open, outline_of_document, wrong_names
-from ..keys.run_keys import CHANNELS, LIFE, TIME_BUDGET, TIME_BUDGET_PATH
-from ..sections.fits import put_fit_clearances
-from ..sections.identify import IDENTIFY, put_saved_signals, read_identify
+from ..keys.key_table import table_of_keys
+from ..keys.kinds import Flag, KeyTable, Name, NameList, Number, Section, Table, Use, Word
+from ..keys.library_names import find_varied_materials, keys_of_materials, replace_library_names, written_material_names
+from ..keys.outline import DRIVES, has_user_names, outline_of_document, wrong_names
+from ..keys.run_keys import CHANNELS, LIFE, TIME_BUDGET_FIELD, TIME_BUDGET_PATH
+from ..sections.fits import replace_fits_by_clearances
+from ..sections.identify import IDENTIFY, read_identify, set_saved_signals
 from ..sections.named_sections import (
     FIGURES_SECTION,
     LIMITS_SECTION,
@@ -23,31 +23,31 @@ from ..sections.reader import CHECK_LAWS, Reader, find_added_cases, read_check_l
 from ..sections.seek import REFINE, SEEK, read_refine, read_seek
 from ..sections.variations import (
     VARYING_SECTIONS,
-    check_followers,
+    check_dependents,
     check_variations,
     find_optimised,
     find_seek,
     find_variations,
     keys_of_definitions,
-    put_label_lists,
-    refuse_column_names,
+    replace_label_axes,
+    report_column_names,
 )
 from ..written.definitions import DEFINE, resolve_definitions, varied_paths
 from ..written.document import Problems, WrittenValue
 from .values import (
     list_items,
-    put_wear_units,
     read_flag,
     read_number,
     read_table_key,
     read_word_key,
+    set_wear_units,
     values_before_reading,
 )
 
 _SEARCHES = (SEEK, REFINE, OPTIMISE, IDENTIFY)
 
 
-_OF_NO_CASE = [  # sections that belong to no law or mechanism
+_TOP_SECTIONS = [  # sections that belong to no law or mechanism
     *("name", DEFINE, FIGURES_SECTION.name, LIMITS_SECTION.name, UNCERTAIN),
     *(*_SEARCHES, CHECK_LAWS, *VARYING_SECTIONS),
 ]
@@ -57,27 +57,27 @@ def read_keys(
     root: WrittenValue, catalogue: Catalogue, problems: Problems, fixed: frozenset[str] = frozenset()
 ) -> Reader:
     """Return the values in the document `root` without sweeping the paths in `fixed`; mistakes go to `problems`."""
-    written_names = root.value.get(DEFINE)
+    defined_section = root.value.get(DEFINE)
     root, definitions = resolve_definitions(root, problems, fixed)
     outline = outline_of_document(root)
-    mechanism = _mechanism(root, catalogue.mechanisms)
+    mechanism = _find_mechanism(root, catalogue.mechanisms)
     mechanism = mechanism.outlined(outline) if mechanism.outlined else mechanism
-    root, library_values = put_library_numbers(root, problems)
-    tree = keys_of_definitions(definitions) | shape(mechanism, catalogue)
-    materials = find_varied_materials([path for path, _ in varied_paths(root.value)], library_values, tree)
+    root, library_numbers = replace_library_names(root, problems)
+    key_table = keys_of_definitions(definitions) | table_of_keys(mechanism, catalogue)
+    materials = find_varied_materials([path for path, _ in varied_paths(root.value)], library_numbers, key_table)
     reader = Reader(problems, mechanism, outline, defined=definitions, materials=materials)
-    tree |= keys_of_materials(materials)
-    _walk(reader, root, "", tree)
+    key_table |= keys_of_materials(materials)
+    _read_section(reader, root, "", key_table)
     reader.written |= written_material_names(materials, root)
-    _activate(reader, tree)
-    find_variations(reader, root, tree, fixed)
-    find_optimised(reader, root, tree)
-    put_label_lists(reader)
+    _select_keys_in_use(reader, key_table)
+    find_variations(reader, root, key_table, fixed)
+    find_optimised(reader, root, key_table)
+    replace_label_axes(reader)
     read_check_laws(reader, root)
-    put_fit_clearances(reader, lambda path: values_before_reading(reader, path))
-    reader.library_values = {item.path: item for item in library_values if item.path not in reader.varied_numbers}
-    put_wear_units(reader)
-    find_seek(reader, root, tree, lambda path: values_before_reading(reader, path))
+    replace_fits_by_clearances(reader, lambda path: values_before_reading(reader, path))
+    reader.library_numbers = {item.path: item for item in library_numbers if item.path not in reader.varied_numbers}
+    set_wear_units(reader)
+    find_seek(reader, root, key_table, lambda path: values_before_reading(reader, path))
     find_added_cases(reader, root, (*_SEARCHES, CHECK_LAWS))
     for path, node in reader.shape.items():
         if isinstance(node, Word):
@@ -92,38 +92,38 @@ def read_keys(
             read_channels(reader, path)
     reader.axes = {path: reader.axes[path] for path in reader.swept if path in reader.axes}
     check_variations(reader)
-    check_followers(reader)
+    check_dependents(reader)
     read_uncertain(reader, root)
     reader.figures = expected_columns(reader, mechanism, catalogue)
-    refuse_column_names(reader, written_names)
+    report_column_names(reader, defined_section)
     read_limits(reader, root)
     reader.seek = read_seek(reader, root, reader.limits)
     reader.optimise = read_optimise(reader, root)
     reader.identify = read_identify(reader, root)
-    put_saved_signals(reader)
+    set_saved_signals(reader)
     reader.refine = read_refine(reader, root, reader.limits)
     return reader
 
 
-def _mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechanism:
+def _find_mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechanism:
     """Return the mechanism whose keys apply: the named one, or the most likely one if the name is wrong."""
     section = root.value.get("mechanism") if isinstance(root.value, dict) else None
-    kind = section.value.get("type") if section and isinstance(section.value, dict) else None
+    written_type = section.value.get("type") if section and isinstance(section.value, dict) else None
     by_name = {mechanism.name: mechanism for mechanism in mechanisms}
-    kind_name = str(kind.value) if kind else ""
-    candidates = [name for name in by_name if name == kind_name or f"'{name}'" in did_you_mean(kind_name, by_name)]
+    type_name = str(written_type.value) if written_type else ""
+    candidates = [name for name in by_name if name == type_name or f"'{name}'" in did_you_mean(type_name, by_name)]
     return by_name[candidates[0]] if candidates else mechanisms[0]
 
 
-def _walk(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> None:
+def _read_section(reader: Reader, written: WrittenValue, path: str, key_table: KeyTable) -> None:
     """Record the sections and values under `path`; report keys that do not belong there."""
-    allowed = [nested.rpartition(".")[2] for nested in tree if nested.rpartition(".")[0] == path]
-    allowed += [] if path else _OF_NO_CASE
+    allowed = [nested.rpartition(".")[2] for nested in key_table if nested.rpartition(".")[0] == path]
+    allowed += [] if path else _TOP_SECTIONS
     reader.sections[path] = written
     content = written.value
-    section = tree.get(path)
+    section = key_table.get(path)
     if isinstance(section, Section) and section.items:
-        content = list_items(reader, written, path, tree)
+        content = list_items(reader, written, path, key_table)
         if content is None:
             return
     if content is None and isinstance(section, Section) and section.need == "implied":
@@ -132,97 +132,109 @@ def _walk(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> None
         reader.problems.add(
             written, path, f"found {quoted(content)}; expected a section with the keys {', '.join(allowed)}"
         )
-        reader.broken.add(path)
+        reader.unread_sections.add(path)
         return
-    invalid = dict(wrong_names(path, content)) if is_open(path) else {}
-    misspelt: dict[str, WrittenValue] = {}  # by the intended key
-    for key, child in content.items():
+    invalid = dict(wrong_names(path, content)) if has_user_names(path) else {}
+    misspelt_by_key: dict[str, WrittenValue] = {}  # by the intended key
+    for key, entry in content.items():
         nested = f"{path}.{key}" if path else key
         if key in invalid:
             reader.problems.add(written.key_position(key), nested, f"'{key}' {invalid[key]}")
-        elif "." not in key and nested in tree:
-            _enter(reader, child, nested, tree)
-        elif key not in allowed and not _misnamed(reader, nested, child):
-            reader.problems.add(written.key_position(key), nested, _unknown(path, key, allowed))
-            misspelt |= {intended: child for intended in nearest_words(key, allowed) if intended not in content}
-    for key, child in misspelt.items():  # its content is read as that of the intended key, so that nothing is missing
-        _enter(reader, child, f"{path}.{key}" if path else key, tree)
-    content = content | misspelt
-    for nested, node in tree.items():
-        if isinstance(node, Section) and nested.rpartition(".")[0] == path and _missing_section(nested, node, content):
+        elif "." not in key and nested in key_table:
+            _record_entry(reader, entry, nested, key_table)
+        elif key not in allowed and not _report_invalid_names(reader, nested, entry):
+            reader.problems.add(written.key_position(key), nested, _unknown_key_text(path, key, allowed))
+            misspelt_by_key |= {intended: entry for intended in nearest_words(key, allowed) if intended not in content}
+    for (
+        key,
+        entry,
+    ) in misspelt_by_key.items():  # its content is read as that of the intended key, so that nothing is missing
+        _record_entry(reader, entry, f"{path}.{key}" if path else key, key_table)
+    content = content | misspelt_by_key
+    for nested, node in key_table.items():
+        if (
+            isinstance(node, Section)
+            and nested.rpartition(".")[0] == path
+            and _is_section_missing(nested, node, content)
+        ):
             key = nested.rpartition(".")[2]
             reader.problems.add(written, nested, f"is missing; write the section '{key}' ({node.text})")
 
 
-def _enter(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> None:
+def _record_entry(reader: Reader, written: WrittenValue, path: str, key_table: KeyTable) -> None:
     """Record the value of a known key or the content of a section, even of one that replaces a quantity."""
-    node = tree.get(path)
-    is_replaced = isinstance(node, Number) and isinstance(written.value, dict) and _has_keys_below(tree, path)
+    node = key_table.get(path)
+    is_replaced = isinstance(node, Number) and isinstance(written.value, dict) and _has_keys_below(key_table, path)
     if isinstance(node, Section) or is_replaced:
-        _walk(reader, written, path, tree)
+        _read_section(reader, written, path, key_table)
     elif node is not None:
         reader.written[path] = written
 
 
-def _misnamed(reader: Reader, path: str, written: WrittenValue) -> bool:
+def _report_invalid_names(reader: Reader, path: str, written: WrittenValue) -> bool:
     """Report invalid names in an open section, and return whether there are any."""
-    names = list(written.value) if is_open(path) and isinstance(written.value, dict) else []
+    names = list(written.value) if has_user_names(path) and isinstance(written.value, dict) else []
     invalid = dict(wrong_names(path, names))
     for name, sentence in invalid.items():
         reader.problems.add(written.key_position(name), f"{path}.{name}", f"'{name}' {sentence}")
     return bool(invalid)
 
 
-def _missing_section(path: str, node: Section, content: dict[str, WrittenValue]) -> bool:
+def _is_section_missing(path: str, node: Section, content: dict[str, WrittenValue]) -> bool:
     """Return whether the section at `path` is missing from its parent `content`."""
     return node.need == "required" and path.rpartition(".")[2] not in content and node.unless not in content
 
 
-def _unknown(path: str, key: str, known: list[str]) -> str:
+def _unknown_key_text(path: str, key: str, allowed: list[str]) -> str:
     """Return the message for a key that does not belong in the section at `path`."""
     if path == "drive" and key in DRIVES:
-        other_drive = next((drive for drive in DRIVES if drive in known), DRIVES[0])
+        other_drive = next((drive for drive in DRIVES if drive in allowed), DRIVES[0])
         return f"conflicts with {other_drive}; a drive can have only one of {', '.join(DRIVES)}; remove the others"
     if key == "elastic" and path.startswith("mechanism."):
-        stretches = "only a link between two pins of a planar mechanism can be elastic"
-        return f"{stretches}; this one is rigid: leave `elastic` out"
-    if key[:1].isdigit() and not any(name[:1].isdigit() for name in known):
+        elastic_text = "only a link between two pins of a planar mechanism can be elastic"
+        return f"{elastic_text}; this one is rigid: leave `elastic` out"
+    if key[:1].isdigit() and not any(name[:1].isdigit() for name in allowed):
         return f"unknown key '{key}'; write numbers with a decimal point, not a comma"
-    allowed_text = f"(allowed: {', '.join(known)})" if known else "(this section allows no keys here)"
-    return f"unknown key '{key}'{did_you_mean(key, known)} {allowed_text}"
+    allowed_text = f"(allowed: {', '.join(allowed)})" if allowed else "(this section allows no keys here)"
+    return f"unknown key '{key}'{did_you_mean(key, allowed)} {allowed_text}"
 
 
-def _activate(reader: Reader, tree: Shape) -> None:
+def _select_keys_in_use(reader: Reader, key_table: KeyTable) -> None:
     """Reduce the whole shape to the keys in use; wear and roughness also get keys that otherwise only laws have."""
-    for path, node in tree.items():
+    for path, node in key_table.items():
         parent = path.rpartition(".")[0]
-        is_there = not isinstance(node, Section) or _exists(reader, path, node)
-        if isinstance(tree.get(parent), Number):
-            is_there = parent in reader.sections
+        is_present = not isinstance(node, Section) or _section_exists(reader, path, node)
+        if isinstance(key_table.get(parent), Number):
+            is_present = parent in reader.sections
         elif isinstance(node, Number) and path in reader.sections:  # a section replaces it
-            is_there = False
-        known_parent = not parent or parent in reader.shape or isinstance(tree.get(parent), Number)
-        if is_there and known_parent and not isinstance(node, Name) and reader.broken.isdisjoint((path, parent)):
+            is_present = False
+        has_parent = not parent or parent in reader.shape or isinstance(key_table.get(parent), Number)
+        if (
+            is_present
+            and has_parent
+            and not isinstance(node, Name)
+            and reader.unread_sections.isdisjoint((path, parent))
+        ):
             reader.shape[path] = node
             if isinstance(node, Section):
                 reader.sections.setdefault(path, reader.sections[parent])
-    put_time_budget(reader)
+    set_life_time_budget(reader)
     for path, node in reader.shape.items():
         joint = ".".join(path.split(".")[:2])
-        of_material = path.startswith(f"{joint}.contact.material.")
-        sized = f"{joint}.roughness" in reader.shape and (
-            of_material or path in (f"{joint}.length", f"{joint}.bearing_radius")
+        is_of_material = path.startswith(f"{joint}.contact.material.")
+        needs_size = f"{joint}.roughness" in reader.shape and (
+            is_of_material or path in (f"{joint}.length", f"{joint}.bearing_radius")
         )
-        if isinstance(node, Number) and (sized or (of_material and f"{joint}.wear" in reader.shape)):
+        if isinstance(node, Number) and (needs_size or (is_of_material and f"{joint}.wear" in reader.shape)):
             reader.shape[path] = Number(tuple(key_use._replace(when=()) for key_use in node.uses))
 
 
-def _has_keys_below(tree: Shape, path: str) -> bool:
+def _has_keys_below(key_table: KeyTable, path: str) -> bool:
     """Return whether there are keys below `path`."""
-    return any(nested.rpartition(".")[0] == path for nested in tree)
+    return any(nested.rpartition(".")[0] == path for nested in key_table)
 
 
-def _exists(reader: Reader, path: str, node: Section) -> bool:
+def _section_exists(reader: Reader, path: str, node: Section) -> bool:
     """Return whether the section at `path` exists: written or implied, together with the sections it needs."""
     required = f"{path.rpartition('.')[0].rpartition('.')[0]}.{node.needs}"
     return (path in reader.sections or node.need == "implied") and (not node.needs or required in reader.shape)
@@ -260,8 +272,8 @@ def check_channels(reader: Reader, layout: Layout) -> None:
             reader.problems.add(item, CHANNELS, f"there is no channel '{item.value}'{suggestion}")
 
 
-def put_time_budget(reader: Reader) -> None:
+def set_life_time_budget(reader: Reader) -> None:
     """Set the default of `patience` from the time budget of a case with a life."""
     if LIFE in reader.shape and TIME_BUDGET_PATH in reader.shape:
-        field = TIME_BUDGET._replace(default=None, optional=True)
+        field = TIME_BUDGET_FIELD._replace(default=None, optional=True)
         reader.shape[TIME_BUDGET_PATH] = Number((Use(field),), sweep=False)

@@ -9,17 +9,17 @@ from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
 from ...language.quantity import WrittenUnit, is_bare, written_unit
 from ..keys.key_table import DIMENSIONLESS
-from ..keys.kinds import ITEMS, Flag, Number, Section, Shape, Table, Word
+from ..keys.kinds import COUNT_WORDS, Flag, KeyTable, Number, Section, Table, Word
 from ..keys.outline import unit_of_number
 from ..sections.fits import recorded_fits
-from ..sections.reader import Reader, put_law_axis
-from ..sections.section import Reading, half_bare
+from ..sections.reader import Reader, make_law_axis
+from ..sections.section import ValueReader, report_mixed_units
 from ..sections.variations import recorded_labels, values_of_axis
 from ..written.document import Problems, WrittenValue
 from ..written.tables import read_table
 
 Meaning = tuple[Field, list[str]]  # meaning of a quantity, and its possible units
-_MOST_NAMED = 6  # laws in a message
+_MAX_LAWS_NAMED = 6  # laws in a message
 
 
 def read_word_key(reader: Reader, path: str, node: Word) -> None:
@@ -33,7 +33,7 @@ def read_word_key(reader: Reader, path: str, node: Word) -> None:
         allowed, reason = ", ".join(node.options) or "none", node.refused.get(str(written.value))
         description = f"found {quoted(written.value)}; {reason}" if reason else f"{noun} {quoted(written.value)}"
         reader.problems.add(written, path, f"{description}{hint} (known: {allowed})")
-        reader.unsure.add(path)
+        reader.unread_laws.add(path)
         return None
 
     values: tuple[str, ...] = ()
@@ -41,30 +41,38 @@ def read_word_key(reader: Reader, path: str, node: Word) -> None:
         value = read_word(reader.written[path])
         values = () if value is None else (value,)
     elif node.default is not None:
-        conditional = node.conditional_default and node.conditional_default.contains(reader.is_given, reader.names)
-        values = (node.conditional_default.word if node.conditional_default and conditional else node.default,)
+        has_conditional_default = node.conditional_default and node.conditional_default.applies(
+            reader.is_given, reader.names
+        )
+        values = (
+            node.conditional_default.word if node.conditional_default and has_conditional_default else node.default,
+        )
     if path in reader.swept:
-        _enter_axis(reader, path, Reading(read_word, ""))
+        _record_axis(reader, path, ValueReader(read_word, ""))
         values = reader.axes.get(path, ())
     elif values:
         reader.values[path] = values[0]
     if not values:
-        reader.unsure.add(path)
+        reader.unread_laws.add(path)
         if path not in reader.written and path not in reader.swept:
             reader.problems.add(
                 reader.position_of(path), path, f"is missing; write one of {', '.join(node.options)} ({node.text})"
             )
-    elif not node.may_be_unused and not node.used(reader.names) and _seems_used(reader, path, node):
-        reader.problems.add(reader.position_of(path), path, f"is not used by {_chosen(reader, node)}; leave it out")
+    elif not node.may_be_unused and not node.is_used(reader.names) and _seems_used(reader, path, node):
+        reader.problems.add(
+            reader.position_of(path), path, f"is not used by {_law_names_text(reader, node)}; leave it out"
+        )
     reader.names[path] = frozenset(values or node.options)
-    put_law_axis(reader, path)
+    make_law_axis(reader, path)
 
 
 def read_table_key(reader: Reader, path: str, node: Table) -> None:
     """Read one table."""
-    if node.when and not node.used(reader.names):
+    if node.when and not node.is_used(reader.names):
         if _seems_used(reader, path, node):
-            reader.problems.add(reader.position_of(path), path, f"is not used by {_chosen(reader, node)}; leave it out")
+            reader.problems.add(
+                reader.position_of(path), path, f"is not used by {_law_names_text(reader, node)}; leave it out"
+            )
         return
     if path not in reader.written and node.optional:
         return
@@ -92,52 +100,63 @@ def read_number(reader: Reader, path: str, node: Number) -> None:
     fields = node.fields(reader.names)
     if not fields and _seems_used(reader, path, node):
         owners = sorted({name for key_use in node.uses for name in key_use.when[-1][1]})
-        others = f" and {len(owners) - _MOST_NAMED} more" if len(owners) > _MOST_NAMED else ""
-        known = ", ".join(owners[:_MOST_NAMED])
+        others_text = f" and {len(owners) - _MAX_LAWS_NAMED} more" if len(owners) > _MAX_LAWS_NAMED else ""
+        owners_text = ", ".join(owners[:_MAX_LAWS_NAMED])
         sentence = (
-            f"is not used by {_chosen(reader, node)}, only by {known}{others}; leave it out or choose another law"
+            f"is not used by {_law_names_text(reader, node)}, only by {owners_text}{others_text}; leave it out or "
+            "choose another law"
         )
         reader.problems.add(reader.position_of(path), path, sentence)
         return
-    meanings = [(field, _units(reader, path, field)) for field in fields or (node.uses[0].field,)]
+    meanings = [(field, _possible_units(reader, path, field)) for field in fields or (node.uses[0].field,)]
     if _depends_on_unreadable(reader, node):  # which meaning applies is unknown; any that fits will do
-        quiet = Reader(Problems(), reader.mechanism, reader.outline)
+        silent_reader = Reader(Problems(), reader.mechanism, reader.outline)
         written = reader.written.get(path)
         if path in reader.swept or (
-            written and any(_quantity(quiet, path, written, [item]) is not None for item in meanings)
+            written and any(_read_quantity(silent_reader, path, written, [meaning]) is not None for meaning in meanings)
         ):
             return
         meanings = meanings[:1]
     if path in reader.swept:
-        fits = tuple(field for field, _ in meanings)
+        possible_fields = tuple(field for field, _ in meanings)
         unit = meanings[0][1][0]
-        _enter_axis(reader, path, Reading(lambda written: _quantity(reader, path, written, meanings), unit, fits))
+        _record_axis(
+            reader,
+            path,
+            ValueReader(lambda written: _read_quantity(reader, path, written, meanings), unit, possible_fields),
+        )
     if path in reader.written:
-        value = _quantity(reader, path, reader.written[path], meanings)
+        value = _read_quantity(reader, path, reader.written[path], meanings)
         if value is not None and path not in reader.swept:
             reader.values[path] = value
     elif path not in reader.swept and not _depends_on_unreadable(reader, node):
         for field in fields:
-            if field.default is None and not field.optional and not _from_material(reader, path, field):
-                _missing(reader, path, node, field)
+            if field.default is None and not field.optional and not _follows_from_material(reader, path, field):
+                _report_missing(reader, path, node, field)
 
 
-def _missing(reader: Reader, path: str, node: Number, field: Field) -> None:
+def _report_missing(reader: Reader, path: str, node: Number, field: Field) -> None:
     """Report a missing quantity, and which of the laws in use need it."""
-    laws = {name for key_use in node.uses if key_use.field == field and key_use.when for name in key_use.when[-1][1]}
-    laws_needing = [name for name in sorted(laws) if any(name in reader.names[chooser] for chooser in node.choosers())]
-    whose = f" for {' and '.join(laws_needing)}" if laws_needing else ""
+    law_names = {
+        name for key_use in node.uses if key_use.field == field and key_use.when for name in key_use.when[-1][1]
+    }
+    laws_needing = [
+        name for name in sorted(law_names) if any(name in reader.names[chooser] for chooser in node.deciding_paths())
+    ]
+    laws_text = f" for {' and '.join(laws_needing)}" if laws_needing else ""
     unit_text = quantity.expected(quantity.with_exponent(field.unit, 1.5))
-    reader.problems.add(reader.position_of(path), path, f"is missing{whose} ({field.text or field.name}); {unit_text}")
+    reader.problems.add(
+        reader.position_of(path), path, f"is missing{laws_text} ({field.text or field.name}); {unit_text}"
+    )
 
 
-def _enter_axis(reader: Reader, path: str, reading: Reading) -> None:
+def _record_axis(reader: Reader, path: str, reading: ValueReader) -> None:
     """Record the values of an axis."""
     if values := values_of_axis(reader, path, reading):
         reader.axes[path] = tuple(values)
 
 
-def _quantity(reader: Reader, path: str, written: WrittenValue, meanings: list[Meaning]) -> float | int | None:
+def _read_quantity(reader: Reader, path: str, written: WrittenValue, meanings: list[Meaning]) -> float | int | None:
     """Return a quantity in SI that fits every field in all its units; None, with a problem, if there is none."""
     value = math.nan
     for field, units in meanings:
@@ -153,7 +172,7 @@ def _quantity(reader: Reader, path: str, written: WrittenValue, meanings: list[M
     return int(value) if meanings[0][0].whole else value
 
 
-def _units(reader: Reader, path: str, field: Field) -> list[str]:
+def _possible_units(reader: Reader, path: str, field: Field) -> list[str]:
     """Return the possible units of a value: several if the exponent in the unit is swept."""
     if "^exponent" not in field.unit:
         return [field.unit]
@@ -171,7 +190,7 @@ def values_before_reading(reader: Reader, path: str) -> tuple[float, ...]:
     node = reader.shape.get(path)
     if path in reader.defined.dependents:
         return ()
-    quiet = Reader(
+    silent_reader = Reader(
         Problems(),
         reader.mechanism,
         reader.outline,
@@ -183,11 +202,11 @@ def values_before_reading(reader: Reader, path: str) -> tuple[float, ...]:
         varied_by=reader.varied_by,
     )
     if isinstance(node, Number) and (path in reader.written or path in reader.swept):
-        read_number(quiet, path, node)
-    return quiet.values_of(path)
+        read_number(silent_reader, path, node)
+    return silent_reader.values_of(path)
 
 
-def _from_material(reader: Reader, path: str, missing: Field) -> bool:
+def _follows_from_material(reader: Reader, path: str, missing: Field) -> bool:
     """Return whether the stiffness at `path` follows from the material, which requires Hertz's exponent."""
     section = path.rpartition(".")[0]
     if missing.unit != "N/m^exponent" or missing.name != "stiffness" or f"{section}.material" not in reader.shape:
@@ -200,42 +219,44 @@ def _from_material(reader: Reader, path: str, missing: Field) -> bool:
 
 def _depends_on_unreadable(reader: Reader, node: Word | Number | Table) -> bool:
     """Return whether this key depends on a law name that could not be read and is reported already."""
-    return any(path in reader.unsure for path in node.choosers())
+    return any(path in reader.unread_laws for path in node.deciding_paths())
 
 
 def _seems_used(reader: Reader, path: str, node: Word | Number | Table) -> bool:
     """Return whether an unused key was written as if it were used; it may belong to another law that is swept."""
-    switched = any(chooser in reader.swept for chooser in node.choosers())
-    is_there = path in reader.swept or (path in reader.written and not switched)
-    return is_there and not _depends_on_unreadable(reader, node)
+    has_swept_law = any(chooser in reader.swept for chooser in node.deciding_paths())
+    is_written = path in reader.swept or (path in reader.written and not has_swept_law)
+    return is_written and not _depends_on_unreadable(reader, node)
 
 
-def _chosen(reader: Reader, node: Word | Number | Table) -> str:
+def _law_names_text(reader: Reader, node: Word | Number | Table) -> str:
     """Return in words the law names on which this key depends: `law 'hertz'`."""
-    names = {path: sorted(reader.names[path]) for path in node.choosers()}
+    names = {path: sorted(reader.names[path]) for path in node.deciding_paths()}
     return ", ".join(f"{path.rpartition('.')[2]} {' or '.join(map(repr, choice))}" for path, choice in names.items())
 
 
-def list_items(reader: Reader, written: WrittenValue, path: str, complete: Shape) -> dict[str, WrittenValue] | None:
+def list_items(reader: Reader, written: WrittenValue, path: str, key_table: KeyTable) -> dict[str, WrittenValue] | None:
     """Return the items of the list at `path` by index; None, with a problem, if they cannot be read."""
-    section, content = complete[path], written.value
+    section, content = key_table[path], written.value
     assert isinstance(section, Section), path
     if isinstance(content, dict):  # an override of a single item
         content = list(content.values())
     if section.scalar_factors and isinstance(content, (str, int, float)):
-        return {str(k): _scaled(written, factor) for k, factor in enumerate(section.scalar_factors)}
+        return {str(k): _times_sign(written, factor) for k, factor in enumerate(section.scalar_factors)}
     if isinstance(content, list) and len(content) == section.items:
-        first_key = complete.get(f"{path}.0")
-        half_bare(reader.problems, path, content, first_key.uses[0].field.unit if isinstance(first_key, Number) else "")
+        first_key = key_table.get(f"{path}.0")
+        report_mixed_units(
+            reader.problems, path, content, first_key.uses[0].field.unit if isinstance(first_key, Number) else ""
+        )
         return {str(k): item for k, item in enumerate(content)}
-    reader.problems.add(written, path, f"found {quoted(content)}; expected {_expected_list(complete, path, section)}")
-    reader.broken.add(path)
+    reader.problems.add(written, path, f"found {quoted(content)}; expected {_expected_list(key_table, path, section)}")
+    reader.unread_sections.add(path)
     return None
 
 
-def _expected_list(complete: Shape, path: str, section: Section) -> str:
+def _expected_list(key_table: KeyTable, path: str, section: Section) -> str:
     """Return a description of the list expected at `path`."""
-    first_key, count = complete.get(f"{path}.0"), ITEMS[section.items]
+    first_key, count = key_table.get(f"{path}.0"), COUNT_WORDS[section.items]
     if isinstance(first_key, Word):
         return f"a list of {count} names, such as [ground, crank]"
     if section.items == 2:
@@ -246,7 +267,7 @@ def _expected_list(complete: Shape, path: str, section: Section) -> str:
     return f"{prefix}a list of {count} quantities ({unit}), along x, y and z"
 
 
-def _scaled(written: WrittenValue, factor: int) -> WrittenValue:
+def _times_sign(written: WrittenValue, factor: int) -> WrittenValue:
     """Return a written quantity times 1, 0 or -1."""
     value = written.value
     if factor == 0:
@@ -259,7 +280,7 @@ def _scaled(written: WrittenValue, factor: int) -> WrittenValue:
 def assumed_units(reader: Reader) -> tuple[str, ...]:
     """Return the paths of quantities and axes that need a unit but are written without one."""
     numbers = (path for path, node in reader.shape.items() if isinstance(node, Number) and _has_unit(reader, node))
-    return tuple(path for path in numbers if _bare(reader.swept.get(path) or reader.written.get(path)))
+    return tuple(path for path in numbers if _contains_bare_number(reader.swept.get(path) or reader.written.get(path)))
 
 
 def _has_unit(reader: Reader, node: Number) -> bool:
@@ -267,7 +288,7 @@ def _has_unit(reader: Reader, node: Number) -> bool:
     return bool(fields) and fields[0].unit != "1"
 
 
-def _bare(written: WrittenValue | None) -> bool:
+def _contains_bare_number(written: WrittenValue | None) -> bool:
     """Return whether a value is a bare number, or a list or distribution that contains one."""
     if written is None:
         return False
@@ -288,31 +309,31 @@ def written_units(reader: Reader) -> dict[str, WrittenUnit]:
     Values without a unit, expressions, fits and names of library entries are left out.
     """
     units = {}
-    among_fits = (
+    seek_paths = (
         {path for path, variation in reader.varied_by.items() if variation == "seek"} if reader.searched_fits else set()
     )
     for path, node in reader.shape.items():
         written = reader.swept.get(path) or reader.written.get(path)
         if not isinstance(node, Number) or not node.fields(reader.names) or written is None:
             continue
-        if path in reader.fits or path in among_fits:
+        if path in reader.fits or path in seek_paths:
             continue
         exponent = reader.values.get(f"{path.rpartition('.')[0]}.exponent")
-        unit_fields = unit_of_number(node, reader.names, exponent)
-        readings = (written_unit(text, unit_fields) for text in _texts(written))
-        first_reading = next((reading for reading in readings if reading), None)
-        if first_reading:
-            units[path] = first_reading
+        unit = unit_of_number(node, reader.names, exponent)
+        found_units = (written_unit(text, unit) for text in _written_texts(written))
+        first_unit = next((found_unit for found_unit in found_units if found_unit), None)
+        if first_unit:
+            units[path] = first_unit
     return units
 
 
 def as_written(record: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fits, labels and units that the user wrote, from `record`; the grid in SI no longer has them."""
-    units = {path: WrittenUnit(**unit_fields) for path, unit_fields in record.get("written_units", {}).items()}
+    units = {path: WrittenUnit(**fields) for path, fields in record.get("written_units", {}).items()}
     return {"fits": recorded_fits(record), "labels": recorded_labels(record), "written_units": units}
 
 
-def _texts(written: WrittenValue) -> Iterator[Any]:
+def _written_texts(written: WrittenValue) -> Iterator[Any]:
     """Yield the texts at a path: a value, the items of a list, or the numbers of an axis; names are left out."""
     value = None if written.by_name else written.value
     nested = value.values() if isinstance(value, dict) else value if isinstance(value, list) else None
@@ -320,7 +341,7 @@ def _texts(written: WrittenValue) -> Iterator[Any]:
         yield f"1 {value}" if isinstance(value, str) and value[:1].isalpha() else value  # unit of a logspace
         return
     for item in nested:
-        yield from _texts(item)
+        yield from _written_texts(item)
 
 
 #: Keys of wear coefficients, below `wear`.
@@ -330,7 +351,7 @@ COEFFICIENTS = (
 )
 
 
-def put_wear_units(reader: Reader) -> None:
+def set_wear_units(reader: Reader) -> None:
     """Set, for each joint with wear, whether its coefficients are dimensionless, unless the grid contains this."""
     for path in [path for path in reader.shape if path.endswith(".wear.coefficient_unit")]:
         wear = path.rpartition(".")[0]
@@ -342,21 +363,21 @@ def put_wear_units(reader: Reader) -> None:
             and coefficients
             and all(map(_all_bare, coefficients))
         ):
-            location = coefficients[0]
-            reader.written[path] = WrittenValue(DIMENSIONLESS, location.origin, location.line, location.column)
+            first = coefficients[0]
+            reader.written[path] = WrittenValue(DIMENSIONLESS, first.origin, first.line, first.column)
 
 
 def _all_bare(written: WrittenValue) -> bool:
     """Return whether only numbers without a unit are written."""
-    leaves = list(_leaf_texts(written))
+    leaves = list(_leaf_values(written))
     return bool(leaves) and all(map(_is_number, leaves))
 
 
-def _leaf_texts(written: WrittenValue) -> Iterator[object]:
+def _leaf_values(written: WrittenValue) -> Iterator[object]:
     """Yield every text in a value, an axis or a distribution."""
     if isinstance(written.value, (dict, list)):
         for item in written.value.values() if isinstance(written.value, dict) else written.value:
-            yield from _leaf_texts(item)
+            yield from _leaf_values(item)
     else:
         yield written.value
 

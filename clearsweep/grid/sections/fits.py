@@ -10,15 +10,15 @@ from typing import Any
 
 from ...language.errors import InputError, did_you_mean, quoted
 from ..keys.kinds import Number
-from ..library.iso286 import Fit, fit
+from ..library.iso286 import Fit, find_fit
 from ..written.document import WrittenValue
 from .distributions import FROM_FIT
 from .reader import Reader
 
-FORM = "{fit: H7/f7}, or {fit: H7/f7, distribution: normal}"
+DISTRIBUTION_FORM = "{fit: H7/f7}, or {fit: H7/f7, distribution: normal}"
 
 
-def put_fit_clearances(grid_reader: Reader, values_of: Callable[[str], tuple[float, ...]]) -> None:
+def replace_fits_by_clearances(grid_reader: Reader, values_of: Callable[[str], tuple[float, ...]]) -> None:
     """Replace the fits of a reader by radial clearances; `values_of` returns the known values of a path."""
     for path, node in list(grid_reader.shape.items()):
         if not isinstance(node, Number) or not node.uses[0].field.fit:
@@ -26,23 +26,25 @@ def put_fit_clearances(grid_reader: Reader, values_of: Callable[[str], tuple[flo
         for entries in (grid_reader.written, grid_reader.swept):
             if path not in entries or not _has_fit(entries[path]):
                 continue
-            reader = _Reader(grid_reader, path, values_of)
+            reader = _FitReader(grid_reader, path, values_of)
             try:
-                entries[path] = (reader.single if entries is grid_reader.written else reader.numbers)(entries[path])
+                entries[path] = (reader.read_value if entries is grid_reader.written else reader.read_axis)(
+                    entries[path]
+                )
             except _WrongFitError as error:
                 if str(error):
                     grid_reader.problems.add(error.written, path, str(error))
-                for values in (
+                for mapping in (
                     grid_reader.shape,
                     grid_reader.swept,
                     grid_reader.written,
                 ):  # its problem is reported already
-                    values.pop(path, None)
+                    mapping.pop(path, None)
             if entries is grid_reader.written and path in grid_reader.swept:
                 grid_reader.fits.pop(path, None)  # a value next to an axis belongs to no case
 
 
-def fits_among(
+def read_fit_names(
     grid_reader: Reader, paths: list[str], names: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
 ) -> list[Fit] | None:
     """Return the fits with these names (at least one) for clearances with one bearing radius.
@@ -54,7 +56,7 @@ def fits_among(
         if not isinstance(node, Number) or not node.uses[0].field.fit:
             grid_reader.problems.add(names[0], path, "is not a clearance, so it cannot have a fit")
             return None
-    readers = [_Reader(grid_reader, path, values_of) for path in paths]
+    readers = [_FitReader(grid_reader, path, values_of) for path in paths]
     if len({reader.radii for reader in readers}) > 1:
         sentence = "the clearances have different bearing radii; seek each separately"
         grid_reader.problems.add(names[0], "seek.among", sentence)
@@ -85,49 +87,53 @@ def _has_fit(written: WrittenValue) -> bool:
     return isinstance(written.value, dict) and not {"fit", "fits"}.isdisjoint(written.value)
 
 
-class _Reader:
+class _FitReader:
     """Reads the fits of one clearance."""
 
     def __init__(self, grid_reader: Reader, path: str, values_of: Callable[[str], tuple[float, ...]]):
         self.grid_reader, self.path = grid_reader, path
-        self.radius = f"{path.rpartition('.')[0]}.bearing_radius"
-        self.radii = values_of(self.radius)
+        self.radius_path = f"{path.rpartition('.')[0]}.bearing_radius"
+        self.radii = values_of(self.radius_path)
 
-    def single(self, written: WrittenValue) -> WrittenValue:
+    def read_value(self, written: WrittenValue) -> WrittenValue:
         """Return a value outside all axes with its fit replaced by a radial clearance (m)."""
-        return self._mean(written, self.radii[:1] if self.path in self.grid_reader.swept else self.radii)
+        return self._mean_clearance(written, self.radii[:1] if self.path in self.grid_reader.swept else self.radii)
 
-    def numbers(self, written: WrittenValue) -> WrittenValue:
+    def read_axis(self, written: WrittenValue) -> WrittenValue:
         """Return a written axis with its fits replaced by radial clearances (m)."""
         if self.grid_reader.varied_by.get(self.path) == "sample":
-            return _replaced(written, self._spread(written))
+            return _at_position_of(written, self._distribution(written))
         items = written.value
         if isinstance(items, dict):
             if set(items) != {"fits"} or not isinstance(items["fits"].value, list):
                 raise _WrongFitError(written, f"found {quoted(items)}; expected {{fits: [H7/g6, H7/f7]}}")
-            items = [_replaced(item, {"fit": item}) for item in items["fits"].value]
-        in_step = self.radius in self.grid_reader.swept and self.grid_reader.vary_in_step(self.path, self.radius)
-        radii = [self.radii[row : row + 1] if in_step else self.radii for row in range(len(items))]
-        return _replaced(written, list(map(self._mean, items, radii)))
+            items = [_at_position_of(item, {"fit": item}) for item in items["fits"].value]
+        is_in_step = self.radius_path in self.grid_reader.swept and self.grid_reader.vary_in_step(
+            self.path, self.radius_path
+        )
+        radii = [self.radii[row : row + 1] if is_in_step else self.radii for row in range(len(items))]
+        return _at_position_of(written, list(map(self._mean_clearance, items, radii)))
 
-    def _mean(self, written: WrittenValue, radii: tuple[float, ...]) -> WrittenValue:
+    def _mean_clearance(self, written: WrittenValue, radii: tuple[float, ...]) -> WrittenValue:
         """Return the mean clearance of `{fit: NAME}` at a bearing radius (m); other values are returned unchanged."""
         if not isinstance(written.value, dict):
             return written
         if set(written.value) != {"fit"}:
             raise _WrongFitError(written, f"found {quoted(written.value)}; expected {{fit: H7/f7}}")
-        return _replaced(written, _metres(self.fit(written.value["fit"], radii).mean))
+        return _at_position_of(written, _length_text(self.fit(written.value["fit"], radii).mean))
 
-    def _spread(self, written: WrittenValue) -> Any:
+    def _distribution(self, written: WrittenValue) -> Any:
         """Return the distribution of a fit, as a grid section."""
-        kind = written.value.get("distribution")
+        written_name = written.value.get("distribution")
         if not {"fit"} <= set(written.value) <= {"fit", "distribution"}:
-            raise _WrongFitError(written, f"found {quoted(written.value)}; expected {FORM}")
-        name = "uniform" if kind is None else kind.value
+            raise _WrongFitError(written, f"found {quoted(written.value)}; expected {DISTRIBUTION_FORM}")
+        name = "uniform" if written_name is None else written_name.value
         if not isinstance(name, str) or name not in FROM_FIT:
             suggestion = did_you_mean(name, FROM_FIT) if isinstance(name, str) else ""
-            limits = ", ".join(FROM_FIT)
-            raise _WrongFitError(written, f"unknown distribution {quoted(name)} of a fit{suggestion} (known: {limits})")
+            known_names = ", ".join(FROM_FIT)
+            raise _WrongFitError(
+                written, f"unknown distribution {quoted(name)} of a fit{suggestion} (known: {known_names})"
+            )
         return _lengths_like(FROM_FIT[name](self.fit(written.value["fit"], self.radii)), written)
 
     def fit(self, name: WrittenValue, radii: tuple[float, ...]) -> Fit:
@@ -135,20 +141,22 @@ class _Reader:
         if len(radii) != 1:
             sentence = (
                 f"found the fit {quoted(name.value)}, whose radial clearance follows from one nominal diameter; "
-                f"{self.radius} is varied: vary both together under `zip`, the fit once for each radius"
+                f"{self.radius_path} is varied: vary both together under `zip`, the fit once for each radius"
             )
-            varies = self.radius in self.grid_reader.swept or self.radius in self.grid_reader.defined.dependents
-            raise _WrongFitError(name, sentence if varies else "")
+            is_varied = (
+                self.radius_path in self.grid_reader.swept or self.radius_path in self.grid_reader.defined.dependents
+            )
+            raise _WrongFitError(name, sentence if is_varied else "")
         if not isinstance(name.value, str):
             raise _WrongFitError(name, f"found {quoted(name.value)}; expected a fit of ISO 286, such as H7/f7")
         try:
-            limits = fit(name.value, Fraction(repr(radii[0])) * 2000)
+            found_fit = find_fit(name.value, Fraction(repr(radii[0])) * 2000)
         except InputError as error:
             raise _WrongFitError(name, str(error)) from None
         fits = self.grid_reader.fits.setdefault(self.path, [])
-        if limits not in fits:
-            fits.append(limits)
-        return limits
+        if found_fit not in fits:
+            fits.append(found_fit)
+        return found_fit
 
 
 def recorded_fits(record: Mapping[str, Any]) -> dict[str, tuple[Fit, ...]]:
@@ -156,7 +164,7 @@ def recorded_fits(record: Mapping[str, Any]) -> dict[str, tuple[Fit, ...]]:
     return {path: tuple(Fit(**limits) for limits in fits) for path, fits in record.get("fits", {}).items()}
 
 
-def _replaced(written: WrittenValue, value: Any) -> WrittenValue:
+def _at_position_of(written: WrittenValue, value: Any) -> WrittenValue:
     """Return a new value at the position of another."""
     return WrittenValue(value, written.origin, written.line, written.column)
 
@@ -164,12 +172,12 @@ def _replaced(written: WrittenValue, value: Any) -> WrittenValue:
 def _lengths_like(value: Any, written: WrittenValue) -> Any:
     """Return dicts and lists of numbers as lengths, each at the position of `written`."""
     if isinstance(value, dict):
-        return {key: _replaced(written, _lengths_like(item, written)) for key, item in value.items()}
+        return {key: _at_position_of(written, _lengths_like(item, written)) for key, item in value.items()}
     if isinstance(value, list):
-        return [_replaced(written, _lengths_like(item, written)) for item in value]
-    return _metres(value)
+        return [_at_position_of(written, _lengths_like(item, written)) for item in value]
+    return _length_text(value)
 
 
-def _metres(length: float) -> str:
+def _length_text(length: float) -> str:
     """Return a length with a unit, as a user would write it."""
     return f"{length!r} m"

@@ -11,23 +11,23 @@ from ..keys.kinds import Number
 from ..keys.run_keys import CHANNELS
 from ..written.document import WrittenValue
 from ..written.tables import read_signals
-from .optimise import MISSING_OVER, OPTIMISE, ROUND, SEED, Choice, check_range, start_of
-from .reader import Reader, check_always_used, over_of
-from .section import PAIR, EntriesKey, KeySection, WordListKey, cases_key, section_in
+from .optimise import MISSING_OVER_TEXT, OPTIMISE, ROUND_SIZE, SEED_KEY, Choice, check_range, start_values
+from .reader import Reader, check_always_used, find_over
+from .section import PAIR_SCHEMA, EntriesKey, KeySection, WordListKey, cases_key, section_in
 
 if TYPE_CHECKING:
     import numpy as np  # loaded only where a file is read
 
 
 IDENTIFY = "identify"
-_RANGE = "prior"  # the kind of a `Choice`
+_PRIOR = "prior"  # the kind of a `Choice`
 FEATURES = ("rms", "peaks", "spectrum", "impacts")
-LEAST_TURNS = 3  # revolutions that have to be measured, and computed of every case
-LEAST_SAMPLES = 20  # an impact
-MOST_CASES = 20_000  # the time of an emulator grows with their third power
-SAVED = 12_000  # samples of a signal that every case keeps where the grid does not say how many
-MAX_BINS = 2880  # samples of a revolution that are kept then
-_COLUMNS = {"type": "object", "minProperties": 1, "additionalProperties": {"type": "string"}}
+MIN_REVOLUTIONS = 3  # revolutions that have to be measured, and computed of every case
+MIN_SAMPLES_PER_IMPACT = 20  # an impact
+MAX_CASES = 20_000  # the time of an emulator grows with their third power
+MAX_SAVED_SAMPLES = 12_000  # samples of a signal that every case keeps where the grid does not say how many
+MAX_SAMPLES_PER_REVOLUTION = 2880  # samples of a revolution that are kept then
+_SIGNALS_SCHEMA = {"type": "object", "minProperties": 1, "additionalProperties": {"type": "string"}}
 _SIGNAL_EXAMPLE = "{rig.csv: {slider/a: acceleration}}"
 IDENTIFY_SECTION = KeySection(
     IDENTIFY,
@@ -38,17 +38,17 @@ IDENTIFY_SECTION = KeySection(
             "over",
             "dotted path -> [low, high], the range of its prior",
             required=True,
-            missing=f"{MISSING_OVER}, such as {{joints.rod-slider.clearance: [20 um, 300 um]}}",
-            entry=PAIR,
+            missing=f"{MISSING_OVER_TEXT}, such as {{joints.rod-slider.clearance: [20 um, 300 um]}}",
+            entry=PAIR_SCHEMA,
         ),
         EntriesKey(
             "from",
             "CSV file in the directory of the grid -> {channel: column} of the measured signals",
             required=True,
             missing=f"; give a file, a channel and the column of the file: {_SIGNAL_EXAMPLE}",
-            entry=_COLUMNS,
+            entry=_SIGNALS_SCHEMA,
         ),
-        cases_key(ROUND, MOST_CASES),
+        cases_key(ROUND_SIZE, MAX_CASES),
         WordListKey(
             "features",
             f"a list of {', '.join(FEATURES)}; default: all",
@@ -56,7 +56,7 @@ IDENTIFY_SECTION = KeySection(
             default=FEATURES,
             noun="feature of a signal",
         ),
-        SEED,
+        SEED_KEY,
     ),
 )
 
@@ -97,8 +97,8 @@ class Identify(NamedTuple):
 
     def first(self) -> list[tuple[Any, ...]]:
         """Return the values of the first round, spread evenly."""
-        count = min(ROUND, self.cases)
-        return [tuple(self.point(fractions).values()) for fractions in self.sobol_points(0, ROUND)[:count]]
+        count = min(ROUND_SIZE, self.cases)
+        return [tuple(self.point(fractions).values()) for fractions in self.sobol_points(0, ROUND_SIZE)[:count]]
 
     def resolved(self) -> dict[str, Any]:
         """Return the section as a grid may have it, in SI."""
@@ -113,7 +113,7 @@ def find_identify_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[Wr
     """Return path -> (position, ends in the form of an axis) for every key to identify."""
     section = IDENTIFY_SECTION.find(reader.problems, root)
     conflicts = ("sweep", "zip", "cases", "sample", "seek", "refine", OPTIMISE, "life")
-    over = over_of(reader, root, section, IDENTIFY_SECTION, conflicts) if section else None
+    over = find_over(reader, root, section, IDENTIFY_SECTION, conflicts) if section else None
     if over is None:
         return {}
     axes = {}
@@ -121,10 +121,10 @@ def find_identify_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[Wr
         node = reader.shape.get(path)
         is_whole = isinstance(node, Number) and any(key_use.field.whole for key_use in node.uses)
         if not isinstance(written.value, list) or len(written.value) != 2 or is_whole:
-            allowed = (
+            expected = (
                 ("a path of a quantity that may have a fraction") if is_whole else "[low, high], the range of its prior"
             )
-            sentence = f"found {quoted(written.value)}; expected {allowed}"
+            sentence = f"found {quoted(written.value)}; expected {expected}"
             reader.problems.add(written, f"{IDENTIFY}.over.{path}", sentence)
         else:
             reader.choices[path] = "range"
@@ -145,7 +145,7 @@ def read_identify(reader: Reader, root: WrittenValue) -> Identify | None:
     for path in reader.axes.keys() & {*paths}:
         check_range(reader, path, IDENTIFY)
         check_always_used(reader, reader.swept[path], IDENTIFY, path)
-    signals = _signals(reader, section)
+    signals = _read_signals_section(reader, section)
     features, cases, seed = (
         IDENTIFY_SECTION.value(reader.problems, section, key) for key in ("features", "cases", "seed")
     )
@@ -157,11 +157,11 @@ def read_identify(reader: Reader, root: WrittenValue) -> Identify | None:
         return None
     if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
         return None
-    over = {path: Choice(_RANGE, reader.axes[path]) for path in paths}
-    return Identify(over, signals, features, cases, seed, start_of(reader, over))
+    over = {path: Choice(_PRIOR, reader.axes[path]) for path in paths}
+    return Identify(over, signals, features, cases, seed, start_values(reader, over))
 
 
-def _signals(reader: Reader, section: WrittenValue) -> tuple[Signal, ...]:
+def _read_signals_section(reader: Reader, section: WrittenValue) -> tuple[Signal, ...]:
     """Return the signals as they are written."""
     files = IDENTIFY_SECTION.value(reader.problems, section, "from")
     signals = []
@@ -181,27 +181,31 @@ def _signals(reader: Reader, section: WrittenValue) -> tuple[Signal, ...]:
     return tuple(signals)
 
 
-def put_saved_signals(reader: Reader) -> None:
+def set_saved_signals(reader: Reader) -> None:
     """Set the keys of `save` that `identify` needs and the grid omits: revolutions, samples, channels."""
     if reader.identify is None:
         return
     rate = crank_rate(reader)
-    densest = 0.0
+    max_density = 0.0
     for file in {signal.file for signal in reader.identify.signals}:
         columns = {signal.column: None for signal in reader.identify.signals if signal.file == file}
         try:
-            signals = read_signals(file, columns, others=True)
+            signals = read_signals(file, columns, allow_others=True)
         except InputError:
             continue  # `check` says what is wrong
-        angle = signals.places if signals.over == "crank_angle" else signals.places * (rate or 1.0)
-        densest = max(densest, features.samples_per_revolution(angle))
+        angle = signals.abscissa if signals.over == "crank_angle" else signals.abscissa * (rate or 1.0)
+        max_density = max(max_density, features.samples_per_revolution(angle))
     if "save.samples" not in reader.written:
-        reader.values["save.samples"] = int(min(max(features.MIN_SAMPLES, 2.0 * densest), MAX_BINS))
+        reader.values["save.samples"] = int(
+            min(max(features.MIN_SAMPLES, 2.0 * max_density), MAX_SAMPLES_PER_REVOLUTION)
+        )
     if "save.revolutions" not in reader.written:
         samples = reader.values["save.samples"]
-        total = min(reader.values_of("simulate.revolutions") or (10.0,))
-        kept_turns = total - max(reader.values_of("simulate.discard") or (2.0,))
-        reader.values["save.revolutions"] = float(max(min(kept_turns, max(SAVED // samples, LEAST_TURNS)), 1))
+        revolutions = min(reader.values_of("simulate.revolutions") or (10.0,))
+        counted_revolutions = revolutions - max(reader.values_of("simulate.discard") or (2.0,))
+        reader.values["save.revolutions"] = float(
+            max(min(counted_revolutions, max(MAX_SAVED_SAMPLES // samples, MIN_REVOLUTIONS)), 1)
+        )
     if CHANNELS not in reader.written:
         reader.values[CHANNELS] = list(dict.fromkeys(signal.channel for signal in reader.identify.signals))
 
@@ -228,21 +232,23 @@ def check_identify(reader: Reader, root: WrittenValue, layout: Layout) -> Identi
     if unsaved:
         sentence = f"lacks {', '.join(unsaved)}, which `identify` compares; add it"
         reader.problems.add(reader.position_of(CHANNELS), CHANNELS, sentence)
-    saved = reader.values.get("save.revolutions") or 2.0
-    if saved < LEAST_TURNS:
-        sentence = f"found {saved:g}; `identify` needs at least {LEAST_TURNS} revolutions that a case saves"
+    saved_revolutions = reader.values.get("save.revolutions") or 2.0
+    if saved_revolutions < MIN_REVOLUTIONS:
+        sentence = (
+            f"found {saved_revolutions:g}; `identify` needs at least {MIN_REVOLUTIONS} revolutions that a case saves"
+        )
         reader.problems.add(reader.position_of("save.revolutions"), "save.revolutions", sentence)
     for file in dict.fromkeys(signal.file for signal in signals):
-        measured = [signal for signal in signals if signal.file == file and signal.unit]
+        file_signals = [signal for signal in signals if signal.file == file and signal.unit]
         try:
-            for _ in turns_of(file, measured, crank_rate(reader)):
+            for _ in angular_signals(file, file_signals, crank_rate(reader)):
                 pass
         except InputError as error:
             reader.problems.add(written, f"{IDENTIFY}.from", str(error))
     return identify._replace(signals=tuple(signals))
 
 
-class Turned(NamedTuple):
+class AngularSignal(NamedTuple):
     """A measured signal over the crank angle."""
 
     signal: Signal
@@ -251,38 +257,38 @@ class Turned(NamedTuple):
     speed: float | None  # rad/s, mean, where the file has time
 
 
-def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turned]:
+def angular_signals(file: str, signals: list[Signal], rate: float | None) -> list[AngularSignal]:
     """Return signals of a file over the crank angle; raise InputError if they have too few revolutions or samples.
 
     rate : crank speed (rad/s), or None if it is not a single number
     """
     known_units: Mapping[str, str | None] = {signal.column: signal.unit for signal in signals}
-    content = read_signals(file, known_units, others=True)
-    turned = []
+    content = read_signals(file, known_units, allow_others=True)
+    angular = []
     for signal in signals:
-        values, angle, speed = content.signals[signal.column], content.places, None
+        values, angle, speed = content.signals[signal.column], content.abscissa, None
         if content.over == "time":
             if rate is None:
                 raise InputError(
                     f"{file}:1: has the column time, but drive.speed is not constant here; add a column "
                     "crank_angle [deg]"
                 )
-            angle = features.angle_of_time(content.places, values, rate)
-            speed = float((angle[-1] - angle[0]) / (content.places[-1] - content.places[0]))
-        _enough(file, signal.column, angle, values)
-        turned.append(Turned(signal, angle, values, speed))
-    return turned
+            angle = features.angle_of_time(content.abscissa, values, rate)
+            speed = float((angle[-1] - angle[0]) / (content.abscissa[-1] - content.abscissa[0]))
+        _check_sampling(file, signal.column, angle, values)
+        angular.append(AngularSignal(signal, angle, values, speed))
+    return angular
 
 
-def _enough(file: str, column: str, angle: "np.ndarray", values: "np.ndarray") -> None:
+def _check_sampling(file: str, column: str, angle: "np.ndarray", values: "np.ndarray") -> None:
     """Raise InputError if a signal has too few revolutions, or too few samples per impact."""
     count, density = (angle[-1] - angle[0]) / features.TURN, features.samples_per_revolution(angle)
-    if count < LEAST_TURNS - 1e-6:
-        raise InputError(f"{file}: {column} has {count:.3g} revolutions; at least {LEAST_TURNS} are needed")
+    if count < MIN_REVOLUTIONS - 1e-6:
+        raise InputError(f"{file}: {column} has {count:.3g} revolutions; at least {MIN_REVOLUTIONS} are needed")
     impacts = max(features.features_of(features.split_revolutions(angle, values)).impacts, 1.0)
-    if density < LEAST_SAMPLES * impacts:
+    if density < MIN_SAMPLES_PER_IMPACT * impacts:
         raise InputError(
             f"{file}: {column} has {density:.3g} samples a revolution and {impacts:.3g} impacts a revolution, "
-            f"{density / impacts:.2g} samples an impact; at least {LEAST_SAMPLES} are needed: "
-            f"{LEAST_SAMPLES * impacts:.3g} samples a revolution"
+            f"{density / impacts:.2g} samples an impact; at least {MIN_SAMPLES_PER_IMPACT} are needed: "
+            f"{MIN_SAMPLES_PER_IMPACT * impacts:.3g} samples a revolution"
         )

@@ -13,20 +13,28 @@ from ...language.errors import InputError, did_you_mean, quoted
 from ..keys.kinds import Number, Section
 from ..keys.run_keys import LIFE
 from ..written.document import WrittenValue
-from .distributions import LAWS, Distribution, distribution_of, forms_text, parameter_forms, read_distribution
+from .distributions import DISTRIBUTIONS, Distribution, distribution_of, forms_text, parameter_forms, read_distribution
 from .reader import Reader
-from .section import QUANTITY, NameSection, QuantityKey, Reading, named_forms, read_quantity, report_unknown_keys
+from .section import (
+    QUANTITY_SCHEMA,
+    NameSection,
+    QuantityKey,
+    ValueReader,
+    read_quantity,
+    report_unknown_keys,
+    single_key_schemas,
+)
 
-_TIMES = "times"
-_FIGURE = 'headroom: "1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)"'
+_TIMES_KEY = "times"
+_FIGURE_EXAMPLE = 'headroom: "1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)"'
 FIGURES_SECTION = NameSection(
     "figures",
     "name of a new figure -> expression of columns of summary.parquet",
     "figure",
-    _FIGURE,
+    _FIGURE_EXAMPLE,
     {"type": "string"},
 )
-_BOUNDS = dict.fromkeys(KINDS, QUANTITY) | {_TIMES: {"type": "string"}}
+_BOUNDS_SCHEMA = dict.fromkeys(KINDS, QUANTITY_SCHEMA) | {_TIMES_KEY: {"type": "string"}}
 LIMITS_SECTION = NameSection(
     "limits",
     "figure (a column of summary.parquet) -> largest acceptable value, or {at_most or at_least: value, times: another "
@@ -35,8 +43,8 @@ LIMITS_SECTION = NameSection(
     "rod_slider_force_peak: 5 kN",
     {
         "anyOf": [
-            QUANTITY,
-            {"type": "object", "properties": _BOUNDS, "additionalProperties": False, "minProperties": 1},
+            QUANTITY_SCHEMA,
+            {"type": "object", "properties": _BOUNDS_SCHEMA, "additionalProperties": False, "minProperties": 1},
         ]
     },
 )
@@ -46,30 +54,30 @@ def read_limits(reader: Reader, root: WrittenValue) -> None:
     """Read both sections into the reader; its columns must be known."""
     units = dict(reader.figures)
     for name, written in FIGURES_SECTION.entries(reader.problems, root).items():
-        taken = _taken(reader, name)
-        if problem := taken or _unreadable(written.value, units):
-            position = root.value["figures"].key_position(name) if taken else written
+        name_mistake = _name_mistake(reader, name)
+        if problem := name_mistake or _expression_mistake(written.value, units):
+            position = root.value["figures"].key_position(name) if name_mistake else written
             reader.problems.add(position, f"figures.{name}", problem)
             continue
         units[name] = expression.unit_of(written.value, units)
-        reader.own_figures[name] = written.value
+        reader.user_figures[name] = written.value
     for column, written in LIMITS_SECTION.entries(reader.problems, root).items():
         if column not in units:
             position = root.value["limits"].key_position(column)
-            reader.problems.add(position, f"limits.{column}", _unknown(column, units))
+            reader.problems.add(position, f"limits.{column}", _unknown_column_text(column, units))
         elif isinstance(written.value, dict):
-            _bounds(reader, column, written, units)
+            _read_bounds(reader, column, written, units)
         else:
             limit = read_quantity(reader.problems, f"limits.{column}", written, units[column])
             reader.limits |= {} if limit is None else {column: limit}
 
 
-def _unknown(name: str, units: dict[str, str]) -> str:
+def _unknown_column_text(name: str, units: dict[str, str]) -> str:
     known = f" (known: {', '.join(units)})"  # a long list, shown only if no name is near
     return f"is not a column of this grid{did_you_mean(name, units) or known}"
 
 
-def _taken(reader: Reader, name: str) -> str:
+def _name_mistake(reader: Reader, name: str) -> str:
     """Return why a user-defined figure cannot have this name, or '' if it can."""
     if name in reader.figures:
         return "is a column already; give the figure another name"
@@ -78,10 +86,10 @@ def _taken(reader: Reader, name: str) -> str:
     return "" if name.isidentifier() else "is not a valid name; expected letters, digits and _, and a letter or _ first"
 
 
-def _unreadable(text: Any, units: dict[str, str]) -> str:
+def _expression_mistake(text: Any, units: dict[str, str]) -> str:
     """Return what is wrong with an expression, or '' if nothing is."""
     if not isinstance(text, str):
-        return f"found {quoted(text)}; expected an expression of columns, in quotes, such as `{_FIGURE}`"
+        return f"found {quoted(text)}; expected an expression of columns, in quotes, such as `{_FIGURE_EXAMPLE}`"
     try:
         expression.unit_of(text, units)
     except InputError as error:
@@ -89,22 +97,26 @@ def _unreadable(text: Any, units: dict[str, str]) -> str:
     return ""
 
 
-def _bounds(reader: Reader, column: str, written: WrittenValue, units: dict[str, str]) -> None:
+def _read_bounds(reader: Reader, column: str, written: WrittenValue, units: dict[str, str]) -> None:
     """Read a limit written as a section: at_most, at_least, times."""
     path, entries = f"limits.{column}", written.value
-    known = (*KINDS, _TIMES)
-    unknown = report_unknown_keys(reader.problems, path, written, known)
+    known_keys = (*KINDS, _TIMES_KEY)
+    unknown = report_unknown_keys(reader.problems, path, written, known_keys)
     if not unknown and not any(kind in entries for kind in KINDS):
         reader.problems.add(written, path, f"contains no limit; add {' or '.join(KINDS)}, such as {{at_most: 5 kN}}")
         return
     unit, bounds = units[column], dict[str, Any]()
-    if _TIMES in entries:
-        times = entries[_TIMES].value
-        if not isinstance(times, str) or times not in units:
-            reader.problems.add(entries[_TIMES], f"{path}.{_TIMES}", f"{quoted(times)} {_unknown(str(times), units)}")
+    if _TIMES_KEY in entries:
+        other_column = entries[_TIMES_KEY].value
+        if not isinstance(other_column, str) or other_column not in units:
+            reader.problems.add(
+                entries[_TIMES_KEY],
+                f"{path}.{_TIMES_KEY}",
+                f"{quoted(other_column)} {_unknown_column_text(str(other_column), units)}",
+            )
             return
-        unit = quotient(unit, units[times])
-        bounds[_TIMES] = times
+        unit = unit_of_quotient(unit, units[other_column])
+        bounds[_TIMES_KEY] = other_column
     for kind in KINDS:
         if kind in entries:
             limit = read_quantity(reader.problems, f"{path}.{kind}", entries[kind], unit)
@@ -113,26 +125,26 @@ def _bounds(reader: Reader, column: str, written: WrittenValue, units: dict[str,
         reader.limits[column] = bounds
 
 
-def quotient(unit: str, by: str) -> str:
+def unit_of_quotient(unit: str, divisor: str) -> str:
     """Return the SI unit of a quotient of two quantities, '1' for equal units."""
-    if by in ("1", unit):
-        return unit if by == "1" else "1"
-    return expression.unit_of("a / b", {"a": unit, "b": by})
+    if divisor in ("1", unit):
+        return unit if divisor == "1" else "1"
+    return expression.unit_of("a / b", {"a": unit, "b": divisor})
 
 
 def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue) -> dict[str, str]:
     """Return the figures of merit that the cases will have, each with its unit."""
     sections = [path.split(".") for path, node in reader.shape.items() if isinstance(node, Section)]
     joint_paths = [path[1:] for path in sections if path[0] == "joints" and len(path) > 1]
-    parts = {
+    parts_by_joint = {
         column_name(joint): {
-            part for joint_name, *parts_of in joint_paths if joint_name == joint for part in parts_of[:1]
+            part for joint_name, *path_parts in joint_paths if joint_name == joint for part in path_parts[:1]
         }
         for joint, *_ in joint_paths
     }
     for joint in mechanism.joints:
-        if column_name(joint.name) in parts and mechanism.spatial:
-            parts[column_name(joint.name)] |= {"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}
+        if column_name(joint.name) in parts_by_joint and mechanism.spatial:
+            parts_by_joint[column_name(joint.name)] |= {"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}
     until, life = str(reader.values.get("simulate.until.figure", "")), reader.values.get(f"{LIFE}.joint")
     requested = {name for name in ("horizon", "error_check") if f"simulate.{name}" in reader.values}
     requested |= {
@@ -141,15 +153,19 @@ def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue)
         if is_requested
     }
     for joint in mechanism.joints:
-        if column_name(joint.name) in parts and joint.kind in ("revolute", "line") and _strength(reader, joint.name):
-            parts[column_name(joint.name)].add("strength")
-    if life and column_name(life) in parts:
-        parts[column_name(life)].add("limited")
-    columns = columns_of(catalogue, mechanism, parts, requested, until, rubbing_joints(reader.outline))
+        if (
+            column_name(joint.name) in parts_by_joint
+            and joint.kind in ("revolute", "line")
+            and _has_strength(reader, joint.name)
+        ):
+            parts_by_joint[column_name(joint.name)].add("strength")
+    if life and column_name(life) in parts_by_joint:
+        parts_by_joint[column_name(life)].add("limited")
+    columns = columns_of(catalogue, mechanism, parts_by_joint, requested, until, rubbing_joints(reader.outline))
     return {column.name: column.unit for column in columns}
 
 
-def _strength(reader: Reader, joint: str) -> bool:
+def _has_strength(reader: Reader, joint: str) -> bool:
     """Return whether a joint with contact has a yield strength or a hardness."""
     prefix = f"joints.{joint}."
     known_paths = [path for path in (*reader.written, *reader.swept) if path.startswith(prefix)]
@@ -161,9 +177,9 @@ def _strength(reader: Reader, joint: str) -> bool:
 
 UNCERTAIN, FACTOR, PUBLISHED = "uncertain", "factor", "published"
 LARGEST_FACTOR = 1e3  # factor
-BODIES = ("bearing_coefficient", "journal_coefficient")
-_PATH = re.compile(r"joints\.([^.]+)\.wear\.(coefficient|bearing_coefficient|journal_coefficient)")
-_TAILS = (0.025, 0.975)  # ends of a 95 % interval
+BODY_COEFFICIENTS = ("bearing_coefficient", "journal_coefficient")
+_COEFFICIENT_PATH = re.compile(r"joints\.([^.]+)\.wear\.(coefficient|bearing_coefficient|journal_coefficient)")
+_INTERVAL_PROBABILITIES = (0.025, 0.975)  # ends of a 95 % interval
 _FACTOR_KEY = QuantityKey(
     FACTOR,
     "95 % of the values are between the coefficient divided and multiplied by it",
@@ -178,7 +194,7 @@ UNCERTAIN_SECTION = NameSection(
     "joints.rod-slider.wear.coefficient: {factor: 3}",
     {
         "anyOf": [
-            *named_forms(
+            *single_key_schemas(
                 {
                     FACTOR: {"type": "number", "exclusiveMinimum": 1, "maximum": LARGEST_FACTOR},
                     **{name: {"description": form} for name, form in parameter_forms().items()},
@@ -201,15 +217,15 @@ def read_uncertain(reader: Reader, root: WrittenValue) -> None:
         reader.problems.add(section, UNCERTAIN, sentence)
         return
     for path, written in entries.items():
-        if problem := _refused(reader, path, [*entries]):
+        if problem := _path_mistake(reader, path, [*entries]):
             reader.problems.add(section.key_position(path), f"{UNCERTAIN}.{path}", problem)
         elif (distribution := _coefficient_distribution(reader, path, written)) is not None:
             reader.uncertain[path] = distribution
 
 
-def _refused(reader: Reader, path: str, paths: list[str]) -> str:
+def _path_mistake(reader: Reader, path: str, paths: list[str]) -> str:
     """Return why a path cannot be uncertain, or '' if it can."""
-    match = _PATH.fullmatch(path)
+    match = _COEFFICIENT_PATH.fullmatch(path)
     if not match:
         return (
             "is not a wear coefficient; `uncertain` accepts only joints.J.wear.coefficient, bearing_coefficient and "
@@ -218,57 +234,57 @@ def _refused(reader: Reader, path: str, paths: list[str]) -> str:
     wear = f"joints.{match[1]}.wear"
     if wear not in reader.shape:
         return f"there is no section '{wear}'; write it, or name a joint that wears"
-    if match[2] == "coefficient" and any(f"{wear}.{body}" in paths for body in BODIES):
+    if match[2] == "coefficient" and any(f"{wear}.{body}" in paths for body in BODY_COEFFICIENTS):
         return f"conflicts with {wear}.bearing_coefficient or journal_coefficient; write both bodies', or this"
     return ""
 
 
 def _coefficient_distribution(reader: Reader, path: str, written: WrittenValue) -> dict[str, Any] | None:
     """Return the distribution of a coefficient, in SI, or None if it is invalid."""
-    where = f"{UNCERTAIN}.{path}"
+    key_path = f"{UNCERTAIN}.{path}"
     if isinstance(written.value, dict) and [*written.value] == [FACTOR]:
-        factor = _FACTOR_KEY.read(reader.problems, f"{where}.{FACTOR}", written.value[FACTOR], "1")
+        factor = _FACTOR_KEY.read(reader.problems, f"{key_path}.{FACTOR}", written.value[FACTOR], "1")
         return None if factor is None else {FACTOR: factor}
     if written.value == PUBLISHED:
-        library_value = reader.library_values.get(path)
+        library_value = reader.library_numbers.get(path)
         if library_value is None:
             sentence = f"needs the range of a wear pair; write `{path.rpartition('.')[0]}.pair`, or a distribution"
-            reader.problems.add(written, where, sentence)
+            reader.problems.add(written, key_path, sentence)
             return None
         bounds = [
-            WrittenValue(f"{end!r} {library_value.value.unit}", written.origin) for end in library_value.value[2:]
+            WrittenValue(f"{bound!r} {library_value.value.unit}", written.origin) for bound in library_value.value[2:]
         ]
         written = WrittenValue({"loguniform": WrittenValue(bounds, written.origin)}, written.origin)
-    if not isinstance(written.value, dict) or not set(written.value) <= set(LAWS):
+    if not isinstance(written.value, dict) or not set(written.value) <= set(DISTRIBUTIONS):
         reader.problems.add(
             written,
-            where,
+            key_path,
             f"found {quoted(written.value)}; expected {{factor: 3}}, {PUBLISHED} or one of {forms_text()}",
         )
         return None
     wear = path.rpartition(".")[0]
-    node = reader.shape[f"{wear}.{BODIES[0]}"]
+    node = reader.shape[f"{wear}.{BODY_COEFFICIENTS[0]}"]
     assert isinstance(node, Number)  # a single coefficient
     (field, *_) = node.fields(reader.names)
 
-    reading = Reading(lambda item: read_quantity(reader.problems, where, item, field.unit), field.unit, (field,))
-    distribution = read_distribution(reader.problems, where, written, reading)
+    reading = ValueReader(lambda item: read_quantity(reader.problems, key_path, item, field.unit), field.unit, (field,))
+    distribution = read_distribution(reader.problems, key_path, written, reading)
     if distribution is None:
         return None
-    if _ends(distribution)[0] <= 0.0:
+    if _interval(distribution)[0] <= 0.0:
         sentence = (
             f"{distribution.name}: its 2.5 % quantile is not above 0; write a lognormal or loguniform distribution"
         )
-        reader.problems.add(written, where, sentence)
+        reader.problems.add(written, key_path, sentence)
         return None
     return distribution.resolved()
 
 
-def _ends(distribution: Distribution) -> tuple[float, float]:
+def _interval(distribution: Distribution) -> tuple[float, float]:
     """Return the ends of the 95 % interval of a distribution, in SI."""
     import numpy as np
 
-    low, high = distribution.values(np.array(_TAILS)).tolist()
+    low, high = distribution.values(np.array(_INTERVAL_PROBABILITIES)).tolist()
     return low, high
 
 
@@ -288,10 +304,10 @@ def uncertain_of(section: Mapping[str, Any]) -> tuple[Uncertain, ...]:
     uncertain = []
     for joint, nested in section["joints"].items():
         for key, distribution in nested["wear"].items():
-            keys = BODIES if key == "coefficient" else (key,)
+            keys = BODY_COEFFICIENTS if key == "coefficient" else (key,)
             ((kind, content),) = distribution.items()
             if kind == FACTOR:
                 uncertain.append(Uncertain(joint, keys, 1.0 / content, content, relative=True))
             else:
-                uncertain.append(Uncertain(joint, keys, *_ends(distribution_of(distribution)), relative=False))
+                uncertain.append(Uncertain(joint, keys, *_interval(distribution_of(distribution)), relative=False))
     return tuple(uncertain)

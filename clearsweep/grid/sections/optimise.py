@@ -9,19 +9,29 @@ from ...language.errors import did_you_mean, quoted
 from ..keys.kinds import Number, Word
 from ..keys.library_names import name_path
 from ..written.document import WrittenValue
-from .reader import Reader, check_always_used, over_of
-from .section import FITS_FORM, PAIR, CountKey, EntriesKey, KeySection, NamesKey, cases_key, named_forms, section_in
+from .reader import Reader, check_always_used, find_over
+from .section import (
+    FITS_SCHEMA,
+    PAIR_SCHEMA,
+    CountKey,
+    EntriesKey,
+    KeySection,
+    NamesKey,
+    cases_key,
+    section_in,
+    single_key_schemas,
+)
 
 OPTIMISE = "optimise"
 SENSES = ("minimise", "maximise")
 AMONG, WHOLE = "among", "whole"
-ROUND = 16  # cases that are asked for at a time, whatever the number of workers
-MOST_CASES = 100_000
+ROUND_SIZE = 16  # cases that are asked for at a time, whatever the number of workers
+MAX_CASES = 100_000
 #: Ratio of the ends of a range from which on equal ratios count, not equal differences.
-RATIOS = {"range": 20.0, "prior": 4.0}
-SEED = CountKey("seed", "a whole number, default 0", low=0, high=2**31, default=0)
-MISSING_OVER = "; name at least one key to vary"
-_AMONG_FORM = {"anyOf": [{"type": "array", "minItems": 1}, FITS_FORM]}
+LOG_SCALE_RATIOS = {"range": 20.0, "prior": 4.0}
+SEED_KEY = CountKey("seed", "a whole number, default 0", low=0, high=2**31, default=0)
+MISSING_OVER_TEXT = "; name at least one key to vary"
+_AMONG_FORM = {"anyOf": [{"type": "array", "minItems": 1}, FITS_SCHEMA]}
 OPTIMISE_SECTION = KeySection(
     OPTIMISE,
     "search for the values that minimise or maximise columns of summary.parquet within `limits`",
@@ -31,12 +41,12 @@ OPTIMISE_SECTION = KeySection(
             "over",
             "path -> [low, high], {among: [a, ...]} (laws, materials, fits, numbers) or {whole: [low, high]}",
             required=True,
-            missing=f"{MISSING_OVER}, such as {{define.play: [5 um, 100 um]}}",
-            entry={"anyOf": [PAIR, *named_forms({AMONG: _AMONG_FORM, WHOLE: PAIR})]},
+            missing=f"{MISSING_OVER_TEXT}, such as {{define.play: [5 um, 100 um]}}",
+            entry={"anyOf": [PAIR_SCHEMA, *single_key_schemas({AMONG: _AMONG_FORM, WHOLE: PAIR_SCHEMA})]},
         ),
         *(NamesKey(sense, f"column or columns to {sense}", noun="column") for sense in SENSES),
-        cases_key(1, MOST_CASES),
-        SEED,
+        cases_key(1, MAX_CASES),
+        SEED_KEY,
     ),
     {"anyOf": [{"required": [sense]} for sense in SENSES]},
 )
@@ -49,10 +59,10 @@ class Choice(NamedTuple):
     values: tuple[Any, ...]  # both ends of a range, or all that there are to choose from
 
     @property
-    def logarithmic(self) -> bool:
+    def is_logarithmic(self) -> bool:
         """Return whether the scale of the choice is logarithmic."""
         low, high = self.values[0], self.values[-1]
-        return self.kind in RATIOS and low > 0.0 and high >= RATIOS[self.kind] * low
+        return self.kind in LOG_SCALE_RATIOS and low > 0.0 and high >= LOG_SCALE_RATIOS[self.kind] * low
 
     def value_at(self, fraction: float) -> Any:
         """Return the value at a fraction (0 to 1) of the choice."""
@@ -61,7 +71,7 @@ class Choice(NamedTuple):
         low, high = self.values
         if self.kind == WHOLE:
             return min(low + int(fraction * (high - low + 1)), high)
-        return low * (high / low) ** fraction if self.logarithmic else low + (high - low) * fraction
+        return low * (high / low) ** fraction if self.is_logarithmic else low + (high - low) * fraction
 
     def fraction_of(self, value: Any) -> float:
         """Return the fraction (0 to 1) of a value in the choice; for one of several values, the middle of its share."""
@@ -70,11 +80,11 @@ class Choice(NamedTuple):
         low, high = self.values
         if self.kind == WHOLE:
             return float((value - low + 0.5) / (high - low + 1))
-        return math.log(value / low) / math.log(high / low) if self.logarithmic else (value - low) / (high - low)
+        return math.log(value / low) / math.log(high / low) if self.is_logarithmic else (value - low) / (high - low)
 
     def resolved(self) -> Any:
         """Return the choice in the form of a grid file."""
-        return list(self.values) if self.kind in RATIOS else {self.kind: list(self.values)}
+        return list(self.values) if self.kind in LOG_SCALE_RATIOS else {self.kind: list(self.values)}
 
 
 class Optimise(NamedTuple):
@@ -90,8 +100,8 @@ class Optimise(NamedTuple):
         """Return the values of the first round: those written in the grid, and evenly spread points."""
         from scipy.stats import qmc
 
-        count = min(ROUND, self.cases)
-        fractions = qmc.Sobol(len(self.over), seed=self.seed).random(ROUND).tolist()
+        count = min(ROUND_SIZE, self.cases)
+        fractions = qmc.Sobol(len(self.over), seed=self.seed).random(ROUND_SIZE).tolist()
         points = [
             tuple(choice.value_at(fraction) for choice, fraction in zip(self.over.values(), row, strict=True))
             for row in fractions
@@ -101,13 +111,14 @@ class Optimise(NamedTuple):
 
     def columns(self, available: Collection[str]) -> list[str]:
         """Return the columns that compare cases: objectives, and the ends of their intervals if `available`."""
-        names = [name for name, _ in self.objectives]
-        return [*names, *(end for name in names for end in interval_columns(name) if end in available)]
+        objectives = [name for name, _ in self.objectives]
+        return [*objectives, *(bound for name in objectives for bound in interval_columns(name) if bound in available)]
 
     def resolved(self) -> dict[str, Any]:
         """Return the section in the form of a grid file, in SI."""
         columns_by_sense = {
-            sense: [column for column, large in self.objectives if large is (sense == SENSES[1])] for sense in SENSES
+            sense: [column for column, is_maximised in self.objectives if is_maximised is (sense == SENSES[1])]
+            for sense in SENSES
         }
         section = {"over": {path: choice.resolved() for path, choice in self.over.items()}}
         return (
@@ -126,21 +137,21 @@ def find_optimise_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[Wr
     """Return path -> (position, values in the form of an axis) for all keys to vary; record the kinds of choices."""
     section = OPTIMISE_SECTION.find(reader.problems, root)
     conflicts = ("sweep", "zip", "cases", "sample", "seek", "refine")
-    over = over_of(reader, root, section, OPTIMISE_SECTION, conflicts) if section else None
+    over = find_over(reader, root, section, OPTIMISE_SECTION, conflicts) if section else None
     if over is None:
         return {}
     axes = {}
     for key, written in over.value.items():
         path = name_path(key, reader.shape)
-        values = _values(reader, path, written)
+        values = _read_choice(reader, path, written)
         if values is not None:
             axes[path] = (over.key_position(key), values)
     return axes
 
 
-def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | None:
+def _read_choice(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | None:
     """Return the values of one path in the form of an axis."""
-    where, node = f"{OPTIMISE}.over.{path}", reader.shape.get(path)
+    key_path, node = f"{OPTIMISE}.over.{path}", reader.shape.get(path)
     is_whole = isinstance(node, Number) and any(use.field.whole for use in node.uses)
     content, kind = written.value, "range"
     if isinstance(content, dict) and len(content) == 1 and {*content} <= {AMONG, WHOLE}:
@@ -149,14 +160,14 @@ def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | 
         if kind == AMONG and isinstance(content, dict) and [*content] == ["fits"]:
             reader.choices[path] = AMONG
             return written
-    pair = isinstance(content, list) and len(content) == 2
-    if not isinstance(content, list) or not content or (kind != AMONG and not pair):
+    is_pair = isinstance(content, list) and len(content) == 2
+    if not isinstance(content, list) or not content or (kind != AMONG and not is_pair):
         sentence = f"found {quoted(content)}; expected [low, high], {{among: [...]}} or {{whole: [low, high]}}"
-        reader.problems.add(written, where, sentence)
+        reader.problems.add(written, key_path, sentence)
         return None
     if kind != AMONG and (isinstance(node, Word) or is_whole != (kind == WHOLE)):
         expected = "{among: [...]}" if isinstance(node, Word) else "{whole: [low, high]}" if is_whole else "[low, high]"
-        reader.problems.add(written, where, f"found {quoted(content)}; this key takes {expected}")
+        reader.problems.add(written, key_path, f"found {quoted(content)}; this key takes {expected}")
         return None
     reader.choices[path] = kind
     return written
@@ -172,14 +183,14 @@ def read_optimise(reader: Reader, root: WrittenValue) -> Optimise | None:
     for path in reader.axes.keys() & {*paths}:
         check_range(reader, path, OPTIMISE)
         check_always_used(reader, reader.swept[path], OPTIMISE, path)
-    objectives = _objectives(reader, section)
+    objectives = _read_objectives(reader, section)
     cases, seed = (OPTIMISE_SECTION.value(reader.problems, section, key) for key in ("cases", "seed"))
     if cases is None or seed is None or not objectives or len(reader.problems) > problems_before:
         return None
     if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
         return None
     over = {path: Choice(reader.choices[path], reader.axes[path]) for path in paths}
-    return Optimise(over, objectives, cases, seed, start_of(reader, over))
+    return Optimise(over, objectives, cases, seed, start_values(reader, over))
 
 
 def check_range(reader: Reader, path: str, section: str) -> None:
@@ -193,14 +204,14 @@ def check_range(reader: Reader, path: str, section: str) -> None:
         reader.problems.add(reader.swept[path], f"{section}.over.{path}", sentence)
 
 
-def _objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, bool], ...]:
+def _read_objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, bool], ...]:
     """Return the columns to minimise or maximise."""
     objectives: list[tuple[str, bool]] = []
-    known = {**reader.figures, **dict.fromkeys(reader.own_figures, "")}
+    known_columns = {**reader.figures, **dict.fromkeys(reader.user_figures, "")}
     for sense in SENSES:
         for item in OPTIMISE_SECTION.value(reader.problems, section, sense) or ():
-            if item.value not in known:
-                suggestion = did_you_mean(item.value, known) or f" (known: {', '.join(known)})"
+            if item.value not in known_columns:
+                suggestion = did_you_mean(item.value, known_columns) or f" (known: {', '.join(known_columns)})"
                 sentence = f"{quoted(item.value)} is not a column of this grid{suggestion}"
                 reader.problems.add(item, f"{OPTIMISE}.{sense}", sentence)
             elif item.value in dict(objectives):
@@ -213,7 +224,7 @@ def _objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, bool]
     return tuple(objectives)
 
 
-def start_of(reader: Reader, over: Mapping[str, Choice]) -> dict[str, Any]:
+def start_values(reader: Reader, over: Mapping[str, Choice]) -> dict[str, Any]:
     """Return the values written in the grid, or {} unless all are written and within their choices."""
     start: dict[str, Any] = {}
     for path, choice in over.items():

@@ -12,10 +12,10 @@ from ...contracts.catalogue import Mechanism
 from ...contracts.outline import Outline
 from ...language import quantity
 from ...language.errors import InputError, quoted
-from ..keys.kinds import Number, Shape, Word, value_key
-from ..keys.library_names import Taken, VariedMaterial, material_values
+from ..keys.kinds import KeyTable, Number, Word, value_key
+from ..keys.library_names import LibraryNumber, VariedMaterial, material_values
 from ..library.iso286 import Fit
-from ..written.definitions import NOTHING, Definitions
+from ..written.definitions import NO_DEFINITIONS, Definitions
 from ..written.document import Problems, WrittenValue
 from .axes import Sample
 from .distributions import Distribution
@@ -29,13 +29,13 @@ class Reader:
     problems: Problems
     mechanism: Mechanism  # the named mechanism, or the likeliest one
     outline: Outline
-    shape: Shape = field(default_factory=dict)  # the keys in use: sections that are left out are missing
+    shape: KeyTable = field(default_factory=dict)  # the keys in use: sections that are left out are missing
     sections: dict[str, WrittenValue] = field(default_factory=dict)
-    written: dict[str, WrittenValue] = field(default_factory=dict)  # the values under `shape`
+    written: dict[str, WrittenValue] = field(default_factory=dict)  # values of the keys in `shape`
     swept: dict[str, WrittenValue] = field(default_factory=dict)
     names: dict[str, frozenset[str]] = field(default_factory=dict)  # path of a law's name -> names in use
-    unsure: set[str] = field(default_factory=set)  # paths of law names that could not be read
-    broken: set[str] = field(default_factory=set)  # paths of sections that could not be read
+    unread_laws: set[str] = field(default_factory=set)  # paths of law names that could not be read
+    unread_sections: set[str] = field(default_factory=set)  # paths of sections that could not be read
     values: dict[str, Any] = field(default_factory=dict)  # in SI; includes defaults of words
     axes: dict[str, tuple[Any, ...]] = field(default_factory=dict)
     varied_by: dict[str, str] = field(default_factory=dict)  # varied path -> the section that varies it
@@ -44,22 +44,24 @@ class Reader:
     distributions: dict[str, Distribution] = field(default_factory=dict)
     fits: dict[str, list[Fit]] = field(default_factory=dict)  # path of a clearance -> its fits as written
     labels: dict[str, tuple[str, ...]] = field(default_factory=dict)  # path of an axis -> the labels of its values
-    library_values: dict[str, Taken] = field(default_factory=dict)  # path of a number -> the value taken from a library
+    library_numbers: dict[str, LibraryNumber] = field(
+        default_factory=dict
+    )  # path of a number -> the value taken from a library
     figures: dict[str, str] = field(default_factory=dict)  # figure of merit of the cases -> unit
     limits: dict[str, Any] = field(default_factory=dict)  # as in a resolved grid; see `verdict`
     searched_fits: tuple[Fit, ...] = ()  # the fits to search, in order of their largest clearances
     seek: Any = None  # `seek.Seek`
     choices: dict[str, str] = field(default_factory=dict)  # path under `optimise` -> kind of its values
-    optimise: Any = None  # `optimised.Optimise`
-    identify: Any = None  # `identified.Identify`
-    refine: Any = None  # `refine.Refine`
+    optimise: Any = None  # `optimise.Optimise`
+    identify: Any = None  # `identify.Identify`
+    refine: Any = None  # `seek.Refine`
     check_laws: bool = False  # the deciding case runs again under other laws
-    added_in: str = ""  # the section that contains the added cases
+    added_path: str = ""  # the section that contains the added cases
     added_written: dict[str, WrittenValue] = field(default_factory=dict)  # their values, by path
     added_cases: dict[str, list[Any]] = field(default_factory=dict)  # the same, SI
     uncertain: dict[str, dict[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its distribution, SI
-    own_figures: dict[str, str] = field(default_factory=dict)  # name -> expression of columns
-    defined: Definitions = NOTHING
+    user_figures: dict[str, str] = field(default_factory=dict)  # name -> expression of columns
+    defined: Definitions = NO_DEFINITIONS
     materials: dict[str, VariedMaterial] = field(default_factory=dict)  # path of a name -> the material that varies
 
     def position_of(self, path: str) -> WrittenValue:
@@ -71,7 +73,7 @@ class Reader:
     def text(self, path: str, value: Any) -> str:
         """Return a value of `path` as it was written, or in SI if it follows from other values."""
         node = self.shape.get(path)
-        unit = node.fields(self.names)[0].unit if isinstance(node, Number) and node.used(self.names) else "1"
+        unit = node.fields(self.names)[0].unit if isinstance(node, Number) and node.is_used(self.names) else "1"
         entry = self.swept.get(path) or self.written.get(path)
         items = [] if entry is None else entry.value if isinstance(entry.value, list) else [entry]
         for item in items:
@@ -102,7 +104,7 @@ class Reader:
         if path in self.swept:
             return self.axes.get(path, ())
         if path in self.defined.dependents:
-            return self.defined.values_reached(path, self.axes, self.varied_by)
+            return self.defined.possible_values(path, self.axes, self.varied_by)
         if any(path in material.library_keys for material in self.materials.values()):
             return tuple(material_values(path, self.materials, self.axes))
         if path in self.values:
@@ -120,7 +122,7 @@ def find_added_cases(reader: Reader, root: WrittenValue, sections: tuple[str, ..
         if written is None:
             continue
         if isinstance(written.value, dict):
-            reader.added_in, reader.added_written = f"{name}.{ADDED}", dict(written.value)
+            reader.added_path, reader.added_written = f"{name}.{ADDED}", dict(written.value)
         else:
             reader.problems.add(written, f"{name}.{ADDED}", "is a key of run.json only; remove it")
 
@@ -132,21 +134,23 @@ def added_rows(reader: Reader) -> tuple[tuple[Any, ...], ...]:
     values = [reader.added_cases.get(path, []) for path in reader.axes]
     if set(reader.added_written) != set(reader.axes) or len(set(map(len, values))) > 1:
         position = next(iter(reader.added_written.values()))
-        reader.problems.add(position, reader.added_in, "lacks a value of a swept path for some case; remove the key")
+        reader.problems.add(position, reader.added_path, "lacks a value of a swept path for some case; remove the key")
         return ()
     return tuple(zip(*values, strict=True))
 
 
-def over_of(
-    reader: Reader, root: WrittenValue, section: WrittenValue, table: KeySection, conflicts: Collection[str]
+def find_over(
+    reader: Reader, root: WrittenValue, section: WrittenValue, key_section: KeySection, conflicts: Collection[str]
 ) -> WrittenValue | None:
     """Return `over` of a section that chooses all cases, or None if it is missing or conflicts with another section."""
     for conflict in conflicts:
         if conflict in root.value:
-            sentence = f"conflicts with `{conflict}`; `{table.name}` chooses all cases itself; remove one of the two"
-            reader.problems.add(section, table.name, sentence)
+            sentence = (
+                f"conflicts with `{conflict}`; `{key_section.name}` chooses all cases itself; remove one of the two"
+            )
+            reader.problems.add(section, key_section.name, sentence)
             return None
-    over: WrittenValue | None = table.value(reader.problems, section, "over")
+    over: WrittenValue | None = key_section.value(reader.problems, section, "over")
     return over
 
 
@@ -155,9 +159,9 @@ def check_always_used(reader: Reader, position: WrittenValue, section: str, path
     node = value_key(reader.shape, path)
     if isinstance(node, Word):
         return
-    for chooser in node.choosers():
+    for chooser in node.deciding_paths():
         for law in reader.axes.get(chooser, ()):
-            if not node.used(reader.names | {chooser: frozenset({law})}):
+            if not node.is_used(reader.names | {chooser: frozenset({law})}):
                 sentence = f"{path} is not used by {law}; with `{section}` every law that is tried must use every key"
                 reader.problems.add(position, section, f"{sentence} that is swept")
                 return
@@ -167,8 +171,8 @@ CHECK_LAWS = "check_laws"
 CHECK_LAWS_TEXT = (
     "true: the deciding case runs again with each other elastic and contact law that is valid in its joints"
 )
-_CHECKED = (".contact.elastic", ".contact.law")
-_CONFLICTS = ("seek", "refine", "optimise", "identify")
+_CHECKED_SUFFIXES = (".contact.elastic", ".contact.law")
+_CONFLICTING_SECTIONS = ("seek", "refine", "optimise", "identify")
 
 
 def read_check_laws(reader: Reader, root: WrittenValue) -> None:
@@ -176,11 +180,11 @@ def read_check_laws(reader: Reader, root: WrittenValue) -> None:
     written = root.value.get(CHECK_LAWS) if isinstance(root.value, dict) else None
     if written is None or written.value is False:
         return
-    section = isinstance(written.value, dict) and set(written.value) <= {ADDED}
-    if written.value is not True and not section:
+    is_added_section = isinstance(written.value, dict) and set(written.value) <= {ADDED}
+    if written.value is not True and not is_added_section:
         reader.problems.add(written, CHECK_LAWS, f"found {quoted(written.value)}; expected true or false")
         return
-    for conflict in _CONFLICTS:
+    for conflict in _CONFLICTING_SECTIONS:
         if conflict in root.value:
             sentence = (
                 f"conflicts with `{conflict}`, which adds cases, too; run its answer as a grid with `{CHECK_LAWS}`"
@@ -189,9 +193,9 @@ def read_check_laws(reader: Reader, root: WrittenValue) -> None:
     reader.check_laws = True
 
 
-def put_law_axis(reader: Reader, path: str) -> None:
+def make_law_axis(reader: Reader, path: str) -> None:
     """Turn the law at `path`, which is read and not swept, into an axis, so that other laws can be added."""
-    if reader.check_laws and path.endswith(_CHECKED) and path not in reader.swept and path in reader.values:
+    if reader.check_laws and path.endswith(_CHECKED_SUFFIXES) and path not in reader.swept and path in reader.values:
         position = reader.position_of(path)
         reader.swept[path] = WrittenValue(reader.values[path], position.origin, position.line, position.column)
         reader.varied_by[path] = "sweep"
@@ -202,7 +206,7 @@ def put_law_axis(reader: Reader, path: str) -> None:
 
 def checked_law_paths(reader: Reader) -> tuple[str, ...]:
     """Return the paths of the laws that are checked."""
-    swept = (path for path, node in reader.shape.items() if isinstance(node, Word) and path.endswith(_CHECKED))
+    swept = (path for path, node in reader.shape.items() if isinstance(node, Word) and path.endswith(_CHECKED_SUFFIXES))
     return tuple(path for path in swept if reader.check_laws and len(reader.axes.get(path, ())) == 1)
 
 
@@ -211,4 +215,4 @@ def base_laws(record: Mapping[str, Any]) -> dict[str, str]:
     if not record.get(CHECK_LAWS):
         return {}
     sweep = record.get("sweep") or {}
-    return {path: laws[0] for path, laws in sweep.items() if path.endswith(_CHECKED) and len(laws) == 1}
+    return {path: laws[0] for path, laws in sweep.items() if path.endswith(_CHECKED_SUFFIXES) and len(laws) == 1}

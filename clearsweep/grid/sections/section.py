@@ -14,25 +14,25 @@ from ..written.document import Problems, WrittenValue
 
 ADDED = "added"  # in a section that adds cases: dotted path -> the values of the added cases
 #: JSON Schemas of values in several sections.
-QUANTITY = {"$ref": "#/$defs/quantity"}
-PAIR = {"type": "array", "minItems": 2, "maxItems": 2}
-FIT_NAME = {"fit": {"type": "string", "description": "a clearance fit of ISO 286, such as H7/f7"}}
-FIT_FORM: dict[str, Any] = {
+QUANTITY_SCHEMA = {"$ref": "#/$defs/quantity"}
+PAIR_SCHEMA = {"type": "array", "minItems": 2, "maxItems": 2}
+FIT_NAME_SCHEMA = {"fit": {"type": "string", "description": "a clearance fit of ISO 286, such as H7/f7"}}
+FIT_SCHEMA: dict[str, Any] = {
     "type": "object",
     "required": ["fit"],
     "additionalProperties": False,
-    "properties": FIT_NAME,
+    "properties": FIT_NAME_SCHEMA,
 }
-FITS_FORM: dict[str, Any] = {
+FITS_SCHEMA: dict[str, Any] = {
     "type": "object",
     "required": ["fits"],
     "additionalProperties": False,
     "properties": {"fits": {"type": "array", "minItems": 1, "items": {"type": "string"}}},
 }
-NAMES = {"anyOf": [{"type": "string"}, {"type": "array", "minItems": 1, "items": {"type": "string"}}]}
+NAMES_SCHEMA = {"anyOf": [{"type": "string"}, {"type": "array", "minItems": 1, "items": {"type": "string"}}]}
 
 
-def named_forms(schemas: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
+def single_key_schemas(schemas: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Return the schemas of sections with a single key each: key -> schema of its value."""
     return [
         {"type": "object", "required": [key], "additionalProperties": False, "properties": {key: form}}
@@ -61,12 +61,12 @@ class Key:
         """Return the JSON Schema of the values that this kind of key may have."""
         return {}
 
-    def choices(self) -> str:
+    def choices_text(self) -> str:
         """Return the known values for messages, or '' if there is no list of them."""
         return ""
 
-    def read(self, problems: Problems, where: str, written: WrittenValue, unit: str) -> Any:
-        """Return the value at the key `where`, in SI for quantities of an SI `unit`.
+    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> Any:
+        """Return the value at the key at `key_path`, in SI for quantities of an SI `unit`.
 
         Return None, with a problem, if it is wrong.
         """
@@ -84,19 +84,19 @@ class WordKey(Key):
         """Return the JSON Schema of the words."""
         return {"enum": list(self.words)}
 
-    def choices(self) -> str:
+    def choices_text(self) -> str:
         """Return the known words."""
         return f" (known: {', '.join(self.words)})"
 
-    def read(self, problems: Problems, where: str, written: WrittenValue, unit: str) -> str | None:
+    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> str | None:
         """Return the word."""
         word = written.value
         if word in self.words:
             return str(word)
         suggestion = did_you_mean(word, self.words) if isinstance(word, str) else ""
-        sentence = f"unknown {self.noun} {quoted(word)}{suggestion}{self.choices()}"
+        sentence = f"unknown {self.noun} {quoted(word)}{suggestion}{self.choices_text()}"
         problems.add(
-            written, where, sentence if self.noun else f"found {quoted(word)}; expected {' or '.join(self.words)}"
+            written, key_path, sentence if self.noun else f"found {quoted(word)}; expected {' or '.join(self.words)}"
         )
         return None
 
@@ -112,15 +112,15 @@ class WordListKey(Key):
         """Return the JSON Schema of the list."""
         return {"type": "array", "minItems": 1, "items": {"enum": list(self.words)}}
 
-    def read(self, problems: Problems, where: str, written: WrittenValue, unit: str) -> tuple[str, ...]:
+    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> tuple[str, ...]:
         """Return the known words of the list, in the order of `words`."""
         items = _items(written)
         for item in items:
             if item.value not in self.words:
                 suggestion = did_you_mean(str(item.value), self.words) or f" (known: {', '.join(self.words)})"
-                problems.add(item, where, f"{quoted(item.value)} is no {self.noun}{suggestion}")
+                problems.add(item, key_path, f"{quoted(item.value)} is no {self.noun}{suggestion}")
         if not items:
-            problems.add(written, where, f"is empty; allowed: {', '.join(self.words)}")
+            problems.add(written, key_path, f"is empty; allowed: {', '.join(self.words)}")
         return tuple(word for word in self.words if word in [item.value for item in items])
 
 
@@ -132,23 +132,23 @@ class NamesKey(Key):
 
     def values(self) -> dict[str, Any]:
         """Return the JSON Schema of the names."""
-        return NAMES
+        return NAMES_SCHEMA
 
-    def read(self, problems: Problems, where: str, written: WrittenValue, unit: str) -> list[WrittenValue] | None:
+    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> list[WrittenValue] | None:
         """Return the names with their positions, each once."""
         items = _items(written)
         invalid = [item for item in items if not isinstance(item.value, str)]
         if invalid or not items:
-            culprit = invalid[0] if invalid else written
-            sentence = f"found {quoted(culprit.value)}; expected a {self.noun}, or a list of such"
-            problems.add(culprit, where, sentence)
+            faulty = invalid[0] if invalid else written
+            sentence = f"found {quoted(faulty.value)}; expected a {self.noun}, or a list of such"
+            problems.add(faulty, key_path, sentence)
             return None
-        first: dict[str, WrittenValue] = {}
+        first_items: dict[str, WrittenValue] = {}
         for item in items:
-            if item.value in first:
-                problems.add(item, where, f"{item.value} occurs twice; remove one of them")
-            first.setdefault(item.value, item)
-        return list(first.values())
+            if item.value in first_items:
+                problems.add(item, key_path, f"{item.value} occurs twice; remove one of them")
+            first_items.setdefault(item.value, item)
+        return list(first_items.values())
 
 
 @dataclass(frozen=True)
@@ -162,17 +162,17 @@ class CountKey(Key):
         """Return the JSON Schema of the number."""
         return {"type": "integer", "minimum": self.low}
 
-    def read(self, problems: Problems, where: str, written: WrittenValue, unit: str) -> int | None:
+    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> int | None:
         """Return the number."""
         try:
             number = quantity.exact(written.value, "1")
         except InputError as error:
-            problems.add(written, where, str(error))
+            problems.add(written, key_path, str(error))
             return None
         if number.denominator == 1 and self.low <= number <= self.high:
             return int(number)
         sentence = f"found {written.value}; allowed: a whole number from {self.low} to {self.high:,}"
-        problems.add(written, where, sentence)
+        problems.add(written, key_path, sentence)
         return None
 
 
@@ -184,14 +184,14 @@ class QuantityKey(Key):
 
     def values(self) -> dict[str, Any]:
         """Return the JSON Schema of the quantity."""
-        return QUANTITY
+        return QUANTITY_SCHEMA
 
-    def read(self, problems: Problems, where: str, written: WrittenValue, unit: str) -> float | None:
+    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> float | None:
         """Return the quantity in SI."""
-        value = read_quantity(problems, where, written, unit)
+        value = read_quantity(problems, key_path, written, unit)
         if value is None or self.bounds is None or self.bounds.contains(value):
             return value
-        problems.add(written, where, f"found {value:.6g}; allowed: {self.bounds.allowed(value)}")
+        problems.add(written, key_path, f"found {value:.6g}; allowed: {self.bounds.allowed(value)}")
         return None
 
 
@@ -201,13 +201,13 @@ class RangeKey(Key):
 
     def values(self) -> dict[str, Any]:
         """Return the JSON Schema of the range."""
-        return PAIR | {"items": QUANTITY}
+        return PAIR_SCHEMA | {"items": QUANTITY_SCHEMA}
 
-    def read(self, problems: Problems, where: str, written: WrittenValue, unit: str) -> WrittenValue | None:
+    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> WrittenValue | None:
         """Return the ends as they are written."""
         if isinstance(written.value, list) and len(written.value) == 2:
             return written
-        problems.add(written, where, f"found {quoted(written.value)}{self.missing}")
+        problems.add(written, key_path, f"found {quoted(written.value)}{self.missing}")
         return None
 
 
@@ -221,11 +221,11 @@ class EntriesKey(Key):
         """Return the JSON Schema of the entries."""
         return {"type": "object", "minProperties": 1, "additionalProperties": dict(self.entry)}
 
-    def read(self, problems: Problems, where: str, written: WrittenValue, unit: str) -> WrittenValue | None:
+    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> WrittenValue | None:
         """Return the entries with their positions."""
         if isinstance(written.value, dict) and written.value:
             return written
-        problems.add(written, where, f"found {quoted(written.value)}{self.missing}")
+        problems.add(written, key_path, f"found {quoted(written.value)}{self.missing}")
         return None
 
 
@@ -294,12 +294,12 @@ class KeySection(NamedTuple):
 
         unit : SI unit, for a quantity
         """
-        key, where = next(key for key in self.keys if key.name == name), f"{self.name}.{name}"
+        key, key_path = next(key for key in self.keys if key.name == name), f"{self.name}.{name}"
         written = section.value.get(name)
         if written is not None:
-            return key.read(problems, where, written, unit)
+            return key.read(problems, key_path, written, unit)
         if key.required or key.missing:
-            problems.add(section, where, f"is missing{key.missing}{key.choices()}")
+            problems.add(section, key_path, f"is missing{key.missing}{key.choices_text()}")
         return key.default
 
 
@@ -336,26 +336,26 @@ def section_in(root: WrittenValue, name: str) -> WrittenValue | None:
 
 
 def report_unknown_keys(
-    problems: Problems, where: str, section: WrittenValue, known: Collection[str], accepted: Collection[str] = ()
+    problems: Problems, key_path: str, section: WrittenValue, known: Collection[str], accepted: Collection[str] = ()
 ) -> bool:
-    """Report keys of the section `where` that are neither known nor accepted, and return whether there are any."""
+    """Report keys of the section that are neither known nor accepted, and return whether there are any."""
     unknown = [key for key in section.value if key not in known and key not in accepted]
     for key in unknown:
         sentence = f"unknown key '{key}'{did_you_mean(key, known)} (allowed: {', '.join(known)})"
-        problems.add(section.key_position(key), f"{where}.{key}", sentence)
+        problems.add(section.key_position(key), f"{key_path}.{key}", sentence)
     return bool(unknown)
 
 
-def read_quantity(problems: Problems, where: str, written: WrittenValue, unit: str) -> float | None:
+def read_quantity(problems: Problems, key_path: str, written: WrittenValue, unit: str) -> float | None:
     """Return a quantity in SI, or None, with a problem, if it is not a quantity of this unit."""
     try:
         return quantity.read(written.value, unit)
     except InputError as error:
-        problems.add(written, where, str(error))
+        problems.add(written, key_path, str(error))
         return None
 
 
-class Reading(NamedTuple):
+class ValueReader(NamedTuple):
     """How the values of one key are read."""
 
     value: Callable[[WrittenValue], Any]  # in SI, or a word; None, and a problem, where it is wrong
@@ -363,24 +363,27 @@ class Reading(NamedTuple):
     fields: tuple[Field, ...] = ()  # meanings of the key; drawn values must stay within their ranges
 
 
-def half_bare(problems: Problems, where: str, items: Iterable[WrittenValue], unit: str) -> bool:
+def report_mixed_units(problems: Problems, key_path: str, items: Iterable[WrittenValue], unit: str) -> bool:
     """Report numbers without a unit next to others that have one, and return whether there are any.
 
     `[200 rpm, 500]` would mean 500 rad/s, which is hardly ever intended.
     """
     items = list(items)
-    named = next((item for item in items if _reads(item.value, unit)), None) if unit not in ("", "1") else None
-    bare = [item for item in items if quantity.is_bare(item.value)] if named else []
-    for item in bare:
+    item_with_unit = (
+        next((item for item in items if _has_valid_unit(item.value, unit)), None) if unit not in ("", "1") else None
+    )
+    bare_items = [item for item in items if quantity.is_bare(item.value)] if item_with_unit else []
+    for item in bare_items:
         sentence = (
-            f"found {item.value} without a unit next to {quoted(named.value if named else '')}; alone it would mean "
+            f"found {item.value} without a unit next to {quoted(item_with_unit.value if item_with_unit else '')}; "
+            "alone it would mean "
             f"{item.value} {unit}: write the unit of each, or of none"
         )
-        problems.add(item, where, sentence)
-    return bool(bare)
+        problems.add(item, key_path, sentence)
+    return bool(bare_items)
 
 
-def _reads(value: Any, unit: str) -> bool:
+def _has_valid_unit(value: Any, unit: str) -> bool:
     """Return whether a quantity is written with a unit of the right dimension."""
     try:
         return quantity.has_unit(value) and quantity.exact(value, unit) is not None

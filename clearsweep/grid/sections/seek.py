@@ -10,10 +10,10 @@ from ...language.errors import quoted
 from ..keys.kinds import Number, value_key
 from ..library.iso286 import Fit
 from ..written.document import WrittenValue
-from .fits import fits_among
+from .fits import read_fit_names
 from .reader import Reader, check_always_used
 from .section import (
-    FITS_FORM,
+    FITS_SCHEMA,
     Key,
     KeySection,
     NamesKey,
@@ -25,22 +25,26 @@ from .section import (
 )
 
 SEEK = "seek"
-SEEK_ENDS, SEEK_FOR = ("largest", "smallest"), ("each", "all")
-MAX_BINS = 40  # times a range can be halved: what is left is near the rounding of floats
-FIRST_STRETCHES = 4  # of the range, whose ends are tried first
+SEEK_DIRECTIONS, SEEK_SCOPES = ("largest", "smallest"), ("each", "all")
+MAX_HALVINGS = 40  # times a range can be halved: what is left is near the rounding of floats
+FIRST_INTERVALS = 4  # of the range, whose ends are tried first
 _SEEK_EXAMPLE = "{largest: joints.rod-slider.clearance, between: [5 um, 200 um], within: 1 um}"
-_NOUN = "dotted path"
-_AMONG = "{fits: [H7/g6, H7/f7]}"
+_PATH_NOUN = "dotted path"
+_AMONG_EXAMPLE = "{fits: [H7/g6, H7/f7]}"
 SEEK_SECTION = KeySection(
     SEEK,
     "search for the largest or smallest value of one key for which cases meet `limits`",
     _SEEK_EXAMPLE,
     (
         NamesKey(
-            "largest", ("path whose largest value is searched for, or several paths with one common value"), noun=_NOUN
+            "largest",
+            ("path whose largest value is searched for, or several paths with one common value"),
+            noun=_PATH_NOUN,
         ),
         NamesKey(
-            "smallest", "path whose smallest value is searched for, or several paths with one common value", noun=_NOUN
+            "smallest",
+            "path whose smallest value is searched for, or several paths with one common value",
+            noun=_PATH_NOUN,
         ),
         RangeKey(
             "between", "[low, high]: the range of the search", missing="; write the range, such as [5 um, 200 um]"
@@ -51,7 +55,9 @@ SEEK_SECTION = KeySection(
             missing="; write the accuracy of the answer, such as 1 um",
         ),
         Key(
-            "among", f"{_AMONG} replaces `between` and `within`: each fit is tested at its largest clearance", FITS_FORM
+            "among",
+            f"{_AMONG_EXAMPLE} replaces `between` and `within`: each fit is tested at its largest clearance",
+            FITS_SCHEMA,
         ),
         WordKey(
             "meeting",
@@ -62,13 +68,13 @@ SEEK_SECTION = KeySection(
         WordKey(
             "for",
             "`each`: one answer for each case of the other axes (default); `all`: one answer, for the worst case",
-            words=SEEK_FOR,
-            default=SEEK_FOR[0],
+            words=SEEK_SCOPES,
+            default=SEEK_SCOPES[0],
         ),
     ),
     {
         "anyOf": [{"required": ["between", "within"]}, {"required": ["among"]}],
-        "oneOf": [{"required": [end]} for end in SEEK_ENDS],
+        "oneOf": [{"required": [end]} for end in SEEK_DIRECTIONS],
     },
 )
 
@@ -76,11 +82,11 @@ SEEK_SECTION = KeySection(
 class Seek(NamedTuple):
     """The section `seek`, in SI."""
 
-    end: str  # one of ENDS
+    direction: str  # one of SEEK_DIRECTIONS
     paths: tuple[str, ...]  # in step: all have the same value
     between: tuple[float, float]
     within: float  # 0 among fits
-    each: bool  # for each case of the other axes; False: for all of them together
+    is_per_case: bool  # for each case of the other axes; False: for all of them together
     fits: tuple[Fit, ...] = ()  # in order of their largest clearances, which are assessed; () of a range
 
     @property
@@ -89,43 +95,45 @@ class Seek(NamedTuple):
         return self.paths[0]
 
     @property
-    def last(self) -> int:
+    def last_index(self) -> int:
         """Return the last index: the number of fits minus 1, or of equal steps of at most `within`, a power of 2."""
         if self.fits:
             return len(self.fits) - 1
         low, high = self.between
-        halvings = max(math.ceil(math.log2((high - low) / self.within)), FIRST_STRETCHES.bit_length() - 1)
+        halvings = max(math.ceil(math.log2((high - low) / self.within)), FIRST_INTERVALS.bit_length() - 1)
         return 1 << halvings
 
     def value(self, index: int) -> float:
-        """Return the value at an index from 0 to `last`, counted from the safer end."""
+        """Return the value at an index from 0 to `last_index`, counted from the safer end."""
         if self.fits:
             return self.fit(index).high
-        low, high = (Fraction(end) for end in self.between)
-        k = index if self.end == SEEK_ENDS[0] else self.last - index
-        return float(low + (high - low) * k / self.last)
+        low, high = (Fraction(bound) for bound in self.between)
+        k = index if self.direction == SEEK_DIRECTIONS[0] else self.last_index - index
+        return float(low + (high - low) * k / self.last_index)
 
     def fit(self, index: int) -> Fit:
         """Return the fit at an index."""
-        return self.fits[index if self.end == SEEK_ENDS[0] else self.last - index]
+        return self.fits[index if self.direction == SEEK_DIRECTIONS[0] else self.last_index - index]
 
     def first(self) -> tuple[float, ...]:
         """Return the values to try first, ascending."""
         if self.fits:
             return tuple(fit.high for fit in self.fits)
-        return tuple(sorted(self.value(index) for index in range(0, self.last + 1, self.last // FIRST_STRETCHES)))
+        return tuple(
+            sorted(self.value(index) for index in range(0, self.last_index + 1, self.last_index // FIRST_INTERVALS))
+        )
 
     def resolved(self) -> dict[str, Any]:
         """Return the section in the form of a grid file, in SI."""
-        section: dict[str, Any] = {self.end: self.path if len(self.paths) == 1 else list(self.paths)}
+        section: dict[str, Any] = {self.direction: self.path if len(self.paths) == 1 else list(self.paths)}
         if self.fits:
             section["among"] = {"fits": [fit.name for fit in self.fits]}
         else:
             section |= {"between": list(self.between), "within": self.within}
-        return section | {"meeting": "limits", "for": SEEK_FOR[not self.each]}
+        return section | {"meeting": "limits", "for": SEEK_SCOPES[not self.is_per_case]}
 
 
-def range_of_seek(
+def read_seek_range(
     reader: Reader, root: WrittenValue, values_of: Callable[[str], tuple[float, ...]]
 ) -> tuple[list[WrittenValue], WrittenValue] | None:
     """Return the searched paths and their values as written, or None if there is nothing to vary.
@@ -135,21 +143,23 @@ def range_of_seek(
     section = SEEK_SECTION.find(reader.problems, root)
     if section is None:
         return None
-    ends = [end for end in SEEK_ENDS if end in section.value]
-    if len(ends) != 1:
-        problem = "has both largest and smallest; write one of them" if ends else "is missing; write the path to vary"
-        reader.problems.add(section, f"{SEEK}.{SEEK_ENDS[0]}", f"{problem}, such as {_SEEK_EXAMPLE}")
+    directions = [direction for direction in SEEK_DIRECTIONS if direction in section.value]
+    if len(directions) != 1:
+        problem = (
+            "has both largest and smallest; write one of them" if directions else "is missing; write the path to vary"
+        )
+        reader.problems.add(section, f"{SEEK}.{SEEK_DIRECTIONS[0]}", f"{problem}, such as {_SEEK_EXAMPLE}")
         return None
-    paths = SEEK_SECTION.value(reader.problems, section, ends[0])
+    paths = SEEK_SECTION.value(reader.problems, section, directions[0])
     if paths is None:
         return None
     if "among" in section.value:
-        return _among(reader, section, paths, values_of)
+        return _read_fits(reader, section, paths, values_of)
     between = SEEK_SECTION.value(reader.problems, section, "between")
     return None if between is None else (paths, between)
 
 
-def _among(
+def _read_fits(
     reader: Reader, section: WrittenValue, paths: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
 ) -> tuple[list[WrittenValue], WrittenValue] | None:
     """Return the paths, and the largest clearances of the fits to search, ascending."""
@@ -162,9 +172,9 @@ def _among(
     content = among.value
     names = content["fits"].value if isinstance(content, dict) and [*content] == ["fits"] else None
     if not isinstance(names, list) or not names:
-        reader.problems.add(among, f"{SEEK}.among", f"found {quoted(content)}; expected {_AMONG}")
+        reader.problems.add(among, f"{SEEK}.among", f"found {quoted(content)}; expected {_AMONG_EXAMPLE}")
         return None
-    fits = fits_among(reader, [path.value for path in paths], names, values_of)
+    fits = read_fit_names(reader, [path.value for path in paths], names, values_of)
     if fits is None:
         return None
     reader.searched_fits = tuple(sorted(fits, key=lambda fit: fit.high))
@@ -180,43 +190,44 @@ def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> 
     if section is None or not paths or not set(paths) <= reader.axes.keys():
         return None
     path = paths[0]
-    content, problems_before = section.value, len(reader.problems)
-    (end,) = [end for end in SEEK_ENDS if end in content]
+    entries, problems_before = section.value, len(reader.problems)
+    (direction,) = [direction for direction in SEEK_DIRECTIONS if direction in entries]
     low, high = reader.axes[path][0], reader.axes[path][-1]
     for other_path in paths[1:]:
-        if _unit(reader, other_path) != _unit(reader, path):
-            units = f"in {_unit(reader, other_path)}, {path} in {_unit(reader, path)}"
+        if _unit_of_path(reader, other_path) != _unit_of_path(reader, path):
+            units = f"in {_unit_of_path(reader, other_path)}, {path} in {_unit_of_path(reader, path)}"
             reader.problems.add(
-                content[end],
-                f"{SEEK}.{end}",
+                entries[direction],
+                f"{SEEK}.{direction}",
                 (f"{other_path} is {units}; paths that vary together need the same unit"),
             )
     if low >= high and not reader.searched_fits:
-        reader.problems.add(content["between"], f"{SEEK}.between", "the first value is not below the second; swap them")
+        reader.problems.add(entries["between"], f"{SEEK}.between", "the first value is not below the second; swap them")
     if not limits:
         reader.problems.add(section, SEEK, "needs limits that the cases must meet; add the section 'limits'")
-    cases_limited = SEEK_SECTION.value(reader.problems, section, "for")
+    scope = SEEK_SECTION.value(reader.problems, section, "for")
     SEEK_SECTION.value(reader.problems, section, "meeting")  # `limits` is the only word so far
     for other_path in reader.axes:
-        check_always_used(reader, content[end], SEEK, other_path)
-    each = cases_limited == SEEK_FOR[0]
+        check_always_used(reader, entries[direction], SEEK, other_path)
+    is_per_case = scope == SEEK_SCOPES[0]
     if reader.searched_fits:
-        fits = Seek(end, paths, (low, high), 0.0, each, reader.searched_fits)
-        return fits if len(reader.problems) == problems_before else None
-    tolerance = SEEK_SECTION.value(reader.problems, section, "within", _unit(reader, path))
+        seek = Seek(direction, paths, (low, high), 0.0, is_per_case, reader.searched_fits)
+        return seek if len(reader.problems) == problems_before else None
+    tolerance = SEEK_SECTION.value(reader.problems, section, "within", _unit_of_path(reader, path))
     if tolerance is None or len(reader.problems) > problems_before:
         return None
-    if not (high - low) / 2.0**MAX_BINS < tolerance <= (high - low) / FIRST_STRETCHES:
+    if not (high - low) / 2.0**MAX_HALVINGS < tolerance <= (high - low) / FIRST_INTERVALS:
         smallest, largest = (
-            quantity.written_text(size, _unit(reader, path)) for size in ((high - low) / 1e12, (high - low) / 4.0)
+            quantity.written_text(size, _unit_of_path(reader, path))
+            for size in ((high - low) / 1e12, (high - low) / 4.0)
         )
-        sentence = f"found {content['within'].value}; allowed: {smallest} to {largest}, a quarter of the range"
-        reader.problems.add(content["within"], f"{SEEK}.within", sentence)
+        sentence = f"found {entries['within'].value}; allowed: {smallest} to {largest}, a quarter of the range"
+        reader.problems.add(entries["within"], f"{SEEK}.within", sentence)
         return None
-    return Seek(end, paths, (low, high), tolerance, each)
+    return Seek(direction, paths, (low, high), tolerance, is_per_case)
 
 
-def _unit(reader: Reader, path: str) -> str:
+def _unit_of_path(reader: Reader, path: str) -> str:
     node = reader.shape[path]
     assert isinstance(node, Number)  # others cannot be searched for
     exponents = reader.values_of(f"{path.rpartition('.')[0]}.exponent")
@@ -224,8 +235,8 @@ def _unit(reader: Reader, path: str) -> str:
 
 
 REFINE = "refine"
-REFINE_ALONG = "limits"
-MOST_CASES = 1_000_000
+REFINE_BORDER = "limits"
+MAX_CASES = 1_000_000
 REFINE_SECTION = KeySection(
     REFINE,
     "further cases between those of `sweep`, along the border of `limits`",
@@ -234,10 +245,10 @@ REFINE_SECTION = KeySection(
         WordKey(
             "along",
             "border along which cases are added; `limits` is the only choice",
-            words=(REFINE_ALONG,),
-            default=REFINE_ALONG,
+            words=(REFINE_BORDER,),
+            default=REFINE_BORDER,
         ),
-        cases_key(1, MOST_CASES),
+        cases_key(1, MAX_CASES),
     ),
 )
 
@@ -250,7 +261,7 @@ class Refine(NamedTuple):
 
     def resolved(self) -> dict[str, Any]:
         """Return the section in the form of a grid file."""
-        return {"along": REFINE_ALONG, "cases": self.cases}
+        return {"along": REFINE_BORDER, "cases": self.cases}
 
 
 def read_refine(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Refine | None:
@@ -264,7 +275,7 @@ def read_refine(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -
         reader.problems.add(section, REFINE, sentence)
     if not limits:
         reader.problems.add(section, REFINE, "needs limits, whose border it refines; add `limits`")
-    paths = tuple(path for path in reader.axes if reader.varied_by[path] == "sweep" and _divisible(reader, path))
+    paths = tuple(path for path in reader.axes if reader.varied_by[path] == "sweep" and _is_divisible(reader, path))
     if not paths:
         sentence = "cannot add cases between those of the grid; `sweep` at least one quantity with two or more values"
         reader.problems.add(section, REFINE, sentence)
@@ -275,7 +286,7 @@ def read_refine(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -
     return None if cases is None or len(reader.problems) > problems_before else Refine(cases, paths)
 
 
-def _divisible(reader: Reader, path: str) -> bool:
+def _is_divisible(reader: Reader, path: str) -> bool:
     """Return whether an axis can be subdivided."""
     node = value_key(reader.shape, path)
     is_indivisible = not isinstance(node, Number) or any(key_use.field.whole for key_use in node.uses)

@@ -7,18 +7,18 @@ from typing import Any
 
 from ...contracts.catalogue import Field
 from ...language.errors import did_you_mean, quoted
-from ..keys.kinds import Name, Number, Section, Shape, Use, Word, value_key
+from ..keys.kinds import KeyTable, Name, Number, Section, Use, Word, value_key
 from ..keys.library_names import BODIES, name_path
-from ..written.definitions import DEFINE, DEFINE_TEXT, START, Definitions
+from ..written.definitions import DEFINE, DEFINE_PREFIX, DEFINE_TEXT, Definitions
 from ..written.document import WrittenValue
 from ..written.tables import read_cases
-from .axes import FORMS, SAMPLE_SECTION, axis, read_sample
-from .distributions import LAWS, draw_values, read_distribution
+from .axes import SAMPLE_SECTION, SPACING_FORMS, read_axis, read_sample
+from .distributions import DISTRIBUTIONS, draw_values, read_distribution
 from .identify import IDENTIFY, find_identify_axes
 from .optimise import OPTIMISE, find_optimise_axes
 from .reader import Reader
-from .section import Reading
-from .seek import SEEK, range_of_seek
+from .section import ValueReader
+from .seek import SEEK, read_seek_range
 
 #: The sections that vary values, in the order in which their axes appear; those after `sweep` go in step.
 VARYING_SECTIONS = ("sweep", "zip", "cases", "sample")
@@ -26,13 +26,13 @@ VARYING_SECTIONS = ("sweep", "zip", "cases", "sample")
 MAY_BE_UNUSED = ("sweep", SEEK, OPTIMISE, IDENTIFY)
 
 
-def find_variations(reader: Reader, root: WrittenValue, all_keys: Shape, fixed: frozenset[str]) -> None:
+def find_variations(reader: Reader, root: WrittenValue, key_table: KeyTable, fixed: frozenset[str]) -> None:
     """Record the varied values; report paths that cannot vary.  Paths in `fixed` no longer vary."""
     for variation in VARYING_SECTIONS:
         section = root.value.get(variation) if isinstance(root.value, dict) else None
         if section is None:
             continue
-        written, where, example = section, variation, "[value, ...]"
+        written, key_path, example = section, variation, "[value, ...]"
         if variation == "cases" and isinstance(section.value, str):
             written = read_cases(reader.problems, section)
             if written is None:
@@ -40,48 +40,50 @@ def find_variations(reader: Reader, root: WrittenValue, all_keys: Shape, fixed: 
         if variation == "sample":
             if SAMPLE_SECTION.find(reader.problems, root) is None:
                 continue
-            written, where = section.value.get("over", section), "sample.over"
+            written, key_path = section.value.get("over", section), "sample.over"
             example = "{normal: {mean: 1 mm, cv: 0.1}}"
             if "over" not in section.value:
-                reader.problems.add(section, where, f"is missing; write `dotted.path: {example}`")
+                reader.problems.add(section, key_path, f"is missing; write `dotted.path: {example}`")
                 continue
         if not isinstance(written.value, dict) or not written.value:
             reason = {"sweep": "nothing is swept", "sample": "nothing is drawn"}.get(
                 variation, "no values vary together"
             )
             remedy = f"write `dotted.path: {example}`, or leave the key '{variation}' out"
-            reader.problems.add(written, where, f"{reason}; {remedy}")
+            reader.problems.add(written, key_path, f"{reason}; {remedy}")
             continue
         for path, values in written.value.items():
             if path not in fixed:
-                _enter(reader, variation, path, written.key_position(path), values, all_keys)
+                _record_axis(reader, variation, path, written.key_position(path), values, key_table)
         if variation == "sample":
             drawn_paths = [path for path in reader.swept if reader.varied_by[path] == "sample"]
             reader.drawn = tuple(drawn_paths)
             reader.sample = read_sample(reader.problems, section, len(drawn_paths)) if drawn_paths else None
 
 
-def find_optimised(reader: Reader, root: WrittenValue, all_keys: Shape) -> None:
+def find_optimised(reader: Reader, root: WrittenValue, key_table: KeyTable) -> None:
     """Record the values that `optimise` and `identify` may choose."""
     for path, (position, values) in find_optimise_axes(reader, root).items():
-        _enter(reader, OPTIMISE, path, position, values, all_keys)
+        _record_axis(reader, OPTIMISE, path, position, values, key_table)
     for path, (position, values) in find_identify_axes(reader, root).items():
-        _enter(reader, IDENTIFY, path, position, values, all_keys)
+        _record_axis(reader, IDENTIFY, path, position, values, key_table)
 
 
 def find_seek(
-    reader: Reader, root: WrittenValue, all_keys: Shape, values_of: Callable[[str], tuple[float, ...]]
+    reader: Reader, root: WrittenValue, key_table: KeyTable, values_of: Callable[[str], tuple[float, ...]]
 ) -> None:
     """Record the range of a search, as an axis of its two ends or of all values to try."""
-    between = range_of_seek(reader, root, values_of)
+    between = read_seek_range(reader, root, values_of)
     for position in between[0] if between else ():
         assert between is not None  # there is at least one path
-        _enter_seek(reader, position.value, position, between[1], all_keys)
+        _record_seek_axis(reader, position.value, position, between[1], key_table)
 
 
-def _enter_seek(reader: Reader, path: str, position: WrittenValue, between: WrittenValue, all_keys: Shape) -> None:
+def _record_seek_axis(
+    reader: Reader, path: str, position: WrittenValue, between: WrittenValue, key_table: KeyTable
+) -> None:
     """Record the values of one path of a search."""
-    node = all_keys.get(path)
+    node = key_table.get(path)
     if isinstance(node, Word) or (isinstance(node, Number) and any(key_use.field.whole for key_use in node.uses)):
         noun = "a name" if isinstance(node, Word) else "a whole number"
         sentence = f"{path} is {noun}, which has no values in between; write it under `sweep`"
@@ -89,63 +91,63 @@ def _enter_seek(reader: Reader, path: str, position: WrittenValue, between: Writ
     elif path.endswith(".exponent"):
         reader.problems.add(position, SEEK, f"{path} cannot be searched for, because units of other keys depend on it")
     else:
-        _enter(reader, SEEK, path, position, between, all_keys)
+        _record_axis(reader, SEEK, path, position, between, key_table)
 
 
-def _enter(
-    reader: Reader, variation: str, path: str, position: WrittenValue, values: WrittenValue, all_keys: Shape
+def _record_axis(
+    reader: Reader, variation: str, path: str, position: WrittenValue, values: WrittenValue, key_table: KeyTable
 ) -> None:
     """Record the values of one path, or report a mistake; `key` is the position of the path itself."""
     path = name_path(path, reader.shape)
-    where = _where(variation, path)
+    key_path = _axis_key_path(variation, path)
     sweepable_paths = [path for path, node in reader.shape.items() if not isinstance(node, Section) and node.sweep]
     parent, node = path.rpartition(".")[0], reader.shape.get(path)
     if path in reader.swept:
         sentence = f"is under '{reader.varied_by[path]}' already; a value varies in one way only; remove one of the two"
-        reader.problems.add(position, where, sentence)
+        reader.problems.add(position, key_path, sentence)
     elif path in sweepable_paths and variation == "sample" and isinstance(node, Word):
-        reader.problems.add(position, where, "is a law's name, which cannot be drawn; write it under `sweep`")
+        reader.problems.add(position, key_path, "is a law's name, which cannot be drawn; write it under `sweep`")
     elif (
         path in sweepable_paths
         and variation == "sample"
         and isinstance(node, Number)
         and any(key_use.field.whole for key_use in node.uses)
     ):
-        reader.problems.add(position, where, "is a whole number, which cannot be drawn; write it under `sweep`")
+        reader.problems.add(position, key_path, "is a whole number, which cannot be drawn; write it under `sweep`")
     elif path in sweepable_paths and variation == "sample" and path.endswith(".exponent"):
         reader.problems.add(
-            position, where, "cannot be drawn, because units of other keys depend on it; write it under `sweep`"
+            position, key_path, "cannot be drawn, because units of other keys depend on it; write it under `sweep`"
         )
     elif path in sweepable_paths:
         reader.swept[path], reader.varied_by[path] = values, variation
     elif isinstance(node, Section):
         paths_inside = [other_path for other_path in sweepable_paths if other_path.startswith(f"{path}.")]
-        is_named = isinstance(all_keys.get(f"{path}.name"), Name) and path.rpartition(".")[2] in (*BODIES, "material")
+        is_named = isinstance(key_table.get(f"{path}.name"), Name) and path.rpartition(".")[2] in (*BODIES, "material")
         remedy = "; to vary a material, write its name in the grid, such as `bearing: CuSn8`" if is_named else ""
         reader.problems.add(
             position,
-            where,
+            key_path,
             (f"is a section, not a value; write a key in it, such as {', '.join(paths_inside[:3])}{remedy}"),
         )
     elif node is not None:
         remedy_text = f"cannot be swept; write it outside `{variation}`, and a grid for each of its values"
-        reader.problems.add(position, where, remedy_text)
-    elif path in all_keys:
-        missing = next(section for section in _sections(path) if section not in reader.shape)
+        reader.problems.add(position, key_path, remedy_text)
+    elif path in key_table:
+        missing = next(section for section in _enclosing_paths(path) if section not in reader.shape)
         sentence = f"there is no section '{missing}'; write it before a value in it is swept"
-        reader.problems.add(position, where, sentence)
-    elif path.startswith(START):
-        name, allowed = path.removeprefix(START), [*reader.defined.texts]
-        if name not in reader.defined.wrong:  # what is wrong there is said there
-            hint = f"{did_you_mean(name, allowed)} (known: {', '.join(allowed) or 'none'})"
-            reader.problems.add(position, where, f"'{name}' is not defined under `define`{hint}")
+        reader.problems.add(position, key_path, sentence)
+    elif path.startswith(DEFINE_PREFIX):
+        name, allowed = path.removeprefix(DEFINE_PREFIX), [*reader.defined.texts]
+        if name not in reader.defined.invalid:  # what is wrong there is said there
+            hint_text = f"{did_you_mean(name, allowed)} (known: {', '.join(allowed) or 'none'})"
+            reader.problems.add(position, key_path, f"'{name}' is not defined under `define`{hint_text}")
     else:
         siblings = [other_path for other_path in sweepable_paths if other_path.rpartition(".")[0] == parent]
-        hint = f" (allowed next to it: {', '.join(siblings)})" if siblings else ""
-        reader.problems.add(position, where, f"names nothing{did_you_mean(path, sweepable_paths)}{hint}")
+        hint_text = f" (allowed next to it: {', '.join(siblings)})" if siblings else ""
+        reader.problems.add(position, key_path, f"names nothing{did_you_mean(path, sweepable_paths)}{hint_text}")
 
 
-def _where(variation: str, path: str) -> str:
+def _axis_key_path(variation: str, path: str) -> str:
     """Return the full key of a varied path: 'sweep.drive.speed', 'sample.over.drive.speed'."""
     if variation == SEEK:
         return f"{variation}.between"
@@ -154,32 +156,32 @@ def _where(variation: str, path: str) -> str:
     return f"sample.over.{path}" if variation == "sample" else f"{variation}.{path}"
 
 
-def _sections(path: str) -> list[str]:
+def _enclosing_paths(path: str) -> list[str]:
     """Return the paths that lead to `path`, outermost first, itself last."""
     parts = path.split(".")
     return [".".join(parts[: k + 1]) for k in range(len(parts))]
 
 
-def values_of_axis(reader: Reader, path: str, reading: Reading) -> list[Any] | None:
+def values_of_axis(reader: Reader, path: str, reading: ValueReader) -> list[Any] | None:
     """Return the values of a varied path, or None if they are invalid."""
     variation, written = reader.varied_by[path], reader.swept[path]
-    where = _where(variation, path)
+    key_path = _axis_key_path(variation, path)
     if path in reader.added_written:
-        added_values = axis(
-            reader.problems, f"{reader.added_in}.{path}", reader.added_written[path], reading, distinct=False
+        added_values = read_axis(
+            reader.problems, f"{reader.added_path}.{path}", reader.added_written[path], reading, distinct=False
         )
         reader.added_cases[path] = added_values or []
     if variation != "sample":
-        return axis(reader.problems, where, written, reading, distinct=variation in MAY_BE_UNUSED)
-    distribution = read_distribution(reader.problems, where, written, reading)
+        return read_axis(reader.problems, key_path, written, reading, distinct=variation in MAY_BE_UNUSED)
+    distribution = read_distribution(reader.problems, key_path, written, reading)
     if distribution is None or reader.sample is None:
         return None
     reader.distributions[path] = distribution
     if path not in reader.sample.drawn:
         points = reader.sample.points[:, reader.drawn.index(path)]
-        return draw_values(reader.problems, where, written, distribution, points, reading.fields)
+        return draw_values(reader.problems, key_path, written, distribution, points, reading.fields)
     drawn_before = reader.sample.drawn[path]
-    drawn_values = axis(reader.problems, f"sample.drawn.{path}", drawn_before, reading, distinct=False)
+    drawn_values = read_axis(reader.problems, f"sample.drawn.{path}", drawn_before, reading, distinct=False)
     if drawn_values is not None and len(drawn_values) != len(reader.sample.points):
         sentence = f"found {len(drawn_values)} values; this sample has {len(reader.sample.points)}: leave 'drawn' out"
         reader.problems.add(drawn_before, f"sample.drawn.{path}", sentence)
@@ -201,21 +203,22 @@ def check_variations(reader: Reader) -> None:
     """Report axes in step of different length, and values that varied law names do not use."""
     for paths in axes_in_step(reader):
         variation, first_path = reader.varied_by[paths[0]], paths[0]
-        uneven = [path for path in paths if len(reader.axes[path]) != len(reader.axes[first_path])]
-        for path in uneven:
-            hint = f" (line {reader.swept[first_path].line})" if reader.swept[first_path].line else ""
+        unequal_paths = [path for path in paths if len(reader.axes[path]) != len(reader.axes[first_path])]
+        for path in unequal_paths:
+            line_text = f" (line {reader.swept[first_path].line})" if reader.swept[first_path].line else ""
             sentence = (
-                f"found {len(reader.axes[path])} values, but {first_path} has {len(reader.axes[first_path])}{hint}; "
+                f"found {len(reader.axes[path])} values, but {first_path} has "
+                f"{len(reader.axes[first_path])}{line_text}; "
                 "axes that vary together need equally many values"
             )
-            reader.problems.add(reader.swept[path], _where(variation, path), sentence)
-        if not uneven and variation != "sample":
-            _distinct(reader, variation, paths)
+            reader.problems.add(reader.swept[path], _axis_key_path(variation, path), sentence)
+        if not unequal_paths and variation != "sample":
+            _report_repeated_rows(reader, variation, paths)
     for path in reader.axes:
-        _always_used(reader, path)
+        _report_unused_rows(reader, path)
 
 
-def _distinct(reader: Reader, variation: str, paths: tuple[str, ...]) -> None:
+def _report_repeated_rows(reader: Reader, variation: str, paths: tuple[str, ...]) -> None:
     """Report repeated rows of values in step."""
     first_rows: dict[tuple[Any, ...], int] = {}
     for row, values in enumerate(zip(*(reader.axes[path] for path in paths), strict=True)):
@@ -227,18 +230,18 @@ def _distinct(reader: Reader, variation: str, paths: tuple[str, ...]) -> None:
         first_rows.setdefault(values, row)
 
 
-def _always_used(reader: Reader, path: str) -> None:
+def _report_unused_rows(reader: Reader, path: str) -> None:
     """Report a value in step that some varied law names do not use, because it would be unclear which rows count."""
     node = value_key(reader.shape, path)
-    varied_choosers = [other_path for other_path in node.choosers() if other_path in reader.axes]
+    varied_choosers = [other_path for other_path in node.deciding_paths() if other_path in reader.axes]
     if all(reader.varied_by[other_path] in MAY_BE_UNUSED for other_path in (path, *varied_choosers)):
         return
     for choice in product(*(sorted(reader.names[other_path]) for other_path in varied_choosers)):
         names = reader.names | {other_path: {name} for other_path, name in zip(varied_choosers, choice, strict=True)}
-        if not node.used(names):
+        if not node.is_used(names):
             required = "every tried law must use a value that is drawn or varies together with others"
             sentence = f"is not used by {' and '.join(choice)}; {required}"
-            reader.problems.add(reader.swept[path], _where(reader.varied_by[path], path), sentence)
+            reader.problems.add(reader.swept[path], _axis_key_path(reader.varied_by[path], path), sentence)
             return
 
 
@@ -256,25 +259,25 @@ def first_values(reader: Reader) -> dict[str, tuple[Any, ...]]:
     return values
 
 
-LONGEST = 40  # characters of a label: it is the head of rows and the end of sentences
+MAX_LABEL_LENGTH = 40  # characters of a label: it is the head of rows and the end of sentences
 #: Words that say how values are made; no label may be one of them.
-RESERVED = (*FORMS, "fits", "fit", *LAWS, "among", "whole", "factor")
+RESERVED_LABELS = (*SPACING_FORMS, "fits", "fit", *DISTRIBUTIONS, "among", "whole", "factor")
 _LABELLED_SECTIONS = ("sweep", "zip", "cases")  # sections whose axes may have labels
 
 
-def put_label_lists(reader: Reader) -> None:
+def replace_label_axes(reader: Reader) -> None:
     """Replace each axis with labels by the list of its values, and record the labels."""
     for path, written in list(reader.swept.items()):
-        if reader.varied_by[path] in _LABELLED_SECTIONS and _labelled(written):
-            _put_list(reader, path, written)
+        if reader.varied_by[path] in _LABELLED_SECTIONS and _has_labels(written):
+            _replace_by_list(reader, path, written)
 
 
-def _labelled(written: WrittenValue) -> bool:
+def _has_labels(written: WrittenValue) -> bool:
     """Return whether an axis is a mapping of labels to values, and not another form of an axis."""
     content = written.value
-    if not isinstance(content, dict) or not content or set(content) <= set(RESERVED):
+    if not isinstance(content, dict) or not content or set(content) <= set(RESERVED_LABELS):
         return False
-    return all(_is_single(item) for name, item in content.items() if name not in RESERVED)
+    return all(_is_single(item) for name, item in content.items() if name not in RESERVED_LABELS)
 
 
 def _is_single(item: WrittenValue) -> bool:
@@ -282,15 +285,15 @@ def _is_single(item: WrittenValue) -> bool:
     return [*item.value] == ["fit"] if isinstance(item.value, dict) else not isinstance(item.value, list)
 
 
-def _put_list(reader: Reader, path: str, written: WrittenValue) -> None:
+def _replace_by_list(reader: Reader, path: str, written: WrittenValue) -> None:
     """Replace one axis with labels by a list; a mistake is reported, and the axis then has no labels."""
-    where = f"{reader.varied_by[path]}.{path}"
+    key_path = f"{reader.varied_by[path]}.{path}"
     invalid = {name: sentence for name in written.value if (sentence := _label_mistake(name))}
     if not isinstance(reader.shape[path], Number):
         sentence = "is a word, and only numbers have labels; write a list such as [a, b]"
-        reader.problems.add(written, where, sentence)
+        reader.problems.add(written, key_path, sentence)
     for name, sentence in invalid.items():
-        reader.problems.add(written.key_position(name), where, sentence)
+        reader.problems.add(written.key_position(name), key_path, sentence)
     items = [item for name, item in written.value.items() if name not in invalid]
     reader.swept[path] = WrittenValue(items, written.origin, written.line, written.column)
     if not invalid:
@@ -299,14 +302,16 @@ def _put_list(reader: Reader, path: str, written: WrittenValue) -> None:
 
 def _label_mistake(name: str) -> str:
     """Return what is wrong with a label, or '' if nothing is."""
-    if name in RESERVED:
+    if name in RESERVED_LABELS:
         return (
-            f"{quoted(name)} is reserved and cannot label a value (reserved: {', '.join(RESERVED)}); choose another "
+            f"{quoted(name)} is reserved and cannot label a value (reserved: {', '.join(RESERVED_LABELS)}); choose "
+            "another "
             "label"
         )
-    if len(name) > LONGEST or not name.isprintable() or not any(map(str.isalpha, name)):
+    if len(name) > MAX_LABEL_LENGTH or not name.isprintable() or not any(map(str.isalpha, name)):
         return (
-            f"found the label {quoted(name)}; expected at most {LONGEST} printable characters, a letter among them; "
+            f"found the label {quoted(name)}; expected at most {MAX_LABEL_LENGTH} printable characters, a letter "
+            "among them; "
             "values without labels are written as a list"
         )
     return ""
@@ -335,42 +340,44 @@ def recorded_labels(record: Mapping[str, Any]) -> dict[str, dict[str, float]]:
     return {path: dict(labels) for path, labels in record.get("labels", {}).items()}
 
 
-def keys_of_definitions(definitions: Definitions) -> Shape:
+def keys_of_definitions(definitions: Definitions) -> KeyTable:
     """Return the keys of the user-defined quantities that an axis varies."""
     if not definitions.varied:
         return {}
     names = [name for name in definitions.texts if name in definitions.varied]
     fields = {name: Field(name, definitions.units[name], "defined by the grid", low=-math.inf) for name in names}
-    numbers = {f"{START}{name}": Number((Use(field),)) for name, field in fields.items()}
+    numbers = {f"{DEFINE_PREFIX}{name}": Number((Use(field),)) for name, field in fields.items()}
     return {DEFINE: Section(DEFINE_TEXT, need="optional"), **numbers}
 
 
-def check_followers(reader: Reader) -> None:
+def check_dependents(reader: Reader) -> None:
     """Report numbers that cannot depend on a varied name, and dependent values out of range."""
     for path, text in reader.defined.dependents.items():
         node, name = reader.shape.get(path), min(reader.defined.varied_in(text))
-        whose = f"depends on {START}{name}, which varies"
+        dependence_text = f"depends on {DEFINE_PREFIX}{name}, which varies"
         fields = node.fields(reader.names) if isinstance(node, Number) else ()
         if not isinstance(node, Number) or not node.sweep or path.endswith(".exponent"):
             reader.problems.add(
                 reader.position_of(path),
                 path,
-                (f"{whose}, but this value must be the same in all cases; write it without that name"),
+                (f"{dependence_text}, but this value must be the same in all cases; write it without that name"),
             )
             continue
         if any(field.whole for field in fields):
-            sentence = f"{whose}, but a whole number must be the same in all cases; write it without that name"
+            sentence = (
+                f"{dependence_text}, but a whole number must be the same in all cases; write it without that name"
+            )
             reader.problems.add(reader.position_of(path), path, sentence)
             continue
         invalid = [(field, value) for value in reader.values_of(path) for field in fields if not field.contains(value)]
         for field, value in invalid[:1]:
             sentence = f"= {text} gives {value:.6g}, out of range; allowed: {field.allowed(value)}"
-            reader.problems.add(reader.swept[f"{START}{name}"], path, sentence)
+            reader.problems.add(reader.swept[f"{DEFINE_PREFIX}{name}"], path, sentence)
 
 
-def refuse_column_names(reader: Reader, section: WrittenValue | None) -> None:
+def report_column_names(reader: Reader, section: WrittenValue | None) -> None:
     """Report names in `define` that are also columns of the summary."""
     for name in reader.defined.texts:
         if section is not None and name in reader.figures:
             sentence = "is the name of a column of the summary; give the quantity another name"
-            reader.problems.add(section.key_position(name), f"{START}{name}", sentence)
+            reader.problems.add(section.key_position(name), f"{DEFINE_PREFIX}{name}", sentence)

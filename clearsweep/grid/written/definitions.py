@@ -17,11 +17,11 @@ from .document import Problems, WrittenValue, written_of
 from .tables import read_cases
 
 DEFINE = "define"
-START = f"{DEFINE}."
+DEFINE_PREFIX = f"{DEFINE}."
 DEFINE_TEXT = "name -> quantity, or `= expression` of other names; numbers in the grid may use these names: `= d / 2`"
-MOST_VALUES = 20_000  # of a number that varies with names; beyond, only the ends of the axes are checked
-_OF_CASES = ("mechanism", "drive", "loads", "joints", "simulate", "save", "life", DEFINE)  # numbers here may vary
-_NO_NUMBERS = ("name", "figures")  # texts in these sections are not expressions of defined quantities
+MAX_VALUES = 20_000  # of a number that varies with names; beyond, only the ends of the axes are checked
+_CASE_SECTIONS = ("mechanism", "drive", "loads", "joints", "simulate", "save", "life", DEFINE)  # numbers here may vary
+_TEXT_SECTIONS = ("name", "figures")  # texts in these sections are not expressions of defined quantities
 _AXIS_SECTIONS = ("sweep", "zip", "cases")
 _OVER_SECTIONS = ("optimise", "identify", "sample")  # sections with paths under `over`
 
@@ -33,24 +33,28 @@ class Definitions(NamedTuple):
     values: Mapping[str, Fraction]  # as written in the grid
     units: Mapping[str, str]
     varied: frozenset[str] = frozenset()  # names that an axis varies
-    wrong: frozenset[str] = frozenset()  # names with an invalid definition
+    invalid: frozenset[str] = frozenset()  # names with an invalid definition
     #: dotted path of a number -> its expression, which contains a varied name
     dependents: Mapping[str, str] = MappingProxyType({})
 
-    def at(self, point: Mapping[str, Any]) -> dict[str, float]:
+    def values_at(self, point: Mapping[str, Any]) -> dict[str, float]:
         """Return path -> value of the dependent numbers at a point, `define.NAME` -> value."""
         if not self.dependents:
             return {}
-        known = self._known(point)
+        known = self._values_of_names(point)
         return {path: float(expression.exact_value(text, known)) + 0.0 for path, text in self.dependents.items()}
 
-    def _known(self, point: Mapping[str, Any]) -> dict[str, Fraction]:
-        known = dict(self.values)
-        known |= {name: Fraction(repr(float(point[START + name]))) for name in self.varied if START + name in point}
+    def _values_of_names(self, point: Mapping[str, Any]) -> dict[str, Fraction]:
+        values = dict(self.values)
+        values |= {
+            name: Fraction(repr(float(point[DEFINE_PREFIX + name])))
+            for name in self.varied
+            if DEFINE_PREFIX + name in point
+        }
         for name, text in self.texts.items():
             if text and self.varied_in(text):
-                known[name] = expression.exact_value(text, known)
-        return known
+                values[name] = expression.exact_value(text, values)
+        return values
 
     def varied_in(self, text: str) -> frozenset[str]:
         """Return the varied names in an expression."""
@@ -60,13 +64,13 @@ class Definitions(NamedTuple):
             varied |= self.varied_in(self.texts[name]) if self.texts.get(name) else set()
         return frozenset(varied)
 
-    def needed(self) -> dict[str, str]:
+    def needed_texts(self) -> dict[str, str]:
         """Return `define.NAME` -> text of the names that `dependents` needs and that do not vary themselves."""
         used: set[str] = set()
         for text in self.dependents.values():
-            used |= used_by(text, self.texts)
+            used |= names_used(text, self.texts)
         names = [name for name in self.texts if name in used - self.varied]
-        return {START + name: self._text(name) for name in names}
+        return {DEFINE_PREFIX + name: self._text(name) for name in names}
 
     def _text(self, name: str) -> str:
         text = self.texts[name]
@@ -76,37 +80,37 @@ class Definitions(NamedTuple):
         """Return the value of a name as grid text: in SI, with its unit."""
         return _quantity_text(self.values[name], self.units[name])
 
-    def values_reached(
+    def possible_values(
         self, path: str, axes: Mapping[str, tuple[Any, ...]], varied_by: Mapping[str, str]
     ) -> tuple[float, ...]:
         """Return every value of a number whose names vary on these axes."""
         names = sorted(self.varied_in(self.dependents[path]))
         groups: dict[str, list[str]] = {}
         for name in names:
-            if START + name not in axes:
+            if DEFINE_PREFIX + name not in axes:
                 return ()
-            section = varied_by.get(START + name, "")
-            groups.setdefault(section if section not in ("sweep", "") else name, []).append(START + name)
-        rows = [list(zip(*(axes[path] for path in paths), strict=False)) for paths in groups.values()]
+            section = varied_by.get(DEFINE_PREFIX + name, "")
+            groups.setdefault(section if section not in ("sweep", "") else name, []).append(DEFINE_PREFIX + name)
+        choices = [list(zip(*(axes[path] for path in paths), strict=False)) for paths in groups.values()]
         count = 1
-        for part in rows:
-            count *= len(part)
-        if count > MOST_VALUES:
-            rows = [[min(part), max(part)] for part in rows]
+        for values in choices:
+            count *= len(values)
+        if count > MAX_VALUES:
+            choices = [[min(values), max(values)] for values in choices]
         varied_paths = [path for paths in groups.values() for path in paths]
-        only_this = self._replace(dependents={path: self.dependents[path]})
-        points = (dict(zip(varied_paths, sum(chosen, ()), strict=True)) for chosen in product(*rows))
-        return tuple(only_this.at(point)[path] for point in points)
+        definitions = self._replace(dependents={path: self.dependents[path]})
+        points = (dict(zip(varied_paths, sum(chosen, ()), strict=True)) for chosen in product(*choices))
+        return tuple(definitions.values_at(point)[path] for point in points)
 
 
-NOTHING = Definitions({}, {}, {})
+NO_DEFINITIONS = Definitions({}, {}, {})
 
 
-def used_by(text: str, texts: Mapping[str, str]) -> set[str]:
+def names_used(text: str, texts: Mapping[str, str]) -> set[str]:
     """Return all names in an expression, directly or through other names."""
     used: set[str] = set()
     for name in expression.names_in(text, expression.DEFINED):
-        used |= {name} | (used_by(texts[name], texts) if texts.get(name) else set())
+        used |= {name} | (names_used(texts[name], texts) if texts.get(name) else set())
     return used
 
 
@@ -124,21 +128,25 @@ def resolve_definitions(
         section = None
     varied = {path: position for path, position in varied_paths(sections) if path not in fixed}
     written: dict[str, WrittenValue] = section.value if section is not None else {}
-    named = {name: entry for name, entry in written.items() if _named(section, name, problems)}
-    definitions = _values(named, problems)
-    definitions = definitions._replace(wrong=frozenset(written) - definitions.values.keys())
-    names = frozenset(path.removeprefix(START) for path in varied if path.removeprefix(START) in definitions.values)
+    named = {name: entry for name, entry in written.items() if _can_define(section, name, problems)}
+    definitions = _evaluate_definitions(named, problems)
+    definitions = definitions._replace(invalid=frozenset(written) - definitions.values.keys())
+    names = frozenset(
+        path.removeprefix(DEFINE_PREFIX) for path in varied if path.removeprefix(DEFINE_PREFIX) in definitions.values
+    )
     definitions = definitions._replace(varied=names & definitions.texts.keys())
-    reader = _Reader(problems, definitions, varied)
-    reader.used |= {other for name in definitions.wrong & named.keys() for other in (name, *_read_of(named[name]))}
-    content = {key: reader.read(entry, key) for key, entry in sections.items() if key not in (DEFINE, *_NO_NUMBERS)}
-    content |= {key: sections[key] for key in _NO_NUMBERS if key in sections}
+    reader = _ExpressionReader(problems, definitions, varied)
+    reader.used |= {
+        other for name in definitions.invalid & named.keys() for other in (name, *_names_in_value(named[name]))
+    }
+    content = {key: reader.read(entry, key) for key, entry in sections.items() if key not in (DEFINE, *_TEXT_SECTIONS)}
+    content |= {key: sections[key] for key in _TEXT_SECTIONS if key in sections}
     for name, entry in named.items():
-        if definitions.texts.get(name) and START + name in varied:
-            reader.refuse_axis(START + name, entry)
+        if definitions.texts.get(name) and DEFINE_PREFIX + name in varied:
+            reader.refuse_axis(DEFINE_PREFIX + name, entry)
         elif name not in reader.used:
             sentence = "is not used; use it, for example: `clearance: = " + name + "`, or leave it out"
-            problems.add(section.key_position(name) if section else entry, START + name, sentence)
+            problems.add(section.key_position(name) if section else entry, DEFINE_PREFIX + name, sentence)
     if definitions.varied and section is not None:
         varied_entries = {
             name: reader.with_value(named[name], definitions.grid_text(name))
@@ -154,11 +162,13 @@ def resolve_definitions(
 
 def definitions_of_resolved(resolved: Mapping[str, Any]) -> Definitions:
     """Return the definitions of a grid from `Grid.resolved`, or from a run.json that contains it."""
-    known = {key: resolved[key] for key in (*_OF_CASES, *_AXIS_SECTIONS, *_OVER_SECTIONS, "seek") if resolved.get(key)}
-    return resolve_definitions(written_of(known, ""), Problems())[1] if DEFINE in known else NOTHING
+    known = {
+        key: resolved[key] for key in (*_CASE_SECTIONS, *_AXIS_SECTIONS, *_OVER_SECTIONS, "seek") if resolved.get(key)
+    }
+    return resolve_definitions(written_of(known, ""), Problems())[1] if DEFINE in known else NO_DEFINITIONS
 
 
-class _Reader:
+class _ExpressionReader:
     """Replaces expressions by quantities."""
 
     def __init__(self, problems: Problems, known: Definitions, varied: Mapping[str, WrittenValue]):
@@ -178,7 +188,7 @@ class _Reader:
         elif isinstance(value, list):
             value = [self.read(entry, f"{path}.{index}") for index, entry in enumerate(value)]
         else:
-            return self._evaluated(written, path)
+            return self._evaluate(written, path)
         return WrittenValue(value, written.origin, written.line, written.column, written.keys)
 
     def _has_expression(self, written: WrittenValue) -> bool:
@@ -192,25 +202,25 @@ class _Reader:
             )
         return self.contains_expression[id(written)]
 
-    def _evaluated(self, written: WrittenValue, path: str) -> WrittenValue:
+    def _evaluate(self, written: WrittenValue, path: str) -> WrittenValue:
         text = text_of(written.value)
         try:
-            self.used |= used_by(text, self.known.texts)
+            self.used |= names_used(text, self.known.texts)
             unit = expression.unit_of_defined(text, self.known.units)
             value = expression.exact_value(text, self.known.values)
         except InputError as error:
-            if not self.known.wrong & _names(text):  # what is wrong there is said there
+            if not self.known.invalid & _names_in_text(text):  # what is wrong there is said there
                 self.problems.add(written, path, str(error))
             self.problems.unread.add(path)
             return self.with_value(written, "0")
         if path in self.varied:
             self.refuse_axis(path, written)
         if names := self.known.varied_in(text):
-            if path.split(".", 1)[0] in _OF_CASES:
+            if path.split(".", 1)[0] in _CASE_SECTIONS:
                 self.dependents[path] = text
             else:
                 sentence = (
-                    f"depends on {START}{min(names)}, which varies; only mechanism, drive, loads and "
+                    f"depends on {DEFINE_PREFIX}{min(names)}, which varies; only mechanism, drive, loads and "
                     "joints may depend on it"
                 )
                 self.problems.add(written, path, sentence)
@@ -239,7 +249,7 @@ def text_of(written: str) -> str:
     return written.strip().removeprefix("=").strip()
 
 
-def _named(section: WrittenValue | None, name: str, problems: Problems) -> bool:
+def _can_define(section: WrittenValue | None, name: str, problems: Problems) -> bool:
     """Return whether a name can be defined; if not, report why."""
     assert section is not None  # it has the name
     if not name.isidentifier() or keyword.iskeyword(name):
@@ -250,57 +260,57 @@ def _named(section: WrittenValue | None, name: str, problems: Problems) -> bool:
         sentence = "is a unit; give the quantity another name"
     else:
         return True
-    problems.add(section.key_position(name), START + name, sentence)
+    problems.add(section.key_position(name), DEFINE_PREFIX + name, sentence)
     return False
 
 
-def _values(written: Mapping[str, WrittenValue], problems: Problems) -> Definitions:
+def _evaluate_definitions(written: Mapping[str, WrittenValue], problems: Problems) -> Definitions:
     """Return the defined quantities in order of evaluation."""
     texts: dict[str, str] = {}
     values: dict[str, Fraction] = {}
     units: dict[str, str] = {}
     definitions = Definitions(texts, values, units)
-    open_names: list[str] = []
-    wrong: set[str] = set()
+    names_in_evaluation: list[str] = []
+    invalid: set[str] = set()
 
-    def visit(name: str) -> None:
-        if name in definitions.values or name in wrong:
+    def evaluate(name: str) -> None:
+        if name in definitions.values or name in invalid:
             return
         entry = written[name]
-        if name in open_names:
-            circle = " -> ".join([*open_names[open_names.index(name) :], name])
-            problems.add(entry, START + name, f"depends on itself: {circle}; break the circle")
-            wrong.update(open_names[open_names.index(name) :])
+        if name in names_in_evaluation:
+            circle = " -> ".join([*names_in_evaluation[names_in_evaluation.index(name) :], name])
+            problems.add(entry, DEFINE_PREFIX + name, f"depends on itself: {circle}; break the circle")
+            invalid.update(names_in_evaluation[names_in_evaluation.index(name) :])
             return
-        open_names.append(name)
+        names_in_evaluation.append(name)
         try:
             text = text_of(entry.value) if is_expression(entry.value) else ""
             for other in sorted(expression.names_in(text, expression.DEFINED) & written.keys()) if text else ():
-                visit(other)
-            values[name], units[name] = _value(text, definitions) if text else _quantity(entry.value)
+                evaluate(other)
+            values[name], units[name] = _evaluate(text, definitions) if text else _read_quantity(entry.value)
             texts[name] = text
         except InputError as error:
-            if name not in wrong and not _already_reported(entry, written, wrong):
-                problems.add(entry, START + name, str(error))
-            wrong.add(name)
-        open_names.pop()
+            if name not in invalid and not _already_reported(entry, written, invalid):
+                problems.add(entry, DEFINE_PREFIX + name, str(error))
+            invalid.add(name)
+        names_in_evaluation.pop()
 
     for name in written:
-        visit(name)
+        evaluate(name)
     return definitions
 
 
-def _already_reported(entry: WrittenValue, written: Mapping[str, WrittenValue], wrong: set[str]) -> bool:
+def _already_reported(entry: WrittenValue, written: Mapping[str, WrittenValue], invalid: set[str]) -> bool:
     """Return whether an expression contains a name that was already reported."""
-    return bool(_read_of(entry) & wrong & written.keys())
+    return bool(_names_in_value(entry) & invalid & written.keys())
 
 
-def _read_of(entry: WrittenValue) -> set[str]:
+def _names_in_value(entry: WrittenValue) -> set[str]:
     """Return the names in a written value; empty if it is not a valid expression."""
-    return _names(text_of(entry.value)) if is_expression(entry.value) else set()
+    return _names_in_text(text_of(entry.value)) if is_expression(entry.value) else set()
 
 
-def _names(text: str) -> set[str]:
+def _names_in_text(text: str) -> set[str]:
     """Return the names in an expression; empty if it is invalid."""
     try:
         return expression.names_in(text, expression.DEFINED)
@@ -308,13 +318,13 @@ def _names(text: str) -> set[str]:
         return set()
 
 
-def _value(text: str, known: Definitions) -> tuple[Fraction, str]:
+def _evaluate(text: str, known: Definitions) -> tuple[Fraction, str]:
     """Return value (SI) and unit of an expression of known names."""
     unit = expression.unit_of_defined(text, known.units)
     return expression.exact_value(text, known.values), unit
 
 
-def _quantity(value: Any) -> tuple[Fraction, str]:
+def _read_quantity(value: Any) -> tuple[Fraction, str]:
     """Return value (SI) and unit of a written quantity."""
     if isinstance(value, str):
         number, dimension = quantity.value_and_dimension(value)
@@ -330,24 +340,24 @@ def _quantity_text(value: Fraction, unit: str) -> str:
     return f"{float(value) + 0.0!r} {unit}".removesuffix(" 1")
 
 
-def varied_paths(top: Mapping[str, WrittenValue]) -> Iterator[tuple[str, WrittenValue]]:
+def varied_paths(sections: Mapping[str, WrittenValue]) -> Iterator[tuple[str, WrittenValue]]:
     """Yield the dotted paths that a document varies, each with its position in the document."""
     for section_name in _AXIS_SECTIONS:
-        section = top.get(section_name)
+        section = sections.get(section_name)
         if section is not None and section_name == "cases" and isinstance(section.value, str):
             section = read_cases(Problems(), section)
         if section is not None and isinstance(section.value, dict):
             yield from ((path, section.key_position(path)) for path in section.value)
     for section_name in _OVER_SECTIONS:
         over = (
-            top[section_name].value.get("over")
-            if section_name in top and isinstance(top[section_name].value, dict)
+            sections[section_name].value.get("over")
+            if section_name in sections and isinstance(sections[section_name].value, dict)
             else None
         )
         if over is not None and isinstance(over.value, dict):
             yield from ((path, over.key_position(path)) for path in over.value)
-    seek = top["seek"].value if "seek" in top else None
-    for end in ("largest", "smallest"):
-        if isinstance(seek, dict) and end in seek:
-            paths = seek[end].value if isinstance(seek[end].value, list) else [seek[end]]
+    seek = sections["seek"].value if "seek" in sections else None
+    for direction in ("largest", "smallest"):
+        if isinstance(seek, dict) and direction in seek:
+            paths = seek[direction].value if isinstance(seek[direction].value, list) else [seek[direction]]
             yield from ((path.value, path) for path in paths if isinstance(path.value, str))

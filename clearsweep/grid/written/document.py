@@ -15,10 +15,10 @@ from ruamel.yaml.nodes import MappingNode, Node, SequenceNode
 
 from ...language.errors import InputError, quoted
 
-_LARGEST = 64 * 2**20  # bytes of a grid file
-_NAME = re.compile(r"\w[\w .+-]{0,99}")
-_TAG = "tag:yaml.org,2002:"
-_PLAIN = {
+_MAX_BYTES = 64 * 2**20  # bytes of a grid file
+_NAME_PATTERN = re.compile(r"\w[\w .+-]{0,99}")
+_TAG_PREFIX = "tag:yaml.org,2002:"
+_UNTAGGED_TYPES = {
     "map",
     "seq",
     "str",
@@ -59,46 +59,49 @@ class Problems:
     """The mistakes in a document, each reported once, in the order of the file."""
 
     def __init__(self) -> None:
-        self._places: dict[str, tuple[int, int]] = {}
+        self._positions: dict[str, tuple[int, int]] = {}
         self.unread: set[str] = set()  # paths whose expression has no value; the placeholder there must not be reported
 
     def __len__(self) -> int:
-        return len(self._places)
+        return len(self._positions)
 
     def add(self, written: WrittenValue, path: str, sentence: str) -> None:
         """Report that the value at dotted `path` is wrong."""
         if written.expression and path in self.unread:
             return
         sentence += f" (found is the value of {quoted(written.expression)})" if written.expression else ""
-        is_named = not path or written.position_text in (f"{SET} {path}: ", f"{SWEEP} {path.removeprefix('sweep.')}: ")
+        is_named = not path or written.position_text in (
+            f"{SET_OPTION} {path}: ",
+            f"{SWEEP_OPTION} {path.removeprefix('sweep.')}: ",
+        )
         message = f"{written.position_text}{'' if is_named else f'{path}: '}{sentence}"
-        self._places.setdefault(message, (written.line, written.column))
+        self._positions.setdefault(message, (written.line, written.column))
 
     def check(self) -> None:
         """Raise an InputError with all mistakes, if there are any."""
-        if self._places:
-            raise InputError(*sorted(self._places, key=self._places.__getitem__))
+        if self._positions:
+            raise InputError(*sorted(self._positions, key=self._positions.__getitem__))
 
 
 #: Part of a problem in the words of YAML -> what a reader of the grid can see of it.
-_SEEN = {
+_EXPLANATIONS = {
     "character '\\t'": "a tab in the indentation; indent with spaces",
     "expected <block end>, but found '<block": "this line is indented differently from the lines above it",
 }
 
 
-def _explained(problem: str) -> str:
+def _explain(problem: str) -> str:
     """Return a problem of YAML, in plain words if the original uses terms of a parser."""
-    return next((text for part, text in _SEEN.items() if part in problem), problem)
+    return next((text for part, text in _EXPLANATIONS.items() if part in problem), problem)
 
 
-def read(source: str | PathLike | Mapping, problems: Problems) -> WrittenValue:
+def read_document(source: str | PathLike | Mapping, problems: Problems) -> WrittenValue:
     """Return the document in a file or a dict; raise InputError if it cannot be read at all."""
     if not isinstance(source, (str, PathLike)):
         return written_of(source, "")
     name = fspath(source)
     try:
-        refuse_endless(name, _LARGEST)
+        check_regular_file(name, _MAX_BYTES)
         with open(name, encoding="utf-8-sig") as file:
             text = file.read()
     except UnicodeDecodeError as error:
@@ -111,7 +114,7 @@ def read(source: str | PathLike | Mapping, problems: Problems) -> WrittenValue:
     except MarkedYAMLError as error:
         error_mark = error.problem_mark or error.context_mark
         where = f"{name}:{error_mark.line + 1}:{error_mark.column + 1}" if error_mark else name
-        raise InputError(f"{where}: not valid YAML: {_explained(error.problem or error.context or '')}") from error
+        raise InputError(f"{where}: not valid YAML: {_explain(error.problem or error.context or '')}") from error
     except (YAMLError, RecursionError, ValueError) as error:
         first_line = str(error).strip().splitlines()[0] if str(error).strip() else "nested too deeply"
         raise InputError(f"{name}: not valid YAML: {first_line}") from error
@@ -120,7 +123,7 @@ def read(source: str | PathLike | Mapping, problems: Problems) -> WrittenValue:
     return from_node(node, name, "", problems, {})
 
 
-def refuse_endless(name: str | PathLike, max_bytes: int) -> None:
+def check_regular_file(name: str | PathLike, max_bytes: int) -> None:
     """Raise OSError unless `name` is a regular file, no device or pipe, of at most `max_bytes` bytes."""
     file_status = os.stat(name)
     if not stat.S_ISREG(file_status.st_mode):
@@ -143,7 +146,7 @@ def written_of(value: Any, origin: str) -> WrittenValue:
 def override(root: WrittenValue, path: str, value: Any, problems: Problems) -> WrittenValue:
     """Return `root` with `value` at dotted `path`; None removes the value there."""
     written = value if isinstance(value, WrittenValue) else written_of(value, "overrides")
-    return _put(
+    return _with_value(
         root,
         path.split("."),
         written,
@@ -155,16 +158,18 @@ def override(root: WrittenValue, path: str, value: Any, problems: Problems) -> W
     )
 
 
-def _put(written: WrittenValue, keys: list[str], value: WrittenValue, refuse: Callable[[Any], None]) -> WrittenValue:
+def _with_value(
+    written: WrittenValue, keys: list[str], value: WrittenValue, report_obstacle: Callable[[Any], None]
+) -> WrittenValue:
     """Return `written` with `value` at the position `keys`; `refuse` is called for a value that is in the way."""
     entries = dict(enumerate(written.value)) if isinstance(written.value, list) else written.value
     if not isinstance(entries, dict):
-        refuse(written.value)
+        report_obstacle(written.value)
         return written
     entries = {str(key): item for key, item in entries.items()}
     key, *remaining = keys
     if remaining:
-        entries[key] = _put(entries.get(key, WrittenValue({}, value.origin)), remaining, value, refuse)
+        entries[key] = _with_value(entries.get(key, WrittenValue({}, value.origin)), remaining, value, report_obstacle)
     elif value.value is None:
         entries.pop(key, None)
     else:
@@ -183,7 +188,7 @@ def from_node(
             problems.add(WrittenValue(None, *location), path, "an alias contains itself; write its value instead")
         return earlier or WrittenValue(None, *location)
     nodes_read[id(node)] = None
-    if str(node.tag).removeprefix(_TAG) not in _PLAIN:
+    if str(node.tag).removeprefix(_TAG_PREFIX) not in _UNTAGGED_TYPES:
         problems.add(WrittenValue(None, *location), path, f"the YAML tag {node.tag} is not supported; remove the tag")
     if isinstance(node, MappingNode):
         written = _mapping(node, location, path, problems, nodes_read)
@@ -215,14 +220,14 @@ def _mapping(
             problems.add(key_location, nested, f"duplicate key; it is also on line {keys[key].line}: keep one of them")
             continue
         value = from_node(value_node, location[0], nested, problems, nodes_read)
-        blank = value.value is None and not value_node.value  # an empty value has no position
-        values[key], keys[key] = key_location if blank else value, key_location
+        is_blank = value.value is None and not value_node.value  # an empty value has no position
+        values[key], keys[key] = key_location if is_blank else value, key_location
     return WrittenValue(values, *location, keys)
 
 
 def _scalar(tag: str, text: str, key_location: WrittenValue, path: str, problems: Problems) -> bool | int | str | None:
     """Return a YAML scalar: bool, None, or text, from which quantities are read exactly."""
-    kind = tag.removeprefix(_TAG)
+    kind = tag.removeprefix(_TAG_PREFIX)
     if kind == "bool":
         return text.lower() == "true"
     if kind == "null":
@@ -237,7 +242,7 @@ def name_of_run(root: WrittenValue, file: str | None, problems: Problems) -> str
     written = root.value.get("name")
     if written is None:
         return Path(file).stem if file else "case"
-    if isinstance(written.value, str) and _NAME.fullmatch(written.value):
+    if isinstance(written.value, str) and _NAME_PATTERN.fullmatch(written.value):
         return written.value
     problems.add(
         written,
@@ -248,10 +253,10 @@ def name_of_run(root: WrittenValue, file: str | None, problems: Problems) -> str
     return "case"
 
 
-SET, SWEEP = "--set", "--sweep"
+SET_OPTION, SWEEP_OPTION = "--set", "--sweep"
 
 
-class Changed(NamedTuple):
+class OverriddenGrid(NamedTuple):
     """Overrides of a grid from the command line, each as YAML text."""
 
     source: str | PathLike | Mapping
@@ -259,14 +264,14 @@ class Changed(NamedTuple):
     swept: Mapping[str, str] = {}  # dotted path -> its values, as in a list, or evenly spaced ones in braces
 
 
-def read_options(option: str, given: tuple[str, ...]) -> dict[str, str]:
+def read_options(option: str, arguments: tuple[str, ...]) -> dict[str, str]:
     """Return path -> text of the `PATH=VALUE` arguments of an option; InputError for any other form."""
-    example = "drive.speed=3000rpm" if option == SET else "drive.speed=1000rpm,3000rpm"
+    example = "drive.speed=3000rpm" if option == SET_OPTION else "drive.speed=1000rpm,3000rpm"
     options: dict[str, str] = {}
     invalid = []
-    for text in given:
-        path, equals, value = (piece.strip() for piece in text.partition("="))
-        if not equals or not path or not (value or option == SET):
+    for text in arguments:
+        path, equals, value = (word.strip() for word in text.partition("="))
+        if not equals or not path or not (value or option == SET_OPTION):
             invalid.append(f"{option} {text}: expected PATH=VALUE, such as {option} {example}")
         elif path in options:
             invalid.append(f"{option} {path}: is given twice; remove one of the two")
@@ -276,37 +281,45 @@ def read_options(option: str, given: tuple[str, ...]) -> dict[str, str]:
     return options
 
 
-def apply_overrides(root: WrittenValue, overrides: Changed, problems: Problems) -> WrittenValue:
+def apply_overrides(root: WrittenValue, overrides: OverriddenGrid, problems: Problems) -> WrittenValue:
     """Return the document with the overrides applied; an empty value removes the key."""
     for path in sorted(overrides.fixed.keys() & overrides.swept.keys()):
-        problems.add(WrittenValue(None, SET), path, f"is given with {SWEEP}, too; remove one of the two")
+        problems.add(WrittenValue(None, SET_OPTION), path, f"is given with {SWEEP_OPTION}, too; remove one of the two")
     for path, text in overrides.fixed.items():
-        root = override(root, path, _read(f"{SET} {path}", path, text, problems), problems)
+        root = override(root, path, _read_yaml_text(f"{SET_OPTION} {path}", path, text, problems), problems)
     for path, text in overrides.swept.items():
-        root = _sweep(root, path, _read(f"{SWEEP} {path}", path, text if text[:1] in "[{" else f"[{text}]", problems))
+        root = _with_swept_path(
+            root,
+            path,
+            _read_yaml_text(f"{SWEEP_OPTION} {path}", path, text if text[:1] in "[{" else f"[{text}]", problems),
+        )
     return root
 
 
-def _read(origin: str, path: str, text: str, problems: Problems) -> WrittenValue:
+def _read_yaml_text(origin: str, path: str, text: str, problems: Problems) -> WrittenValue:
     """Return the value of a YAML text that comes from `origin`."""
     try:
         node = YAML(typ="safe", pure=True).compose(text)
     except YAMLError:
         raise InputError(f"{origin}: found {quoted(text)}, which is not valid YAML") from None
-    return WrittenValue(None, origin) if node is None else _placed(from_node(node, origin, path, problems, {}), origin)
+    return (
+        WrittenValue(None, origin)
+        if node is None
+        else _without_line(from_node(node, origin, path, problems, {}), origin)
+    )
 
 
-def _placed(written: WrittenValue, origin: str) -> WrittenValue:
+def _without_line(written: WrittenValue, origin: str) -> WrittenValue:
     """Return a value without line and column, which have no meaning on a command line."""
     value = written.value
     if isinstance(value, dict):
-        value = {key: _placed(item, origin) for key, item in value.items()}
+        value = {key: _without_line(item, origin) for key, item in value.items()}
     elif isinstance(value, list):
-        value = [_placed(item, origin) for item in value]
+        value = [_without_line(item, origin) for item in value]
     return WrittenValue(value, origin)
 
 
-def _sweep(root: WrittenValue, path: str, values: WrittenValue) -> WrittenValue:
+def _with_swept_path(root: WrittenValue, path: str, values: WrittenValue) -> WrittenValue:
     """Return the document with these values for a path in `sweep`."""
     section = root.value.get("sweep", WrittenValue({}, values.origin))
     if not isinstance(section.value, dict):

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ...contracts.catalogue import Columns, Field
 from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
-from .document import Problems, WrittenValue, refuse_endless
+from .document import Problems, WrittenValue, check_regular_file
 
 if TYPE_CHECKING:
     import numpy as np  # imported only when a file is read
 
 
-_HEAD = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\]\s*)?")
-_MOST_CASES = 1_000_000
-_LARGEST_CASES = 512 * 2**20  # bytes of a table: 500 for each row
+_HEADER_PATTERN = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\]\s*)?")
+_MAX_CASES = 1_000_000
+_MAX_CASES_BYTES = 512 * 2**20  # bytes of a table: 500 for each row
 
 TableRow = tuple[int, list[Any]]  # number and cells
 
@@ -31,13 +31,13 @@ def read_cases(problems: Problems, written: WrittenValue) -> WrittenValue | None
     first case is row 1) and column.
     """
     file = Path(written.origin).parent / written.value if written.line else Path(written.value)
-    readers = {".csv": rows_of_csv, ".parquet": _parquet}
+    readers = {".csv": rows_of_csv, ".parquet": rows_of_parquet}
     if file.suffix.lower() not in readers:
         problems.add(written, "cases", f"found '{written.value}'; expected the name of a .csv or .parquet file")
         return None
     try:
-        refuse_endless(file, _LARGEST_CASES)
-        heads, rows = readers[file.suffix.lower()](file)
+        check_regular_file(file, _MAX_CASES_BYTES)
+        headers, rows = readers[file.suffix.lower()](file)
     except FileNotFoundError:
         problems.add(written, "cases", f"there is no file {file}; the name is relative to the grid's directory")
         return None
@@ -45,15 +45,15 @@ def read_cases(problems: Problems, written: WrittenValue) -> WrittenValue | None
         reason = getattr(error, "strerror", None) or error
         problems.add(written, "cases", f"{file} cannot be read: {reason}")
         return None
-    if not rows or len(rows) > _MOST_CASES:
-        problems.add(written, "cases", f"{file} contains {len(rows)} cases; expected 1 to {_MOST_CASES}")
+    if not rows or len(rows) > _MAX_CASES:
+        problems.add(written, "cases", f"{file} contains {len(rows)} cases; expected 1 to {_MAX_CASES}")
         return None
-    return _case_columns(problems, str(file), heads, rows)
+    return _case_columns(problems, str(file), headers, rows)
 
 
-def head_of(heading: str) -> tuple[str, str]:
+def split_header(heading: str) -> tuple[str, str]:
     """Return name and unit of a column header such as `drive.speed [rpm]`; '' for a missing part."""
-    match = _HEAD.fullmatch(heading)
+    match = _HEADER_PATTERN.fullmatch(heading)
     return (match[1], (match[2] or "").strip()) if match else ("", "")
 
 
@@ -61,8 +61,8 @@ def rows_of_csv(file: Path) -> tuple[list[str], list[TableRow]]:
     """Return the headers, and line number and cells of every row that is not blank."""
     with open(file, newline="", encoding="utf-8-sig") as stream:
         lines = csv.reader(stream)
-        heads = next(lines, [])
-        return heads, [(lines.line_num, cells) for cells in lines if any(cell.strip() for cell in cells)]
+        headers = next(lines, [])
+        return headers, [(lines.line_num, cells) for cells in lines if any(cell.strip() for cell in cells)]
 
 
 def complete_rows_of_csv(path: Path, max_bytes: int) -> tuple[list[str], list[TableRow]]:
@@ -71,19 +71,19 @@ def complete_rows_of_csv(path: Path, max_bytes: int) -> tuple[list[str], list[Ta
     Raise InputError, with the row, if a row lacks a cell or has too many.
     """
     try:
-        refuse_endless(path, max_bytes)
-        heads, rows = rows_of_csv(path)
+        check_regular_file(path, max_bytes)
+        headers, rows = rows_of_csv(path)
     except (OSError, ValueError, csv.Error) as error:
         raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     for line, cells in rows:
-        if len(cells) != len(heads):
+        if len(cells) != len(headers):
             raise InputError(
-                f"{path}:{line}: the row has {len(cells)} cells but the header has {len(heads)}; write every value"
+                f"{path}:{line}: the row has {len(cells)} cells but the header has {len(headers)}; write every value"
             )
-    return heads, rows
+    return headers, rows
 
 
-def _parquet(file: Path) -> tuple[list[str], list[TableRow]]:
+def rows_of_parquet(file: Path) -> tuple[list[str], list[TableRow]]:
     """Return the headers, and number and cells of every row."""
     import pyarrow.parquet as pq
 
@@ -94,27 +94,27 @@ def _parquet(file: Path) -> tuple[list[str], list[TableRow]]:
     return table.column_names, [(number, list(cells)) for number, cells in enumerate(rows, start=1)]
 
 
-def _case_columns(problems: Problems, origin: str, heads: list[str], rows: list[TableRow]) -> WrittenValue | None:
+def _case_columns(problems: Problems, origin: str, headers: list[str], rows: list[TableRow]) -> WrittenValue | None:
     """Return the columns of a table, or None if its rows do not match its header."""
     columns: dict[str, WrittenValue] = {}
-    places: dict[str, WrittenValue] = {}
+    positions: dict[str, WrittenValue] = {}
     units, is_valid = [], True
-    for column, heading in enumerate(heads, start=1):
-        cell_place = WrittenValue(None, origin, 1, column)
-        path, unit = head_of(heading)
+    for column, header in enumerate(headers, start=1):
+        header_position = WrittenValue(None, origin, 1, column)
+        path, unit = split_header(header)
         if not path or path in columns:
             invalid = (
                 "occurs twice; keep one of them"
                 if path
                 else ("is not a valid header; expected a dotted path and its unit")
             )
-            problems.add(cell_place, "cases", f"column {column}: '{heading}' {invalid}, such as drive.speed [rpm]")
+            problems.add(header_position, "cases", f"column {column}: '{header}' {invalid}, such as drive.speed [rpm]")
             is_valid = False
-        columns[path], places[path] = WrittenValue([], origin, 1, column), cell_place
+        columns[path], positions[path] = WrittenValue([], origin, 1, column), header_position
         units.append(unit)
     for line, cells in rows:
-        if len(cells) != len(heads):
-            sentence = f"row {line} has {len(cells)} cells but the header has {len(heads)}; write every value"
+        if len(cells) != len(headers):
+            sentence = f"row {line} has {len(cells)} cells but the header has {len(headers)}; write every value"
             problems.add(WrittenValue(None, origin, line, 1), "cases", sentence)
             is_valid = False
     if not is_valid:
@@ -124,44 +124,46 @@ def _case_columns(problems: Problems, origin: str, heads: list[str], rows: list[
             text = cell.strip() if isinstance(cell, str) else cell
             value = f"{text} {unit}" if unit and text not in ("", None) else None if text == "" else text
             values.value.append(WrittenValue(value, origin, line, column))
-    return WrittenValue(columns, origin, 1, 1, places)
+    return WrittenValue(columns, origin, 1, 1, positions)
 
 
-_LARGEST_TABLE = 16 * 2**20  # bytes of a file
-_MOST_ROWS = 20_000
-_FINEST = 1e-9  # smallest step between rows over the table's span; finer steps vanish in rounding when it repeats
-_SPANS = (2.0 * math.pi, 4.0 * math.pi)  # rad, over which a table repeats
+_MAX_TABLE_BYTES = 16 * 2**20  # bytes of a file
+_MAX_ROWS = 20_000
+_MIN_RELATIVE_STEP = (
+    1e-9  # smallest step between rows over the table's span; finer steps vanish in rounding when it repeats
+)
+_PERIODS = (2.0 * math.pi, 4.0 * math.pi)  # rad, over which a table repeats
 
-Values = dict[str, list[float]]  # column -> values in SI
+ColumnValues = dict[str, list[float]]  # column -> values in SI
 
 
-def read_table(problems: Problems, path: str, written: WrittenValue, columns: Columns) -> Values | None:
+def read_table(problems: Problems, path: str, written: WrittenValue, columns: Columns) -> ColumnValues | None:
     """Return the table at the key `path`; None, with problems, if it is invalid."""
     if isinstance(written.value, dict):
         table = dict(written.value.items())
-        places = written.keys
+        positions = written.keys
     elif isinstance(written.value, str):
-        content = _from_file(problems, path, written)
+        content = _columns_of_csv(problems, path, written)
         if content is None:
             return None
-        table, places = content
+        table, positions = content
     else:
         example = ", ".join(field.name for field in (*columns.over[:1], *columns.values[:1]))
         sentence = f"found {quoted(written.value)}; expected the name of a .csv file, or columns: {example}"
         problems.add(written, path, sentence)
         return None
     problems_before = len(problems)
-    values = _columns(
-        problems, path, WrittenValue(table, written.origin, written.line, written.column, places), columns
+    values = _read_columns(
+        problems, path, WrittenValue(table, written.origin, written.line, written.column, positions), columns
     )
     return (
         values
-        if len(problems) == problems_before and _is_increasing(problems, path, written, table, values, columns)
+        if len(problems) == problems_before and _check_table(problems, path, written, table, values, columns)
         else None
     )
 
 
-def _from_file(
+def _columns_of_csv(
     problems: Problems, path: str, written: WrittenValue
 ) -> tuple[dict[str, WrittenValue], dict[str, WrittenValue]] | None:
     """Return the columns of a CSV file by header, and the positions of the headers."""
@@ -170,8 +172,8 @@ def _from_file(
         problems.add(written, path, f"found '{written.value}'; expected the name of a .csv file")
         return None
     try:
-        refuse_endless(file, _LARGEST_TABLE)
-        heads, rows = rows_of_csv(file)
+        check_regular_file(file, _MAX_TABLE_BYTES)
+        headers, rows = rows_of_csv(file)
     except FileNotFoundError:
         problems.add(written, path, f"there is no file {file}; the name is relative to the grid's directory")
         return None
@@ -179,46 +181,46 @@ def _from_file(
         problems.add(written, path, f"{file} cannot be read: {getattr(error, 'strerror', None) or error}")
         return None
     for line, cells in rows:
-        if len(cells) != len(heads):
-            sentence = f"row {line} has {len(cells)} cells but the header has {len(heads)}; write every value"
+        if len(cells) != len(headers):
+            sentence = f"row {line} has {len(cells)} cells but the header has {len(headers)}; write every value"
             problems.add(WrittenValue(None, str(file), line, 1), path, sentence)
             return None
-    table, places = {}, {}
-    for column, heading in enumerate(heads, start=1):
-        head_location = WrittenValue(None, str(file), 1, column)
-        if heading.strip() in table:
-            problems.add(head_location, path, f"the column '{heading.strip()}' occurs twice; keep one of them")
+    table, positions = {}, {}
+    for column, header in enumerate(headers, start=1):
+        position = WrittenValue(None, str(file), 1, column)
+        if header.strip() in table:
+            problems.add(position, path, f"the column '{header.strip()}' occurs twice; keep one of them")
             return None
         cells = [WrittenValue(row[column - 1].strip(), str(file), line, column) for line, row in rows]
-        table[heading.strip()], places[heading.strip()] = WrittenValue(cells, str(file), 1, column), head_location
-    return table, places
+        table[header.strip()], positions[header.strip()] = WrittenValue(cells, str(file), 1, column), position
+    return table, positions
 
 
-def _columns(problems: Problems, path: str, table: WrittenValue, columns: Columns) -> dict[str, list[float]]:
+def _read_columns(problems: Problems, path: str, table: WrittenValue, columns: Columns) -> dict[str, list[float]]:
     """Return the values of the columns by name; report mistakes in them."""
     fields = {field.name: field for field in (*columns.over, *columns.values)}
-    allowed = ", ".join(f"{field.name} [{_shown_unit(field)}]" for field in fields.values())
+    allowed = ", ".join(f"{field.name} [{_display_unit(field)}]" for field in fields.values())
     values: dict[str, list[float]] = {}
-    for heading, cells in table.value.items():
-        name, unit = head_of(heading)
+    for header, cells in table.value.items():
+        name, unit = split_header(header)
         field = fields.get(name)
         if field is None or name in values:
             invalid = "occurs twice" if field else f"is not a column of this table{did_you_mean(name, fields)}"
-            problems.add(table.key_position(heading), path, f"'{heading}' {invalid} (known: {allowed})")
+            problems.add(table.key_position(header), path, f"'{header}' {invalid} (known: {allowed})")
         elif not isinstance(cells.value, list):
-            problems.add(cells, f"{path}.{heading}", f"found {quoted(cells.value)}; expected a list of values")
-        elif len(cells.value) > _MOST_ROWS:
-            problems.add(cells, path, f"has {len(cells.value):,} rows; at most {_MOST_ROWS:,} are read")
+            problems.add(cells, f"{path}.{header}", f"found {quoted(cells.value)}; expected a list of values")
+        elif len(cells.value) > _MAX_ROWS:
+            problems.add(cells, path, f"has {len(cells.value):,} rows; at most {_MAX_ROWS:,} are read")
         else:
-            values[name] = [_value(problems, path, cell, unit, field) for cell in cells.value]
+            values[name] = [_read_cell(problems, path, cell, unit, field) for cell in cells.value]
     return values
 
 
-def _shown_unit(field: Field) -> str:
+def _display_unit(field: Field) -> str:
     return {"rad": "deg", "rad/s": "rpm"}.get(field.unit, field.unit)
 
 
-def _value(problems: Problems, path: str, cell: WrittenValue, unit: str, field: Field) -> float:
+def _read_cell(problems: Problems, path: str, cell: WrittenValue, unit: str, field: Field) -> float:
     """Return one cell in SI; nan, with a problem, if it is invalid."""
     try:
         is_plain = isinstance(cell.value, str | int | float) and not isinstance(cell.value, bool)
@@ -231,8 +233,8 @@ def _value(problems: Problems, path: str, cell: WrittenValue, unit: str, field: 
     return value
 
 
-def _is_increasing(
-    problems: Problems, path: str, written: WrittenValue, table: dict, values: Values, columns: Columns
+def _check_table(
+    problems: Problems, path: str, written: WrittenValue, table: dict, values: ColumnValues, columns: Columns
 ) -> bool:
     """Return whether a table is complete and increasing; report mistakes."""
     abscissae = [field.name for field in columns.over if field.name in values]
@@ -250,29 +252,29 @@ def _is_increasing(
         problems.add(written, path, sentence)
         return False
     knots = values[abscissae[0]]
-    cells = next(cells for heading, cells in table.items() if head_of(heading)[0] == abscissae[0]).value
+    cells = next(cells for header, cells in table.items() if split_header(header)[0] == abscissae[0]).value
     for index in range(1, len(knots)):
         if not knots[index] > knots[index - 1]:
-            actual = f"found {cells[index].value} after {cells[index - 1].value}"
-            problems.add(cells[index], path, f"{abscissae[0]}: {actual}; it must increase from row to row")
+            found_text = f"found {cells[index].value} after {cells[index - 1].value}"
+            problems.add(cells[index], path, f"{abscissae[0]}: {found_text}; it must increase from row to row")
             return False
-        if knots[index] - knots[index - 1] < _FINEST * (knots[-1] - knots[0]):
-            actual = f"found {cells[index].value} after {cells[index - 1].value}"
-            too_fine = f"{abscissae[0]}: {actual}, a step of less than {_FINEST:g} of the table's span"
-            problems.add(cells[index], path, f"{too_fine}; remove one of the rows")
+        if knots[index] - knots[index - 1] < _MIN_RELATIVE_STEP * (knots[-1] - knots[0]):
+            found_text = f"found {cells[index].value} after {cells[index - 1].value}"
+            step_text = f"{abscissae[0]}: {found_text}, a step of less than {_MIN_RELATIVE_STEP:g} of the table's span"
+            problems.add(cells[index], path, f"{step_text}; remove one of the rows")
             return False
     for name in columns.above_zero:
         if not any(values[name]):
             problems.add(written, path, f"{name}: is 0 in every row; at least one row needs a value above 0")
             return False
-    return abscissae[0] != "crank_angle" or _periodic(problems, path, cells[-1], values)
+    return abscissae[0] != "crank_angle" or _check_period(problems, path, cells[-1], values)
 
 
-def _periodic(problems: Problems, path: str, last: WrittenValue, values: Values) -> bool:
+def _check_period(problems: Problems, path: str, last: WrittenValue, values: ColumnValues) -> bool:
     """Return whether a table over the crank angle is periodic; report it if not."""
     knots = values["crank_angle"]
     span = knots[-1] - knots[0]
-    if not any(math.isclose(span, period, rel_tol=1e-9) for period in _SPANS):
+    if not any(math.isclose(span, period, rel_tol=1e-9) for period in _PERIODS):
         sentence = (
             f"crank_angle: the table spans {math.degrees(span):.6g} deg; expected one period of 360 or 720 deg, "
             "whose last row repeats the first"
@@ -289,63 +291,68 @@ def _periodic(problems: Problems, path: str, last: WrittenValue, values: Values)
     return True
 
 
-LARGEST_SIGNALS = 512 * 2**20  # bytes of a file
-OVER = {"crank_angle": "rad", "time": "s"}  # a file has exactly one of these columns; SI units
-GAP = 3.0  # times the median step; a longer step means missing samples
-LEAST_ROWS = 16
+MAX_SIGNALS_BYTES = 512 * 2**20  # bytes of a file
+ABSCISSA_UNITS = {"crank_angle": "rad", "time": "s"}  # a file has exactly one of these columns; SI units
+MAX_STEP_RATIO = 3.0  # times the median step; a longer step means missing samples
+MIN_ROWS = 16
 
 
-class Measured(NamedTuple):
+class MeasuredSignals(NamedTuple):
     """The content of a file of measured signals, in SI."""
 
     file: str
     over: str  # a key of OVER
-    places: "np.ndarray"  # (n,) rad or s, ascending
+    abscissa: "np.ndarray"  # (n,) rad or s, ascending
     signals: "dict[str, np.ndarray]"  # name in the header -> (n,) values
 
 
-def read_signals(file: str | PathLike, units: Mapping[str, str | None], *, others: bool = False) -> Measured:
+def read_signals(
+    file: str | PathLike, units: Mapping[str, str | None], *, allow_others: bool = False
+) -> MeasuredSignals:
     """Return the signals in a file whose SI units are `units`, by name.  Raises InputError with row and column.
 
     units : None for an arbitrary unit
-    others : whether other columns are allowed; they are not read
+    allow_others : whether other columns are allowed; they are not read
     """
     import numpy as np
 
     path = Path(file)
-    heads, rows = complete_rows_of_csv(path, LARGEST_SIGNALS)
-    if len(rows) < LEAST_ROWS:
-        raise InputError(f"{path}: has {len(rows)} rows; at least {LEAST_ROWS} are needed")
+    headers, rows = complete_rows_of_csv(path, MAX_SIGNALS_BYTES)
+    if len(rows) < MIN_ROWS:
+        raise InputError(f"{path}: has {len(rows)} rows; at least {MIN_ROWS} are needed")
     columns: dict[str, np.ndarray] = {}
-    for column_index, head in enumerate(heads):
-        name, unit = head_of(head)
-        if others and name not in (*OVER, *units):
+    for column_index, header in enumerate(headers):
+        name, unit = split_header(header)
+        if allow_others and name not in (*ABSCISSA_UNITS, *units):
             continue
-        if name not in (*OVER, *units):
-            known = [*OVER, *units]
+        if name not in (*ABSCISSA_UNITS, *units):
+            known = [*ABSCISSA_UNITS, *units]
             raise InputError(
-                f"{path}:1:{column_index + 1}: '{head.strip()}' is not a signal of this run{did_you_mean(name, known)} "
+                f"{path}:1:{column_index + 1}: '{header.strip()}' is not a signal of this "
+                f"run{did_you_mean(name, known)} "
                 f"(known: {', '.join(known)}); write a signal followed by its unit, such as acceleration [m/s^2]"
             )
         if name in columns:
             raise InputError(f"{path}:1:{column_index + 1}: '{name}' occurs twice; keep one of them")
-        wanted = OVER.get(name) or units[name]
-        columns[name] = np.array(_signal_values(str(path), rows, column_index, unit if wanted else "", wanted or "1"))
-    if others and (missing := [name for name in units if name not in columns]):
-        headers = ", ".join(head.strip() for head in heads)
-        raise InputError(f"{path}:1: has no column '{missing[0]}'{did_you_mean(missing[0], heads)} (found: {headers})")
-    over = [name for name in OVER if name in columns]
-    if len(over) != 1 or len(columns) < 2:
+        si_unit = ABSCISSA_UNITS.get(name) or units[name]
+        columns[name] = np.array(_signal_values(str(path), rows, column_index, unit if si_unit else "", si_unit or "1"))
+    if allow_others and (missing := [name for name in units if name not in columns]):
+        headers_text = ", ".join(header.strip() for header in headers)
+        raise InputError(
+            f"{path}:1: has no column '{missing[0]}'{did_you_mean(missing[0], headers)} (found: {headers_text})"
+        )
+    abscissae = [name for name in ABSCISSA_UNITS if name in columns]
+    if len(abscissae) != 1 or len(columns) < 2:
         raise InputError(f"{path}:1: found {', '.join(columns)}; expected crank_angle [deg] or time [s], and a signal")
-    places = columns.pop(over[0])
-    _check_steps(str(path), over[0], places, [line for line, _ in rows])
-    return Measured(str(path), over[0], places, columns)
+    abscissa = columns.pop(abscissae[0])
+    _check_steps(str(path), abscissae[0], abscissa, [line for line, _ in rows])
+    return MeasuredSignals(str(path), abscissae[0], abscissa, columns)
 
 
-def _signal_values(file: str, rows: list[TableRow], column_index: int, unit: str, wanted: str) -> list[float]:
-    """Return the numbers of a column in the unit `wanted`.  Raises InputError for anything but a number."""
+def _signal_values(file: str, rows: list[TableRow], column_index: int, unit: str, si_unit: str) -> list[float]:
+    """Return the numbers of a column in the unit `si_unit`.  Raises InputError for anything but a number."""
     try:
-        scale = quantity.read(f"1 {unit}", wanted) if unit else 1.0
+        scale = quantity.read(f"1 {unit}", si_unit) if unit else 1.0
     except InputError as error:
         raise InputError(f"{file}:1:{column_index + 1}: {error}") from None
     numbers = []
@@ -362,15 +369,15 @@ def _signal_values(file: str, rows: list[TableRow], column_index: int, unit: str
     return numbers
 
 
-def _check_steps(file: str, over: str, places: "np.ndarray", lines: list[int]) -> None:
+def _check_steps(file: str, name: str, abscissa: "np.ndarray", lines: list[int]) -> None:
     """Raise InputError if the angle or the time does not increase, or if samples are missing."""
     import numpy as np
 
-    steps = np.diff(places)
+    steps = np.diff(abscissa)
     if (steps <= 0.0).any():
         line = lines[int(np.argmax(steps <= 0.0)) + 1]
-        raise InputError(f"{file}:{line}: {over} does not increase; sort the rows, and unwrap the angle")
-    if steps.max() > GAP * np.median(steps):
+        raise InputError(f"{file}:{line}: {name} does not increase; sort the rows, and unwrap the angle")
+    if steps.max() > MAX_STEP_RATIO * np.median(steps):
         line = lines[int(np.argmax(steps)) + 1]
-        sentence = f"a step of {over} is {steps.max() / np.median(steps):.3g} times the median step"
+        sentence = f"a step of {name} is {steps.max() / np.median(steps):.3g} times the median step"
         raise InputError(f"{file}:{line}: {sentence}; samples are missing; cut the file there")

@@ -124,4 +124,4 @@ def dependent_values(definitions: Definitions, path: str, cases: Rows, base: Map
     """Return a number derived from swept names, for every case."""
     axes = {f"define.{name}": cases[f"define.{name}"].to_numpy() for name in sorted(definitions.varied)}
     points = (dict(zip(axes, values, strict=True)) for values in zip(*axes.values(), strict=True))
-    return pd.Series([definitions.at(point)[path] for point in points], cases.index, dtype="float64")
+    return pd.Series([definitions.values_at(point)[path] for point in points], cases.index, dtype="float64")

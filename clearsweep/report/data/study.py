@@ -67,7 +67,7 @@ class Study(NamedTuple):
     units: dict[str, str]  # SI, by column of the summary and by dotted path of the grid
     base: dict
     typical: bool = False  # maps show the median over the axes that they leave out, not the worst
-    defined: grid.Definitions = grid.NOTHING  # numbers that follow from swept names
+    defined: grid.Definitions = grid.NO_DEFINITIONS  # numbers that follow from swept names
     law_checks: tuple[law_check.LawResult, ...] = ()  # the deciding case under other laws, which `cases` has not
 
     @property
@@ -125,7 +125,7 @@ class Study(NamedTuple):
             return None if pd.isna(value) else value
         if path in self.defined.dependents:
             names = {f"define.{name}" for name in self.defined.varied}
-            return self.defined.at({name: self._value_of(case_id, name) for name in names})[path]
+            return self.defined.values_at({name: self._value_of(case_id, name) for name in names})[path]
         return value_at(self.base, path)
 
     def hardest_joint(self) -> Joint:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...grid.written.tables import Measured, read_signals
+from ...grid.written.tables import MeasuredSignals, read_signals
 from ...judging import features
 from ...language.errors import InputError
 from ..data.study import Study
@@ -62,15 +62,15 @@ def _short_names(units: Mapping[str, str]) -> dict[str, str]:
     return {ACCELERATION: channels[0]} if channels else {}
 
 
-def _angle(signals: Measured, crank_angle: np.ndarray, times: np.ndarray) -> np.ndarray:
+def _angle(signals: MeasuredSignals, crank_angle: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Return the crank angles (rad) of measured samples; of samples over time, from the mean speed of a case."""
     if signals.over == "crank_angle":
-        return signals.places
-    return signals.places * (crank_angle[-1] - crank_angle[0]) / (times[-1] - times[0])
+        return signals.abscissa
+    return signals.abscissa * (crank_angle[-1] - crank_angle[0]) / (times[-1] - times[0])
 
 
 def _compare(
-    angle: np.ndarray, values: np.ndarray, crank_angle: np.ndarray, computed: np.ndarray, signals: Measured
+    angle: np.ndarray, values: np.ndarray, crank_angle: np.ndarray, computed: np.ndarray, signals: MeasuredSignals
 ) -> tuple[np.ndarray, np.ndarray, float, float]:
     """Return the measured and computed revolutions, the angle (rad) between them, and the misfit."""
     orders = features.common_band(features.samples_per_revolution(angle), features.samples_per_revolution(crank_angle))

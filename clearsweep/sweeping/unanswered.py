@@ -15,26 +15,28 @@ from .simulator import SIMULATION
 DIGITS = 4  # digits of a limit that would pass
 
 
-def of_run(record: Mapping[str, Any], answers: Sequence[Answer], effects: Iterable[Effect]) -> dict[str, Any]:
+def unanswered_facts(record: Mapping[str, Any], answers: Sequence[Answer], effects: Iterable[Effect]) -> dict[str, Any]:
     """Return facts about searches without an answer for run.json, in SI; `record` is run.json."""
     limits, columns = verdict.of_record(record).limits, verdict.units_of(record)
     best = [case for answer in answers for case in answer.best]
     finite = all(case["margin"] is not None for case in best)
     units = key_units(record, SIMULATION.catalogue()) if effects else {}
     return {
-        "best": [case | {"needed": needed(limits, columns, [case["margins"]])} for case in best],
-        "needed": needed(limits, columns, [case["margins"] for case in best]) if finite else {},
+        "best": [case | {"needed": loosened_limits(limits, columns, [case["margins"]])} for case in best],
+        "needed": loosened_limits(limits, columns, [case["margins"] for case in best]) if finite else {},
         "furthest": furthest_from_limits(answers),
         "effects": [effect._asdict() | {"unit": units.get(effect.path, "1")} for effect in effects],
     }
 
 
-def needed(limits: Sequence[Limit], units: Mapping[str, str], margins: Sequence[Mapping[str, float]]) -> dict[str, str]:
+def loosened_limits(
+    limits: Sequence[Limit], units: Mapping[str, str], margins: Sequence[Mapping[str, float]]
+) -> dict[str, str]:
     """Return in words the exceeded limits for cases with these margins, each relaxed so that all cases pass.
 
     Columns with two limits are left out: a margin does not show which limit is exceeded.
     """
-    loosened_limits: dict[str, str] = {}
+    texts: dict[str, str] = {}
     columns = Counter(limit.column for limit in limits)
     for limit in limits:
         margin = min((margin.get(limit.column, 0.0) for margin in margins), default=0.0)
@@ -44,8 +46,8 @@ def needed(limits: Sequence[Limit], units: Mapping[str, str], margins: Sequence[
             is_upper = limit.kind == KINDS[0]
             loosened = limit.value + abs(limit.value) * (-margin if is_upper else margin)
             value = _rounded(loosened, ROUND_CEILING if is_upper else ROUND_FLOOR)
-            loosened_limits[limit.column] = limit._replace(value=value).words(units.get(limit.column, "1"))
-    return loosened_limits
+            texts[limit.column] = limit._replace(value=value).words(units.get(limit.column, "1"))
+    return texts
 
 
 def _rounded(value: float, rounding: str) -> float:

@@ -10,7 +10,7 @@ from ..contracts.layout import Layout
 from ..language import wording
 
 SPEED, REVOLUTIONS = "drive.speed", "simulate.revolutions"  # paths of a grid
-RUN, SPENT = "revolutions_run", "run_time"  # columns
+REVOLUTIONS_RUN, RUN_TIME = "revolutions_run", "run_time"  # columns
 
 
 class SlowestCase:
@@ -18,35 +18,43 @@ class SlowestCase:
 
     def __init__(self, record: Mapping[str, Any], layout: Layout):
         """Prepare from run.json; lives and free cranks are left out."""
-        self.given = {path: _number(record, path) for path in (SPEED, REVOLUTIONS)}
-        swept = [path for path in self.given if path in record.get("sweep", record["units"])]
+        self.fixed_values = {path: _recorded_number(record, path) for path in (SPEED, REVOLUTIONS)}
+        swept = [path for path in self.fixed_values if path in record.get("sweep", record["units"])]
         names = {column.name for column in layout.columns}
-        self.revolutions = RUN if RUN in names else REVOLUTIONS
+        self.revolutions = REVOLUTIONS_RUN if REVOLUTIONS_RUN in names else REVOLUTIONS
         required = {SPEED, self.revolutions}
-        is_known = required <= {RUN, *swept, *(path for path, value in self.given.items() if value is not None)}
-        self.columns = [SPENT, *sorted(required & {RUN, *swept})] if is_known and not layout.life else []
+        is_known = required <= {
+            REVOLUTIONS_RUN,
+            *swept,
+            *(path for path, value in self.fixed_values.items() if value is not None),
+        }
+        self.columns = [RUN_TIME, *sorted(required & {REVOLUTIONS_RUN, *swept})] if is_known and not layout.life else []
         self.slowest: dict[str, Any] | None = None
 
     def add(self, block: Mapping[str, np.ndarray], describe: Callable[[int], dict[str, Any]]) -> None:
         """Add finished cases; describe : index in the block -> description of the case."""
         if not self.columns:
             return
-        spent = block[SPENT].astype(float)
+        run_times = block[RUN_TIME].astype(float)
         speed, revolutions = (
-            block[name].astype(float) if name in self.columns else np.full(spent.size, self.given[name])
+            block[name].astype(float) if name in self.columns else np.full(run_times.size, self.fixed_values[name])
             for name in (SPEED, self.revolutions)
         )
         with np.errstate(divide="ignore", invalid="ignore"):
-            motion = 2.0 * math.pi * revolutions / np.abs(speed)
-            factors = motion / spent
+            motion_times = 2.0 * math.pi * revolutions / np.abs(speed)
+            factors = motion_times / run_times
         if np.isfinite(factors).any():
             index = int(np.nanargmin(factors))
             if self.slowest is None or factors[index] < self.slowest["factor"]:
-                pace = {"factor": float(factors[index]), "motion": float(motion[index]), "spent": float(spent[index])}
-                self.slowest = describe(index) | pace
+                times = {
+                    "factor": float(factors[index]),
+                    "motion": float(motion_times[index]),
+                    "spent": float(run_times[index]),
+                }
+                self.slowest = describe(index) | times
 
 
-def pace_lines(slowest: dict[str, Any] | None) -> list[str]:
+def slowest_case_lines(slowest: dict[str, Any] | None) -> list[str]:
     """Return the line on the case with the longest run time relative to the duration of its motion."""
     if not slowest:
         return []
@@ -58,7 +66,7 @@ def pace_lines(slowest: dict[str, Any] | None) -> list[str]:
     ]
 
 
-def _number(record: Mapping[str, Any], path: str) -> float | None:
+def _recorded_number(record: Mapping[str, Any], path: str) -> float | None:
     """Return a number of a grid, or None if there is none at this path."""
     section, key = path.split(".")
     value = (record.get(section) or {}).get(key)
