@@ -17,14 +17,11 @@ from typing import Any, NamedTuple, Protocol
 from .errors import printable
 from .wording import duration
 
-FIRST_LINE, PAUSE_GROWTH, LONGEST_PAUSE = (
-    5.0,
-    1.5,
-    60.0,
-)  # s before a line is printed, and the factor by which this grows up to LONGEST_PAUSE
+FIRST_LINE = 5.0  # s without a line before the first one is printed
+PAUSE_GROWTH = 1.5  # factor by which the next pause is longer
+LONGEST_PAUSE = 60.0  # s
 REFRESH = 0.25  # s between two looks at the open phases, and between two drawings on a terminal
-# s of work before its time left is estimated, before a terminal shows it, and between two writes
-MIN_ELAPSED = 1.0
+MIN_ELAPSED = 1.0  # s of work before its time left is estimated, before a terminal shows it, and between two writes
 BAR_WIDTH = 24  # characters of a bar
 
 
