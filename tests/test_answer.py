@@ -26,8 +26,8 @@ from clearsweep.judging import (
     validity,
     wear,
 )
-from clearsweep.judging.cases import Cases, column_texts, from_to
-from clearsweep.judging.order import Candidate, Lead, lead_of
+from clearsweep.judging.cases import Cases, column_texts, range_text
+from clearsweep.judging.order import Candidate, CaseRanking, ranking_of
 from clearsweep.judging.verdict import MARGIN, Limit
 from clearsweep.report.data import study
 from clearsweep.report.data.answered import answers
@@ -47,7 +47,7 @@ def cases(columns, axes, lead=None, record=None, figures=()):
     return Cases(
         record or {},
         made,
-        lead or lead_of(made, ()),
+        lead or ranking_of(made, ()),
         axes,
         [f"{place:016d}" for place in range(count)],
         lambda name: np.asarray(columns[name]),
@@ -65,7 +65,7 @@ LIMITED = {"limits": {"pin_load_peak": 1.0}}
 def limited(columns, axes, record=LIMITED):
     """Return the answer to limits on a load that is constant, with plain spaces."""
     columns = {"pin_load_peak": np.ones(len(columns[SPEED]))} | columns
-    lead = lead_of(layout("load_peak"), [Limit("pin_load_peak", "at_most", 1.0)])
+    lead = ranking_of(layout("load_peak"), [Limit("pin_load_peak", "at_most", 1.0)])
     return [text.replace("\u00a0", " ") for text in answer.limited(cases(columns, axes, lead, record, ("load_peak",)))]
 
 
@@ -163,7 +163,7 @@ def test_a_probability_is_that_of_the_counted_revolutions_and_grows_with_longer_
 
 
 def test_a_start_that_was_cut_off_is_no_rival_of_one_that_reached_its_speed():
-    lead = Lead("start-up", "", (), False, (Candidate("", ("start_up_time", "crank_speed_max")),))
+    lead = CaseRanking("start-up", "", (), False, (Candidate("", ("start_up_time", "crank_speed_max")),))
     record = {"drive": {"motor": {"no_load_speed": 150.0}}, "simulate": {"revolutions": 8.0, "discard": 0.0}}
     columns = {"start_up_time": [0.1, 0.3, np.nan], "crank_speed_max": [160.0, 151.0, 99.0], SPEED: [1, 2, 3]}
     columns["pin_force_peak"] = [2.0, 5.0, 9.0]
@@ -180,7 +180,7 @@ def test_a_start_that_was_cut_off_is_no_rival_of_one_that_reached_its_speed():
 
 
 def test_a_first_touch_of_the_speed_is_not_steady_running_and_the_force_until_then_is_not_that_of_the_run():
-    lead = Lead("start-up", "", (), False, (Candidate("", ("start_up_time", "crank_speed_max")),))
+    lead = CaseRanking("start-up", "", (), False, (Candidate("", ("start_up_time", "crank_speed_max")),))
     record = {"drive": {"motor": {"no_load_speed": 150.0}}, "simulate": {"revolutions": 8.0, "discard": 0.0}}
     columns = {"start_up_time": [0.1, 0.3], "crank_speed_max": [180.0, 151.0], "crank_speed_after": [100.0, 141.0]}
     columns |= {SPEED: [1, 2], "pin_force_peak": [2.0, 5.0], "pin_force_peak_start": [2.0, 1.5]}
@@ -232,8 +232,8 @@ def test_an_axis_of_names_has_its_smallest_and_its_largest_value():
 
 
 def test_a_unit_is_written_once_in_a_range_and_is_that_of_the_column():
-    assert from_to("1\u00a0mm", "2\u00a0mm") == "from 1 to 2\u00a0mm"
-    assert from_to("1 mm (H7/g6)", "2 mm (H8/e8)") == "from 1 mm (H7/g6) to 2 mm (H8/e8)"
+    assert range_text("1\u00a0mm", "2\u00a0mm") == "from 1 to 2\u00a0mm"
+    assert range_text("1 mm (H7/g6)", "2 mm (H8/e8)") == "from 1 mm (H7/g6) to 2 mm (H8/e8)"
     films = np.array([5e-6, 60e-6, 180e-6])
     assert column_texts("pin_film_thickness_min", "m", films, [180e-6]) == ["180\u00a0µm"]  # not 0.180 mm
     assert column_texts("pin_force_peak", "N", np.array([400.0] * 99 + [2600.0]), [2600.0]) == ["2600\u00a0N"]
@@ -383,7 +383,7 @@ def test_the_position_error_is_part_of_the_answer_on_forces():
         output="rocker", columns=(*known.columns, Column("rocker_error_max", "rad", "", figure="error_max"))
     )
     columns = {"pin_force_peak": [3.0, 5.0, 4.0], "rocker_error_max": [0.1, 0.2, 0.4], SPEED: [1, 2, 3]}
-    made = cases(columns, (SPEED,))._replace(layout=known, lead=lead_of(known, ()))
+    made = cases(columns, (SPEED,))._replace(layout=known, ranking=ranking_of(known, ()))
     assert answer.sentences(made) == [
         "Largest normal force: 5 at speed 2 (case 00000000).",
         "Force peak is smallest, 3, at speed 1 and largest, 5, at 2.",
@@ -396,11 +396,13 @@ def test_a_measured_restitution_is_compared_with_the_requested_one_where_this_va
     path = f"joints.{PIN}.contact.restitution"
     columns = {"pin_force_peak": [1.0, 2.0], "pin_restitution": [0.48, 0.89], path: [0.5, 0.9]}
     figures = ("force_peak", "restitution")
-    first, _, last = answer.largest_force(cases(columns, (path,), figures=figures, lead=lead_of(layout(*figures), ())))
+    first, _, last = answer.largest_force(
+        cases(columns, (path,), figures=figures, lead=ranking_of(layout(*figures), ()))
+    )
     assert first.startswith("Largest normal force: 2")
     assert last == "Measured restitution differs from the requested one by at most 0.020: 0.480 at restitution 0.5."
     columns[SPEED] = [1, 2]
-    said = answer.largest_force(cases(columns, (SPEED,), figures=figures, lead=lead_of(layout(*figures), ())))
+    said = answer.largest_force(cases(columns, (SPEED,), figures=figures, lead=ranking_of(layout(*figures), ())))
     assert not any("Measured" in sentence for sentence in said)
 
 
@@ -543,7 +545,7 @@ def test_a_life_says_the_clearance_at_its_start():
     hours = Column(f"{PIN}_life_hours", "h", "", figure="life_hours", joint=PIN)
     known = Layout("planar", True, "", (JointLayout(PIN, 360),), (hours,), (), life=PIN)
     record = {"joints": {PIN: {"clearance": 45e-6}}}
-    made = cases({hours.name: np.array([3.0, 9.0]), SPEED: [2, 1]}, (SPEED,), lead_of(known, ()), record)
+    made = cases({hours.name: np.array([3.0, 9.0]), SPEED: [2, 1]}, (SPEED,), ranking_of(known, ()), record)
     made = made._replace(layout=known)
     assert any("The clearance at the start is 45.0" in said for said in answer.life_effects(made))
     assert not any("at the start" in said for said in answer.life_effects(made._replace(record={})))

@@ -27,7 +27,7 @@ HEADROOM = {"headroom": f"1 - {PEAK} / (2 * {IDEAL})"}
 def verdict_of(limits, **columns):
     """Return which limits some cases exceed, and their margins."""
     given = {name: np.array(values, float) for name, values in columns.items()}
-    result = verdict.Verdict((), verdict.limits_of(limits)).evaluate(given)
+    result = verdict.LimitsAndFigures((), verdict.limits_of(limits)).evaluate(given)
     return result["limits_exceeded"].tolist(), result["margin"].tolist()
 
 
@@ -72,7 +72,7 @@ def test_a_null_counts_by_what_it_means(null, most, least):
     columns = [Column("x", "1", "", null=null)]
     for kind, expected in (("at_most", most), ("at_least", least)):
         limits = verdict.limits_of({"x": {kind: 5.0}}, columns)
-        result = verdict.Verdict((), limits).evaluate({"x": np.array([math.nan, 5.0])})
+        result = verdict.LimitsAndFigures((), limits).evaluate({"x": np.array([math.nan, 5.0])})
         assert result["limits_exceeded"].tolist() == [expected, ""]
 
 

@@ -10,7 +10,7 @@ from .. import MODEL_VERSION
 from ..contracts.case import Case
 from ..contracts.layout import Layout
 from ..contracts.outline import Outline
-from ..judging.verdict import Verdict, figures_of, limits_of
+from ..judging.verdict import LimitsAndFigures, figures_of, limits_of
 from .cases import (
     TIME_BUDGET,
     CaseTemplate,
@@ -82,10 +82,10 @@ class Grid:
     _layout: Layout | None = None
 
     @cached_property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> LimitsAndFigures:
         """Return the user-defined figures and the limits."""
         units = {column.name: column.unit for column in self.layout.columns}
-        return Verdict(figures_of(self.figures, units), limits_of(self.limits, self.layout.columns))
+        return LimitsAndFigures(figures_of(self.figures, units), limits_of(self.limits, self.layout.columns))
 
     @property
     def worst_count(self) -> int:

@@ -14,13 +14,13 @@ MICROMETRE = 1e-6  # m
 def no_limits(cases: Cases) -> str:
     """Return the suggested limit for a grid without limits, with the reason for its value."""
     names = {column.name for column in cases.layout.columns}
-    if cases.lead.question == "start-up":
+    if cases.ranking.question == "start-up":
         return _text("", f"{START_UP}: 1 s")
-    if not cases.lead.candidates:
+    if not cases.ranking.candidates:
         return NO_LIMITS
-    if cases.lead.question == "film":
+    if cases.ranking.question == "film":
         return _film(cases)
-    joint = cases.lead.candidates[0].joint
+    joint = cases.ranking.candidates[0].joint
     ideal = f"{joint}_force_peak_ideal"
     return _text("", f"{joint}_force_peak: " + (f"{{at_most: 3, times: {ideal}}}" if ideal in names else "5 kN"))
 
@@ -33,7 +33,7 @@ def _text(reason: str, limit: str) -> str:
 def _film(cases: Cases) -> str:
     """Return the advice on a film: a multiple of the roughness if this is known, else the end of the film law."""
     worst = cases.worst()
-    joint = worst[2] if worst else cases.lead.candidates[0].joint
+    joint = worst[2] if worst else cases.ranking.candidates[0].joint
     column, times = f"{joint}_{films.THICKNESS}", f"{films.ROUGHNESSES:g} times the combined roughness of the surfaces"
     rough = films.needed(cases, joint)
     if rough is not None and rough.size:

@@ -6,12 +6,12 @@ import numpy as np
 
 from ..language import wording
 from . import designs, effects, films, fits, labels, order, sampled, start_up, verdict, wear
-from .cases import MANY_AXES, Cases
+from .cases import MAX_NAMED_AXES, Cases
 
 RUN_LENGTH = "revolutions_run"  # column
 LISTED_LIMITS = 2  # limits that a sentence names
 
-__all__ = ["MANY_AXES", "Cases", "sentences", "specific"]
+__all__ = ["MAX_NAMED_AXES", "Cases", "sentences", "specific"]
 
 
 def sentences(cases: Cases) -> list[str]:
@@ -32,13 +32,13 @@ def specific(cases: Cases) -> list[str]:
         "film": (films.sentences,),
         "force": (largest_force, position_error),
     }
-    return [line for answer in by_question.get(cases.lead.question, (start_up.sentences,)) for line in answer(cases)]
+    return [line for answer in by_question.get(cases.ranking.question, (start_up.sentences,)) for line in answer(cases)]
 
 
 def start_forces(cases: Cases) -> list[str]:
     """Return the largest force until the start-up time and in the whole run, and the error, of the started cases."""
     of_started = start_up.started(cases)
-    worst = of_started.worst(order.force_lead(of_started.layout))
+    worst = of_started.worst(order.force_ranking(of_started.layout))
     lines = [*peak_force(of_started), *position_error(of_started)]
     if len(of_started.case_ids) < len(cases.case_ids):
         lines = [line.replace(": ", " of the started cases: ", 1) for line in lines]
@@ -50,7 +50,7 @@ def start_forces(cases: Cases) -> list[str]:
 
 def life_effects(cases: Cases) -> list[str]:
     """Return sentences on the effects of varied values on the life."""
-    name = cases.lead.candidates[0].columns[0]
+    name = cases.ranking.candidates[0].columns[0]
     if not cases.has(name):
         return []
     hours = cases.column(name).astype(float)
@@ -83,7 +83,7 @@ def kept_at_end(cases: Cases) -> list[str]:
         worst = int(np.nanargmin(margins))
         exceeded = cases.column(verdict.EXCEEDED)[worst] or ""
         margin = verdict.margin_words(float(margins[worst]), limits, exceeded)
-        text += f" Smallest margin there: {margin}{cases.at(worst)}."
+        text += f" Smallest margin there: {margin}{cases.setting_text(worst)}."
     return [text]
 
 
@@ -91,7 +91,7 @@ def extremes(cases: Cases) -> list[str]:
     """Return the part of the answer that needs only the cases with the extremes of each column."""
     if not len(cases.case_ids):
         return []
-    force = (*peak_force(cases), *position_error(cases)) if cases.lead.question == "force" else ()
+    force = (*peak_force(cases), *position_error(cases)) if cases.ranking.question == "force" else ()
     return [*force, *own_figures(cases)]
 
 
@@ -110,7 +110,7 @@ def lengths(cases: Cases) -> list[str]:
 
 def largest_force(cases: Cases) -> list[str]:
     """Return sentences on the largest normal force and the effects on it."""
-    worst = cases.worst(order.force_lead(cases.layout))
+    worst = cases.worst(order.force_ranking(cases.layout))
     if worst is None:
         return []
     name = worst[1][0]
@@ -120,12 +120,13 @@ def largest_force(cases: Cases) -> list[str]:
 
 def peak_force(cases: Cases) -> list[str]:
     """Return sentences on the largest normal force and the load over the largest reaction without clearance."""
-    worst = cases.worst(order.force_lead(cases.layout))
+    worst = cases.worst(order.force_ranking(cases.layout))
     if worst is None:
         return []
     index, (peak, *_), joint = worst
     text = (
-        f"Largest normal force{cases.in_joint(joint)}: {cases.text(peak, index)}{cases.at(index)}{cases.named(index)}."
+        f"Largest normal force{cases.joint_text(joint)}: "
+        f"{cases.text(peak, index)}{cases.setting_text(index)}{cases.case_text(index)}."
     )
     ratio, load = f"{joint}_force_peak_ratio", f"{joint}_load_peak"
     if cases.has(ratio) and np.isfinite(cases.column(ratio)[index]):
@@ -145,9 +146,9 @@ def _restitutions(cases: Cases) -> list[str]:
         measured, wanted = cases.column(figure).astype(float), cases.column(path).astype(float)
         worst = int(np.nanargmax(np.abs(measured - wanted)))
         lines.append(
-            f"Measured restitution{cases.in_joint(joint.name)} differs from the requested one by at most "
+            f"Measured restitution{cases.joint_text(joint.name)} differs from the requested one by at most "
             f"{wording.plain(abs(float(measured[worst] - wanted[worst])), 2)}: "
-            f"{wording.plain(float(measured[worst]))}{cases.at(worst)}."
+            f"{wording.plain(float(measured[worst]))}{cases.setting_text(worst)}."
         )
     return lines
 
@@ -157,8 +158,8 @@ def position_error(cases: Cases) -> list[str]:
     error = next((column.name for column in cases.layout.columns if column.figure == "error_max"), "")
     if not error or not cases.has(error):
         return []
-    worst, hardest = cases.extremes(error)[1], cases.worst(order.force_lead(cases.layout))
-    at = cases.at_difference(worst, hardest[0]) if hardest else cases.at(worst)
+    worst, hardest = cases.extremes(error)[1], cases.worst(order.force_ranking(cases.layout))
+    at = cases.at_difference(worst, hardest[0]) if hardest else cases.setting_text(worst)
     text = f"Largest {cases.layout.output} error: {cases.text(error, worst)}{at}."
     return [" ".join([text, *_strongest(cases, error)])]
 
@@ -181,7 +182,7 @@ def limited(cases: Cases) -> list[str]:
         return []
     lines = [*fits.sentences(cases), " ".join(kept)]
     for limit in _deciding(cases, limits):
-        moved = _limit_effects(cases, limit, 1 if len(limits) > 1 else effects.MOST_EFFECTS)
+        moved = _limit_effects(cases, limit, 1 if len(limits) > 1 else effects.MAX_EFFECTS)
         lines += [" ".join(moved)] if moved else []
     return lines
 

@@ -9,13 +9,13 @@ import numpy as np
 from ..contracts.layout import Layout
 from ..language import wording
 from . import labels
-from .order import AFTER, FASTEST, Lead
+from .order import AFTER, FASTEST, CaseRanking
 from .verdict import Limit, figures_of, limits_of
 
-MANY_AXES = 4  # varied values of a case above which a sentence has its identity instead
-UNIT = re.compile(r"[\s\u00a0].*$")  # of a number: all after its first blank
-LARGE = 0.95  # of the cases: the unit suits their largest value, and a single peak does not decide it
-UNIT_RANGE = (1e-3, 1e5)  # numbers outside this range have a unit of their own
+MAX_NAMED_AXES = 4  # varied values of a case above which a sentence has its identity instead
+UNIT_SUFFIX = re.compile(r"[\s\u00a0].*$")  # of a number with unit: its first blank and everything after it
+UNIT_QUANTILE = 0.95  # the display unit suits this quantile of the values, so that a single peak does not decide it
+DISPLAY_RANGE = (1e-3, 1e5)  # numbers outside this range have a unit of their own
 
 
 class Cases(NamedTuple):
@@ -23,39 +23,39 @@ class Cases(NamedTuple):
 
     record: Mapping[str, Any]  # run.json
     layout: Layout
-    lead: Lead
+    ranking: CaseRanking
     axes: tuple[str, ...]  # varied paths
     case_ids: Sequence[str]
     column: Callable[[str], np.ndarray]  # values (n,) of a column or a path; SI, NaN for null
     texts: Callable[[str, Sequence[float]], list[str]]  # column and values -> words, in the unit of the column
     named_value: Callable[[int, str], tuple[str, str] | None]  # index, path -> name and value in words; None: unused
-    with_effects: bool = True  # whether the cases are all, so that medians over varied values are known
+    is_complete: bool = True  # whether these are all cases, so that medians over varied values are known
 
     def setting(self, index: int, paths: Sequence[str]) -> str:
         """Return the values of a case at some paths in words: 'crank speed 60 rpm, clearance 0.1 mm'."""
         pairs = [self.named_value(index, path) for path in paths]
         return ", ".join(f"{name} {value}" for name, value in filter(None, pairs))
 
-    def at(self, index: int) -> str:
+    def setting_text(self, index: int) -> str:
         """Return ' at crank speed 60 rpm', or the identity if many values vary; '' if nothing varies."""
-        if len(self.axes) > MANY_AXES:
+        if len(self.axes) > MAX_NAMED_AXES:
             return f" in case {wording.short_id(self.case_ids[index])}"
         setting = self.setting(index, self.axes)
         return f" at {setting}" if setting else ""
 
     def at_difference(self, index: int, other: int) -> str:
         """Return the values of a case that differ from those of the case mentioned before, ' at crank speed 60 rpm'."""
-        if len(self.axes) > MANY_AXES:
-            return self.at(index)
+        if len(self.axes) > MAX_NAMED_AXES:
+            return self.setting_text(index)
         if index == other:
             return " in the same case" if self.axes else ""
         paths = [path for path in self.axes if self.column(path)[index] != self.column(path)[other]]
         rest = ", otherwise the same" if len(paths) < len(self.axes) else ""
         return f" at {self.setting(index, paths)}{rest}"
 
-    def named(self, index: int) -> str:
-        """Return ' (case 1a7fc708)', or '' if `at` returns the identity already."""
-        return "" if len(self.axes) > MANY_AXES else f" (case {wording.short_id(self.case_ids[index])})"
+    def case_text(self, index: int) -> str:
+        """Return ' (case 1a7fc708)', or '' if `setting_text` returns the identity already."""
+        return "" if len(self.axes) > MAX_NAMED_AXES else f" (case {wording.short_id(self.case_ids[index])})"
 
     def text(self, column: str, index: int) -> str:
         """Return a figure of a case in words."""
@@ -87,49 +87,49 @@ class Cases(NamedTuple):
         values = self.column(column)
         return int(np.nanargmin(values)), int(np.nanargmax(values))
 
-    def worst(self, lead: Lead | None = None) -> tuple[int, tuple[str, ...], str] | None:
-        """Return index, columns and joint of the worst case by a ranking, default `lead`; None if all are null."""
-        lead = lead or self.lead
-        if not lead.candidates:
+    def worst(self, ranking: CaseRanking | None = None) -> tuple[int, tuple[str, ...], str] | None:
+        """Return index, columns and joint of the worst case by a ranking, default `ranking`; None if all are null."""
+        ranking = ranking or self.ranking
+        if not ranking.candidates:
             return None
-        values, which = lead.worst({name: self.column(name) for name in lead.columns})
-        badness = lead.ranking(values)
+        values, candidate_indices = ranking.worst({name: self.column(name) for name in ranking.columns})
+        badness = ranking.badness(values)
         if np.isneginf(badness).all():
             return None
         index = int(np.flatnonzero(badness == badness.max())[-1])
-        candidate = lead.candidates[int(which[index])]
+        candidate = ranking.candidates[int(candidate_indices[index])]
         return index, candidate.columns, candidate.joint
 
-    def in_joint(self, joint: str) -> str:
+    def joint_text(self, joint: str) -> str:
         """Return ' in joint NAME', or '' if there is only one joint."""
         return f" in joint {wording.joint_name(joint)}" if len(self.layout.joints) > 1 else ""
 
 
-def column_scale(name: str, unit: str, known: np.ndarray) -> wording.Scale:
+def column_scale(name: str, unit: str, column_values: np.ndarray) -> wording.Scale:
     """Return the display unit of a column: it suits its largest value, or for film thicknesses the median.
 
-    known : (n,) SI, the values of the column
+    column_values : (n,) SI, the values of the column
     """
     if name in (FASTEST, AFTER):
         return wording.scale(unit, 0.0, speed=True)
-    sizes = np.abs(known[np.isfinite(known)])
-    sizes = sizes[sizes > 0.0]
-    share = 0.5 if name.endswith("film_thickness_min") else LARGE
-    size = np.quantile(sizes, share) if sizes.size else 0.0
-    return wording.scale(unit, float(size))
+    magnitudes = np.abs(column_values[np.isfinite(column_values)])
+    magnitudes = magnitudes[magnitudes > 0.0]
+    quantile = 0.5 if name.endswith("film_thickness_min") else UNIT_QUANTILE
+    typical = np.quantile(magnitudes, quantile) if magnitudes.size else 0.0
+    return wording.scale(unit, float(typical))
 
 
-def column_texts(name: str, unit: str, known: np.ndarray, values: Sequence[float]) -> list[str]:
+def column_texts(name: str, unit: str, column_values: np.ndarray, values: Sequence[float]) -> list[str]:
     """Return values of a column as number and unit: in the unit of the column, or in their own if it does not suit."""
-    scale = column_scale(name, unit, np.asarray(known, float))
-    sizes = [abs(value) / scale.factor for value in values if value and np.isfinite(value)]
-    if sizes and not (UNIT_RANGE[0] <= min(sizes) and max(sizes) < UNIT_RANGE[1]):
+    scale = column_scale(name, unit, np.asarray(column_values, float))
+    magnitudes = [abs(value) / scale.factor for value in values if value and np.isfinite(value)]
+    if magnitudes and not (DISPLAY_RANGE[0] <= min(magnitudes) and max(magnitudes) < DISPLAY_RANGE[1]):
         return wording.in_common_unit(values, unit)
     return [scale.text(value) for value in values]
 
 
-def from_to(first: str, last: str) -> str:
+def range_text(first: str, last: str) -> str:
     """Return 'from 1 to 2 mm' for '1 mm' and '2 mm'."""
-    match = UNIT.search(last)
-    shared = match[0] if match and "(" not in last else ""
-    return f"from {first.removesuffix(shared)} to {last}"
+    match = UNIT_SUFFIX.search(last)
+    common_unit = match[0] if match and "(" not in last else ""
+    return f"from {first.removesuffix(common_unit)} to {last}"

@@ -7,13 +7,13 @@ import numpy as np
 
 from ..language import wording
 from . import interactions, labels
-from .cases import Cases, from_to
-from .variance import explained, factor, is_clear
+from .cases import Cases, range_text
+from .variance import is_clear, largest_over_smallest, variance_shares
 
-MOST_LEVELS = 30  # distinct values of an axis above which its levels are not compared
-MOST_EFFECTS = 3  # effects on one figure in words
-LEAST_SHARE = 0.01  # of the variation: an axis with less has little effect
-REVERSAL = 0.1  # of the range of the medians: smaller reversals leave a trend monotone
+MAX_LEVELS = 30  # distinct values of an axis above which its levels are not compared
+MAX_EFFECTS = 3  # effects on one figure in words
+MIN_SHARE = 0.01  # of the variation: an axis with less has little effect
+MAX_REVERSAL = 0.1  # of the range of the medians: smaller reversals leave a trend monotone
 FIRST, NEXT = ("Strongest effect: ", "Next: ", "Then: "), "it"
 
 Texts = Callable[[Sequence[float]], list[str]]
@@ -31,12 +31,12 @@ class Effect(NamedTuple):
     contrast: float  # variance between the values over the variance not explained by any axis (F ratio); NaN: undefined
 
 
-def on(cases: Cases, values: np.ndarray) -> list[Effect]:
+def effects_on(cases: Cases, values: np.ndarray) -> list[Effect]:
     """Return the effects of the axes on a figure, the strongest first; values : (n,) SI, NaN for null."""
     drawn = (cases.record.get("sample") or {}).get("drawn", {})
     levels = [(path, *_levels(cases.column(path))) for path in cases.axes if path not in drawn]
-    levels = [each for each in levels if 1 < len(each[1]) <= MOST_LEVELS]
-    shares = explained(values, [places for _, _, places in levels])
+    levels = [each for each in levels if 1 < len(each[1]) <= MAX_LEVELS]
+    shares = variance_shares(values, [places for _, _, places in levels])
     effects = []
     for (path, uniques, places), share in zip(levels, shares, strict=True):
         groups = [np.flatnonzero((places == place) & np.isfinite(values)) for place in range(len(uniques))]
@@ -47,15 +47,17 @@ def on(cases: Cases, values: np.ndarray) -> list[Effect]:
         numeric = not isinstance(uniques[0], str)
         first, several = tuple(int(group[0]) for group in groups), any(group.size > 1 for group in groups)
         effects.append(Effect(path, first, numeric, medians, several, *share))
-    return sorted(effects, key=lambda each: (-np.nan_to_num(each.share), -np.nan_to_num(factor(each.medians))))
+    return sorted(
+        effects, key=lambda each: (-np.nan_to_num(each.share), -np.nan_to_num(largest_over_smallest(each.medians)))
+    )
 
 
-def sentences(cases: Cases, label: str, values: np.ndarray, texts: Texts, most: int = MOST_EFFECTS) -> list[str]:
+def sentences(cases: Cases, label: str, values: np.ndarray, texts: Texts, most: int = MAX_EFFECTS) -> list[str]:
     """Return sentences on the clear effects on a figure with direction and size, and on values without effect.
 
     label : name of the figure; texts : returns values of the figure in words, in one unit
     """
-    effects = on(cases, values) if cases.with_effects else []
+    effects = effects_on(cases, values) if cases.is_complete else []
     if not effects or not np.isfinite(values).any():
         return []
     clear = [effect for effect in effects if is_clear(effect.medians, effect.contrast) and _is_large(effect, effects)]
@@ -91,8 +93,8 @@ def _words(cases: Cases, effect: Effect, subject: str, texts: Texts, note: str =
     note = note if effect.several else ""
     if effect.numeric and _is_monotone(medians):
         verb = "rises" if medians[-1] > medians[0] else "falls"
-        span = from_to(*texts([float(medians[0]), float(medians[-1])]))
-        ends = from_to(_value(cases, effect, 0), _value(cases, effect, -1))
+        span = range_text(*texts([float(medians[0]), float(medians[-1])]))
+        ends = range_text(_value(cases, effect, 0), _value(cases, effect, -1))
         return f"{subject} {verb} {span}{note} as {name} grows {ends}."
     low, high = int(medians.argmin()), int(medians.argmax())
     smallest, largest = texts([float(medians[low]), float(medians[high])])
@@ -102,14 +104,14 @@ def _words(cases: Cases, effect: Effect, subject: str, texts: Texts, note: str =
 
 def _is_large(effect: Effect, effects: list[Effect]) -> bool:
     """Return whether an effect is the only one, or explains more than a hundredth of the variation."""
-    return len(effects) == 1 or not effect.share < LEAST_SHARE
+    return len(effects) == 1 or not effect.share < MIN_SHARE
 
 
 def _is_monotone(medians: np.ndarray) -> bool:
     """Return whether medians rise or fall throughout, with their extremes at the ends."""
     steps = np.sign(medians[-1] - medians[0]) * np.diff(medians)
     span = medians.max() - medians.min()
-    return bool(steps.min() >= -REVERSAL * span) and {int(medians.argmin()), int(medians.argmax())} == {
+    return bool(steps.min() >= -MAX_REVERSAL * span) and {int(medians.argmin()), int(medians.argmax())} == {
         0,
         len(medians) - 1,
     }
@@ -128,11 +130,11 @@ def _value(cases: Cases, effect: Effect, place: int) -> str:
 def _levels(column: np.ndarray) -> tuple[list, np.ndarray]:
     """Return the distinct values of an axis, numbers ascending, and the index of each case's value (-1: no value)."""
     if column.dtype.kind in "fiub":
-        values, places = np.unique(column, return_inverse=True)
+        values, indices = np.unique(column, return_inverse=True)
         known = np.isfinite(values.astype(float))
-        return values[known].tolist(), np.where(known[places], places, -1)
+        return values[known].tolist(), np.where(known[indices], indices, -1)
     present = [value for value in column.tolist() if not wording.is_missing(value)]
-    words = any(isinstance(value, str) for value in present)
-    uniques = list(dict.fromkeys(present)) if words else sorted(set(present))
-    index = {value: place for place, value in enumerate(uniques)}
-    return uniques, np.array([index.get(value, -1) for value in column.tolist()], int)
+    has_words = any(isinstance(value, str) for value in present)
+    uniques = list(dict.fromkeys(present)) if has_words else sorted(set(present))
+    index_of = {value: index for index, value in enumerate(uniques)}
+    return uniques, np.array([index_of.get(value, -1) for value in column.tolist()], int)

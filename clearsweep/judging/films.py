@@ -36,7 +36,10 @@ def sentences(cases: Cases) -> list[str]:
     if worst is None:
         return []
     index, (thinnest, *_), joint = worst
-    head = f"Thinnest film{cases.in_joint(joint)}: {cases.text(thinnest, index)}{cases.at(index)}{cases.named(index)}."
+    head = (
+        f"Thinnest film{cases.joint_text(joint)}: "
+        f"{cases.text(thinnest, index)}{cases.setting_text(index)}{cases.case_text(index)}."
+    )
     lines = [*_chosen(cases), " ".join([head, *_range_of_law(cases, index, thinnest, joint)])]
     moved = effects.sentences(
         cases, cases.label(thinnest), cases.column(thinnest).astype(float), partial(cases.texts, thinnest)
@@ -215,7 +218,7 @@ def _range_of_law(cases: Cases, index: int, thinnest: str, joint: str) -> list[s
     said.append(f"{count - len(outside)} of {of_cases} {'is' if count - len(outside) == 1 else 'are'} within the law.")
     others = [place for place in outside.tolist() if place != index]
     if others:
-        listed = "; ".join(cases.at(place).removeprefix(" at ").removeprefix(" in ") for place in others)
+        listed = "; ".join(cases.setting_text(place).removeprefix(" at ").removeprefix(" in ") for place in others)
         said.append(f"Outside, too: {listed}." if len(others) <= LISTED_OUTSIDE else _many_outside(cases, outside))
     films = cases.column(thinnest).astype(float).copy()
     films[outside] = np.nan
@@ -244,7 +247,7 @@ def _loss(cases: Cases, joint: str) -> list[str]:
     name = labels.capital(cases.label(loss))
     if low == high:
         return [f"{name}: {high}."]
-    text = f"{name}: {low} to {high}. It is largest{cases.at(largest)}."
+    text = f"{name}: {low} to {high}. It is largest{cases.setting_text(largest)}."
     moved = effects.sentences(cases, cases.label(loss), cases.column(loss).astype(float), partial(cases.texts, loss))
     return [" ".join([text, *moved])]
 

@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ..language import wording
-from .cases import Cases, from_to
-from .variance import CLEAR_FACTOR, factor
+from .cases import Cases, range_text
+from .variance import CLEAR_FACTOR, largest_over_smallest
 
 MOST_LEVELS = 6  # values of the other axis above which its levels are not compared
 
@@ -61,7 +61,7 @@ def _medians(numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
 def _trend(numbers: np.ndarray, values: np.ndarray) -> int:
     """Return 1 if values clearly rise with numbers, -1 if they clearly fall, 0 otherwise."""
     medians = _medians(numbers, values)
-    if len(medians) < 2 or not factor(medians[[0, -1]]) >= CLEAR_FACTOR:
+    if len(medians) < 2 or not largest_over_smallest(medians[[0, -1]]) >= CLEAR_FACTOR:
         return 0
     return 1 if medians[-1] > medians[0] else -1
 
@@ -79,7 +79,7 @@ def _split(cases: Cases, path: str, values: np.ndarray, texts: Texts) -> list[st
             said = []
             for group, trend in zip(ends, trends, strict=True):
                 medians = _medians(cases.column(path)[group], values[group])
-                span = from_to(*texts([float(medians[0]), float(medians[-1])]))
+                span = range_text(*texts([float(medians[0]), float(medians[-1])]))
                 setting = cases.setting(int(group[0]), (other,))
                 said.append(f"at {setting} it {'rises' if trend > 0 else 'falls'} {span}")
             return [f"In the medians, {said[0]}; {said[1]}."]

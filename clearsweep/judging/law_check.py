@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..language import wording
-from .order import Lead
+from .order import CaseRanking
 from .verdict import MARGIN
 
 MAX_NAMED_LAWS = 4  # laws that a sentence names
@@ -24,7 +24,7 @@ class LawResult(NamedTuple):
     value: float  # SI, nan for null
 
 
-def rows_of(table: Mapping[str, np.ndarray], grid_laws: Mapping[str, str], ranking: Lead) -> list[LawResult]:
+def rows_of(table: Mapping[str, np.ndarray], grid_laws: Mapping[str, str], ranking: CaseRanking) -> list[LawResult]:
     """Return the results of the finished cases that check laws; grid_laws : path -> law of the grid."""
     values, candidate_numbers = ranking.worst(table)
     rows = []

@@ -28,13 +28,13 @@ class Candidate(NamedTuple):
     columns: tuple[str, ...]
 
 
-class Lead(NamedTuple):
+class CaseRanking(NamedTuple):
     """The ranking of the cases of a run."""
 
     question: str  # one of QUESTIONS: the leading question of the run
     title: str  # heading of the summary table
     headings: tuple[str, ...]  # labels of each candidate's columns
-    smallest: bool  # whether the smallest value is worst
+    is_smallest_worst: bool  # whether the smallest value is worst
     candidates: tuple[Candidate, ...]
 
     @property
@@ -50,17 +50,17 @@ class Lead(NamedTuple):
         values = np.array([np.asarray(columns[candidate.columns[0]], float) for candidate in self.candidates])
         if self.question == "optimise" and MARGIN in self.columns:  # cases beyond the limits are never the best
             values = np.where(np.asarray(columns[MARGIN], float) < 0.0, np.nan, values)
-        sign = -1.0 if self.smallest else 1.0
+        sign = -1.0 if self.is_smallest_worst else 1.0
         candidate_numbers = np.argmax(np.where(np.isnan(values), -np.inf, sign * values), axis=0)
         return np.take_along_axis(values, candidate_numbers[None], axis=0)[0], candidate_numbers
 
-    def ranking(self, values: np.ndarray) -> np.ndarray:
+    def badness(self, values: np.ndarray) -> np.ndarray:
         """Return numbers that increase from the best case to the worst; null gives -inf, for a start-up inf."""
-        null = np.inf if self.question == "start-up" else -np.inf
-        return np.where(np.isnan(values), null, -values if self.smallest else values)
+        value_of_null = np.inf if self.question == "start-up" else -np.inf
+        return np.where(np.isnan(values), value_of_null, -values if self.is_smallest_worst else values)
 
 
-def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | None = None) -> Lead:
+def ranking_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | None = None) -> CaseRanking:
     """Return the ranking of the cases of a run with this layout and these limits.
 
     grid : as in run.json; only the sections that choose cases matter
@@ -71,20 +71,20 @@ def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | N
     search = next((name for name in SEARCHES if (grid or {}).get(name)), "")
     column_names = {column.name for column in layout.columns}
     if (hours := f"{layout.life}_life_hours") in column_names:
-        return Lead("life", "Shortest life", ("life",), _SMALLEST_IS_WORST, (Candidate(layout.life, (hours,)),))
+        return CaseRanking("life", "Shortest life", ("life",), _SMALLEST_IS_WORST, (Candidate(layout.life, (hours,)),))
     limited = tuple(dict.fromkeys(limit.column for limit in limits))
     if search == "optimise":
         return _optimised((grid or {})["optimise"], limited)
     if search == "identify":
-        return Lead("identify", "", (), _LARGEST_IS_WORST, ())
+        return CaseRanking("identify", "", (), _LARGEST_IS_WORST, ())
     if limited:
         names = (MARGIN, *dict.fromkeys((*limited, *((grid or {}).get("figures") or {}))))
         headings = tuple(labels.label(layout, name) for name in names)
-        return Lead(search or "limits", "Smallest margin", headings, _SMALLEST_IS_WORST, (Candidate("", names),))
-    if {START_UP, FASTEST} <= column_names and _starts(grid or {}):
+        return CaseRanking(search or "limits", "Smallest margin", headings, _SMALLEST_IS_WORST, (Candidate("", names),))
+    if {START_UP, FASTEST} <= column_names and _is_start_up(grid or {}):
         words = {START_UP: "start-up time", FASTEST: "highest speed", AFTER: "lowest speed after the start"}
         names = tuple(name for name in words if name in column_names)
-        return Lead(
+        return CaseRanking(
             "start-up",
             "Slowest start-up",
             tuple(words[name] for name in names),
@@ -94,42 +94,46 @@ def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | N
     return _by_content(layout, [question for question, *_ in _FIGURES])
 
 
-def force_lead(layout: Layout) -> Lead:
+def force_ranking(layout: Layout) -> CaseRanking:
     """Return the ranking of cases by their largest force, whatever the question."""
     return _by_content(layout, ["force"])
 
 
-def _starts(grid: Mapping[str, Any]) -> bool:
+def _is_start_up(grid: Mapping[str, Any]) -> bool:
     """Return whether a motor with a no-load speed starts the mechanism and the start is recorded."""
     motor = (grid.get("drive") or {}).get("motor") or {}
     return "no_load_speed" in motor and (grid.get("simulate") or {}).get("discard") == 0.0
 
 
-def _by_content(layout: Layout, questions: list[str]) -> Lead:
+def _by_content(layout: Layout, questions: list[str]) -> CaseRanking:
     """Return the ranking by the first of the questions for which the layout has figures."""
     column_names = {column.name for column in layout.columns}
     joints = [joint.name for joint in layout.joints]
-    for question, title, smallest, figures in _FIGURES:
+    for question, title, smallest, headings_of_figures in _FIGURES:
         if question not in questions:
             continue
-        matching = [name for name in joints if f"{name}_{next(iter(figures))}" in column_names]
-        shown = {
+        matching = [name for name in joints if f"{name}_{next(iter(headings_of_figures))}" in column_names]
+        common_figures = {
             figure: heading
-            for figure, heading in figures.items()
+            for figure, heading in headings_of_figures.items()
             if all(f"{name}_{figure}" in column_names for name in matching)
         }
         if matching:
-            candidates = tuple(Candidate(name, tuple(f"{name}_{figure}" for figure in shown)) for name in matching)
-            return Lead(question, title, tuple(shown.values()), smallest, candidates)
-    return Lead("force", "", (), _LARGEST_IS_WORST, ())
+            candidates = tuple(
+                Candidate(name, tuple(f"{name}_{figure}" for figure in common_figures)) for name in matching
+            )
+            return CaseRanking(question, title, tuple(common_figures.values()), smallest, candidates)
+    return CaseRanking("force", "", (), _LARGEST_IS_WORST, ())
 
 
-def _optimised(section: Mapping[str, Any], limited: tuple[str, ...]) -> Lead:
+def _optimised(section: Mapping[str, Any], limited: tuple[str, ...]) -> CaseRanking:
     """Return the ranking by the objectives of `optimise`."""
-    written = {sense: section.get(sense) or [] for sense in SENSES}
-    objectives = [name for names in written.values() for name in ([names] if isinstance(names, str) else names)]
+    objectives_of_sense = {sense: section.get(sense) or [] for sense in SENSES}
+    objectives = [
+        name for names in objectives_of_sense.values() for name in ([names] if isinstance(names, str) else names)
+    ]
     names = (*objectives, *((MARGIN,) if limited else ()))
-    return Lead("optimise", "Best cases", names, bool(written["minimise"]), (Candidate("", names),))
+    return CaseRanking("optimise", "Best cases", names, bool(objectives_of_sense["minimise"]), (Candidate("", names),))
 
 
 _FIGURES: tuple[tuple[str, str, bool, dict[str, str]], ...] = (

@@ -138,7 +138,7 @@ def _wear(cases: Cases, joint: Any, depths: np.ndarray) -> str:
             *wear.remark(
                 cases, joint, median_case, float(depths[median_case]), "In the median case, the wear per 1000 h"
             ),
-            spread(f"Wear depth per 1000 h{cases.in_joint(joint.name)}: median", texts),
+            spread(f"Wear depth per 1000 h{cases.joint_text(joint.name)}: median", texts),
             *_drivers(cases, depths, lambda numbers: wording.in_common_unit(numbers, "m")),
         ]
     )

@@ -46,7 +46,9 @@ def _swing(cases: Cases, target: str, no_load: float) -> list[str]:
     low, high = _swing_words(cases, widest)
     over = float(cases.column(FASTEST)[widest]) / no_load - 1.0
     above = f", up to {wording.percent(over)} above no load" if over > 0.0 else ""
-    text = f"After that, the speed swings between {low} and {high}{above}{cases.at(widest)}, the largest swing."
+    text = (
+        f"After that, the speed swings between {low} and {high}{above}{cases.setting_text(widest)}, the largest swing."
+    )
     below = int((lowest < 0.95 * no_load).sum())
     if not below:
         return [f"{text} No started case falls below {target} again."]
@@ -80,7 +82,7 @@ def cards(cases: Cases) -> list[tuple[str, str, str]]:
     widest = _widest_swing(cases)
     if widest is not None:
         swing = " to ".join(_swing_words(cases, widest)).replace(f"{wording.BLANK}rpm to", " to")
-        shown.append(("Speed after that", swing, f"largest swing,{cases.at(widest).removeprefix(' at')}"))
+        shown.append(("Speed after that", swing, f"largest swing,{cases.setting_text(widest).removeprefix(' at')}"))
     return shown
 
 
@@ -90,7 +92,7 @@ def until_start(cases: Cases, joint: str) -> str:
     if not cases.has(name):
         return ""
     largest = cases.extremes(name)[1]
-    return f"{cases.text(name, largest)}{cases.at(largest)}"
+    return f"{cases.text(name, largest)}{cases.setting_text(largest)}"
 
 
 def _no_load_speed(cases: Cases) -> float | None:
@@ -122,7 +124,7 @@ def _cut_off(cases: Cases, target: str) -> list[str]:
     longer = f"set simulate.revolutions to {2.0 * turns:g} or more" if turns else "raise simulate.revolutions"
     return [
         f"{count} {were} cut off{_after(cases)}, before {target}: at most {cases.text(FASTEST, highest)}"
-        f"{cases.at(highest)}.{within} To see whether the speed is reached later, {longer}. "
+        f"{cases.setting_text(highest)}.{within} To see whether the speed is reached later, {longer}. "
         "Forces and errors below leave such cases out."
     ]
 
@@ -144,7 +146,7 @@ def started(cases: Cases) -> Cases:
 
     A start that was cut off lacks the rest of its forces, so that its peak cannot be compared.
     """
-    if cases.lead.question != "start-up" or _no_load_speed(cases) is None:
+    if cases.ranking.question != "start-up" or _no_load_speed(cases) is None:
         return cases
     reached = np.flatnonzero(np.isfinite(cases.column(START_UP)))
     if len(reached) in (0, len(cases.case_ids)):

@@ -101,7 +101,7 @@ class UserFigure(NamedTuple):
     unit: str  # SI
 
 
-class Verdict(NamedTuple):
+class LimitsAndFigures(NamedTuple):
     """User-defined figures and limits of a grid."""
 
     figures: tuple[UserFigure, ...] = ()
@@ -118,7 +118,7 @@ class Verdict(NamedTuple):
             ]
         return tuple(figures)
 
-    def needs(self) -> set[str]:
+    def required_columns(self) -> set[str]:
         """Return the columns that the verdict needs."""
         defined = {figure.name for figure in self.figures}
         referenced = {name for figure in self.figures for name in expression.names_in(figure.text)}
@@ -133,7 +133,7 @@ class Verdict(NamedTuple):
             return dict.fromkeys(column.name for column in self.columns)
         import numpy as np
 
-        known = {name: summary[name] for name in self.needs()}
+        known = {name: summary[name] for name in self.required_columns()}
         evaluated = self.evaluate(
             {name: np.array([np.nan if value is None else value]) for name, value in known.items()}
         )
@@ -172,7 +172,7 @@ _EXCEEDED = "columns whose limits the case exceeds or that cannot be assessed, s
 _MARGIN = (
     "smallest of 1 - value/limit (value/limit - 1 for at_least); null: a limit cannot be assessed or has no margin"
 )
-NO_VERDICT = Verdict()
+NO_LIMITS = LimitsAndFigures()
 
 
 def margin_words(margin: float, limits: Iterable[Limit], exceeded: str) -> str:
@@ -203,12 +203,12 @@ def limits_of(written: Mapping[str, Any], columns: Iterable[Column] = ()) -> tup
     return tuple(limits)
 
 
-def of_record(record: Mapping[str, Any]) -> Verdict:
+def of_record(record: Mapping[str, Any]) -> LimitsAndFigures:
     """Return the Verdict of a grid as run.json contains it."""
     columns = [Column(**column) for column in record["layout"]["columns"]]
     units = {column.name: column.unit for column in columns}
     limits = limits_of(record.get("limits") or {}, columns)
-    return Verdict(figures_of(record.get("figures") or {}, units), limits)
+    return LimitsAndFigures(figures_of(record.get("figures") or {}, units), limits)
 
 
 def figures_of(written: Mapping[str, str], units: Mapping[str, str]) -> tuple[UserFigure, ...]:

@@ -23,7 +23,7 @@ def sentences(cases: Cases) -> list[str]:
             lines += growth
             continue
         (depth,) = wording.in_common_unit([float(depths[worst])], "m")
-        text = f"Deepest wear of one body{cases.in_joint(joint.name)}: {depth} per 1000 h{cases.at(worst)}."
+        text = f"Deepest wear of one body{cases.joint_text(joint.name)}: {depth} per 1000 h{cases.setting_text(worst)}."
         parts = [text, *remark(cases, joint, worst, float(depths[worst]))]
         lines.append(" ".join([*parts, *effects.sentences(cases, effects.NEXT, depths, _texts, 1)]))
     return lines
@@ -71,7 +71,7 @@ def _growth(cases: Cases, joint: JointLayout, worst: int) -> list[str]:
     if not np.isfinite(growth_rate):
         return []
     (growth_text,) = wording.in_common_unit([growth_rate], "m")
-    location = f"{cases.in_joint(joint.name)}{cases.at(worst)}"
+    location = f"{cases.joint_text(joint.name)}{cases.setting_text(worst)}"
     return [f"Wear of both bodies widens the clearance{location} by {growth_text} per 1000 h of the life."]
 
 

@@ -14,7 +14,7 @@ from ..contracts.case import DOUBTFUL_WEAR_NUMBER, Case, Joint
 from ..contracts.catalogue import Catalogue, Figure, Mechanism
 from ..contracts.layout import CaseFeatures, Layout, features_of
 from ..contracts.machine import Machine
-from ..judging.verdict import NO_VERDICT, Verdict
+from ..judging.verdict import NO_LIMITS, LimitsAndFigures
 from ..language.errors import InputError
 from ..mechanics.coupling import rates
 from ..mechanics.coupling.state import every_state
@@ -52,7 +52,7 @@ class Scene:
     crank_clock: crank_clock.SteadyClock | crank_clock.ScheduledClock | crank_clock.FreeClock
     worn: Mapping[str, Worn] = field(default_factory=dict)  # earlier wear by joint; a missing joint is unworn
     deadline: float = math.inf  # s, processor time at which the case is abandoned
-    verdict: Verdict = NO_VERDICT  # user-defined figures and limits, which are not part of the case
+    verdict: LimitsAndFigures = NO_LIMITS  # user-defined figures and limits, which are not part of the case
     build_time: float = 0.0  # s, time to build it
 
     def with_deadline(self, deadline: float) -> "Scene":

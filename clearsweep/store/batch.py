@@ -19,7 +19,7 @@ from h5py import h5d, h5p, h5s, h5t
 from ..contracts import results
 from ..contracts.layout import SECTION_COUNT, Column, Layout
 from ..grid import Grid
-from ..judging.verdict import Verdict
+from ..judging.verdict import LimitsAndFigures
 from . import durable
 from .columns import column_of, field_of, values_of, words_of
 from .datasets import CASE, EVENT, NODE, SAMPLE, SECTION, Dataset, event_datasets, life_datasets, section_datasets
@@ -51,7 +51,7 @@ class ResultSchema(NamedTuple):
     axes: tuple[Axis, ...]
     histories: bool  # False: neither samples nor events are stored
     frame: str  # hash of everything that the cases of a run share
-    verdict: Verdict = Verdict()  # user-defined figures and limits: only in the merged summary
+    verdict: LimitsAndFigures = LimitsAndFigures()  # user-defined figures and limits: only in the merged summary
     worst: int = 0  # number of cases whose peak revolution is in the merged orbits
 
     @classmethod
@@ -111,11 +111,11 @@ def _with_labels(field: pa.Field, labels: str) -> pa.Field:
     return field.with_metadata({**field.metadata, "labels": labels})
 
 
-def with_verdict(verdict: Verdict, table: pa.Table) -> pa.Table:
+def with_verdict(verdict: LimitsAndFigures, table: pa.Table) -> pa.Table:
     """Return rows of a summary with user-defined figures and limits added; null for failed cases."""
     if not verdict.columns:
         return table
-    columns = {name: values_of(table[name].combine_chunks()) for name in verdict.needs()}
+    columns = {name: values_of(table[name].combine_chunks()) for name in verdict.required_columns()}
     verdict_columns, failed = verdict.evaluate(columns), values_of(table["status"].combine_chunks()) != "ok"
     for column in verdict.columns:
         field, values = field_of(column), verdict_columns[column.name].astype(object)

@@ -8,7 +8,7 @@ import numpy as np
 from .. import grid as grids
 from ..judging import advice, answer, sampled, wear
 from ..judging.cases import Cases, column_texts
-from ..judging.order import BY_CONTENT, Lead
+from ..judging.order import BY_CONTENT, CaseRanking
 from ..judging.verdict import units_of
 from ..language import wording
 from ..store import BlockedRun, SampledRun, StoredRun
@@ -44,7 +44,7 @@ class Answer(NamedTuple):
     no_limits: str = ""  # suggested limit for a grid without limits, or ''
 
 
-def of_run(run: StoredRun, lead: Lead, checks: LawCheckResults, facts: dict[str, Any]) -> Answer:
+def of_run(run: StoredRun, lead: CaseRanking, checks: LawCheckResults, facts: dict[str, Any]) -> Answer:
     """Return the answer to the question of a grid; it is empty if the question has last lines of its own.
 
     For a run in blocks with more than MOST_READ cases, only the sentences on extremes are returned, since its sample
@@ -58,13 +58,13 @@ def of_run(run: StoredRun, lead: Lead, checks: LawCheckResults, facts: dict[str,
     if not len(columns.rows):
         return Answer([])
     cases = _cases(run, lead, columns, facts)
-    cases = cases._replace(with_effects=sample is None)
+    cases = cases._replace(is_complete=sample is None)
     worn = [] if sampled.is_one_sample(cases.record) else wear.sentences(cases)
     said = answer.extremes(cases) if sample else answer.sentences(cases)
     return Answer([*said, *worn], advice.no_limits(cases) if lead.question in BY_CONTENT else "")
 
 
-def _cases(run: StoredRun, lead: Lead, columns: _Columns, facts: dict[str, Any]) -> Cases:
+def _cases(run: StoredRun, lead: CaseRanking, columns: _Columns, facts: dict[str, Any]) -> Cases:
     units = {column.name: column.unit for column in run.layout.columns} | units_of(run.grid)
 
     def varies(path: str) -> bool:

@@ -124,7 +124,7 @@ class CaseRunner:
             return None
         rows = self.directory.rows()
         names = grid.optimise.columns([column.name for column in grid.layout.columns]) if grid.optimise else []
-        names = [*order.lead_of(grid.layout, grid.verdict.limits).columns] if grid.checked_laws else names
+        names = [*order.ranking_of(grid.layout, grid.verdict.limits).columns] if grid.checked_laws else names
         positions = np.searchsorted(rows["id"], ids[first:])
         new_results = store.read_results(self.directory, store.ResultSchema.of(grid), rows[positions], names)
         if grid.identify is None:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..judging.order import Lead
+from ..judging.order import CaseRanking
 from ..judging.verdict import EXCEEDED, MARGIN, Limit, margin_words
 
 WORST_CASES = 5
@@ -14,7 +14,7 @@ WORST_CASES = 5
 class WorstCases:
     """Keeps the worst finished cases, updated block by block."""
 
-    def __init__(self, lead: Lead, joints: list[str], limits: tuple[Limit, ...]):
+    def __init__(self, lead: CaseRanking, joints: list[str], limits: tuple[Limit, ...]):
         """Prepare with the ranking, the joints whose force peaks each entry contains, and the limits of the grid."""
         self.ranking, self.joints, self.limits = lead, joints, limits
         self.columns = [*dict.fromkeys((*lead.columns, *(f"{joint}_force_peak" for joint in joints)))]
@@ -25,7 +25,7 @@ class WorstCases:
         if not self.ranking.candidates:
             return
         values, candidate_numbers = self.ranking.worst(block)
-        badness = self.ranking.ranking(values)
+        badness = self.ranking.badness(values)
         least = np.partition(badness, -WORST_CASES)[-WORST_CASES] if len(badness) > WORST_CASES else -np.inf
         worst = np.flatnonzero(badness >= least)
         worst = worst[np.lexsort((block["case_id"][worst], badness[worst]))[-WORST_CASES:]]
@@ -36,7 +36,7 @@ class WorstCases:
 
     def _badness(self, entry: dict[str, Any]) -> tuple[float, str]:
         figure = entry["figures"][0]["value"]
-        return float(self.ranking.ranking(np.array(np.nan if figure is None else figure))), entry["case_id"]
+        return float(self.ranking.badness(np.array(np.nan if figure is None else figure))), entry["case_id"]
 
     def _figures(self, block: Mapping[str, np.ndarray], index: int, number: int) -> dict[str, Any]:
         """Return the figures that rank a case, and the largest force peak with its joint; None for null."""

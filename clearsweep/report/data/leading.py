@@ -33,7 +33,7 @@ def leading_figure(
     grid : as stored in run.json.
     """
     limits = tuple(limits)
-    question = order.lead_of(layout, limits, grid).question
+    question = order.ranking_of(layout, limits, grid).question
     if question not in ("seek", "limits"):
         return LEADING_FIGURES.get(question, PEAK)
     layout_columns = {column.name: column for column in layout.columns}

@@ -235,7 +235,7 @@ def _is_grid_case(run: StoredRun | SampledRun) -> np.ndarray:
 
 def _law_checks(run: StoredRun | SampledRun, selected: np.ndarray) -> tuple[law_check.LawResult, ...]:
     """Return the results of the finished cases that check laws."""
-    grid_laws, lead = grid.base_laws(run.grid), order.lead_of(run.layout, _limits(run), run.grid)
+    grid_laws, lead = grid.base_laws(run.grid), order.ranking_of(run.layout, _limits(run), run.grid)
     table = {name: run.column(name).to_numpy()[selected] for name in ("case_id", *grid_laws, *lead.columns)}
     return tuple(law_check.rows_of(table, grid_laws, lead))
 

@@ -6,9 +6,9 @@ from ...judging import order
 from .study import Study
 
 
-def question(study: Study) -> order.Lead:
+def question(study: Study) -> order.CaseRanking:
     """Return the ranking of the cases of a study."""
-    return order.lead_of(study.run.layout, study.limits, study.run.grid)
+    return order.ranking_of(study.run.layout, study.limits, study.run.grid)
 
 
 def worst_case(study: Study) -> tuple[str, order.Candidate] | None:
@@ -19,6 +19,6 @@ def worst_case(study: Study) -> tuple[str, order.Candidate] | None:
     values, which = lead.worst({name: cases[name].to_numpy(float) for name in lead.columns})
     if np.isnan(values).all():
         return None
-    badness = lead.ranking(values)
+    badness = lead.badness(values)
     place = int(np.flatnonzero(badness == badness.max())[-1])  # of equal ones the last, as in the last lines of the run
     return cases.index[place], lead.candidates[int(which[place])]

@@ -135,7 +135,11 @@ def _films(study: Study, case_id: str, candidate: Candidate) -> list[tuple[str, 
             (loss,) = cases.texts(f"{chosen.joint}_{films.LOSS}", [chosen.loss])
             cards.append(("Its film loss", f"up to {loss}", setting))
     outside, count = films.outside_law(cases)
-    named = f"outside:{cases.at(int(outside[0])).removeprefix(' at')}" if len(outside) == 1 else "range of the film law"
+    named = (
+        f"outside:{cases.setting_text(int(outside[0])).removeprefix(' at')}"
+        if len(outside) == 1
+        else "range of the film law"
+    )
     cards.append(("Cases within the film law", f"{count - len(outside)} of {count}", named))
     share = float(study.cases.at[case_id, f"{candidate.joint}_{films.OUTSIDE}"])
     remark = f"; {films.beyond_law(share)}" if share > 0.0 else ""

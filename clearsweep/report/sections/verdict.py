@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 from ...judging import advice, designs, fits, order, probability, sampled, verdict
-from ...judging.cases import MANY_AXES
+from ...judging.cases import MAX_NAMED_AXES
 from ...judging.labels import limit_label
 from ...language import wording
 from ..blocks.case_table import axis_columns
@@ -132,7 +132,7 @@ def _kept(study: Study) -> list[str]:
                 float(study.cases.at[case_id, verdict.MARGIN]), study.limits, study.cases.at[case_id, verdict.EXCEEDED]
             )
             case = f"case {wording.short_id(case_id)}"
-            many = len(study.swept()) > MANY_AXES
+            many = len(study.swept()) > MAX_NAMED_AXES
             where = f" in {case}" if many else f"{_at(study, case_id)}, {case}" if study.swept() else ""
             sentences.append(f"{word} margin: {margin}{where}{remark}.")
     return sentences

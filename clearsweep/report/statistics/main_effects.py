@@ -31,7 +31,7 @@ class MainEffect(NamedTuple):
 
     def factor(self) -> float:
         """Return the ratio of largest to smallest median; NaN if it is zero or undefined."""
-        return variance.factor(self.medians)
+        return variance.largest_over_smallest(self.medians)
 
 
 def main_effects_of(study: Study, column: str) -> list[MainEffect]:
@@ -42,7 +42,7 @@ def main_effects_of(study: Study, column: str) -> list[MainEffect]:
 def _main_effects(study: Study, column: str) -> list[MainEffect]:
     axes, values = study.levels(), comparable(study, column)
     value_indices = [study.indices_on(axis) for axis in axes]
-    shares = variance.explained(values, value_indices)
+    shares = variance.variance_shares(values, value_indices)
     effects = []
     for axis, indices, share in zip(axes, value_indices, shares, strict=True):
         groups = [
