@@ -14,7 +14,7 @@ A new kind of joint is one file and a choice in `registry.joint_term`: a NamedTu
 
     contact_modes(joint)                   modes of its contacts when apart and pressed, one entry per contact
     parts(joint)                           its laws, at least one, in the order of their internal states and guards
-    load(joint, gap, place, present)       its forces on the bodies and the observables of its contacts
+    load(joint, gap, offsets, state)       its forces on the bodies and the observables of its contacts
 
 A new law is one file: a NamedTuple with members of the families of its force and, if necessary, of these:
 

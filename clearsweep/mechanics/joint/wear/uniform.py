@@ -41,8 +41,8 @@ from .binning import BinCursor, accumulate_inside
 from .pressure import Mean
 
 #: Rows of the antiderivatives over the time x, each over x: of rate / 2, rate (m - m0) / (2 h), rate / (2 h).
-WHOLE, MOMENT, PER_ARC = RATE, TERM, TERM + 1
-MOST_PER_HALF = 1e7  # 1/rad: in a narrower arc there is no load, and rounding must not be magnified
+HALF_RATE, MOMENT, PER_ARC = RATE, TERM, TERM + 1
+MAX_PER_HALF = 1e7  # 1/rad: in a narrower arc there is no load, and rounding must not be magnified
 PER_POWER = 1.0 / (1.0 + INDICES)  # from the coefficients of a polynomial to those of its antiderivative over x
 
 
@@ -55,7 +55,7 @@ def _origin(workspace):
 @inlined
 def _per_arc(workspace, i):
     """Return half the wear at a point over the half-angle of the arc (m)."""
-    return 0.5 * workspace[AREA * POINTS + i] * min(workspace[PER_HALF * POINTS + i], MOST_PER_HALF)
+    return 0.5 * workspace[AREA * POINTS + i] * min(workspace[PER_HALF * POINTS + i], MAX_PER_HALF)
 
 
 @fit_arc.member(Mean)
@@ -65,11 +65,11 @@ def _fit_arc_mean(pressure, workspace):
         half_rate, per_arc = 0.5 * workspace[AREA * POINTS + i], _per_arc(workspace, i)
         workspace[END * POINTS + i], workspace[END_SLOPE * POINTS + i] = half_rate, per_arc
         workspace[END_COURSE * POINTS + i] = per_arc * (workspace[MIDDLE * POINTS + i] - origin)
-    fit(workspace, END, WHOLE, INVERSE_WEIGHTS)
+    fit(workspace, END, HALF_RATE, INVERSE_WEIGHTS)
     fit(workspace, END_COURSE, MOMENT, INVERSE_WEIGHTS)
     fit(workspace, END_SLOPE, PER_ARC, INVERSE_WEIGHTS)
     for i in abreast(POINTS):
-        workspace[WHOLE * POINTS + i] *= PER_POWER[i]
+        workspace[HALF_RATE * POINTS + i] *= PER_POWER[i]
         workspace[MOMENT * POINTS + i] *= PER_POWER[i]
         workspace[PER_ARC * POINTS + i] *= PER_POWER[i]
     fit(workspace, MIDDLE, COURSE, UNIT_WEIGHTS)
@@ -82,20 +82,20 @@ def _area(workspace, end, angle, x):
 
     angle : rad, of the edge, from the origin.
     """
-    beyond = polynomial(workspace, MOMENT, x) - angle * polynomial(workspace, PER_ARC, x)
-    return x * (polynomial(workspace, WHOLE, x) + end * beyond)
+    moment = polynomial(workspace, MOMENT, x) - angle * polynomial(workspace, PER_ARC, x)
+    return x * (polynomial(workspace, HALF_RATE, x) + end * moment)
 
 
 @write_worn_before_passed.member(Mean)
 def _write_worn_before_passed_mean(pressure, workspace, end, edge, width):
-    edge_side, first = inner_side(workspace, end), edge - _origin(workspace)
+    edge_side, first_angle = inner_side(workspace, end), edge - _origin(workspace)
     whole_area = row_sum(workspace, AREA) if end > 0.0 else 0.0
     for k in abreast(POINTS):
-        angle = first + INDICES[k] * width
-        write_worn_before_inside = _area(workspace, end, angle, edge_side) - _area(
+        angle = first_angle + INDICES[k] * width
+        worn_inside = _area(workspace, end, angle, edge_side) - _area(
             workspace, end, angle, workspace[PASSINGS * POINTS + k]
         )
-        workspace[WORN * POINTS + k] = whole_area - end * (edge_side * write_worn_before_inside)
+        workspace[WORN * POINTS + k] = whole_area - end * (edge_side * worn_inside)
 
 
 @worn_in_interval.member(Mean)
@@ -104,7 +104,7 @@ def _worn_in_interval_mean(pressure, workspace, edge, side, span):
     if side < 0 or high <= low:
         return 0.0
     if side > 0:
-        return 2.0 * (high * polynomial(workspace, WHOLE, high) - low * polynomial(workspace, WHOLE, low))
+        return 2.0 * (high * polynomial(workspace, HALF_RATE, high) - low * polynomial(workspace, HALF_RATE, low))
     angle = edge - _origin(workspace)
     return _area(workspace, -1.0, angle, high) - _area(workspace, -1.0, angle, low)
 

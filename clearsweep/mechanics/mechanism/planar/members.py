@@ -21,29 +21,39 @@ from .equations import generated
 from .form import Planar
 from .friction import friction_powers_of, friction_slips_of
 
-_placed, _gaps_of, _accelerated, _masses, _energy_of, _described, _angles, _judged, _rate_of, _rubs_of, _with_rubs = (
-    map(
-        generated,
-        (
-            "place",
-            "gaps",
-            "accelerate",
-            "impact_masses",
-            "energy",
-            "describe",
-            "body_angles",
-            "output",
-            "crank_rate",
-            "rubs",
-            "with_rubs",
-        ),
-    )
+(
+    _pose_of,
+    _gaps_of,
+    _motion_of,
+    _impact_masses_of,
+    _energy_of,
+    _describe,
+    _body_angles_of,
+    _output_of,
+    _crank_rate_of,
+    _friction_laws_of,
+    _with_friction_laws,
+) = map(
+    generated,
+    (
+        "place",
+        "gaps",
+        "accelerate",
+        "impact_masses",
+        "energy",
+        "describe",
+        "body_angles",
+        "output",
+        "crank_rate",
+        "rubs",
+        "with_rubs",
+    ),
 )
 
 
 @place.member(Planar)
 def _place_planar(mechanism, y):
-    return _placed(mechanism, y)
+    return _pose_of(mechanism, y)
 
 
 @gaps.member(Planar)
@@ -53,12 +63,12 @@ def _gaps_planar(mechanism, pose):
 
 @accelerate.member(Planar)
 def _accelerate_planar(mechanism, pose, loads):
-    return _accelerated(mechanism, pose, loads)
+    return _motion_of(mechanism, pose, loads)
 
 
 @impact_masses.member(Planar)
 def _impact_masses_planar(mechanism, pose, relative):
-    return _masses(mechanism, pose, relative)
+    return _impact_masses_of(mechanism, pose, relative)
 
 
 @energy.member(Planar)
@@ -68,7 +78,7 @@ def _energy_planar(mechanism, pose):
 
 @crank_rate.member(Planar)
 def _crank_rate_planar(mechanism, pose, nominal):
-    return _rate_of(mechanism, pose)
+    return _crank_rate_of(mechanism, pose)
 
 
 @load_power.member(Planar)
@@ -82,12 +92,12 @@ def _load_power_planar(mechanism, motion):
 
 @friction_laws.member(Planar)
 def _friction_laws_planar(mechanism):
-    return _rubs_of(mechanism)
+    return _friction_laws_of(mechanism)
 
 
 @with_friction_laws.member(Planar)
 def _with_friction_laws_planar(mechanism, laws):
-    return _with_rubs(mechanism, laws)
+    return _with_friction_laws(mechanism, laws)
 
 
 @friction_slips.member(Planar)
@@ -102,16 +112,16 @@ def _friction_powers_planar(mechanism, motion):
 
 @body_angles.member(Planar)
 def _body_angles_planar(mechanism, y):
-    return _angles(mechanism, _placed(mechanism, y))
+    return _body_angles_of(mechanism, _pose_of(mechanism, y))
 
 
 @output_error.member(Planar)
 def _output_error_planar(mechanism, pose):
-    output, output_rate, angle, rate = _judged(mechanism, pose)
+    output, output_rate, angle, rate = _output_of(mechanism, pose)
     ideal_output, slope = at_angle(mechanism.turn, 0, angle)
     return output - ideal_output, output_rate - slope * rate
 
 
 @describe.member(Planar)
 def _describe_planar(mechanism, y, pose, motion, out):
-    return _described(mechanism, pose, motion, out)
+    return _describe(mechanism, pose, motion, out)
