@@ -173,16 +173,47 @@ def _chosen(cases: Cases) -> list[str]:
     if chosen is None:
         return _none_safe(cases)
     (film,) = cases.texts(f"{chosen.joint}_{THICKNESS}", [chosen.thickness])
-    text = f"Safest{every_condition(chosen)}: {setting_of(cases, chosen)}. Its film is at least {film}"
+    text = f"{title(chosen)}: {setting_of(cases, chosen)}. Its film is at least {film}"
     if np.isfinite(chosen.loss):
         (loss,) = cases.texts(f"{chosen.joint}_{LOSS}", [chosen.loss])
         text += f", its loss at most {loss}"
-        text += ", the least of all safe combinations" if chosen.has_least_loss and chosen.safe > 1 else ""
+    text += "."
+    if chosen.has_least_loss and chosen.safe > 1:
+        text += " No other safe combination has a smaller largest loss."
+    edges = _edges(cases, chosen)
+    if edges:
+        text += f" It is at the end of the range of {wording.sentence_list(edges)}: a better one may lie outside."
     meaning = _meaning(cases, chosen.joint)
     count = f"{chosen.safe} of {wording.count(chosen.total, 'combination')} {'is' if chosen.safe == 1 else 'are'} safe"
-    unsafe = [cases.setting(index, chosen.paths) for index in chosen.unsafe]
+    unsafe = [f"{cases.setting(index, chosen.paths)}{_unsafe_where(cases, index, chosen)}" for index in chosen.unsafe]
     others = f" Unsafe: {'; '.join(unsafe)}." if 0 < len(unsafe) <= LISTED_UNSAFE else ""
-    return [f"{text}. {count}: {meaning}.{others}"]
+    return [f"{text} {count}{every_condition(chosen)}: {meaning}.{others}"]
+
+
+def title(chosen: Choice) -> str:
+    """Return the heading of a chosen combination: 'Thickest film at the worst crank speed'."""
+    names = wording.sentence_list([wording.axis_name(path) for path in chosen.conditions])
+    return f"Thickest film at the worst {names}" if names else "Thickest film"
+
+
+def _edges(cases: Cases, chosen: Choice) -> list[str]:
+    """Return the names of the paths whose chosen value is the smallest or largest of at least two numbers."""
+    edges = []
+    for path in chosen.paths:
+        values = cases.column(path)
+        if isinstance(values[chosen.thinnest], str) or len(set(values.tolist())) < 2:
+            continue
+        if float(values[chosen.thinnest]) in (float(np.min(values)), float(np.max(values))):
+            edges.append(wording.axis_name(path))
+    return edges
+
+
+def _unsafe_where(cases: Cases, index: int, chosen: Choice) -> str:
+    """Return ' (1 of 3 cases)': how many cases of the combination of a case are unsafe; '' if all are."""
+    groups = designs.groups(chosen.paths, cases.column, len(cases.case_ids))
+    members = next(group for group in groups if index in group)
+    unsafe = int(_unsafe(cases, _joints(cases))[members].sum())
+    return f" ({unsafe} of {len(members)} cases)" if unsafe < len(members) else ""
 
 
 def _none_safe(cases: Cases) -> list[str]:
@@ -202,7 +233,10 @@ def _none_safe(cases: Cases) -> list[str]:
 def _meaning(cases: Cases, joint: str) -> str:
     """Return the criteria of a safe film: within its law, and thicker than the roughness if this is known."""
     if needed(cases, joint) is None:
-        return "within the range of the film law; no roughness is given"
+        return (
+            "within the range of the film law. No roughness is given: compare the films with "
+            f"{ROUGHNESSES:g} times the combined roughness of the surfaces"
+        )
     return f"within the range of the film law and above {ROUGHNESSES:g} times the combined roughness"
 
 

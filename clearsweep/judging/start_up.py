@@ -79,6 +79,9 @@ def cards(cases: Cases) -> list[tuple[str, str, str]]:
     cut = f"; {missing} of {wording.count(len(times), 'case')} cut off{_after(cases)}" if missing else ""
     ends = dict.fromkeys(cases.texts(START_UP, [float(known.min()), float(known.max())])) if known.size else ["none"]
     shown = [("Start-up time", " to ".join(ends), f"until the speed first reaches {target}{cut}")]
+    if missing and known.size:
+        taken = f"after {' to '.join(ends)}; the others were cut off{_after(cases)}"
+        shown = [(f"Cases that reach {target}", f"{known.size} of {len(times)}", taken)]
     widest = _widest_swing(cases)
     if widest is not None:
         swing = " to ".join(_swing_words(cases, widest)).replace(f"{wording.BLANK}rpm to", " to")
@@ -125,7 +128,7 @@ def _cut_off(cases: Cases, target: str) -> list[str]:
     return [
         f"{count} {were} cut off{_after(cases)}, before {target}: at most {cases.text(FASTEST, highest)}"
         f"{cases.setting_text(highest)}.{within} To see whether the speed is reached later, {longer}. "
-        "Forces and errors below leave such cases out."
+        "Forces and errors below leave such cases out, so they are lower bounds: these cases may exceed them."
     ]
 
 

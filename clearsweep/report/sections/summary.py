@@ -129,8 +129,7 @@ def _films(study: Study, case_id: str, candidate: Candidate) -> list[tuple[str, 
     if chosen is not None:
         (film,) = cases.texts(f"{chosen.joint}_{films.THICKNESS}", [chosen.thickness])
         setting = films.setting_of(cases, chosen)
-        every = films.every_condition(chosen)
-        cards.append((f"Safest film{every}", f"{film} or more", setting))
+        cards.append((films.title(chosen), film, setting))
         if np.isfinite(chosen.loss):
             (loss,) = cases.texts(f"{chosen.joint}_{films.LOSS}", [chosen.loss])
             cards.append(("Its film loss", f"up to {loss}", setting))
@@ -156,13 +155,15 @@ def _designs(study: Study) -> list[tuple[str, str, str]]:
         return []
     accepted = sum(margin >= 0.0 for margin in grouped.margins)
     names = wording.sentence_list([wording.axis_name(path) for path in grouped.condition_paths])
-    states = fits.of_cases(cases)
-    if states is not None:
-        still_open = (
-            f"; open: {wording.sentence_list([fit['name'] for fit in states.undecided])}" if states.undecided else ""
+    classified = fits.of_cases(cases)
+    if classified is not None:
+        accepted_names, open_names = (
+            wording.sentence_list([fit["name"] for fit in group])
+            for group in (classified.accepted, classified.undecided)
         )
-        note = f"over their whole tolerance, at every {names}{still_open}"
-        return [("Fits within the limits", f"{len(states.accepted)} of {states.total}", note)]
+        parts = (accepted_names, open_names and f"open: {open_names}")
+        note = "; ".join([*filter(None, parts), f"at every {names}"])
+        return [("Fits within the limits", f"{len(classified.accepted)} of {classified.total}", note)]
     return [("Designs within the limits", f"{accepted} of {len(grouped.margins)}", f"at every {names}")]
 
 
@@ -175,6 +176,9 @@ def _chance(study: Study) -> list[tuple[str, str, str]]:
         probability.binomial_interval(limits.exceeding, limits.cases)
     ).partition(" (")
     note = f"{interval.removesuffix(')')}, from the number of cases only;{probability.window_text(study.run.grid)}"
+    columns = [limit.column for limit in study.limits]
+    if sampled.longer_run_warning(answer_cases(study), columns):
+        value, note = f"at least {value}", f"{note}; higher in longer runs"
     return [("Probability of exceeding a limit", value, note)]
 
 
