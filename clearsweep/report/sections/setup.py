@@ -84,7 +84,7 @@ def _derived_values(study: Study) -> list[tuple[str, str]]:
     facts = []
     for path, extremes in (study.run.grid.get("derived") or {}).items():
         scale = wording.scale(extremes["unit"], (extremes["min"], extremes["max"]))
-        texts = dict.fromkeys(scale.given(extremes[bound], 4) for bound in ("min", "max"))
+        texts = dict.fromkeys(scale.given(extremes[key], 4) for key in ("min", "max"))
         facts.append((path, " to ".join(texts)))
     return facts
 
