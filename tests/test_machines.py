@@ -193,7 +193,7 @@ MISTAKES = {
     ),
     "a seam": (
         changed(SLIDER_CRANK, loads={"g": {"on": "slider", "table": {"crank_angle [deg]": [0, 360], "fx": [0, 1]}}}),
-        "loads.g.table: fx: the last row differs from the first",
+        "loads.g.table: fx: the last row has the same crank angle as the first, but another value",
     ),
     "a column": (
         changed(SLIDER_CRANK, loads={"g": {"on": "slider", "table": {"tme": [0, 1], "fx": [0, 1]}}}),

@@ -210,7 +210,7 @@ class Posterior(NamedTuple):
         return [float(value) for value in np.interp(shares, cumulated, self.points[order, column])]
 
 
-def sample(likelihood: LikelihoodModel, inputs: int, rng: np.random.Generator, size: int, rounds: int) -> Posterior:
+def sample(likelihood: LikelihoodModel, inputs: int, rng: np.random.Generator, size: int, iterations: int) -> Posterior:
     """Return a weighted sample of the posterior on the unit cube, with a uniform prior.
 
     Each round draws near the likely points of the previous round (adaptive importance sampling,
@@ -221,7 +221,7 @@ def sample(likelihood: LikelihoodModel, inputs: int, rng: np.random.Generator, s
 
     points = qmc.Sobol(inputs, seed=rng).random_base2(int(np.ceil(np.log2(size))))
     log_weights = likelihood.log_likelihood(*likelihood.distance(points))
-    for _ in range(rounds):
+    for _ in range(iterations):
         probabilities = _flattened(log_weights)
         centres = points[rng.choice(len(points), CENTRE_COUNT, p=probabilities)]
         mean = probabilities @ points

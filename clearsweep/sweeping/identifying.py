@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 UNIFORM_FIRST_CASES = 96  # evenly spread cases before an emulator chooses, at most half of all
 UNIFORM_CASES = 3  # evenly spread cases in each later round, so that distant likely regions are not missed
-SAMPLE_SIZES, SAMPLE_ROUNDS = (1024, 4096), (2, 3)  # sample size of a posterior between rounds, and of the last one
+SAMPLE_SIZES, SAMPLE_ITERATIONS = (1024, 4096), (2, 3)  # sample size of a posterior between rounds, and of the last one
 MIN_CASES = 12  # cases that must finish
 CASES_PER_NARROWING = (
     48  # cases after which the ranges are narrowed to likely values, where the emulator is more accurate
@@ -212,12 +212,12 @@ class Identification:
         if must_train:
             self.trained = (len(points), emulated.kernels)
         likelihood = emulator.LikelihoodModel(emulated, self.observation.values, self.observation.covariance)
-        inputs, size, rounds = points.shape[1], SAMPLE_SIZES[last], SAMPLE_ROUNDS[last]
-        posterior = emulator.sample(likelihood, inputs, rng, size, rounds)
+        inputs, size, iterations = points.shape[1], SAMPLE_SIZES[last], SAMPLE_ITERATIONS[last]
+        posterior = emulator.sample(likelihood, inputs, rng, size, iterations)
         smallest = float(posterior.squares.min()) / len(self.observation.values)
         if smallest > 1.0:  # errors exceed the assumed ones
             likelihood = likelihood._replace(inflation=smallest)
-            posterior = emulator.sample(likelihood, inputs, rng, size, rounds)
+            posterior = emulator.sample(likelihood, inputs, rng, size, iterations)
         best = posterior.points[np.argmax(likelihood.log_likelihood(posterior.squares, posterior.volumes))]
         return likelihood, posterior._replace(points=ranges[0] + (ranges[1] - ranges[0]) * posterior.points), best
 

@@ -106,7 +106,7 @@ class Refinement:
         self.added_is_good: dict[tuple[int, GridPoint], bool] = {}  # the same for added cases, by number and position
         self.boxes: list[_Box] = []  # boxes that the border crosses
         self.halved: list[tuple[_Box, int]] = []  # boxes whose halves must be examined, and the axis of halving
-        self.crossed, self.added, self.is_incomplete = 0, 0, False
+        self.crossed, self.added_count, self.is_incomplete = 0, 0, False
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
         """Record how the cases of a grid, from the index `first` on, compare to its limits."""
@@ -133,12 +133,12 @@ class Refinement:
                 self._halve(largest_boxes[number], requested)
             if not requested:  # all corners of the halves are known
                 self._keep_crossed_halves()
-        self.added += len(requested)
+        self.added_count += len(requested)
         return [self._point(*key) for key in requested]
 
     def result(self) -> RefinementResult:
         """Return the results, at the end."""
-        return RefinementResult(self.refine.cases, self.added, self.crossed, whole=not self.is_incomplete)
+        return RefinementResult(self.refine.cases, self.added_count, self.crossed, whole=not self.is_incomplete)
 
     def _halve(self, box: _Box, requested: dict[tuple[int, GridPoint], None]) -> None:
         """Halve a box, unless it has the smallest size or too few cases are left."""
@@ -148,7 +148,7 @@ class Refinement:
         axis = max(axes, key=lambda candidate: box.size[candidate])
         corners = [(box.group, corner) for half in box.halves(axis) for corner in half.corners()]
         unknown = dict.fromkeys(key for key in corners if key not in requested and self._is_good(*key) is None)
-        if self.added + len(requested) + len(unknown) > self.refine.cases:
+        if self.added_count + len(requested) + len(unknown) > self.refine.cases:
             self.is_incomplete = True
         else:
             requested |= unknown

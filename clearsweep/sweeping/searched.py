@@ -160,7 +160,7 @@ def _objective_text(column: str, case: Mapping[str, Any], unit: str) -> str:
     text = f"{column} {grid_text(case['values'][column], unit)}"
     if column not in case["intervals"]:
         return text
-    low, high = (grid_text(bound, unit) for bound in case["intervals"][column])
+    low, high = (grid_text(end, unit) for end in case["intervals"][column])
     return f"{text} (95 %: {low} to {high})"
 
 

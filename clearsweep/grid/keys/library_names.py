@@ -165,7 +165,7 @@ _NAME_SUFFIX = f".{MATERIAL}"  # end of the path of a name
 class VariedMaterial(NamedTuple):
     """A material whose name varies."""
 
-    base_name: str  # name that stands outside the section that varies it
+    base_name: str  # name that is outside the section that varies it
     library_keys: Mapping[str, str]  # path of a number -> its key in the library
 
 

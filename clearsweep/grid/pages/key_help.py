@@ -231,9 +231,9 @@ def _case_section_help(name: str, catalogue: Catalogue) -> Iterator[str]:
                 _fact_line("example", SECTION_EXAMPLES[section]),
             ]
             yield "\n".join([f"{section}.{key}", *lines])
-    for forms, owner in ((AXIS_FORMS, "an axis"), (DESIGNS, "sample.method"), (SAMPLE_FORMS, "sample.over")):
-        if name in forms:
-            yield f"{name}, of {owner}\n{_fact_line('meaning', _without_markdown(forms[name]))}"
+    for descriptions, owner in ((AXIS_FORMS, "an axis"), (DESIGNS, "sample.method"), (SAMPLE_FORMS, "sample.over")):
+        if name in descriptions:
+            yield f"{name}, of {owner}\n{_fact_line('meaning', _without_markdown(descriptions[name]))}"
 
 
 def _fact_line(heading: str, text: str) -> str:

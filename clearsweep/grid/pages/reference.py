@@ -278,7 +278,7 @@ def _example_value(field: Field) -> str:
         return _number_text(_SMALL_SHARE)
     if not field.default and field.contains(quantity.read(quantity.example(unit), unit)):
         return quantity.example(unit)
-    bounds = [bound for bound in (field.low, field.high) if math.isfinite(bound)]
+    bounds = [limit for limit in (field.low, field.high) if math.isfinite(limit)]
     numbers = (field.default, sum(bounds) / 2.0, field.low + 1.0, field.high - 1.0)
     value = next((number for number in numbers if number and field.contains(number)), 0.0)
     return _number_text(value) if unit in ("1", "") else f"{_number_text(value)} {unit}"

@@ -134,12 +134,12 @@ def _object_schema(key_table: KeyTable, path: str) -> dict[str, Any]:
         elif isinstance(node, Flag):
             properties[key] = {"description": node.text, "type": "boolean", "default": bool(node.default)}
         else:
-            forms = [
+            schemas = [
                 {"$ref": "#/$defs/quantity"},
                 *(_object_schema(key_table, item) for item in (nested,) if _has_keys_below(key_table, item)),
             ]
-            forms += [FIT_SCHEMA] if any(key_use.field.fit for key_use in node.uses) else []
-            value = {"anyOf": forms} if forms[1:] else forms[0]
+            schemas += [FIT_SCHEMA] if any(key_use.field.fit for key_use in node.uses) else []
+            value = {"anyOf": schemas} if schemas[1:] else schemas[0]
             properties[key] = {"description": _number_description(node), **value}
         if isinstance(node, Section) and node.need == "required" and key != ANY:
             required += [] if node.unless else [key]

@@ -111,11 +111,11 @@ def _check_below(reader: Reader, low: str, high: str, reason: str, *, equal: boo
             return
         lows, highs = zip(*invalid[:1], strict=True)
     reported_path = low if low in reader.swept or low in reader.written else high
-    bound = "at most" if equal else "below"
+    comparison = "at most" if equal else "below"
     reader.problems.add(
         reader.position_of(reported_path),
         reported_path,
-        f"found {reader.text(low, max(lows))}; allowed: {bound} {reader.text(high, min(highs))}, the value of "
+        f"found {reader.text(low, max(lows))}; allowed: {comparison} {reader.text(high, min(highs))}, the value of "
         f"{high}; {reason}",
     )
 

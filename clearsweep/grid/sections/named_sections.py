@@ -252,7 +252,8 @@ def _coefficient_distribution(reader: Reader, path: str, written: WrittenValue) 
             reader.problems.add(written, key_path, sentence)
             return None
         bounds = [
-            WrittenValue(f"{bound!r} {library_value.value.unit}", written.origin) for bound in library_value.value[2:]
+            WrittenValue(f"{endpoint!r} {library_value.value.unit}", written.origin)
+            for endpoint in library_value.value[2:]
         ]
         written = WrittenValue({"loguniform": WrittenValue(bounds, written.origin)}, written.origin)
     if not isinstance(written.value, dict) or not set(written.value) <= set(DISTRIBUTIONS):

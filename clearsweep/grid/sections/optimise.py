@@ -112,7 +112,7 @@ class Optimise(NamedTuple):
     def columns(self, available: Collection[str]) -> list[str]:
         """Return the columns that compare cases: objectives, and the ends of their intervals if `available`."""
         objectives = [name for name, _ in self.objectives]
-        return [*objectives, *(bound for name in objectives for bound in interval_columns(name) if bound in available)]
+        return [*objectives, *(end for name in objectives for end in interval_columns(name) if end in available)]
 
     def resolved(self) -> dict[str, Any]:
         """Return the section in the form of a grid file, in SI."""

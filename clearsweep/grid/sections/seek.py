@@ -107,7 +107,7 @@ class Seek(NamedTuple):
         """Return the value at an index from 0 to `last_index`, counted from the safer end."""
         if self.fits:
             return self.fit(index).high
-        low, high = (Fraction(bound) for bound in self.between)
+        low, high = (Fraction(end) for end in self.between)
         k = index if self.direction == SEEK_DIRECTIONS[0] else self.last_index - index
         return float(low + (high - low) * k / self.last_index)
 
