@@ -16,7 +16,7 @@ from ..compiled.dual import as_type_of, plain
 from ..compiled.family import kernel, map_joints
 from ..joint.friction.contract import static_limit
 from ..joint.gripping import grips_of, is_sticking, limited_side, slip_rate, sticks, with_tangential
-from ..joint.offsets import after_joint, after_number, extent, first_place
+from ..joint.offsets import after_joint, after_number, first_offsets, total_counts
 from ..mechanism.contract import accelerate, gap_accelerations
 
 MAX_SWEEPS = 100  # over the grips that stick; coupling between joints is weak, so a dozen suffice
@@ -41,7 +41,7 @@ _grips_of_each = map_joints(_grips, after_joint)
 @kernel
 def every_grip(joints, relative, loads, mode):
     """Return the grips of each joint of the tuple `joints` under the loads; `relative` are the Gaps of the joints."""
-    return _grips_of_each(joints, _pairs(relative, loads, 0, 0), first_place(joints, 0), mode)
+    return _grips_of_each(joints, _pairs(relative, loads, 0, 0), first_offsets(joints, 0), mode)
 
 
 @kernel
@@ -170,7 +170,7 @@ def with_sticking_forces(scene, y, pose, relative, loads, mode):
     if not any(type(joint.friction) in static_limit.members for joint in scene.joints if hasattr(joint, "friction")):
         return loads
     nested, sticking_count = every_grip(scene.joints, relative, loads, mode), 0
-    for j in range(extent(scene.joints).contact):
+    for j in range(total_counts(scene.joints).contact):
         sticking_count += is_sticking(mode[j])
     if sticking_count == 0:
         return loads

@@ -58,7 +58,7 @@ def _with_friction(contact, force, needed):
         depth=contact.depth,
         elastic=contact.elastic,
         raw=contact.raw,
-        needed=plain(needed),
+        stopping_force=plain(needed),
     )
 
 
