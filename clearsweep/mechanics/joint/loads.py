@@ -32,7 +32,7 @@ class _Rates(NamedTuple):
     """Data for the rates of internal states."""
 
     load: Load
-    present: tuple  # JointState
+    state: tuple  # JointState
     kappa: float  # s
     out: np.ndarray  # (n,) rates of the state vector, or their slopes
 
@@ -52,29 +52,29 @@ def _put(rate, declared, index, shared):
 
 
 @kernel
-def _rest(declared, _, index, out):
+def _put_zero(declared, _, index, out):
     out[index] = 0.0
 
 
 @kernel
-def _is_kept(declared, _, index, shared):
+def _survives(declared, _, index, shared):
     return declared.survives_separation
 
 
-_put_each, _rest_each, _kept_each = (map_joints(function, after_number) for function in (_put, _rest, _is_kept))
+_put_each, _put_zeros, _survive_each = (map_joints(function, after_number) for function in (_put, _put_zero, _survives))
 
 
 @kernel
 def _put_part(part, _, offsets, shared):
     if not counts_of_part(part).internal:
         return
-    declared, touching = internal_state(part.law), touches(shared.present.mode[offsets.contact + part.contact])
-    if touching or True in _kept_each(declared, declared, 0, 0):
-        law = with_current_state(part.law, shared.present.y, shared.present.latched, offsets)
+    declared, touching = internal_state(part.law), touches(shared.state.mode[offsets.contact + part.contact])
+    if touching or True in _survive_each(declared, declared, 0, 0):
+        law = with_current_state(part.law, shared.state.y, shared.state.latched, offsets)
         rates = internal_rates(law, shared.load.contacts[part.contact])
         _put_each(rates, declared, offsets.internal, _Rate(touching, shared.kappa, shared.out))
     else:
-        _rest_each(declared, declared, offsets.internal, shared.out)
+        _put_zeros(declared, declared, offsets.internal, shared.out)
 
 
 _put_parts = map_joints(_put_part, after_part)
