@@ -124,7 +124,7 @@ def test_the_column_can_be_limited_and_the_report_says_what_joints_without_clear
         "rocker_ground_friction_power",
     ]
     (sentence,) = (text for text in headline.sentences(prepare(stored)) if "no clearance" in text)
-    assert sentence.startswith("Friction in joint rocker_ground, which has no clearance, takes ")
+    assert sentence.startswith("Friction in joint rocker_ground, which has no clearance, dissipates ")
     layout = stored.layout
     assert Layout.read(layout.written()) == layout
 
