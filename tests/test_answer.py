@@ -66,7 +66,10 @@ def limited(columns, axes, record=LIMITED):
     """Return the answer to limits on a load that is constant, with plain spaces."""
     columns = {"pin_load_peak": np.ones(len(columns[SPEED]))} | columns
     lead = ranking_of(layout("load_peak"), [Limit("pin_load_peak", "at_most", 1.0)])
-    return [text.replace("\u00a0", " ") for text in answer.limited(cases(columns, axes, lead, record, ("load_peak",)))]
+    return [
+        text.replace("\u00a0", " ")
+        for text in answer.limit_sentences(cases(columns, axes, lead, record, ("load_peak",)))
+    ]
 
 
 def test_a_design_keeps_to_the_limits_if_it_does_at_every_speed():
@@ -355,8 +358,8 @@ def test_the_lengths_of_runs_until_a_figure_is_known_are_part_of_the_answer(sett
     known = layout()._replace(columns=(Column("revolutions_run", "1", ""), Column("settled", "1", "")))
     columns = {"revolutions_run": [6.0, 300.0], "settled": settled, SPEED: [1, 2]}
     made = cases(columns, (SPEED,))._replace(layout=known)
-    assert answer.lengths(made) == [f"A case ran 6 to 300 revolutions. {words}"]
-    assert answer.lengths(cases(columns, (SPEED,))) == []
+    assert answer.run_lengths(made) == [f"A case ran 6 to 300 revolutions. {words}"]
+    assert answer.run_lengths(cases(columns, (SPEED,))) == []
 
 
 def test_sentences_of_the_answer_have_at_most_25_words():
@@ -365,7 +368,7 @@ def test_sentences_of_the_answer_have_at_most_25_words():
     columns = {f"{PIN}_{name}": np.array([1.5, 2.5]) for name in figures} | {"headroom": [3.5, 4.5]}
     columns |= {path: [1.25, 2.25] for path in paths}
     made = cases(columns, paths, figures=figures, record={"figures": {"headroom": ""}})
-    said = [*answer.largest_force(made), *films.sentences(made), *wear.sentences(made), *answer.own_figures(made)]
+    said = [*answer.largest_force(made), *films.sentences(made), *wear.sentences(made), *answer.figure_ranges(made)]
     assert len(said) == 9
     said += [*films.sentences(lubricated()), *films.sentences(lubricated(ROUGH)), advice.no_limits(lubricated(ROUGH))]
     for sentence in " ".join(said).split(". "):
@@ -511,7 +514,7 @@ def test_wear_beyond_the_clearance_is_no_forecast():
 
 def test_the_figures_of_a_grid_are_answered_with_the_cases_at_their_ends():
     columns = {"headroom": [2.0, 5.0, 3.0], SPEED: [1, 2, 3]}
-    (sentence,) = answer.own_figures(cases(columns, (SPEED,), record={"figures": {"headroom": ""}}))
+    (sentence,) = answer.figure_ranges(cases(columns, (SPEED,), record={"figures": {"headroom": ""}}))
     assert sentence == "Headroom: 2 to 5. It is smallest, 2, at speed 1 and largest, 5, at 2."
 
 
@@ -519,10 +522,10 @@ def test_a_figure_also_has_its_range_in_the_designs_that_meet_the_limits():
     columns = {"hours": [9.0, 7.0, 2.0, 8.0], FIT: [1, 1, 2, 2], SPEED: [1, 2, 1, 2], MARGIN: [0.1, 0.2, -0.1, 0.3]}
     columns |= {"pin_load_peak": np.ones(4)}
     made = cases(columns, (FIT, SPEED), record=LIMITED | {"figures": {"hours": ""}}, figures=("load_peak",))
-    (sentence,) = answer.own_figures(made)
+    (sentence,) = answer.figure_ranges(made)
     assert sentence.startswith("Hours: 2 to 9. Where the limits are met: 7 to 9.")
     columns[MARGIN] = [0.1, 0.2, 0.1, 0.3]
-    assert "Where the limits" not in answer.own_figures(made)[0]
+    assert "Where the limits" not in answer.figure_ranges(made)[0]
 
 
 def test_the_advice_on_wide_smoothing_is_text_of_the_grid_that_loads():

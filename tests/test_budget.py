@@ -34,7 +34,7 @@ def study(tmp_path_factory):
 
 
 def test_the_case_that_all_others_differ_from_in_one_unknown_is_the_base(study):
-    base, unknowns = budget.designed(study)
+    base, unknowns = budget.one_at_a_time_design(study)
     assert study.value(base, f"{JOINT}.clearance") == 1e-4
     assert {unknown.axes[0].path: len(unknown.cases) for unknown in unknowns} == {
         f"{JOINT}.clearance": 2,
@@ -45,20 +45,20 @@ def test_the_case_that_all_others_differ_from_in_one_unknown_is_the_base(study):
 
 
 def test_a_bar_reaches_from_the_least_to_the_largest_change_and_the_longest_is_first(study):
-    base, unknowns = budget.designed(study)
+    base, unknowns = budget.one_at_a_time_design(study)
     column = "rod_slider_force_peak"
     bars = budget.bars_of(study, column, base, unknowns)
-    lengths = [bar.up - bar.down for bar in bars]
+    lengths = [bar.increase - bar.decrease for bar in bars]
     assert lengths == sorted(lengths, reverse=True)
     (speed,) = (bar for bar in bars if bar.unknown.axes[0].path == "drive.speed")
     start = study.cases.at[base, column]
-    assert speed.down == pytest.approx(study.cases.at[speed.unknown.cases[0], column] / start - 1.0)
-    assert speed.down < -0.5  # half the speed: about a quarter of the force
-    assert (speed.up, speed.at_up) == (0.0, "")
-    down, up = budget.together(bars)
-    assert math.log(1.0 + down) == pytest.approx(-math.sqrt(sum(math.log(1.0 + bar.down) ** 2 for bar in bars)))
-    assert math.log(1.0 + up) == pytest.approx(math.sqrt(sum(math.log(1.0 + bar.up) ** 2 for bar in bars)))
-    assert min(bar.down for bar in bars) > down > -1.0
+    assert speed.decrease == pytest.approx(study.cases.at[speed.unknown.cases[0], column] / start - 1.0)
+    assert speed.decrease < -0.5  # half the speed: about a quarter of the force
+    assert (speed.increase, speed.case_of_increase) == (0.0, "")
+    down, up = budget.combined_change(bars)
+    assert math.log(1.0 + down) == pytest.approx(-math.sqrt(sum(math.log(1.0 + bar.decrease) ** 2 for bar in bars)))
+    assert math.log(1.0 + up) == pytest.approx(math.sqrt(sum(math.log(1.0 + bar.increase) ** 2 for bar in bars)))
+    assert min(bar.decrease for bar in bars) > down > -1.0
 
 
 def test_the_section_says_what_decides_and_has_a_chart_and_its_numbers(study):

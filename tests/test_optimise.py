@@ -16,7 +16,7 @@ from clearsweep.contracts.catalogue import Figure
 from clearsweep.grid.sections.optimise import Choice
 from clearsweep.language.errors import InputError
 from clearsweep.report.data import study
-from clearsweep.report.sections.optimised import more, sections
+from clearsweep.report.sections.optimised import folded_sections, sections
 from clearsweep.sweeping import surrogate
 from clearsweep.sweeping.run_summary import of_run, run_text
 
@@ -255,7 +255,7 @@ def test_the_report_has_the_best_cases(tmp_path):
     made = sections(study.prepare(clearsweep.open(out)))
     assert [section.key for section in made] == ["optimise"]
     assert made[0].pictures == []
-    titles = [picture.title for _, picture in more(study.prepare(clearsweep.open(out)))[0].pictures]
+    titles = [picture.title for _, picture in folded_sections(study.prepare(clearsweep.open(out)))[0].pictures]
     assert titles == ["The front of both objectives", "All cases as lines across the axes of variables and objectives"]
 
 

@@ -179,13 +179,13 @@ def test_long_tables_say_that_they_are_cut(pages):
 def test_elastic_range_is_reported_with_figures():
     run = Run(strength=600e6)
     run.summary["rod_slider_yield_speed"] = 0.05
-    (message,) = headline.limits(study.prepare(run))
+    (message,) = headline.law_range_remarks(study.prepare(run))
     assert "in 108 of 108 cases" in message
     assert "the fastest approaches at 4.4 m/s, 88 times the 0.05 m/s" in message
     assert any(f"case {case_id[:8]}, rod-slider" in message for case_id in run.summary["case_id"])
     run.summary["rod_slider_yield_speed"] = 4.5
-    assert headline.limits(study.prepare(run)) == []
-    assert headline.limits(study.prepare(Run())) == []  # of unknown strength
+    assert headline.law_range_remarks(study.prepare(run)) == []
+    assert headline.law_range_remarks(study.prepare(Run())) == []  # of unknown strength
 
 
 def test_runs_without_slider_wear_or_history_do_not_speak_of_them(pages):

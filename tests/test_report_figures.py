@@ -104,7 +104,7 @@ def test_many_clearances_are_thinned_and_the_caption_says_so():
 
 def test_maps_of_one_figure_share_their_colours_and_hold_the_summary():
     run = Run()
-    drawn = pictures(run, maps) | {picture.title: picture for picture in maps.first(study.prepare(run))}
+    drawn = pictures(run, maps) | {picture.title: picture for picture in maps.answer_maps(study.prepare(run))}
     forces = [painted(picture) for title, picture in drawn.items() if title.startswith("Force peak: ")]
     ends = {axes.collections[0].get_clim() for axes in forces}
     tables = [run.summary.groupby([first, other])[PEAK].max() for first, other in ((CLEARANCE, SPEED),)]

@@ -53,7 +53,7 @@ def further(given):
 
 @pytest.fixture
 def with_further(monkeypatch):
-    monkeypatch.setattr(sections, "SECTIONS", (*sections.SECTIONS, further))
+    monkeypatch.setattr(sections, "UNFOLDED", (*sections.UNFOLDED, further))
     return Run(sweep={}, histories=False, wear=False)
 
 
@@ -179,7 +179,7 @@ def test_what_does_not_answer_the_question_is_folded_by_subject_and_no_picture_r
         "trust",
         "lasting",
     ]
-    subjects = [subject for subject, _ in sections.MORE if subject != "Laws and errors"]
+    subjects = [subject for subject, _ in sections.FOLDED if subject != "Laws and errors"]
     assert re.findall(r"<summary><b>([^<]*)</b>", folded) == subjects
     assert folded.count("<summary><b>") == 5
     assert seen.count("<details>") == 1  # what the player of the worst case does not show
@@ -212,7 +212,7 @@ def test_the_figure_that_leads_maps_and_effects_follows_the_question(columns, li
     values = run.summary.set_index("case_id")[f"rod_slider_{figure}"]
     assert prepared.worst(prepared.joints[0]) == (values.idxmin() if smallest else values.idxmax())
     if not limits:
-        (drawn,) = sections.maps.first(prepared)
+        (drawn,) = sections.maps.answer_maps(prepared)
         assert drawn.title.lower().startswith("least film" if smallest else "force peak")
         assert drawn.caption.startswith("Smallest" if smallest else "Largest")
 
@@ -393,7 +393,7 @@ def test_the_strongest_axis_of_another_figure_of_the_question_is_named():
 
 
 def test_the_rows_of_a_figure_have_one_unit(wide_run):
-    (table,) = drivers.more(study.prepare(wide_run))[0].tables
+    (table,) = drivers.folded_sections(study.prepare(wide_run))[0].tables
     cells = [cell.text for row in table.rows if row[0] == "force peak" for cell in (row[4], row[6])]
     assert len(cells) == 4
     assert units(" ".join(cells)) == {"kN"}
@@ -556,7 +556,7 @@ def test_the_verdict_counts_cases_and_names_the_worst(limited_run):
 
 def test_the_table_of_limits_is_that_of_the_summary(limited_run):
     prepared = study.prepare(limited_run)
-    (table,) = verdict_section.more(prepared)[0].tables
+    (table,) = verdict_section.folded_sections(prepared)[0].tables
     assert not verdict_section.sections(prepared)[0].tables
     cases = prepared.cases
     result = {row[0]: tuple(cell.value for cell in row[2:6]) for row in table.rows}
@@ -642,7 +642,7 @@ def test_the_map_shows_cases_between_its_cells(tmp_path):
     assert f"The {len(added_distances)} dots between cells are cases that refine added" in picture.caption
     assert len(svg(picture, "map")) > 1000
     across, up = prepared.axes
-    dots = verdict_section._between(prepared, (prepared.cases[verdict.EXCEEDED] != "").to_numpy(float), across, up)
+    dots = verdict_section._added_cases(prepared, (prepared.cases[verdict.EXCEEDED] != "").to_numpy(float), across, up)
     assert len(own) == 20
     mass, speed = 0.1 + 0.2 * dots.x, 100.0 + 200.0 * dots.y  # both axes have equal steps
     assert np.array_equal(np.hypot(mass, speed / 1000.0) > 0.6137, dots.failing)

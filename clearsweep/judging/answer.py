@@ -11,24 +11,24 @@ from .cases import MAX_NAMED_AXES, Cases
 RUN_LENGTH = "revolutions_run"  # column
 LISTED_LIMITS = 2  # limits that a sentence names
 
-__all__ = ["MAX_NAMED_AXES", "Cases", "sentences", "specific"]
+__all__ = ["MAX_NAMED_AXES", "Cases", "question_sentences", "sentences"]
 
 
 def sentences(cases: Cases) -> list[str]:
     """Return the answer to the question of a grid, then the range of the figures that it defines."""
     if not len(cases.case_ids):
         return []
-    return [*specific(cases), *own_figures(cases), *lengths(cases)]
+    return [*question_sentences(cases), *figure_ranges(cases), *run_lengths(cases)]
 
 
-def specific(cases: Cases) -> list[str]:
+def question_sentences(cases: Cases) -> list[str]:
     """Return the answer to the leading question: a random sample, life, start-up, limits, film or force."""
     if sampled.is_one_sample(cases.record):
         return sampled.sentences(cases)
     by_question = {
-        "life": (life_effects, kept_at_end),
+        "life": (life_effects, limits_at_end),
         "start-up": (start_up.sentences, start_forces),
-        "limits": (limited, films.losses, start_up.sentences),
+        "limits": (limit_sentences, films.losses, start_up.sentences),
         "film": (films.sentences,),
         "force": (largest_force, position_error),
     }
@@ -42,9 +42,9 @@ def start_forces(cases: Cases) -> list[str]:
     lines = [*peak_force(of_started), *position_error(of_started)]
     if len(of_started.case_ids) < len(cases.case_ids):
         lines = [line.replace(": ", " of the started cases: ", 1) for line in lines]
-    until = start_up.until_start(of_started, worst[2]) if worst is not None else ""
-    if until:
-        lines[0] = f"{lines[0].replace(': ', ', in the whole run: ', 1)} Until the start-up time: {until}."
+    force_until_start = start_up.until_start(of_started, worst[2]) if worst is not None else ""
+    if force_until_start:
+        lines[0] = f"{lines[0].replace(': ', ', in the whole run: ', 1)} Until the start-up time: {force_until_start}."
     return lines
 
 
@@ -54,12 +54,15 @@ def life_effects(cases: Cases) -> list[str]:
     if not cases.has(name):
         return []
     hours = cases.column(name).astype(float)
-    moved = effects.sentences(
+    effect_sentences = effects.sentences(
         cases, "life", hours, lambda values: [f"{wording.plain(value)}{wording.BLANK}h" for value in values]
     )
-    start = wear.starting_clearance(cases, cases.layout.life)
-    said = [*moved, *([f"The clearance at the start is {start}."] if start else [])]
-    lines = [" ".join(said)] if said else []
+    clearance_text = wear.starting_clearance(cases, cases.layout.life)
+    life_sentences = [
+        *effect_sentences,
+        *([f"The clearance at the start is {clearance_text}."] if clearance_text else []),
+    ]
+    lines = [" ".join(life_sentences)] if life_sentences else []
     if "uncertain" not in cases.record or not cases.record["uncertain"]:
         lines.append(
             "The intervals exclude the wear coefficient, often uncertain by a factor of 3 to 10: see `uncertain`."
@@ -67,18 +70,18 @@ def life_effects(cases: Cases) -> list[str]:
     return lines
 
 
-def kept_at_end(cases: Cases) -> list[str]:
+def limits_at_end(cases: Cases) -> list[str]:
     """Return whether the cases meet the limits at the end of the life, the state that their figures describe."""
     limits = cases.limits
     if not limits:
         return []
     margins = cases.column(verdict.MARGIN).astype(float)
     count, exceeding = len(margins), int((~(margins >= 0.0)).sum())
-    words = [cases.limit_label(limit) for limit in limits]
-    listed = wording.sentence_list(words) if len(words) <= LISTED_LIMITS else f"{len(words)} limits"
-    kept = "every case meets" if count > 1 else "the case meets"
-    beyond = f"{exceeding} of {wording.count(count, 'case')} {'does' if exceeding == 1 else 'do'} not meet"
-    text = f"At the end of the life, {beyond if exceeding else kept} the limits: {listed}."
+    limit_texts = [cases.limit_label(limit) for limit in limits]
+    listed = wording.sentence_list(limit_texts) if len(limit_texts) <= LISTED_LIMITS else f"{len(limit_texts)} limits"
+    meeting_text = "every case meets" if count > 1 else "the case meets"
+    failing_text = f"{exceeding} of {wording.count(count, 'case')} {'does' if exceeding == 1 else 'do'} not meet"
+    text = f"At the end of the life, {failing_text if exceeding else meeting_text} the limits: {listed}."
     if np.isfinite(margins).any():
         worst = int(np.nanargmin(margins))
         exceeded = cases.column(verdict.EXCEEDED)[worst] or ""
@@ -87,25 +90,27 @@ def kept_at_end(cases: Cases) -> list[str]:
     return [text]
 
 
-def extremes(cases: Cases) -> list[str]:
+def extreme_sentences(cases: Cases) -> list[str]:
     """Return the part of the answer that needs only the cases with the extremes of each column."""
     if not len(cases.case_ids):
         return []
     force = (*peak_force(cases), *position_error(cases)) if cases.ranking.question == "force" else ()
-    return [*force, *own_figures(cases)]
+    return [*force, *figure_ranges(cases)]
 
 
-def lengths(cases: Cases) -> list[str]:
+def run_lengths(cases: Cases) -> list[str]:
     """Return sentences on how long the cases ran under `until`, and on how many did not reach its accuracy."""
     if not cases.has(RUN_LENGTH):
         return []
     fewest, most = (f"{cases.column(RUN_LENGTH)[index]:.0f}" for index in cases.extremes(RUN_LENGTH))
     text = f"A case ran {fewest}{f' to {most}' if most != fewest else ''} revolutions."
     count, unsettled = len(cases.case_ids), int(np.sum(cases.column("settled") == 0))
-    reached = "" if unsettled else "Each reached its accuracy or a periodic motion."
+    accuracy_sentence = "" if unsettled else "Each reached its accuracy or a periodic motion."
     if unsettled:
-        reached = f"{unsettled} of {wording.count(count, 'case')} reached neither the accuracy nor a periodic motion."
-    return [f"{text} {reached}"]
+        accuracy_sentence = (
+            f"{unsettled} of {wording.count(count, 'case')} reached neither the accuracy nor a periodic motion."
+        )
+    return [f"{text} {accuracy_sentence}"]
 
 
 def largest_force(cases: Cases) -> list[str]:
@@ -114,8 +119,10 @@ def largest_force(cases: Cases) -> list[str]:
     if worst is None:
         return []
     name = worst[1][0]
-    moved = effects.sentences(cases, cases.label(name), cases.column(name).astype(float), partial(cases.texts, name))
-    return [*peak_force(cases), *([" ".join(moved)] if moved else []), *_restitutions(cases)]
+    effect_sentences = effects.sentences(
+        cases, cases.label(name), cases.column(name).astype(float), partial(cases.texts, name)
+    )
+    return [*peak_force(cases), *([" ".join(effect_sentences)] if effect_sentences else []), *_restitutions(cases)]
 
 
 def peak_force(cases: Cases) -> list[str]:
@@ -130,8 +137,8 @@ def peak_force(cases: Cases) -> list[str]:
     )
     ratio, load = f"{joint}_force_peak_ratio", f"{joint}_load_peak"
     if cases.has(ratio) and np.isfinite(cases.column(ratio)[index]):
-        rubs = cases.has(load) and cases.column(load)[index] > cases.column(peak)[index]
-        subject = "With friction, the load" if rubs else "It"
+        is_load_larger = cases.has(load) and cases.column(load)[index] > cases.column(peak)[index]
+        subject = "With friction, the load" if is_load_larger else "It"
         text += f" {subject} is {cases.text(ratio, index)} times the largest reaction without clearance."
     return [text]
 
@@ -140,14 +147,14 @@ def _restitutions(cases: Cases) -> list[str]:
     """Return for each joint the largest difference of measured and requested restitution, if it varies."""
     lines = []
     for joint in cases.layout.joints:
-        figure, path = f"{joint.name}_restitution", f"joints.{wording.joint_name(joint.name)}.contact.restitution"
-        if path not in cases.axes or not cases.has(figure):
+        column, path = f"{joint.name}_restitution", f"joints.{wording.joint_name(joint.name)}.contact.restitution"
+        if path not in cases.axes or not cases.has(column):
             continue
-        measured, wanted = cases.column(figure).astype(float), cases.column(path).astype(float)
-        worst = int(np.nanargmax(np.abs(measured - wanted)))
+        measured, requested = cases.column(column).astype(float), cases.column(path).astype(float)
+        worst = int(np.nanargmax(np.abs(measured - requested)))
         lines.append(
             f"Measured restitution{cases.joint_text(joint.name)} differs from the requested one by at most "
-            f"{wording.plain(abs(float(measured[worst] - wanted[worst])), 2)}: "
+            f"{wording.plain(abs(float(measured[worst] - requested[worst])), 2)}: "
             f"{wording.plain(float(measured[worst]))}{cases.setting_text(worst)}."
         )
     return lines
@@ -155,35 +162,37 @@ def _restitutions(cases: Cases) -> list[str]:
 
 def position_error(cases: Cases) -> list[str]:
     """Return sentences on the largest error of the output's position and the strongest effect on it."""
-    error = next((column.name for column in cases.layout.columns if column.figure == "error_max"), "")
-    if not error or not cases.has(error):
+    error_column = next((column.name for column in cases.layout.columns if column.figure == "error_max"), "")
+    if not error_column or not cases.has(error_column):
         return []
-    worst, hardest = cases.extremes(error)[1], cases.worst(order.force_ranking(cases.layout))
+    worst, hardest = cases.extremes(error_column)[1], cases.worst(order.force_ranking(cases.layout))
     at = cases.at_difference(worst, hardest[0]) if hardest else cases.setting_text(worst)
-    text = f"Largest {cases.layout.output} error: {cases.text(error, worst)}{at}."
-    return [" ".join([text, *_strongest(cases, error)])]
+    text = f"Largest {cases.layout.output} error: {cases.text(error_column, worst)}{at}."
+    return [" ".join([text, *_strongest_effect(cases, error_column)])]
 
 
-def _strongest(cases: Cases, name: str) -> list[str]:
+def _strongest_effect(cases: Cases, name: str) -> list[str]:
     """Return the strongest effect on a column, with 'it' as its subject."""
     values = cases.column(name).astype(float)
-    return effects.sentences(cases, effects.NEXT, values, partial(cases.texts, name), 1)
+    return effects.sentences(cases, effects.PRONOUN, values, partial(cases.texts, name), 1)
 
 
-def limited(cases: Cases) -> list[str]:
+def limit_sentences(cases: Cases) -> list[str]:
     """Return sentences on the designs that meet the limits, the effects on limited figures, and open points of fits."""
     limits = cases.limits
     if not limits:
         return []
-    words = [cases.limit_label(limit) for limit in limits]
-    shown = wording.sentence_list(words) if len(words) <= LISTED_LIMITS else f"{len(words)} limits"
-    kept = designs.sentences(cases, shown)
-    if not kept:
+    limit_texts = [cases.limit_label(limit) for limit in limits]
+    limits_text = (
+        wording.sentence_list(limit_texts) if len(limit_texts) <= LISTED_LIMITS else f"{len(limit_texts)} limits"
+    )
+    design_sentences = designs.sentences(cases, limits_text)
+    if not design_sentences:
         return []
-    lines = [*fits.sentences(cases), " ".join(kept)]
+    lines = [*fits.sentences(cases), " ".join(design_sentences)]
     for limit in _deciding(cases, limits):
-        moved = _limit_effects(cases, limit, 1 if len(limits) > 1 else effects.MAX_EFFECTS)
-        lines += [" ".join(moved)] if moved else []
+        effect_sentences = _limit_effects(cases, limit, 1 if len(limits) > 1 else effects.MAX_EFFECTS)
+        lines += [" ".join(effect_sentences)] if effect_sentences else []
     return lines
 
 
@@ -192,12 +201,12 @@ def _deciding(cases: Cases, limits: tuple[verdict.Limit, ...]) -> list[verdict.L
     columns = {
         name: cases.column(name).astype(float) for limit in limits for name in (limit.column, limit.times) if name
     }
-    known = [limit for limit in limits if np.isfinite(limit.margin(columns)).any()]
-    exceeded = sorted(
-        (limit for limit in known if limit.fails(columns).any()), key=lambda limit: -limit.fails(columns).sum()
+    valued = [limit for limit in limits if np.isfinite(limit.margin(columns)).any()]
+    exceeded_limits = sorted(
+        (limit for limit in valued if limit.fails(columns).any()), key=lambda limit: -limit.fails(columns).sum()
     )
-    nearest = sorted(known, key=lambda limit: float(np.nanmin(limit.margin(columns))))[:1]
-    return exceeded[:LISTED_LIMITS] or nearest
+    nearest = sorted(valued, key=lambda limit: float(np.nanmin(limit.margin(columns))))[:1]
+    return exceeded_limits[:LISTED_LIMITS] or nearest
 
 
 def _limit_effects(cases: Cases, limit: verdict.Limit, most: int) -> list[str]:
@@ -208,28 +217,30 @@ def _limit_effects(cases: Cases, limit: verdict.Limit, most: int) -> list[str]:
     with np.errstate(all="ignore"):
         ratios = values / cases.column(limit.times).astype(float)
     ratios = np.where(np.isfinite(ratios), ratios, np.nan)
-    words = f"{name} over {cases.label(limit.times)}"
-    return effects.sentences(cases, words, ratios, lambda numbers: [wording.plain(number) for number in numbers], most)
+    label = f"{name} over {cases.label(limit.times)}"
+    return effects.sentences(cases, label, ratios, lambda numbers: [wording.plain(number) for number in numbers], most)
 
 
-def own_figures(cases: Cases) -> list[str]:
+def figure_ranges(cases: Cases) -> list[str]:
     """Return sentences on the range of each user-defined figure and the strongest effect on it."""
     lines = []
     for name in cases.record.get("figures") or {}:
         values = cases.column(name)
         if np.isfinite(values).any():
-            low, high = (cases.text(name, int(pick(values))) for pick in (np.nanargmin, np.nanargmax))
-            ends = " to ".join(dict.fromkeys((low, high)))
-            text = f"{labels.capital(cases.label(name))}: {ends}."
-            lines.append(" ".join([text, *_of_accepted(cases, name), *_strongest(cases, name)]))
+            low, high = (cases.text(name, int(arg_extreme(values))) for arg_extreme in (np.nanargmin, np.nanargmax))
+            range_text = " to ".join(dict.fromkeys((low, high)))
+            text = f"{labels.capital(cases.label(name))}: {range_text}."
+            lines.append(" ".join([text, *_range_of_accepted(cases, name), *_strongest_effect(cases, name)]))
     return lines
 
 
-def _of_accepted(cases: Cases, name: str) -> list[str]:
+def _range_of_accepted(cases: Cases, name: str) -> list[str]:
     """Return the range of a figure in the designs that meet the limits, if there are others; else []."""
     values, accepted = cases.column(name).astype(float), designs.accepted(cases)
     if not accepted.any() or accepted.all() or not np.isfinite(values[accepted]).any():
         return []
-    known = values[accepted]
-    ends = " to ".join(dict.fromkeys(cases.texts(name, [float(np.nanmin(known)), float(np.nanmax(known))])))
-    return [f"Where the limits are met: {ends}."]
+    accepted_values = values[accepted]
+    range_text = " to ".join(
+        dict.fromkeys(cases.texts(name, [float(np.nanmin(accepted_values)), float(np.nanmax(accepted_values))]))
+    )
+    return [f"Where the limits are met: {range_text}."]

@@ -25,7 +25,7 @@ def sentences(cases: Cases) -> list[str]:
         (depth,) = wording.in_common_unit([float(depths[worst])], "m")
         text = f"Deepest wear of one body{cases.joint_text(joint.name)}: {depth} per 1000 h{cases.setting_text(worst)}."
         parts = [text, *remark(cases, joint, worst, float(depths[worst]))]
-        lines.append(" ".join([*parts, *effects.sentences(cases, effects.NEXT, depths, _texts, 1)]))
+        lines.append(" ".join([*parts, *effects.sentences(cases, effects.PRONOUN, depths, _texts, 1)]))
     return lines
 
 

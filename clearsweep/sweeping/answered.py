@@ -60,7 +60,7 @@ def of_run(run: StoredRun, lead: CaseRanking, checks: LawCheckResults, facts: di
     cases = _cases(run, lead, columns, facts)
     cases = cases._replace(is_complete=sample is None)
     worn = [] if sampled.is_one_sample(cases.record) else wear.sentences(cases)
-    said = answer.extremes(cases) if sample else answer.sentences(cases)
+    said = answer.extreme_sentences(cases) if sample else answer.sentences(cases)
     return Answer([*said, *worn], advice.no_limits(cases) if lead.question in BY_CONTENT else "")
 
 

@@ -64,67 +64,71 @@ class JointHistory(NamedTuple):
 
 def saved_channels(run: StoredRun, case_id: str) -> Mapping | None:
     """Return the saved channels of a case by name, or None if no history was saved."""
-    path = run.orbit(case_id)
-    return path if len(path) > 1 else None
+    channels = run.orbit(case_id)
+    return channels if len(channels) > 1 else None
 
 
-def drive_angle(study: Study, case_id: str, path: Mapping) -> np.ndarray | None:
+def drive_angle(study: Study, case_id: str, channels: Mapping) -> np.ndarray | None:
     """Return the angle (rad) of the drive at every sample of a case, or None without rotation."""
-    if "crank_angle" in path:
-        return np.asarray(path["crank_angle"], float)
+    if "crank_angle" in channels:
+        return np.asarray(channels["crank_angle"], float)
     speed = study.value(case_id, "drive.speed")
-    return None if speed is None else float(speed) * np.asarray(path[TIME], float)
+    return None if speed is None else float(speed) * np.asarray(channels[TIME], float)
 
 
-def history_of(study: Study, case_id: str, path: Mapping) -> History:
+def history_of(study: Study, case_id: str, channels: Mapping) -> History:
     """Return the History of a case from its channels."""
-    time, angle = np.asarray(path[TIME], float), drive_angle(study, case_id, path)
-    first = 0.0 if angle is None else FULL_TURN * np.floor(angle[0] / FULL_TURN + 1e-9)
-    return History(path, time, None if angle is None else angle - first, first)
+    time, angle = np.asarray(channels[TIME], float), drive_angle(study, case_id, channels)
+    first_angle = 0.0 if angle is None else FULL_TURN * np.floor(angle[0] / FULL_TURN + 1e-9)
+    return History(channels, time, None if angle is None else angle - first_angle, first_angle)
 
 
-def joint_histories(study: Study, case_id: str, saved: History) -> list[JointHistory]:
+def joint_histories(study: Study, case_id: str, history: History) -> list[JointHistory]:
     """Return the histories of joint forces, output acceleration and torque, each with its ideal."""
-    ideal, histories = _ideal(study, case_id, saved), []
+    ideal, histories = _ideal_motion(study, case_id, history), []
     for joint in study.joints:
-        if f"joints/{joint.name}/force_normal" not in saved.channels:
+        if f"joints/{joint.name}/force_normal" not in history.channels:
             continue
         reaction = ideal.reactions.get(joint.title) if ideal else None
         ideal_values = None if reaction is None else np.hypot(reaction[..., 0], reaction[..., 1])
-        force = saved.values(f"joints/{joint.name}/force_normal")
+        force = history.values(f"joints/{joint.name}/force_normal")
         histories.append(JointHistory(f"normal force{study.joint_text(joint, ', {}')}", "N", force, ideal_values))
-    acceleration = _acceleration(study, saved)
+    acceleration = _acceleration_channel(study, history)
     if acceleration:
         ideal_values = ideal.acceleration if ideal else None
         name = f"{study.run.layout.output} acceleration"
-        histories.append(JointHistory(name, acceleration.unit, saved.values(acceleration.name), ideal_values))
-    torques = [channel for channel in _mechanism_channels(study, saved) if channel.name.endswith("/torque")]
+        histories.append(JointHistory(name, acceleration.unit, history.values(acceleration.name), ideal_values))
+    torques = [channel for channel in _mechanism_channels(study, history) if channel.name.endswith("/torque")]
     torque = ideal.torque if ideal else None
     return histories + [
-        JointHistory(_channel_label(channel), channel.unit, saved.values(channel.name), torque) for channel in torques
+        JointHistory(_channel_label(channel), channel.unit, history.values(channel.name), torque) for channel in torques
     ]
 
 
-def pictures(study: Study, case_id: str, path: Mapping) -> list[Picture]:
+def pictures(study: Study, case_id: str, channels: Mapping) -> list[Picture]:
     """Return the pictures of one case from its channels, as far as available."""
-    saved = history_of(study, case_id, path)
-    joints = [picture for joint in study.joints for picture in _joint(study, case_id, joint, saved)]
-    output = _output(study, case_id, saved)
-    return [*joints, *output, *_torque(study, case_id, saved)] if output else _bodies(study, saved) + joints
+    history = history_of(study, case_id, channels)
+    joints = [picture for joint in study.joints for picture in _joint_pictures(study, case_id, joint, history)]
+    output = _output_pictures(study, case_id, history)
+    return (
+        [*joints, *output, *_torque_pictures(study, case_id, history)]
+        if output
+        else _channel_pictures(study, history) + joints
+    )
 
 
-def onsets(study: Study, case_id: str, events: Mapping, path: Mapping) -> list[Picture]:
+def onsets(study: Study, case_id: str, events: Mapping, channels: Mapping) -> list[Picture]:
     """Return the picture of the closing rates at contact onsets, or [] without events or drive.
 
-    If the speed is not constant, the picture covers the part of the run whose samples are saved in `path`.
+    If the speed is not constant, the picture covers the part of the run whose samples are saved in `channels`.
     """
     speed, time = study.value(case_id, "drive.speed"), np.asarray(events["t"], float)
     start = study.value(case_id, "drive.start_angle") or 0.0
     is_shown = np.asarray(events["kind"]).astype(str) == "on"
     if isinstance(speed, Mapping | None) and study.is_driven:
-        sample_times = np.asarray(path[TIME], float)
+        sample_times = np.asarray(channels[TIME], float)
         is_shown &= (time >= sample_times[0]) & (time <= sample_times[-1])
-        angles = np.interp(time, sample_times, np.asarray(path["crank_angle"], float))
+        angles = np.interp(time, sample_times, np.asarray(channels["crank_angle"], float))
     elif speed is not None:
         angles = float(start) + float(speed) * time
     if not study.is_driven or not is_shown.any():
@@ -142,152 +146,161 @@ def onsets(study: Study, case_id: str, events: Mapping, path: Mapping) -> list[P
     ]
 
 
-def _output(study: Study, case_id: str, saved: History) -> list[Picture]:
+def _output_pictures(study: Study, case_id: str, history: History) -> list[Picture]:
     """Return the output's acceleration and position error, with the ideal mechanism if available.
 
     The channel of the position is recognised by its unit, which is that of the error.
     """
     output = study.run.layout.output
     unit = study.unit(study.column("error_max"))
-    by_unit = {channel.unit: channel.name for channel in reversed(_of_body(study, saved, output))}
-    ideal, accelerations = _ideal(study, case_id, saved), _acceleration(study, saved)
-    drawn = []
-    if accelerations:
-        acceleration, ideal_values = saved.values(accelerations.name), ideal.acceleration if ideal else None
+    name_by_unit = {channel.unit: channel.name for channel in reversed(_body_channels(study, history, output))}
+    ideal, acceleration_channel = _ideal_motion(study, case_id, history), _acceleration_channel(study, history)
+    output_pictures = []
+    if acceleration_channel:
+        acceleration, ideal_values = history.values(acceleration_channel.name), ideal.acceleration if ideal else None
         largest, *ideal_text = largest_texts(
-            [acceleration, *([] if ideal_values is None else [ideal_values])], accelerations.unit
+            [acceleration, *([] if ideal_values is None else [ideal_values])], acceleration_channel.unit
         )
         alt = f"{capital(output)} acceleration, at most {largest}"
         alt += f"; the ideal mechanism reaches {ideal_text[0]}." if ideal_text else "."
-        paint = saved.painter(acceleration, accelerations.unit, f"{output} acceleration", ideal_values)
+        paint = history.painter(acceleration, acceleration_channel.unit, f"{output} acceleration", ideal_values)
         title = f"{capital(output)} acceleration against the ideal mechanism"
-        drawn.append(Picture(title, "", alt, paint, FLAT_SIZE, played=True))
-    if unit in by_unit and ideal:
-        error = saved.values(by_unit[unit]) - ideal.place
-        drawn.append(
+        output_pictures.append(Picture(title, "", alt, paint, FLAT_SIZE, played=True))
+    if unit in name_by_unit and ideal:
+        error = history.values(name_by_unit[unit]) - ideal.place
+        output_pictures.append(
             Picture(
                 f"{capital(output)} position error",
                 f"{capital(output)} position less that of the ideal mechanism.",
                 f"{capital(output)} error, at most {_largest_text(error, unit)}.",
-                saved.painter(error, unit, f"{output} error"),
+                history.painter(error, unit, f"{output} error"),
                 FLAT_SIZE,
             )
         )
-    return drawn
+    return output_pictures
 
 
-def _acceleration(study: Study, saved: History) -> Column | None:
+def _acceleration_channel(study: Study, history: History) -> Column | None:
     """Return the channel of the output's acceleration: its unit is that of the position per s^2."""
     unit = f"{study.unit(study.column('error_max'))}/s^2"
-    return next((each for each in _of_body(study, saved, study.run.layout.output) if each.unit == unit), None)
+    return next(
+        (channel for channel in _body_channels(study, history, study.run.layout.output) if channel.unit == unit), None
+    )
 
 
-def _torque(study: Study, case_id: str, saved: History) -> list[Picture]:
+def _torque_pictures(study: Study, case_id: str, history: History) -> list[Picture]:
     """Return the torque of the drive with that of the ideal mechanism, if the mechanism has this channel."""
-    ideal, drawn = _ideal(study, case_id, saved), []
-    for channel in _mechanism_channels(study, saved):
+    ideal, torque_pictures = _ideal_motion(study, case_id, history), []
+    for channel in _mechanism_channels(study, history):
         if channel.name.endswith("/torque"):
-            values, name = saved.values(channel.name), _channel_label(channel)
-            free = study.has("crank_speed_min")
-            caption = "Torque of the drive." if free else "Torque that keeps the crank speed constant."
+            values, name = history.values(channel.name), _channel_label(channel)
+            is_crank_free = study.has("crank_speed_min")
+            caption = "Torque of the drive." if is_crank_free else "Torque that keeps the crank speed constant."
             alt = f"{capital(name)}, at most {_largest_text(values, channel.unit)}."
-            paint = saved.painter(values, channel.unit, name, ideal.torque if ideal else None)
-            drawn.append(Picture(capital(name), caption, alt, paint, FLAT_SIZE, played=True))
-    return drawn
+            paint = history.painter(values, channel.unit, name, ideal.torque if ideal else None)
+            torque_pictures.append(Picture(capital(name), caption, alt, paint, FLAT_SIZE, played=True))
+    return torque_pictures
 
 
-def _bodies(study: Study, saved: History) -> list[Picture]:
+def _channel_pictures(study: Study, history: History) -> list[Picture]:
     """Return one picture for each channel of the mechanism; a rate is drawn over the quantity before it."""
-    drawn, previous = [], None
-    for channel in _mechanism_channels(study, saved):
-        values, name = saved.values(channel.name), _channel_label(channel)
+    channel_pictures, previous = [], None
+    for channel in _mechanism_channels(study, history):
+        values, name = history.values(channel.name), _channel_label(channel)
         if previous and channel.unit == f"{previous.unit}/s":
-            drawn.append(_phase_portrait(previous, channel, saved))
+            channel_pictures.append(_phase_portrait(previous, channel, history))
         else:
             caption = f"{capital(channel.description)}." if channel.description else ""
             alt = f"{capital(name)}, at most {_largest_text(values, channel.unit)}."
-            drawn.append(Picture(capital(name), caption, alt, saved.painter(values, channel.unit, name), FLAT_SIZE))
+            channel_pictures.append(
+                Picture(capital(name), caption, alt, history.painter(values, channel.unit, name), FLAT_SIZE)
+            )
         previous = channel
-    return drawn
+    return channel_pictures
 
 
-def _phase_portrait(quantity: Column, rate: Column, saved: History) -> Picture:
+def _phase_portrait(quantity: Column, rate: Column, history: History) -> Picture:
     """Return the phase portrait of a quantity and its rate."""
     abscissa, ordinate = (
-        (saved.values(channel.name), channel.unit, _channel_label(channel)) for channel in (quantity, rate)
+        (history.values(channel.name), channel.unit, _channel_label(channel)) for channel in (quantity, rate)
     )
     title = f"Phase portrait: {_channel_label(rate)} over {_channel_label(quantity)}"
     return Picture(title, "", f"{title}.", lambda ax: motion.draw_phase_portrait(ax, abscissa, ordinate), SQUARE_SIZE)
 
 
-def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Picture]:
+def _joint_pictures(study: Study, case_id: str, joint: Joint, history: History) -> list[Picture]:
     """Return the orbit of the journal, if it is planar with known clearance, and the normal force."""
-    if not all(f"joints/{joint.name}/{name}" in saved.channels for name in ORBIT_CHANNELS):
-        return _force(study, case_id, joint, saved)
-    x, y, force = (saved.values(f"joints/{joint.name}/{name}") for name in ORBIT_CHANNELS)
+    if not all(f"joints/{joint.name}/{name}" in history.channels for name in ORBIT_CHANNELS):
+        return _force_pictures(study, case_id, joint, history)
+    x, y, force = (history.values(f"joints/{joint.name}/{name}") for name in ORBIT_CHANNELS)
     joint_text = study.joint_text(joint, ", joint {}")
     clearance = study.value(case_id, f"joints.{joint.title}.clearance")
-    drawn = []
+    orbit_pictures = []
     if clearance is not None and _has_orbit(study, joint):
-        reach = float(np.hypot(x, y).max())
-        farthest, free = wording.in_common_unit((reach, float(clearance)), "m")
-        drawn.append(
+        max_eccentricity = float(np.hypot(x, y).max())
+        eccentricity_text, clearance_text = wording.in_common_unit((max_eccentricity, float(clearance)), "m")
+        orbit_pictures.append(
             Picture(
                 f"Journal orbit{joint_text}",
                 "The circle is the radial clearance; outside it the bodies touch.",
-                f"Path of the journal centre, at most {farthest} from the bearing centre; clearance {free}.",
+                f"Path of the journal centre, at most {eccentricity_text} from the bearing centre; clearance "
+                f"{clearance_text}.",
                 lambda ax: motion.draw_orbit(ax, x, y, force, float(clearance)),
                 SQUARE_SIZE,
                 played=True,
             )
         )
         if joint == study.hardest_joint():
-            drawn.append(_unrolled(joint_text, (x, y, force), float(clearance)))
-    return [*drawn, *_in_space(study, case_id, joint, saved), *_force(study, case_id, joint, saved)]
+            orbit_pictures.append(_unrolled_orbit(joint_text, (x, y, force), float(clearance)))
+    return [
+        *orbit_pictures,
+        *_spatial_pictures(study, case_id, joint, history),
+        *_force_pictures(study, case_id, joint, history),
+    ]
 
 
-def _force(study: Study, case_id: str, joint: Joint, saved: History) -> list[Picture]:
+def _force_pictures(study: Study, case_id: str, joint: Joint, history: History) -> list[Picture]:
     """Return the picture of the normal force of a joint; [] if it is not stored."""
     channel = f"joints/{joint.name}/force_normal"
-    if channel not in saved.channels:
+    if channel not in history.channels:
         return []
-    force, joint_text = saved.values(channel), study.joint_text(joint, ", joint {}")
-    angle, levels = saved.angle, _levels(study, case_id, joint)
-    abscissa, paint = "time", saved.painter(force, "N", "normal force")
+    force, joint_text = history.values(channel), study.joint_text(joint, ", joint {}")
+    angle, levels = history.angle, _reference_levels(study, case_id, joint)
+    abscissa, paint = "time", history.painter(force, "N", "normal force")
     if angle is not None:
         abscissa, paint = "crank angle", partial(motion.draw_force, angle=angle, normal=force, levels=levels)
     alt = f"Normal force over {abscissa}, at most {_largest_text(force, 'N')} among the samples."
     return [Picture(f"Normal force{joint_text}", "", alt, paint, FLAT_SIZE, played=True)]
 
 
-def _unrolled(joint_text: str, curve: tuple[np.ndarray, ...], clearance: float) -> Picture:
+def _unrolled_orbit(joint_text: str, curve: tuple[np.ndarray, ...], clearance: float) -> Picture:
     """Return the gap of a journal over the direction of its centre; curve : x, y (m), normal force (N)."""
     x, y, force = curve
     magnification = motion.penetration_magnification(x, y, clearance)
     penetration_note = (
         f"; below zero is the penetration, magnified {magnification:g} times" if magnification > 1.0 else ""
     )
-    least = wording.text(clearance - float(np.hypot(x, y).max()), "m").replace("-", wording.MINUS)
+    smallest_gap = wording.text(clearance - float(np.hypot(x, y).max()), "m").replace("-", wording.MINUS)
     return Picture(
         f"Journal orbit unrolled{joint_text}",
         f"The gap in the direction of the journal centre{penetration_note}.",
-        f"Gap against the direction of the journal centre, at least {least}.",
+        f"Gap against the direction of the journal centre, at least {smallest_gap}.",
         lambda ax: motion.draw_unrolled_orbit(ax, x, y, force, clearance),
         SQUARE_SIZE,
     )
 
 
-def _in_space(study: Study, case_id: str, joint: Joint, saved: History) -> list[Picture]:
+def _spatial_pictures(study: Study, case_id: str, joint: Joint, history: History) -> list[Picture]:
     """Return the pictures of a spatial joint: the axis of its journal, its tilt; [] unless all channels are stored."""
-    is_complete = all(channel.name in saved.channels for channel in study.run.layout.channels)
-    if saved.angle is None or not is_complete or not spatial.is_spatial(saved.channels, joint.name):
+    is_complete = all(channel.name in history.channels for channel in study.run.layout.channels)
+    if history.angle is None or not is_complete or not spatial.is_spatial(history.channels, joint.name):
         return []
     try:
         case = resolved(study, [case_id])[0]
     except InputError:  # mechanism or laws of another version
         return []
     spatial_joint = next(case_joint for case_joint in case.joints if case_joint.name == joint.title)
-    return spatial.pictures(case, spatial_joint, saved.values, saved.angle)
+    return spatial.pictures(case, spatial_joint, history.values, history.angle)
 
 
 def has_straight_walls(study: Study, joint: Joint) -> bool:
@@ -304,7 +317,7 @@ def _has_orbit(study: Study, joint: Joint) -> bool:
     return not any(site.name == joint.title and site.kind == "line" for site in sites)
 
 
-def _levels(study: Study, case_id: str, joint: Joint) -> list[tuple[str, float]]:
+def _reference_levels(study: Study, case_id: str, joint: Joint) -> list[tuple[str, float]]:
     """Return the reference forces of the history of a case: name, N."""
     if study.cases.row_of(case_id) < 0:
         return []
@@ -313,27 +326,27 @@ def _levels(study: Study, case_id: str, joint: Joint) -> list[tuple[str, float]]
     return [level for level in levels if np.isfinite(level[1])]
 
 
-def _ideal(study: Study, case_id: str, saved: History) -> simulation.IdealMotion | None:
+def _ideal_motion(study: Study, case_id: str, history: History) -> simulation.IdealMotion | None:
     """Return the ideal mechanism at the samples of a case, or None if there is none or it is unknown."""
-    if saved.angle is None:
+    if history.angle is None:
         return None
     try:
         case = resolved(study, [case_id])[0]
     except InputError:  # mechanism or laws of another version
         return None
-    return simulation.ideal_motion(case, saved.angle + saved.first_angle)
+    return simulation.ideal_motion(case, history.angle + history.first_angle)
 
 
-def _mechanism_channels(study: Study, saved: History) -> list[Column]:
+def _mechanism_channels(study: Study, history: History) -> list[Column]:
     """Return the channels of the mechanism, without those of its joints and the time."""
     channels = [
-        channel for channel in study.run.layout.channels if channel.name in saved.channels and channel.name != TIME
+        channel for channel in study.run.layout.channels if channel.name in history.channels and channel.name != TIME
     ]
     return [channel for channel in channels if not channel.name.startswith("joints/")]
 
 
-def _of_body(study: Study, saved: History, body: str) -> list[Column]:
-    return [each for each in _mechanism_channels(study, saved) if body and each.name.startswith(f"{body}/")]
+def _body_channels(study: Study, history: History, body: str) -> list[Column]:
+    return [channel for channel in _mechanism_channels(study, history) if body and channel.name.startswith(f"{body}/")]
 
 
 def _channel_label(channel: Column) -> str:

@@ -21,28 +21,28 @@ DRAWN_PENETRATION = 0.25  # of the clearance: drawn height of the deepest penetr
 NO_SCRIPTS = "The animation needs scripts. clearsweep show DIR CASE draws the motion without scripts."
 
 
-def player_of(study: Study, case_id: str, path: Mapping) -> Interactive | None:
+def player_of(study: Study, case_id: str, channels: Mapping) -> Interactive | None:
     """Return the data of a case for the player, or None without rotation, picture or complete channels."""
-    if not all(f"joints/{joint.name}/{name}" in path for joint in study.joints for name in ORBIT_CHANNELS):
+    if not all(f"joints/{joint.name}/{name}" in channels for joint in study.joints for name in ORBIT_CHANNELS):
         return None
-    saved, sketch = history_of(study, case_id, path), _sketch(study, case_id)
-    bodies = _bodies(sketch, path) if sketch else []
-    if saved.angle is None or sketch is None or not bodies:
+    history, sketch = history_of(study, case_id, channels), _sketch(study, case_id)
+    bodies = _bodies(sketch, channels) if sketch else []
+    if history.angle is None or sketch is None or not bodies:
         return None
-    samples = _shown_samples(study, path)
+    samples = _shown_samples(study, channels)
     data = {
-        "angle": encode_floats(np.degrees(saved.angle[samples])),
+        "angle": encode_floats(np.degrees(history.angle[samples])),
         "bodies": [body | {key: encode_floats(body[key][samples]) for key in ("x", "y", "angle")} for body in bodies],
         "ground": [joint.position.tolist() for joint in sketch.joints if joint.grounded and joint.guide is None],
-        "joints": _joints(study, case_id, path, samples, sketch),
-        "charts": _charts(study, case_id, saved, samples),
+        "joints": _joints(study, case_id, channels, samples, sketch),
+        "charts": _charts(study, case_id, history, samples),
     }
     return Interactive("player", f"motion-of-{case_id}", f"Case {case_id} in motion", data, NO_SCRIPTS)
 
 
-def _shown_samples(study: Study, path: Mapping) -> slice:
+def _shown_samples(study: Study, channels: Mapping) -> slice:
     """Return the slice of displayed samples."""
-    force = np.asarray(path[f"joints/{study.hardest_joint().name}/force_normal"], float)
+    force = np.asarray(channels[f"joints/{study.hardest_joint().name}/force_normal"], float)
     if len(force) <= MAX_SAMPLES:
         return slice(None)
     first = min(max(int(force.argmax()) - MAX_SAMPLES // 2, 0), len(force) - MAX_SAMPLES)
@@ -57,7 +57,7 @@ def _sketch(study: Study, case_id: str) -> simulation.Sketch | None:
         return None
 
 
-def _bodies(sketch: simulation.Sketch, path: Mapping) -> list[dict]:
+def _bodies(sketch: simulation.Sketch, channels: Mapping) -> list[dict]:
     """Return the moving bodies over time, or [] if a body has no channels.
 
     Each has its points relative to the centre of mass at the start, and its position and angle over time.
@@ -67,29 +67,29 @@ def _bodies(sketch: simulation.Sketch, path: Mapping) -> list[dict]:
         name = body.name.replace("-", "_")
         if body.name == GROUND:
             continue
-        if not {f"{name}/x", f"{name}/y"} <= set(path):
+        if not {f"{name}/x", f"{name}/y"} <= set(channels):
             return []
-        x, y = (np.asarray(path[f"{name}/{key}"], float) for key in ("x", "y"))
-        angle = np.asarray(path.get(f"{name}/angle", np.full(len(x), body.angle)), float)
+        x, y = (np.asarray(channels[f"{name}/{key}"], float) for key in ("x", "y"))
+        angle = np.asarray(channels.get(f"{name}/angle", np.full(len(x), body.angle)), float)
         bodies.append(
             {"began": body.angle, "points": (body.points - body.center).tolist(), "x": x, "y": y, "angle": angle}
         )
     return bodies
 
 
-def _joints(study: Study, case_id: str, path: Mapping, samples: slice, sketch: simulation.Sketch) -> list[dict]:
+def _joints(study: Study, case_id: str, channels: Mapping, samples: slice, sketch: simulation.Sketch) -> list[dict]:
     """Return the joints over time: position and force of the journal or block, clearance, and the walls if straight."""
     joints = []
     for joint in study.joints:
         x, y, force = (
-            np.asarray(path[f"joints/{joint.name}/{key}"], float)[samples] for key in ("x", "y", "force_normal")
+            np.asarray(channels[f"joints/{joint.name}/{key}"], float)[samples] for key in ("x", "y", "force_normal")
         )
         clearance = study.value(case_id, f"joints.{joint.title}.clearance")
         if clearance is None:
             continue
         distance, walls = np.hypot(x, y), None
         if has_straight_walls(study, joint):
-            half_length, tilt = _block(study, case_id, joint, sketch, path)
+            half_length, tilt = _block(study, case_id, joint, sketch, channels)
             distance = abs(y) + half_length * abs(np.sin(tilt[samples]))
             walls = {"half_length": half_length, "tilt": encode_floats(tilt[samples])}
         deepest = max(float(distance.max()) - float(clearance), 0.0)
@@ -114,18 +114,18 @@ def _joints(study: Study, case_id: str, path: Mapping, samples: slice, sketch: s
 
 
 def _block(
-    study: Study, case_id: str, joint: Joint, sketch: simulation.Sketch, path: Mapping
+    study: Study, case_id: str, joint: Joint, sketch: simulation.Sketch, channels: Mapping
 ) -> tuple[float, np.ndarray]:
     """Return half the length (m) of a guide's block and its tilt (rad) between the walls; zeros for a pin in a slot."""
-    sketched = next(each for each in sketch.joints if each.name == joint.title)
-    tilt = np.zeros(len(path[f"joints/{joint.name}/y"]))
-    if sketched.guide is None:
+    sketched_joint = next(sketched for sketched in sketch.joints if sketched.name == joint.title)
+    tilt = np.zeros(len(channels[f"joints/{joint.name}/y"]))
+    if sketched_joint.guide is None:
         return 0.0, tilt
     start = {body.name: body.angle for body in sketch.bodies}
-    for body, sign in ((sketched.sliding_body, 1.0), (sketched.guiding_body, -1.0)):
+    for body, sign in ((sketched_joint.sliding_body, 1.0), (sketched_joint.guiding_body, -1.0)):
         channel = f"{body.replace('-', '_')}/angle"
-        if channel in path:
-            tilt += sign * (np.asarray(path[channel], float) - start[body])
+        if channel in channels:
+            tilt += sign * (np.asarray(channels[channel], float) - start[body])
     return 0.5 * float(study.value(case_id, f"joints.{joint.title}.length") or 0.0), tilt
 
 
@@ -137,9 +137,9 @@ def _without_rounding(values: np.ndarray) -> np.ndarray:
     return clean
 
 
-def _charts(study: Study, case_id: str, saved: History, samples: slice) -> list[dict]:
+def _charts(study: Study, case_id: str, history: History, samples: slice) -> list[dict]:
     charts = []
-    for curve in joint_histories(study, case_id, saved):
+    for curve in joint_histories(study, case_id, history):
         scale = wording.scale(curve.unit, curve.actual[samples])
         lines = [("with clearance", _without_rounding(curve.actual), "accent", False)]
         if curve.ideal is not None:

@@ -39,46 +39,46 @@ from . import (
     wear,
 )
 
-Makes = Callable[[Study], list[Section]]
-SECTIONS: tuple[Makes, ...] = (  # seen at once, in the order of the page
+SectionBuilder = Callable[[Study], list[Section]]
+UNFOLDED: tuple[SectionBuilder, ...] = (  # seen at once, in the order of the page
     summary.sections,
     verdict.sections,
     seek.sections,
     optimised.sections,
-    explorer.leading,
+    explorer.leading_sections,
     identified.sections,
     sample.sections,
     cases.sections,
     drivers.sections,
-    sample.leading,
+    sample.leading_sections,
     trust.sections,
     lasting.sections,
 )
 #: In the second column of a wide page; where no case is played, what drives it is in the first.
-SECOND = (*SECTIONS[SECTIONS.index(drivers.sections) :], explorer.leading)
-MORE: tuple[tuple[str, tuple[Makes, ...]], ...] = (  # folded below them, by subject
+SECOND_COLUMN = (*UNFOLDED[UNFOLDED.index(drivers.sections) :], explorer.leading_sections)
+FOLDED: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (  # folded below them, by subject
     (
         "Forces and output",
         (
-            verdict.more,
-            optimised.more,
+            verdict.folded_sections,
+            optimised.folded_sections,
             headline.sections,
             curves.sections,
             maps.sections,
-            drivers.more,
-            sample.more,
+            drivers.folded_sections,
+            sample.folded_sections,
             tradeoffs.sections,
         ),
     ),
     (
         "Motion",
-        (peak_revolution.sections, cases.others, motion_type.sections, films.sections),
+        (peak_revolution.sections, cases.other_cases, motion_type.sections, films.sections),
     ),
     ("Wear and life", (life.sections, wear.sections, trends.sections)),
     (
         "Laws and errors",
         (
-            identified.more,
+            identified.folded_sections,
             budget.sections,
             law_check.sections,
             law_choice.sections,
@@ -91,28 +91,28 @@ MORE: tuple[tuple[str, tuple[Makes, ...]], ...] = (  # folded below them, by sub
 )
 
 
-def _long(section: Section) -> bool:
+def _shows_case(section: Section) -> bool:
     """Return whether a section shows a case in motion, which fills most of a column."""
     return any(isinstance(block, Detail) for block in section.blocks)
 
 
-def _is_second(sections: Makes, listed: list[Section]) -> bool:
-    """Return whether sections belong in the second column of a wide page, after those that are `listed`."""
-    if any(section.key == "optimise" for section in listed):
-        return sections is explorer.leading  # as long as all others
-    return sections in SECOND and (sections is not drivers.sections or any(map(_long, listed)))
+def _is_in_second_column(builder: SectionBuilder, earlier: list[Section]) -> bool:
+    """Return whether sections belong in the second column of a wide page, after those that are `earlier`."""
+    if any(section.key == "optimise" for section in earlier):
+        return builder is explorer.leading_sections  # as long as all others
+    return builder in SECOND_COLUMN and (builder is not drivers.sections or any(map(_shows_case, earlier)))
 
 
 def of(study: Study) -> list[Section]:
     """Return the non-empty sections of a run."""
     listed: list[Section] = []
-    every = [("", sections) for sections in SECTIONS]
-    every += [(subject, sections) for subject, folded in MORE for sections in folded]
+    builders = [("", builder) for builder in UNFOLDED]
+    builders += [(subject, builder) for subject, folded in FOLDED for builder in folded]
     with phases.phase("preparing the report") as preparing:
-        for number, (subject, sections) in enumerate(every):
-            preparing.note(share=number / len(every))
-            made = [section for section in sections(study) if section.blocks]
-            second = _is_second(sections, listed)
-            placed = [section._replace(subject=subject, second=second) for section in made]
-            listed += [counts.with_note(study, section) for section in placed]
+        for number, (subject, builder) in enumerate(builders):
+            preparing.note(share=number / len(builders))
+            nonempty = [section for section in builder(study) if section.blocks]
+            in_second_column = _is_in_second_column(builder, listed)
+            placed_sections = [section._replace(subject=subject, second=in_second_column) for section in nonempty]
+            listed += [counts.with_note(study, section) for section in placed_sections]
     return listed

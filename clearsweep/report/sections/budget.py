@@ -15,9 +15,9 @@ from ..data.leading import PEAK
 from ..data.study import Study
 from ..draw import budget
 
-LEAST = 3  # unknowns of a budget
-MOST = 2000  # cases that are looked at: a budget has few
-SMALL = 0.02  # of the base: an unknown that moves a figure by less decides nothing
+MIN_UNKNOWNS = 3  # unknowns of a budget
+MAX_CASES = 2000  # cases that are looked at: a budget has few
+NEGLIGIBLE_CHANGE = 0.02  # of the base: an unknown that moves a figure by less decides nothing
 
 
 class Unknown(NamedTuple):
@@ -36,10 +36,10 @@ class Bar(NamedTuple):
     """Effect of an unknown on a figure."""
 
     unknown: Unknown
-    down: float  # of the base, at most 0
-    up: float  # at least 0
-    at_down: str  # case_id; '': the base
-    at_up: str
+    decrease: float  # of the base, at most 0
+    increase: float  # at least 0
+    case_of_decrease: str  # case_id; '': the base
+    case_of_increase: str
 
 
 def sections(study: Study) -> list[Section]:
@@ -47,7 +47,7 @@ def sections(study: Study) -> list[Section]:
     if study.cases.empty or not study.joints:
         return []
     column = study.hardest_joint().column(PEAK.figure)
-    design = designed(study)
+    design = one_at_a_time_design(study)
     if design is None or not study.has(column) or not study.cases.at[design[0], column] > 0.0:
         return []
     base, unknowns = design
@@ -58,106 +58,118 @@ def sections(study: Study) -> list[Section]:
     return [Section("budget", "Error budget of the force peak", blocks)]
 
 
-def designed(study: Study) -> tuple[str, list[Unknown]] | None:
+def one_at_a_time_design(study: Study) -> tuple[str, list[Unknown]] | None:
     """Return the base case and the unknowns, or None if cases differ from each other in another way."""
     axes, cases = study.swept(), study.cases
-    if "sample" in study.run.grid or not LEAST <= len(axes) < len(cases) <= MOST:
+    if "sample" in study.run.grid or not MIN_UNKNOWNS <= len(axes) < len(cases) <= MAX_CASES:
         return None
     values = pd.DataFrame({axis.path: np.asarray(cases[axis.path], dtype=object) for axis in axes}, index=cases.index)
-    usual = [Counter(values[axis.path].dropna()).most_common(1)[0][0] for axis in axes]
-    differs = values.ne(pd.Series(usual, index=values.columns), axis=1)
-    same = differs.index[~differs.any(axis=1)]
-    if len(same) != 1:
+    most_frequent = [Counter(values[axis.path].dropna()).most_common(1)[0][0] for axis in axes]
+    differs = values.ne(pd.Series(most_frequent, index=values.columns), axis=1)
+    base_ids = differs.index[~differs.any(axis=1)]
+    if len(base_ids) != 1:
         return None
-    changes = np.unique(differs.to_numpy()[differs.index != same[0]], axis=0)
-    if (changes.sum(axis=0) > 1).any():  # an axis of two groups: cases change several unknowns
+    change_patterns = np.unique(differs.to_numpy()[differs.index != base_ids[0]], axis=0)
+    if (change_patterns.sum(axis=0) > 1).any():  # an axis of two groups: cases change several unknowns
         return None
     groups: dict[tuple[str, ...], list[str]] = {}
-    for case_id, row in differs.drop(index=same[0]).iterrows():
-        groups.setdefault(tuple(row.index[row]), []).append(str(case_id))
-    if len(groups) < LEAST:
+    for case_id, is_changed in differs.drop(index=base_ids[0]).iterrows():
+        groups.setdefault(tuple(is_changed.index[is_changed]), []).append(str(case_id))
+    if len(groups) < MIN_UNKNOWNS:
         return None
     by_path = {axis.path: axis for axis in axes}
     unknowns = [Unknown(tuple(by_path[path] for path in group), tuple(ids)) for group, ids in groups.items()]
-    return str(same[0]), unknowns
+    return str(base_ids[0]), unknowns
 
 
 def bars_of(study: Study, column: str, base: str, unknowns: list[Unknown]) -> list[Bar]:
     """Return the bar of each unknown, the one with the largest effect first."""
-    start, bars = float(study.cases.at[base, column]), []
+    base_value, bars = float(study.cases.at[base, column]), []
     for unknown in unknowns:
-        changes = {case: float(study.cases.at[case, column]) / start - 1.0 for case in unknown.cases}
+        changes = {case: float(study.cases.at[case, column]) / base_value - 1.0 for case in unknown.cases}
         changes = {"": 0.0} | {case: change for case, change in changes.items() if np.isfinite(change)}
         low, high = min(changes, key=changes.__getitem__), max(changes, key=changes.__getitem__)
         bars.append(Bar(unknown, changes[low], changes[high], low, high))
-    return sorted(bars, key=lambda bar: bar.down - bar.up)
+    return sorted(bars, key=lambda bar: bar.decrease - bar.increase)
 
 
-def together(bars: list[Bar]) -> tuple[float, float]:
+def combined_change(bars: list[Bar]) -> tuple[float, float]:
     """Return the relative change of a figure, down and up, by all unknowns together.
 
     The unknowns are independent, so the logarithms of the ratios are combined by root-sum-square.  Logarithms are used
     because a peak cannot fall by more than 100 %.
     """
-    down = np.linalg.norm([np.log1p(bar.down) for bar in bars])
-    up = np.linalg.norm([np.log1p(bar.up) for bar in bars])
-    return float(np.expm1(-down)), float(np.expm1(up))
+    log_decrease = np.linalg.norm([np.log1p(bar.decrease) for bar in bars])
+    log_increase = np.linalg.norm([np.log1p(bar.increase) for bar in bars])
+    return float(np.expm1(-log_decrease)), float(np.expm1(log_increase))
 
 
 def _sentences(study: Study, column: str, base: str, bars: list[Bar]) -> list[str]:
-    down, up = together(bars)
-    decides = [bar.unknown.name for bar in bars if bar.up - bar.down >= SMALL]
-    idle = [bar.unknown.name for bar in bars if bar.up - bar.down < SMALL]
-    start = study.text(base, column)
-    largest = wording.sentence_list(decides[:2]) if decides else "none of the unknowns"
-    verb = "have" if len(decides[:2]) > 1 else "has"
+    lower, upper = combined_change(bars)
+    influential = [bar.unknown.name for bar in bars if bar.increase - bar.decrease >= NEGLIGIBLE_CHANGE]
+    negligible = [bar.unknown.name for bar in bars if bar.increase - bar.decrease < NEGLIGIBLE_CHANGE]
+    base_peak = study.text(base, column)
+    largest = wording.sentence_list(influential[:2]) if influential else "none of the unknowns"
+    verb = "have" if len(influential[:2]) > 1 else "has"
     sentences = [
-        f"The base case {base[:8]} has a force peak of {start}. Each other case changes one unknown. If the "
-        f"unknowns are independent, the uncertainty of the peak is {_percent(down)} to {_percent(up)}. For each bound, "
+        f"The base case {base[:8]} has a force peak of {base_peak}. Each other case changes one unknown. If the "
+        f"unknowns are independent, the uncertainty of the peak is {_percent(lower)} to {_percent(upper)}. For each "
+        "bound, "
         "the logarithms of the changes are combined by root-sum-square.",
         f"{largest[:1].upper()}{largest[1:]} {verb} the largest effect on the peak.",
     ]
-    if idle:
-        sentences.append(f"The effect is below {wording.percent(SMALL)} for {wording.sentence_list(idle)}.")
+    if negligible:
+        sentences.append(
+            f"The effect is below {wording.percent(NEGLIGIBLE_CHANGE)} for {wording.sentence_list(negligible)}."
+        )
     return [*sentences, "The cases change one unknown at a time, so they do not show interactions."]
 
 
-def _percent(share: float) -> str:
-    return f"{100.0 * share:+.1f} %"
+def _percent(change: float) -> str:
+    return f"{100.0 * change:+.1f} %"
 
 
-def _at(study: Study, bar: Bar, case: str) -> str:
+def _values_text(study: Study, bar: Bar, case_id: str) -> str:
     """Return the values of an unknown in a case."""
-    if not case:
+    if not case_id:
         return "base"
-    return ", ".join(axis.text(study.cases.at[case, axis.path]) for axis in bar.unknown.axes)
+    return ", ".join(axis.text(study.cases.at[case_id, axis.path]) for axis in bar.unknown.axes)
 
 
 def _picture(study: Study, bars: list[Bar]) -> Picture:
-    drawn = [(b.unknown.name, b.down, b.up, _at(study, b, b.at_down), _at(study, b, b.at_up)) for b in reversed(bars)]
-    alt = "; ".join(f"{b.unknown.name}: {_percent(b.down)} to {_percent(b.up)}" for b in bars)
+    rows = [
+        (
+            bar.unknown.name,
+            bar.decrease,
+            bar.increase,
+            _values_text(study, bar, bar.case_of_decrease),
+            _values_text(study, bar, bar.case_of_increase),
+        )
+        for bar in reversed(bars)
+    ]
+    alt = "; ".join(f"{bar.unknown.name}: {_percent(bar.decrease)} to {_percent(bar.increase)}" for bar in bars)
     return Picture(
         "Error budget",
         "effect of each unknown alone on the force peak",
         f"Bars of the change of the force peak by unknown. {alt}",
-        lambda ax: budget.draw_tornado(ax, drawn, PEAK.name),
+        lambda ax: budget.draw_tornado(ax, rows, PEAK.name),
         size=(7.0, 0.8 + 0.34 * len(bars)),
     )
 
 
 def _table(study: Study, bars: list[Bar]) -> Table:
     """Return the table with the numbers of the bars."""
-    heads = ("unknown", "cases", "least change", "at", "largest change", "reached at")
+    headings = ("unknown", "cases", "least change", "at", "largest change", "reached at")
     rows = [
         (
             bar.unknown.name,
             Quantity(len(bar.unknown.cases), str(len(bar.unknown.cases))),
-            Quantity(bar.down, _percent(bar.down)),
-            _at(study, bar, bar.at_down),
-            Quantity(bar.up, _percent(bar.up)),
-            _at(study, bar, bar.at_up),
+            Quantity(bar.decrease, _percent(bar.decrease)),
+            _values_text(study, bar, bar.case_of_decrease),
+            Quantity(bar.increase, _percent(bar.increase)),
+            _values_text(study, bar, bar.case_of_increase),
         )
         for bar in bars
     ]
     note = "Change of the largest normal force from that of the base case, one unknown at a time."
-    return Table("budget", "Error budget", note, tuple(map(Column, heads)), rows)
+    return Table("budget", "Error budget", note, tuple(map(Column, headings)), rows)

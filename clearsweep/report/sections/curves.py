@@ -18,12 +18,12 @@ from ..draw.comparison import Family
 from ..statistics.main_effects import MainEffect, main_effects_of
 from . import maps
 
-MOST = 7  # curves side by side that can be distinguished
-PICTURES = 6
-LEAST = 3  # values that make a curve
+MAX_CURVES = 7  # curves side by side that can be distinguished
+MAX_PICTURES = 6
+MIN_VALUES = 3  # values that make a curve
 
 
-class Drawn(NamedTuple):
+class PlottedFigure(NamedTuple):
     """One figure over an axis: a column, its name, and its bound, if any."""
 
     column: str
@@ -33,29 +33,29 @@ class Drawn(NamedTuple):
 
 def sections(study: Study) -> list[Section]:
     """Return the section, or [] if no axis has numbers that cases share."""
-    across = None if study.cases.empty else _across(study)
-    if across is None:
+    x_axis = None if study.cases.empty else _x_axis(study)
+    if x_axis is None:
         return []
-    second = _beside(study, across)
-    pictures = [_picture(study, drawn, across, second) for drawn in _drawn(study)[:PICTURES]]
+    curve_axis = _curve_axis(study, x_axis)
+    pictures = [_picture(study, plotted, x_axis, curve_axis) for plotted in _plotted_figures(study)[:MAX_PICTURES]]
     note = f"Each point is the {'median' if study.typical else 'worst'} of its cases."
-    if any(drawn.limit for drawn in _drawn(study)):
+    if any(plotted.limit for plotted in _plotted_figures(study)):
         note += " The horizontal line is the limit."
-    if any(leaves_out(study, drawn.column) for drawn in _drawn(study)):
+    if any(leaves_out(study, plotted.column) for plotted in _plotted_figures(study)):
         note += LEFT_OUT
-    return [Section("curves", f"Over {across.name}", without_empty([Gallery(note, pictures)]))]
+    return [Section("curves", f"Over {x_axis.name}", without_empty([Gallery(note, pictures)]))]
 
 
-def _across(study: Study) -> Axis | None:
+def _x_axis(study: Study) -> Axis | None:
     """Return the crank speed, or the first axis with enough numbers."""
-    numeric = [axis for axis in study.levels() if axis.numeric and len(axis.values) >= LEAST]
+    numeric = [axis for axis in study.levels() if axis.numeric and len(axis.values) >= MIN_VALUES]
     return next((axis for axis in numeric if axis.path == "drive.speed"), next(iter(numeric), None))
 
 
-def _beside(study: Study, across: Axis) -> Axis | None:
+def _curve_axis(study: Study, x_axis: Axis) -> Axis | None:
     """Return the axis with one curve for each value: a clearance, or the axis with the largest effect on the force."""
     others = [effect.axis for effect in _effects(study)]
-    others = [axis for axis in others if axis is not across]
+    others = [axis for axis in others if axis is not x_axis]
     return next((axis for axis in others if axis.path.endswith(".clearance")), next(iter(others), None))
 
 
@@ -65,60 +65,67 @@ def _effects(study: Study) -> list[MainEffect]:
     return main_effects_of(study, column) if study.has(column) else []
 
 
-def _drawn(study: Study) -> list[Drawn]:
+def _plotted_figures(study: Study) -> list[PlottedFigure]:
     """Return the limited figures, then the peak of every joint, its ratio to the ideal peak, and the output error."""
-    by_column = {limit.column: Drawn(limit.column, column_label(study, limit.column), limit) for limit in study.limits}
+    by_column = {
+        limit.column: PlottedFigure(limit.column, column_label(study, limit.column), limit) for limit in study.limits
+    }
     figures = [(joint, figure) for figure in ("force_peak", "force_peak_ratio") for joint in study.joints]
     columns = [joint.column(study.lead.figure) for joint in study.joints]
     columns += [joint.column(figure) for joint, figure in figures] + [study.column("error_max")]
     for column in columns:
-        by_column.setdefault(column, Drawn(column, column_label(study, column)))
-    return [drawn for drawn in by_column.values() if study.has(drawn.column)]
+        by_column.setdefault(column, PlottedFigure(column, column_label(study, column)))
+    return [plotted for plotted in by_column.values() if study.has(plotted.column)]
 
 
-def _picture(study: Study, drawn: Drawn, across: Axis, second: Axis | None) -> Picture:
-    least = drawn.column.endswith(maps.LESS_IS_WORSE) or (drawn.limit is not None and drawn.limit.kind == "at_least")
-    values = comparable(study, drawn.column)
-    reduced = median if study.typical else smallest if least else largest
-    table = _table(study, values, (across, second), reduced)
-    kept = np.unique(np.linspace(0, len(table) - 1, min(len(table), MOST)).round().astype(int))
-    names = [second.short(second.values[place]) if second else "" for place in kept]
-    limit_values = None if drawn.limit is None else _bound(study, drawn.limit, across)
-    family = Family(across, second.label() if second else "", names, table[kept], limit_values)
-    scale = study.scale(drawn.column)
-    ends = " to ".join(scale.text(end) for end in (float(np.nanmin(table)), float(np.nanmax(table))))
-    others = [axis.name for axis in study.swept() if axis not in (across, second)]
-    word = CALLED[reduced]
-    selection_note = (
-        f"{len(kept)} of {len(table)} values of {second.name}. " if second and len(kept) < len(table) else ""
+def _picture(study: Study, plotted: PlottedFigure, x_axis: Axis, curve_axis: Axis | None) -> Picture:
+    lower_is_worse = plotted.column.endswith(maps.LESS_IS_WORSE) or (
+        plotted.limit is not None and plotted.limit.kind == "at_least"
     )
-    caption = selection_note + (f"{word} over {wording.sentence_list(others)}." if others else "")
+    values = comparable(study, plotted.column)
+    reduction = median if study.typical else smallest if lower_is_worse else largest
+    table = _table(study, values, (x_axis, curve_axis), reduction)
+    row_indices = np.unique(np.linspace(0, len(table) - 1, min(len(table), MAX_CURVES)).round().astype(int))
+    names = [curve_axis.short(curve_axis.values[index]) if curve_axis else "" for index in row_indices]
+    limit_values = None if plotted.limit is None else _strictest_bounds(study, plotted.limit, x_axis)
+    family = Family(x_axis, curve_axis.label() if curve_axis else "", names, table[row_indices], limit_values)
+    scale = study.scale(plotted.column)
+    range_text = " to ".join(scale.text(value) for value in (float(np.nanmin(table)), float(np.nanmax(table))))
+    others = [axis.name for axis in study.swept() if axis not in (x_axis, curve_axis)]
+    reduction_name = CALLED[reduction]
+    selection_note = (
+        f"{len(row_indices)} of {len(table)} values of {curve_axis.name}. "
+        if curve_axis and len(row_indices) < len(table)
+        else ""
+    )
+    caption = selection_note + (f"{reduction_name} over {wording.sentence_list(others)}." if others else "")
     return Picture(
-        f"{capital(drawn.name)} over {across.name}",
+        f"{capital(plotted.name)} over {x_axis.name}",
         caption,
-        f"{capital(drawn.name)} over {across.name}{f', a curve for each {second.name}' if second else ''}: {ends}.",
-        lambda ax: comparison.draw_family(ax, family, scale, drawn.name),
+        f"{capital(plotted.name)} over {x_axis.name}{f', a curve for each {curve_axis.name}' if curve_axis else ''}: "
+        f"{range_text}.",
+        lambda ax: comparison.draw_family(ax, family, scale, plotted.name),
     )
 
 
 def _table(
-    study: Study, values: np.ndarray, axes: tuple[Axis, Axis | None], reduced: Callable[[np.ndarray], float]
+    study: Study, values: np.ndarray, axes: tuple[Axis, Axis | None], reduction: Callable[[np.ndarray], float]
 ) -> np.ndarray:
     """Return one value for each pair of values of the second and the first axis; one row if there is no second axis."""
-    across, second = axes
-    if second is not None:
-        return over_other_axes(study, values, (across, second), reduced)
-    row = np.full((1, len(across.values)), np.nan)
-    places = np.where(np.isfinite(values), study.indices_on(across), -1)
-    for place, cases in enumerate(indices_by_value(places, len(across.values))):
+    x_axis, curve_axis = axes
+    if curve_axis is not None:
+        return over_other_axes(study, values, (x_axis, curve_axis), reduction)
+    row = np.full((1, len(x_axis.values)), np.nan)
+    value_indices = np.where(np.isfinite(values), study.indices_on(x_axis), -1)
+    for index, cases in enumerate(indices_by_value(value_indices, len(x_axis.values))):
         if len(cases):
-            row[0, place] = reduced(values[cases])
+            row[0, index] = reduction(values[cases])
     return row
 
 
-def _bound(study: Study, limit: Limit, across: Axis) -> np.ndarray:
+def _strictest_bounds(study: Study, limit: Limit, x_axis: Axis) -> np.ndarray:
     """Return the strictest bound (SI) at each value of an axis."""
-    known = {name: study.cases[name].to_numpy(float) for name in (limit.column, limit.times) if name}
+    columns = {name: study.cases[name].to_numpy(float) for name in (limit.column, limit.times) if name}
     strictest = smallest if limit.kind == "at_most" else largest
-    bounds: np.ndarray = _table(study, limit.threshold(known), (across, None), strictest)[0]
+    bounds: np.ndarray = _table(study, limit.threshold(columns), (x_axis, None), strictest)[0]
     return bounds

@@ -17,27 +17,27 @@ from ..draw.comparison import Curve
 from ..draw.style import BLUE, JOINT_COLOURS, RED
 from ..statistics.main_effects import MainEffect, main_effects_of
 
-_FORCE = ((PEAK.figure, "peak"), ("force_rms", "rms"))
-MOST = 4  # axes that are drawn at once, the strongest; the rest is folded
-LEAST_SHARE = 0.01  # of the variation: an axis with less is folded, unless it is the only one
-OTHERS = 2  # other figures at most whose strongest axis is named
-NOTED = 9  # values of an axis up to which the text of a picture gives each median
+_FORCE_FIGURES = ((PEAK.figure, "peak"), ("force_rms", "rms"))
+MAX_UNFOLDED_AXES = 4  # axes that are drawn at once, the strongest; the rest is folded
+MIN_SHARE = 0.01  # of the variation: an axis with less is folded, unless it is the only one
+MAX_OTHER_FIGURES = 2  # other figures at most whose strongest axis is named
+MAX_LISTED_MEDIANS = 9  # values of an axis up to which the text of a picture gives each median
 
 
 def sections(study: Study) -> list[Section]:
     """Return the section with pictures of the strongest axes, or [] if no two cases share the value of an axis."""
-    if not _comparable(study):
+    if not _has_shared_values(study):
         return []
     points = Points(sentences(study, study.hardest_joint()))
-    drawn = Gallery(_note(study), _leading(study)[: _at_once(study)], small=True)
-    return [Section("drivers", "What drives it", without_empty([points, drawn]))]
+    gallery = Gallery(_note(study), _lead_pictures(study)[: _unfolded_count(study)], small=True)
+    return [Section("drivers", "What drives it", without_empty([points, gallery]))]
 
 
-def more(study: Study) -> list[Section]:
+def folded_sections(study: Study) -> list[Section]:
     """Return the other axes, the drivers of the force over the ideal reaction, and a table of all main effects."""
-    if not _comparable(study):
+    if not _has_shared_values(study):
         return []
-    joint, pictures = study.hardest_joint(), _leading(study)[_at_once(study) :]
+    joint, pictures = study.hardest_joint(), _lead_pictures(study)[_unfolded_count(study) :]
     if study.has(joint.column(P99_OVER_IDEAL)) and len(study.levels()) > 1 and ideal_varies(study, joint):
         pictures += _pictures(study, ((P99_OVER_IDEAL, "p99 / ideal"),), "p99 / ideal peak")
     return [Section("main-effects", "Main effects", without_empty([Gallery("", pictures, small=True), _table(study)]))]
@@ -46,35 +46,35 @@ def more(study: Study) -> list[Section]:
 def sentences(study: Study, joint: Joint) -> list[str]:
     """Return sentences that name the strongest axes for the leading figure of a joint and for its other figures."""
     effects = main_effects_of(study, joint.column(study.lead.figure))
-    strong = [effect for effect in effects if effect.clear()]
-    weak = [effect.axis.name for effect in effects if not effect.clear()]
-    if not strong:
-        return _others(study, joint)  # as the answer says
+    clear_effects = [effect for effect in effects if effect.clear()]
+    unclear_names = [effect.axis.name for effect in effects if not effect.clear()]
+    if not clear_effects:
+        return _other_driver_sentences(study, joint)  # as the answer says
     if len(effects) == 1:  # the answer has its effect
-        return _others(study, joint)
-    listed = [f"{effect.axis.name} ({wording.percent(effect.share)})" for effect in strong]
-    text = f"The variation of the {study.lead.name} is caused by {wording.sentence_list(listed)}."
-    if weak:
-        text += f" The effect of {wording.sentence_list(weak)} is not clear."
-    return [text, *_others(study, joint), *_relative_to_ideal(study, joint)]
+        return _other_driver_sentences(study, joint)
+    driver_texts = [f"{effect.axis.name} ({wording.percent(effect.share)})" for effect in clear_effects]
+    text = f"The variation of the {study.lead.name} is caused by {wording.sentence_list(driver_texts)}."
+    if unclear_names:
+        text += f" The effect of {wording.sentence_list(unclear_names)} is not clear."
+    return [text, *_other_driver_sentences(study, joint), *_relative_to_ideal(study, joint)]
 
 
-def _others(study: Study, joint: Joint) -> list[str]:
+def _other_driver_sentences(study: Study, joint: Joint) -> list[str]:
     """Return one sentence for each other figure with a clear strongest driver that the answer does not mention."""
-    asked, others = question(study).question, dict[str, str]()
-    if asked != "film":
-        others[joint.column("film_loss")] = "film loss"
-    if asked not in ("force", "start-up"):
-        others[study.column("error_max")] = f"{study.run.layout.output} error"
+    question_name, name_by_column = question(study).question, dict[str, str]()
+    if question_name != "film":
+        name_by_column[joint.column("film_loss")] = "film loss"
+    if question_name not in ("force", "start-up"):
+        name_by_column[study.column("error_max")] = f"{study.run.layout.output} error"
     sentences = []
-    for column, name in others.items():
+    for column, name in name_by_column.items():
         if not column or column not in study.cases or not study.has(column):
             continue
         strongest = main_effects_of(study, column)[0]
         if strongest.clear():
             verb = "varies with" if len(study.levels()) == 1 else "depends most on"
-            sentences.append(f"The {name} {verb} {_cause(strongest, study)}.")
-    return sentences[:OTHERS]
+            sentences.append(f"The {name} {verb} {_effect_text(strongest, study)}.")
+    return sentences[:MAX_OTHER_FIGURES]
 
 
 def _relative_to_ideal(study: Study, joint: Joint) -> list[str]:
@@ -87,45 +87,45 @@ def _relative_to_ideal(study: Study, joint: Joint) -> list[str]:
         return []
     return [
         f"The ratio of the peak to that without clearance depends most on {strongest.axis.name}: "
-        f"{_span(strongest, wording.Scale(1.0, ''))}."
+        f"{_span_text(strongest, wording.Scale(1.0, ''))}."
     ]
 
 
-def _cause(effect: MainEffect, study: Study) -> str:
+def _effect_text(effect: MainEffect, study: Study) -> str:
     """Return the name of an axis with its smallest and largest median."""
-    return f"{effect.axis.name}: {_span(effect, study.scale(effect.column))}"
+    return f"{effect.axis.name}: {_span_text(effect, study.scale(effect.column))}"
 
 
-def _span(effect: MainEffect, scale: wording.Scale) -> str:
-    medians = _medians(effect, scale)
+def _span_text(effect: MainEffect, scale: wording.Scale) -> str:
+    medians = _extreme_medians_text(effect, scale)
     return medians if np.isnan(effect.share) else f"median {medians}"
 
 
-def _medians(effect: MainEffect, scale: wording.Scale) -> str:
+def _extreme_medians_text(effect: MainEffect, scale: wording.Scale) -> str:
     """Return the smallest and the largest median of an effect, in the order of the axis."""
     low, high = sorted(effect.extremes())
     axis = effect.axis
-    first, last = (f"{scale.text(effect.medians[place])} at {axis.text(axis.values[place])}" for place in (low, high))
+    first, last = (f"{scale.text(effect.medians[index])} at {axis.text(axis.values[index])}" for index in (low, high))
     return f"{first}, {last}"
 
 
-def _comparable(study: Study) -> bool:
+def _has_shared_values(study: Study) -> bool:
     """Return whether any axis has a value that several cases share."""
     if study.cases.empty or not study.levels():
         return False
     return study.has(study.hardest_joint().column(study.lead.figure))
 
 
-def _leading(study: Study) -> list[Picture]:
+def _lead_pictures(study: Study) -> list[Picture]:
     if study.lead is PEAK:
-        return _pictures(study, _FORCE, "force")
+        return _pictures(study, _FORCE_FIGURES, "force")
     return _pictures(study, ((study.lead.figure, study.lead.name),), study.lead.name)
 
 
-def _at_once(study: Study) -> int:
+def _unfolded_count(study: Study) -> int:
     """Return how many axes are drawn outside the folded part: those with an effect on the leading figure."""
     effects = main_effects_of(study, study.hardest_joint().column(study.lead.figure))
-    return min(MOST, max(sum(not effect.share < LEAST_SHARE for effect in effects), 1))
+    return min(MAX_UNFOLDED_AXES, max(sum(not effect.share < MIN_SHARE for effect in effects), 1))
 
 
 def ideal_varies(study: Study, joint: Joint) -> bool:
@@ -148,26 +148,26 @@ def _pictures(study: Study, figures: tuple[tuple[str, str], ...], name: str) -> 
     """Return one picture per axis, the strongest first; the first of the `figures`, (figure, name), has a band."""
     leading = study.hardest_joint().column(figures[0][0])
     curves: dict[str, list[Curve]] = {effect.axis.path: [] for effect in main_effects_of(study, leading)}
-    for place, joint in enumerate(study.joints):
-        for number, (figure, word) in enumerate(figures):
-            for curve in _curves(study, joint, place, (figure, word), band=number == 0):
+    for joint_index, joint in enumerate(study.joints):
+        for figure_index, (figure, figure_name) in enumerate(figures):
+            for curve in _curves(study, joint, joint_index, (figure, figure_name), band=figure_index == 0):
                 curves[curve.effect.axis.path].append(curve)
     edges = [edge for group in curves.values() for curve in group for edge in _edges(curve)]
     return [_picture(study, group, name, _range(edges)) for group in curves.values() if group]
 
 
-def _curves(study: Study, joint: Joint, place: int, figure: tuple[str, str], *, band: bool) -> list[Curve]:
-    """Return the curves of one figure, (figure, name), of the joint with index `place`, one for each axis."""
-    several, column = len(study.joints) > 1, joint.column(figure[0])
+def _curves(study: Study, joint: Joint, joint_index: int, figure: tuple[str, str], *, band: bool) -> list[Curve]:
+    """Return the curves of one figure, (figure, name), of the joint with index `joint_index`, one for each axis."""
+    has_several_joints, column = len(study.joints) > 1, joint.column(figure[0])
     if not study.has(column):
         return []
-    colour = JOINT_COLOURS[place % 3] if several or band else RED
-    dashed = "" if several else figure[1]  # what dashes represent is explained above the pictures
-    name = joint.title if several and band else dashed
+    colour = JOINT_COLOURS[joint_index % 3] if has_several_joints or band else RED
+    dashed_name = "" if has_several_joints else figure[1]  # what dashes represent is explained above the pictures
+    name = joint.title if has_several_joints and band else dashed_name
     return [Curve(name, colour, band, effect) for effect in main_effects_of(study, column)]
 
 
-def line(study: Study, effect: MainEffect, name: str) -> Picture:
+def effect_picture(study: Study, effect: MainEffect, name: str) -> Picture:
     """Return the picture of a figure over one axis."""
     curve = Curve("", BLUE, True, effect)
     return _picture_over_axis(study, [curve], (name, name), _range(_edges(curve)))
@@ -185,24 +185,24 @@ def _range(edges: list[np.ndarray]) -> tuple[float, float]:
 
 def _picture(study: Study, curves: list[Curve], name: str, limits: tuple[float, float]) -> Picture:
     joint = study.joints[0]
-    first = study.lead.name if curves[0].effect.column.endswith(f"_{study.lead.figure}") else "p99 / ideal"
-    first += study.joint_text(joint, ", joint {}")
-    return _picture_over_axis(study, curves, (name, first), limits)
+    first_name = study.lead.name if curves[0].effect.column.endswith(f"_{study.lead.figure}") else "p99 / ideal"
+    first_name += study.joint_text(joint, ", joint {}")
+    return _picture_over_axis(study, curves, (name, first_name), limits)
 
 
 def _picture_over_axis(
     study: Study, curves: list[Curve], names: tuple[str, str], limits: tuple[float, float]
 ) -> Picture:
     """Return the picture of curves over one axis; `names`: (of all curves together, of the first curve)."""
-    (name, first), effect = names, curves[0].effect
+    (name, first_name), effect = names, curves[0].effect
     scale, axis, medians = study.scale(effect.column), effect.axis, ""
-    if len(axis.values) <= NOTED:
-        steps = zip(axis.values, map(scale.text, effect.medians), strict=True)
-        medians = "; ".join(f"{axis.text(value)}: {median}" for value, median in steps)
+    if len(axis.values) <= MAX_LISTED_MEDIANS:
+        value_medians = zip(axis.values, map(scale.text, effect.medians), strict=True)
+        medians = "; ".join(f"{axis.text(value)}: {median}" for value, median in value_medians)
     return Picture(
         f"{capital(name)} over {axis.name}",
-        "" if np.isnan(effect.share) else f"{wording.percent(effect.share)} of the variation of {first}",
-        f"Median of {first} over {axis.name}. {medians}",
+        "" if np.isnan(effect.share) else f"{wording.percent(effect.share)} of the variation of {first_name}",
+        f"Median of {first_name} over {axis.name}. {medians}",
         lambda ax: comparison.draw_effect(ax, curves, scale, limits, name),
         size=(3.3, 2.8),
     )
@@ -223,7 +223,7 @@ def _table(study: Study) -> Table:
         Column("share of the variation"),
     )
     rows: list[tuple] = []
-    for column, name in _affected(study):
+    for column, name in _tabulated_figures(study):
         effects = [effect for effect in main_effects_of(study, column) if np.isfinite(effect.medians).any()]
         scale = study.scale(column)
         rows += [_row(study, name, effect, scale) for effect in effects]
@@ -235,7 +235,7 @@ def _table(study: Study) -> Table:
     return Table("effects", "Main effects", note, columns, rows)
 
 
-def _affected(study: Study) -> list[tuple[str, str]]:
+def _tabulated_figures(study: Study) -> list[tuple[str, str]]:
     """Return the figures whose main effects are tabulated: column, name."""
     lead = study.lead
     columns = {joint.column(lead.figure): lead.name + study.joint_text(joint, " ({})") for joint in study.joints}
@@ -245,9 +245,9 @@ def _affected(study: Study) -> list[tuple[str, str]]:
 
 def _row(study: Study, name: str, effect: MainEffect, scale: Scale) -> tuple:
     axis, unit = effect.axis, study.unit(effect.column)
-    ends = []
-    for place in effect.extremes():
-        median, value = float(effect.medians[place]), axis.values[place]
-        ends += [Quantity(median, scale.text(median)), Quantity(value, axis.text(value))]
+    extreme_cells = []
+    for index in effect.extremes():
+        median, value = float(effect.medians[index]), axis.values[index]
+        extreme_cells += [Quantity(median, scale.text(median)), Quantity(value, axis.text(value))]
     share = Quantity(effect.share, wording.percent(effect.share))
-    return (name, unit, axis.name, study.unit(axis.path), *ends, effect.factor(), share)
+    return (name, unit, axis.name, study.unit(axis.path), *extreme_cells, effect.factor(), share)

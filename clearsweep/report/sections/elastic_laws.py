@@ -13,26 +13,28 @@ def sections(study: Study) -> list[Section]:
     if study.cases.empty:
         return []
     swept = {axis.path for axis in study.swept()}
-    choices = ("contact.elastic", "roughness.law")
-    joints = [joint for joint in study.joints if swept.isdisjoint(f"joints.{joint.title}.{key}" for key in choices)]
-    parts = {joint: elastic_comparison.of_material(study, joint) for joint in joints}
+    law_keys = ("contact.elastic", "roughness.law")
+    joints = [joint for joint in study.joints if swept.isdisjoint(f"joints.{joint.title}.{key}" for key in law_keys)]
+    comparisons = {joint: elastic_comparison.of_material(study, joint) for joint in joints}
     return [
         Section(
             f"other_elastic_{joint.name}",
             f"What another elastic law would give in joint {joint.title}",
-            part.blocks(),
+            comparison.blocks(),
         )
-        for joint, part in parts.items()
-        if part is not None
+        for joint, comparison in comparisons.items()
+        if comparison is not None
     ]
 
 
-def recommended(study: Study) -> list[str]:
+def recommendation_texts(study: Study) -> list[str]:
     """Return the laws that are recommended for each dry joint, by the load of its hardest case."""
-    return simulation.recommended_texts(each for joint in study.joints for each in _recommended(study, joint))
+    return simulation.recommended_texts(
+        recommendation for joint in study.joints for recommendation in _joint_recommendations(study, joint)
+    )
 
 
-def _recommended(study: Study, joint: Joint) -> list[simulation.Recommendation]:
+def _joint_recommendations(study: Study, joint: Joint) -> list[simulation.Recommendation]:
     if not study.is_driven or not study.has(joint.column(PEAK.figure)):
         return []
     hardest = study.cases[joint.column(PEAK.figure)].idxmax()

@@ -14,9 +14,9 @@ from ..data.axis import Axis
 from ..data.leading import PEAK
 from ..data.study import Joint, Study, joint_of, resolved
 
-STEP = 1e-3  # of a penetration, for the slope of the elastic force
-IMPACTS = 0.5  # per revolution: number of impacts from which a joint counts as impacting
-KEY = "axial_stiffness"
+RELATIVE_STEP = 1e-3  # of a penetration, for the slope of the elastic force
+MIN_IMPACTS = 0.5  # per revolution: number of impacts from which a joint counts as impacting
+STIFFNESS_KEY = "axial_stiffness"
 Links = tuple[simulation.ElasticLink, ...]
 
 
@@ -33,66 +33,72 @@ def sections(study: Study) -> list[Section]:
     links = simulation.elastic_links(case)
     if not links:
         return []
-    compared, estimated = _stiffness(study, joint, worst, case, links)
-    effect = _computed(study, joint, worst) or estimated
-    sentences = [text for text in (compared, effect, _neglected(links)) if text]
+    stiffness_sentence, estimated_effect = _stiffness_sentences(study, joint, worst, case, links)
+    effect = _computed_effect(study, joint, worst) or estimated_effect
+    sentences = [text for text in (stiffness_sentence, effect, _bending_sentence(links)) if text]
     return [Section("elastic-links", "Elastic links", without_empty([Sentences(sentences), _table(links)]))]
 
 
-def _stiffness(study: Study, joint: Joint, worst: str, case: Case, links: Links) -> tuple[str, str]:
+def _stiffness_sentences(study: Study, joint: Joint, worst: str, case: Case, links: Links) -> tuple[str, str]:
     """Return the stiffness of a contact and of its links, and the effect of rigid links on an impact there."""
-    at, contact = [link for link in links if joint.title in link.joints], joint_of(case, joint)
+    links_at_joint, contact = [link for link in links if joint.title in link.joints], joint_of(case, joint)
     depth = float(study.cases.at[worst, joint.column("penetration_max")])
-    if not at or not contact.is_dry or contact.is_guide or not depth > 0.0:
+    if not links_at_joint or not contact.is_dry or contact.is_guide or not depth > 0.0:
         return "", ""
-    low, high = simulation.elastic_forces(contact, (depth * (1.0 - STEP), depth * (1.0 + STEP)))
-    stiffness = (high - low) / (2.0 * STEP * depth)
-    softness = stiffness * sum(1.0 / link.stiffness for link in at)
-    names, verb = wording.sentence_list([link.name for link in at]), "has" if len(at) == 1 else "together have"
-    compared = (
-        f"In joint {joint.title} the contact stiffness is {_stiff(stiffness)} at the largest penetration, in case "
-        f"{worst[:8]}. Along the line of its pins {names} {verb} a stiffness of {_stiff(stiffness / softness)}."
+    low, high = simulation.elastic_forces(contact, (depth * (1.0 - RELATIVE_STEP), depth * (1.0 + RELATIVE_STEP)))
+    stiffness = (high - low) / (2.0 * RELATIVE_STEP * depth)
+    stiffness_ratio = stiffness * sum(1.0 / link.stiffness for link in links_at_joint)
+    names, verb = (
+        wording.sentence_list([link.name for link in links_at_joint]),
+        "has" if len(links_at_joint) == 1 else "together have",
     )
-    if study.cases.at[worst, joint.column("impacts_per_rev")] < IMPACTS:
-        return compared, "Journal and bearing hardly separate there, so a rigid link changes the peak little."
-    return compared, (
+    stiffness_sentence = (
+        f"In joint {joint.title} the contact stiffness is {_stiffness_text(stiffness)} at the largest penetration, in "
+        "case "
+        f"{worst[:8]}. Along the line of its pins {names} {verb} a stiffness of "
+        f"{_stiffness_text(stiffness / stiffness_ratio)}."
+    )
+    if study.cases.at[worst, joint.column("impacts_per_rev")] < MIN_IMPACTS:
+        return stiffness_sentence, "Journal and bearing hardly separate there, so a rigid link changes the peak little."
+    return stiffness_sentence, (
         "Impacts occur there. With rigid links such an impact would be at least "
-        f"{wording.plain(math.sqrt(1.0 + softness), 2)} times as hard: contact and link are two springs in series. A "
-        f"case with ten times the {KEY} shows this effect."
+        f"{wording.plain(math.sqrt(1.0 + stiffness_ratio), 2)} times as hard: contact and link are two springs in "
+        "series. A "
+        f"case with ten times the {STIFFNESS_KEY} shows this effect."
     )
 
 
-def _stiff(stiffness: float) -> str:
+def _stiffness_text(stiffness: float) -> str:
     return f"{wording.plain(1e-6 * stiffness)}{wording.BLANK}kN/mm"
 
 
-def _computed(study: Study, joint: Joint, worst: str) -> str:
+def _computed_effect(study: Study, joint: Joint, worst: str) -> str:
     """Return the peaks of the cases that differ from the worst only in the stiffness of a link in words, or ''."""
-    axis = next((axis for axis in study.swept() if axis.path.endswith(f".elastic.{KEY}")), None)
-    alike = _alike(study, axis, worst) if axis is not None and axis.numeric else []
-    if axis is None or len(alike) < 2:
+    axis = next((axis for axis in study.swept() if axis.path.endswith(f".elastic.{STIFFNESS_KEY}")), None)
+    similar_cases = _cases_differing_in(study, axis, worst) if axis is not None and axis.numeric else []
+    if axis is None or len(similar_cases) < 2:
         return ""
     column = joint.column(PEAK.figure)
-    alike.sort(key=lambda case_id: float(study.cases.at[case_id, axis.path]))
-    values = [axis.text(study.cases.at[case_id, axis.path]) for case_id in alike]
-    peaks = study.texts(*((case_id, column) for case_id in alike))
+    similar_cases.sort(key=lambda case_id: float(study.cases.at[case_id, axis.path]))
+    values = [axis.text(study.cases.at[case_id, axis.path]) for case_id in similar_cases]
+    peaks = study.texts(*((case_id, column) for case_id in similar_cases))
     pairs = [f"{peak} at {value}" for peak, value in zip(peaks, values, strict=True)]
     return (
         f"With all other values as in this case, the force peak depends on {axis.name}: {wording.sentence_list(pairs)}."
     )
 
 
-def _alike(study: Study, axis: Axis, worst: str) -> list[str]:
+def _cases_differing_in(study: Study, axis: Axis, worst: str) -> list[str]:
     """Return the cases that differ from `worst` in one axis only, including itself."""
-    same = np.ones(len(study.cases), dtype=bool)
+    is_similar = np.ones(len(study.cases), dtype=bool)
     for other in study.swept():
         if other.path != axis.path:
-            places = study.indices_on(other)
-            same &= places == places[study.cases.row_of(worst)]
-    return list(study.cases.index[same])
+            value_indices = study.indices_on(other)
+            is_similar &= value_indices == value_indices[study.cases.row_of(worst)]
+    return list(study.cases.index[is_similar])
 
 
-def _neglected(links: Links) -> str:
+def _bending_sentence(links: Links) -> str:
     """Return the drive frequency relative to the bending of the links, which is neglected."""
     link = max(links, key=lambda link: link.bending)
     return (
@@ -103,9 +109,9 @@ def _neglected(links: Links) -> str:
 
 def _table(links: Links) -> Table:
     """Return the table of the links."""
-    heads = ("link", "segments")
+    headings = ("link", "segments")
     columns = (
-        *map(Column, heads),
+        *map(Column, headings),
         Column("axial stiffness", "N/m"),
         Column("first axial mode", "rad/s"),
         Column("impedance", "N*s/m"),

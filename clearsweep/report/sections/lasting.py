@@ -13,9 +13,9 @@ def sections(study: Study) -> list[Section]:
     """Return the section, or [] if nothing wears or no case finished."""
     if study.cases.empty:
         return []
-    of_life = [] if question(study).question == "life" else life.ends(study)
-    of_wear = [] if sampled.is_one_sample(study.run.grid) else wear.sentences(answer_cases(study))
-    blocks = without_empty([Points([*of_life, *of_wear]), Gallery("", _maps(study))])
+    life_points = [] if question(study).question == "life" else life.extreme_lives(study)
+    wear_points = [] if sampled.is_one_sample(study.run.grid) else wear.sentences(answer_cases(study))
+    blocks = without_empty([Points([*life_points, *wear_points]), Gallery("", _maps(study))])
     return [Section("lasting", "Wear and life", blocks)]
 
 

@@ -20,14 +20,14 @@ def sections(study: Study) -> list[Section]:
 
 def sentences(study: Study) -> list[str]:
     """Return a sentence on whether other laws change the verdict, or [] if none is checked."""
-    own = _deciding(study)
-    if own is None or not study.law_checks:
+    base_result = _base_result(study)
+    if base_result is None or not study.law_checks:
         return []
-    said = law_check.sentence(own, [*study.law_checks], lambda column, value: _text(study, column, value))
-    return [f"{capital(said)}"]
+    text = law_check.sentence(base_result, [*study.law_checks], lambda column, value: _value_text(study, column, value))
+    return [f"{capital(text)}"]
 
 
-def _deciding(study: Study) -> law_check.LawResult | None:
+def _base_result(study: Study) -> law_check.LawResult | None:
     """Return the worst case of the grid under the laws of the grid, or None if no law is checked."""
     worst = worst_case(study)
     if worst is None:
@@ -37,26 +37,29 @@ def _deciding(study: Study) -> law_check.LawResult | None:
     return law_check.LawResult(case_id, "", "", column, float(study.cases.at[case_id, column]))
 
 
-def _text(study: Study, column: str, value: float) -> str:
+def _value_text(study: Study, column: str, value: float) -> str:
     if math.isnan(value):
         return wording.DASH
     if column == MARGIN:
         return f"{wording.short(100.0 * value, 3)}{wording.BLANK}%"
-    hours = column.endswith("_life_hours")
-    return f"{wording.plain(value)}{wording.BLANK}h" if hours else wording.text(value, study.unit(column))
+    is_hours = column.endswith("_life_hours")
+    return f"{wording.plain(value)}{wording.BLANK}h" if is_hours else wording.text(value, study.unit(column))
 
 
 def _table(study: Study) -> Table:
     """Return the leading figure of the case under each law."""
-    own = _deciding(study)
-    heads = (Column("joint"), Column("law"), Column("of"), Column("figure"), Column("value"), Column("case_id"))
-    if own is None or not study.law_checks:
-        return Table("law_check", "", "", heads, [])
+    base_result = _base_result(study)
+    columns = (Column("joint"), Column("law"), Column("of"), Column("figure"), Column("value"), Column("case_id"))
+    if base_result is None or not study.law_checks:
+        return Table("law_check", "", "", columns, [])
     rows = []
     for row in sorted(study.law_checks, key=lambda row: (math.isnan(row.value), row.value)):
         _, joint, _, family = row.path.split(".")
-        value = Quantity(row.value, _text(study, row.column, row.value))
+        value = Quantity(row.value, _value_text(study, row.column, row.value))
         kind = "elastic" if family == "elastic" else "contact"
         rows.append((joint, row.law, kind, row.column.replace("_", " "), value, row.case_id))
-    note = f"As written: {_text(study, own.column, own.value)}, case {wording.short_id(own.case_id)}."
-    return Table("law_check", "Results under each other valid law", note, heads, rows)
+    note = (
+        f"As written: {_value_text(study, base_result.column, base_result.value)}, case "
+        f"{wording.short_id(base_result.case_id)}."
+    )
+    return Table("law_check", "Results under each other valid law", note, columns, rows)

@@ -15,7 +15,7 @@ from ..laws import elastic_comparison, law_verdict, restitution_comparison
 from ..statistics.main_effects import main_effects_of
 from ..statistics.matching import MatchedCases, axis_key, matched
 
-CHOICES = (
+LAW_PATHS = (
     ".contact.law",
     ".contact.elastic",
     ".roughness.law",
@@ -28,41 +28,50 @@ def sections(study: Study) -> list[Section]:
     """Return one section for each law that is swept."""
     if study.cases.empty:
         return []
-    return [_section(study, axis) for axis in study.swept() if axis.path.endswith(CHOICES)]
+    return [_section(study, axis) for axis in study.swept() if axis.path.endswith(LAW_PATHS)]
 
 
 def _section(study: Study, axis: Axis) -> Section:
     matched_cases = matched(study, axis)
     joint = next(joint for joint in study.joints if axis.path.startswith(f"joints.{joint.title}."))
-    spread = _spread(study, matched_cases)
-    more = Part([], [], [])
+    spread = _spread_table(study, matched_cases)
+    law_comparison = Part([], [], [])
     if axis.path.endswith(".contact.law"):
-        more = restitution_comparison.of_axis(study, axis, joint)
+        law_comparison = restitution_comparison.of_axis(study, axis, joint)
     elif axis.path.endswith((".contact.elastic", ".roughness.law")):
-        more = elastic_comparison.of_axis(study, axis, joint)
+        law_comparison = elastic_comparison.of_axis(study, axis, joint)
     verdict = law_verdict.of_axis(study, matched_cases)
-    strips = [_strip(study, axis, place, *figure) for place in study.joints for figure in _figures(study, place)]
+    strip_plots = [
+        _strip_plot(study, axis, joint_of_run, *figure)
+        for joint_of_run in study.joints
+        for figure in _figures(study, joint_of_run)
+    ]
     part = Part(
-        [*verdict.sentences, _sentence(study, axis, spread), *more.sentences],
-        [*strips, *more.pictures],
-        [*verdict.tables, spread, *(_forces(study, matched_cases, place) for place in study.joints), *more.tables],
+        [*verdict.sentences, _spread_sentence(study, axis, spread), *law_comparison.sentences],
+        [*strip_plots, *law_comparison.pictures],
+        [
+            *verdict.tables,
+            spread,
+            *(_force_table(study, matched_cases, joint_of_run) for joint_of_run in study.joints),
+            *law_comparison.tables,
+        ],
     )
     return Section(axis_key(axis), f"Effect of the choice of {axis.name}", part.blocks())
 
 
 def _figures(study: Study, joint: Joint) -> list[tuple[str, str]]:
     """Return column and name of the compared forces of a joint; p99 is left out without a drive."""
-    named = [(joint.column(figure), name) for figure, name in FIGURES if study.is_driven or figure != "force_p99"]
-    return [(column, name) for column, name in named if study.has(column)]
+    columns = [(joint.column(figure), name) for figure, name in FIGURES if study.is_driven or figure != "force_p99"]
+    return [(column, name) for column, name in columns if study.has(column)]
 
 
-def _forces(study: Study, matched_cases: MatchedCases, joint: Joint) -> Table:
+def _force_table(study: Study, matched_cases: MatchedCases, joint: Joint) -> Table:
     """Return the table of the forces of one joint, law by law."""
     axis, figures = matched_cases.axis, _figures(study, joint)
-    heads = [Column(axis.name), Column("cases")]
+    columns = [Column(axis.name), Column("cases")]
     for column, name in figures:
         unit = study.unit(column)
-        heads += [
+        columns += [
             Column(name, unit),
             Column(f"{name}, smallest", unit, file_only=True),
             Column(f"{name}, largest", unit, file_only=True),
@@ -71,20 +80,20 @@ def _forces(study: Study, matched_cases: MatchedCases, joint: Joint) -> Table:
     ratios = {column: _ratios(study, matched_cases, column) for column, _ in figures}
     rows = []
     for law in axis.values:
-        alike = (study.cases[axis.path] == law).to_numpy()
-        if alike.any() and figures:
+        has_law = (study.cases[axis.path] == law).to_numpy()
+        if has_law.any() and figures:
             cells: list[Quantity | float] = []
             for column, _ in figures:
-                ends = _ends(study.cases[column][alike], study.unit(column))
-                cells += [*ends, float(ratios[column].get(law, np.nan))]
-            rows.append((law, count_cell(int(alike.sum())), *cells))
+                range_cells = _range_cells(study.cases[column][has_law], study.unit(column))
+                cells += [*range_cells, float(ratios[column].get(law, np.nan))]
+            rows.append((law, count_cell(int(has_law.sum())), *cells))
     note = (
         "Each force is the median (smallest to largest) of all finished cases with the law. For the comparison with "
         "other laws, it is divided by the median of all laws at otherwise equal values. The table shows the median of "
         "these ratios."
     )
     title = f"Forces in joint {joint.title}, by {axis.name}"
-    return Table(f"{axis_key(axis)}_{joint.name}", title, note, tuple(heads), rows)
+    return Table(f"{axis_key(axis)}_{joint.name}", title, note, tuple(columns), rows)
 
 
 def _ratios(study: Study, matched_cases: MatchedCases, column: str) -> pd.Series:
@@ -93,15 +102,15 @@ def _ratios(study: Study, matched_cases: MatchedCases, column: str) -> pd.Series
     return table.div(table.median(axis=1), axis=0).median()
 
 
-def _ends(values: pd.Series, unit: str) -> list[Quantity | float]:
+def _range_cells(values: pd.Series, unit: str) -> list[Quantity | float]:
     """Return the cells of a figure: its median with its range in words, its smallest and its largest value."""
-    low, middle, high = values.min(), values.median(), values.max()
-    scale = wording.scale(unit, middle)
-    span = f" ({scale.number(low)} to {scale.number(high)})" if len(values) > 1 else ""
-    return [Quantity(middle, scale.text(middle) + span), low, high]
+    low, median, high = values.min(), values.median(), values.max()
+    scale = wording.scale(unit, median)
+    range_text = f" ({scale.number(low)} to {scale.number(high)})" if len(values) > 1 else ""
+    return [Quantity(median, scale.text(median) + range_text), low, high]
 
 
-def _spread(study: Study, matched_cases: MatchedCases) -> Table:
+def _spread_table(study: Study, matched_cases: MatchedCases) -> Table:
     """Return the table of the factors by which each figure differs between laws at otherwise equal values."""
     rows = []
     for joint in study.joints:
@@ -112,13 +121,13 @@ def _spread(study: Study, matched_cases: MatchedCases) -> Table:
             factor = table.max(axis=1) / table.min(axis=1)
             worst = table.loc[factor.idxmax()].dropna()
             weakest, strongest = worst.idxmin(), worst.idxmax()
-            at = study.setting(matched_cases.case(factor.idxmax(), weakest), without=matched_cases.axis)
-            ends: list[Quantity | str] = []
+            setting = study.setting(matched_cases.case(factor.idxmax(), weakest), without=matched_cases.axis)
+            extreme_cells: list[Quantity | str] = []
             extremes = wording.in_common_unit((worst[law] for law in (weakest, strongest)), study.unit(column))
             for law, text in zip((weakest, strongest), extremes, strict=True):
-                ends += [Quantity(worst[law], f"{text}, {law}"), law]
+                extreme_cells += [Quantity(worst[law], f"{text}, {law}"), law]
             factors = (float(factor.median()), float(factor.max()))
-            rows.append((name, joint.title, count_cell(len(table)), *factors, *ends, at))
+            rows.append((name, joint.title, count_cell(len(table)), *factors, *extreme_cells, setting))
     columns = (
         Column("figure"),
         Column("joint"),
@@ -132,14 +141,14 @@ def _spread(study: Study, matched_cases: MatchedCases) -> Table:
         Column("at"),
     )
     note = "The factor is the largest over the smallest value among the laws, at otherwise equal values."
-    title = f"Spread between the {_plural(matched_cases.axis)}"
+    title = f"Spread between the {_plural_name(matched_cases.axis)}"
     return Table(f"{axis_key(matched_cases.axis)}_spread", title, note, columns, rows)
 
 
-def _sentence(study: Study, axis: Axis, spread: Table) -> str:
+def _spread_sentence(study: Study, axis: Axis, spread: Table) -> str:
     """Return a sentence on the spread in the joint with the largest force."""
     hardest = study.hardest_joint()
-    rows = {name: rest for name, title, *rest in spread.rows if title == hardest.title}
+    rows = {name: cells for name, title, *cells in spread.rows if title == hardest.title}
     if "force peak" not in rows:
         return f"No two finished cases differ only in the {axis.name}, so this section compares unlike cases."
     factors = [
@@ -149,7 +158,7 @@ def _sentence(study: Study, axis: Axis, spread: Table) -> str:
     where = study.joint_text(hardest, " in joint {}")
     comparisons, median, *_ = rows["force peak"]
     sentence = (
-        f"At otherwise equal values the choice among {len(axis.values)} {_plural(axis)} changes "
+        f"At otherwise equal values the choice among {len(axis.values)} {_plural_name(axis)} changes "
         f"{wording.sentence_list(factors)}{where}"
     )
     sentence += f", the median of {comparisons.value} comparisons." if comparisons.value > 1 else "."
@@ -163,7 +172,7 @@ def _sentence(study: Study, axis: Axis, spread: Table) -> str:
     return sentence
 
 
-def _strip(study: Study, axis: Axis, joint: Joint, column: str, name: str) -> Picture:
+def _strip_plot(study: Study, axis: Axis, joint: Joint, column: str, name: str) -> Picture:
     """Return the drawing of one point per case, law by law."""
     values = {law: study.cases[column][study.cases[axis.path] == law].dropna().to_numpy() for law in axis.values}
     groups = [(law, points) for law, points in values.items() if len(points)]
@@ -180,5 +189,5 @@ def _strip(study: Study, axis: Axis, joint: Joint, column: str, name: str) -> Pi
     )
 
 
-def _plural(axis: Axis) -> str:
+def _plural_name(axis: Axis) -> str:
     return axis.name.replace("law", "laws", 1)

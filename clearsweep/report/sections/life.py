@@ -26,46 +26,53 @@ def sections(study: Study) -> list[Section]:
     if joint is None or study.cases.empty:
         return []
     return [
-        Section("life", "Life", without_empty([Points(_points(study, joint)), Gallery(NOTE, _pictures(study, joint))]))
+        Section(
+            "life",
+            "Life",
+            without_empty([Points(_extreme_life_sentences(study, joint)), Gallery(NOTE, _pictures(study, joint))]),
+        )
     ]
 
 
-def ends(study: Study) -> list[str]:
+def extreme_lives(study: Study) -> list[str]:
     """Return the shortest and the longest life in one sentence each, or [] if no case has a life."""
     joint = next((joint for joint in study.joints if joint.name == study.run.layout.life), None)
-    return [] if joint is None or study.cases.empty else _points(study, joint)
+    return [] if joint is None or study.cases.empty else _extreme_life_sentences(study, joint)
 
 
-def _points(study: Study, joint: Joint) -> list[str]:
+def _extreme_life_sentences(study: Study, joint: Joint) -> list[str]:
     """Return the shortest and the longest life, and the number of cases that did not reach their limit."""
-    asked, hours = study.run.grid["life"], joint.column("life_hours")
-    until = f"of joint {joint.title}, {lifetime.criterion(asked | study.base.get('life', {}))}"
+    life_section, hours = study.run.grid["life"], joint.column("life_hours")
+    criterion_text = f"of joint {joint.title}, {lifetime.criterion(life_section | study.base.get('life', {}))}"
     points = []
     if study.has(hours):
-        known = study.cases[hours]
-        ends = dict.fromkeys((known.idxmin(), known.idxmax()))
-        for case_id, word in zip(ends, ("Shortest life", "Longest life"), strict=False):
-            at = f" at {study.setting(case_id)}" if study.swept() else ""
-            life = _life(study, joint, case_id)
-            first = f"{word} {until}: {lifetime.hours_text(life)}{at}."
-            turns = f"This is {wording.plain(life.revolutions)} revolutions."
-            points.append(" ".join([first, turns, *lifetime.interval_sentences(life)]))
-    short = int(study.cases[hours].isna().sum())
-    if short:
+        hours_by_case = study.cases[hours]
+        extreme_ids = dict.fromkeys((hours_by_case.idxmin(), hours_by_case.idxmax()))
+        for case_id, word in zip(extreme_ids, ("Shortest life", "Longest life"), strict=False):
+            setting_text = f" at {study.setting(case_id)}" if study.swept() else ""
+            life = _lifetime(study, joint, case_id)
+            life_sentence = f"{word} {criterion_text}: {lifetime.hours_text(life)}{setting_text}."
+            revolutions_sentence = f"This is {wording.plain(life.revolutions)} revolutions."
+            points.append(" ".join([life_sentence, revolutions_sentence, *lifetime.interval_sentences(life)]))
+    unreached_count = int(study.cases[hours].isna().sum())
+    if unreached_count:
         points.append(
-            f"{wording.count(short, 'case')} did not reach the limit. The life is at least as long as the run."
+            f"{wording.count(unreached_count, 'case')} did not reach the limit. The life is at least as long as the "
+            "run."
         )
     return points
 
 
-def _life(study: Study, joint: Joint, case_id: str) -> lifetime.Lifetime:
+def _lifetime(study: Study, joint: Joint, case_id: str) -> lifetime.Lifetime:
     """Return the life of a case."""
-    known = {name: joint.column(name) for name in lifetime.COLUMNS if joint.column(name) in study.cases}
-    return lifetime.lifetime_of({name: float(study.cases.at[case_id, column]) for name, column in known.items()})
+    column_by_name = {name: joint.column(name) for name in lifetime.COLUMNS if joint.column(name) in study.cases}
+    return lifetime.lifetime_of(
+        {name: float(study.cases.at[case_id, column]) for name, column in column_by_name.items()}
+    )
 
 
 def _pictures(study: Study, joint: Joint) -> list[Picture]:
-    hours, of = joint.column("life_hours"), study.run.grid["life"]["of"]
+    hours, limited_figure = joint.column("life_hours"), study.run.grid["life"]["of"]
     ids = study.cases.extreme_cases(hours)[::-1] if study.has(hours) else ()
     names = {1: ("the case",), 2: ("shortest", "longest"), 3: ("shortest", "median", "longest")}.get(len(ids), ())
     histories = {name: (case_id, study.run.history(case_id)) for name, case_id in zip(names, ids, strict=True)}
@@ -77,18 +84,18 @@ def _pictures(study: Study, joint: Joint) -> list[Picture]:
         ("clearance_growth", "m", "growth of the clearance"),
         ("force_peak", "N", "force peak"),
     ):
-        courses = [_course(study, joint, name, *history, figure) for name, history in histories.items()]
-        if courses:
-            ends = wording.in_common_unit((float(history.values[-1]) for history in courses), unit)
-            named = ", ".join(f"{history.name} {end}" for history, end in zip(courses, ends, strict=True))
-            text = f"{title} over revolutions; at the end: {named}."
-            of_limit = limit if figure == of and isinstance(limit, float) else None
-            paint = partial(life.draw_over_revolutions, curves=courses, unit=unit, name=title, limit=of_limit)
+        curves = [_life_curve(study, joint, name, *history, figure) for name, history in histories.items()]
+        if curves:
+            end_texts = wording.in_common_unit((float(history.values[-1]) for history in curves), unit)
+            curve_texts = ", ".join(f"{history.name} {end}" for history, end in zip(curves, end_texts, strict=True))
+            text = f"{title} over revolutions; at the end: {curve_texts}."
+            figure_limit = limit if figure == limited_figure and isinstance(limit, float) else None
+            paint = partial(life.draw_over_revolutions, curves=curves, unit=unit, name=title, limit=figure_limit)
             pictures.append(Picture(f"{title.capitalize()} over revolutions", "" if pictures else caption, text, paint))
     return maps.over_axes(study, joint, "life_hours", "life") + pictures
 
 
-def _course(study: Study, joint: Joint, name: str, case_id: str, history: dict, figure: str) -> LifeCurve:
+def _life_curve(study: Study, joint: Joint, name: str, case_id: str, history: dict, figure: str) -> LifeCurve:
     """Return a figure of a case over revolutions; the limited figure has the interval of its end."""
     key = f"{joint.name}/{'clearance' if figure == 'clearance_growth' else figure}"
     values = np.asarray(history[key], float)
@@ -96,5 +103,5 @@ def _course(study: Study, joint: Joint, name: str, case_id: str, history: dict, 
     if figure == study.run.grid["life"]["of"]:
         low, high = (float(study.cases.at[case_id, joint.column(f"life_{end}")]) for end in ("low", "high"))
         interval = (low, high) if np.isfinite(low) and np.isfinite(high) else None
-    grown = values - values[0] if figure == "clearance_growth" else values
-    return LifeCurve(name, np.asarray(history["revolutions"], float), grown, interval)
+    plotted = values - values[0] if figure == "clearance_growth" else values
+    return LifeCurve(name, np.asarray(history["revolutions"], float), plotted, interval)

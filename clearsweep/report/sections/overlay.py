@@ -19,8 +19,8 @@ SIZE = (6.5, 3.4)  # inches
 def section(study: Study, comparison: list[SignalComparison]) -> Section:
     """Return the section on a measurement compared with a run."""
     blocks: list[Block] = []
-    for each in comparison:
-        blocks += [Sentences(_sentences(study, each)), Gallery("", _pictures(each)), _table(each)]
+    for signal in comparison:
+        blocks += [Sentences(_sentences(study, signal)), Gallery("", _pictures(signal)), _table(signal)]
     return Section("overlay", "Measured and computed", without_empty(blocks))
 
 
@@ -50,8 +50,11 @@ def _pictures(comparison: SignalComparison) -> list[Picture]:
         ax.legend()
 
     def spectra(ax: Any) -> None:
-        for turns, color, name in ((comparison.measured, "0.3", "measured"), (comparison.computed, "C3", "computed")):
-            amplitude = 2.0 * np.abs(np.fft.rfft(turns, axis=1)).mean(axis=0) / turns.shape[1]
+        for revolutions, color, name in (
+            (comparison.measured, "0.3", "measured"),
+            (comparison.computed, "C3", "computed"),
+        ):
+            amplitude = 2.0 * np.abs(np.fft.rfft(revolutions, axis=1)).mean(axis=0) / revolutions.shape[1]
             ax.semilogy(np.arange(1, len(amplitude)), amplitude[1:] / scale.factor, color=color, label=name)
         ax.set_xlabel("order of the crank")
         ax.set_ylabel(f"amplitude, {scale.unit}")
@@ -59,23 +62,25 @@ def _pictures(comparison: SignalComparison) -> list[Picture]:
 
     title = f"{comparison.channel}: measured and computed"
     text = f"{title}; they differ by {100.0 * comparison.misfit:.3g} %."
-    first = Picture(title, "Grey: every measured revolution.", text, over_angle, SIZE)
-    second = Picture(f"{comparison.channel}: spectra", "", f"Spectra of {comparison.channel}.", spectra, SIZE)
-    return [first, second]
+    angle_picture = Picture(title, "Grey: every measured revolution.", text, over_angle, SIZE)
+    spectrum_picture = Picture(f"{comparison.channel}: spectra", "", f"Spectra of {comparison.channel}.", spectra, SIZE)
+    return [angle_picture, spectrum_picture]
 
 
 def _table(comparison: SignalComparison) -> Table:
     """Return rms, peaks and bands of the spectrum of both."""
-    both = [features.features_of(comparison.measured), features.features_of(comparison.computed)]
+    both_features = [features.features_of(comparison.measured), features.features_of(comparison.computed)]
     rows = [
-        ("rms", *(each.rms for each in both)),
-        ("peak per revolution, median", *(each.peak_median for each in both)),
-        ("peak per revolution, p95", *(each.peak_p95 for each in both)),
+        ("rms", *(signal_features.rms for signal_features in both_features)),
+        ("peak per revolution, median", *(signal_features.peak_median for signal_features in both_features)),
+        ("peak per revolution, p95", *(signal_features.peak_p95 for signal_features in both_features)),
     ]
-    for place, (low, high) in enumerate(features.BANDS):
-        if max(each.spectrum[place] for each in both) < 1e-9 * both[0].rms:
+    for band, (low, high) in enumerate(features.BANDS):
+        if max(signal_features.spectrum[band] for signal_features in both_features) < 1e-9 * both_features[0].rms:
             continue  # above the common band
-        rows.append((f"rms, orders {low} to {high}", *(each.spectrum[place] for each in both)))
+        rows.append(
+            (f"rms, orders {low} to {high}", *(signal_features.spectrum[band] for signal_features in both_features))
+        )
     columns = (Column("feature"), Column("measured", comparison.unit), Column("computed", comparison.unit))
     key = f"overlay-{comparison.channel.replace('/', '-')}"
     return Table(key, f"Features of {comparison.channel}", "", columns, rows)

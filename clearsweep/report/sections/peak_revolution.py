@@ -13,10 +13,10 @@ from ..data.study import Joint, Study
 from ..data.table_columns import columns_in_table
 from ..one_case.motion import FLAT_SIZE, JointHistory, history_of, joint_histories, largest_texts
 
-WORDS = (
+NOTE_ON_CASES = (
     "Each case is shown over the revolution with its largest normal force. The cases are those with the largest load "
 )
-REST = "divided by the largest reaction without clearance. Dashed lines show the mechanism without clearance."
+NOTE_ON_FORCES = "divided by the largest reaction without clearance. Dashed lines show the mechanism without clearance."
 
 
 def sections(study: Study) -> list[Section]:
@@ -26,39 +26,49 @@ def sections(study: Study) -> list[Section]:
     ]  # without those that check laws
     if not saved:
         return []
-    blocks: list[Block] = [Sentences([WORDS + REST])]
-    blocks += [_detail(study, place, case_id) for place, case_id in enumerate(saved, start=1)]
+    blocks: list[Block] = [Sentences([NOTE_ON_CASES + NOTE_ON_FORCES])]
+    blocks += [_detail(study, rank, case_id) for rank, case_id in enumerate(saved, start=1)]
     return [Section("peak-revolution", "Revolution of the peak", blocks)]
 
 
-def _detail(study: Study, place: int, case_id: str) -> Detail:
+def _detail(study: Study, rank: int, case_id: str) -> Detail:
     """Return one case: its peak, and the histories around it."""
-    path = study.run.peak_revolution(case_id)
-    joint = next(joint for joint in study.joints if joint.name == path.attrs["joint"])
-    saved = history_of(study, case_id, path)
-    pictures = [_picture(curve, saved.painter(*_painted(curve))) for curve in joint_histories(study, case_id, saved)]
+    channels = study.run.peak_revolution(case_id)
+    joint = next(joint for joint in study.joints if joint.name == channels.attrs["joint"])
+    history = history_of(study, case_id, channels)
+    pictures = [
+        _picture(curve, history.painter(*_painter_arguments(curve)))
+        for curve in joint_histories(study, case_id, history)
+    ]
     figures = [(name, study.text(case_id, column)) for column, name in columns_in_table(study, "case", joint)]
-    why = f"Worst case {place}" if len(study.run.worst) > 1 else "Worst case"
-    return Detail(why, case_id, study.setting(case_id), [*_where(joint, path, saved.angle), *figures], pictures)
+    label = f"Worst case {rank}" if len(study.run.worst) > 1 else "Worst case"
+    return Detail(
+        label, case_id, study.setting(case_id), [*_peak_location(joint, channels, history.angle), *figures], pictures
+    )
 
 
-def _where(joint: Joint, path: pd.DataFrame, angle: np.ndarray | None) -> list[tuple[str, str]]:
+def _peak_location(joint: Joint, channels: pd.DataFrame, angle: np.ndarray | None) -> list[tuple[str, str]]:
     """Return the revolution and the place in it of the largest sample of the force."""
-    known = [("joint", joint.title), ("revolution", f"{path.attrs['turns']:.4g} to {path.attrs['turns'] + 1.0:.4g}")]
+    facts = [
+        ("joint", joint.title),
+        ("revolution", f"{channels.attrs['turns']:.4g} to {channels.attrs['turns'] + 1.0:.4g}"),
+    ]
     if angle is not None:
-        at = np.degrees(angle[int(np.argmax(path[f"joints/{joint.name}/force_normal"]))]) % 360.0
-        known.append(("peak at", f"{at:.1f}{wording.BLANK}°"))
-    return known
+        degrees = np.degrees(angle[int(np.argmax(channels[f"joints/{joint.name}/force_normal"]))]) % 360.0
+        facts.append(("peak at", f"{degrees:.1f}{wording.BLANK}°"))
+    return facts
 
 
-def _painted(curve: JointHistory) -> tuple:
+def _painter_arguments(curve: JointHistory) -> tuple:
     return curve.actual, curve.unit, curve.name, curve.ideal
 
 
 def _picture(curve: JointHistory, paint: Callable[[Axes], None]) -> Picture:
     """Return one quantity over the revolution."""
-    most, *ideal = largest_texts([curve.actual, *([] if curve.ideal is None else [curve.ideal])], curve.unit)
-    alt = f"{capital(curve.name)} over the revolution of the peak, at most {most} among the samples"
-    if ideal:
-        alt += f"; without clearance {ideal[0]}"
+    largest_text, *ideal_text = largest_texts(
+        [curve.actual, *([] if curve.ideal is None else [curve.ideal])], curve.unit
+    )
+    alt = f"{capital(curve.name)} over the revolution of the peak, at most {largest_text} among the samples"
+    if ideal_text:
+        alt += f"; without clearance {ideal_text[0]}"
     return Picture(capital(curve.name), "", f"{alt}.", paint, FLAT_SIZE)

@@ -13,8 +13,8 @@ from ..data.leading import PEAK
 from ..data.study import Joint, Study
 from ..data.table_columns import columns_in_table
 
-HORIZON, PEAK_TURN = "horizon_revolutions", "force_peak_revolution"
-CHECKED = 3  # figures of a joint whose error is shown if the grid requests it: the first ones
+HORIZON, PEAK_REVOLUTION = "horizon_revolutions", "force_peak_revolution"
+MAX_CHECKED_FIGURES = 3  # figures of a joint whose error is shown if the grid requests it: the first ones
 
 
 def sections(study: Study) -> list[Section]:
@@ -31,17 +31,23 @@ def sections(study: Study) -> list[Section]:
                 "largest reaction of the same joint without clearance."
             )
         )
-    tables = [*(_joint(study, joint) for joint in study.joints), _whole(study)]
-    return [Section("peaks", "Peaks", without_empty([*blocks, *tables, Points(_checks(study)), _certainty(study)]))]
+    tables = [*(_force_table(study, joint) for joint in study.joints), _mechanism_table(study)]
+    return [
+        Section(
+            "peaks",
+            "Peaks",
+            without_empty([*blocks, *tables, Points(_error_check_sentences(study)), _accuracy_table(study)]),
+        )
+    ]
 
 
-def _joint(study: Study, joint: Joint) -> Table:
+def _force_table(study: Study, joint: Joint) -> Table:
     """Return forces and impacts of one joint, the largest force peak first."""
     lead, title = joint.column(PEAK.figure), f"Forces in joint {joint.title}"
     return case_table(study, f"peaks_{joint.name}", title, columns_in_table(study, "forces", joint), lead)
 
 
-def _whole(study: Study) -> Table:
+def _mechanism_table(study: Study) -> Table:
     """Return the figures of output and drive, or the measured restitution."""
     columns, output = columns_in_table(study, "output"), study.run.layout.output
     key, title = ("drive", "The drive") if study.is_driven else ("restitution", "Measured restitution")
@@ -50,95 +56,101 @@ def _whole(study: Study) -> Table:
     return case_table(study, key, title, columns, columns[0][0] if columns else "")
 
 
-def _certainty(study: Study) -> Table:
+def _accuracy_table(study: Study) -> Table:
     """Return the accuracy of figures; empty unless the grid requests it."""
-    columns, until = columns_in_table(study, "certainty"), study.run.layout.until
-    if until:
-        columns.insert([column for column, _ in columns].index("figure_ci"), (until, until))
+    columns, until_column = columns_in_table(study, "certainty"), study.run.layout.until
+    if until_column:
+        columns.insert([column for column, _ in columns].index("figure_ci"), (until_column, until_column))
     for joint in study.joints:
-        for column, name in columns_in_table(study, "forces", joint)[:CHECKED]:
+        for column, name in columns_in_table(study, "forces", joint)[:MAX_CHECKED_FIGURES]:
             columns.append((column + DIFFERENCE, f"error of {name}{study.joint_text(joint, ' ({})')}"))
-    first = next((column for column, _ in columns if study.has(column)), "")
-    table = case_table(study, "certainty", "How certain the figures are", columns, first)
+    sort_column = next((column for column, _ in columns if study.has(column)), "")
+    table = case_table(study, "certainty", "How certain the figures are", columns, sort_column)
     return table._replace(
         note=f"{table.note} The error is the difference from a run at a tenth of the tolerance. The horizon is the "
         "number of revolutions after which two such runs are two samples of a chaotic motion. The error is meaningful "
         "only before the horizon.",
-        rows=_Unchecked(table, _words_of_columns(study)) if len(table.rows) else table.rows,
+        rows=_RowsWithReplacements(table, _replacement_texts(study)) if len(table.rows) else table.rows,
     )
 
 
-def _words_of_columns(study: Study) -> dict[str, dict[str, str]]:
+def _replacement_texts(study: Study) -> dict[str, dict[str, str]]:
     """Return replacements of meaningless errors: heading of a column -> case_id -> text."""
-    return {f"error of force peak{study.joint_text(joint, ' ({})')}": words for joint, words in _beyond_horizon(study)}
+    return {
+        f"error of force peak{study.joint_text(joint, ' ({})')}": text_of_case
+        for joint, text_of_case in _beyond_horizon(study)
+    }
 
 
 def _beyond_horizon(study: Study) -> list[tuple[Joint, dict[str, str]]]:
     """Return why the error of a force peak is meaningless: joint, and case_id -> text."""
     if not study.has(HORIZON):
         return []
-    horizon, cases = study.cases[HORIZON], []
+    horizon, reasons = study.cases[HORIZON], []
     for joint in study.joints:
-        turn = joint.column(PEAK_TURN)
-        if study.has(turn):
-            turns = study.cases[turn]
-            beyond = study.cases.index[(turns > horizon).to_numpy()]
-            words = {
-                case_id: f"peak in revolution {turns[case_id]:.0f}, horizon {wording.plain(horizon[case_id], 2)} "
+        revolution_column = joint.column(PEAK_REVOLUTION)
+        if study.has(revolution_column):
+            revolutions = study.cases[revolution_column]
+            beyond = study.cases.index[(revolutions > horizon).to_numpy()]
+            text_of_case = {
+                case_id: f"peak in revolution {revolutions[case_id]:.0f}, horizon {wording.plain(horizon[case_id], 2)} "
                 "revolutions: the error does not check convergence"
                 for case_id in beyond
             }
-            cases.append((joint, words))
-    return cases
+            reasons.append((joint, text_of_case))
+    return reasons
 
 
-def _checks(study: Study) -> list[str]:
+def _error_check_sentences(study: Study) -> list[str]:
     """Return the numbers of cases in which the error of the largest force is meaningful, and in which it is not."""
     points = []
     for joint, beyond in _beyond_horizon(study):
-        chaotic, where = int(study.cases[HORIZON].notna().sum()), study.joint_text(joint, " in joint {}")
+        chaotic_count, joint_text = int(study.cases[HORIZON].notna().sum()), study.joint_text(joint, " in joint {}")
         if beyond:
-            case_id, words = next(iter(beyond.items()))
+            case_id, text = next(iter(beyond.items()))
             points.append(
-                f"The error of the force peak{where} does not check convergence in {len(beyond)} of "
+                f"The error of the force peak{joint_text} does not check convergence in {len(beyond)} of "
                 f"{wording.count(len(study.cases), 'case')}, because their peak lies beyond the horizon. An example is "
-                f"case {wording.short_id(case_id)} ({words.partition(':')[0]})."
+                f"case {wording.short_id(case_id)} ({text.partition(':')[0]})."
             )
-        if chaotic > len(beyond):
+        if chaotic_count > len(beyond):
             points.append(
-                f"In {wording.count(chaotic - len(beyond), 'chaotic case')} the peak{where} lies within the horizon: "
+                f"In {wording.count(chaotic_count - len(beyond), 'chaotic case')} the peak{joint_text} lies within "
+                "the horizon: "
                 "the error checks only these first revolutions."
             )
     return points
 
 
-class _Unchecked(Sequence):
+class _RowsWithReplacements(Sequence):
     """The rows of a table, with meaningless errors replaced by texts."""
 
-    def __init__(self, table: Table, words: dict[str, dict[str, str]]):
+    def __init__(self, table: Table, replacements: dict[str, dict[str, str]]):
         """Take the table, and heading of a column -> case_id -> text."""
-        heads = [column.name for column in table.columns]
+        headings = [column.name for column in table.columns]
         self.rows = table.rows
-        self.words = {heads.index(heading): words[heading] for heading in words if heading in heads}
+        self.replacements = {
+            headings.index(heading): replacements[heading] for heading in replacements if heading in headings
+        }
 
     def __len__(self) -> int:
         return len(self.rows)
 
     @overload
-    def __getitem__(self, which: int) -> tuple: ...
+    def __getitem__(self, index: int) -> tuple: ...
     @overload
     def __getitem__(self, which: slice) -> list[tuple]: ...
     def __getitem__(self, which: int | slice) -> tuple | list[tuple]:
         if isinstance(which, int):
-            return self._described(self.rows[which])
-        return [self._described(row) for row in self.rows[which]]
+            return self._replaced(self.rows[which])
+        return [self._replaced(row) for row in self.rows[which]]
 
     def __iter__(self) -> Iterator[tuple]:
-        return map(self._described, self.rows)
+        return map(self._replaced, self.rows)
 
-    def _described(self, row: tuple) -> tuple:
+    def _replaced(self, row: tuple) -> tuple:
         """Return a row with its replacements; its first cell is the case_id."""
         return tuple(
-            Quantity(value, self.words[place][row[0]]) if row[0] in self.words.get(place, {}) else value
-            for place, value in enumerate(row)
+            Quantity(value, self.replacements[column][row[0]]) if row[0] in self.replacements.get(column, {}) else value
+            for column, value in enumerate(row)
         )

@@ -26,9 +26,9 @@ from ..samples.sample_tables import (
 from ..statistics import sensitivity
 from ..statistics.sensitivity import Sample
 
-HISTOGRAMS = 12  # drawn at most
-MOST_CLOUDS = 4  # seen at once
-SCATTERED = 3  # figures, and variables of each, that are drawn
+MAX_HISTOGRAMS = 12  # drawn at most
+MAX_SCATTER_PLOTS = 4  # seen at once
+MAX_SCATTERED = 3  # figures, and variables of each, that are drawn
 SCATTER_NOTE = (
     "Each picture shows a figure over one of the variables with the highest correlation. Brackets contain the 95 % "
     "interval. The dashed line is the limit, if one is set."
@@ -41,95 +41,107 @@ NOTE = (
 
 def sections(study: Study) -> list[Section]:
     """Return the section, or [] if the run has no sample or none of it finished."""
-    every = sensitivity.samples_of(study.run)
-    samples = [sample for sample in every if len(sample.failed) < len(set(sample.case_ids))]
+    all_samples = sensitivity.samples_of(study.run)
+    samples = [sample for sample in all_samples if len(sample.failed) < len(set(sample.case_ids))]
     if not samples:
         return []
     if study.run.grid["sample"]["method"] in RANDOM_METHODS:
         if sampled.is_one_sample(study.run.grid):
             return []  # they are part of the answer
-        blocks: list[Block] = [Points(_spreads(study, samples)), limit_table(study, every)]
+        blocks: list[Block] = [Points(_spread_sentences(study, samples)), limit_table(study, all_samples)]
         return [Section("sample", "Probabilistic study", without_empty(blocks))]
     return [Section("sample", "What drives the spread", without_empty(_sensitivity(study, samples)))]
 
 
-def leading(study: Study) -> list[Section]:
+def leading_sections(study: Study) -> list[Section]:
     """Return a section on the drivers of the leading figure of a sample, or [] if `sections` returns []."""
-    samples = _independent(study)
-    figures = _scattered(study) if samples else []
+    samples = _random_samples(study)
+    figures = _scattered_figures(study) if samples else []
     if not figures:
         return []
-    sample = _widest(samples, figures[0])
-    known = correlations(study, sample, figures[0].column)
-    if not known:
+    sample = _sample_with_largest(samples, figures[0])
+    correlated = correlations(study, sample, figures[0].column)
+    if not correlated:
         return []
-    clear = sum(sampled.is_clear(partial) for _, _, partial in known)
-    clouds = _clouds(study, sample, figures[0])[: max(clear, 1)]
+    clear_count = sum(sampled.is_clear(partial) for _, _, partial in correlated)
+    scatter_plots = _scatter_plots(study, sample, figures[0])[: max(clear_count, 1)]
     for figure in figures[1:]:
-        clouds += _clouds(study, _widest(samples, figure), figure)[:1] if figure.limits else []
-    causes = [] if sampled.is_one_sample(study.run.grid) else _causes(study, sample, figures[0])
-    drawn = Gallery(SCATTER_NOTE, clouds[:MOST_CLOUDS], small=True)
-    return [Section("sample-drivers", "What drives it", without_empty([Points(causes), drawn]))]
+        scatter_plots += (
+            _scatter_plots(study, _sample_with_largest(samples, figure), figure)[:1] if figure.limits else []
+        )
+    driver_points = [] if sampled.is_one_sample(study.run.grid) else _driver_sentences(study, sample, figures[0])
+    gallery = Gallery(SCATTER_NOTE, scatter_plots[:MAX_SCATTER_PLOTS], small=True)
+    return [Section("sample-drivers", "What drives it", without_empty([Points(driver_points), gallery]))]
 
 
-def _causes(study: Study, sample: Sample, figure: LimitedFigure) -> list[str]:
+def _driver_sentences(study: Study, sample: Sample, figure: LimitedFigure) -> list[str]:
     """Return the sentence on the variables that drive a figure of a sample."""
     table, names = study.run.grid["sample"]["drawn"], variables(study)
-    drawn = {path: np.asarray(table[path], float) for path in names}
+    inputs = {path: np.asarray(table[path], float) for path in names}
     values = np.asarray(sample.figures[figure.column], float)
-    said = sampled.driver_sentences(drawn, values, names, lambda numbers: wording.in_common_unit(numbers, figure.unit))
-    return [" ".join([f"{capital(figure.name)}:", *said])] if said else []
+    driver_texts = sampled.driver_sentences(
+        inputs, values, names, lambda numbers: wording.in_common_unit(numbers, figure.unit)
+    )
+    return [" ".join([f"{capital(figure.name)}:", *driver_texts])] if driver_texts else []
 
 
-def _spreads(study: Study, samples: list[Sample]) -> list[str]:
+def _spread_sentences(study: Study, samples: list[Sample]) -> list[str]:
     """Return sentences with median and 90 % range of the leading figure, of limited figures, and of wear."""
     texts = []
-    for figure in dict.fromkeys([*_scattered(study)[:1], *(each for each in limited_figures(study) if each.limits)]):
-        texts += [_spread(study, sample, figure, sample.figures[figure.column]) for sample in samples]
+    for figure in dict.fromkeys(
+        [
+            *_scattered_figures(study)[:1],
+            *(limited_figure for limited_figure in limited_figures(study) if limited_figure.limits),
+        ]
+    ):
+        texts += [_spread_sentence(study, sample, figure, sample.figures[figure.column]) for sample in samples]
     for joint in study.joints:
         rate = joint.column("wear_rate_max")
         if joint.wears and study.has(rate):
-            worn = LimitedFigure(rate, f"wear depth per 1000 h{study.joint_text(joint, ' ({})')}", "m", ())
-            texts += [_spread(study, sample, worn, THOUSAND_HOURS * sample.figures[rate]) for sample in samples]
+            wear_figure = LimitedFigure(rate, f"wear depth per 1000 h{study.joint_text(joint, ' ({})')}", "m", ())
+            texts += [
+                _spread_sentence(study, sample, wear_figure, THOUSAND_HOURS * sample.figures[rate])
+                for sample in samples
+            ]
     return [text for text in texts if text]
 
 
-def _spread(study: Study, sample: Sample, figure: LimitedFigure, values: np.ndarray) -> str:
+def _spread_sentence(study: Study, sample: Sample, figure: LimitedFigure, values: np.ndarray) -> str:
     """Return the sentence on the spread of a figure's values in a sample; '' if all are null."""
     if not np.isfinite(values).any():
         return ""
-    low, middle, high = sensitivity.spread(values).quantiles
-    ends = [low.value, middle.value, high.value, *(end for end in middle[1:] if np.isfinite(end))]
-    texts_of = wording.in_common_unit(ends, figure.unit)
-    sure = f" (95 %: {' to '.join(texts_of[3:])})" if len(texts_of) == 5 else ""
-    at = [f"{name} {text}" for name, text in _point(study, sample)]
-    where = f" at {', '.join(at)}" if at else ""
-    return sampled.spread(f"{capital(figure.name)}{where}: median", texts_of[:3], sure)
+    low, median, high = sensitivity.spread(values).quantiles
+    numbers = [low.value, median.value, high.value, *(end for end in median[1:] if np.isfinite(end))]
+    texts_of = wording.in_common_unit(numbers, figure.unit)
+    interval_text = f" (95 %: {' to '.join(texts_of[3:])})" if len(texts_of) == 5 else ""
+    settings = [f"{name} {text}" for name, text in _axis_values(study, sample)]
+    setting_text = f" at {', '.join(settings)}" if settings else ""
+    return sampled.spread(f"{capital(figure.name)}{setting_text}: median", texts_of[:3], interval_text)
 
 
-def _point(study: Study, sample: Sample) -> list[tuple[str, str]]:
+def _axis_values(study: Study, sample: Sample) -> list[tuple[str, str]]:
     """Return name and value of the swept axes at which a sample was drawn."""
-    known = [(axis, sample.point.get(axis.path)) for axis in study.swept()]
-    return [(axis.name, axis.text(value)) for axis, value in known if value is not None]
+    axis_values = [(axis, sample.point.get(axis.path)) for axis in study.swept()]
+    return [(axis.name, axis.text(value)) for axis, value in axis_values if value is not None]
 
 
-def _independent(study: Study) -> list[Sample]:
+def _random_samples(study: Study) -> list[Sample]:
     """Return the samples with finished cases, or [] if their cases are not independent."""
-    samples = [each for each in sensitivity.samples_of(study.run) if len(each.failed) < len(set(each.case_ids))]
+    samples = [sample for sample in sensitivity.samples_of(study.run) if len(sample.failed) < len(set(sample.case_ids))]
     return samples if samples and study.run.grid["sample"]["method"] in RANDOM_METHODS else []
 
 
-def more(study: Study) -> list[Section]:
+def folded_sections(study: Study) -> list[Section]:
     """Return a section with spread, drivers and histograms of the figures, or [] if `sections` returns []."""
-    samples = _independent(study)
+    samples = _random_samples(study)
     if not samples:
         return []
-    every = sensitivity.samples_of(study.run)
+    all_samples = sensitivity.samples_of(study.run)
     is_one_sample = sampled.is_one_sample(study.run.grid)
     blocks: list[Block] = [
-        *([limit_table(study, every)] if is_one_sample else []),
+        *([limit_table(study, all_samples)] if is_one_sample else []),
         spread_table(study, samples),
-        Gallery(SCATTER_NOTE, _scatter(study, samples), small=True),
+        Gallery(SCATTER_NOTE, _further_scatter_plots(study, samples), small=True),
         rank_table(study, samples),
         Gallery(NOTE, _histograms(study, samples), small=True),
     ]
@@ -146,29 +158,33 @@ def _sensitivity(study: Study, samples: list[Sample]) -> list[Block]:
     return [Sentences(sentences), table]
 
 
-def _scatter(study: Study, samples: list[Sample]) -> list[Picture]:
+def _further_scatter_plots(study: Study, samples: list[Sample]) -> list[Picture]:
     """Return pictures of the first figures over the variables that correlate most with them; [] for too few cases."""
-    figures = _scattered(study)[1:]  # the first is seen at once
-    return [picture for figure in figures for picture in _clouds(study, _widest(samples, figure), figure)]
+    figures = _scattered_figures(study)[1:]  # the first is seen at once
+    return [
+        scatter_plot
+        for figure in figures
+        for scatter_plot in _scatter_plots(study, _sample_with_largest(samples, figure), figure)
+    ]
 
 
-def _scattered(study: Study) -> list[LimitedFigure]:
+def _scattered_figures(study: Study) -> list[LimitedFigure]:
     """Return the figures to draw over the variables, those with a limit first."""
-    return sorted(limited_figures(study), key=lambda figure: not figure.limits)[:SCATTERED]
+    return sorted(limited_figures(study), key=lambda figure: not figure.limits)[:MAX_SCATTERED]
 
 
-def _widest(samples: list[Sample], figure: LimitedFigure) -> Sample:
+def _sample_with_largest(samples: list[Sample], figure: LimitedFigure) -> Sample:
     """Return the sample with the largest value of a figure."""
-    return max(samples, key=lambda each: float(np.nan_to_num(each.figures[figure.column]).max()))
+    return max(samples, key=lambda sample: float(np.nan_to_num(sample.figures[figure.column]).max()))
 
 
-def _clouds(study: Study, sample: Sample, figure: LimitedFigure) -> list[Picture]:
+def _scatter_plots(study: Study, sample: Sample, figure: LimitedFigure) -> list[Picture]:
     """Return pictures of a figure over the variables with the strongest correlation."""
-    correlated = correlations(study, sample, figure.column)[:SCATTERED]
-    return [_cloud(study, sample, figure, path, partial) for path, _, partial in correlated]
+    correlated = correlations(study, sample, figure.column)[:MAX_SCATTERED]
+    return [_scatter_plot(study, sample, figure, path, partial) for path, _, partial in correlated]
 
 
-def _cloud(study: Study, sample: Sample, figure: LimitedFigure, path: str, correlation: Estimate) -> Picture:
+def _scatter_plot(study: Study, sample: Sample, figure: LimitedFigure, path: str, correlation: Estimate) -> Picture:
     """Return one figure over one variable, with its partial rank correlation and its limit."""
     y, x = sample.figures[figure.column], np.asarray(study.run.grid["sample"]["drawn"][path], float)
     axis = next(axis for axis in study.axes if axis.path == path)
@@ -193,7 +209,7 @@ def _histograms(study: Study, samples: list[Sample]) -> list[Picture]:
         for sample in samples
         if np.isfinite(sample.figures[figure.column]).any()
     ]
-    return pictures[:HISTOGRAMS]
+    return pictures[:MAX_HISTOGRAMS]
 
 
 def _histogram(study: Study, sample: Sample, figure: LimitedFigure) -> Picture:
@@ -201,15 +217,17 @@ def _histogram(study: Study, sample: Sample, figure: LimitedFigure) -> Picture:
     values = sample.figures[figure.column]
     values = values[np.isfinite(values)]
     scale = study.scale(figure.column)
-    marks = tuple(np.quantile(values, sampled.QUANTILES))
-    settings = [f"{name} {text}" for name, text in _point(study, sample)]
-    quantiles = zip(sampled.QUANTILES, marks, strict=True)
-    fixed = [limit.value for limit in figure.limits if not limit.times]
-    alt = ", ".join(f"{share:.0%} quantile {scale.text(mark)}" for share, mark in quantiles)
+    quantiles = tuple(np.quantile(values, sampled.QUANTILES))
+    settings = [f"{name} {text}" for name, text in _axis_values(study, sample)]
+    share_quantiles = zip(sampled.QUANTILES, quantiles, strict=True)
+    absolute_limits = [limit.value for limit in figure.limits if not limit.times]
+    alt = ", ".join(f"{share:.0%} quantile {scale.text(quantile)}" for share, quantile in share_quantiles)
     return Picture(
         capital(figure.name),
         "; ".join(settings),
         f"Histogram of {figure.name}, {len(values)} cases. {alt}",
-        lambda ax: comparison.draw_histogram(ax, values, figure.name, scale, marks, fixed[0] if fixed else None),
+        lambda ax: comparison.draw_histogram(
+            ax, values, figure.name, scale, quantiles, absolute_limits[0] if absolute_limits else None
+        ),
         size=(3.3, 2.8),
     )

@@ -15,7 +15,7 @@ from ..data.study import Study
 from ..data.table_columns import column_label
 from ..draw import seek as draw
 
-PICTURED = 2  # least number of answers drawn over the other axis
+MIN_ANSWERS_DRAWN = 2  # least number of answers drawn over the other axis
 
 
 class _Answers(NamedTuple):
@@ -24,7 +24,7 @@ class _Answers(NamedTuple):
     axis: Axis  # axis of the searched value
     others: tuple[Axis, ...]
     largest: bool
-    each: bool  # whether there is one answer for each case of the other axes
+    per_case: bool  # whether there is one answer for each case of the other axes
     rows: list[dict[str, Any]]  # SI, None for null
 
     @property
@@ -47,7 +47,7 @@ def sections(study: Study) -> list[Section]:
     answers = _answers(study)
     if answers is None:
         return []
-    words = f"The {'largest' if answers.largest else 'smallest'} {answers.axis.name} within the limits"
+    title = f"The {'largest' if answers.largest else 'smallest'} {answers.axis.name} within the limits"
     lines = [
         "All tested values up to the first end of the border meet the limits. Between its ends, some meet them and "
         "some do not. From its second end, at least two consecutive tested values fail. "
@@ -58,49 +58,50 @@ def sections(study: Study) -> list[Section]:
         lines = [
             "Every fit is tested at its largest clearance. The answer is the last fit before the first fit that fails."
         ]
-    sentences, pictures = Sentences(lines), Gallery("", _pictures(answers, words))  # the verdict has the answer
-    blocks: list[Block] = [sentences, pictures, _table(study, answers), *_nearest(study, answers)]
-    return [Section("seek", words, without_empty(blocks))]
+    sentences, pictures = Sentences(lines), Gallery("", _pictures(answers, title))  # the verdict has the answer
+    blocks: list[Block] = [sentences, pictures, _table(study, answers), *_nearest_blocks(study, answers)]
+    return [Section("seek", title, without_empty(blocks))]
 
 
-def safest(study: Study) -> list[str]:
+def safe_value_sentences(study: Study) -> list[str]:
     """Return a sentence with the largest (or smallest) value that is safe for all cases, or [] without `seek`."""
     answers = _answers(study)
     if answers is None:
         return []
-    end, name = ("Largest" if answers.largest else "Smallest"), answers.axis.name
-    none = [row for row in answers.rows if row[answers.column] is None]
-    if none:
-        many = f" in {len(none)} of {len(answers.rows)} searches" if len(answers.rows) > 1 else ""
+    superlative, name = ("Largest" if answers.largest else "Smallest"), answers.axis.name
+    unanswered = [row for row in answers.rows if row[answers.column] is None]
+    if unanswered:
+        count_text = f" in {len(unanswered)} of {len(answers.rows)} searches" if len(answers.rows) > 1 else ""
         return [
-            f"{end} safe {name}: the range contains none{many}{_limited_by(study, answers, none[0])}.",
+            f"{superlative} safe {name}: the range contains "
+            f"none{count_text}{_limiting_text(study, answers, unanswered[0])}.",
             *_not_monotone(answers),
         ]
-    choose = min if answers.largest else max
-    row = choose(answers.rows, key=lambda row: row[answers.column])
-    text = f"{end} safe {name}: {answers.axis.text(row[answers.column])}"
-    if answers.each and len(answers.rows) > 1:
+    strictest = min if answers.largest else max
+    row = strictest(answers.rows, key=lambda row: row[answers.column])
+    text = f"{superlative} safe {name}: {answers.axis.text(row[answers.column])}"
+    if answers.per_case and len(answers.rows) > 1:
         text += f", which is safe in all {len(answers.rows)} searches"
     border = answers.interval(row)
     text += f"; the border is {border}" if border else "; the range of the search ends there"
-    return [f"{text}{_limited_by(study, answers, row)}.", *_not_monotone(answers)]
+    return [f"{text}{_limiting_text(study, answers, row)}.", *_not_monotone(answers)]
 
 
-def card(study: Study) -> list[tuple[str, str, str]]:
+def answer_cards(study: Study) -> list[tuple[str, str, str]]:
     """Return the card of the answer, or [] if there is none."""
     answers = _answers(study)
     if answers is None:
         return []
-    end = "Largest" if answers.largest else "Smallest"
-    known = [row for row in answers.rows if row[answers.column] is not None]
-    if len(known) < len(answers.rows) or not known:
-        return [(f"{end} safe {answers.axis.name}", "none", "in the range that was searched")]
-    row = (min if answers.largest else max)(known, key=lambda row: row[answers.column])
+    superlative = "Largest" if answers.largest else "Smallest"
+    answered = [row for row in answers.rows if row[answers.column] is not None]
+    if len(answered) < len(answers.rows) or not answered:
+        return [(f"{superlative} safe {answers.axis.name}", "none", "in the range that was searched")]
+    row = (min if answers.largest else max)(answered, key=lambda row: row[answers.column])
     return [
         (
-            f"{end} safe {answers.axis.name}",
+            f"{superlative} safe {answers.axis.name}",
             answers.axis.text(row[answers.column]),
-            _limited_by(study, answers, row).strip(", "),
+            _limiting_text(study, answers, row).strip(", "),
         )
     ]
 
@@ -110,18 +111,23 @@ def _not_monotone(answers: _Answers) -> list[str]:
     sentences = []
     for row in answers.rows:
         if row.get("seek_beyond"):
-            at = f" at {answers.setting(row)}" if answers.others else ""
+            setting_text = f" at {answers.setting(row)}" if answers.others else ""
             sentences.append(
-                f"The margin is not monotone{at}: beyond the border, {row['seek_beyond']} also meet the limits."
+                f"The margin is not monotone{setting_text}: beyond the border, {row['seek_beyond']} also meet the "
+                "limits."
             )
     return sentences
 
 
-def _limited_by(study: Study, answers: _Answers, row: dict[str, Any]) -> str:
+def _limiting_text(study: Study, answers: _Answers, row: dict[str, Any]) -> str:
     """Return the limit that determines an answer, and its joint."""
-    names = row["limiting"].split(",") if row["limiting"] else []
-    limited = f", limited by {wording.sentence_list([column_label(study, name) for name in names])}" if names else ""
-    return f"{limited} at {answers.setting(row)}" if answers.others and row["limiting"] else limited
+    limiting_columns = row["limiting"].split(",") if row["limiting"] else []
+    limiting_text = (
+        f", limited by {wording.sentence_list([column_label(study, name) for name in limiting_columns])}"
+        if limiting_columns
+        else ""
+    )
+    return f"{limiting_text} at {answers.setting(row)}" if answers.others and row["limiting"] else limiting_text
 
 
 def _answers(study: Study) -> _Answers | None:
@@ -132,10 +138,12 @@ def _answers(study: Study) -> _Answers | None:
     others = tuple(
         axis for axis in study.axes if axis.path not in sought_paths(study.run.grid) and len(axis.values) > 1
     )
-    asked = study.run.grid["seek"]
-    rows = [{name: None if pd.isna(each) else each for name, each in row.items()} for row in frame.to_dict("records")]
+    section = study.run.grid["seek"]
+    rows = [
+        {name: None if pd.isna(value) else value for name, value in row.items()} for row in frame.to_dict("records")
+    ]
     return _Answers(
-        _with_distinct_digits(by_path[path], rows), others, "largest" in asked, asked.get("for") != "all", rows
+        _with_distinct_digits(by_path[path], rows), others, "largest" in section, section.get("for") != "all", rows
     )
 
 
@@ -172,7 +180,7 @@ def _table(study: Study, answers: _Answers) -> Table:
     return Table("seek", "Results of the search", "", columns, rows)
 
 
-def _nearest(study: Study, answers: _Answers) -> list[Block]:
+def _nearest_blocks(study: Study, answers: _Answers) -> list[Block]:
     """Return the margins of the cases if no value meets the limits, and the other keys that would help."""
     nearest: dict[str, Any] = study.run.grid.get("nearest") or {}
     best, axis = nearest.get("best", []), answers.axis
@@ -187,63 +195,63 @@ def _nearest(study: Study, answers: _Answers) -> list[Block]:
     )
     rows = [
         (
-            *(each["point"].get(other.path) for other in answers.others),
-            each["value"],
-            _margin(each["margin"]),
-            each["limiting"] or wording.DASH,
-            _limits(each["needed"]) or wording.DASH,
+            *(case["point"].get(other.path) for other in answers.others),
+            case["value"],
+            _margin_cell(case["margin"]),
+            case["limiting"] or wording.DASH,
+            _needed_text(case["needed"]) or wording.DASH,
         )
-        for each in best
+        for case in best
     ]
     blocks: list[Block] = [Table("nearest", "How close the cases come to their limits", "", columns, rows)]
     if nearest["needed"] and len(best) > 1:
-        blocks.append(Sentences([f"All of these {len(best)} would pass with {_limits(nearest['needed'])}."]))
-    return [*blocks, *_effects(answers, nearest)]
+        blocks.append(Sentences([f"All of these {len(best)} would pass with {_needed_text(nearest['needed'])}."]))
+    return [*blocks, *_key_effects(answers, nearest)]
 
 
-def _effects(answers: _Answers, nearest: dict[str, Any]) -> list[Block]:
+def _key_effects(answers: _Answers, nearest: dict[str, Any]) -> list[Block]:
     """Return the other keys that change the margin of the case furthest from its limits."""
     furthest, rows = nearest["furthest"], []
-    for each in nearest["effects"]:
-        margins = [_margin(each[name], "failed") for name in ("lower", "margin", "upper")]
+    for effect in nearest["effects"]:
+        margins = [_margin_cell(effect[name], "failed") for name in ("lower", "margin", "upper")]
         if len({margin.text for margin in margins}) > 1:
-            scale = wording.scale(each["unit"], each["value"], speed=each["path"].endswith("speed"))
-            rows.append((each["path"], Quantity(each["value"], scale.text(each["value"])), *margins[::2]))
+            scale = wording.scale(effect["unit"], effect["value"], speed=effect["path"].endswith("speed"))
+            rows.append((effect["path"], Quantity(effect["value"], scale.text(effect["value"])), *margins[::2]))
     if not nearest["effects"]:
         return []
     if not rows:
         return [Sentences(["No other single key of the grid changes the margin."])]
-    others = [f"{other.name} {other.text(furthest['point'].get(other.path))}" for other in answers.others]
-    setting = ", ".join([*others, f"{answers.axis.name} {answers.axis.text(furthest['value'])}"])
-    margin = _margin(furthest["margin"]).text
+    other_texts = [f"{other.name} {other.text(furthest['point'].get(other.path))}" for other in answers.others]
+    setting = ", ".join([*other_texts, f"{answers.axis.name} {answers.axis.text(furthest['value'])}"])
+    margin = _margin_cell(furthest["margin"]).text
     note = f"One key at a time is changed in the case furthest from its limits ({setting}); its margin is {margin}."
     columns = (Column("key"), Column("value"), Column("margin with 10 % less"), Column("with 10 % more"))
     return [Table("nearest-keys", "Other keys that change the margin", note, columns, rows)]
 
 
-def _margin(margin: float | None, missing: str = "unknown") -> Quantity:
+def _margin_cell(margin: float | None, missing: str = "unknown") -> Quantity:
     """Return a margin in per cent, or `missing`."""
     text = missing if margin is None else f"{wording.short(100.0 * margin, 3)}{wording.BLANK}%"
     return Quantity(text if margin is None else margin, text)
 
 
-def _limits(needed: dict[str, str]) -> str:
+def _needed_text(needed: dict[str, str]) -> str:
     return wording.sentence_list([f"{name} {words}" for name, words in needed.items()])
 
 
 def _pictures(answers: _Answers, title: str) -> list[Picture]:
     """Return the picture of the answers over the other axis, or [] unless there is exactly one, with numbers."""
     rows = [row for row in answers.rows if row[answers.column] is not None]
-    if len(answers.others) != 1 or not answers.others[0].numeric or len(rows) < PICTURED:
+    if len(answers.others) != 1 or not answers.others[0].numeric or len(rows) < MIN_ANSWERS_DRAWN:
         return []
     (other,) = answers.others
     results = sorted((row[other.path], row["seek_low"], row["seek_high"], row[answers.column]) for row in rows)
-    ends = "; ".join(f"{other.text(row[0])}: {answers.axis.text(row[3])}" for row in results)
+    answer_texts = "; ".join(f"{other.text(row[0])}: {answers.axis.text(row[3])}" for row in results)
     return [
         Picture(
             capital(f"{title.removeprefix('The ')} over {other.name}"),
             "The dot is the last safe value, the bar is the border.",
-            f"{title} over {other.name}. {ends}",
+            f"{title} over {other.name}. {answer_texts}",
             lambda ax: draw.draw_intervals(ax, results, other, answers.axis),
         )
     ]

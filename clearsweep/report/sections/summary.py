@@ -15,10 +15,10 @@ from ..samples import counts
 from ..statistics import elastic_range
 from . import identified, optimised, seek
 
-ONSET = "onset_rate_max"
+ONSET_FIGURE = "onset_rate_max"
 WEAR_NOTE = "of one body, at the wear rate of the window"
-THERE = "in the case of the thinnest film"
-LISTED_VALUES = 3  # swept values of a case up to which a card has them all
+THINNEST_FILM_NOTE = "in the case of the thinnest film"
+MAX_LISTED_VALUES = 3  # swept values of a case up to which a card has them all
 
 
 def sections(study: Study) -> list[Section]:
@@ -31,11 +31,11 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
     finished, failed = counts.finished_and_failed(study)
     missing = study.run.grid.get("counts", {}).get("missing", 0)
     note = (f"{failed} failed" if failed else "none failed") + (f", {missing} not run yet" if missing else "")
-    cards = [] if study.cases.empty else _answer(study)
+    cards = [] if study.cases.empty else _answer_cards(study)
     cards.append(("Cases finished", f"{finished} of {finished + failed + missing}", note))
     if study.run.marks():
-        shown = "random rows, and the rows with the smallest and the largest value of each figure among all cases"
-        cards.append(("Shown on this page", f"{len(study.cases) + len(study.failed)} cases", shown))
+        sample_note = "random rows, and the rows with the smallest and the largest value of each figure among all cases"
+        cards.append(("Shown on this page", f"{len(study.cases) + len(study.failed)} cases", sample_note))
     if study.cases.empty:
         return cards
     if question(study).question == "identify":
@@ -45,128 +45,145 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         *(() if question(study).question == "force" else ((PEAK.figure, "Largest normal force", ""),)),
         ("force_peak_ratio", "Load over ideal peak", "relative to the mechanism without clearance"),
         ("force_rms", "Largest force rms", ""),
-        (ONSET, "Fastest onset", ""),
+        (ONSET_FIGURE, "Fastest onset", ""),
         ("error_max", f"Largest {study.run.layout.output} error", "from the ideal position"),
         ("restitution", "Measured restitution", "largest of all cases"),
         *(() if question(study).question == "life" else (wear_card,)),
     )
-    return cards + [card for each in figures for card in _largest(study, *each)]
+    return cards + [card for figure in figures for card in _largest_cards(study, *figure)]
 
 
-def _largest(study: Study, figure: str, name: str, suffix: str) -> list[tuple[str, str, str]]:
+def _largest_cards(study: Study, figure: str, name: str, suffix: str) -> list[tuple[str, str, str]]:
     """Return the card on the largest value of a figure; [] if it is null or 0."""
-    column, joint = _worst(study, figure)
+    column, joint = _worst_column(study, figure)
     if not study.cases.largest(column) > 0.0:
         return []
-    where = study.joint_text(joint, "joint {}") if joint else ""
+    joint_text = study.joint_text(joint, "joint {}") if joint else ""
     values = comparable(study, column)
-    place = int(np.nanargmax(values))
-    worst = study.cases.index[place]
+    row = int(np.nanargmax(values))
+    worst = study.cases.index[row]
     if (
         figure == WEAR_PER_1000_HOURS
         and joint
-        and (hours := _hours_to_clearance(study, joint, place, float(values[place])))
+        and (hours := _hours_to_clearance(study, joint, row, float(values[row])))
     ):
         return [(name, "no forecast", f"the worst case wears down its clearance in {hours} at this rate")]
-    starts = "of the started cases" if leaves_out(study, column) else ""
+    start_note = "of the started cases" if leaves_out(study, column) else ""
     if figure == PEAK.figure and joint and question(study).question == "start-up":
-        until = start_up.until_start(start_up.started(answer_cases(study)), joint.name)
-        starts = "; ".join(filter(None, ("in the whole run", starts, until and f"until the start: {until}")))
-    elastic = elastic_range.remark(study, joint, worst) if joint and figure == ONSET else ""
-    note = "; ".join(filter(None, (where, suffix, starts, elastic))) or (f"joint {joint.title}" if joint else "")
+        force_until_start = start_up.until_start(start_up.started(answer_cases(study)), joint.name)
+        start_note = "; ".join(
+            filter(
+                None, ("in the whole run", start_note, force_until_start and f"until the start: {force_until_start}")
+            )
+        )
+    elastic_note = elastic_range.remark(study, joint, worst) if joint and figure == ONSET_FIGURE else ""
+    note = "; ".join(filter(None, (joint_text, suffix, start_note, elastic_note))) or (
+        f"joint {joint.title}" if joint else ""
+    )
     return [(name, study.text(worst, column), note)]
 
 
-def _hours_to_clearance(study: Study, joint: Joint, place: int, depth: float) -> str:
+def _hours_to_clearance(study: Study, joint: Joint, row: int, depth: float) -> str:
     """Return the hours after which the wear of a case equals its clearance, '' beyond 1000 h; depth : m in 1000 h."""
-    layout = next(each for each in study.run.layout.joints if each.name == joint.name)
-    return wear.hours_to_clearance(answer_cases(study), layout, place, depth)
+    layout = next(joint_layout for joint_layout in study.run.layout.joints if joint_layout.name == joint.name)
+    return wear.hours_to_clearance(answer_cases(study), layout, row, depth)
 
 
-def _answer(study: Study) -> list[tuple[str, str, str]]:
+def _answer_cards(study: Study) -> list[tuple[str, str, str]]:
     """Return the cards with the figures of the worst case, which answer the question of the grid."""
-    lead = question(study)
-    if lead.question == "identify":
+    ranking = question(study)
+    if ranking.question == "identify":
         return identified.cards(study)
-    return [*start_up.cards(answer_cases(study)), *_of_worst(study)]
+    return [*start_up.cards(answer_cases(study)), *_worst_case_cards(study)]
 
 
-def _of_worst(study: Study) -> list[tuple[str, str, str]]:
+def _worst_case_cards(study: Study) -> list[tuple[str, str, str]]:
     """Return the cards on the worst case by the question of the grid."""
-    worst, lead = worst_case(study), question(study)
+    worst, ranking = worst_case(study), question(study)
     if worst is None:
         return []
     case_id, candidate = worst
     value = float(study.cases.at[case_id, candidate.columns[0]])
-    at = _at(study, case_id)
-    if lead.question == "life":
-        certain = "" if study.run.grid.get("uncertain") else "; for the given wear coefficient"
-        return [("Shortest life", f"{wording.plain(value)}{wording.BLANK}h", f"{at}{certain}".removeprefix("; "))]
-    if lead.question == "start-up":
+    setting_text = _setting_text(study, case_id)
+    if ranking.question == "life":
+        condition_note = "" if study.run.grid.get("uncertain") else "; for the given wear coefficient"
+        return [
+            (
+                "Shortest life",
+                f"{wording.plain(value)}{wording.BLANK}h",
+                f"{setting_text}{condition_note}".removeprefix("; "),
+            )
+        ]
+    if ranking.question == "start-up":
         return []
-    if lead.question in ("seek", "limits"):
+    if ranking.question in ("seek", "limits"):
         exceeded = study.cases.at[case_id, verdict.EXCEEDED]
         limits = counts.limits(study)
         margin, _, times = verdict.margin_words(value, study.limits, exceeded).partition(" (")
         return [
-            *seek.card(study),
-            *_chance(study),
-            *_designs(study),
+            *seek.answer_cards(study),
+            *_probability_cards(study),
+            *_design_cards(study),
             ("Within the limits", f"{limits.cases - limits.exceeding} of {limits.cases}", "finished cases"),
-            ("Smallest margin", margin, "; ".join(filter(None, (times.strip("( )"), at)))),
+            ("Smallest margin", margin, "; ".join(filter(None, (times.strip("( )"), setting_text)))),
         ]
-    if lead.question == "optimise":
-        return [(f"Best {name}", study.text(best, name), _at(study, best)) for name, best in optimised.ends(study)]
-    if lead.question == "force":
-        return [("Largest normal force", study.text(case_id, candidate.columns[0]), at)]
-    return _films(study, case_id, candidate)
+    if ranking.question == "optimise":
+        return [
+            (f"Best {name}", study.text(best, name), _setting_text(study, best))
+            for name, best in optimised.best_by_objective(study)
+        ]
+    if ranking.question == "force":
+        return [("Largest normal force", study.text(case_id, candidate.columns[0]), setting_text)]
+    return _film_cards(study, case_id, candidate)
 
 
-def _films(study: Study, case_id: str, candidate: Candidate) -> list[tuple[str, str, str]]:
+def _film_cards(study: Study, case_id: str, candidate: Candidate) -> list[tuple[str, str, str]]:
     """Return the cards on the safe combination, its loss, the range of the law, and the thinnest film."""
     cases, thinnest = answer_cases(study), candidate.columns[0]
-    cards, chosen = [], films.choice(cases)
-    if chosen is not None:
-        (film,) = cases.texts(f"{chosen.joint}_{films.THICKNESS}", [chosen.thickness])
-        setting = films.setting_of(cases, chosen)
-        every = films.every_condition(chosen)
-        cards.append((f"Safest film{every}", f"{film} or more", setting))
-        if np.isfinite(chosen.loss):
-            (loss,) = cases.texts(f"{chosen.joint}_{films.LOSS}", [chosen.loss])
-            cards.append(("Its film loss", f"up to {loss}", setting))
+    cards, safest = [], films.choice(cases)
+    if safest is not None:
+        (thickness_text,) = cases.texts(f"{safest.joint}_{films.THICKNESS}", [safest.thickness])
+        setting = films.setting_of(cases, safest)
+        condition_text = films.every_condition(safest)
+        cards.append((f"Safest film{condition_text}", f"{thickness_text} or more", setting))
+        if np.isfinite(safest.loss):
+            (loss_text,) = cases.texts(f"{safest.joint}_{films.LOSS}", [safest.loss])
+            cards.append(("Its film loss", f"up to {loss_text}", setting))
     outside, count = films.outside_law(cases)
-    named = (
+    range_note = (
         f"outside:{cases.setting_text(int(outside[0])).removeprefix(' at')}"
         if len(outside) == 1
         else "range of the film law"
     )
-    cards.append(("Cases within the film law", f"{count - len(outside)} of {count}", named))
+    cards.append(("Cases within the film law", f"{count - len(outside)} of {count}", range_note))
     share = float(study.cases.at[case_id, f"{candidate.joint}_{films.OUTSIDE}"])
     remark = f"; {films.beyond_law(share)}" if share > 0.0 else ""
-    cards.append(("Thinnest film of all", study.text(case_id, thinnest), f"{_at(study, case_id)}{remark}"))
+    cards.append(("Thinnest film of all", study.text(case_id, thinnest), f"{_setting_text(study, case_id)}{remark}"))
     dry = float(study.cases.at[case_id, f"{candidate.joint}_{films.SHARE}"])
-    return cards if np.isnan(dry) else [*cards, ("Dry load share", films.share_words(dry), THERE)]
+    return cards if np.isnan(dry) else [*cards, ("Dry load share", films.share_words(dry), THINNEST_FILM_NOTE)]
 
 
-def _designs(study: Study) -> list[tuple[str, str, str]]:
+def _design_cards(study: Study) -> list[tuple[str, str, str]]:
     """Return the card on designs that meet the limits under every condition, or [] without designs."""
     cases = answer_cases(study)
-    grouped = designs.of_cases(cases.axes, cases.column, len(cases.case_ids))
-    if grouped is None or sampled.is_one_sample(study.run.grid):
+    design_groups = designs.of_cases(cases.axes, cases.column, len(cases.case_ids))
+    if design_groups is None or sampled.is_one_sample(study.run.grid):
         return []
-    accepted = sum(margin >= 0.0 for margin in grouped.margins)
-    names = wording.sentence_list([wording.axis_name(path) for path in grouped.condition_paths])
-    states = fits.of_cases(cases)
-    if states is not None:
-        still_open = (
-            f"; open: {wording.sentence_list([fit['name'] for fit in states.undecided])}" if states.undecided else ""
+    accepted = sum(margin >= 0.0 for margin in design_groups.margins)
+    names = wording.sentence_list([wording.axis_name(path) for path in design_groups.condition_paths])
+    fit_states = fits.of_cases(cases)
+    if fit_states is not None:
+        undecided_text = (
+            f"; open: {wording.sentence_list([fit['name'] for fit in fit_states.undecided])}"
+            if fit_states.undecided
+            else ""
         )
-        note = f"over their whole tolerance, at every {names}{still_open}"
-        return [("Fits within the limits", f"{len(states.accepted)} of {states.total}", note)]
-    return [("Designs within the limits", f"{accepted} of {len(grouped.margins)}", f"at every {names}")]
+        note = f"over their whole tolerance, at every {names}{undecided_text}"
+        return [("Fits within the limits", f"{len(fit_states.accepted)} of {fit_states.total}", note)]
+    return [("Designs within the limits", f"{accepted} of {len(design_groups.margins)}", f"at every {names}")]
 
 
-def _chance(study: Study) -> list[tuple[str, str, str]]:
+def _probability_cards(study: Study) -> list[tuple[str, str, str]]:
     """Return the card on the probability of exceeding a limit, or [] if the cases are not one random sample."""
     limits = counts.limits(study)
     if not sampled.is_one_sample(study.run.grid) or not limits.cases:
@@ -178,12 +195,12 @@ def _chance(study: Study) -> list[tuple[str, str, str]]:
     return [("Probability of exceeding a limit", value, note)]
 
 
-def _at(study: Study, case_id: str) -> str:
+def _setting_text(study: Study, case_id: str) -> str:
     """Return the swept values of a case, or its identity if there are many."""
-    return study.setting(case_id) if len(study.swept()) <= LISTED_VALUES else f"case {wording.short_id(case_id)}"
+    return study.setting(case_id) if len(study.swept()) <= MAX_LISTED_VALUES else f"case {wording.short_id(case_id)}"
 
 
-def _worst(study: Study, figure: str) -> tuple[str, Joint | None]:
+def _worst_column(study: Study, figure: str) -> tuple[str, Joint | None]:
     """Return the column with the largest value of a figure, and its joint, or None for a figure of the mechanism."""
     of_mechanism = study.column(figure)
     if of_mechanism:

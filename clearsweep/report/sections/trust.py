@@ -20,10 +20,10 @@ def sections(study: Study) -> list[Section]:
 
 def points(study: Study) -> list[str]:
     """Return failures and warnings of the run, then a sentence each on laws, convergence and unknowns."""
-    return [*_failed(study), *_warnings(study), *([] if study.cases.empty else _of_finished(study))]
+    return [*_failure_points(study), *_warnings(study), *([] if study.cases.empty else _finished_case_points(study))]
 
 
-def _failed(study: Study) -> list[str]:
+def _failure_points(study: Study) -> list[str]:
     finished, failed = counts.finished_and_failed(study)
     if not failed or not finished:
         return []
@@ -35,15 +35,19 @@ def _warnings(study: Study) -> list[str]:
     return [Markup("<b>Warning:</b> {}").format(warning) for warning in study.run.grid.get("warnings") or []]
 
 
-def _of_finished(study: Study) -> list[str]:
-    repeating = " ".join(headline.repeating(study))
-    sentences = [*headline.limits(study), *([repeating] if repeating else []), *elastic_laws.recommended(study)]
+def _finished_case_points(study: Study) -> list[str]:
+    periodicity = " ".join(headline.periodicity(study))
+    sentences = [
+        *headline.law_range_remarks(study),
+        *([periodicity] if periodicity else []),
+        *elastic_laws.recommendation_texts(study),
+    ]
     for section in (*law_choice.sections(study), *elastic_laws.sections(study)):
         sentences += [_linked(section, sentence) for sentence in section.sentences[:1]]
     for section in elastic_links.sections(study):
         sentences.append(_linked(section, " ".join(section.sentences[:2])))
-    of_budget = budget.sections(study)
-    budget_points = [_linked(section, " ".join(section.sentences[1:2])) for section in of_budget]
+    budget_sections = budget.sections(study)
+    budget_points = [_linked(section, " ".join(section.sentences[1:2])) for section in budget_sections]
     return [*sentences, *(budget_points or [NO_BUDGET])]
 
 

@@ -23,33 +23,33 @@ from ..samples.sample_tables import any_exceeded
 from ..statistics import sensitivity
 from ..statistics.main_effects import main_effects_of
 from . import law_check, life, maps, optimised
-from .seek import safest
+from .seek import safe_value_sentences
 
-MAPS = 3  # pairs of axes at most
+MAX_MAPS = 3  # pairs of axes at most
 NOTE = "Each cell shows its smallest margin in per cent. It passes if all of its cases meet all limits."
 
 
 def sections(study: Study) -> list[Section]:
     """Return the section."""
     if study.cases.empty:
-        none = f"None of the {wording.count(len(study.failed), 'case')} finished; the reasons are listed below."
-        return [Section("verdict", "Answer", [Points([none])])]
+        sentence = f"None of the {wording.count(len(study.failed), 'case')} finished; the reasons are listed below."
+        return [Section("verdict", "Answer", [Points([sentence])])]
     points = [
         *_progress(study),
-        *life.ends(study),
-        *safest(study),
+        *life.extreme_lives(study),
+        *safe_value_sentences(study),
         *optimised.answers(study),
-        *(_chance(study) if sampled.is_one_sample(study.run.grid) else []),
+        *(_probability_sentences(study) if sampled.is_one_sample(study.run.grid) else []),
         *answers(study),
-        *_kept(study),
+        *_limit_sentences(study),
         *_advice(study),
         *law_check.sentences(study),
     ]
-    blocks: list[Block] = [Points(points), Gallery("", [*_maps(study)[:1], *maps.first(study)])]
+    blocks: list[Block] = [Points(points), Gallery("", [*_maps(study)[:1], *maps.answer_maps(study)])]
     return [Section("verdict", "Answer", without_empty(blocks))]
 
 
-def more(study: Study) -> list[Section]:
+def folded_sections(study: Study) -> list[Section]:
     """Return a section with the table of limits and the maps of further pairs of axes."""
     if study.cases.empty:
         return []
@@ -79,81 +79,93 @@ def ratios(study: Study) -> list[str]:
         column = joint.column("force_peak_ratio")
         if study.has(column):
             worst = study.cases[column].idxmax()
-            at = f", at {study.setting(worst)}" if study.swept() else ""
-            compared = [joint.column(name) for name in ("load_peak", "force_peak_ideal", "force_peak_median")]
-            load, ideal, *usual = study.texts(*((worst, name) for name in compared if study.has(name)))
+            setting_text = f", at {study.setting(worst)}" if study.swept() else ""
+            columns = [joint.column(name) for name in ("load_peak", "force_peak_ideal", "force_peak_median")]
+            load, ideal, *median_texts = study.texts(*((worst, name) for name in columns if study.has(name)))
             sentences.append(
                 f"The load{study.joint_text(joint, ' in joint {}')} is at most {study.text(worst, column)} times the "
-                f"largest reaction without clearance: {load} against {ideal}{at}. "
-                f"{_motion(study, joint, worst, usual)}."
+                f"largest reaction without clearance: {load} against {ideal}{setting_text}. "
+                f"{_recurrence_text(study, joint, worst, median_texts)}."
             )
     return sentences
 
 
-def _motion(study: Study, joint: Joint, case_id: str, usual: list[str]) -> str:
+def _recurrence_text(study: Study, joint: Joint, case_id: str, median_texts: list[str]) -> str:
     """Return in words how often the largest peak of a case occurs.
 
-    If there is no period, `usual` contains the median peak.
+    If there is no period, `median_texts` contains the median peak.
     """
     period = study.cases.at[case_id, "period"] if "period" in study.cases else np.nan
     if period == 1.0:
         return "This motion is periodic, so the peak recurs every revolution"
     if period > 1.0:
         return f"This motion has a period of {period:.0f} revolutions, and the peak recurs in every period"
-    if not usual or wording.is_missing(study.cases.at[case_id, joint.column("force_peak_median")]):
+    if not median_texts or wording.is_missing(study.cases.at[case_id, joint.column("force_peak_median")]):
         return "No period was found in this motion"
-    return f"No period was found; the median peak per revolution is {usual[0]}"
+    return f"No period was found; the median peak per revolution is {median_texts[0]}"
 
 
-def _kept(study: Study) -> list[str]:
+def _limit_sentences(study: Study) -> list[str]:
     """Return sentences with the number of cases that meet the limits, and the worst and the best margin."""
     if verdict.EXCEEDED not in study.cases:
         return []
     if question(study).question == "life":  # then the answer has the limits
-        return [*_chance(study), *_not_judged(study)]
+        return [*_probability_sentences(study), *_not_judged(study)]
     counted_cases = counts.limits(study)
-    beyond, cases = counted_cases.exceeding, wording.count(counted_cases.cases, "case")
-    first = f"{beyond} of {cases} exceed at least one limit" if beyond else f"All of {cases} meet the limits"
-    answered = question(study).question == "limits" and len(study.limits) == 1  # then the answer has the limit
-    first += "." if answered else f": {wording.sentence_list(_each(study))}."
+    exceeding, cases_text = counted_cases.exceeding, wording.count(counted_cases.cases, "case")
+    count_sentence = (
+        f"{exceeding} of {cases_text} exceed at least one limit"
+        if exceeding
+        else f"All of {cases_text} meet the limits"
+    )
+    is_in_answer = question(study).question == "limits" and len(study.limits) == 1  # then the answer has the limit
+    count_sentence += "." if is_in_answer else f": {wording.sentence_list(_limit_texts(study))}."
     if "refine" in study.run.grid:
-        first += " They include cases that refine placed near the boundary, so this count is not a share of designs."
+        count_sentence += (
+            " They include cases that refine placed near the boundary, so this count is not a share of designs."
+        )
     is_one_sample = sampled.is_one_sample(study.run.grid)
-    sentences = [first, *([] if is_one_sample else _chance(study)), *_not_judged(study)]
+    sentences = [count_sentence, *([] if is_one_sample else _probability_sentences(study)), *_not_judged(study)]
     if study.has(verdict.MARGIN):
         margins = study.cases[verdict.MARGIN]
         worst, best = margins.idxmin(), margins.idxmax()
-        which = study.cases.at[worst, verdict.EXCEEDED]
-        named = f" ({', '.join(column_label(study, name) for name in which.split(','))})" if which else ""
-        ends = (("Smallest", worst, named), ("Largest", best, ""))
-        both = best != worst and question(study).question != "limits"
-        for word, case_id, remark in ends[: 1 + both]:
+        exceeded = study.cases.at[worst, verdict.EXCEEDED]
+        exceeded_text = f" ({', '.join(column_label(study, name) for name in exceeded.split(','))})" if exceeded else ""
+        extremes = (("Smallest", worst, exceeded_text), ("Largest", best, ""))
+        is_best_shown = best != worst and question(study).question != "limits"
+        for word, case_id, remark in extremes[: 1 + is_best_shown]:
             margin = verdict.margin_words(
                 float(study.cases.at[case_id, verdict.MARGIN]), study.limits, study.cases.at[case_id, verdict.EXCEEDED]
             )
-            case = f"case {wording.short_id(case_id)}"
-            many = len(study.swept()) > MAX_NAMED_AXES
-            where = f" in {case}" if many else f"{_at(study, case_id)}, {case}" if study.swept() else ""
-            sentences.append(f"{word} margin: {margin}{where}{remark}.")
+            case_text = f"case {wording.short_id(case_id)}"
+            has_many_axes = len(study.swept()) > MAX_NAMED_AXES
+            location_text = (
+                f" in {case_text}"
+                if has_many_axes
+                else f"{_setting_text(study, case_id)}, {case_text}"
+                if study.swept()
+                else ""
+            )
+            sentences.append(f"{word} margin: {margin}{location_text}{remark}.")
     return sentences
 
 
-def _each(study: Study) -> list[str]:
+def _limit_texts(study: Study) -> list[str]:
     """Return each limit in words, with the number of cases that exceed it if there are several limits."""
-    each = counts.limits(study).by_limit
-    if len(each) == 1:
-        return [_limit(study, study.limits[0])]
-    known = zip(study.limits, each, strict=True)
-    return [f"{_limit(study, limit)} ({wording.count(failing, 'case')})" for limit, (failing, _) in known]
+    counts_by_limit = counts.limits(study).by_limit
+    if len(counts_by_limit) == 1:
+        return [_limit_text(study, study.limits[0])]
+    counted_limits = zip(study.limits, counts_by_limit, strict=True)
+    return [f"{_limit_text(study, limit)} ({wording.count(failing, 'case')})" for limit, (failing, _) in counted_limits]
 
 
-def _chance(study: Study) -> list[str]:
+def _probability_sentences(study: Study) -> list[str]:
     """Return a sentence with the chance of exceeding a limit, or [] if the cases are not one random sample."""
     samples = sensitivity.samples_of(study.run)
     if len(samples) != 1 or study.run.grid["sample"]["method"] not in probability.RANDOM_METHODS:
         return []
-    chance = sensitivity.exceedance(any_exceeded(study, samples[0]))
-    return [probability.sentence(chance, study.run.grid)]
+    estimate = sensitivity.exceedance(any_exceeded(study, samples[0]))
+    return [probability.sentence(estimate, study.run.grid)]
 
 
 def _not_judged(study: Study) -> list[str]:
@@ -165,14 +177,15 @@ def _not_judged(study: Study) -> list[str]:
     names = dict.fromkeys(
         limit.column for limit, (_, unknown) in zip(study.limits, limits.by_limit, strict=True) if unknown
     )
-    which = wording.sentence_list([column_label(study, name) for name in names])
+    figures_text = wording.sentence_list([column_label(study, name) for name in names])
     return [
-        f"{wording.count(count, 'case')} cannot be assessed by {which}: the figure or its limit is null (infinite, 0/0 "
+        f"{wording.count(count, 'case')} cannot be assessed by {figures_text}: the figure or its limit is null "
+        "(infinite, 0/0 "
         "or not computed). Such a case counts as exceeding the limit and has no margin."
     ]
 
 
-def _at(study: Study, case_id: str) -> str:
+def _setting_text(study: Study, case_id: str) -> str:
     return f" at {study.setting(case_id)}" if study.swept() else ""
 
 
@@ -189,17 +202,17 @@ def _table(study: Study) -> Table:
         Column("case_id"),
     )
     rows = []
-    kept = counts.limits(study)
-    for limit, (failing, unknown) in zip(study.limits, kept.by_limit, strict=True):
-        known = counts.columns(study, limit)
-        margins, fails = limit.margin(known), limit.fails(known)
-        place = int(np.nanargmin(margins)) if np.isfinite(margins).any() else int(np.argmax(fails))
-        case_id = study.cases.index[place]
+    limit_counts = counts.limits(study)
+    for limit, (failing, unknown) in zip(study.limits, limit_counts.by_limit, strict=True):
+        values_by_column = counts.columns(study, limit)
+        margins, fails = limit.margin(values_by_column), limit.fails(values_by_column)
+        row = int(np.nanargmin(margins)) if np.isfinite(margins).any() else int(np.argmax(fails))
+        case_id = study.cases.index[row]
         values = (study.cases.at[case_id, axis.path] for axis in study.swept())
-        worst = float(margins[place])
+        worst = float(margins[row])
         margin = Quantity(worst, verdict.margin_words(worst, [limit], limit.column))
-        of_cases = (count_cell(failing), count_cell(unknown), count_cell(kept.cases))
-        rows.append((limit.column, _limit(study, limit), *of_cases, margin, *values, case_id))
+        of_cases = (count_cell(failing), count_cell(unknown), count_cell(limit_counts.cases))
+        rows.append((limit.column, _limit_text(study, limit), *of_cases, margin, *values, case_id))
     note = (
         "The margin is 1 - value/limit, for a lower limit value/limit - 1. It is negative if the limit is exceeded. A "
         "case that cannot be assessed, because its figure is null, counts as exceeding the limit."
@@ -207,7 +220,7 @@ def _table(study: Study) -> Table:
     return Table("limits_kept", "Limits", note, columns, rows)
 
 
-def _limit(study: Study, limit: verdict.Limit) -> str:
+def _limit_text(study: Study, limit: verdict.Limit) -> str:
     """Return a limit in words: 'force peak at most 60 kN'."""
     return limit_label(study.run.layout, limit, study.unit(limit.column))
 
@@ -219,31 +232,31 @@ def _maps(study: Study) -> list[Picture]:
     ranked = [effect.axis for effect in main_effects_of(study, verdict.MARGIN)]
     if len(ranked) == 1:
         return []
-    pairs = list(itertools.combinations(ranked, 2))[:MAPS]
+    pairs = list(itertools.combinations(ranked, 2))[:MAX_MAPS]
     return [_map(study, *sorted(pair, key=study.axes.index)) for pair in pairs]
 
 
-def _map(study: Study, across: Axis, up: Axis) -> Picture:
+def _map(study: Study, x_axis: Axis, y_axis: Axis) -> Picture:
     margins = study.cases[verdict.MARGIN].to_numpy(float)
     exceeded = (study.cases[verdict.EXCEEDED] != "").to_numpy(float)
-    smallest = -over_other_axes(study, -margins, (across, up), largest)
-    failing = over_other_axes(study, exceeded, (across, up), largest)
-    between = _between(study, exceeded, across, up)
+    smallest = -over_other_axes(study, -margins, (x_axis, y_axis), largest)
+    failing = over_other_axes(study, exceeded, (x_axis, y_axis), largest)
+    added_cases = _added_cases(study, exceeded, x_axis, y_axis)
     passing_cells, cells = int((failing == 0.0).sum()), int(np.isfinite(failing).sum())
-    others = [axis.name for axis in study.swept() if axis not in (across, up)]
-    reserved, remark = _reservations(study, (across, up))
+    others = [axis.name for axis in study.swept() if axis not in (x_axis, y_axis)]
+    reservations, remark = _reservations(study, (x_axis, y_axis))
     caption = f"{NOTE} Worst over {wording.sentence_list(others)}." if others else f"{NOTE} Each cell is one case."
     caption += remark
-    if len(between.x):
-        dots = wording.count(len(between.x), "dot")
-        cases = "is a case" if len(between.x) == 1 else "are cases"
-        caption += f" The {dots} between cells {cases} that refine added; crosses exceed a limit."
+    if len(added_cases.x):
+        dots_text = wording.count(len(added_cases.x), "dot")
+        case_phrase = "is a case" if len(added_cases.x) == 1 else "are cases"
+        caption += f" The {dots_text} between cells {case_phrase} that refine added; crosses exceed a limit."
     return Picture(
-        f"Within the limits: {across.name} {wording.TIMES} {up.name}",
+        f"Within the limits: {x_axis.name} {wording.TIMES} {y_axis.name}",
         caption,
-        f"Map of the smallest margin over {across.name} and {up.name}: {passing_cells} of {cells} cells meet all "
+        f"Map of the smallest margin over {x_axis.name} and {y_axis.name}: {passing_cells} of {cells} cells meet all "
         f"limits. {caption}",
-        lambda ax: pass_share.cells(ax, (smallest, failing, reserved), (across, up), between),
+        lambda ax: pass_share.cells(ax, (smallest, failing, reservations), (x_axis, y_axis), added_cases),
         heat_map.SIZE,
     )
 
@@ -254,27 +267,27 @@ def _reservations(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, st
     It is `pass_share.ELSEWHERE` where the design exceeds a limit under some condition, `OPEN` for an open fit, else 0.
     """
     cases = answer_cases(study)
-    grouped = designs.of_cases(cases.axes, cases.column, len(cases.case_ids))
-    fails = np.zeros(len(cases.case_ids))
-    if grouped is not None and any(axis.path in grouped.condition_paths for axis in pair):
-        for margin, members in zip(grouped.margins, grouped.members, strict=True):
-            fails[list(members)] = pass_share.ELSEWHERE * (margin < 0.0)
-    names = [wording.axis_name(path) for path in grouped.condition_paths] if grouped is not None else []
-    remark = f" (ok): met here, but not at every {wording.sentence_list(names)}." if fails.any() else ""
-    states = fits.of_cases(cases)
-    if states is not None and states.undecided and any(axis.path == states.path for axis in pair):
-        fails[np.isin(cases.column(states.path), [fit["mean"] for fit in states.undecided])] = pass_share.OPEN
+    design_groups = designs.of_cases(cases.axes, cases.column, len(cases.case_ids))
+    codes = np.zeros(len(cases.case_ids))
+    if design_groups is not None and any(axis.path in design_groups.condition_paths for axis in pair):
+        for margin, members in zip(design_groups.margins, design_groups.members, strict=True):
+            codes[list(members)] = pass_share.ELSEWHERE * (margin < 0.0)
+    names = [wording.axis_name(path) for path in design_groups.condition_paths] if design_groups is not None else []
+    remark = f" (ok): met here, but not at every {wording.sentence_list(names)}." if codes.any() else ""
+    fit_states = fits.of_cases(cases)
+    if fit_states is not None and fit_states.undecided and any(axis.path == fit_states.path for axis in pair):
+        codes[np.isin(cases.column(fit_states.path), [fit["mean"] for fit in fit_states.undecided])] = pass_share.OPEN
         remark += " open: met at the mean clearance; an end of the fit's tolerance was not covered."
-    return over_other_axes(study, fails, pair, largest), remark
+    return over_other_axes(study, codes, pair, largest), remark
 
 
-def _between(study: Study, exceeded: np.ndarray, across: Axis, up: Axis) -> pass_share.Dots:
+def _added_cases(study: Study, exceeded: np.ndarray, x_axis: Axis, y_axis: Axis) -> pass_share.Dots:
     """Return the finished cases between the values of two axes, added by `refine`."""
-    remark = (study.indices_on(across) < 0) | (study.indices_on(up) < 0)
-    if not remark.any():
+    is_between = (study.indices_on(x_axis) < 0) | (study.indices_on(y_axis) < 0)
+    if not is_between.any():
         return pass_share.Dots(np.zeros(0), np.zeros(0), np.zeros(0, bool))
-    x, y = (_fractional_index(axis, study.cases[axis.path].to_numpy()[remark]) for axis in (across, up))
-    return pass_share.Dots(x, y, exceeded[remark] > 0.0)
+    x, y = (_fractional_index(axis, study.cases[axis.path].to_numpy()[is_between]) for axis in (x_axis, y_axis))
+    return pass_share.Dots(x, y, exceeded[is_between] > 0.0)
 
 
 def _fractional_index(axis: Axis, values: np.ndarray) -> np.ndarray:

@@ -17,7 +17,7 @@ NOTE = (
     "the mean depth, the dot is the deepest place."
 )
 MAPS_NOTE = "The axes are the two swept values with the largest effect on the figure. Each cell shows its worst case."
-GLANCE = (  # of one case
+DETAIL_FIGURES = (  # of one case
     (WEAR_PER_1000_HOURS, "per 1000 h"),
     (WEAR_PER_MILLION_STROKES, "per 10⁶ strokes"),
     ("wear_depth_max", "in the window"),
@@ -25,7 +25,11 @@ GLANCE = (  # of one case
     ("pressure_peak", "peak"),
     ("pv_peak", "pV peak"),
 )
-MAPPED = ((WEAR_PER_1000_HOURS, "wear depth per 1000 h"), ("pressure_peak", "pressure peak"), ("pv_peak", "pV peak"))
+MAPPED_FIGURES = (
+    (WEAR_PER_1000_HOURS, "wear depth per 1000 h"),
+    ("pressure_peak", "pressure peak"),
+    ("pv_peak", "pV peak"),
+)
 
 IN_SPACE = " Maps of joints in space are unrolled: the angle runs across, the body's axis z upwards from its middle."
 IN_SLOT = (
@@ -42,7 +46,11 @@ def sections(study: Study) -> list[Section]:
     for joint in study.joints:
         if joint.wears:
             blocks += _deepest(study, joint)
-            blocks += [Gallery(MAPS_NOTE, _maps(study, joint)), Sentences(_coarse(study, joint)), _table(study, joint)]
+            blocks += [
+                Gallery(MAPS_NOTE, _maps(study, joint)),
+                Sentences(_coarse_bins(study, joint)),
+                _table(study, joint),
+            ]
     return [Section("wear", "Wear", without_empty([Note(_note(study)), *blocks] if blocks else []))]
 
 
@@ -52,15 +60,19 @@ def _note(study: Study) -> str:
     return note + IN_SLOT if slots else note
 
 
-def _coarse(study: Study, joint: Joint) -> list[str]:
+def _coarse_bins(study: Study, joint: Joint) -> list[str]:
     """Return a sentence with the number of cases with too coarse bins and a sufficient number of bins, or []."""
     column = joint.column("wear_bins_enough")
-    bins = next(each.wear_bins for each in study.run.layout.joints if each.name == joint.name)
+    bins = next(joint_layout.wear_bins for joint_layout in study.run.layout.joints if joint_layout.name == joint.name)
     if not study.has(column) or study.cases[column].max() <= bins:
         return []
     coarse = study.cases[column][study.cases[column] > bins]
-    enough, most = int(coarse.max()), simulation.MAX_BINS
-    remedy = f"`bins: {enough}` is enough for all" if enough <= most else f"even {most} bins, the maximum, are too few"
+    bins_needed, max_bins = int(coarse.max()), simulation.MAX_BINS
+    remedy = (
+        f"`bins: {bins_needed}` is enough for all"
+        if bins_needed <= max_bins
+        else f"even {max_bins} bins, the maximum, are too few"
+    )
     return [
         f"In joint {joint.title} {bins} bins are too coarse in {len(coarse):,} of "
         f"{wording.count(len(study.cases), 'case')}: more than 5 % of the wear comes from contact arcs narrower than "
@@ -87,7 +99,7 @@ def _deepest(study: Study, joint: Joint) -> list[Block]:
     if not study.has(column):
         return []
     case_id = study.cases[column].idxmax()
-    figures = [(name, joint.column(figure)) for figure, name in GLANCE if study.has(joint.column(figure))]
+    figures = [(name, joint.column(figure)) for figure, name in DETAIL_FIGURES if study.has(joint.column(figure))]
     deepest = Detail(
         f"Fastest wear, joint {joint.title}",
         case_id,
@@ -96,10 +108,10 @@ def _deepest(study: Study, joint: Joint) -> list[Block]:
         worn.pictures(study, joint, case_id, study.run.wear(case_id)[joint.name]),
         key=f"wear-{joint.name}",
     )
-    choice = worn.selectable_cases(study, joint)
-    return [deepest, choice] if choice else [deepest]
+    selector = worn.selectable_cases(study, joint)
+    return [deepest, selector] if selector else [deepest]
 
 
 def _maps(study: Study, joint: Joint) -> list[Picture]:
     """Return wear depth and wear rate over the most important axes."""
-    return [picture for figure, name in MAPPED for picture in maps.over_axes(study, joint, figure, name)]
+    return [picture for figure, name in MAPPED_FIGURES for picture in maps.over_axes(study, joint, figure, name)]
