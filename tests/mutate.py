@@ -161,7 +161,7 @@ MUTATIONS = (
         IDEALS,
     ),
     Mutation("simulation/ideal.py", "peaks", "np.union1d(equidistant, knots)", "equidistant", IDEALS),
-    Mutation("simulation/heat.py", "at_equilibrium", "converged = run > 0 and ", "converged = ", HEAT),
+    Mutation("simulation/heat.py", "at_equilibrium", "converged = run_index > 0 and ", "converged = ", HEAT),
     Mutation(
         "simulation/heat.py",
         "at_equilibrium",

@@ -12,7 +12,7 @@ from clearsweep.mechanics.joint import dry, lubricated, registry
 from clearsweep.mechanics.joint.contract import JointState, contact_modes, every_latched, load
 from clearsweep.mechanics.joint.film.contract import asperity_load, dry_share
 from clearsweep.mechanics.joint.film.transition import bounds
-from clearsweep.mechanics.joint.offsets import first_place
+from clearsweep.mechanics.joint.offsets import first_offsets
 
 CLEARANCE, RADIUS, ONSET = 50e-6, 0.01, 0.05  # m, m, m/s
 BEGIN, WIDTH = 0.5e-6, 2e-6  # m
@@ -34,7 +34,7 @@ def load_at(term, gap, depth):
     mode = modes.pressed if depth > 0.0 else modes.apart
     latched = np.array([ONSET, *(began for _, began in every_latched((term,)))])
     present = JointState(np.array([math.sqrt(max(depth, 0.0))]), np.array([mode]), latched, 0)
-    return load(term, gap, first_place((term,), 0), present)
+    return load(term, gap, first_offsets((term,), 0), present)
 
 
 def gap_at(depth, angle, moving):

@@ -265,9 +265,9 @@ def test_the_eccentricity_at_first_touch_is_that_at_which_the_gap_closes():
     naive = {(t, d): touched(bearing, journal, t, d) for t in turns for d in range(BINS)}
     (turn, direction), most = max(naive.items(), key=lambda each: each[1])
     assert result.growth == pytest.approx(most - CLEARANCE, rel=1e-6, abs=1e-15)
-    assert result.journal == (result.bearing - turn) % BINS
-    assert abs(result.bearing - direction) < 60
-    depth = bearing[result.bearing] + journal[result.journal]
+    assert result.journal_bin == (result.bearing_bin - turn) % BINS
+    assert abs(result.bearing_bin - direction) < 60
+    depth = bearing[result.bearing_bin] + journal[result.journal_bin]
     assert (CLEARANCE + depth) * result.growth_per_depth == pytest.approx(CLEARANCE + result.growth, rel=1e-12)
 
 

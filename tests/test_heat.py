@@ -43,7 +43,7 @@ def balanced(monkeypatch, width, scatter=0.0):
         tried.append(scene.case.joints[0].film.temperature)
         return np.array([loss(tried[-1]) + scatter * random.standard_normal()]), np.array([width])
 
-    monkeypatch.setattr(heat, "_losses", losses)
+    monkeypatch.setattr(heat, "_mean_losses", losses)
     _, balance = heat.at_equilibrium(clearsweep.load_case(a_film()))
     return balance, tried
 

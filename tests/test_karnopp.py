@@ -95,7 +95,7 @@ def after_guards(state, still, static):
     """Return the modes after all guards at the static limit have been passed."""
     changed = state.copy()
     for j, load in enumerate(still):
-        limit, needed = static * load.contacts[0].normal, load.contacts[0].needed
+        limit, needed = static * load.contacts[0].normal, load.contacts[0].stopping_force
         if state[j] == STUCK and abs(needed) > limit:
             changed[j] = AT_LIMIT_UP if needed > 0.0 else AT_LIMIT_DOWN
         elif state[j] in (AT_LIMIT_UP, AT_LIMIT_DOWN) and (needed if state[j] == AT_LIMIT_UP else -needed) < limit:
@@ -137,11 +137,11 @@ def test_the_force_that_surfaces_need_is_the_same_at_their_limit(joints):
     scene, y, state = moving(*joints)
     pose, relative, loads = looked_at(scene, y, state)
     (solved,) = with_sticking_forces(scene, y, pose, relative, loads, state)
-    assert solved.contacts[0].needed == pytest.approx(solved.contacts[0].tangential, rel=1e-12)
+    assert solved.contacts[0].stopping_force == pytest.approx(solved.contacts[0].tangential, rel=1e-12)
     for mode, sign in ((AT_LIMIT_UP, 1.0), (AT_LIMIT_DOWN, -1.0)):
         (limited,) = with_sticking_forces(scene, y, pose, relative, loads, np.full(1, mode))
         assert limited.contacts[0].tangential == pytest.approx(sign * 0.15 * limited.contacts[0].normal, rel=1e-14)
-        assert limited.contacts[0].needed == pytest.approx(solved.contacts[0].needed, rel=1e-9)
+        assert limited.contacts[0].stopping_force == pytest.approx(solved.contacts[0].stopping_force, rel=1e-9)
 
 
 # ---------------------------------------------------------------------------------------------- in a mechanism

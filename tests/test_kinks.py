@@ -19,8 +19,8 @@ from clearsweep.mechanics.joint.contract import (
     Contact,
     JointState,
     Offsets,
+    guard_quantity,
     guard_values,
-    guarded,
     guards,
     internal_rates,
     load,
@@ -227,7 +227,7 @@ def contact_at(oily, gap):
     """Return the contact of a joint with a film while its surfaces are apart, and its observables for guards."""
     state = JointState(np.zeros(1), np.array([AFLOAT]), np.zeros(1), 0)
     (contact,) = load(oily, gap, Offsets(0, 0, 0, 0), state).contacts
-    return contact, SimpleNamespace(depth=contact.depth, rate=contact.rate, guarded=guarded(contact))
+    return contact, SimpleNamespace(depth=contact.depth, rate=contact.rate, guard_quantity=guard_quantity(contact))
 
 
 def test_the_spin_of_a_film_is_a_kink_whatever_its_asperities_rub():
@@ -256,7 +256,7 @@ def test_the_guard_of_a_spin_is_smooth_however_close_to_the_centre_the_journal_p
 
     def value(x):
         gap = Gap(scale * x, scale * distance, scale * 5.0, scale * (3.0 + 4.0 * x), 10.0, 0.0)
-        return contact_at(oily, gap)[1].guarded
+        return contact_at(oily, gap)[1].guard_quantity
 
     assert value(-1.0) * value(1.0) < 0.0  # its zero is on the path
     assert distance_from_polynomials(value, -1.0, 1.0, parts=1) < 1e-13

@@ -16,7 +16,7 @@ from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint.wear.contract import Worn
 from clearsweep.mechanics.solver import integration
 from clearsweep.simulation import life as lives
-from clearsweep.simulation.life_block import BlockRecord, encoded, read
+from clearsweep.simulation.life_block import BlockRecord, decoded, encoded
 from clearsweep.simulation.observed_run import restore, snapshot_of
 from clearsweep.simulation.run import Run
 from clearsweep.simulation.start import control_of, start_of
@@ -199,11 +199,11 @@ def test_results_of_blocks_are_read_as_they_were_written_and_nothing_else_is():
         for k in range(3)
     ]
     content = encoded(message)
-    again = read(content, 7)
+    again = decoded(content, 7)
     assert len(again) == 3
     for first, other in zip(message, again, strict=True):
         assert all(a.tobytes() == b.tobytes() and a.dtype == b.dtype for a, b in zip(first, other, strict=True))
-    assert read(content, 8) == read(content[:-40], 7) == read(b"", 7) == read(None, 7) == []
+    assert decoded(content, 8) == decoded(content[:-40], 7) == decoded(b"", 7) == decoded(None, 7) == []
 
 
 # ---------------------------------------------------------------------------------------------- motion
@@ -361,7 +361,7 @@ def test_time_that_a_killed_life_took_counts_towards_its_budget(monkeypatch):
     log = Memory(most=2)
     with pytest.raises(KilledError):
         lived(log=log)
-    message = read(log.content, 2 * 72 + 2)
+    message = decoded(log.content, 2 * 72 + 2)
     spent = [each._replace(seconds=np.array([0.1, 1000.0])) for each in message]
     resumed = Memory()
     resumed.content = encoded(spent)

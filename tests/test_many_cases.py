@@ -85,9 +85,9 @@ def test_a_case_leaves_nothing_to_the_next_one_that_uses_its_arrays():
     result = []
     for case in (first, failing, first, implicit, first, fourth, first):
         result.append(simulation.solve(case))
-        assert len(run._spare) == 1
+        assert len(run._released_runs) == 1
     assert [path.status for path in result] == ["ok", "step-budget", *["ok"] * 5]
-    run._spare.clear()
+    run._released_runs.clear()
     anew = simulation.solve(first)
     assert all(same(path, anew) for path in result[::2])
 

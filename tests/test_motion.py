@@ -66,7 +66,7 @@ def plain(scene):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(plain, "_PLAIN", [True])
-        patch.setattr(run, "_spare", [])
+        patch.setattr(run, "_released_runs", [])
         return clearsweep.simulate(scene).summary["energy_residual"]
 
 

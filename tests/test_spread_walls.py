@@ -168,7 +168,7 @@ def test_in_one_plane_the_ends_bear_what_slices_between_them_come_to(lean, loss)
     velocity, spin = np.array([0.05, 0.0, 0.01]), np.array([0.0, 2.0, 0.0])
     gap = gap_of([middle, 0.0, 0.0], [math.sin(lean), 0.0, math.cos(lean)], velocity, spin)
     points = [joints.wall_point(joint.ends, joint, gap, end) for end in joints.ENDS]
-    moving = [velocity + np.cross(spin, np.array(point.at) - [middle, 0.0, 0.0]) for point in points]
+    moving = [velocity + np.cross(spin, np.array(point.position) - [middle, 0.0, 0.0]) for point in points]
     rates = [np.dot(v, point.normal) for v, point in zip(moving, points, strict=True)]
     message = loaded(joint, gap)
     expected = by_slices([point.depth for point in points], rates, 0.75 * (1.0 - 0.7**2) if loss else 0.0, 0.1)
@@ -308,12 +308,12 @@ def test_where_a_journals_end_is_beyond_the_bore_the_edge_of_the_bore_bears(wall
     middle = np.array([2.1e-4, 0.0, 6e-3])  # its +z end is 6 mm beyond the edge
     gap = gap_of(middle, axis)
     out, inside = (joints.wall_point(joint.ends, joint, gap, end) for end in joints.ENDS)
-    assert np.dot(out.at, axis) == pytest.approx(0.01, abs=1e-6)
+    assert np.dot(out.position, axis) == pytest.approx(0.01, abs=1e-6)
     assert out.normal.z == 0.0  # across the journal's axis
-    edge = np.array(out.at) - out.depth * np.array(out.normal)
+    edge = np.array(out.position) - out.depth * np.array(out.normal)
     assert out.depth == pytest.approx(joint.journal_radius - math.hypot(*(edge - middle)[:2]), rel=1e-12)
     assert np.linalg.norm(edge - np.dot(edge, axis) * axis) == pytest.approx(joint.bearing_radius, rel=1e-12)
-    assert inside.at.z == pytest.approx(6e-3 - 0.01, rel=1e-12)
+    assert inside.position.z == pytest.approx(6e-3 - 0.01, rel=1e-12)
     assert np.dot(inside.normal, axis) == pytest.approx(0.0, abs=1e-15)
 
 

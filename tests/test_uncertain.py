@@ -171,7 +171,7 @@ def test_a_further_life_whose_block_fails_is_reported_and_the_other_one_stays():
     aged, block = evolving()
 
     def run(other, state):
-        if other.number == 1 and block.runs > 3:
+        if other.life_index == 1 and block.runs > 3:
             other.failure = "step-budget"
             return None
         return block(other, state)

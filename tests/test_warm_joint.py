@@ -38,7 +38,7 @@ def with_losses(monkeypatch, loss):
     def losses(scene, names):
         return np.array([loss(scene.case.joints[0].clearance)]), np.zeros(1)
 
-    monkeypatch.setattr(heat, "_losses", losses)
+    monkeypatch.setattr(heat, "_mean_losses", losses)
 
 
 def test_a_joint_with_a_constant_loss_settles_where_the_closed_form_says(monkeypatch):

@@ -37,9 +37,9 @@ class Verdict(NamedTuple):
 
     family: str
     law: str
-    rating: str  # HOLDS, DOUBTFUL or OUT
+    rating: str  # SUITABLE, DOUBTFUL or UNSUITABLE
     reason: str
-    merit: Merit | None = None  # what speaks for it
+    merit: Merit | None = None  # rank and reason among suitable laws; None: not ranked
 
 
 class Advice(NamedTuple):
@@ -88,8 +88,12 @@ def laws_text(name: str | None = None) -> str:
 
 def advice_for_joint(joint: Joint, load: float | None) -> Advice:
     """Return the laws that suit a joint under a load (N), which is None if unknown."""
-    dry = (*_elastic(joint, load), *_roughness(joint, load), *_losses(joint)) if joint.is_dry else ()
-    verdicts = (*dry, *_films(joint, load), *_pressures(joint, load))
+    dry = (
+        (*_elastic_verdicts(joint, load), *_roughness_verdicts(joint, load), *_loss_verdicts(joint))
+        if joint.is_dry
+        else ()
+    )
+    verdicts = (*dry, *_film_verdicts(joint, load), *_pressure_verdicts(joint, load))
     return Advice(joint.name, _conditions(joint, load), verdicts)
 
 
@@ -106,11 +110,11 @@ def _conditions(joint: Joint, load: float | None) -> str:
     else:
         phrases.append("no material")
     phrases.append("load unknown before the run" if load is None else f"load {wording.text(load, 'N', 4)}")
-    arc = _arc(joint, load)
+    arc = _half_contact_arc(joint, load)
     return ", ".join(phrases) + (f", half the contact arc {math.degrees(arc):.3g} deg" if arc is not None else "")
 
 
-def _arc(joint: Joint, load: float | None) -> float | None:
+def _half_contact_arc(joint: Joint, load: float | None) -> float | None:
     """Return half the contact arc (rad) of a bearing under `load` (N), by Hertz's line contact."""
     if load is None or not joint.contact.material or not joint.bearing_radius or not joint.length:
         return None
@@ -121,29 +125,29 @@ def _arc(joint: Joint, load: float | None) -> float | None:
 def _doubts(law: Law, joint: Joint, load: float | None) -> list[str]:
     """Return in words the trusted ranges of a law that a joint leaves."""
     slenderness = joint.length / (2.0 * joint.bearing_radius) if joint.length and joint.bearing_radius else None
-    measured = {"arc": _arc(joint, load), "length": joint.length, "length / diameter": slenderness}
-    with_values = [(limit, measured[limit.path]) for limit in law.trusted]
-    outside = [limit for limit, value in with_values if value is not None and not limit.contains(value)]
+    case_values = {"arc": _half_contact_arc(joint, load), "length": joint.length, "length / diameter": slenderness}
+    limits_and_values = [(limit, case_values[limit.path]) for limit in law.trusted]
+    outside = [limit for limit, value in limits_and_values if value is not None and not limit.contains(value)]
     ranges = [f" (trusted for {limit.path} {limit.allowed()})" if limit.high else "" for limit in outside]
     doubts = [f"{limit.reason}{trusted_range}" for limit, trusted_range in zip(outside, ranges, strict=True)]
     return ([law.unsound] if law.unsound else []) + doubts
 
 
-def _elastic(joint: Joint, load: float | None) -> Iterator[Verdict]:
+def _elastic_verdicts(joint: Joint, load: float | None) -> Iterator[Verdict]:
     """Yield the verdicts on the elastic laws."""
     laws = {law.name: law for law in registry.described() if law.family == "elastic"}
     for name, (candidate, objection) in registry.elastic_candidates(joint).items():
         if objection:
             yield Verdict("elastic", name, UNSUITABLE, objection)
             continue
-        measured = "stiffness" in candidate.contact.values and any(
+        is_stiffness_given = "stiffness" in candidate.contact.values and any(
             field.name == "stiffness" for field in laws[name].fields
         )
-        doubts = [] if measured else _doubts(laws[name], joint, load)
+        doubts = [] if is_stiffness_given else _doubts(laws[name], joint, load)
         reason, too_deep = _depth_verdict(candidate, load)
-        reason = reason or ("its stiffness is given" if measured else NO_OBJECTION)
+        reason = reason or ("its stiffness is given" if is_stiffness_given else NO_OBJECTION)
         rating = DOUBTFUL if doubts or too_deep else SUITABLE
-        merit = STIFFNESS_GIVEN if measured else laws[name].merit
+        merit = STIFFNESS_GIVEN if is_stiffness_given else laws[name].merit
         yield Verdict("elastic", name, rating, "; ".join(too_deep + doubts) or reason, merit)
 
 
@@ -156,19 +160,19 @@ def _depth_verdict(joint: Joint, load: float | None) -> tuple[str, list[str]]:
     return depth_text, [f"{depth_text}, valid up to {wording.text(limit, 'm')}"] if depth > limit else []
 
 
-def _roughness(joint: Joint, load: float | None) -> Iterator[Verdict]:
+def _roughness_verdicts(joint: Joint, load: float | None) -> Iterator[Verdict]:
     """Yield the verdicts on the roughness laws if the joint has rough surfaces."""
-    rough = joint.roughness
-    if rough is None or not rough.values:
+    roughness = joint.roughness
+    if roughness is None or not roughness.values:
         return
     for law in (law for law in registry.described() if law.family == "roughness"):
-        reason, too_deep = _depth_verdict(joint._replace(roughness=rough._replace(law=law.name)), load)
+        reason, too_deep = _depth_verdict(joint._replace(roughness=roughness._replace(law=law.name)), load)
         yield Verdict(
             "roughness", law.name, DOUBTFUL if too_deep else SUITABLE, "; ".join(too_deep) or reason or NO_OBJECTION
         )
 
 
-def _films(joint: Joint, load: float | None) -> Iterator[Verdict]:
+def _film_verdicts(joint: Joint, load: float | None) -> Iterator[Verdict]:
     """Yield the verdicts on the film laws if the joint has a film."""
     for law in (law for law in registry.described() if law.family == "film" and joint.film):
         assert joint.length is not None  # a film needs both
@@ -181,7 +185,7 @@ def _films(joint: Joint, load: float | None) -> Iterator[Verdict]:
         yield Verdict("film", law.name, rating, objection or "; ".join(doubts) or NO_OBJECTION)
 
 
-def _losses(joint: Joint) -> Iterator[Verdict]:
+def _loss_verdicts(joint: Joint) -> Iterator[Verdict]:
     """Yield the verdicts on the laws of the normal force, by the restitution of the joint."""
     required = joint.contact.values.get("restitution")
     for law in (law for law in registry.described() if law.family == "law"):
@@ -211,7 +215,7 @@ def _missing_keys(law: Law, joint: Joint) -> list[str]:
     return [field.name for field in required if field.name not in available]
 
 
-def _pressures(joint: Joint, load: float | None) -> Iterator[Verdict]:
+def _pressure_verdicts(joint: Joint, load: float | None) -> Iterator[Verdict]:
     """Yield the verdicts on the pressure laws of wear if the joint wears."""
     for law in (law for law in registry.described() if law.family == "pressure" and joint.wear):
         modulus = joint.contact.material or (joint.wear and joint.wear.values.get("pressure_modulus"))

@@ -48,18 +48,18 @@ class ScheduledClock(NamedTuple):
         angle = 2.0 * math.pi * revolutions
         row = int(np.searchsorted(self.angles, angle, side="right")) - 1
         row = min(max(row, 0), len(self.times) - 1)
-        remainder, speed = angle - self.angles[row], self.speeds[row]
-        if remainder == 0.0:
+        remaining_angle, speed = angle - self.angles[row], self.speeds[row]
+        if remaining_angle == 0.0:
             return float(self.times[row])
         if row == len(self.times) - 1:
-            return float(self.times[row] + remainder / speed) if speed > 0.0 else math.inf
-        slope = (self.speeds[row + 1] - speed) / (self.times[row + 1] - self.times[row])
-        root = math.sqrt(max(speed * speed + 2.0 * slope * remainder, 0.0))
-        return float(self.times[row] + 2.0 * remainder / (speed + root))
+            return float(self.times[row] + remaining_angle / speed) if speed > 0.0 else math.inf
+        acceleration = (self.speeds[row + 1] - speed) / (self.times[row + 1] - self.times[row])
+        end_speed = math.sqrt(max(speed * speed + 2.0 * acceleration * remaining_angle, 0.0))
+        return float(self.times[row] + 2.0 * remaining_angle / (speed + end_speed))
 
     def values_after(self, revolutions: np.ndarray) -> np.ndarray:
         """Return the times (s) after arrays of revolutions."""
-        return np.array([self.value_after(each) for each in revolutions])
+        return np.array([self.value_after(turns) for turns in revolutions])
 
 
 class FreeClock(NamedTuple):

@@ -32,16 +32,16 @@ def solve_each(cases: Iterable[Case]) -> Iterator[IndexedResult]:
     Figures of plain cases are computed for many cases at a time, which halves the time.
     """
     pending: list[PendingResult] = []
-    reported = time.process_time()
+    last_report = time.process_time()
     for index, case in enumerate(cases):
         try:
             begin = time.perf_counter()
             scene = build(case)
             if is_plain(scene):
                 pending.append(_integrate_plain(index, scene, begin))
-                if time.process_time() - reported > REPORT_INTERVAL:
+                if time.process_time() - last_report > REPORT_INTERVAL:
                     yield from _results(pending)
-                    pending, reported = [], time.process_time()
+                    pending, last_report = [], time.process_time()
                 continue
             result: Trajectory | Exception = simulate(scene)
         except Exception as error:
@@ -61,7 +61,7 @@ def _integrate_plain(index: int, scene: Scene, begin: float) -> PendingResult:
     """Return a plain scene with its integration; building it began at `begin` (s)."""
     scene = with_deadline(scene)
     horizon = horizon_of(scene)
-    run = initial_run(scene, horizon.times, turned=False, marks=horizon.marks)
+    run = initial_run(scene, horizon.times, in_angles=False, marks=horizon.marks)
     build_time = time.perf_counter() - begin
     integrate(scene, run, horizon.end, keep_events=keeps_events(scene, horizon.times))
     outcome = outcome_of(scene, run, horizon.end)
@@ -72,17 +72,17 @@ def _integrate_plain(index: int, scene: Scene, begin: float) -> PendingResult:
 def _results(pending: list[PendingResult]) -> Iterator[IndexedResult]:
     """Yield the results of cases."""
     try:
-        periods = iter(periods_of([finished.outcome for finished in pending]))
+        periods = iter(periods_of([pending_case.outcome for pending_case in pending]))
     except Exception:  # one of them has failed: each is reported by itself
         periods = None
-    for finished in pending:
+    for pending_case in pending:
         begin = time.perf_counter()
         try:
-            period = next(periods) if periods else periods_of([finished.outcome])[0]
-            result: Trajectory | Exception = to_trajectory(finished.outcome, period)
+            period = next(periods) if periods else periods_of([pending_case.outcome])[0]
+            result: Trajectory | Exception = to_trajectory(pending_case.outcome, period)
             assert isinstance(result, Trajectory)
-            result.summary[SETUP.name] = finished.build_time + time.perf_counter() - begin
-            result = with_limits(finished.outcome.scene, result)
+            result.summary[SETUP.name] = pending_case.build_time + time.perf_counter() - begin
+            result = with_limits(pending_case.outcome.scene, result)
         except Exception as error:
             result = error
-        yield finished.case_index, result
+        yield pending_case.case_index, result

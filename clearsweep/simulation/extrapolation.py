@@ -217,9 +217,11 @@ def _interval(
     floor = MIN_RELATIVE_GROWTH * settings.limit / total
     growth_rates = [max(float(slope @ node.rate), floor) for slope, node in zip(slopes, nodes, strict=True)]
     weights: dict[int, float] = {}  # per block: revolutions to which its rate applies, times its relative error
-    for k, turns in enumerate(_revolutions_by_block(nodes, jump)):
-        block = nodes[k].block
-        weights[id(block)] = weights.get(id(block), 0.0) + turns * _rate_half_width(slopes[k], block) / growth_rates[k]
+    for index, turns in enumerate(_revolutions_by_block(nodes, jump)):
+        block = nodes[index].block
+        weights[id(block)] = (
+            weights.get(id(block), 0.0) + turns * _rate_half_width(slopes[index], block) / growth_rates[index]
+        )
     spread = (math.fsum(weights.values()) if settings.identical_blocks else math.hypot(*weights.values())) / total
     error = abs(_change_without_every_other(nodes, slopes, growth_rates)) / total
     half_width = math.hypot(spread, error)
@@ -250,11 +252,11 @@ def _drift_bias(nodes: list[Node], growth_rates: list[float]) -> float:
 def _revolutions_by_block(nodes: list[Node], jump: float | None) -> list[float]:
     """Return the revolutions to which each node's block applies; the last jump may have been longer."""
     turns_by_block = [0.0] * len(nodes)
-    for k in range(len(nodes) - 1):
-        turns = nodes[k + 1].revolutions - nodes[k].revolutions
-        half_square = 0.5 * turns * turns / (jump if jump and k == len(nodes) - 2 else turns)
-        turns_by_block[k] += turns - half_square
-        turns_by_block[k + 1] += half_square
+    for index in range(len(nodes) - 1):
+        turns = nodes[index + 1].revolutions - nodes[index].revolutions
+        half_square = 0.5 * turns * turns / (jump if jump and index == len(nodes) - 2 else turns)
+        turns_by_block[index] += turns - half_square
+        turns_by_block[index + 1] += half_square
     return turns_by_block
 
 
@@ -270,11 +272,11 @@ def _change_without_every_other(nodes: list[Node], slopes: list[np.ndarray], gro
     slopes, growth_rates : derivatives of the limited quantity at the end of each jump, and its rate at each node
     """
     last = len(nodes) - 1
-    kept = sorted({0, *range(last, -1, -2)})
+    remaining_nodes = sorted({0, *range(last, -1, -2)})
     total = 0.0
-    for k, m in itertools.pairwise(kept):
-        node, next_node = nodes[k], nodes[m]
+    for start, end in itertools.pairwise(remaining_nodes):
+        node, next_node = nodes[start], nodes[end]
         rates = node.rate + (next_node.rate if last > 1 else node.rate)
         change = 0.5 * (next_node.revolutions - node.revolutions) * rates - (next_node.state - node.state)
-        total += float(slopes[m - 1] @ change) / growth_rates[m]
+        total += float(slopes[end - 1] @ change) / growth_rates[end]
     return total

@@ -9,8 +9,8 @@ class Touch(NamedTuple):
     """The largest eccentricity of a journal before its surfaces touch."""
 
     growth: float  # m, eccentricity minus the clearance of the unworn joint
-    bearing: int  # bins in contact there
-    journal: int
+    bearing_bin: int  # bins in contact there
+    journal_bin: int
     growth_per_depth: (
         float  # growth of the eccentricity per depth worn there: 1 / cos of the angle between both directions
     )
@@ -29,23 +29,26 @@ def first_touch(clearance: float, bearing: np.ndarray, journal: np.ndarray, rela
     bins = len(bearing)
     bin_shifts = np.unique(np.round(np.asarray(relative_angles) * bins / (2.0 * np.pi)).astype(int) % bins)
     bin_numbers = np.arange(bins)
-    on_journal = (
+    facing_bin = (
         bin_numbers - bin_shifts[:, None]
-    ) % bins  # (turns, bins) bin of the journal that faces each bin of the bearing
-    gap = clearance + bearing + journal[on_journal]
+    ) % bins  # (rotations, bins) bin of the journal that faces each bin of the bearing
+    gap = clearance + bearing + journal[facing_bin]
     bins_in_reach = int(np.arccos(clearance / gap.max()) * bins / (2.0 * np.pi)) + 1  # no first touch beyond this angle
-    offsets = [k for k in range(-bins_in_reach, bins_in_reach + 1) if 4 * abs(k) < bins]
-    smallest, at_step = gap.copy(), np.zeros(gap.shape, int)
-    for k in offsets:
-        eccentricity = np.roll(gap, -k, axis=1) / np.cos(2.0 * np.pi * k / bins)
+    offsets = [bin_offset for bin_offset in range(-bins_in_reach, bins_in_reach + 1) if 4 * abs(bin_offset) < bins]
+    smallest, offset_of_smallest = gap.copy(), np.zeros(gap.shape, int)
+    for bin_offset in offsets:
+        eccentricity = np.roll(gap, -bin_offset, axis=1) / np.cos(2.0 * np.pi * bin_offset / bins)
         is_smaller = eccentricity < smallest
-        smallest[is_smaller], at_step[is_smaller] = eccentricity[is_smaller], k
-    turn, direction = np.unravel_index(int(np.argmax(smallest)), smallest.shape)
-    offset = int(at_step[turn, direction])
-    touched = int((direction + offset) % bins)
+        smallest[is_smaller], offset_of_smallest[is_smaller] = eccentricity[is_smaller], bin_offset
+    rotation, direction = np.unravel_index(int(np.argmax(smallest)), smallest.shape)
+    offset = int(offset_of_smallest[rotation, direction])
+    bearing_bin = int((direction + offset) % bins)
     growth_per_depth = float(1.0 / np.cos(2.0 * np.pi * offset / bins))
     return Touch(
-        float(smallest[turn, direction]) - clearance, touched, int(on_journal[turn, touched]), growth_per_depth
+        float(smallest[rotation, direction]) - clearance,
+        bearing_bin,
+        int(facing_bin[rotation, bearing_bin]),
+        growth_per_depth,
     )
 
 
@@ -54,5 +57,5 @@ def first_touch_in_slot(bearing: np.ndarray, journal: np.ndarray) -> Touch:
 
     bearing, journal : (bins,) m, depth of each bin; the bins of the wall follow its arc length
     """
-    on_bearing, on_journal = int(np.argmax(bearing)), int(np.argmax(journal))
-    return Touch(float(bearing[on_bearing] + journal[on_journal]), on_bearing, on_journal, 1.0)
+    bearing_bin, journal_bin = int(np.argmax(bearing)), int(np.argmax(journal))
+    return Touch(float(bearing[bearing_bin] + journal[journal_bin]), bearing_bin, journal_bin, 1.0)

@@ -4,8 +4,8 @@ The warmer the oil of a joint, the thinner it is; the warmer a dry joint, the wi
 temperature is that of equilibrium, T = ambient + mean loss / conductance of every joint with a heat balance; the hours
 of warming up are left out. The case is run at a temperature, and its loss gives the next one by the secant method
 until both agree within ABSOLUTE_TOLERANCE or RELATIVE_TOLERANCE of the rise above ambient. After STRICT_RUNS runs a
-difference within the scatter of the revolutions is also accepted, up to DOUBTFUL of the rise. The first guess, the
-ambient temperature, is never accepted.
+difference within the scatter of the revolutions is also accepted, up to DOUBTFUL_WIDTH of the rise. The first guess,
+the ambient temperature, is never accepted.
 """
 
 import dataclasses
@@ -40,12 +40,12 @@ class Balance(NamedTuple):
     width: dict[str, float]  # K, half-width of the 95 % interval; inf: too few revolutions
     rise: dict[str, float]  # K, above ambient
     converged: bool
-    cold: tuple[Joint, ...]  # no joint has a heat balance
+    cold: tuple[Joint, ...]  # joints as in the grid, before any temperature is applied
     implied: dict[str, float]  # K, implied by the last loss
     seized: tuple[str, ...]  # column names of dry joints whose clearance closes before equilibrium
 
     def doubtful(self) -> dict[str, tuple[float, float, float]]:
-        """Return temperature, half-width and rise (K) of every joint with a DOUBTFUL temperature."""
+        """Return temperature, half-width and rise (K) of each joint with a half-width above its DOUBTFUL_WIDTH."""
         return {
             joint: (self.temperature[joint], width, self.rise[joint])
             for joint, width in self.width.items()
@@ -84,54 +84,61 @@ def at_equilibrium(scene: Scene) -> tuple[Scene, Balance]:
     If a run fails, its scene is returned.
     """
     joints = [joint for joint in scene.case.joints if joint.balance]
-    names, cold = [joint.column for joint in joints], scene
+    names, cold_scene = [joint.column for joint in joints], scene
     balances = [joint.balance for joint in joints if joint.balance]
     ambient = np.array([thermal.ambient for thermal in balances])
     conductance = np.array([thermal.conductance for thermal in balances])
-    dry, seizure = np.array([joint.film is None for joint in joints]), np.array(list(map(_seizure_temperature, joints)))
-    current, last, residual = np.minimum(ambient, seizure), ambient.copy(), np.zeros(len(names))
+    is_dry, seizure = (
+        np.array([joint.film is None for joint in joints]),
+        np.array(list(map(_seizure_temperature, joints))),
+    )
+    temperatures, last_temperatures, residual = np.minimum(ambient, seizure), ambient.copy(), np.zeros(len(names))
     width, converged, implied_temperatures = np.full(len(names), math.inf), False, ambient
-    for run in range(MAX_RUNS):
-        scene = at_temperatures(cold, dict(zip(names, current, strict=True)))
-        measured = _losses(scene, names)
-        if measured is None:
+    for run_index in range(MAX_RUNS):
+        scene = at_temperatures(cold_scene, dict(zip(names, temperatures, strict=True)))
+        loss_and_width = _mean_losses(scene, names)
+        if loss_and_width is None:
             break
-        loss, width = measured
+        loss, width = loss_and_width
         implied_temperatures, width = ambient + loss / conductance, width / conductance
-        previous, residual = residual, np.minimum(implied_temperatures, seizure) - current
+        last_residual, residual = residual, np.minimum(implied_temperatures, seizure) - temperatures
         accuracy = np.maximum(ABSOLUTE_TOLERANCE, RELATIVE_TOLERANCE * (implied_temperatures - ambient))
-        if run < EARLY_RUNS:
-            accuracy = np.where(dry, DRY_TOLERANCE * (implied_temperatures - ambient), accuracy)
-        if run >= STRICT_RUNS:
+        if run_index < EARLY_RUNS:
+            accuracy = np.where(is_dry, DRY_TOLERANCE * (implied_temperatures - ambient), accuracy)
+        if run_index >= STRICT_RUNS:
             accuracy = np.maximum(accuracy, np.minimum(width, DOUBTFUL_WIDTH * (implied_temperatures - ambient)))
-        converged = run > 0 and bool(np.all(np.abs(residual) <= accuracy))
-        if converged or run == MAX_RUNS - 1:
+        converged = run_index > 0 and bool(np.all(np.abs(residual) <= accuracy))
+        if converged or run_index == MAX_RUNS - 1:
             break
-        step = np.where(dry, 1.0, FILM_DAMPING) * residual
-        if run:
-            residual_change = residual - previous
-            temperature_change = current - last
+        step = np.where(is_dry, 1.0, FILM_DAMPING) * residual
+        if run_index:
+            residual_change = residual - last_residual
+            temperature_change = temperatures - last_temperatures
             secant = np.where(
                 residual_change * temperature_change < 0.0,
                 -residual * temperature_change / np.where(residual_change == 0.0, 1.0, residual_change),
                 step,
             )
             step = np.clip(secant, -2.0 * np.abs(residual), 2.0 * np.abs(residual))
-        last, current = current, np.minimum(np.maximum(current + step, ambient), seizure)
+        last_temperatures, temperatures = temperatures, np.minimum(np.maximum(temperatures + step, ambient), seizure)
     temperature, half_width, rise, implied = (
         dict(zip(names, map(float, values), strict=True))
-        for values in (current, width, current - ambient, implied_temperatures)
+        for values in (temperatures, width, temperatures - ambient, implied_temperatures)
     )
-    closed = tuple(joint.column for joint in joints if _is_closed(joint, implied[joint.column]))
-    return scene, Balance(temperature, half_width, rise, converged, cold.case.joints, implied, closed)
+    closed_joints = tuple(joint.column for joint in joints if _is_closed(joint, implied[joint.column]))
+    return scene, Balance(temperature, half_width, rise, converged, cold_scene.case.joints, implied, closed_joints)
 
 
 def _seizure_temperature(joint: Joint) -> float:
     """Return the temperature (K) at which SEIZED_CLEARANCE of a joint's clearance is left; inf if it never closes."""
     if not joint.thermal:
         return math.inf
-    narrower = (joint.thermal.journal - joint.thermal.bearing) * (joint.bearing_radius or 0.0)
-    return COLD + (1.0 - SEIZED_CLEARANCE) * joint.clearance / narrower if narrower > 0.0 else math.inf
+    clearance_loss_rate = (joint.thermal.journal - joint.thermal.bearing) * (joint.bearing_radius or 0.0)
+    return (
+        COLD + (1.0 - SEIZED_CLEARANCE) * joint.clearance / clearance_loss_rate
+        if clearance_loss_rate > 0.0
+        else math.inf
+    )
 
 
 def _is_closed(joint: Joint, temperature: float) -> bool:
@@ -142,13 +149,13 @@ def _is_closed(joint: Joint, temperature: float) -> bool:
 def at_temperatures(scene: Scene, temperatures: dict[str, float]) -> Scene:
     """Return the scene with some joints at other temperatures (K): the oil of a film, the bodies of a dry joint."""
     joints = tuple(
-        _warm(joint, temperatures[joint.column]) if joint.column in temperatures else joint
+        _joint_at_temperature(joint, temperatures[joint.column]) if joint.column in temperatures else joint
         for joint in scene.case.joints
     )
     return dataclasses.replace(build(scene.case._replace(joints=joints), scene.worn), deadline=scene.deadline)
 
 
-def _warm(joint: Joint, temperature: float) -> Joint:
+def _joint_at_temperature(joint: Joint, temperature: float) -> Joint:
     if joint.film is None:
         return joint._replace(clearance=joint.warm_clearance(temperature), temperature=temperature)
     assert joint.film.oil is not None  # only films of a known oil
@@ -156,13 +163,13 @@ def _warm(joint: Joint, temperature: float) -> Joint:
     return joint._replace(film=joint.film._replace(temperature=temperature, viscosity=viscosity))
 
 
-def _losses(scene: Scene, names: list[str]) -> tuple[np.ndarray, np.ndarray] | None:
+def _mean_losses(scene: Scene, names: list[str]) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the mean loss (W) of joints over the window and half of its 95 % interval, or None if the run failed."""
     observed = [(row, joint) for row, joint in enumerate(scene.layout.joints) if joint.name in names]
     energies = {row: "heat" if joint.film else "friction_energy" for row, joint in observed}
     settings, observer = scene.case.simulate, HeatObserver(scene.layout, energies)
     end = scene.crank_clock.value_after(settings.revolutions)
-    run = integration_of(scene, np.empty(0), end, (observer,), turned=True)
+    run = integration_of(scene, np.empty(0), end, (observer,), in_angles=True)
     if run.status != integration.OK:
         return None
     observer.observe(run.work)

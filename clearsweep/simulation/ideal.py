@@ -43,15 +43,15 @@ def ideal_peaks(case: Case, machine: Machine | None = None) -> Mapping[str, floa
     if not mechanism.machine:
         return {}
     machine, turn_range = machine or mechanism.machine(case), _turn_range(case)
-    return _peaks(planar.key_of(machine), turn_range, _knots(case, turn_range), planar.Alike(machine))
+    return _cached_peaks(planar.key_of(machine), turn_range, _knots(case, turn_range), planar.Alike(machine))
 
 
 def _turn_range(case: Case) -> tuple[float, float]:
     """Return the revolutions over which the ideal mechanism is evaluated: one period, or else the window."""
     tables = [load.table for load in case.loads if load.table]
     is_free = case.outline.free or (case.drive is not None and case.drive.table is not None)
-    repeats = not is_free and not any("time" in table for table in tables)
-    if not repeats:
+    is_periodic = not is_free and not any("time" in table for table in tables)
+    if not is_periodic:
         return case.simulate.discard, case.simulate.revolutions
     spans = [table["crank_angle"][-1] - table["crank_angle"][0] for table in tables]
     return 0.0, float(max([1, *(round(span / (2.0 * math.pi)) for span in spans)]))
@@ -64,20 +64,20 @@ def _knots(case: Case, turn_range: tuple[float, float]) -> tuple[float, ...]:
     knots: list[float] = []
     for table in [load.table for load in case.loads if load.table]:
         if "crank_angle" in table:
-            rows = np.array(table["crank_angle"]) - case.drive.start_angle
-            span = rows[-1] - rows[0]
-            turns = np.arange(math.floor((begin - rows[-1]) / span), math.ceil((end - rows[0]) / span) + 1)
-            rows = np.add.outer(span * turns, rows).ravel()
+            row_angles = np.array(table["crank_angle"]) - case.drive.start_angle
+            span = row_angles[-1] - row_angles[0]
+            turns = np.arange(math.floor((begin - row_angles[-1]) / span), math.ceil((end - row_angles[0]) / span) + 1)
+            row_angles = np.add.outer(span * turns, row_angles).ravel()
         elif case.outline.free or case.drive.table is not None:
             continue
         else:
-            rows = case.drive.speed * np.array(table["time"])
-        knots += rows[(rows > begin) & (rows < end)].tolist()
+            row_angles = case.drive.speed * np.array(table["time"])
+        knots += row_angles[(row_angles > begin) & (row_angles < end)].tolist()
     return tuple(knots)
 
 
 @functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
-def _peaks(
+def _cached_peaks(
     key: bytes, turn_range: tuple[float, float], knots: tuple[float, ...], machine: planar.Alike
 ) -> Mapping[str, float]:
     start = machine.value.drive.start_angle

@@ -19,7 +19,7 @@ from ..mechanics.joint import registry
 from ..mechanics.joint.wear.contract import Worn
 from .extrapolation import Life, Node, StepControl
 from .first_touch import Touch, first_touch, first_touch_in_slot
-from .life_block import BlockRecord, Log, WornJoint, encoded, read, worn_joints_of
+from .life_block import BlockRecord, Log, WornJoint, decoded, encoded, worn_joints_of
 from .progress import Life as LifePhase
 from .progress import LifeLimits
 from .scene import Scene, build
@@ -34,21 +34,27 @@ HOUR = 3600.0  # s
 class LifeRun:
     """Wear of a case: the worn state, a vector; the blocks that give its rates; the figures of its life."""
 
-    def __init__(self, scene: Scene, log: Log | None, number: int = 0, name: str = ""):
+    def __init__(self, scene: Scene, log: Log | None, life_index: int = 0, name: str = ""):
         """Prepare for the unworn scene; `log` stores the results of blocks.
 
-        number : index among the lives of the case, 0 for its own.  They share a log and are run one by one.
+        life_index : index among the lives of the case, 0 for its own.  They share a log and are run one by one.
         name : name of a further life, for progress messages
         """
         assert scene.case.life is not None  # only for cases with a life
         self.scene, self.log, self.life, self.worn_joints = scene, log, scene.case.life, worn_joints_of(scene.case)
         self.size = self.worn_joints[-1].sliding_distance + 2
-        self.number, self.lives, self.failure = number, number, ""  # status of a block that failed
-        stored = read(log.read() if log else None, self.size)
-        self.earlier_records = [record for record in stored if record.life < number]
-        self.records = [record for record in stored if record.life == number]
-        self.recalled = 0  # blocks requested in this process
-        self.seconds_before = float(stored[-1].seconds[1]) if stored else 0.0  # s, processor time of earlier processes
+        self.life_index, self.last_life_index, self.failure = (
+            life_index,
+            life_index,
+            "",
+        )  # status of a block that failed
+        stored_blocks = decoded(log.read() if log else None, self.size)
+        self.records_of_earlier_lives = [record for record in stored_blocks if record.life < life_index]
+        self.records = [record for record in stored_blocks if record.life == life_index]
+        self.blocks_requested = 0  # blocks requested in this process
+        self.seconds_before = (
+            float(stored_blocks[-1].seconds[1]) if stored_blocks else 0.0
+        )  # s, processor time of earlier processes
         self.start = np.zeros(self.size)
         self.target = next(worn for worn in self.worn_joints if worn.name == self.life.joint)
         most_wear = FIRST_WEAR * min(joint.clearance for joint in scene.case.joints)
@@ -58,14 +64,14 @@ class LifeRun:
         if (
             scene.case.uncertain and not self.constant_rates
         ):  # if rates are constant, one block also gives the further lives
-            limits = limits._replace(further_lives=BOUNDING_LIVES - number)
+            limits = limits._replace(further_lives=BOUNDING_LIVES - life_index)
         self.progress = LifePhase(limits, len(self.records), name)
 
     def bounding(self, case: Case, name: str) -> "LifeRun":
         """Return the LifeRun of another case as the next life, with the processor time and log of this one."""
-        self.lives += 1
+        self.last_life_index += 1
         scene = dataclasses.replace(build(case), deadline=self.scene.deadline, verdict=self.scene.verdict)
-        bounding_run = LifeRun(scene, self.log, self.lives, name)
+        bounding_run = LifeRun(scene, self.log, self.last_life_index, name)
         bounding_run.seconds_before = self.seconds_before
         return bounding_run
 
@@ -112,59 +118,61 @@ class LifeRun:
         """Return the wear of a joint in a worn state."""
         return Worn(state[worn.bearing], state[worn.journal], state[worn.sliding_distance])
 
-    def recall(self, state: np.ndarray) -> BlockRecord | None:
+    def next_stored_block(self, state: np.ndarray) -> BlockRecord | None:
         """Return the result of the next block from an earlier process, or None if it has not been run."""
-        if self.recalled == len(self.records):
+        if self.blocks_requested == len(self.records):
             return None
-        self.recalled += 1
+        self.blocks_requested += 1
         self.progress.reached(self.value(state))
-        return self.records[self.recalled - 1]
+        return self.records[self.blocks_requested - 1]
 
     def keep(self, record: BlockRecord, state: np.ndarray) -> None:
         """Append the result of a block, run in the worn state `state`, to the log."""
-        self.records.append(record._replace(life=self.number))
+        self.records.append(record._replace(life=self.life_index))
         self.progress.reached(self.value(state))
-        self.recalled += 1
+        self.blocks_requested += 1
         if self.log:
-            self.log.keep(encoded([*self.earlier_records, *self.records]))
+            self.log.keep(encoded([*self.records_of_earlier_lives, *self.records]))
 
-    def measured(
-        self, run: Callable[["LifeRun", np.ndarray], BlockRecord | None]
+    def logged(
+        self, run_block: Callable[["LifeRun", np.ndarray], BlockRecord | None]
     ) -> Callable[[np.ndarray], BlockRecord | None]:
-        """Return a function that runs the next block by `run` and logs it, or reads it from the log."""
+        """Return a function that runs the next block by `run_block` and logs it, or reads it from the log."""
 
         def measure(state: np.ndarray) -> BlockRecord | None:
-            if (stored := self.recall(state)) is not None:
+            if (stored := self.next_stored_block(state)) is not None:
                 return stored
-            record = run(self, state)
+            record = run_block(self, state)
             if record:
                 self.keep(record, state)
             return record
 
         return measure
 
-    def touch(self, worn: WornJoint, state: np.ndarray) -> Touch:
+    def first_touch_at(self, worn: WornJoint, state: np.ndarray) -> Touch:
         """Return the largest eccentricity of a joint before its surfaces touch."""
-        joint, turned = (
+        joint, relative_angles = (
             self.scene.case.joints[worn.joint_index],
             self.records[0].turned[:, worn.joint_index],
         )
         if joint.slot_length is not None:
             return first_touch_in_slot(state[worn.bearing], state[worn.journal])
-        return first_touch(joint.clearance, state[worn.bearing], state[worn.journal], turned)
+        return first_touch(joint.clearance, state[worn.bearing], state[worn.journal], relative_angles)
 
     def value(self, state: np.ndarray) -> float:
         """Return the limited quantity (m) of a worn state."""
         if self.life.of == "clearance_growth":
-            return self.touch(self.target, state).growth
+            return self.first_touch_at(self.target, state).growth
         return float(state[self.target.all_bins].max())
 
     def slope(self, state: np.ndarray) -> np.ndarray:
         """Return the derivatives (n,) of the limited quantity."""
         slope, worn = np.zeros(self.size), self.target
         if self.life.of == "clearance_growth":
-            touch = self.touch(worn, state)
-            slope[[worn.bearing.start + touch.bearing, worn.journal.start + touch.journal]] = touch.growth_per_depth
+            touch = self.first_touch_at(worn, state)
+            slope[[worn.bearing.start + touch.bearing_bin, worn.journal.start + touch.journal_bin]] = (
+                touch.growth_per_depth
+            )
         else:
             slope[worn.first + int(np.argmax(state[worn.all_bins]))] = 1.0
         return slope
@@ -189,7 +197,8 @@ class LifeRun:
             for worn, width in zip(self.worn_joints, self.smoothing(last_node.state), strict=True)
         }
         numbers |= {
-            f"{worn.column}_clearance_growth": self.touch(worn, last_node.state).growth for worn in self.worn_joints
+            f"{worn.column}_clearance_growth": self.first_touch_at(worn, last_node.state).growth
+            for worn in self.worn_joints
         }
         figures: dict[str, float | int | None] = {
             name: float(value) if math.isfinite(value) else None for name, value in numbers.items()
@@ -207,9 +216,9 @@ class LifeRun:
         A remark that does not apply is ''.
         """
         widths = zip([worn.name for worn in self.worn_joints], self.smoothing(life.nodes[-1].state), strict=True)
-        return self._unreached(life), smoothed(widths)
+        return self._reason_unreached(life), smoothed(widths)
 
-    def _unreached(self, life: Life) -> str:
+    def _reason_unreached(self, life: Life) -> str:
         """Return why a life did not reach its limit, or '' if it did."""
         if life.reached:
             return ""
@@ -241,7 +250,8 @@ class LifeRun:
         """Return the values of a joint at a node of the history."""
         return {
             "wear_depth_max": float(node.state[worn.all_bins].max()),
-            "clearance": self.scene.case.joints[worn.joint_index].clearance + self.touch(worn, node.state).growth,
+            "clearance": self.scene.case.joints[worn.joint_index].clearance
+            + self.first_touch_at(worn, node.state).growth,
             "force_peak": float(node.block.force_peak[worn.joint_index]),
             "wear_rate": float(node.rate[worn.all_bins].max() / node.rate[-1]),
         }

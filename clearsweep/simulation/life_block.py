@@ -51,12 +51,12 @@ class WornJoint(NamedTuple):
 
 def worn_joints_of(case: Case) -> tuple[WornJoint, ...]:
     """Return the joints with wear; the worn state is the bins of all, their sliding distances, then the time."""
-    wearing = [(index, joint, joint.wear) for index, joint in enumerate(case.joints) if joint.wear]
-    bins = [min(wear.bins, MAX_BINS) for *_, wear in wearing]
-    firsts = [2 * sum(bins[:k]) for k in range(len(bins))]
+    joints_with_wear = [(index, joint, joint.wear) for index, joint in enumerate(case.joints) if joint.wear]
+    bins = [min(wear.bins, MAX_BINS) for *_, wear in joints_with_wear]
+    first_bins = [2 * sum(bins[:k]) for k in range(len(bins))]
     return tuple(
-        WornJoint(index, joint.name, joint.column, bins[k], firsts[k], 2 * sum(bins) + k)
-        for k, (index, joint, _) in enumerate(wearing)
+        WornJoint(index, joint.name, joint.column, bins[k], first_bins[k], 2 * sum(bins) + k)
+        for k, (index, joint, _) in enumerate(joints_with_wear)
     )
 
 
@@ -82,22 +82,22 @@ class RateObserver:
         """Prepare for a block of `scene`."""
         case, save = scene.case, scene.case.save
         assert case.life is not None  # asked of cases that have one
-        self.target, self.tolerance = wear_rate(case.life.column), case.life.tolerance
-        self.blocks = Blocks(scene.layout, [wear_rate(worn.column) for worn in worn_joints_of(case)])
+        self.target, self.tolerance = wear_rate_column(case.life.column), case.life.tolerance
+        self.blocks = Blocks(scene.layout, [wear_rate_column(worn.column) for worn in worn_joints_of(case)])
         self.discard, self.min_revolutions, self.observations = case.simulate.discard, case.simulate.revolutions, 0
         self.revolutions = self.discard
         self.mechanism, self.sides = scene.value.mechanism, [joint.side for joint in scene.value.joints]
-        self.turned: list[list[float]] = []
+        self.relative_angles: list[list[float]] = []
         self.interval: Interval | None = None
         # snapshots, oldest first, from which the saved revolutions can be repeated
-        self.starts: deque[Snapshot] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
+        self.snapshots: deque[Snapshot] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
 
     def observe(self, work: Work) -> bool:
         """Return whether the block may end with this revolution."""
         phase, self.observations = self.observations % PHASES, self.observations + 1
-        if len(self.turned) < PHASES:
+        if len(self.relative_angles) < PHASES:
             angles = body_angles(self.mechanism, work.y)
-            self.turned.append(
+            self.relative_angles.append(
                 [
                     side * (journal_angle - bearing_angle)
                     for side, (bearing_angle, journal_angle) in zip(self.sides, angles, strict=True)
@@ -105,7 +105,7 @@ class RateObserver:
             )
         if phase:
             return False
-        self.starts.append(snapshot_of(work))
+        self.snapshots.append(snapshot_of(work))
         if self.observations == 1:
             return False  # a revolution has just begun; all other pauses are at the same distance from its end
         self.revolutions = self.discard + (self.observations - 1) // PHASES
@@ -114,7 +114,7 @@ class RateObserver:
         return self.interval.within(self.tolerance) and self.revolutions >= self.min_revolutions
 
 
-def wear_rate(joint: str) -> str:
+def wear_rate_column(joint: str) -> str:
     """Return the column of a joint's wear rate."""
     return f"{joint}_wear_rate_max"
 
@@ -137,19 +137,21 @@ def block_record_of(scene: Scene, run: Run, observer: RateObserver, process_time
     rate[-1] = (float(run.work.end[run.work.time]) - float(contact_totals.whole.window_start)) / turns
     for worn in worn_joints:
         rate[worn.all_bins] = depths[worn.joint_index, :, : worn.bins].ravel() / turns
-        earlier_slid = scene.worn[worn.name].sliding_distance
-        rate[worn.sliding_distance] = (totals.account[worn.joint_index, SLIDING_DISTANCE] - earlier_slid) / turns
+        earlier_sliding = scene.worn[worn.name].sliding_distance
+        rate[worn.sliding_distance] = (totals.account[worn.joint_index, SLIDING_DISTANCE] - earlier_sliding) / turns
         width[worn.all_bins] = _half_widths(observer.blocks, worn) * rate[-1]
     peaks = np.array(totals.joint.column("force_max"))
     seconds = np.array([run.duration, process_time])
-    return BlockRecord(rate, width, peaks, np.array(observer.turned), run.counts.numbers.copy(), seconds, turns)
+    return BlockRecord(
+        rate, width, peaks, np.array(observer.relative_angles), run.counts.numbers.copy(), seconds, turns
+    )
 
 
 def _half_widths(blocks: Blocks, worn: WornJoint) -> np.ndarray:
     """Return the half-widths of the 95 % intervals of bin wear rates (m/s); inf for fewer than two blocks."""
     widths = np.full(2 * worn.bins, math.inf)
     if len(blocks.sums_at_ends) > 2:
-        figure = wear_rate(worn.column)
+        figure = wear_rate_column(worn.column)
         depths = np.array([sums[figure].reshape(2, -1)[:, : worn.bins].ravel() for _, sums in blocks.sums_at_ends])
         rates = np.diff(depths, axis=0) / np.diff([time for time, _ in blocks.sums_at_ends])[:, None]
         has_worn = rates.any(axis=0)
@@ -178,7 +180,7 @@ def encoded(records: Sequence[BlockRecord]) -> bytes:
     return content.getvalue()
 
 
-def read(content: bytes | None, size: int) -> list[BlockRecord]:
+def decoded(content: bytes | None, size: int) -> list[BlockRecord]:
     """Return the results stored by `encoded`, for vectors of this size; [] for any other content."""
     if content is None:
         return []

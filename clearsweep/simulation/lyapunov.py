@@ -68,12 +68,12 @@ class Perturbed:
 
     def observe(self, base: Work) -> bool:
         """Advance the perturbed run to the present time of `base`."""
-        now = float(base.y[base.time])
+        time = float(base.y[base.time])
         if not self.times:
-            self.times, self.growths = [now], [0.0]
+            self.times, self.growths = [time], [0.0]
             self._displace(base, self.scale / math.sqrt(self.scale.size), 0.0, 0.0)
-        elif self.status == integration.OK and now > self.work.y[base.time]:
-            control = self.control._replace(window=now, pause=now)
+        elif self.status == integration.OK and time > self.work.y[base.time]:
+            control = self.control._replace(window=time, pause=time)
             status, _ = self.run.advance(control)
             if status != integration.PAUSED:
                 self.status = status
@@ -113,23 +113,26 @@ class Perturbed:
         depth_difference : m, likewise of the penetrations.  At an onset they grow from nothing, and their roots do not
         follow a small displacement linearly.
         """
-        work, seed = self.work, event_actions.SEED * self.work.sigma
+        work, smallest_root = self.work, event_actions.SEED * self.work.sigma
         restore(snapshot_of(base), work)
         work.y[: len(direction)] += self.size * direction
         work.latched[:] += self.size * latched
-        roots = np.sqrt(np.maximum(np.square(base.y[self.roots]) + self.size * depth_difference, seed * seed))
+        roots = np.sqrt(
+            np.maximum(np.square(base.y[self.roots]) + self.size * depth_difference, smallest_root * smallest_root)
+        )
         work.y[self.roots] = np.where(touches(work.mode), roots, 0.0)
 
     def figures(self, period: float) -> dict[str, float | None]:
         """Return exponent and horizon, each None if undefined or if disturbances do not grow.
 
-        With more than LONG_RUN revolutions the first is left out: in it the disturbance aligns with the fastest growth.
+        In runs longer than ALIGNMENT_RUN the first revolution does not count: in it the disturbance aligns with the
+        fastest growth.
         """
         exponent = horizon = None
         if self.status == integration.OK and len(self.times) > 1:
             turns = (np.array(self.times) - self.times[0]) / period
-            first = int(np.searchsorted(turns, 1.0)) if turns[-1] > ALIGNMENT_RUN else 0
-            exponent = (self.growths[-1] - self.growths[first]) / (self.times[-1] - self.times[first])
+            first_sample = int(np.searchsorted(turns, 1.0)) if turns[-1] > ALIGNMENT_RUN else 0
+            exponent = (self.growths[-1] - self.growths[first_sample]) / (self.times[-1] - self.times[first_sample])
         if exponent is not None and exponent > 0.0:
             horizon = max(math.log(HORIZON_SIZE / self.tolerance), 0.0) / (exponent * period)
         return {"lyapunov_exponent": exponent, "horizon_revolutions": horizon}

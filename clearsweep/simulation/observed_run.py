@@ -15,10 +15,18 @@ from ..mechanics.solver.integration import Work
 from ..mechanics.trace.fields import Fields
 
 #: Turns before the end of a revolution at which a run pauses: longer than a step, so that it can still end there.
-LEAD = 0.025
+PAUSE_LEAD = 0.025
 
 
-_OF_RUN = "control", "counts", "log", "slopes", "step", "contact_steps", "profiles"  # of a run, not of its motion
+_NOT_OF_MOTION = (
+    "control",
+    "counts",
+    "log",
+    "slopes",
+    "step",
+    "contact_steps",
+    "profiles",
+)  # of a run, not of its motion
 Snapshot = dict[str, np.ndarray]  # copies by name of all arrays that determine the further motion
 
 
@@ -52,17 +60,19 @@ def run_observed(
     discard : revolutions before the first observation; value_after : revolutions -> clock, see `crank_clock`.
     """
     work, logs, per_revolution = run.work, [], max(observer.per_revolution for observer in observers)
-    for k in itertools.count():
-        pause = pause_at(k / per_revolution, discard, value_after)
+    for observation in itertools.count():
+        pause = pause_at(observation / per_revolution, discard, value_after)
         if pause >= control.end:
             break
         status, log = run.advance(control._replace(pause=pause))
         logs.append(log)
         if status != integration.PAUSED:
             return status, np.concatenate(logs)
-        end = value_after(discard + k // per_revolution)
+        end = value_after(discard + observation // per_revolution)
         may_end = [
-            observer.observe(work) for observer in observers if k % (per_revolution // observer.per_revolution) == 0
+            observer.observe(work)
+            for observer in observers
+            if observation % (per_revolution // observer.per_revolution) == 0
         ]
         if any(may_end) and work.y[work.independent] < end:
             control = control._replace(end=end)
@@ -72,12 +82,12 @@ def run_observed(
 
 def pause_at(turns: float, discard: float, value_after: Callable[[float], float]) -> float:
     """Return the pause for `turns` after the first `discard`: LEAD earlier, except at the start."""
-    return value_after(discard + turns - LEAD if turns else discard)
+    return value_after(discard + turns - PAUSE_LEAD if turns else discard)
 
 
 def snapshot_of(work: Work) -> Snapshot:
     """Return copies of all arrays of `work` (integration.Work) that determine the further motion."""
-    return {name: array.copy() for name, array in _arrays(work).items() if name not in _OF_RUN}
+    return {name: array.copy() for name, array in _arrays(work).items() if name not in _NOT_OF_MOTION}
 
 
 def restore(snapshot: Snapshot, work: Work) -> None:

@@ -14,14 +14,14 @@ from ..mechanics.solver import integration
 from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, ContactTotals, Totals, WholeTotals
 from ..mechanics.solver.accumulate.within_step import Record, sample_states
 from ..mechanics.solver.integration import Counts
-from .figures.catalogue import figures_of, shared_by
+from .figures.catalogue import figures_of, layout_formulas
 from .ideal import ideal_peaks
 from .remarks import remarks
 from .revolutions import Marks, marks_reached, peak_spreads, periods_in, start_turns
 from .run import TIME_BUDGET, FinalContacts, Run, onset_rates
 from .scene import Scene
 from .start import control_of
-from .window import DRY_FORCE_THRESHOLD, RARE_SHARE, Summed, Window, by_joint, wear_of
+from .window import DRY_FORCE_THRESHOLD, RARE_SHARE, Summed, Window, by_joint, wear_depths_of
 from .yield_speed import yield_speeds
 
 LEFT_BEARING = "left-bearing"
@@ -163,7 +163,7 @@ def periods_of(outcomes: Sequence[Outcome]) -> list[int | None]:
 def to_trajectory(outcome: Outcome, period: int | None) -> Trajectory:
     """Return the trajectory of an outcome with this period."""
     scene, window = outcome.scene, window_of(outcome, period)
-    units, failed = shared_by(scene.layout).units.copy(), outcome.status != "ok"
+    units, failed = layout_formulas(scene.layout).units.copy(), outcome.status != "ok"
     summary = figures_of(window, failed=failed)
     log = _events_of(scene.layout, outcome.log)
     if failed:
@@ -227,8 +227,10 @@ def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
     values = np.zeros((len(sections), len(channels)))
     sample_states(run.work, revolutions.states[sections], values)
     columns = {channel.name: column for channel, column in zip(channels, values.T, strict=True)}
-    counted = np.round(run.marks.turns[sections] + start_turns(scene)).astype("i8")
-    return {SECTION_COUNT: counted} | {section: columns[name].copy() for name, section in scene.layout.sections}
+    revolution_numbers = np.round(run.marks.turns[sections] + start_turns(scene)).astype("i8")
+    return {SECTION_COUNT: revolution_numbers} | {
+        section: columns[name].copy() for name, section in scene.layout.sections
+    }
 
 
 def _histories_of(layout: Layout, record: Record) -> dict[str, np.ndarray]:
@@ -261,13 +263,13 @@ def window_of(outcome: Outcome, period: int | None) -> Window:
         layout=scene.layout,
         joints=scene.value.joints,
         totals=totals,
-        exceeded=outcome.exceeded_forces,
-        dry=outcome.dry_times,
+        exceeded_force=outcome.exceeded_forces,
+        dry_time=outcome.dry_times,
         ideal=ideal_peaks(scene.case, scene.machine) if scene.mechanism.turns and outcome.status == "ok" else {},
-        wear=wear_of(scene.layout, totals),
+        wear=wear_depths_of(scene.layout, totals),
         counts=outcome.counts,
         events=outcome.events,
-        seconds=outcome.seconds,
+        integration_time=outcome.seconds,
         duration=outcome.duration,
         turns=settings.revolutions - settings.discard if scene.mechanism.turns else 1.0,
         spreads=peak_spreads(scene, outcome.marks, outcome.revolutions),
@@ -275,7 +277,7 @@ def window_of(outcome: Outcome, period: int | None) -> Window:
         sliding_distance=[
             scene.worn[joint.name].sliding_distance if joint.name in scene.worn else 0.0 for joint in scene.case.joints
         ],
-        onset=onset_rates(outcome.final_contacts),
+        onset_rate=onset_rates(outcome.final_contacts),
     )
 
 

@@ -34,20 +34,22 @@ def peak_revolution(case: Case, joint: int, revolutions: float) -> Peak:
         scene, _ = at_equilibrium(scene)
     value_after, crank_is_free = scene.crank_clock.value_after, scene.crank_clock.free
     end, marks = value_after(revolutions), marks_of(scene, revolutions)
-    run = integration_of(scene, np.empty(0), end, turned=crank_is_free, marks=marks)
+    run = integration_of(scene, np.empty(0), end, in_angles=crank_is_free, marks=marks)
     peaks, window = peaks_of(scene, marks, run.work.revolutions), marks.turns[marks.window]
     peak_index = int(peaks[:, joint].argmax()) if len(peaks) else 0
     first, last = (
         window[peak_index : peak_index + 2].tolist() if len(peaks) else (max(revolutions - 1.0, 0.0), revolutions)
     )
     samples, density = case.save.samples, max(min(REFINEMENT, MAX_SAMPLES // case.save.samples), 1)
-    counts = np.arange(round(first * samples) * density, round(last * samples) * density + 1)
-    times = np.minimum([value_after(count / (density * samples)) for count in counts.tolist()], end)
-    trajectory = trajectory_of(scene, integration_of(scene, times, end, turned=crank_is_free, marks=marks), end)
+    sample_numbers = np.arange(round(first * samples) * density, round(last * samples) * density + 1)
+    times = np.minimum([value_after(count / (density * samples)) for count in sample_numbers.tolist()], end)
+    trajectory = trajectory_of(scene, integration_of(scene, times, end, in_angles=crank_is_free, marks=marks), end)
     if trajectory.status != "ok":
         return Peak(first, trajectory)
     largest = int(trajectory[f"joints/{case.joints[joint].column}/force_normal"].argmax())
-    is_kept = (counts % density == 0) | (np.abs(np.arange(len(counts)) - largest) <= REFINED_SAMPLES * density)
+    is_kept = (sample_numbers % density == 0) | (
+        np.abs(np.arange(len(sample_numbers)) - largest) <= REFINED_SAMPLES * density
+    )
     return Peak(
         first,
         dataclasses.replace(trajectory, channels={name: trajectory[name][is_kept] for name in trajectory.channels}),

@@ -35,8 +35,8 @@ def reactions_unknown(case: Case) -> str:
         return "a link is elastic"
     if any(body.initial is not None for body in machine.bodies.values()):
         return "a body is free"
-    kinds = {joint.name: joint for joint in machine.joints}
-    if not all(isinstance(kinds[joint.name], Pin) and joint.film is None for joint in case.joints):
+    joints_by_name = {joint.name: joint for joint in machine.joints}
+    if not all(isinstance(joints_by_name[joint.name], Pin) and joint.film is None for joint in case.joints):
         return "a joint with clearance is not a dry pin"
     return "its life changes the surfaces" if case.life else ""
 
@@ -51,12 +51,14 @@ def pin_reactions(scene: Scene, times: np.ndarray) -> PinReactions:
     assert machine_of is not None  # of a case that is not refused
     machine = machine_of(case)
     step = STEP * float(np.min(np.diff(times)))
-    first = np.append(times[:-1], times[-1] - step)
-    trajectory = simulate(scene, np.stack([first, first + step], -1).ravel())
+    first_times = np.append(times[:-1], times[-1] - step)
+    trajectory = simulate(scene, np.stack([first_times, first_times + step], -1).ravel())
     if trajectory.status != "ok":
         return PinReactions(trajectory, {}, {}, np.zeros(0))
     result = reactions(
-        machine, _motion(machine, trajectory), {joint.name: _force(joint, machine, trajectory) for joint in case.joints}
+        machine,
+        _motion(machine, trajectory),
+        {joint.name: _joint_force(joint, machine, trajectory) for joint in case.joints},
     )
     return PinReactions(trajectory, _on_journals(case, result), *_couples_and_torque(result))
 
@@ -72,7 +74,7 @@ def _motion(machine: Machine, trajectory: Trajectory) -> Motion:
     return Motion(time, channels["crank_angle"][::2], q[::2], rates[::2], accelerations)
 
 
-def _force(joint: Joint, machine: Machine, trajectory: Trajectory) -> JointForce:
+def _joint_force(joint: Joint, machine: Machine, trajectory: Trajectory) -> JointForce:
     """Return force and moment in a dry pin with clearance at every second sample of a trajectory."""
     x, y, normal, tangential = (
         trajectory.channels[f"joints/{column_name(joint.name)}/{key}"][::2] for key in PIN_CHANNELS

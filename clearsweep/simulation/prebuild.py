@@ -29,9 +29,9 @@ def main(levels: list[str]) -> int:
     """Compile the loop for processor levels and print each; return the exit code."""
     case = load(IMPACT_PAIR, catalogue()).case(0)
     for level in levels or [objects.level()]:
-        known = (*objects.LEVELS, *objects.OTHER_PROCESSORS)
-        if level not in known and level != objects.level():
-            print(f"{level}: unknown processor level; known: {', '.join(known)}", file=sys.stderr)
+        known_levels = (*objects.LEVELS, *objects.OTHER_PROCESSORS)
+        if level not in known_levels and level != objects.level():
+            print(f"{level}: unknown processor level; known: {', '.join(known_levels)}", file=sys.stderr)
             return 2
         begin = time.perf_counter()
         with objects.compiling_for_package(level) as folder:

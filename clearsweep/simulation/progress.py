@@ -13,19 +13,19 @@ class Revolutions(phases.Phase):
 
     def __init__(self, scene: Scene):
         """Prepare for the integration of a scene."""
-        super().__init__(self._words)
+        super().__init__(self._text)
         self.revolutions = scene.case.simulate.revolutions if scene.mechanism.turns else None
-        self.at_most = " at most" if scene.layout.until or scene.case.life else ""  # it may end earlier
+        self.at_most_text = " at most" if scene.layout.until or scene.case.life else ""  # it may end earlier
 
     @property
     def turns(self) -> float:
         """Return the number of finished revolutions."""
         return (self.share or 0.0) * (self.revolutions or 0.0)
 
-    def _words(self) -> str:
+    def _text(self) -> str:
         if not self.revolutions or self.share is None:
             return "integrating"
-        return f"revolution {self.turns:,.6g} of {self.revolutions:,.6g}{self.at_most}"
+        return f"revolution {self.turns:,.6g} of {self.revolutions:,.6g}{self.at_most_text}"
 
 
 class LifeLimits(NamedTuple):
@@ -44,12 +44,12 @@ class Life(phases.Phase):
 
     def __init__(self, limits: LifeLimits, earlier_blocks: int, name: str = ""):
         """Prepare after `earlier_blocks` blocks in another process; `name` is that of a further life."""
-        super().__init__(self._words, whole=True)
+        super().__init__(self._text, whole=True)
         self.limits, self.earlier_blocks, self.name = limits, earlier_blocks, name
         self.block, self.worn, self.jump = 1, 0.0, limits.first_jump
         self.block_begin = self.begin  # s, start of the current block
 
-    def _words(self) -> str:
+    def _text(self) -> str:
         life = f"{self.name}, " if self.name else ""
         return f"{life}block {self.block}, {text(self.worn, 'm')} of {text(self.limits.limit, 'm')}"
 
@@ -61,20 +61,22 @@ class Life(phases.Phase):
 
     def left(self, now: float) -> float | None:
         """Return the time (s) left, for jumps like the last one up to the limit."""
-        block = self._block_seconds(now)
-        if block is None:
+        block_time = self._block_seconds(now)
+        if block_time is None:
             return None
         jumps = 0.0 if self.limits.constant_rates else max(self.limits.limit - self.worn, 0.0) / self.jump
         blocks = 1.0 + min(jumps, float(max(self.limits.blocks - self.block, 0)))
-        remaining = max(block * blocks - (now - self.block_begin - self.compile_time), 0.0)
-        return remaining + self.limits.further_lives * block * (self.block - 1 + blocks) or None
+        remaining = max(block_time * blocks - (now - self.block_begin - self.compile_time), 0.0)
+        return remaining + self.limits.further_lives * block_time * (self.block - 1 + blocks) or None
 
     def _block_seconds(self, now: float) -> float | None:
         """Return the time (s) of a block: the mean of finished blocks, or else the time of the shortest block."""
         finished_blocks = self.block - 1 - self.earlier_blocks
         if finished_blocks > 0:
             return (self.block_begin - self.begin) / finished_blocks
-        inner = phases.innermost()
-        if not isinstance(inner, Revolutions) or not inner.turns:
+        integration_phase = phases.innermost()
+        if not isinstance(integration_phase, Revolutions) or not integration_phase.turns:
             return None
-        return (now - inner.begin - inner.compile_time) * max(self.limits.min_revolutions / inner.turns, 1.0)
+        return (now - integration_phase.begin - integration_phase.compile_time) * max(
+            self.limits.min_revolutions / integration_phase.turns, 1.0
+        )

@@ -28,9 +28,9 @@ class Recommendation(NamedTuple):
     key: str  # 'contact.elastic' or 'contact.law'
     law: str  # '' if none is valid
     reason: str
-    used: str  # the law that the grid has
-    rating: str  # HOLDS, DOUBTFUL or OUT, of the law that the grid has
-    objection: str  # what is to be said of that
+    law_used: str  # the law in the grid
+    rating: str  # of the law in the grid: SUITABLE, DOUBTFUL or UNSUITABLE
+    objection: str  # reason of that rating
 
     def _law_kind(self) -> str:
         return "elastic law" if self.key.endswith("elastic") else "contact law"
@@ -38,12 +38,12 @@ class Recommendation(NamedTuple):
     def _law_text(self) -> str:
         """Return the law in words, with the reason."""
         law = f"{self.law} ({self.reason})" if self.law else "none, as none is valid there"
-        return f"{self._law_kind()} {law}{', in use' if self.law == self.used else ''}"
+        return f"{self._law_kind()} {law}{', in use' if self.law == self.law_used else ''}"
 
-    def _used(self) -> str:
+    def _used_law_text(self) -> str:
         """Return the verdict on the law in use as a sentence."""
         description = f"is {self.rating}" + ("" if self.rating == SUITABLE else f": {self.objection}")
-        return f"The {self._law_kind()} in use, {self.used}, {description}."
+        return f"The {self._law_kind()} in use, {self.law_used}, {description}."
 
 
 def _recommended_text(laws: Sequence[Recommendation]) -> str:
@@ -52,7 +52,11 @@ def _recommended_text(laws: Sequence[Recommendation]) -> str:
     return " ".join(
         [
             summary,
-            *(recommendation._used() for recommendation in laws if recommendation.law != recommendation.used),
+            *(
+                recommendation._used_law_text()
+                for recommendation in laws
+                if recommendation.law != recommendation.law_used
+            ),
         ]
     )
 
@@ -82,7 +86,7 @@ def recommendations_for(joint: Joint, load: float | None) -> list[Recommendation
     return _recommended_for(joint, advice_for_joint(joint, load).verdicts)
 
 
-def elastic_words(joint: Joint, load: float | None) -> dict[str, tuple[str, str]]:
+def elastic_ratings(joint: Joint, load: float | None) -> dict[str, tuple[str, str]]:
     """Return elastic law -> whether it is valid for a joint under a load (N), and why."""
     return {
         verdict.law: (verdict.rating, verdict.reason)
@@ -138,17 +142,17 @@ def _paragraphs(joint: Joint, sampled: Sequence[Advice], name: str | None) -> tu
     conditions = dict.fromkeys((sampled[0].conditions, sampled[-1].conditions))
     worst = [_worst(verdicts) for verdicts in _by_law(sampled).values()]
     if name is not None:
-        of_name = [verdict for verdict in worst if verdict.law == name]
-        if not of_name:
+        verdicts_of_name = [verdict for verdict in worst if verdict.law == name]
+        if not verdicts_of_name:
             law_names = dict.fromkeys(verdict.law for verdict in worst)
             raise InputError(f"list: no entry '{name}' there{did_you_mean(name, law_names)}")
-        return " ... ".join(conditions), *("\n".join(_rows([verdict])) for verdict in of_name)
+        return " ... ".join(conditions), *("\n".join(_rows([verdict])) for verdict in verdicts_of_name)
     recommended = _recommended_for(joint, worst)
     lines = [" ... ".join(conditions), *(["", _recommended_text(recommended)] if recommended else [])]
-    if factor := _force_ratio_text(
+    if force_ratio := _force_ratio_text(
         joint, [verdict.law for verdict in worst if verdict.family == "elastic" and verdict.rating == SUITABLE]
     ):
-        lines.append(factor)
+        lines.append(force_ratio)
     families = sorted({verdict.family for verdict in worst}, key=[*FAMILY_KEYS].index)
     rows = ("\n".join(_rows([verdict for verdict in worst if verdict.family == family])) for family in families)
     return "\n".join(lines), *rows
@@ -193,13 +197,15 @@ def _recommended_for(joint: Joint, verdicts: Iterable[Verdict]) -> list[Recommen
             verdict.reason == _NO_RESTITUTION for verdict in by_law.values() if verdict.rating == SUITABLE
         ):
             continue
-        used = _law_used(joint, family)
-        current = by_law.get(used, Verdict(family, used, SUITABLE, ""))
+        law_used = _law_used(joint, family)
+        current_verdict = by_law.get(law_used, Verdict(family, law_used, SUITABLE, ""))
         suitable = [verdict for verdict in by_law.values() if verdict.rating == SUITABLE]
         best = min(suitable, key=_rank, default=None)
         law, reason = (best.law, best.merit.reason if best.merit else best.reason) if best else ("", "")
         recommended.append(
-            Recommendation(joint.name, FAMILY_KEYS[family], law, reason, used, current.rating, current.reason)
+            Recommendation(
+                joint.name, FAMILY_KEYS[family], law, reason, law_used, current_verdict.rating, current_verdict.reason
+            )
         )
     return recommended
 

@@ -30,30 +30,38 @@ from .window import Window
 def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the remarks on a finished case; '' replaces each remark that does not apply."""
     pairs = list(zip(scene.layout.joints, scene.case.joints, strict=True))
-    shares = [(joint, summary[f"{layout.name}_law_limit_fraction"]) for layout, joint in pairs]
-    limits = outside_law_range(
-        [(joint.name, joint.elastic_name, registry.penetration_limit(joint), share) for joint, share in shares if share]
+    limit_shares = [(joint, summary[f"{layout.name}_law_limit_fraction"]) for layout, joint in pairs]
+    range_remark = outside_law_range(
+        [
+            (joint.name, joint.elastic_name, registry.penetration_limit(joint), share)
+            for joint, share in limit_shares
+            if share
+        ]
     )
-    film_remarks = films(_lubricated(scene, window, summary)) if any(layout.film for layout, _ in pairs) else ()
-    dry = [(layout, joint) for layout, joint in pairs if layout.friction and not layout.film]
-    conductances = [joint.thermal.conductance if joint.thermal else None for _, joint in dry]
-    powers = [(joint.name, summary[f"{layout.name}_friction_power"]) for layout, joint in dry]
-    ideal = [(name, summary[f"{column_name(name)}_{FRICTION_POWER}"], None) for name in _rubbing(scene)]
-    heat = friction_heat(
-        [*((*power, conductance) for power, conductance in zip(powers, conductances, strict=True)), *ideal]
+    film_remarks = films(_film_states(scene, window, summary)) if any(layout.film for layout, _ in pairs) else ()
+    dry_pairs = [(layout, joint) for layout, joint in pairs if layout.friction and not layout.film]
+    conductances = [joint.thermal.conductance if joint.thermal else None for _, joint in dry_pairs]
+    dry_powers = [(joint.name, summary[f"{layout.name}_friction_power"]) for layout, joint in dry_pairs]
+    ideal_powers = [
+        (name, summary[f"{column_name(name)}_{FRICTION_POWER}"], None) for name in _ideal_joints_with_friction(scene)
+    ]
+    heat_remark = friction_heat(
+        [*((*power, conductance) for power, conductance in zip(dry_powers, conductances, strict=True)), *ideal_powers]
     )
-    balls = ball_stiffness([joint.name for _, joint in pairs if scene.mechanism.turns and registry.is_ball(joint)])
+    ball_remark = ball_stiffness(
+        [joint.name for _, joint in pairs if scene.mechanism.turns and registry.is_ball(joint)]
+    )
     return (
-        limits,
+        range_remark,
         lasting_onsets(_lasting_contacts(scene, window)),
         *film_remarks,
-        heat,
-        balls,
-        *_implausible(scene, window, summary),
+        heat_remark,
+        ball_remark,
+        *_implausible_remarks(scene, window, summary),
     )
 
 
-def _rubbing(scene: Scene) -> list[str]:
+def _ideal_joints_with_friction(scene: Scene) -> list[str]:
     """Return the names of joints without clearance that have friction."""
     names = dict.fromkeys(load.values["on"] for load in scene.case.loads if load.friction)
     return [name for name in names if column_name(name) in scene.layout.rubbing]
@@ -61,18 +69,18 @@ def _rubbing(scene: Scene) -> list[str]:
 
 def _lasting_contacts(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
     """Yield joint and onset rate (m/s) of every contact that lasts for the whole window."""
-    for j, joint in enumerate(scene.case.joints):
-        rate = float(window.onset[j])
-        if joint.contact.onset == "first" and not math.isnan(rate) and window.totals.joint[j].onsets == 0.0:
+    for index, joint in enumerate(scene.case.joints):
+        rate = float(window.onset_rate[index])
+        if joint.contact.onset == "first" and not math.isnan(rate) and window.totals.joint[index].onsets == 0.0:
             yield joint.name, rate
 
 
-def _lubricated(scene: Scene, window: Window, summary: Mapping[str, Any]) -> Iterator[FilmState]:
+def _film_states(scene: Scene, window: Window, summary: Mapping[str, Any]) -> Iterator[FilmState]:
     """Yield the state of every film."""
     for index, joint in enumerate(scene.case.joints):
         if joint.film:
             totals = window.totals.joint[index]
-            fed, drained = totals.generated_energy, totals.film_energy
+            generated, dissipated = totals.generated_energy, totals.film_energy
             yield FilmState(
                 joint.name,
                 joint.film.limit,
@@ -80,7 +88,7 @@ def _lubricated(scene: Scene, window: Window, summary: Mapping[str, Any]) -> Ite
                 summary[f"{joint.column}_eccentricity_max"] / joint.clearance,
                 joint.is_dry,
                 summary[f"{joint.column}_film_taylor"],
-                float(fed / max(drained, fed)) if fed > 0.0 else 0.0,
+                float(generated / max(dissipated, generated)) if generated > 0.0 else 0.0,
                 passive_film(joint),
             )
 
@@ -95,7 +103,7 @@ def passive_film(joint: Joint) -> str:
     return "reynolds" if slenderness <= reynolds.LONGEST else "long"
 
 
-def _implausible(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
+def _implausible_remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the remarks on implausible figures of a finished case; '' replaces each remark that does not apply."""
     joints = [
         PenetrationAndWear(
@@ -108,8 +116,8 @@ def _implausible(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tu
         for layout, joint in zip(scene.layout.joints, scene.case.joints, strict=True)
     ]
     count = 0.5 * window.events + max(scene.case.simulate.revolutions, 1.0)
-    balance = imbalance(summary["energy_residual"], scene.case.simulate.tolerance, count)
-    rubbed = [
+    energy_remark = imbalance(summary["energy_residual"], scene.case.simulate.tolerance, count)
+    rubbing_joints = [
         RubbingJoint(
             joint.name,
             summary[f"{layout.name}_wear_rate_max"],
@@ -120,4 +128,4 @@ def _implausible(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tu
         for layout, joint in zip(scene.layout.joints, scene.case.joints, strict=True)
         if layout.wear_bins
     ]
-    return too_deep(joints), worn_through(joints), worn_away(rubbed), pv_high(rubbed), balance
+    return too_deep(joints), worn_through(joints), worn_away(rubbing_joints), pv_high(rubbing_joints), energy_remark

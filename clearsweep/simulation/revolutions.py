@@ -12,7 +12,7 @@ from ..mechanics.solver.accumulate.within_step import RevolutionMarks
 from .extreme import expected_largest
 from .scene import Scene, state_units
 from .spread import Spread, quantiles
-from .window import bearing_of
+from .window import force_contact_slices
 
 LONGEST_PERIOD, MIN_REPEATS = 16, 3  # most revolutions of a period; how often it must be repeated
 RETURN_TOLERANCE = 1e-3  # clearances, and clearances times crank speed: tolerance of a periodic motion
@@ -66,15 +66,15 @@ def _nearest(turns: np.ndarray, requested: np.ndarray) -> np.ndarray:
     return np.searchsorted(turns, requested - MARK_TOLERANCE)
 
 
-def buffers_for(marks: np.ndarray, n: int, contacts: int, zeros: Callable[..., np.ndarray]) -> RevolutionMarks:
-    """Return the buffers for values at the `marks` of a run with `n` state numbers, except the buffers in lanes.
+def buffers_for(marks: np.ndarray, state_size: int, contacts: int, zeros: Callable[..., np.ndarray]) -> RevolutionMarks:
+    """Return the buffers for values at the `marks` of a run with `state_size` state numbers, except those in lanes.
 
     `zeros` creates the arrays.
     """
     count = len(marks)
     return RevolutionMarks(
         marks=marks,
-        states=zeros((count, n)),
+        states=zeros((count, state_size)),
         peaks=zeros((count, contacts)),
         highest=np.zeros(0),
         since=np.zeros(0),
@@ -84,25 +84,25 @@ def buffers_for(marks: np.ndarray, n: int, contacts: int, zeros: Callable[..., n
 
 def peak_spreads(scene: Scene, marks: Marks, revolutions: Any) -> tuple[Spread, ...]:
     """Return the distribution of each joint's force peaks over the window's revolutions."""
-    begins = marks.turns[marks_reached(marks.window, revolutions)]
-    return tuple([_spread(peaks, begins) for peaks in peaks_of(scene, marks, revolutions).T])
+    start_revolutions = marks.turns[marks_reached(marks.window, revolutions)]
+    return tuple([_spread(peaks, start_revolutions) for peaks in peaks_of(scene, marks, revolutions).T])
 
 
-def _spread(peaks: np.ndarray, begins: np.ndarray) -> Spread:
-    """Return the distribution of the peaks (N) of revolutions that begin at `begins`."""
+def _spread(peaks: np.ndarray, start_revolutions: np.ndarray) -> Spread:
+    """Return the distribution of the peaks (N) of revolutions that begin at `start_revolutions`."""
     median, p95 = quantiles(peaks, (0.5, 0.95))
-    return Spread(median, p95, expected_largest(peaks), _largest_peak(peaks, begins))
+    return Spread(median, p95, expected_largest(peaks), _largest_peak(peaks, start_revolutions))
 
 
-def _largest_peak(peaks: np.ndarray, begins: np.ndarray) -> tuple[float, int] | None:
+def _largest_peak(peaks: np.ndarray, start_revolutions: np.ndarray) -> tuple[float, int] | None:
     """Return the largest of the peaks (N) of revolutions, and the number of its revolution, or None without peaks.
 
-    begins : start of each revolution, in revolutions since the start of the run.
+    start_revolutions : start of each revolution, in revolutions since the start of the run.
     """
     if not len(peaks):
         return None
     index = int(peaks.argmax())
-    return float(peaks[index]), math.floor(begins[index] + MARK_TOLERANCE) + 1
+    return float(peaks[index]), math.floor(start_revolutions[index] + MARK_TOLERANCE) + 1
 
 
 def marks_reached(indices: np.ndarray, revolutions: Any) -> np.ndarray:
@@ -126,7 +126,7 @@ def peaks_of(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
         peaks = np.maximum.reduceat(peaks, window[:-1] - window[0])
     if len(scene.layout.joints) == peaks.shape[1]:
         return peaks
-    return np.stack([peaks[:, row].max(axis=1) for row in bearing_of(scene.layout)], axis=1)
+    return np.stack([peaks[:, row].max(axis=1) for row in force_contact_slices(scene.layout)], axis=1)
 
 
 def periods_in(runs: Sequence[tuple[Scene, Marks, Any]]) -> list[int | None]:
@@ -140,14 +140,14 @@ def periods_in(runs: Sequence[tuple[Scene, Marks, Any]]) -> list[int | None]:
         by_length.setdefault(len(marks_reached(marks.window, revolutions)), []).append(run_index)
     for indices in [indices for revolution_count, indices in by_length.items() if revolution_count > MIN_REPEATS]:
         units = np.array([state_units(runs[run_index][0]) for run_index in indices])[:, None]
-        states = np.array([_returns(*runs[run_index]) for run_index in indices])
+        states = np.array([_states_at_returns(*runs[run_index]) for run_index in indices])
         angle_period = 2.0 * math.pi / units[..., : units.shape[-1] // 2]
         for run_index, period in zip(indices, periods_of(states / units, angle_period), strict=True):
             periods[run_index] = period
     return periods
 
 
-def _returns(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
+def _states_at_returns(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
     """Return coordinates and rates at the ends of the window's last revolutions, (revolutions, columns)."""
     rows = marks_reached(marks.window, revolutions)[-LONGEST_PERIOD * (MIN_REPEATS + 1) :]
     states: np.ndarray = revolutions.states[rows, : 2 * len(scene.value.coordinates)]

@@ -15,12 +15,12 @@ from ..mechanics.compiled.pinned import Pinned
 from ..mechanics.coupling.guards import guards_of
 from ..mechanics.coupling.rates import samples_of, slopes_of
 from ..mechanics.coupling.state import every_state
-from ..mechanics.coupling.trial_step import rates_of, stages_of, sweep_of
+from ..mechanics.coupling.trial_step import rates_of, stage_observables_of, sweep_of
 from ..mechanics.coupling.wear import wear_of, workspace_size
 from ..mechanics.joint.contract import contact_modes, every_contact, every_latched
 from ..mechanics.joint.loss.contract import needs_mass, needs_onset_rate
 from ..mechanics.joint.modes import touches
-from ..mechanics.joint.offsets import Offsets, after_joint, first_place, with_current_state
+from ..mechanics.joint.offsets import Offsets, after_joint, first_offsets, with_current_state
 from ..mechanics.joint.wear.contract import ACCOUNT, MAX_BINS, SLIDING_DISTANCE
 from ..mechanics.mechanism.contract import friction_laws
 from ..mechanics.observe import histogram
@@ -46,17 +46,17 @@ def _accumulators_of(
     scene: Scene, contacts: int, arrays: Mapping[str, Any], zeros: Callable[..., np.ndarray]
 ) -> total_columns.Totals:
     """Return the accumulators of `contacts` with some arrays; `zeros` creates the others."""
-    parts = scene.layout.joints
-    worn = any(part.wear_bins for part in parts)
-    bins = max(min(part.wear_bins, MAX_BINS) * part.wear_rows for part in parts)
+    joint_layouts = scene.layout.joints
+    has_wear = any(joint_layout.wear_bins for joint_layout in joint_layouts)
+    bins = max(min(joint_layout.wear_bins, MAX_BINS) * joint_layout.wear_rows for joint_layout in joint_layouts)
     return total_columns.Totals(
         **arrays,
         histogram=np.zeros((contacts, histogram.BINS, 2)),
-        dry=np.zeros((contacts if any(part.film for part in parts) else 0, histogram.BINS, 2)),
+        dry=np.zeros((contacts if any(joint_layout.film for joint_layout in joint_layouts) else 0, histogram.BINS, 2)),
         step_values=zeros((contacts, histogram.STEP_VALUE_ROWS, histogram.PARTS + 1)),
         length=zeros(1),
         between=zeros((2 * len(scene.value.coordinates) + 1, STATE_POINTS)),
-        workspace=zeros(workspace_size(contacts, bins) if worn else 0),
+        workspace=zeros(workspace_size(contacts, bins) if has_wear else 0),
         wear=zeros(2 * contacts * bins),
         account=zeros((contacts, ACCOUNT)),
         friction=zeros(len(friction_laws(scene.value.mechanism))),
@@ -76,12 +76,12 @@ class FinalContacts(NamedTuple):
 class Run:
     """The buffers of one integration and its results."""
 
-    def __init__(self, start: Start, *, turned: bool = False):
-        """Initialise at `start`; its times are in s or, for a free crank that has `turned`, in rad."""
+    def __init__(self, start: Start, *, in_angles: bool = False):
+        """Initialise at `start`; its times are in s or, `in_angles`, in rad of a free crank."""
         scene, value, contacts = start.scene, start.scene.value, every_contact(start.scene.value.joints)
         internal, self.memory = every_state(value), Memory()
         n, contact_count, zeros = scene.start.size, len(contacts), self.memory.zeros
-        self.number, self.batch_key, self.turned = form_number(value), start.batch_key, turned
+        self.form_number, self.batch_key, self.in_angles = form_number(value), start.batch_key, in_angles
         self.arrays = arrays = arrays_of(scene)
         self.parameters = arrays["parameters"]  # compiled code keeps its address
         time_index = 2 * len(value.coordinates)
@@ -90,12 +90,12 @@ class Run:
         inputs = inputs_of(self.inputs, start.batch_key, contact_count, len(internal))
         self.totals = _accumulators_of(scene, contact_count, fields_from(total_columns.Totals, arrays), zeros)
         samples = zeros((inputs.times.size, len(scene.layout.channels)))
-        self.record = Record(inputs.times, samples, independent if turned else time_index)
+        self.record = Record(inputs.times, samples, independent if in_angles else time_index)
         revolutions = buffers_for(inputs.marks, n, contact_count, zeros)
         self.work = integration.Work(
             rates=rates_of(value, self.parameters),
             sweep=sweep_of(value, self.parameters),
-            observed=stages_of(value, self.parameters),
+            observed=stage_observables_of(value, self.parameters),
             sample=samples_of(value, self.parameters) if inputs.times.size else NO_ENTRY,
             wear=wear_of(value, self.parameters) if self.totals.workspace.size else NO_ENTRY,
             time=time_index,
@@ -107,7 +107,9 @@ class Run:
             apart=np.array([modes.apart for _, modes in contacts]),
             pressed=np.array([modes.pressed for _, modes in contacts]),
             side=inputs.side,
-            ended_by=np.array([-1 if state.kept else contact for contact, state, _ in internal], dtype=np.int64),
+            ended_by=np.array(
+                [-1 if state.survives_separation else contact for contact, state, _ in internal], dtype=np.int64
+            ),
             began=inputs.began,
             guards=guards_of(value, self.parameters, zeros),
             limit_depth=inputs.limit_depth,
@@ -140,9 +142,9 @@ class Run:
     def _begin(self, start: Start) -> None:
         """Initialise; the run's own arrays are zero already."""
         work: Any = self.work  # mypy takes its parts for tuples of anything
-        arrays, scene, value, used = self.arrays, start.scene, start.scene.value, start.initial_values.size
+        arrays, scene, value, initial_count = self.arrays, start.scene, start.scene.value, start.initial_values.size
         self.inputs[:] = start.inputs
-        arrays["initial_values"][:used], arrays["initial_values"][used:] = start.initial_values, 0.0
+        arrays["initial_values"][:initial_count], arrays["initial_values"][initial_count:] = start.initial_values, 0.0
         arrays["bins"][:] = 0
         arrays["mode"][:], arrays["has_friction"][:] = (
             work.pressed if scene.in_contact else work.apart,
@@ -152,7 +154,7 @@ class Run:
         self.totals.whole.speed_awaited = start_up_speed(scene.machine)
         if start.sliding_distance:
             self.totals.account[:, SLIDING_DISTANCE] = start.sliding_distance
-        self.pinned.put(reference_rate=value.reference_rate, sigma=value.sigma, longest=start.longest)
+        self.pinned.put(reference_rate=value.reference_rate, sigma=value.sigma, longest=start.max_step)
         self.work = self.pinned.value
         self.value, self.deadline, self.marks = value, scene.deadline, start.marks
         self.status, self.events, self.duration = integration.OK, NO_EVENTS, 0.0
@@ -165,7 +167,7 @@ class Run:
     def offsets(self) -> list[Offsets]:
         """Return the index of each joint's first number, which depends on the types of its laws."""
         joints = self.value.joints
-        return list(itertools.accumulate(joints, after_joint, initial=first_place(joints, self.work.time + 1)))
+        return list(itertools.accumulate(joints, after_joint, initial=first_offsets(joints, self.work.time + 1)))
 
     def advance(self, control: integration.Control) -> tuple[int, np.ndarray]:
         """Return the status and events of an integration from the present state to the end in `control`."""
@@ -177,9 +179,9 @@ class Run:
         """Integrate to the end in one call."""
         is_paused = True
         while is_paused:
-            began = time.perf_counter()
+            begin = time.perf_counter()
             loop.integrate(self.pinned)
-            self.duration += time.perf_counter() - began
+            self.duration += time.perf_counter() - begin
             is_paused = not self.has_ended(int(self.work.stepper.status))
 
     def use_control(self, control: integration.Control) -> None:
@@ -225,26 +227,30 @@ class Run:
         self.duration += other.duration
 
 
-_spare: list[Run] = []  # the last released run: creating one takes four times as long as restarting one
+_released_runs: list[Run] = []  # the last released run: creating one takes four times as long as restarting one
 
 
-def initial_run(scene: Scene, times: np.ndarray, *, turned: bool, marks: Marks) -> Run:
+def initial_run(scene: Scene, times: np.ndarray, *, in_angles: bool, marks: Marks) -> Run:
     """Return a run at the start of a scene: the released run if it has the same type and BatchKey."""
     try:
-        run = _spare.pop()
+        run = _released_runs.pop()
     except IndexError:
         run = None
     start = start_of(scene, times, marks)
-    if run and (run.number, run.batch_key, run.turned) == (form_number(scene.value), start.batch_key, turned):
+    if run and (run.form_number, run.batch_key, run.in_angles) == (
+        form_number(scene.value),
+        start.batch_key,
+        in_angles,
+    ):
         run.begin(start)
         return run
-    return Run(start, turned=turned)
+    return Run(start, in_angles=in_angles)
 
 
 def release(run: Run) -> None:
     """Release a run for reuse, except one with large time histories."""
     if run.record.samples.nbytes <= MAX_RETAINED_BYTES:
-        _spare[:] = [run]
+        _released_runs[:] = [run]
 
 
 def onset_rates(final: FinalContacts) -> list[float]:
@@ -279,11 +285,11 @@ def integration_of(
     end: float,
     observers: Sequence[Observer] = (),
     *,
-    turned: bool = False,
+    in_angles: bool = False,
     marks: Marks = NO_MARKS,
 ) -> Run:
     """Return the integration of a scene up to `end` (s, or rad for a free crank), reported at `times`."""
-    run = initial_run(scene, times, turned=turned, marks=marks)
+    run = initial_run(scene, times, in_angles=in_angles, marks=marks)
     integrate(scene, run, end, keep_events=keeps_events(scene, times), observers=observers)
     return run
 
@@ -299,12 +305,12 @@ def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, observer
     if not scene.layout.horizon:
         run_integration(run, control, scene, observers)
         return
-    neighbour = Run(start_of(scene, NO_TIMES))
-    perturbed = Perturbed(control, neighbour, state_units(scene), scene.case.simulate.tolerance, _branches(scene))
+    perturbed_run = Run(start_of(scene, NO_TIMES))
+    perturbed = Perturbed(control, perturbed_run, state_units(scene), scene.case.simulate.tolerance, _branches(scene))
     run_integration(run, control, scene, (*observers, perturbed))
     run.figures = perturbed.figures(period(scene))
-    neighbour.counts.numbers[:] += neighbour.work.counts.numbers
-    run.add_cost(neighbour)
+    perturbed_run.counts.numbers[:] += perturbed_run.work.counts.numbers
+    run.add_cost(perturbed_run)
 
 
 def prepare(run: Run, control: integration.Control) -> None:

@@ -27,14 +27,14 @@ Arrays = dict[str, np.ndarray]  # name of a field of Work, Totals or RevolutionM
 def arrays_of(scene: Scene) -> Arrays:
     """Return the arrays that a step of `scene` uses, as zeros, and `initial_values`, all initial ones in one array."""
     contacts, n = len(every_contact(scene.value.joints)), scene.start.size
-    initial: dict[str, tuple[int, ...]] = {
+    initial_array_shapes: dict[str, tuple[int, ...]] = {
         **initial_shapes(scene),
         "stepper": (integration.Stepper.SIZE,),
         **dict.fromkeys(("highest", "since"), (contacts,)),
         "whole": (total_columns.WholeTotals.SIZE,),
         "joint": (contacts, total_columns.ContactTotals.SIZE),
     }
-    step = {
+    step_array_shapes = {
         "k": (n, ROW_COUNT),
         "o": (observed_width(scene.value), ROW_COUNT),
         "nodes": (n + 1, STAGES),
@@ -47,20 +47,28 @@ def arrays_of(scene: Scene) -> Arrays:
         "end": (n,),
         "z": (n,),
     }
-    numbers, arrays = np.zeros(sum(map(math.prod, initial.values()))), dict[str, np.ndarray]()
-    ends = itertools.accumulate(map(math.prod, initial.values()))
-    for (name, shape), end in zip(initial.items(), ends, strict=True):
+    numbers, arrays = np.zeros(sum(map(math.prod, initial_array_shapes.values()))), dict[str, np.ndarray]()
+    ends = itertools.accumulate(map(math.prod, initial_array_shapes.values()))
+    for (name, shape), end in zip(initial_array_shapes.items(), ends, strict=True):
         arrays[name] = numbers[end - math.prod(shape) : end].reshape(shape)
-    arrays |= {name: _aligned(shape) for name, shape in step.items()}
-    integers = {"mode": (contacts,), "has_friction": (contacts,), "bins": (contacts, total_columns.HIGHEST_BIN + 1)}
-    return arrays | {name: np.zeros(shape, np.int64) for name, shape in integers.items()} | {"initial_values": numbers}
+    arrays |= {name: _aligned(shape) for name, shape in step_array_shapes.items()}
+    integer_array_shapes = {
+        "mode": (contacts,),
+        "has_friction": (contacts,),
+        "bins": (contacts, total_columns.HIGHEST_BIN + 1),
+    }
+    return (
+        arrays
+        | {name: np.zeros(shape, np.int64) for name, shape in integer_array_shapes.items()}
+        | {"initial_values": numbers}
+    )
 
 
 def _aligned(shape: tuple[int, ...]) -> np.ndarray:
     """Return zeros that are aligned for vector registers."""
     numbers = np.zeros(math.prod(shape) + WIDTH)
-    first = -numbers.ctypes.data // 8 % WIDTH
-    return numbers[first : first + math.prod(shape)].reshape(shape)
+    begin = -numbers.ctypes.data // 8 % WIDTH
+    return numbers[begin : begin + math.prod(shape)].reshape(shape)
 
 
 def fields_from(record_type: type, arrays: Arrays) -> dict[str, Any]:
@@ -78,16 +86,16 @@ class Memory:
 
     def __init__(self) -> None:
         self.blocks: list[np.ndarray] = []
-        self.used = 0  # bytes used of the latest block
+        self.bytes_used = 0  # bytes used of the latest block
 
     def zeros(self, shape: int | tuple[int, ...], dtype: Any = float) -> np.ndarray:
         """Return an array of zeros."""
-        size = math.prod(shape if isinstance(shape, tuple) else (shape,)) * np.dtype(dtype).itemsize
-        if not self.blocks or self.used + size > BLOCK_BYTES:
-            self.blocks.append(np.zeros(max(size, BLOCK_BYTES), np.uint8))
-            self.used = 0
-        first, self.used = self.used, self.used + -(-size // 8) * 8
-        array: np.ndarray = self.blocks[-1][first : first + size].view(dtype).reshape(shape)
+        byte_count = math.prod(shape if isinstance(shape, tuple) else (shape,)) * np.dtype(dtype).itemsize
+        if not self.blocks or self.bytes_used + byte_count > BLOCK_BYTES:
+            self.blocks.append(np.zeros(max(byte_count, BLOCK_BYTES), np.uint8))
+            self.bytes_used = 0
+        begin, self.bytes_used = self.bytes_used, self.bytes_used + -(-byte_count // 8) * 8
+        array: np.ndarray = self.blocks[-1][begin : begin + byte_count].view(dtype).reshape(shape)
         return array
 
     def clear(self) -> None:

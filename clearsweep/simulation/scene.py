@@ -34,7 +34,7 @@ from .ideal import ideal_motion, mechanism_of
 
 _LAYOUTS: dict[CaseFeatures, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with their sources
 SEAT_ITERATIONS = 3  # iterations on worn shapes: body angles depend slightly on the seats
-_LARGEST_WEAR = 1e-11  # m^2/N: times the hardness of steel, 2 GPa, this exceeds DOUBTFUL_WEAR_NUMBER
+_MAX_WEAR_COEFFICIENT = 1e-11  # m^2/N: times the hardness of steel, 2 GPa, this exceeds DOUBTFUL_WEAR_NUMBER
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
 
     `worn` maps names of joints to their earlier wear; the run adds to it.
     """
-    started, worn = time.perf_counter(), dict(worn or {})
+    begin, worn = time.perf_counter(), dict(worn or {})
     mechanism = mechanism_of(case)
     machine = mechanism.machine(case) if mechanism.machine and not mechanism.build else None
     joints = {
@@ -127,12 +127,12 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
         _check_planar_start(built, joints)
     sigma = math.sqrt(min([term.clearance for term in terms]))
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
-    start = np.array([*built.start.tolist(), *depth_roots.tolist(), *[began for _, _, began in every_state(value)]])
-    layout, time_source = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
-    elapsed = time.perf_counter() - started
-    return Scene(
-        case, mechanism, built, value, layout, start, in_contact, machine, time_source, worn, build_time=elapsed
+    start = np.array(
+        [*built.start.tolist(), *depth_roots.tolist(), *[initial_value for _, _, initial_value in every_state(value)]]
     )
+    layout, clock = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
+    elapsed = time.perf_counter() - begin
+    return Scene(case, mechanism, built, value, layout, start, in_contact, machine, clock, worn, build_time=elapsed)
 
 
 def state_units(scene: Scene) -> np.ndarray:
@@ -227,7 +227,7 @@ def signature(case: Case) -> tuple:
 
 def _type_text(term: tuple) -> str:
     """Return the name of a compiled type with those of the types in it: 'Archard(Mean)'."""
-    parts = ", ".join(_type_text(part) for part in term if isinstance(part, tuple))
+    parts = ", ".join(_type_text(field_value) for field_value in term if isinstance(field_value, tuple))
     return f"{type(term).__name__}({parts})" if parts else type(term).__name__
 
 
@@ -272,9 +272,9 @@ def _unchecked_wear(joint: Joint) -> list[str]:
     """Return a warning if a joint's wear coefficient, unchecked by a hardness, exceeds those of all metals."""
     assert joint.wear is not None  # only joints with wear
     largest = max(map(max, joint.wear.coefficients().values()))
-    if largest <= _LARGEST_WEAR:
+    if largest <= _MAX_WEAR_COEFFICIENT:
         return []
     return [
-        f"joints.{joint.name}.wear: the coefficient {largest:.2g} m^2/N is above {_LARGEST_WEAR:g}, which metals do "
-        "not reach; is it in mm^2/N? (1 mm^2/N is 1e-6 m^2/N); add `hardness` to check it"
+        f"joints.{joint.name}.wear: the coefficient {largest:.2g} m^2/N is above {_MAX_WEAR_COEFFICIENT:g}, which "
+        "metals do not reach; is it in mm^2/N? (1 mm^2/N is 1e-6 m^2/N); add `hardness` to check it"
     ]

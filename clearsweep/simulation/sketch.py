@@ -66,7 +66,7 @@ def sketch(case: Case) -> Sketch | None:
     machine = mechanism.machine(case)
     frames = _frames(machine)
 
-    def place(body: str, point: str) -> np.ndarray:
+    def position_of(body: str, point: str) -> np.ndarray:
         origin, angle = frames[body]
         x, y = machine.bodies[body].points[point]
         c, s = math.cos(angle), math.sin(angle)
@@ -79,7 +79,7 @@ def sketch(case: Case) -> Sketch | None:
     for joint in machine.joints:
         endpoints = (joint.proximal, joint.distal)
         guide = joint.axis + frames[joint.proximal.body][1] if isinstance(joint, Guide) else None
-        position = place(*joint.distal)
+        position = position_of(*joint.distal)
         grounded = GROUND in (joint.proximal.body, joint.distal.body)
         guide_bodies = (joint.proximal.body, joint.distal.body) if guide is not None else ()
         joints.append(
@@ -94,19 +94,19 @@ def sketch(case: Case) -> Sketch | None:
             )
         )
         for endpoint in endpoints:
-            carried_points[endpoint.body].append(place(*endpoint))
+            carried_points[endpoint.body].append(position_of(*endpoint))
     bodies = tuple(
         SketchedBody(
             name,
             np.unique(np.round(carried_points[name], 12), axis=0),
             _center(machine, frames, name),
             frames[name][1],
-            np.array([place(name, point) for point in body.elastic[:2]]) if body.elastic else None,
+            np.array([position_of(name, point) for point in body.elastic[:2]]) if body.elastic else None,
         )
         for name, body in machine.bodies.items()
         if carried_points[name]
     )
-    loads = tuple(_load(load, place, joints) for load in machine.loads)
+    loads = tuple(_sketched_load(load, position_of, joints) for load in machine.loads)
     return Sketch(bodies, tuple(joints), loads, _start_angle(machine))
 
 
@@ -118,9 +118,9 @@ def _frames(machine: Machine) -> dict[str, tuple[np.ndarray, float]]:
     except (planar.ClosureError, planar.MobilityError) as error:
         raise InputError(f"mechanism: {error}") from error
     frames = {GROUND: (np.zeros(2), 0.0)}
-    starts = dict(zip(ideal_machine.closure.names, ideal_machine.turn.q[0].reshape(-1, 3), strict=True))
-    starts |= {name: body.initial[:3] for name, body in machine.bodies.items() if body.initial}
-    for name, (x, y, angle) in starts.items():
+    poses = dict(zip(ideal_machine.closure.names, ideal_machine.turn.q[0].reshape(-1, 3), strict=True))
+    poses |= {name: body.initial[:3] for name, body in machine.bodies.items() if body.initial}
+    for name, (x, y, angle) in poses.items():
         c, s = math.cos(angle), math.sin(angle)
         cx, cy = machine.bodies[name].center
         frames[name] = (np.array([x - (c * cx - s * cy), y - (s * cx + c * cy)]), angle)
@@ -140,11 +140,13 @@ def _start_angle(machine: Machine) -> float:
     return float(drive.start_angle)
 
 
-def _load(load: Any, position_of: Callable[[str, str], np.ndarray], joints: list[SketchedJoint]) -> SketchedLoad:
+def _sketched_load(
+    load: Any, position_of: Callable[[str, str], np.ndarray], joints: list[SketchedJoint]
+) -> SketchedLoad:
     if isinstance(load, (Rubbing, Braking)):
         return SketchedLoad(load.name, next(joint.position for joint in joints if joint.name == load.joint), None)
     if isinstance(load, Spring):
         return SketchedLoad(load.name, position_of(*load.second), None, position_of(*load.first))
     force = np.array([load.fx, load.fy]) if isinstance(load, Push) else np.zeros(2)
-    size = float(np.hypot(*force))
-    return SketchedLoad(load.name, position_of(*load.at), force / size if size else None)
+    magnitude = float(np.hypot(*force))
+    return SketchedLoad(load.name, position_of(*load.at), force / magnitude if magnitude else None)

@@ -52,7 +52,7 @@ class BatchKey(NamedTuple):
 
 
 class RunInputs(NamedTuple):
-    """Input arrays of the loop, under their names in Work, Record and Turns."""
+    """Input arrays of the loop, under their names in Work, Record and RevolutionMarks."""
 
     times: np.ndarray
     marks: np.ndarray
@@ -89,7 +89,7 @@ class Start(NamedTuple):
     initial_values: np.ndarray  # the arrays of an InitialState, concatenated
     has_friction: list[bool]  # by contact
     sliding_distance: list[float]  # m, earlier wear by contact, or []
-    longest: float  # s, longest step
+    max_step: float  # s, longest step
 
     @property
     def times(self) -> np.ndarray:
@@ -99,9 +99,9 @@ class Start(NamedTuple):
 
 def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
     """Return the Start of a scene with results at `times` and these `marks`."""
-    pairs = zip(scene.value.joints, scene.case.joints, strict=True)
-    contacts = [pair for pair in pairs for _ in contact_modes(pair[0])]
-    internal, latched = _states(scene)
+    joint_pairs = zip(scene.value.joints, scene.case.joints, strict=True)
+    contacts = [pair for pair in joint_pairs for _ in contact_modes(pair[0])]
+    internal, latched = _internal_states(scene)
     knots = knots_of(scene.machine)
     inputs = [  # in the order of RunInputs
         *map(scene.crank_clock.value_after, marks.turns.tolist()),
@@ -130,18 +130,18 @@ def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
             for _, part in contacts
             if scene.worn
         ],
-        longest=MAX_STEP_TURNS * period(scene) if scene.mechanism.turns else math.inf,
+        max_step=MAX_STEP_TURNS * period(scene) if scene.mechanism.turns else math.inf,
     )
 
 
 def initial_shapes(scene: Scene) -> dict[str, tuple[int, ...]]:
     """Return the shapes of the arrays of an InitialState."""
-    contacts, latched = len(every_contact(scene.value.joints)), _states(scene)[1]
+    contacts, latched = len(every_contact(scene.value.joints)), _internal_states(scene)[1]
     shapes = flatten(scene.value).shape, scene.start.shape, scene.start.shape, (contacts + len(latched),)
     return InitialState(*shapes, (contacts,), (contacts, 2))._asdict()
 
 
-def _states(scene: Scene) -> tuple[list, list]:
+def _internal_states(scene: Scene) -> tuple[list, list]:
     """Return the internal state of a scene's laws: the integrated part and the latched part."""
     return every_state(scene.value), every_latched(scene.value.joints) if states_of(scene.value).latched else []
 
@@ -149,30 +149,30 @@ def _states(scene: Scene) -> tuple[list, list]:
 def _error_scale(scene: Scene, contacts: int, internal: list[float]) -> list[float]:
     """Return the allowed error (n,) of one step in each component of the state; `internal`: scales of its laws."""
     value, tolerance = scene.value, scene.case.simulate.tolerance
-    clearance, size = min([joint.clearance for joint in value.joints]), scene.built.size
+    clearance, mechanism_size = min([joint.clearance for joint in value.joints]), scene.built.size
     lengths = scene.built.lengths.tolist()
     has_film = any(joint.film for joint in scene.layout.joints)
-    weight = FILM_RATE_FACTOR * RATE_WEIGHT if has_film else RATE_WEIGHT
-    displacement = max(POSITION_WEIGHT * tolerance * clearance, ROUNDING * size)
-    rate = max(weight * tolerance * clearance, ROUNDING * size) * value.reference_rate
-    moment = max(POSITION_WEIGHT * tolerance, ROUNDING) / value.reference_rate
-    root = ROOT_WEIGHT * tolerance * math.sqrt(clearance)
-    scales = [*(displacement / length for length in lengths), *(rate / length for length in lengths), moment]
-    return [*scales, *[root] * contacts, *(tolerance * scale for scale in internal)]
+    rate_weight = FILM_RATE_FACTOR * RATE_WEIGHT if has_film else RATE_WEIGHT
+    length_error = max(POSITION_WEIGHT * tolerance * clearance, ROUNDING * mechanism_size)
+    rate_error = max(rate_weight * tolerance * clearance, ROUNDING * mechanism_size) * value.reference_rate
+    time_error = max(POSITION_WEIGHT * tolerance, ROUNDING) / value.reference_rate
+    root_error = ROOT_WEIGHT * tolerance * math.sqrt(clearance)
+    scales = [*(length_error / length for length in lengths), *(rate_error / length for length in lengths), time_error]
+    return [*scales, *[root_error] * contacts, *(tolerance * scale for scale in internal)]
 
 
 def control_of(scene: Scene, end: float, *, keep_events: bool) -> integration.Control:
     """Return the control of an integration up to `end` (s, or rad for a free crank)."""
     settings = scene.case.simulate
     has_crank, free = scene.mechanism.turns, scene.crank_clock.free
-    window = scene.crank_clock.value_after(settings.discard) if has_crank else 0.0
-    units = max(settings.revolutions, 1.0) if has_crank else settings.impacts
+    window_start = scene.crank_clock.value_after(settings.discard) if has_crank else 0.0
+    budget_units = max(settings.revolutions, 1.0) if has_crank else settings.impacts
     return integration.Control(
-        window=window,
+        window=window_start,
         end=end,
         separations=0 if has_crank else int(settings.impacts),
-        step_budget=min(int(settings.step_budget * units), UNLIMITED),
-        event_budget=min(int(settings.event_budget * units), UNLIMITED),
+        step_budget=min(int(settings.step_budget * budget_units), UNLIMITED),
+        event_budget=min(int(settings.event_budget * budget_units), UNLIMITED),
         method=_METHODS[settings.method],
         keep_events=keep_events,
         time_limit=settings.time_limit if free else math.inf,

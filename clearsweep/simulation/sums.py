@@ -28,10 +28,10 @@ def half_width(values: np.ndarray) -> float:
     if count < 2:
         return math.inf
     deviations = values - values.mean()
-    squares = float(deviations @ deviations)
-    if squares == 0.0:
+    sum_of_squares = float(deviations @ deviations)
+    if sum_of_squares == 0.0:
         return 0.0
-    variance = squares / (count * (count - 1)) * variance_inflation(values)
+    variance = sum_of_squares / (count * (count - 1)) * variance_inflation(values)
     return float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(variance)
 
 
@@ -88,11 +88,11 @@ class Ratio(NamedTuple):
     """The ratio of two integrals over time."""
 
     numerator: str  # field of ContactTotals or WholeTotals
-    whole: str  # the denominator
+    denominator: str  # likewise
 
     def take(self, totals: Totals | Summed, index: int | None) -> Any:
         """Return both integrals."""
-        return np.array([_sum(totals, index, self.numerator), _sum(totals, index, self.whole)])
+        return np.array([_sum(totals, index, self.numerator), _sum(totals, index, self.denominator)])
 
     def value(self, window: Window, index: int | None) -> Any:
         """Return the ratio over the window, or 0 if both integrals are 0."""
@@ -100,7 +100,7 @@ class Ratio(NamedTuple):
         return numerator / denominator if denominator else 0.0
 
     def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
-        """Return the ratio and its half-width, that of the mean of part - ratio whole (Cochran 1977, section 6.4)."""
+        """Return the ratio and its half-width, that of the mean of numerator - ratio denominator (Cochran, 6.4)."""
         numerator, denominator = np.diff(sums, axis=0).T
         if not denominator.any():
             return 0.0, 0.0
@@ -181,7 +181,7 @@ class ForceExceeded(NamedTuple):
 
     def value(self, window: Window, index: int) -> Any:
         """Return the force over the window."""
-        return window.exceeded[index]
+        return window.exceeded_force[index]
 
     def over_blocks(self, times: np.ndarray, histograms: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the force and its half-width.
@@ -210,7 +210,7 @@ class DryTime(NamedTuple):
 
     def value(self, window: Window, index: int) -> Any:
         """Return the share of the window."""
-        return self._share(window.dry[index] / window.duration)
+        return self._share(window.dry_time[index] / window.duration)
 
     def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the share and its half-width, with the mean load of all blocks."""

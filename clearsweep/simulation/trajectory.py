@@ -66,8 +66,8 @@ def simulate(
     begin = time.perf_counter()
     with phases.show_progress(progress):
         trajectory = _all_integrations(with_deadline(scene), times, observers, log)
-    summary, spent = trajectory.summary, scene.build_time + time.perf_counter() - begin
-    summary[SETUP.name] = max(spent - (summary.get("run_time") or 0.0), 0.0)
+    summary, elapsed = trajectory.summary, scene.build_time + time.perf_counter() - begin
+    summary[SETUP.name] = max(elapsed - (summary.get("run_time") or 0.0), 0.0)
     return with_limits(scene, trajectory)
 
 
@@ -104,7 +104,7 @@ def with_limits(scene: Scene, trajectory: Trajectory) -> Trajectory:
 def _seized(scene: Scene, balance: Balance) -> Trajectory:
     """Return the failed trajectory of a case with a joint that closes as it warms up."""
     trajectory = _simulate(scene, NO_TIMES)
-    spent = {figure.name: trajectory.summary[figure.name] for figure in WORK_COUNTS}
+    work_counts = {figure.name: trajectory.summary[figure.name] for figure in WORK_COUNTS}
     closing_joints = [
         f"{joint.name}, with {1e6 * cold.clearance:.4g} um of clearance at 20 degC, closes on its way to "
         f"{balance.implied[joint.column]:.4g} K"
@@ -112,7 +112,7 @@ def _seized(scene: Scene, balance: Balance) -> Trajectory:
         if joint.column in balance.seized
     ]
     message = f"{'; '.join(closing_joints)}; a larger clearance or thermal.conductance helps, or less friction"
-    summary = dict.fromkeys(trajectory.summary) | spent
+    summary = dict.fromkeys(trajectory.summary) | work_counts
     return dataclasses.replace(
         trajectory, status="seized", message=message, summary=summary, channels={}, wear={}, poincare={}
     )
@@ -126,8 +126,8 @@ def _with_balance(scene: Scene, trajectory: Trajectory, balance: Balance) -> Tra
     if trajectory.status != "ok":
         return trajectory
     subjects = {joint.column: f"the film of {joint.name}" if joint.film else joint.name for joint in scene.case.joints}
-    unsure = uncertain_films([(subjects[joint], *accuracy) for joint, accuracy in balance.doubtful().items()])
-    remark = unsure if balance.converged else UNBALANCED
+    accuracy_remark = uncertain_films([(subjects[joint], *accuracy) for joint, accuracy in balance.doubtful().items()])
+    remark = accuracy_remark if balance.converged else UNBALANCED
     return dataclasses.replace(trajectory, message=message_of(trajectory.message, remark))
 
 
@@ -157,7 +157,7 @@ class Horizon(NamedTuple):
 
     end: float  # s; rad where the crank is free
     times: np.ndarray  # times of the samples
-    turned: bool  # `times` are angles (rad) of a free crank
+    in_angles: bool  # `times` are angles (rad) of a free crank
     marks: Marks
 
 
@@ -179,8 +179,8 @@ def horizon_of(scene: Scene, times: ArrayLike | None = None) -> Horizon:
 
 def _simulate(scene: Scene, times: ArrayLike | None, observers: Sequence[Observer] = ()) -> Trajectory:
     """Return the trajectory of a scene of given length."""
-    end, sample_times, turned, marks_of_run = horizon_of(scene, times)
-    run = integration_of(scene, sample_times, end, observers, turned=turned, marks=marks_of_run)
+    end, sample_times, in_angles, marks_of_run = horizon_of(scene, times)
+    run = integration_of(scene, sample_times, end, observers, in_angles=in_angles, marks=marks_of_run)
     if scene.crank_clock.free and times is not None and run.status == integration.OK:
         finish_samples(scene, run)
     trajectory = trajectory_of(scene, run, end)
@@ -211,7 +211,9 @@ def _run_until_converged(scene: Scene, times: ArrayLike | None, observers: Seque
     settings, value_after, orbits = scene.case.simulate, scene.crank_clock.value_after, scene.case.save.orbits
     full_scene = _with_settings(scene, revolutions=max_revolutions(settings))
     end = value_after(full_scene.case.simulate.revolutions)
-    run = Run(start_of(scene, pauses(settings, value_after), marks_of(scene, max_revolutions(settings))), turned=True)
+    run = Run(
+        start_of(scene, pauses(settings, value_after), marks_of(scene, max_revolutions(settings))), in_angles=True
+    )
     observer = ConvergenceObserver(scene, run.record.samples)
     keep_events = orbits != "none" or times is not None
     integrate(full_scene, run, end, keep_events=keep_events, observers=(observer, *observers))
@@ -234,8 +236,8 @@ def _converged_trajectory(
         check_memory(0.0 if times is not None else history_bytes(scene.layout, scene.case.save, observer.revolutions))
         last = math.inf if scene.crank_clock.free else end
         sample_times = sampling_times(final_scene) if times is None else checked_times(times, last)
-        second_run = Run(start_of(scene, sample_times), turned=times is None)
-        _retrace(final_scene, run, second_run, end, observer.starts)
+        second_run = Run(start_of(scene, sample_times), in_angles=times is None)
+        _record_samples(final_scene, run, second_run, end, observer.snapshots)
     return trajectory_of(final_scene, run, end)
 
 
@@ -243,24 +245,24 @@ def _run_life(scene: Scene, times: ArrayLike | None, observers: Sequence[Observe
     """Return the trajectory of a life: its last block, with the history up to the limit."""
     begin = time.process_time()
     life_run.scene = scene = dataclasses.replace(scene, deadline=scene.deadline - life_run.seconds_before)
-    last: list[tuple[Scene, Run, RateObserver]] = []
+    latest_block: list[tuple[Scene, Run, RateObserver]] = []
 
     def run_block(life_run: LifeRun, state: np.ndarray) -> BlockRecord | None:
-        last[:] = [_block(life_run.scene_at(state), observers)]
-        worn_scene, run, observer = last[0]
+        latest_block[:] = [_block(life_run.scene_at(state), observers)]
+        worn_scene, run, observer = latest_block[0]
         if run.status != integration.OK:
             life_run.failure = _failed_block(worn_scene, run).status
             return None
         return block_record_of(worn_scene, run, observer, life_run.seconds_before + time.process_time() - begin)
 
     with phases.phase(life_run.progress):
-        life = extrapolated_life(life_run.measured(run_block), life_run, life_run.settings(), life_run.start)
+        life = extrapolated_life(life_run.logged(run_block), life_run, life_run.settings(), life_run.start)
         if life and not life_run.constant_rates:
             last_block = run_block(life_run, life.nodes[-1].state)
             life = life_run.with_last_block(life, last_block) if last_block else None
-        elif life and not last and not run_block(life_run, life_run.start):  # its only block is in the log
+        elif life and not latest_block and not run_block(life_run, life_run.start):  # its only block is in the log
             life = None
-    worn_scene, run, observer = last[0]
+    worn_scene, run, observer = latest_block[0]
     if life is None:
         failed = _failed_block(worn_scene, run)
         return dataclasses.replace(failed, message=f"block {len(life_run.records) + 1} of its life: {failed.message}")
@@ -300,7 +302,7 @@ def _block(scene: Scene, observers: Sequence[Observer]) -> tuple[Scene, Run, Rat
     return scene, run, observer
 
 
-def _retrace(scene: Scene, run: Run, second_run: Run, end: float, starts: Iterable[Snapshot]) -> None:
+def _record_samples(scene: Scene, run: Run, second_run: Run, end: float, starts: Iterable[Snapshot]) -> None:
     """Record the motion of a run in `second_run`, from the last suitable snapshot in `starts` or from the beginning."""
     times, independent = second_run.record.times, second_run.record.independent
     snapshots = [start for start in starts if times.size and start["y"][independent] <= times[0]]
@@ -323,10 +325,10 @@ def _error_checked(scene: Scene, trajectory: Trajectory) -> Trajectory:
     """Return a trajectory with the change of every figure at a tenth of the tolerance in its summary."""
     if trajectory.status != "ok":
         return trajectory
-    tighter = {"tolerance": 0.1 * scene.case.simulate.tolerance}
+    tighter_settings = {"tolerance": 0.1 * scene.case.simulate.tolerance}
     if scene.layout.until:
-        tighter["revolutions"] = trajectory.summary["revolutions_run"]
-    tighter_run = _simulate(_with_settings(scene, **tighter), NO_TIMES)
+        tighter_settings["revolutions"] = trajectory.summary["revolutions_run"]
+    tighter_run = _simulate(_with_settings(scene, **tighter_settings), NO_TIMES)
     _add_differences(trajectory.summary, tighter_run.summary)
     if tighter_run.status == "ok":
         return trajectory
@@ -369,16 +371,18 @@ def checked_times(times: ArrayLike, end: float) -> np.ndarray:
         raise InputError("times: expected a one-dimensional array of increasing, finite times in s")
     if array.size and not (array[0] >= 0.0 and array[-1] <= end * (1.0 + 1e-12)):
         raise InputError(f"times: found {array[0]:.6g} s to {array[-1]:.6g} s; the run lasts from 0 to {end:.6g} s")
-    within: np.ndarray = np.minimum(array, end)
-    return within
+    clipped: np.ndarray = np.minimum(array, end)
+    return clipped
 
 
 def sampling_times(scene: Scene) -> np.ndarray:
     """Return the sampling times of a scene: at k / samples of a revolution, both ends of the range included."""
     save, revolutions, crank_clock = scene.case.save, scene.case.simulate.revolutions, scene.crank_clock
-    first = 0 if save.orbits == "all" else round((revolutions - save.revolutions) * save.samples)
-    count = np.arange(first, math.floor(revolutions * save.samples + 1e-9) + 1)
-    times: np.ndarray = np.minimum(crank_clock.values_after(count / save.samples), crank_clock.value_after(revolutions))
+    first_sample = 0 if save.orbits == "all" else round((revolutions - save.revolutions) * save.samples)
+    sample_numbers = np.arange(first_sample, math.floor(revolutions * save.samples + 1e-9) + 1)
+    times: np.ndarray = np.minimum(
+        crank_clock.values_after(sample_numbers / save.samples), crank_clock.value_after(revolutions)
+    )
     return times
 
 

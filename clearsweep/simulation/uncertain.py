@@ -28,15 +28,15 @@ def with_bounding_coefficients(case: Case, end: str) -> Case:
     """Return a case whose uncertain wear coefficients are all at one end of their 95 % intervals, LOW or HIGH."""
     joints = {joint.name: joint for joint in case.joints}
     for coefficient in case.uncertain:
-        joint, number = joints[coefficient.joint], getattr(coefficient, end)
+        joint, bound = joints[coefficient.joint], getattr(coefficient, end)
         assert joint.wear is not None  # grids accept uncertain coefficients only for joints with wear
-        values = {key: joint.wear.values[key] * number if coefficient.relative else number for key in coefficient.keys}
+        values = {key: joint.wear.values[key] * bound if coefficient.relative else bound for key in coefficient.keys}
         joints[coefficient.joint] = joint._replace(wear=joint.wear._replace(values={**joint.wear.values, **values}))
     return case._replace(joints=tuple(joints.values()))
 
 
 def further_lives(
-    life_run: LifeRun, run: Callable[[LifeRun, np.ndarray], BlockRecord | None]
+    life_run: LifeRun, run_block: Callable[[LifeRun, np.ndarray], BlockRecord | None]
 ) -> dict[str, BoundingLife]:
     """Return the lives with the coefficients at their LOW and HIGH ends.
 
@@ -46,7 +46,7 @@ def further_lives(
     Parameters
     ----------
     life_run : LifeRun of the case itself, whose life is known.
-    run : (LifeRun, (n,) worn state) -> block, or None if it failed.
+    run_block : (LifeRun, (n,) worn state) -> block, or None if it failed.
     """
     lives = {}
     for end in (LOW, HIGH):
@@ -59,7 +59,7 @@ def further_lives(
         bounding_run = life_run.bounding(case, f"life with the wear coefficients at their {end} ends")
         with phases.phase(bounding_run.progress):
             life = extrapolated_life(
-                bounding_run.measured(run), bounding_run, bounding_run.settings(), bounding_run.start
+                bounding_run.logged(run_block), bounding_run, bounding_run.settings(), bounding_run.start
             )
         lives[end] = BoundingLife(life, tuple(bounding_run.records), bounding_run.failure)
     return lives
@@ -106,8 +106,8 @@ def failures(lives: dict[str, BoundingLife]) -> tuple[str, ...]:
 def figures(column: str, lives: dict[str, BoundingLife]) -> dict[str, float | None]:
     """Return both ends of a joint's life by column, with None for unknown ones; more wear means a shorter life."""
     ends = {"low": lives[HIGH].life, "high": lives[LOW].life}
-    turns = {end: life.revolutions if life and life.reached else math.nan for end, life in ends.items()}
+    revolutions_at = {end: life.revolutions if life and life.reached else math.nan for end, life in ends.items()}
     return {
         f"{column}_life_{end}_uncertain": life_turns if math.isfinite(life_turns) else None
-        for end, life_turns in turns.items()
+        for end, life_turns in revolutions_at.items()
     }

@@ -34,7 +34,7 @@ class ConvergenceObserver:
         self.discard, self.min_revolutions = settings.discard, settings.revolutions
         self.samples, self.columns, self.units = samples, *_journal_channels(scene)
         # snapshots, oldest first, from which the saved revolutions can be repeated
-        self.starts: deque[Snapshot] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
+        self.snapshots: deque[Snapshot] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
         self.revolutions, self.settled = 0.0, False
         self.period: int | None = None  # revolutions
         self.interval: Interval | None = None
@@ -43,7 +43,7 @@ class ConvergenceObserver:
         """Return whether the run may end with this revolution."""
         turns = self.blocks.turns
         self.revolutions = self.discard + turns
-        self.starts.append(snapshot_of(work))
+        self.snapshots.append(snapshot_of(work))
         if self.blocks.record(work) or self.interval is None:
             self.interval = self.blocks.interval(self.figure)
         self.period = period_of(self.samples[:turns, self.columns] / self.units)
@@ -66,8 +66,8 @@ def _journal_channels(scene: Scene) -> tuple[list[int], np.ndarray]:
     names = [channel.name for channel in scene.layout.channels]
     columns: list[int] = []
     units: list[float] = []
-    for part, joint in zip(scene.layout.joints, scene.value.joints, strict=True):
-        columns += [names.index(f"joints/{part.name}/{name}") for name in ("x", "y", "vx", "vy")]
+    for joint_layout, joint in zip(scene.layout.joints, scene.value.joints, strict=True):
+        columns += [names.index(f"joints/{joint_layout.name}/{name}") for name in ("x", "y", "vx", "vy")]
         units += [joint.clearance] * 2 + [joint.clearance * scene.value.reference_rate] * 2
     return columns, np.array(units)
 

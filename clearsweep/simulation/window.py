@@ -47,7 +47,7 @@ class JointTotals(ContactTotals):
     """Figures of the window for a joint; the fields added here are those of a spatial joint."""
 
     axial_force_max: float  # N, at a flange
-    axial_onsets: float  # there
+    axial_onsets: float  # number of onsets at the flanges
     uneven_time: float  # N s, of the difference between the walls
     tilt_max: float  # rad
 
@@ -70,19 +70,21 @@ class Window(NamedTuple):
     layout: Layout
     joints: tuple[dry.Joint, ...]
     totals: Summed
-    exceeded: list[float]  # N, by joint: normal force exceeded for the share RARE_SHARE of the time
-    dry: list[float]  # s, by joint: time with a dry force above DRY_FORCE_THRESHOLD of its mean load; 0 without a film
+    exceeded_force: list[float]  # N, by joint: normal force exceeded for the share RARE_SHARE of the time
+    dry_time: list[
+        float
+    ]  # s, by joint: time with a dry force above DRY_FORCE_THRESHOLD of its mean load; 0 without a film
     ideal: Mapping[str, float]  # N, largest reaction of each joint without clearance
-    wear: dict[str, tuple[np.ndarray, np.ndarray]]  # m, see `wear_of`
+    wear: dict[str, tuple[np.ndarray, np.ndarray]]  # m, see `wear_depths_of`
     counts: Counts  # of the whole integration
     events: int  # of the motion itself
-    seconds: float  # s, integration time
+    integration_time: float  # s, integration time
     duration: float  # s
     turns: float  # revolutions; 1 where nothing turns
     spreads: tuple[Spread, ...]  # of each joint's force peaks over the revolutions
     period: int | None  # period in revolutions, or None
     sliding_distance: list[float]  # (joints,) m, sliding distance before the run
-    onset: list[float]  # (joints,) m/s, onset rate in the law at the end; nan: none
+    onset_rate: list[float]  # (joints,) m/s, onset rate in the law at the end; nan: none
 
 
 def by_joint(totals: Totals, layout: Layout) -> Totals:
@@ -97,7 +99,7 @@ def by_joint(totals: Totals, layout: Layout) -> Totals:
         totals = _with_friction(totals, layout)
     if not any(joint.corners for joint in layout.joints):
         return totals
-    rows, bearing = rows_of(layout), bearing_of(layout)
+    rows, bearing = contact_slices(layout), force_contact_slices(layout)
     pairs = zip(rows, layout.joints, strict=True)
     joints = JointTotals(np.array([_combined_totals(totals.joint[row], joint).numbers for row, joint in pairs]))
     account = np.array([combined_account(totals.account[row], totals.joint[row]) for row in rows])
@@ -112,7 +114,8 @@ def _with_friction(totals: Totals, layout: Layout) -> Totals:
     """Return the sums with the work of friction loads assigned to their joints."""
     joint, work = totals.joint.copy(), dict.fromkeys(layout.rubbing, 0.0)
     clearance_joints = {
-        joint_layout.name: (row, joint_layout) for row, joint_layout in zip(rows_of(layout), layout.joints, strict=True)
+        joint_layout.name: (row, joint_layout)
+        for row, joint_layout in zip(contact_slices(layout), layout.joints, strict=True)
     }
     for name, friction_work in zip(layout.frictions, totals.friction, strict=True):
         if name in clearance_joints:
@@ -124,15 +127,15 @@ def _with_friction(totals: Totals, layout: Layout) -> Totals:
     return totals._replace(joint=joint, friction=np.array(list(work.values())))
 
 
-def rows_of(layout: Layout) -> list[slice]:
+def contact_slices(layout: Layout) -> list[slice]:
     """Return the indices of the contacts of each joint among all contacts."""
     ends = np.cumsum([len(joint.contacts) for joint in layout.joints])
     return [slice(end - len(joint.contacts), end) for end, joint in zip(ends, layout.joints, strict=True)]
 
 
-def bearing_of(layout: Layout) -> list[slice]:
+def force_contact_slices(layout: Layout) -> list[slice]:
     """Return the contacts whose normal forces are those of the joint; for a spatial joint, the sum of its walls."""
-    pairs = zip(rows_of(layout), layout.joints, strict=True)
+    pairs = zip(contact_slices(layout), layout.joints, strict=True)
     return [slice(row.start + joint.corners, row.stop - 1) if joint.auxiliary else row for row, joint in pairs]
 
 
@@ -145,13 +148,16 @@ def _combined_totals(contacts: ContactTotals, joint: JointLayout) -> JointTotals
         setattr(combined, name, walls.column(name).max())
     if joint.auxiliary:
         points, flanges = contacts[: joint.corners], contacts[WALLS : joint.corners]
-        whole, uneven = contacts[-2], contacts[-1]
+        wall_sum, wall_difference = contacts[-2], contacts[-1]
         for name in ("force_square", "force_max", "load_max"):
-            setattr(combined, name, getattr(whole, name))
+            setattr(combined, name, getattr(wall_sum, name))
         combined.clips, combined.friction_energy = points.column("clips").sum(), points.column("friction_energy").sum()
         combined.axial_force_max = flanges.column("force_max").max(initial=0.0)
         combined.axial_onsets = flanges.column("onsets").sum()
-        combined.uneven_time, combined.tilt_max = uneven.force_time, math.asin(min(uneven.depth_max, 1.0))
+        combined.uneven_time, combined.tilt_max = (
+            wall_difference.force_time,
+            math.asin(min(wall_difference.depth_max, 1.0)),
+        )
     return combined
 
 
@@ -171,23 +177,25 @@ def combined_account(accounts: np.ndarray, contacts: ContactTotals) -> np.ndarra
 
 
 def interpolated_depths(depths: np.ndarray, bins: int) -> np.ndarray:
-    """Return means over `bins` bins that preserve given means over fewer bins: (bins,) m from (n,) m.
+    """Return means over `bins` bins that preserve given means over fewer bins: (bins,) m from (coarse_bins,) m.
 
-    Depths may have a further dimension, which is kept: (bins, rows) m from (n, rows) m.
+    Depths may have a further axis: (bins, rows) m from (coarse_bins, rows) m.
 
     Cumulative wear over the angle is interpolated between bin edges by a monotone cubic (Fritsch & Butland
     1984, SIAM J. Sci. Stat. Comput. 5:300), so no bin is negative.
     """
     from scipy.interpolate import PchipInterpolator
 
-    periodic, n = np.concatenate([depths[-SEAM_BINS:], depths, depths[:SEAM_BINS]]), len(depths)
-    edges = np.arange(-SEAM_BINS, n + SEAM_BINS + 1) / n
-    worn = PchipInterpolator(edges, np.concatenate([periodic[:1] * 0.0, np.cumsum(periodic, axis=0)]) / n)
-    finest: np.ndarray = np.maximum(np.diff(worn(np.arange(bins + 1) / bins), axis=0) * bins, 0.0)
-    return finest
+    periodic, coarse_bins = np.concatenate([depths[-SEAM_BINS:], depths, depths[:SEAM_BINS]]), len(depths)
+    edges = np.arange(-SEAM_BINS, coarse_bins + SEAM_BINS + 1) / coarse_bins
+    cumulative_wear = PchipInterpolator(
+        edges, np.concatenate([periodic[:1] * 0.0, np.cumsum(periodic, axis=0)]) / coarse_bins
+    )
+    depths_by_bin: np.ndarray = np.maximum(np.diff(cumulative_wear(np.arange(bins + 1) / bins), axis=0) * bins, 0.0)
+    return depths_by_bin
 
 
-def wear_of(layout: Layout, totals: Totals | Summed) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def wear_depths_of(layout: Layout, totals: Totals | Summed) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return the wear depths (m) of bearing and journal by bin, for every joint with wear; totals : by joint.
 
     For a spatial joint they are over angle and length, (bins, rows).
@@ -198,8 +206,8 @@ def wear_of(layout: Layout, totals: Totals | Summed) -> dict[str, tuple[np.ndarr
     for joint, depths in zip(layout.joints, totals.wear.reshape(len(layout.joints), 2, -1), strict=True):
         bins = joint.wear_bins
         if bins:
-            bins_kept, rows = min(bins, MAX_BINS), joint.wear_rows
-            bearing, journal = depths[:, : bins_kept * rows].reshape(2, rows, bins_kept).swapaxes(1, 2).copy()
+            computed_bins, rows = min(bins, MAX_BINS), joint.wear_rows
+            bearing, journal = depths[:, : computed_bins * rows].reshape(2, rows, computed_bins).swapaxes(1, 2).copy()
             if not joint.auxiliary:
                 bearing, journal = bearing[:, 0], journal[:, 0]
             wear[joint.name] = (

@@ -20,12 +20,14 @@ def yield_speeds(scene: Scene) -> dict[str, float | None]:
     The speed is sqrt(2 W / m), with W the elastic energy at first yield and m the largest effective mass at the start.
     """
     elastic_joints = [
-        (number, case)
-        for number, (case, joint) in enumerate(zip(scene.case.joints, scene.layout.joints, strict=True))
+        (index, case_joint)
+        for index, (case_joint, joint) in enumerate(zip(scene.case.joints, scene.layout.joints, strict=True))
         if joint.strength
     ]
     masses = _masses(scene) if elastic_joints else []
-    return {f"{case.column}_yield_speed": _speed(case, masses[number]) for number, case in elastic_joints}
+    return {
+        f"{case_joint.column}_yield_speed": _speed(case_joint, masses[index]) for index, case_joint in elastic_joints
+    }
 
 
 def _speed(joint: Joint, mass: float | None) -> float | None:

@@ -28,7 +28,7 @@ class Dual:
         """Return value and slope."""
         return self.value, self.slope
 
-    pieces = parts
+    traced_parts = parts
 
 
 class Seeded:
@@ -39,7 +39,7 @@ class Seeded:
     def __init__(self, values, direction):
         self.values, self.direction = values, direction
 
-    def pieces(self):
+    def traced_parts(self):
         """Return the components."""
         return self.values, self.direction
 

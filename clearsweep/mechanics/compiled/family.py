@@ -267,7 +267,7 @@ def invoke_each(code, parameters, arrays, integer):
 
 @primitive(invoke)
 def _emit_call(code, parameters, arrays, integer):
-    call_at(code, parameters, arrays.made() if hasattr(arrays, "made") else arrays, integer)
+    call_at(code, parameters, arrays.as_named_tuple() if hasattr(arrays, "as_named_tuple") else arrays, integer)
 
 
 def pointer_to(value):

@@ -14,7 +14,7 @@ class Moving:
     def __init__(self, values, accelerations):
         self.values, self.accelerations = values, accelerations
 
-    def pieces(self):
+    def traced_parts(self):
         """Return the components."""
         return self.values, self.accelerations
 

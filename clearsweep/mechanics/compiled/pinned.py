@@ -62,25 +62,25 @@ class Layout:
     """Memory layout of a NamedTuple."""
 
     def __init__(self, value: Any):
-        self.type, self.parts, self.offsets, offset = type(value), {}, {}, 0
+        self.type, self.field_layouts, self.offsets, offset = type(value), {}, {}, 0
         for name, item in zip(type(value)._fields, value, strict=True):
             self.offsets[name] = offset
             if isinstance(item, tuple):
-                self.parts[name] = Layout(item)
-                offset += self.parts[name].size
+                self.field_layouts[name] = Layout(item)
+                offset += self.field_layouts[name].size
             elif isinstance(item, np.ndarray):
-                self.parts[name] = _array(name, item)
+                self.field_layouts[name] = _array(name, item)
                 offset += 1 + item.ndim
             elif isinstance(item, Fields):
-                self.parts[name] = (type(item), *_array(name, item.numbers))
+                self.field_layouts[name] = (type(item), *_array(name, item.numbers))
                 offset += 1 + item.numbers.ndim
             else:
-                self.parts[name] = float if isinstance(item, float) else int
+                self.field_layouts[name] = float if isinstance(item, float) else int
                 offset += 1
         self.size = offset  # words
 
     def __repr__(self) -> str:
-        return f"{self.type.__name__}({self.parts})"
+        return f"{self.type.__name__}({self.field_layouts})"
 
 
 def _array(name: str, array: np.ndarray) -> tuple[str, int, int]:
@@ -112,25 +112,25 @@ class Loaded:
     """A value at an address known only at run time; its fields are loaded on access."""
 
     def __init__(self, layout: Layout, address: symbols.Integer, offset: int = 0):
-        self._form, self._address, self._place = layout, address, offset
+        self._layout, self._address, self._offset = layout, address, offset
 
     @property
-    def known(self) -> tuple[int, int]:
+    def static_key(self) -> tuple[int, int]:
         """Return the parts known while tracing."""
-        return id(self._form), self._place
+        return id(self._layout), self._offset
 
-    def pieces(self) -> tuple[Any, ...]:
+    def traced_parts(self) -> tuple[Any, ...]:
         """Return the parts unknown while tracing."""
         return (self._address,)
 
-    def remade(self, parts: list[Any]) -> "Loaded":
+    def with_traced_parts(self, parts: list[Any]) -> "Loaded":
         """Return a value of the same form at another address."""
-        return Loaded(self._form, parts[0], self._place)
+        return Loaded(self._layout, parts[0], self._offset)
 
     def __getattr__(self, name: str) -> Any:
-        if name not in self._form.parts:
+        if name not in self._layout.field_layouts:
             raise AttributeError(name)
-        layout, offset = self._form.parts[name], self._place + self._form.offsets[name]
+        layout, offset = self._layout.field_layouts[name], self._offset + self._layout.offsets[name]
         if isinstance(layout, Layout):
             return Loaded(layout, self._address, offset)
         if layout in (float, int):
@@ -144,11 +144,11 @@ class Loaded:
         return fields(viewed(Pointer.at(first_word, kind), (*shape[:-1], fields.SIZE), stride))
 
     def __iter__(self) -> Any:
-        return (getattr(self, name) for name in self._form.parts)
+        return (getattr(self, name) for name in self._layout.field_layouts)
 
-    def made(self) -> Any:
+    def as_named_tuple(self) -> Any:
         """Return the value as a NamedTuple."""
-        return self._form.type(*self)
+        return self._layout.type(*self)
 
 
 @primitive(pinned_at)

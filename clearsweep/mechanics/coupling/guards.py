@@ -14,8 +14,8 @@ from ..joint.offsets import (
     after_joint,
     after_number,
     after_part,
-    extent,
-    first_place,
+    first_offsets,
+    total_counts,
     where_internal,
     with_current_state,
 )
@@ -95,25 +95,23 @@ def guards_entry(scene, y, nodes, latched, o, value, row):
     Arrays are bare pointers; `scene` is a pointer to the Scene.
     """
     parameters = scene[0]
-    roots, size = 2 * len(parameters.coordinates) + 1, extent(parameters.joints)
+    roots, size = 2 * len(parameters.coordinates) + 1, total_counts(parameters.joints)
     _, n, _ = size_of(parameters)
     y, nodes = shaped(y, (n,)), shaped(nodes, (n + 1, STAGES))
     latched, o = shaped(latched, (size.contact + size.latched,)), shaped(o, (observed_width(parameters), ROW_COUNT))
-    value, first_offsets = shaped(value, (size.guard, SINGLE_STATE + 1)), first_place(parameters.joints, roots)
+    value, offsets = shaped(value, (size.guard, SINGLE_STATE + 1)), first_offsets(parameters.joints, roots)
     if row != END:
         _evaluate_joints(
             parameters.joints,
             parameters.joints,
-            first_offsets,
+            offsets,
             _Values(y, latched, o, row, roots, value[:, SINGLE_STATE]),
         )
         return
-    _evaluate_joints(
-        parameters.joints, parameters.joints, first_offsets, _Values(y, latched, o, START, roots, value[:, 0])
-    )
+    _evaluate_joints(parameters.joints, parameters.joints, offsets, _Values(y, latched, o, START, roots, value[:, 0]))
     for i in rolled_range(STAGES):
         at_stage = _Values(nodes[:, i], latched, o, i, roots, value[:, 1 + i])
-        _evaluate_joints(parameters.joints, parameters.joints, first_offsets, at_stage)
+        _evaluate_joints(parameters.joints, parameters.joints, offsets, at_stage)
 
 
 # ---------------------------------------------------------------------------------------------- latching
@@ -172,7 +170,7 @@ def latch_entry(scene, y, latched, o, event, row):
     event : (2,) int64, the contact, and ENTERED, LEFT or the guard's number.
     """
     parameters = scene[0]
-    roots, size = 2 * len(parameters.coordinates) + 1, extent(parameters.joints)
+    roots, size = 2 * len(parameters.coordinates) + 1, total_counts(parameters.joints)
     event_values = shaped(event, (2,))
     shared = _Event(
         shaped(y, (size_of(parameters)[1],)),
@@ -184,7 +182,7 @@ def latch_entry(scene, y, latched, o, event, row):
         event_values[1],
     )
     joints = joints_at_event(parameters, shared.y)
-    _latch_joints(joints, joints, first_place(joints, roots), shared)
+    _latch_joints(joints, joints, first_offsets(joints, roots), shared)
 
 
 # ---------------------------------------------------------------------------------------------- for a scene

@@ -8,7 +8,7 @@ from ..joint.dry import Joint
 from ..joint.loss.contract import needs_mass, with_mass
 from ..joint.lubricated import Lubricated
 from ..joint.modes import touches
-from ..joint.offsets import after_joint, after_number, first_place, with_current_state
+from ..joint.offsets import after_joint, after_number, first_offsets, with_current_state
 from ..joint.worn import WornJoint, WornOnFoundation
 from ..mechanism.contract import gaps, impact_masses, place
 
@@ -79,7 +79,7 @@ _zero_masses = map_joints(_zero_mass, after_number)
 @inlined
 def _joints_with_needed_mass(scene, pose, relative, state):
     is_needed = False
-    for needs_mass_here in _all_need_mass(scene.joints, relative, first_place(scene.joints, state.roots), state):
+    for needs_mass_here in _all_need_mass(scene.joints, relative, first_offsets(scene.joints, state.roots), state):
         is_needed = is_needed | needs_mass_here
     if none_of(is_needed):
         return _all_with_mass(scene.joints, _zero_masses(relative, relative, 0, 0), 0, 0)

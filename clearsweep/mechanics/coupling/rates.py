@@ -24,7 +24,7 @@ from ..joint.contract import (
     extra_channels,
     extra_observables,
     gap_histories,
-    guarded,
+    guard_quantity,
     load_histories,
     power_lost,
     power_stored,
@@ -35,11 +35,11 @@ from ..joint.nearest import with_angles, with_body_angles
 from ..joint.offsets import (
     after_joint,
     after_number,
-    channels_beside_those,
-    extent,
-    first_place,
+    extra_channel_count,
+    first_offsets,
     histories_of,
     observed_columns,
+    total_counts,
 )
 from ..mechanism.contract import (
     accelerate,
@@ -122,7 +122,7 @@ def relaxed_rate(reference_rate, rate, depth, root):
 def root_rate(scene, contact, state, kappa, c):
     """Return the rate (m^0.5 per unit of tau) of the root of penetration of Contact number `c`, which touches."""
     approach = relaxed_rate(scene.reference_rate, contact.rate, contact.depth, state.y[state.roots + c])
-    if extent(scene.joints).contact == 1:
+    if total_counts(scene.joints).contact == 1:
         return approach * (1.0 / scene.sigma)
     return approach * kappa_over_root(scene, state.y, state.mode, kappa, c)
 
@@ -168,7 +168,7 @@ def _put_contacts(joint, load, offsets, rows):
             raw=contact.raw,
             depth=contact.depth,
             rate=contact.rate,
-            guarded=guarded(contact),
+            guard_quantity=guard_quantity(contact),
         )
         observe(o, row, c, observed_contact)
         extra = extra_observables(contact, rows.accurate)
@@ -182,7 +182,7 @@ class _RootRates(NamedTuple):
     """Destination of the rates of roots of penetration, and their inputs."""
 
     scene: Scene
-    present: JointState
+    state: JointState
     kappa: float  # s
     k: tuple  # (n, 16) rates
     row: int
@@ -190,7 +190,7 @@ class _RootRates(NamedTuple):
 
 @inlined
 def _put_roots(joint, load, offsets, roots):
-    state = roots.present
+    state = roots.state
     for i in range(len(load.contacts)):
         c = offsets.contact + i
         arguments = roots.scene, load.contacts[i], state, roots.kappa, c
@@ -209,16 +209,16 @@ def rates(scene, y, mode, latched, k, o, row, accurate=True):
     not an iterate.
     """
     count = len(scene.coordinates)
-    time = 2 * count
+    time_index = 2 * count
     pose, _, loads, motion = evaluate_motion(scene, y, mode, latched)
     kappa = time_scale(scene, y, mode)
-    state, first = JointState(y, mode, latched, time + 1), first_place(scene.joints, time + 1)
+    state, offsets = JointState(y, mode, latched, time_index + 1), first_offsets(scene.joints, time_index + 1)
     if k is not None:
         for i in range(count):
             k[i, row] = kappa * y[count + i]
             k[count + i, row] = kappa * motion.accelerations[i]
-        k[time, row] = kappa
-        _put_all_roots(scene.joints, loads, first, _RootRates(scene, state, kappa, k, row))
+        k[time_index, row] = kappa
+        _put_all_roots(scene.joints, loads, offsets, _RootRates(scene, state, kappa, k, row))
         put_internal_rates(scene.joints, loads, state, kappa, k[:, row])
         put_friction_rates(scene, y, motion, kappa, k[:, row])
     if o is not None:
@@ -231,7 +231,9 @@ def rates(scene, y, mode, latched, k, o, row, accurate=True):
         powers, film_columns = friction_powers(scene.mechanism, motion), observed_columns(scene.joints)
         for i in range(len(powers)):
             o[film_columns + i, row] = powers[i]
-        _put_all_contacts(scene.joints, loads, first, _ObservableRows(extent(scene.joints).contact, o, row, accurate))
+        _put_all_contacts(
+            scene.joints, loads, offsets, _ObservableRows(total_counts(scene.joints).contact, o, row, accurate)
+        )
 
 
 @inlined
@@ -244,7 +246,9 @@ def put_error(scene, pose, o, row):
 def put_root_rates(scene, relative, state, kappa, k, row):
     """Write the rates of all roots of penetration to a row of `k`, from the Gaps `relative`; see `rates`."""
     loads = loads_of(scene.joints, relative, state)
-    _put_all_roots(scene.joints, loads, first_place(scene.joints, state.roots), _RootRates(scene, state, kappa, k, row))
+    _put_all_roots(
+        scene.joints, loads, first_offsets(scene.joints, state.roots), _RootRates(scene, state, kappa, k, row)
+    )
 
 
 @inlined
@@ -257,14 +261,14 @@ class _SlopeColumn(NamedTuple):
     """Destination of the derivatives of roots of penetration, and their inputs."""
 
     scene: Scene
-    present: JointState
+    state: JointState
     kappa: float  # s
     out: tuple  # (n,)
 
 
 @inlined
 def _put_root_slopes(joint, load, offsets, column):
-    state = column.present
+    state = column.state
     for i in range(len(load.contacts)):
         c = offsets.contact + i
         column.out[state.roots + c] = 0.0
@@ -291,7 +295,7 @@ def differentiate(scene, y, mode, latched, jacobian, stage):
         jacobian[stage, 2 * n, column] = slope(kappa)
         out, state = jacobian[stage, :, column], JointState(z, mode, latched, 2 * n + 1)
         _put_all_root_slopes(
-            scene.joints, loads, first_place(scene.joints, 2 * n + 1), _SlopeColumn(scene, state, kappa, out)
+            scene.joints, loads, first_offsets(scene.joints, 2 * n + 1), _SlopeColumn(scene, state, kappa, out)
         )
         put_internal_rates(scene.joints, loads, state, kappa, out)
         put_friction_rates(scene, z, motion, kappa, out)
@@ -333,21 +337,21 @@ CHANNELS = (JOINT_CHANNELS, FILM_CHANNELS, spatial.CHANNELS, spatial.POINT_CHANN
 class _Samples(NamedTuple):
     """Destination of the time histories of a joint: its first contact and first column."""
 
-    place: tuple  # Offsets of the joint
+    offsets: tuple  # Offsets of the joint
     column: int
 
 
 @kernel
 def _after_samples(samples, joint):
     return _Samples(
-        after_joint(samples.place, joint), samples.column + histories_of(joint) + channels_beside_those(joint)
+        after_joint(samples.offsets, joint), samples.column + histories_of(joint) + extra_channel_count(joint)
     )
 
 
 @inlined
 def _put_gap(joint, gap, samples, destination):
     values_out, side = destination
-    values = gap_histories(joint, gap, side[samples.place.contact])
+    values = gap_histories(joint, gap, side[samples.offsets.contact])
     for i in range(len(values)):
         values_out[samples.column + i] = values[i]
 
@@ -374,17 +378,14 @@ _put_gaps, _put_forces = map_joints(_put_gap, _after_samples), map_joints(_put_f
 
 
 def sample_entry(scene, y, mode, latched, side, out, channels):
-    """Write the first `channels` time histories at the state `y` to `out`.
-
-    The forces of a joint with several contacts are those of its most loaded contact.
-    """
+    """Write the first `channels` time histories at `y` to `out`; forces are those of a joint's most loaded contact."""
     parameters = scene[0]
     contacts, n, latched_count = size_of(parameters)
     values = shaped(out, (channels,))
     side, y = shaped(side, (contacts,)), shaped(y, (n,))
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     pose, relative, loads, motion = evaluate_motion(parameters, y, mode, latched)
-    samples = _Samples(first_place(parameters.joints, 0), describe(parameters.mechanism, y, pose, motion, values))
+    samples = _Samples(first_offsets(parameters.joints, 0), describe(parameters.mechanism, y, pose, motion, values))
     _put_gaps(parameters.joints, relative, samples, (values, side))
     _put_forces(parameters.joints, loads, samples, (values, side))
 

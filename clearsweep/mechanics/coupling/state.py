@@ -11,7 +11,7 @@ import numpy as np
 from ..compiled.dual import rate_or_slope
 from ..compiled.family import form_number, inlined, kernel, map_joints
 from ..joint.contract import every_internal_state, integrated, internal_rates, internal_state, states_of
-from ..joint.offsets import after_number, extent, form_of, with_internal_state
+from ..joint.offsets import after_number, form_of, total_counts, with_internal_state
 from ..mechanism.contract import friction_laws, friction_slips, with_friction_laws
 
 NEVER_RESET = -1  # in the place of a contact whose separation resets a number
@@ -45,7 +45,7 @@ def states_of_friction(scene):
 @kernel
 def size_of(scene):
     """Return the number of contacts, the length of the state vector, and the number of latched values."""
-    size = extent(scene.joints)
+    size = total_counts(scene.joints)
     count = 2 * len(scene.coordinates) + 1 + size.contact + size.internal + states_of_friction(scene)
     return size.contact, count, size.contact + size.latched
 
@@ -71,7 +71,7 @@ _STATELESS: set[int] = set()  # form numbers of scenes whose laws have no integr
 
 
 def _first_friction_state(scene):
-    size = extent(scene.joints)
+    size = total_counts(scene.joints)
     return 2 * len(scene.coordinates) + 1 + size.contact + size.internal
 
 

@@ -16,7 +16,7 @@ from ..compiled.dual import as_type_of, plain
 from ..compiled.family import kernel, map_joints
 from ..joint.friction.contract import static_limit
 from ..joint.gripping import grips_of, is_sticking, limited_side, slip_rate, sticks, with_tangential
-from ..joint.offsets import after_joint, after_number, extent, first_place
+from ..joint.offsets import after_joint, after_number, first_offsets, total_counts
 from ..mechanism.contract import accelerate, gap_accelerations
 
 MAX_SWEEPS = 100  # over the grips that stick; coupling between joints is weak, so a dozen suffice
@@ -41,7 +41,7 @@ _grips_of_each = map_joints(_grips, after_joint)
 @kernel
 def every_grip(joints, relative, loads, mode):
     """Return the grips of each joint of the tuple `joints` under the loads; `relative` are the Gaps of the joints."""
-    return _grips_of_each(joints, _pairs(relative, loads, 0, 0), first_place(joints, 0), mode)
+    return _grips_of_each(joints, _pairs(relative, loads, 0, 0), first_offsets(joints, 0), mode)
 
 
 @kernel
@@ -50,10 +50,10 @@ def _after_grips(index, grips):
 
 
 @kernel
-def _loaded(grips, load, index, shared):
-    forces, needed = shared
+def _with_grip_forces(grips, load, index, shared):
+    forces, stopping_forces = shared
     for i in range(len(grips)):
-        load = with_tangential(grips[i], load, forces[index + i], needed[index + i])
+        load = with_tangential(grips[i], load, forces[index + i], stopping_forces[index + i])
     return load
 
 
@@ -65,7 +65,7 @@ def _rates(grips, gap, index, shared):
     return rates
 
 
-_loads, _rates_of_each = map_joints(_loaded, _after_grips), map_joints(_rates, after_number)
+_loads, _rates_of_each = map_joints(_with_grip_forces, _after_grips), map_joints(_rates, after_number)
 
 
 @kernel
@@ -115,7 +115,7 @@ def _zero(_, base, index, shared):
 
 
 @kernel
-def _moved(rate, gain, index, change):
+def _changed_rate(rate, gain, index, change):
     return rate + gain * change
 
 
@@ -130,7 +130,7 @@ _forces = map_joints(_force, after_number)  # of grips, and their sides
 _limits, _slips = map_joints(_limit, after_number), map_joints(_slip, after_number)
 _rates_per_force = map_joints(_per_force, after_number)  # of rates with and without an additional force, and that force
 _no_rates = map_joints(_zero, after_number)
-_moved_rates = map_joints(_moved, after_number)  # of rates, rates per force, and the additional force
+_changed_rates = map_joints(_changed_rate, after_number)  # of rates, rates per force, and the additional force
 _replaced_in_one = map_joints(_replaced, after_number)  # of grips, forces, and (the grip, its force)
 
 
@@ -170,7 +170,7 @@ def with_sticking_forces(scene, y, pose, relative, loads, mode):
     if not any(type(joint.friction) in static_limit.members for joint in scene.joints if hasattr(joint, "friction")):
         return loads
     nested, sticking_count = every_grip(scene.joints, relative, loads, mode), 0
-    for j in range(extent(scene.joints).contact):
+    for j in range(total_counts(scene.joints).contact):
         sticking_count += is_sticking(mode[j])
     if sticking_count == 0:
         return loads
@@ -187,13 +187,13 @@ def with_sticking_forces(scene, y, pose, relative, loads, mode):
                 continue
             force_change = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
             largest_change = max(largest_change, abs(force_change / limits[j]))
-            rates = _moved_rates(rates, gains[j], 0, force_change)
+            rates = _changed_rates(rates, gains[j], 0, force_change)
             forces = _replaced_in_one(forces, forces, 0, (j, forces[j] + force_change))
         if largest_change < CONVERGED:
             break
-    needed = forces
+    stopping_forces = forces
     for j in range(len(limits)):
         if limits[j] != 0.0:
-            needed_change = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
-            needed = _replaced_in_one(needed, needed, 0, (j, forces[j] + needed_change))
-    return _loads(nested, loads, 0, (forces, needed))
+            stopping_change = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
+            stopping_forces = _replaced_in_one(stopping_forces, stopping_forces, 0, (j, forces[j] + stopping_change))
+    return _loads(nested, loads, 0, (forces, stopping_forces))

@@ -52,12 +52,12 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     k, nodes = shaped(k, (n, ROW_COUNT)), shaped(nodes, (n + 1, STAGES))
     arguments = y, weight, k, nodes, step.length
-    time = 2 * coordinate_count
+    time_index = 2 * coordinate_count
     for i in abreast(STAGES):
         rates(parameters, nodes[:, i], mode, latched, k, None, i, False)
         nodes[n, i] = 0.0
-    _update_components(parameters, coordinate_count, time, arguments)
-    _update_components(parameters, time + 1 + contacts, n, arguments)
+    _update_components(parameters, coordinate_count, time_index, arguments)
+    _update_components(parameters, time_index + 1 + contacts, n, arguments)
     touching = False
     for c in range(contacts):
         touching = touching | touches(mode[c])
@@ -68,19 +68,19 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
             put_root_rates(
                 parameters,
                 relative,
-                JointState(state, mode, latched, time + 1),
+                JointState(state, mode, latched, time_index + 1),
                 time_scale(parameters, state, mode),
                 k,
                 i,
             )
-        _update_components(parameters, time + 1, time + 1 + contacts, arguments)
+        _update_components(parameters, time_index + 1, time_index + 1 + contacts, arguments)
     for i in abreast(STAGES):
         kappa = time_scale(parameters, nodes[:, i], mode)
         for c in range(coordinate_count):
             k[c, i] = kappa * nodes[coordinate_count + c, i]
-        k[time, i] = kappa
+        k[time_index, i] = kappa
     _update_components(parameters, 0, coordinate_count, arguments)
-    _update_components(parameters, time, time + 1, arguments)
+    _update_components(parameters, time_index, time_index + 1, arguments)
     step.change = total_of(nodes[n]) * (1.0 / n)
 
 
@@ -105,6 +105,6 @@ def sweep_of(scene, parameters) -> Entry:
     return entry(sweep_entry, scene, "fifffff", parameters)
 
 
-def stages_of(scene, parameters) -> Entry:
+def stage_observables_of(scene, parameters) -> Entry:
     """Return the Entry of the observables of all stages of a step of `scene`."""
     return entry(observe_entry, scene, "fiff", parameters)

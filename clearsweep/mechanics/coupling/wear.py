@@ -3,7 +3,7 @@
 from ..compiled.choosing import abreast
 from ..compiled.family import Entry, entry, kernel, shaped
 from ..joint.nearest import with_body_angles
-from ..joint.offsets import extent, first_place
+from ..joint.offsets import first_offsets, total_counts
 from ..joint.wear.arc_over_step import WORKSPACE_SIZE
 from ..joint.wear.contract import ACCOUNT
 from ..joint.wear.step import (
@@ -32,7 +32,7 @@ def _record_step_positions(scene, between, step):
         angles = body_angles(scene.mechanism, y)
         relative = with_body_angles(scene.joints, gaps(scene.mechanism, pose), angles)
         instant = Instant(relative, angles, i, step)
-        record_positions(scene.joints, instant.gaps, JointCursor(0, first_place(scene.joints, 0)), instant)
+        record_positions(scene.joints, instant.gaps, JointCursor(0, first_offsets(scene.joints, 0)), instant)
 
 
 def wear_entry(scene, between, mode, step_values, length, workspace, depths, account, stride):
@@ -42,7 +42,7 @@ def wear_entry(scene, between, mode, step_values, length, workspace, depths, acc
     workspace : of the size that `workspace_size` returns.
     """
     parameters = scene[0]
-    contacts, size = extent(parameters.joints).contact, 2 * len(parameters.coordinates) + 1
+    contacts, size = total_counts(parameters.joints).contact, 2 * len(parameters.coordinates) + 1
     regions, angles = (
         shaped(workspace, (workspace_size(contacts, stride),)),
         WORKSPACE_SIZE + contacts * (POSITIONS + SLOPES) * STATE_POINTS,
@@ -61,7 +61,7 @@ def wear_entry(scene, between, mode, step_values, length, workspace, depths, acc
     )
     _record_step_positions(parameters, shaped(between, (size, STATE_POINTS)), step)
     worn = Worn(shaped(depths, (2 * contacts * stride,)), stride, shaped(account, (contacts, ACCOUNT)))
-    wear_each(parameters.joints, parameters.joints, first_place(parameters.joints, 0), (step, worn))
+    wear_each(parameters.joints, parameters.joints, first_offsets(parameters.joints, 0), (step, worn))
 
 
 @kernel

@@ -80,7 +80,7 @@ class Contact(NamedTuple):
     depth: float  # m, eccentricity minus clearance; negative for a gap
     elastic: float  # N, the elastic part of the normal force
     raw: float  # N, normal force before clipping, minus the least force of its law
-    needed: float = 0.0  # N, tangential force that would stop the sliding of surfaces that stick
+    stopping_force: float = 0.0  # N, tangential force that would stop the sliding of surfaces that stick
 
 
 class Load(NamedTuple):
@@ -111,7 +111,7 @@ class InternalState(NamedTuple):
     """Properties of a number of a law's internal state; its rate has the same unit per second."""
 
     scale: float  # scale of its error
-    kept: bool  # kept over separations; otherwise reset to its initial value, without a rate out of contact
+    survives_separation: bool  # if not: reset by a separation to its initial value, without a rate out of contact
 
 
 class Guard(NamedTuple):
@@ -178,7 +178,7 @@ def _default_power_stored(contact):
 
 
 @family
-def guarded(contact):
+def guard_quantity(contact):
     """Return a further quantity of a contact, which only guards use, 0 if they use none.
 
     For a dry contact it is the tangential force (N) that would stop the sliding of sticking surfaces; for a film its
@@ -186,14 +186,14 @@ def guarded(contact):
     """
 
 
-@guarded.member(None)
-def _default_guarded(contact):
+@guard_quantity.member(None)
+def _default_guard_quantity(contact):
     return 0.0
 
 
-@guarded.member(Contact)
-def _guarded_contact(contact):
-    return contact.needed
+@guard_quantity.member(Contact)
+def _guard_quantity_of_contact(contact):
+    return contact.stopping_force
 
 
 @family
@@ -309,12 +309,15 @@ def _default_latched(law, event, contact, root):
     return ()
 
 
-TOGETHER = ((internal_state, internal_rates), (guards, guard_values))  # a law must be a member of both or of neither
+PAIRED_FAMILIES = (
+    (internal_state, internal_rates),
+    (guards, guard_values),
+)  # a law must be a member of both or of neither
 
 
 def undeclared(form):
     """Yield descriptions of the missing members of a law's type."""
-    for declaration, evaluation in TOGETHER:
+    for declaration, evaluation in PAIRED_FAMILIES:
         if (form in declaration.members) != (form in evaluation.members):
             yield f"declares one of {declaration.__name__} and {evaluation.__name__}; a law needs both or neither"
     if (integrated(form) or form in latched.members) != bool(form._field_defaults):

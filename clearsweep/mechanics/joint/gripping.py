@@ -35,10 +35,10 @@ def slip_rate(grip, gap):
 
 
 @family
-def with_tangential(grip, load, force, needed):
+def with_tangential(grip, load, force, stopping_force):
     """Return the Load of a joint with `force` (N) in place of the tangential force of one of its grips.
 
-    needed : N, force that would stop the sliding.
+    stopping_force : N, force that would stop the sliding.
     """
 
 
@@ -48,7 +48,7 @@ def _default_grips_of(joint, gap, load, mode, first_contact):
 
 
 @inlined
-def _with_friction(contact, force, needed):
+def _with_friction(contact, force, stopping_force):
     """Return a Contact with another tangential force (N), and the one that would stop the sliding."""
     return Contact(
         normal=contact.normal,
@@ -58,7 +58,7 @@ def _with_friction(contact, force, needed):
         depth=contact.depth,
         elastic=contact.elastic,
         raw=contact.raw,
-        needed=plain(needed),
+        stopping_force=plain(stopping_force),
     )
 
 
@@ -115,7 +115,7 @@ def _slip_rate_surface(surface, gap):
 
 
 @with_tangential.member(Surface)
-def _with_tangential_surface(surface, load, force, needed):
+def _with_tangential_surface(surface, load, force, stopping_force):
     contact = load.contacts[0]
     added_force = force - contact.tangential
     share = added_force / (surface.x * surface.x + surface.y * surface.y) ** 0.5
@@ -127,7 +127,7 @@ def _with_tangential_surface(surface, load, force, needed):
         fy=load.fy + share * surface.x,
         moment_proximal=load.moment_proximal + bearing,
         moment_distal=load.moment_distal + journal,
-        contacts=(_with_friction(contact, force, needed),),
+        contacts=(_with_friction(contact, force, stopping_force),),
     )
 
 
@@ -180,7 +180,7 @@ def _slip_rate_slot_surface(surface, gap):
 
 
 @with_tangential.member(SlotSurface)
-def _with_tangential_slot_surface(surface, load, force, needed):
+def _with_tangential_slot_surface(surface, load, force, stopping_force):
     contact, gap = load.contacts[0], surface.gap
     added_force = force - contact.tangential
     axial, transverse, on_pin = (
@@ -193,7 +193,7 @@ def _with_tangential_slot_surface(surface, load, force, needed):
         fy=load.fy + (gap.axis_y * axial + gap.axis_x * transverse),
         moment_proximal=load.moment_proximal + (gap.y * axial - gap.x * transverse - on_pin),
         moment_distal=load.moment_distal + on_pin,
-        contacts=(_with_friction(contact, force, needed),),
+        contacts=(_with_friction(contact, force, stopping_force),),
     )
 
 
@@ -256,15 +256,19 @@ def _slip_rate_wall(wall, gap):
 
 
 @with_tangential.member(Wall)
-def _with_tangential_wall(wall, load, force, needed):
+def _with_tangential_wall(wall, load, force, stopping_force):
     contacts, added_force, swing = load.contacts, 0.0, 0.0
     for i in range(2):
         corner, previous = wall.corners[i], contacts[wall.corners[i]]
         tangential = where(wall.stuck[i], wall.shares[i] * force, previous.tangential)
         added_force += tangential - previous.tangential
         swing += wall.heights[i] * (tangential - previous.tangential)
-        needed_there = where(wall.stuck[i], wall.shares[i] * needed, 0.0)
-        contacts = (*contacts[:corner], _with_friction(previous, tangential, needed_there), *contacts[corner + 1 :])
+        corner_stopping_force = where(wall.stuck[i], wall.shares[i] * stopping_force, 0.0)
+        contacts = (
+            *contacts[:corner],
+            _with_friction(previous, tangential, corner_stopping_force),
+            *contacts[corner + 1 :],
+        )
     gap, axial, on_block = wall.gap, -wall.sign * added_force, wall.sign * swing
     return Load(
         fx=load.fx + gap.axis_x * axial,
@@ -282,8 +286,8 @@ def _with_tangential_wall(wall, load, force, needed):
 def is_sticking(mode):
     """Return whether the surfaces of a contact in this mode stick."""
     sticking = False
-    for each in STICKING:
-        sticking = sticking | (mode == each)
+    for sticking_mode in STICKING:
+        sticking = sticking | (mode == sticking_mode)
     return sticking
 
 

@@ -71,8 +71,8 @@ class _BlockContext(NamedTuple):
 
     joint: tuple
     gap: GuideGap
-    place: tuple  # Offsets of the joint
-    present: tuple  # JointState
+    offsets: tuple  # Offsets of the joint
+    state: tuple  # JointState
 
 
 _SIGNS = tuple(_Signs(*corner) for corner in CORNERS)

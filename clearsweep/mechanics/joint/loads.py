@@ -8,7 +8,7 @@ from ..compiled.dual import as_type_of, rate_or_slope
 from ..compiled.family import inlined, kernel, map_joints
 from .contract import Load, internal_rates, internal_state, load, parts
 from .modes import touches
-from .offsets import after_joint, after_number, after_part, first_place, room_of_part, with_current_state
+from .offsets import after_joint, after_number, after_part, counts_of_part, first_offsets, with_current_state
 
 
 @kernel
@@ -22,7 +22,7 @@ _loads = map_joints(_load, after_joint)
 @inlined
 def loads_of(joints, relative, state):
     """Return a Load for each joint of the tuple `joints`, with the Gaps `relative`."""
-    return _loads(joints, relative, first_place(joints, state.roots), state)
+    return _loads(joints, relative, first_offsets(joints, state.roots), state)
 
 
 # ---------------------------------------------------------------------------------------------- internal states
@@ -32,7 +32,7 @@ class _Rates(NamedTuple):
     """Data for the rates of internal states."""
 
     load: Load
-    present: tuple  # JointState
+    state: tuple  # JointState
     kappa: float  # s
     out: np.ndarray  # (n,) rates of the state vector, or their slopes
 
@@ -47,34 +47,34 @@ class _Rate(NamedTuple):
 
 @kernel
 def _put(rate, declared, index, shared):
-    rate = rate if shared.touching or declared.kept else as_type_of(0.0, rate)
+    rate = rate if shared.touching or declared.survives_separation else as_type_of(0.0, rate)
     shared.out[index] = rate_or_slope(shared.kappa * rate)
 
 
 @kernel
-def _rest(declared, _, index, out):
+def _put_zero(declared, _, index, out):
     out[index] = 0.0
 
 
 @kernel
-def _is_kept(declared, _, index, shared):
-    return declared.kept
+def _survives(declared, _, index, shared):
+    return declared.survives_separation
 
 
-_put_each, _rest_each, _kept_each = (map_joints(function, after_number) for function in (_put, _rest, _is_kept))
+_put_each, _put_zeros, _survive_each = (map_joints(function, after_number) for function in (_put, _put_zero, _survives))
 
 
 @kernel
 def _put_part(part, _, offsets, shared):
-    if not room_of_part(part).internal:
+    if not counts_of_part(part).internal:
         return
-    declared, touching = internal_state(part.law), touches(shared.present.mode[offsets.contact + part.contact])
-    if touching or True in _kept_each(declared, declared, 0, 0):
-        law = with_current_state(part.law, shared.present.y, shared.present.latched, offsets)
+    declared, touching = internal_state(part.law), touches(shared.state.mode[offsets.contact + part.contact])
+    if touching or True in _survive_each(declared, declared, 0, 0):
+        law = with_current_state(part.law, shared.state.y, shared.state.latched, offsets)
         rates = internal_rates(law, shared.load.contacts[part.contact])
         _put_each(rates, declared, offsets.internal, _Rate(touching, shared.kappa, shared.out))
     else:
-        _rest_each(declared, declared, offsets.internal, shared.out)
+        _put_zeros(declared, declared, offsets.internal, shared.out)
 
 
 _put_parts = map_joints(_put_part, after_part)
@@ -96,4 +96,4 @@ def put_internal_rates(joints, loads, state, kappa, out):
 
     Out of contact only numbers that are kept over separations have a rate.
     """
-    _put_joints(joints, loads, first_place(joints, state.roots), (state, kappa, out))
+    _put_joints(joints, loads, first_offsets(joints, state.roots), (state, kappa, out))

@@ -21,7 +21,7 @@ from .contract import (
     extra_channels,
     extra_columns,
     extra_observables,
-    guarded,
+    guard_quantity,
     load,
     parts,
     power_lost,
@@ -346,8 +346,8 @@ def _power_lost_film_contact(contact):
     return contact.lost + contact.rubbed + contact.tangential * contact.slip
 
 
-@guarded.member(FilmContact)
-def _guarded_film_contact(contact):
+@guard_quantity.member(FilmContact)
+def _guard_quantity_of_film(contact):
     """Return the spin, infinite at the centre of the bearing, times a factor that makes it smooth there."""
     _, motion = contact.highest
     return motion.ratio * motion.ratio * motion.spin

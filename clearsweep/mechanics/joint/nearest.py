@@ -255,12 +255,12 @@ def turned_gap(joint, gap, angles):
 
 
 @kernel
-def _turn(joint, pair, place, shared):
+def _turn(joint, pair, index, shared):
     return with_angles(joint, pair[0], pair[1])
 
 
 @kernel
-def _pair(gap, angles, place, shared):
+def _pair(gap, angles, index, shared):
     return gap, angles
 
 

@@ -25,7 +25,7 @@ def form_of(value):
     return getattr(value, "instance_class", type(value))
 
 
-def _room_of_law(law):
+def _counts_of_law(law):
     """Return the numbers of internal state and guards of a law or its compiler type, as Offsets."""
     form = form_of(law)
     numbers = len(form._field_defaults)
@@ -33,31 +33,31 @@ def _room_of_law(law):
     return Offsets(0, internal, numbers - internal, len(guards.body_for(form)(None)))
 
 
-def room_of_part(part):
+def counts_of_part(part):
     """Return the numbers of internal state and guards of a Part or its compiler type, as Offsets."""
-    return _room_of_law(_Fields(part).law)
+    return _counts_of_law(_Fields(part).law)
 
 
-def room_of(joint):
+def counts_of_joint(joint):
     """Return the numbers of contacts, internal state and guards of a joint or its compiler type."""
     kind = kinds(joint) if isinstance(joint, tuple) else joint
-    if kind not in _ROOMS:
+    if kind not in _COUNTS:
         form = form_of(joint)
         contacts = Offsets(len(contact_modes.body_for(form)(None)), 0, 0, 0)
-        _ROOMS[kind] = _sum([contacts, *map(room_of_part, parts.body_for(form)(_Fields(joint)))])
-    return _ROOMS[kind]
+        _COUNTS[kind] = _sum([contacts, *map(counts_of_part, parts.body_for(form)(_Fields(joint)))])
+    return _COUNTS[kind]
 
 
-_ROOMS: dict[object, Offsets] = {}  # types in a joint -> result of `room_of`
+_COUNTS: dict[object, Offsets] = {}  # types in a joint -> result of `room_of`
 
 
-def room_of_all(joints):
+def counts_of_joints(joints):
     """Return the sum of `room_of` over the joints."""
-    return _sum(map(room_of, joints))
+    return _sum(map(counts_of_joint, joints))
 
 
-def _sum(places):
-    return Offsets(*map(sum, zip(*places, strict=True)))
+def _sum(all_counts):
+    return Offsets(*map(sum, zip(*all_counts, strict=True)))
 
 
 @kernel
@@ -66,24 +66,27 @@ def after_number(offsets, number):
     return offsets + 1
 
 
-def _after(room_of_one):
-    """Return a function that advances Offsets past a joint or part of the size `room_of_one`."""
+def _after(counts_of_one):
+    """Return a function that advances Offsets past a joint or part of the size `counts_of_one`."""
 
     def offsets_after(offsets, joint_part):
-        contacts, internal, latching, guarded = room_of_one(joint_part)
+        contacts, internal, latching, guarding = counts_of_one(joint_part)
         return Offsets(
-            offsets.contact + contacts, offsets.internal + internal, offsets.latched + latching, offsets.guard + guarded
+            offsets.contact + contacts,
+            offsets.internal + internal,
+            offsets.latched + latching,
+            offsets.guard + guarding,
         )
 
     return offsets_after
 
 
-after_law, after_part, after_joint = _after(_room_of_law), _after(room_of_part), _after(room_of)
+after_law, after_part, after_joint = _after(_counts_of_law), _after(counts_of_part), _after(counts_of_joint)
 
 
-def extent(joints):
+def total_counts(joints):
     """Return the numbers of contacts, internal state and guards of the joints, as Offsets."""
-    return room_of_all(joints)
+    return counts_of_joints(joints)
 
 
 def histories_of(joint):
@@ -92,25 +95,25 @@ def histories_of(joint):
 
 
 @kernel
-def first_place(joints, roots):
+def first_offsets(joints, roots):
     """Return the Offsets of the first joint; the roots of penetration begin at `roots` in the state vector."""
-    contacts = extent(joints).contact
+    contacts = total_counts(joints).contact
     return Offsets(0, roots + contacts, contacts, 0)
 
 
-def _beside(joint):
+def _extra_counts(joint):
     return extra_columns.body_for(form_of(joint))(None)
 
 
 def observed_columns(joints):
     """Return the number of observables of a scene: those of films follow those of all contacts."""
-    contacts = room_of_all(joints).contact
-    return columns(contacts) + (FILM_WIDTH * contacts if any(_beside(joint)[0] for joint in joints) else 0)
+    contacts = counts_of_joints(joints).contact
+    return columns(contacts) + (FILM_WIDTH * contacts if any(_extra_counts(joint)[0] for joint in joints) else 0)
 
 
-def channels_beside_those(joint):
+def extra_channel_count(joint):
     """Return the number of extra time histories of a joint."""
-    return _beside(joint)[1]
+    return _extra_counts(joint)[1]
 
 
 # ---------------------------------------------------------------------------------------------- internal states

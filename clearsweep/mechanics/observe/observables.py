@@ -13,7 +13,9 @@ from typing import NamedTuple
 from ..compiled.family import inlined
 
 KAPPA, DRIVE, GRAVITY, ACCELERATION, TORQUE, KINETIC, ERROR, ERROR_RATE, CONTACTS = range(9)
-NORMAL, STORED, LOST, TANGENTIAL, SLIP, RAW, DEPTH, RATE, GUARDED, LOAD, FRICTION_POWER, CONTACT_WIDTH = range(12)
+NORMAL, STORED, LOST, TANGENTIAL, SLIP, RAW, DEPTH, RATE, GUARD_QUANTITY, LOAD, FRICTION_POWER, CONTACT_WIDTH = range(
+    12
+)
 DRY_FORCE, FILM_POWER, DRY_FRICTION_POWER, PEAK_PRESSURE, SHEAR_SPEED, PRESSURE_POWER, FILM_WIDTH = range(7)
 
 
@@ -28,7 +30,7 @@ class Observed(NamedTuple):
     raw: float  # N, normal force before clipping, minus the least force of its law
     depth: float  # m, eccentricity minus clearance
     rate: float  # m/s, of the eccentricity
-    guarded: float  # a further quantity that only guards use, see `joint.contract.guarded`
+    guard_quantity: float  # a further quantity that only guards use, see `joint.contract.guard_quantity`
 
 
 @inlined
@@ -39,7 +41,7 @@ def columns(contacts):
 
 @inlined
 def column_of(contact, quantity):
-    """Return the column of an observable of a contact: NORMAL to GUARDED."""
+    """Return the column of an observable of a contact: NORMAL to GUARD_QUANTITY."""
     return CONTACTS + CONTACT_WIDTH * contact + quantity
 
 
@@ -62,7 +64,7 @@ def observed_in(o, row, contact):
         raw=o[block + RAW, row],
         depth=o[block + DEPTH, row],
         rate=o[block + RATE, row],
-        guarded=o[block + GUARDED, row],
+        guard_quantity=o[block + GUARD_QUANTITY, row],
     )
 
 
@@ -84,7 +86,7 @@ def observe(o, row, contact, contact_values):
     o[block + RAW, row] = contact_values.raw
     o[block + DEPTH, row] = contact_values.depth
     o[block + RATE, row] = contact_values.rate
-    o[block + GUARDED, row] = contact_values.guarded
+    o[block + GUARD_QUANTITY, row] = contact_values.guard_quantity
 
 
 @inlined

@@ -71,7 +71,7 @@ class Fields:
         column: np.ndarray = self.numbers[:, self.index_of(name)]
         return column
 
-    def pieces(self) -> tuple[Any, ...]:
+    def traced_parts(self) -> tuple[Any, ...]:
         """Return the parts unknown while tracing."""
         return (self.numbers,)
 

@@ -39,8 +39,8 @@ def type_key(x: Any) -> Any:
     """Return the form of a value on which machine code depends: all of it except the values of symbols."""
     if isinstance(x, tuple):
         return (type(x), *map(type_key, x))
-    if hasattr(x, "pieces"):
-        return (type(x), getattr(x, "known", None), *map(type_key, x.pieces()))
+    if hasattr(x, "traced_parts"):
+        return (type(x), getattr(x, "static_key", None), *map(type_key, x.traced_parts()))
     if isinstance(x, LaneIndices):
         return LaneIndices, type_key(x.first)
     if isinstance(x, Symbol):
@@ -95,8 +95,8 @@ def leaves(x: Any) -> Iterator[Any]:
     if isinstance(x, tuple):
         for item in x:
             yield from leaves(item)
-    elif hasattr(x, "pieces"):
-        for item in x.pieces():
+    elif hasattr(x, "traced_parts"):
+        for item in x.traced_parts():
             yield from leaves(item)
     else:
         yield x
@@ -107,9 +107,9 @@ def rebuilt(x: Any, values: Iterator[Any]) -> Any:
     if isinstance(x, tuple):
         parts = [rebuilt(item, values) for item in x]
         return type(x)(*parts) if hasattr(x, "_fields") else tuple(parts)
-    if hasattr(x, "pieces"):
-        pieces = [rebuilt(item, values) for item in x.pieces()]
-        return x.remade(pieces) if hasattr(x, "remade") else type(x)(*pieces)
+    if hasattr(x, "traced_parts"):
+        new_parts = [rebuilt(item, values) for item in x.traced_parts()]
+        return x.with_traced_parts(new_parts) if hasattr(x, "with_traced_parts") else type(x)(*new_parts)
     return next(values)
 
 

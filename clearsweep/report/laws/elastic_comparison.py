@@ -74,7 +74,7 @@ def load_of(study: Study, joint: Joint, case_id: str) -> float | None:
 
 def _verdicts(study: Study, joint: Joint, case_id: str, section: case.Joint) -> dict[str, tuple[str, str]]:
     """Return elastic law -> verdict for a joint of a case, and its reason."""
-    return simulation.elastic_words(section, load_of(study, joint, case_id))
+    return simulation.elastic_ratings(section, load_of(study, joint, case_id))
 
 
 def _law_comparison(

@@ -120,7 +120,7 @@ JOINT = (
         "m/s",
         "onset rate that the contact's law uses at the end of the window; null: no contact, or it uses none",
         of="joint",
-        value=lambda window, index: None if math.isnan(window.onset[index]) else window.onset[index],
+        value=lambda window, index: None if math.isnan(window.onset_rate[index]) else window.onset_rate[index],
         differs=False,
         null=NOTHING,
     ),
@@ -330,7 +330,7 @@ WORK_COUNTS = (
         kind="int",
         differs=False,
     ),
-    Figure("run_time", "s", "time spent integrating", value=lambda window, _: window.seconds, differs=False),
+    Figure("run_time", "s", "time spent integrating", value=lambda window, _: window.integration_time, differs=False),
 )
 #: Known last; the caller that solves a case sets it.
 SETUP = Figure("setup_time", "s", "time of the ideal mechanism and the figures; not part of run_time", differs=False)
@@ -351,9 +351,9 @@ def _joint_indices(layout: Layout) -> dict[str, int]:
 
 def figures_of(window: Window, *, failed: bool = False) -> dict:
     """Return all columns: figures that follow from sums, None for others; for a `failed` run only the work counts."""
-    shared = shared_by(window.layout)
-    values = shared.blank.copy()
-    for name, formula, index, kind in shared.cost if failed else shared.formulas:
+    formulas_of_layout = layout_formulas(window.layout)
+    values = formulas_of_layout.empty_columns.copy()
+    for name, formula, index, kind in formulas_of_layout.work_formulas if failed else formulas_of_layout.formulas:
         value = formula(window, index)
         values[name] = value if value is None else kind(value)
     return values
@@ -362,35 +362,37 @@ def figures_of(window: Window, *, failed: bool = False) -> dict:
 _Formula = tuple[str, Callable, int | None, type]  # (column, formula of its figure, index of its joint, kind of number)
 
 
-class Shared(NamedTuple):
+class LayoutFormulas(NamedTuple):
     """Values that all cases of a layout share."""
 
     layout: Layout | None
     figures: tuple[Figure, ...]  # FIGURES
-    blank: dict[str, None]  # its columns
+    empty_columns: dict[str, None]  # its columns
     units: dict[str, str]  # of columns and channels
     formulas: list[_Formula]
-    cost: list[_Formula]  # columns of work counts
+    work_formulas: list[_Formula]  # columns of work counts
 
 
-_LATEST = [Shared(None, (), {}, {}, [], [])]  # result of the last call
+_LATEST_FORMULAS = [LayoutFormulas(None, (), {}, {}, [], [])]  # result of the last call
 
 
-def shared_by(layout: Layout) -> Shared:
+def layout_formulas(layout: Layout) -> LayoutFormulas:
     """Return the values that all cases of a layout share, created once for successive cases."""
-    if _LATEST[0].layout is not layout or _LATEST[0].figures is not FIGURES:
+    if _LATEST_FORMULAS[0].layout is not layout or _LATEST_FORMULAS[0].figures is not FIGURES:
         blank = dict.fromkeys(column.name for column in layout.columns)
         formulas, cost = _formulas(layout, FIGURES), _formulas(layout, WORK_COUNTS)
-        _LATEST[0] = Shared(layout, FIGURES, blank, layout.units, formulas, cost)
-    return _LATEST[0]
+        _LATEST_FORMULAS[0] = LayoutFormulas(layout, FIGURES, blank, layout.units, formulas, cost)
+    return _LATEST_FORMULAS[0]
 
 
 def _formulas(layout: Layout, figures: tuple[Figure, ...]) -> list[_Formula]:
     """Return the formulas of the columns of some figures in a layout."""
-    known, indices = {figure.name: figure for figure in figures}, _joint_indices(layout)
+    figures_by_name, indices = {figure.name: figure for figure in figures}, _joint_indices(layout)
     formulas: list[_Formula] = []
     for column in layout.columns:
-        figure = column.figure in known and figure_of_joint(known[column.figure], layout, column.joint)
+        figure = column.figure in figures_by_name and figure_of_joint(
+            figures_by_name[column.figure], layout, column.joint
+        )
         formula = figure and (figure.sums.value if figure.settles else figure.value)
         if figure and formula:
             formulas.append((column.name, formula, indices.get(column.joint), int if figure.kind == "int" else float))

@@ -9,7 +9,7 @@ from ..sums import DryLoadRatio, DryTime, Mean
 from ..window import Window
 
 
-def thickness(window: Window, index: int) -> float:
+def film_thickness(window: Window, index: int) -> float:
     """Return the least film thickness (m) in a joint, 0 if its surfaces touch."""
     return float(max(-window.totals.joint[index].depth_max, 0.0))
 
@@ -45,7 +45,7 @@ FILM = (
         "least film thickness, clearance minus eccentricity; 0 where the surfaces touch",
         of="joint",
         needs=("film",),
-        value=thickness,
+        value=film_thickness,
         shown=(Shown("film", "least film", 1), Shown("effects", "least film", 7)),
     ),
     Figure(

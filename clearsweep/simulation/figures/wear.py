@@ -34,12 +34,12 @@ def volume(window: Window, index: int) -> float:
     """Return the volume (m^3) worn off both bodies of a joint."""
     joint, (bearing, journal) = window.joints[index], depths_of(window, index)
     law: Any = joint.wear  # mypy takes it for a tuple of anything
-    cell, (on_bearing, on_journal) = 2.0 * math.pi / len(bearing) * law.length, _cells(joint)
+    bin_area, (on_bearing, on_journal) = 2.0 * math.pi / len(bearing) * law.length, _relative_bin_areas(joint)
     round_journal = joint.journal_radius * journal.sum() * on_journal
-    return float(cell * (joint.bearing_radius * bearing.sum() * on_bearing + round_journal))
+    return float(bin_area * (joint.bearing_radius * bearing.sum() * on_bearing + round_journal))
 
 
-def _cells(joint: Any) -> tuple[float, float]:
+def _relative_bin_areas(joint: Any) -> tuple[float, float]:
     """Return the arc lengths of a bin on bearing and journal, relative to the bearing."""
     if type(joint) in SPATIAL:
         return 1.0 / joint.wear_rows, joint.half_journal / (joint.half_length * joint.wear_rows)
@@ -52,7 +52,7 @@ def narrow_arcs(window: Window, index: int) -> float:
     return float(account[NARROW_COUNT] / account[ARC_COUNT]) if account[ARC_COUNT] else 0.0
 
 
-def bins_enough(window: Window, index: int) -> int:
+def sufficient_bins(window: Window, index: int) -> int:
     """Return how many bins resolve 95 % of the worn volume by arcs of at least five bins; 0 without wear."""
     by_width = window.totals.account[index, FIRST_CLASS:]
     narrowest = int(np.searchsorted(np.cumsum(by_width), RESOLVED_SHARE * by_width.sum()))
@@ -125,7 +125,7 @@ WEAR = (
         of="joint",
         needs=("wear",),
         kind="int",
-        value=bins_enough,
+        value=sufficient_bins,
         differs=False,
         shown=(Shown("wear", "bins enough", 71),),
     ),

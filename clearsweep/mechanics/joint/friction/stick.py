@@ -64,10 +64,10 @@ def _guard_values_karnopp(friction, start, contact, root):
         abs(contact.slip) - RELEASE_FACTOR * friction.band,
         abs(side) - abs(friction.piece),
         -side * contact.slip,
-        contact.guarded - limit,
-        -contact.guarded - limit,
-        limit - contact.guarded,
-        limit + contact.guarded,
+        contact.guard_quantity - limit,
+        -contact.guard_quantity - limit,
+        limit - contact.guard_quantity,
+        limit + contact.guard_quantity,
     )
 
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-LARGEST = 600.0  # bound of the logarithm of areas (m^2) at which a spot's load changes its form
+MAX_LOG_AREA = 600.0  # bound of the logarithm of areas (m^2) at which a spot's load changes its form
 
 
 class Piece(NamedTuple):
@@ -37,11 +37,11 @@ def domain_extension(dimension: float) -> float:
     """Return psi, the root of psi^((2 - D) / 2) - (1 + psi^(-D / 2))^(-(2 - D) / D) = (2 - D) / D."""
     from scipy.optimize import brentq
 
-    share = (2.0 - dimension) / dimension
+    exponent_ratio = (2.0 - dimension) / dimension
 
     def residual(psi: float) -> float:
-        grown = math.expm1(0.5 * (2.0 - dimension) * math.log(psi))
-        return grown - math.expm1(-share * math.log1p(psi ** (-0.5 * dimension))) - share
+        growth = math.expm1(0.5 * (2.0 - dimension) * math.log(psi))
+        return growth - math.expm1(-exponent_ratio * math.log1p(psi ** (-0.5 * dimension))) - exponent_ratio
 
     return float(brentq(residual, 1.0, 10.0, xtol=1e-14))
 
@@ -49,7 +49,7 @@ def domain_extension(dimension: float) -> float:
 def critical_area(dimension: float, scale: float, ratio: float) -> float:
     """Return the logarithm of (G ratio^(1 / (D - 1)))^2, m^2; `ratio` : of a modulus over a pressure."""
     logarithm = 2.0 * math.log(scale) + 2.0 / (dimension - 1.0) * math.log(ratio)
-    return min(max(logarithm, -LARGEST), LARGEST)
+    return min(max(logarithm, -MAX_LOG_AREA), MAX_LOG_AREA)
 
 
 def spot_load(surface: Surface, area: np.ndarray) -> np.ndarray:
@@ -85,12 +85,14 @@ def load(surface: Surface, largest: np.ndarray, psi: float = 1.0) -> np.ndarray:
 
 def largest_spot(surface: Surface, force: np.ndarray, psi: float) -> np.ndarray:
     """Return the logarithm of the area (m^2) of the largest spot, from that of the load (N): Newton's method."""
-    share = 0.5 * (2.0 - surface.dimension) * math.log(psi)
+    log_domain_factor = 0.5 * (2.0 - surface.dimension) * math.log(psi)
     first = surface.pieces[0]
-    area = (force - first.factor - share - math.log(surface.dimension / (2.0 - surface.dimension))) / first.power
+    area = (
+        force - first.factor - log_domain_factor - math.log(surface.dimension / (2.0 - surface.dimension))
+    ) / first.power
     for _ in range(60):
         iterate = load(surface, area, psi)
-        slope = 0.5 * surface.dimension * (1.0 + np.exp(share + spot_load(surface, area) - iterate))
+        slope = 0.5 * surface.dimension * (1.0 + np.exp(log_domain_factor + spot_load(surface, area) - iterate))
         step = (force - iterate) / slope
         area += step
         if np.all(np.abs(step) < 1e-12 * (1.0 + np.abs(area))):
@@ -100,8 +102,8 @@ def largest_spot(surface: Surface, force: np.ndarray, psi: float) -> np.ndarray:
 
 def contact_area(surface: Surface, largest: np.ndarray, psi: float) -> np.ndarray:
     """Return the logarithm of the area (m^2) of all spots, from that of the largest."""
-    spread = surface.dimension / (2.0 - surface.dimension)
-    return largest + math.log(spread) + 0.5 * (2.0 - surface.dimension) * math.log(psi)
+    area_ratio = surface.dimension / (2.0 - surface.dimension)
+    return largest + math.log(area_ratio) + 0.5 * (2.0 - surface.dimension) * math.log(psi)
 
 
 def approach(surface: Surface, largest: np.ndarray) -> np.ndarray:

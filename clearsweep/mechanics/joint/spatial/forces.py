@@ -90,21 +90,21 @@ class _JointContext(NamedTuple):
     joint: tuple
     gap: SpatialGap
     relative_motion: _RelativeMotion
-    place: Offsets  # of the joint
-    present: tuple  # JointState
+    offsets: Offsets  # of the joint
+    state: tuple  # JointState
 
 
 @kernel
 def _contact_state(context, number):
     """Return the present state of contact `number`."""
-    state, c = context.present, context.place.contact + number
+    state, c = context.state, context.offsets.contact + number
     return _ContactState(state.mode[c], state.y[state.roots + c], state.latched[c])
 
 
 @kernel
 def _laws_at(context, law, elastic, share, law_offsets):
     """Return the laws with their internal state at the Offsets `law_offsets`."""
-    state, friction = context.present, context.joint.friction
+    state, friction = context.state, context.joint.friction
     return _Laws(
         with_current_state(law, state.y, state.latched, law_offsets),
         elastic,
@@ -149,7 +149,7 @@ def _walls(walls, context, second_offsets):
 
 @_walls.member(EndContacts)
 def _walls_end_contacts(walls, context, second_offsets):
-    return _wall(context, 0, 1.0, context.place), _wall(context, 1, -1.0, second_offsets)
+    return _wall(context, 0, 1.0, context.offsets), _wall(context, 1, -1.0, second_offsets)
 
 
 @_walls.member(Spread)

@@ -18,7 +18,7 @@ MAX_STEPS = 60
 class Point(NamedTuple):
     """A deepest point of the surfaces."""
 
-    at: Vector  # m, on the journal, from the centre of the bearing
+    position: Vector  # m, on the journal, from the centre of the bearing
     normal: Vector  # unit vector, from the journal into the bearing
     depth: float  # m
 
@@ -160,7 +160,7 @@ def is_beyond(joint, gap, end):
     if overshoot < -radial_reach:
         return False
     point = wall_point(InBore(), joint, gap, end)
-    return outward_sign * dot(point.at, axis) > joint.half_length
+    return outward_sign * dot(point.position, axis) > joint.half_length
 
 
 @wall_point.member(Overlapping)

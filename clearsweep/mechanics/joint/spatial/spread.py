@@ -88,10 +88,10 @@ class End(NamedTuple):
 @kernel
 def end_of(context, number, end):
     """Return the End at one of the ENDS, contact `number` of the joint of a context."""
-    joint, gap, relative_motion, state = context.joint, context.gap, context.relative_motion, context.present
-    c = context.place.contact + number
+    joint, gap, relative_motion, state = context.joint, context.gap, context.relative_motion, context.state
+    c = context.offsets.contact + number
     point = wall_point(joint.ends, joint, gap, end)
-    velocity = plus(relative_motion.velocity, cross(relative_motion.spin, minus(point.at, gap.middle)))
+    velocity = plus(relative_motion.velocity, cross(relative_motion.spin, minus(point.position, gap.middle)))
     rate = dot(velocity, point.normal)
     return End(point, state.mode[c], state.y[state.roots + c], state.latched[c], velocity, rate)
 
@@ -208,7 +208,7 @@ def _strip_resultant(context, end_state, bearing, load):
     axial_force = (0.5 * load.inner * inclination.slope - load.lengthening) * bearing.overlap.growth
     force = plus(pressing, couple)
     moment = plus(
-        cross(minus(end_state.point.at, midpoint), pressing), cross(minus(inclination.center, midpoint), couple)
+        cross(minus(end_state.point.position, midpoint), pressing), cross(minus(inclination.center, midpoint), couple)
     )
     moment = plus_scaled(moment, lever, inclination.spin_factor)
     return (
@@ -239,7 +239,7 @@ def _strip_friction(context, end_state, bearing, load):
     friction_load = load.force if lowest_force(joint.law) == 0.0 else max(load.force, 0.0)
     weight = load.elastic if load.elastic > 0.0 else as_type_of(1.0, load.elastic)
     center_distance = min(max(load.elastic_inner / weight, 0.0), 1.0) * half_overlap
-    normal, arm_point = end_state.point.normal, minus(end_state.point.at, gap.middle)
+    normal, arm_point = end_state.point.normal, minus(end_state.point.position, gap.middle)
     arm, depth = (
         Vector(arm_point.x, arm_point.y, arm_point.z - bearing.end * center_distance),
         end_state.point.depth - center_distance * bearing.inclination.slope,

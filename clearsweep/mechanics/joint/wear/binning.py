@@ -50,7 +50,7 @@ class BinCursor(NamedTuple):
     """The bin that follows an edge, and the wear before that edge."""
 
     position: int  # of the bin behind the edge
-    before: float  # m rad, wear before the edge
+    wear_before: float  # m rad, wear before the edge
 
 
 @kernel
@@ -93,41 +93,41 @@ def write_worn_before(pressure, workspace, edge, edges, last_edge):
 
 
 @inlined
-def accumulate_edge(workspace, bins, number, total, at):
+def accumulate_edge(workspace, bins, number, total, cursor):
     """Add the wear between an edge, item `number` of WORN, and the previous edge; return the next BinCursor."""
     per_width = bins.count / (2.0 * math.pi)
-    cumulative = min(max(workspace[WORN * POINTS + number], at.before), total)
-    bins.depths[bins.first + at.position] += (cumulative - at.before) * per_width
-    return BinCursor(at.position + 1 if at.position + 1 < bins.count else 0, cumulative)
+    cumulative = min(max(workspace[WORN * POINTS + number], cursor.wear_before), total)
+    bins.depths[bins.first + cursor.position] += (cumulative - cursor.wear_before) * per_width
+    return BinCursor(cursor.position + 1 if cursor.position + 1 < bins.count else 0, cumulative)
 
 
 @kernel
-def accumulate_met(pressure, workspace, bins, span, edges, at):
+def accumulate_met(pressure, workspace, bins, span, edges, cursor):
     """Add the wear between the edges of a `span` (begin, end), which the arc's ends meet; return the next BinCursor."""
-    known, entered, total = 0, 0, row_sum(workspace, AREA)
+    batch_size, used_of_batch, total = 0, 0, row_sum(workspace, AREA)
     for edge in range(span[0] + 1, span[1] + 1):
-        if entered == known:
-            known, entered = write_worn_before(pressure, workspace, edge, edges, span[1]), 0
-        at = accumulate_edge(workspace, bins, entered, total, at)
-        entered += 1
-    return at
+        if used_of_batch == batch_size:
+            batch_size, used_of_batch = write_worn_before(pressure, workspace, edge, edges, span[1]), 0
+        cursor = accumulate_edge(workspace, bins, used_of_batch, total, cursor)
+        used_of_batch += 1
+    return cursor
 
 
 @family
-def accumulate_inside(pressure, workspace, bins, span, at):
+def accumulate_inside(pressure, workspace, bins, span, cursor):
     """Add the wear between the edges of a `span`, within the arc at all points; return the next BinCursor."""
 
 
 @accumulate_inside.member(None)
-def _default_accumulate_inside(pressure, workspace, bins, span, at):
-    width, known, entered, total = 2.0 * math.pi / bins.count, 0, 0, row_sum(workspace, AREA)
+def _default_accumulate_inside(pressure, workspace, bins, span, cursor):
+    width, batch_size, used_of_batch, total = 2.0 * math.pi / bins.count, 0, 0, row_sum(workspace, AREA)
     for edge in range(span[0] + 1, span[1] + 1):
-        if entered == known:
+        if used_of_batch == batch_size:
             write_worn_before_inside(pressure, workspace, edge * width, width)
-            known, entered = POINTS, 0
-        at = accumulate_edge(workspace, bins, entered, total, at)
-        entered += 1
-    return at
+            batch_size, used_of_batch = POINTS, 0
+        cursor = accumulate_edge(workspace, bins, used_of_batch, total, cursor)
+        used_of_batch += 1
+    return cursor
 
 
 @kernel
@@ -154,11 +154,11 @@ def accumulate_body(pressure, workspace, bins):
         begin, end = last_edge, last_edge
     if last_edge - first_edge > end - begin:
         fit_arc(pressure, workspace)
-    at = BinCursor(first_edge % bins.count, 0.0)
-    at = accumulate_met(pressure, workspace, bins, (first_edge, begin), (edges, width), at)
-    at = accumulate_inside(pressure, workspace, bins, (begin, end), at)
-    at = accumulate_met(pressure, workspace, bins, (end, last_edge), (edges, width), at)
-    bins.depths[bins.first + at.position] += (total - at.before) * (bins.count / (2.0 * math.pi))
+    cursor = BinCursor(first_edge % bins.count, 0.0)
+    cursor = accumulate_met(pressure, workspace, bins, (first_edge, begin), (edges, width), cursor)
+    cursor = accumulate_inside(pressure, workspace, bins, (begin, end), cursor)
+    cursor = accumulate_met(pressure, workspace, bins, (end, last_edge), (edges, width), cursor)
+    bins.depths[bins.first + cursor.position] += (total - cursor.wear_before) * (bins.count / (2.0 * math.pi))
 
 
 @accumulate_span.member(None)

@@ -108,14 +108,16 @@ class Strips(NamedTuple):
     """The strip of a contact at equidistant times of a step."""
 
     reach: float  # m, the largest
-    at: np.ndarray  # (STRIP, PARTS + 1)
+    values: np.ndarray  # (STRIP, PARTS + 1)
     step_values: np.ndarray  # (STEP_VALUE_ROWS, PARTS + 1) of the contact
 
 
 @kernel
 def _strip_at(joint, strips, i):
     """Return the Slope of a strip and its depth (m) at equidistant time number `i`."""
-    return Slope(strips.at[REACH, i], strips.at[LEAN, i]), depth_at_end(joint.walls, strips.step_values[DEPTH_ROW, i])
+    return Slope(strips.values[REACH, i], strips.values[LEAN, i]), depth_at_end(
+        joint.walls, strips.step_values[DEPTH_ROW, i]
+    )
 
 
 @kernel
@@ -133,7 +135,7 @@ def slice_of(joint, strips, low, high):
         if weight <= 0.0:
             continue
         strip, depth_at = _strip_at(joint, strips, i)
-        near_end, far_end, max_depth_ = min(low, strip.reach), min(high, strip.reach), strips.at[MAX_DEPTH, i]
+        near_end, far_end, max_depth_ = min(low, strip.reach), min(high, strip.reach), strips.values[MAX_DEPTH, i]
         slice_share = load_share(joint.walls, joint, strip, depth_at, (near_end, far_end))
         cover_start, cover_end = pressed_range(strip, depth_at)
         cover_start, cover_end = max(cover_start, near_end), min(cover_end, far_end)
@@ -259,7 +261,7 @@ def fit_depth(strips, workspace, share):
     for i in rolled_range(POINTS):
         total = 0.0
         for k in rolled_range(PARTS + 1):
-            total += FIT[k, i] * strips.at[MAX_DEPTH, k]
+            total += FIT[k, i] * strips.values[MAX_DEPTH, k]
         workspace[DEPTH_ROW * POINTS + i] = share * total
 
 
@@ -291,7 +293,7 @@ class Group(NamedTuple):
 
     begin: int
     end: int
-    whole: Slice
+    total_slice: Slice
 
 
 @kernel
@@ -317,7 +319,7 @@ def group_from(step, begin, slices, largest):
 def accumulate_group(joint, end, c, shared, strips, group):
     """Add the wear of a Group of slices of the Strips of contact `c` at one of the ENDS."""
     step, worn = shared
-    workspace, count, rows, total = step.workspace, int(joint.wear.bins), int(joint.wear_rows), group.whole
+    workspace, count, rows, total = step.workspace, int(joint.wear.bins), int(joint.wear_rows), group.total_slice
     fit_profiles(step.workspace, step.step_values[c], total.cover / total.share)
     fit_depth(strips, workspace, total.depth)
     scratch = Bins(step.scratch, 0, count), Bins(step.scratch, worn.stride, count)
@@ -357,7 +359,7 @@ def _default_wear_wall(law, joint, wall, c, shared):
     begin, slices = 0, (int(joint.wear_rows) + 1) // 2
     while begin < slices:
         group = group_from(step, begin, slices, largest)
-        if group.whole.share > 0.0:
+        if group.total_slice.share > 0.0:
             accumulate_group(joint, ENDS[wall], c, shared, strips, group)
         begin = group.end
 

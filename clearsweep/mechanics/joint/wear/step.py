@@ -130,20 +130,20 @@ class JointCursor(NamedTuple):
     """Number of a joint, and its Offsets."""
 
     number: int
-    place: Offsets
+    offsets: Offsets
 
 
 @kernel
-def _after(whose, joint):
-    return JointCursor(whose.number + 1, after_joint(whose.place, joint))
+def _after(cursor, joint):
+    return JointCursor(cursor.number + 1, after_joint(cursor.offsets, joint))
 
 
 @kernel
-def _see(joint, gap, whose, moment):
-    record(joint, gap, moment.body_angles[whose.number], whose.place.contact, moment)
+def _record_joint(joint, gap, cursor, moment):
+    record(joint, gap, moment.body_angles[cursor.number], cursor.offsets.contact, moment)
 
 
-record_positions = map_joints(_see, _after)
+record_positions = map_joints(_record_joint, _after)
 
 
 @kernel
@@ -306,8 +306,8 @@ def _default_wear_joint(joint, j, shared):
 
 
 @kernel
-def _wear(joint, _, place, shared):
-    wear_joint(joint, place.contact, shared)
+def _wear(joint, _, offsets, shared):
+    wear_joint(joint, offsets.contact, shared)
 
 
 wear_each = map_joints(_wear, after_joint)

@@ -120,16 +120,16 @@ def _worn_before_inner_edge(workspace, edge):
 
 
 @accumulate_inside.member(Mean)
-def _accumulate_inside_mean(pressure, workspace, bins, span, at):
+def _accumulate_inside_mean(pressure, workspace, bins, span, cursor):
     """Every bin between two edges within the arc receives the same depth."""
     count, width, total = span[1] - span[0] - 1, 2.0 * math.pi / bins.count, row_sum(workspace, AREA)
     if count < 0:
-        return at
+        return cursor
     first, slope = _worn_before_inner_edge(workspace, (span[0] + 1) * width)
-    first = min(max(first, at.before), total)
+    first = min(max(first, cursor.wear_before), total)
     last = min(first + slope * width * count, total)
-    bins.depths[bins.first + at.position] += (first - at.before) / width
-    position, depth = at.position, (last - first) / (width * max(count, 1))
+    bins.depths[bins.first + cursor.position] += (first - cursor.wear_before) / width
+    position, depth = cursor.position, (last - first) / (width * max(count, 1))
     for _ in range(count):
         position = position + 1 if position + 1 < bins.count else 0
         bins.depths[bins.first + position] += depth

@@ -71,18 +71,18 @@ def _depth_at_end_spread(walls, depth):
 
 
 @family
-def load_share(walls, joint, strip, depth, ways):
+def load_share(walls, joint, strip, depth, interval):
     """Return the share of a strip's load between two places (m)."""
 
 
 @load_share.member(EndContacts)
-def _load_share_end_contacts(walls, joint, strip, depth, ways):
-    return share_of(strip, depth, ways[0], ways[1])
+def _load_share_end_contacts(walls, joint, strip, depth, interval):
+    return share_of(strip, depth, interval[0], interval[1])
 
 
 @load_share.member(Spread)
-def _load_share_spread(walls, joint, strip, depth, ways):
-    low, high = ways
+def _load_share_spread(walls, joint, strip, depth, interval):
+    low, high = interval
     total = _elastic_load(joint, strip, depth, 0.0, strip.reach)
     if total <= 0.0:
         return 1.0 if low <= 0.0 else 0.0
@@ -175,7 +175,7 @@ def placed(end_depths, joint, gap, point, end):
 @placed.member(InBore)
 def _placed_in_bore(end_depths, joint, gap, point, end):
     facing = math.copysign(1.0, gap.axis.z)
-    return Placed(end * point.normal.z, dot(point.at, gap.axis), end * joint.half_journal, facing)
+    return Placed(end * point.normal.z, dot(point.position, gap.axis), end * joint.half_journal, facing)
 
 
 @placed.member(AtEdges)
@@ -183,7 +183,7 @@ def _placed_at_edges(end_depths, joint, gap, point, end):
     facing = math.copysign(1.0, gap.axis.z)
     outward = end * facing
     return Placed(
-        -outward * dot(point.normal, gap.axis), outward * joint.half_length, point.at.z - gap.middle.z, facing
+        -outward * dot(point.normal, gap.axis), outward * joint.half_length, point.position.z - gap.middle.z, facing
     )
 
 

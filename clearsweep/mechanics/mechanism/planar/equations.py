@@ -210,17 +210,19 @@ def _crank_rate(machine: MachineType) -> str:
     return FunctionCode("mechanism", "pose").function("crank_rate", f"pose.turns[{crank}].rate")
 
 
-def _rubs(machine: MachineType) -> str:
+def _friction_laws(machine: MachineType) -> str:
     laws = tuple_code(f"mechanism.loads[{friction_load.load}].friction" for friction_load in machine.friction_loads)
-    return FunctionCode("mechanism").function("rubs", laws)
+    return FunctionCode("mechanism").function("friction_laws", laws)
 
 
-def _with_rubs(machine: MachineType) -> str:
+def _with_friction_laws(machine: MachineType) -> str:
     """Return the code of a function that replaces the laws of friction loads."""
     loads = [f"mechanism.loads[{i}]" for i in range(len(machine.loads))]
     for i, friction_load in enumerate(machine.friction_loads):
         loads[friction_load.load] = f"mechanism.loads[{friction_load.load}]._replace(friction=laws[{i}])"
-    return FunctionCode("mechanism", "laws").function("with_rubs", f"mechanism._replace(loads={tuple_code(loads)})")
+    return FunctionCode("mechanism", "laws").function(
+        "with_friction_laws", f"mechanism._replace(loads={tuple_code(loads)})"
+    )
 
 
 def _aim(bodies: Bodies) -> tuple[Expr, Expr]:
@@ -243,6 +245,6 @@ _GENERATORS = (
     _body_angles,
     _output_and_crank,
     _crank_rate,
-    _rubs,
-    _with_rubs,
+    _friction_laws,
+    _with_friction_laws,
 )

@@ -45,8 +45,8 @@ from .friction import friction_powers_of, friction_slips_of
         "body_angles",
         "output",
         "crank_rate",
-        "rubs",
-        "with_rubs",
+        "friction_laws",
+        "with_friction_laws",
     ),
 )
 

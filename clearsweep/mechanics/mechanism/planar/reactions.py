@@ -47,29 +47,31 @@ def reactions(machine: Machine, motion: Motion, opened: Mapping[str, JointForce]
     turn = Turn(motion.crank_angle, motion.q, motion.rates, motion.accelerations)
     ones = np.ones(len(motion.time))  # derivatives by time in place of those by the crank's angle
     applied = ideal_machine.applied_forces(turn, ones, motion.time) - ideal_machine.inertia * motion.accelerations
-    known = {name: each.force for name, each in opened.items()}
+    given_forces = {name: joint_force.force for name, joint_force in opened.items()}
     for joint in joints:
         if joint.name in opened:
             force, on_distal, on_proximal = opened[joint.name]
             ideal_machine.add_force(applied, turn, joint.distal, force, on_distal)
             ideal_machine.add_force(applied, turn, joint.proximal, -force, on_proximal)
-    ends = list(zip(joints, closure.first, closure.first[1:], strict=False))
-    kept = np.ones(closure.rows, bool)
-    for joint, begin, end in ends:
-        kept[begin:end] = joint.name not in opened
-    jacobian = closure.evaluate(turn.q, turn.angles)[1][:, kept]
+    row_ranges = list(zip(joints, closure.first, closure.first[1:], strict=False))
+    is_closed_row = np.ones(closure.rows, bool)
+    for joint, begin, end in row_ranges:
+        is_closed_row[begin:end] = joint.name not in opened
+    jacobian = closure.evaluate(turn.q, turn.angles)[1][:, is_closed_row]
     inverse = np.linalg.pinv(np.swapaxes(jacobian, 1, 2))
 
-    def solve(rubbing):
+    def solve(friction_forces):
         multipliers = np.zeros((len(ones), closure.rows))
-        multipliers[:, kept] = np.einsum("nij,nj->ni", inverse, applied + rubbing)
+        multipliers[:, is_closed_row] = np.einsum("nij,nj->ni", inverse, applied + friction_forces)
         forces = {
             joint.name: ideal_machine.reaction_of(joint, turn, multipliers[:, begin:end])
-            for joint, begin, end in ends
+            for joint, begin, end in row_ranges
             if joint.name not in opened
         }
-        return forces | known, forces, multipliers
+        return forces | given_forces, forces, multipliers
 
     _, forces, multipliers = ideal_machine.with_friction(turn, ones, solve)
-    couples = {joint.name: -multipliers[:, begin] for joint, begin, _ in ends if isinstance(joint, Guide)}
-    return Reactions(forces, {name: each for name, each in couples.items() if name in forces}, -multipliers[:, -1])
+    couples = {joint.name: -multipliers[:, begin] for joint, begin, _ in row_ranges if isinstance(joint, Guide)}
+    return Reactions(
+        forces, {name: joint_force for name, joint_force in couples.items() if name in forces}, -multipliers[:, -1]
+    )

@@ -72,20 +72,20 @@ def _line(body: Body, elastic: Elastic) -> tuple[np.ndarray, np.ndarray]:
 def _chain(name: str, body: Body, elastic: Elastic) -> dict[str, Body]:
     """Return the masses of a link by name."""
     (near_end, direction), count = _line(body, elastic), elastic.segments
-    share = np.full(count + 1, 1.0 / count)
-    share[[0, -1]] *= 0.5
+    mass_shares = np.full(count + 1, 1.0 / count)
+    mass_shares[[0, -1]] *= 0.5
     aside = np.array(body.center) - (near_end + 0.5 * direction)  # of the centre of mass from the middle of the line
-    places = [near_end + direction * (i / count) + aside for i in range(count + 1)]
+    positions = [near_end + direction * (i / count) + aside for i in range(count + 1)]
     moment = math.fsum(
         mass_share * body.mass * float(np.sum((position - body.center) ** 2))
-        for mass_share, position in zip(share, places, strict=True)
+        for mass_share, position in zip(mass_shares, positions, strict=True)
     )
     inertia = float(body.inertia - moment) / (count + 1)  # may be negative: the masses rotate together
     joints = {f"~{i}": tuple(map(float, near_end + direction * (i / count))) for i in range(1, count + 1)}
     points = {**body.points, **joints}
     return {
         node(name, i): Body(float(mass_share) * body.mass, inertia, (float(position[0]), float(position[1])), points)
-        for i, (mass_share, position) in enumerate(zip(share, places, strict=True))
+        for i, (mass_share, position) in enumerate(zip(mass_shares, positions, strict=True))
     }
 
 
