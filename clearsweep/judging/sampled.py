@@ -123,7 +123,7 @@ def longer_run_warning(cases: Cases, limited_columns: Sequence[str]) -> list[str
         return []
     return [
         f"{irregular} of {wording.count(total, 'motion')} did not become periodic within the run: longer "
-        "runs exceed limits on peaks more often, and the order of the drivers may change. "
+        "runs exceed limits on peaks more often. The order of the drivers may change, too. "
         "To count more revolutions, raise simulate.revolutions."
     ]
 
