@@ -130,9 +130,9 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     start = np.array(
         [*built.start.tolist(), *depth_roots.tolist(), *[initial_value for _, _, initial_value in every_state(value)]]
     )
-    layout, clock = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
+    layout, angle_clock = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
     elapsed = time.perf_counter() - begin
-    return Scene(case, mechanism, built, value, layout, start, in_contact, machine, clock, worn, build_time=elapsed)
+    return Scene(case, mechanism, built, value, layout, start, in_contact, machine, angle_clock, worn, build_time=elapsed)
 
 
 def state_units(scene: Scene) -> np.ndarray:

@@ -28,9 +28,9 @@ def with_bounding_coefficients(case: Case, end: str) -> Case:
     """Return a case whose uncertain wear coefficients are all at one end of their 95 % intervals, LOW or HIGH."""
     joints = {joint.name: joint for joint in case.joints}
     for coefficient in case.uncertain:
-        joint, bound = joints[coefficient.joint], getattr(coefficient, end)
+        joint, value = joints[coefficient.joint], getattr(coefficient, end)
         assert joint.wear is not None  # grids accept uncertain coefficients only for joints with wear
-        values = {key: joint.wear.values[key] * bound if coefficient.relative else bound for key in coefficient.keys}
+        values = {key: joint.wear.values[key] * value if coefficient.relative else value for key in coefficient.keys}
         joints[coefficient.joint] = joint._replace(wear=joint.wear._replace(values={**joint.wear.values, **values}))
     return case._replace(joints=tuple(joints.values()))
 
