@@ -26,8 +26,8 @@ from clearsweep.judging import (
     validity,
     wear,
 )
+from clearsweep.judging.case_ranking import Candidate, CaseRanking, ranking_of
 from clearsweep.judging.cases import Cases, column_texts, range_text
-from clearsweep.judging.order import Candidate, CaseRanking, ranking_of
 from clearsweep.judging.verdict import MARGIN, Limit
 from clearsweep.report.data import study
 from clearsweep.report.data.answered import answers

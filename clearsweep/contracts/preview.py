@@ -9,40 +9,43 @@ import numpy as np
 from ..language import wording
 
 SIZE, MARGIN = 200, 6  # size of a drawing and margin around it, px
-MOST_POINTS = 2000  # points of a curve
+MAX_POINTS = 2000  # points of a curve
 
 
 def page(heading: str, channels: Mapping[str, np.ndarray], summary: Mapping[str, Any], units: Mapping[str, str]) -> str:
     """Return the HTML preview of time histories and figures, both by name, with the SI `units` of figures."""
     joints = [name.split("/")[1] for name in channels if name.endswith("/force_normal")]
-    drawings = "".join(drawing for joint in joints for drawing in _joint(channels, joint))
+    drawings = "".join(drawing for joint in joints for drawing in _joint_drawings(channels, joint))
     rows = "".join(
-        f"<tr><td>{html.escape(name)}</td><td>{_figure(value, units.get(name, '1'))}</td></tr>"
+        f"<tr><td>{html.escape(name)}</td><td>{_figure_text(value, units.get(name, '1'))}</td></tr>"
         for name, value in summary.items()
     )
     figures = f"<details><summary>{len(summary)} figures</summary><table>{rows}</table></details>"
     return f"<p><code>{html.escape(heading)}</code></p><div>{drawings}</div>{figures}"
 
 
-def _figure(value: object, unit: str) -> str:
+def _figure_text(value: object, unit: str) -> str:
     return wording.text(float(value), unit, 5) if isinstance(value, int | float) else wording.DASH
 
 
-def _joint(channels: Mapping[str, np.ndarray], joint: str) -> list[str]:
+def _joint_drawings(channels: Mapping[str, np.ndarray], joint: str) -> list[str]:
     """Return drawings of a joint's journal orbit and of its normal force over time."""
     title, force = wording.joint_name(joint), channels[f"joints/{joint}/force_normal"]
     x, y = channels[f"joints/{joint}/x"], channels[f"joints/{joint}/y"]
-    farthest, largest = wording.text(float(np.hypot(x, y).max()), "m"), wording.text(float(force.max()), "N")
-    over_time = f"{title}: normal force over time, up to {largest}"
+    eccentricity_text, force_text = (
+        wording.text(float(np.hypot(x, y).max()), "m"),
+        wording.text(float(force.max()), "N"),
+    )
+    force_title = f"{title}: normal force over time, up to {force_text}"
     return [
-        _curve(x, y, f"{title}: orbit, up to {farthest}", equal=True),
-        _curve(channels["t"], force, over_time, width=2 * SIZE),
+        _curve(x, y, f"{title}: orbit, up to {eccentricity_text}", equal=True),
+        _curve(channels["t"], force, force_title, width=2 * SIZE),
     ]
 
 
 def _curve(x: np.ndarray, y: np.ndarray, title: str, *, width: int = SIZE, equal: bool = False) -> str:
     """Return a curve with its title as SVG; `equal`: both axes have the same scale."""
-    step = max(1, len(x) // MOST_POINTS)
+    step = max(1, len(x) // MAX_POINTS)
     x, y = np.asarray(x[::step]), np.asarray(y[::step])
     centres, half_ranges = (
         [(values.max() + values.min()) / 2.0 for values in (x, y)],

@@ -4,8 +4,8 @@ import math
 
 from ..language import wording
 from . import films
+from .case_ranking import START_UP
 from .cases import Cases
-from .order import START_UP
 
 NO_LIMITS = "No limits are set, so no case is assessed."
 MICROMETRE = 1e-6  # m

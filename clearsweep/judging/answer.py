@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from ..language import wording
-from . import designs, effects, films, fits, labels, order, sampled, start_up, verdict, wear
+from . import case_ranking, designs, effects, films, fits, labels, sampled, start_up, verdict, wear
 from .cases import MAX_NAMED_AXES, Cases
 
 RUN_LENGTH = "revolutions_run"  # column
@@ -38,7 +38,7 @@ def question_sentences(cases: Cases) -> list[str]:
 def start_forces(cases: Cases) -> list[str]:
     """Return the largest force until the start-up time and in the whole run, and the error, of the started cases."""
     of_started = start_up.started(cases)
-    worst = of_started.worst(order.force_ranking(of_started.layout))
+    worst = of_started.worst(case_ranking.force_ranking(of_started.layout))
     lines = [*peak_force(of_started), *position_error(of_started)]
     if len(of_started.case_ids) < len(cases.case_ids):
         lines = [line.replace(": ", " of the started cases: ", 1) for line in lines]
@@ -115,7 +115,7 @@ def run_lengths(cases: Cases) -> list[str]:
 
 def largest_force(cases: Cases) -> list[str]:
     """Return sentences on the largest normal force and the effects on it."""
-    worst = cases.worst(order.force_ranking(cases.layout))
+    worst = cases.worst(case_ranking.force_ranking(cases.layout))
     if worst is None:
         return []
     name = worst[1][0]
@@ -127,7 +127,7 @@ def largest_force(cases: Cases) -> list[str]:
 
 def peak_force(cases: Cases) -> list[str]:
     """Return sentences on the largest normal force and the load over the largest reaction without clearance."""
-    worst = cases.worst(order.force_ranking(cases.layout))
+    worst = cases.worst(case_ranking.force_ranking(cases.layout))
     if worst is None:
         return []
     index, (peak, *_), joint = worst
@@ -165,7 +165,7 @@ def position_error(cases: Cases) -> list[str]:
     error_column = next((column.name for column in cases.layout.columns if column.figure == "error_max"), "")
     if not error_column or not cases.has(error_column):
         return []
-    worst, hardest = cases.extremes(error_column)[1], cases.worst(order.force_ranking(cases.layout))
+    worst, hardest = cases.extremes(error_column)[1], cases.worst(case_ranking.force_ranking(cases.layout))
     at = cases.at_difference(worst, hardest[0]) if hardest else cases.setting_text(worst)
     text = f"Largest {cases.layout.output} error: {cases.text(error_column, worst)}{at}."
     return [" ".join([text, *_strongest_effect(cases, error_column)])]

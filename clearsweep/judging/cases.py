@@ -9,7 +9,7 @@ import numpy as np
 from ..contracts.layout import Layout
 from ..language import wording
 from . import labels
-from .order import AFTER, FASTEST, CaseRanking
+from .case_ranking import MAX_SPEED, SPEED_AFTER_START, CaseRanking
 from .verdict import Limit, figures_of, limits_of
 
 MAX_NAMED_AXES = 4  # varied values of a case above which a sentence has its identity instead
@@ -110,7 +110,7 @@ def column_scale(name: str, unit: str, column_values: np.ndarray) -> wording.Sca
 
     column_values : (n,) SI, the values of the column
     """
-    if name in (FASTEST, AFTER):
+    if name in (MAX_SPEED, SPEED_AFTER_START):
         return wording.scale(unit, 0.0, speed=True)
     magnitudes = np.abs(column_values[np.isfinite(column_values)])
     magnitudes = magnitudes[magnitudes > 0.0]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..language import wording
-from .order import CaseRanking
+from .case_ranking import CaseRanking
 from .verdict import MARGIN
 
 MAX_NAMED_LAWS = 4  # laws that a sentence names

@@ -6,8 +6,8 @@ import numpy as np
 
 from ..language import wording
 from . import effects
+from .case_ranking import MAX_SPEED, SPEED_AFTER_START, START_UP
 from .cases import Cases
-from .order import AFTER, FASTEST, START_UP
 
 UNTIL = "force_peak_start"  # figure of a joint
 
@@ -17,7 +17,7 @@ def sentences(cases: Cases) -> list[str]:
     no_load = _no_load_speed(cases)
     if no_load is None:
         return []
-    target, full = cases.texts(FASTEST, [0.95 * no_load, no_load])
+    target, full = cases.texts(MAX_SPEED, [0.95 * no_load, no_load])
     return [*_cut_off(cases, target), *_times(cases, target, full), *_swing(cases, target, no_load)]
 
 
@@ -41,10 +41,10 @@ def _swing(cases: Cases, target: str, no_load: float) -> list[str]:
     widest = _widest_swing(cases)
     if widest is None:
         return []
-    lowest = cases.column(AFTER).astype(float)
+    lowest = cases.column(SPEED_AFTER_START).astype(float)
     reached = int(np.isfinite(lowest).sum())
     low, high = _swing_words(cases, widest)
-    over = float(cases.column(FASTEST)[widest]) / no_load - 1.0
+    over = float(cases.column(MAX_SPEED)[widest]) / no_load - 1.0
     above = f", up to {wording.percent(over)} above no load" if over > 0.0 else ""
     text = (
         f"After that, the speed swings between {low} and {high}{above}{cases.setting_text(widest)}, the largest swing."
@@ -58,14 +58,14 @@ def _swing(cases: Cases, target: str, no_load: float) -> list[str]:
 
 def _widest_swing(cases: Cases) -> int | None:
     """Return the started case with the largest swing of the speed after its start-up time, or None."""
-    if not cases.has(AFTER):
+    if not cases.has(SPEED_AFTER_START):
         return None
-    swings = cases.column(FASTEST).astype(float) - cases.column(AFTER).astype(float)
+    swings = cases.column(MAX_SPEED).astype(float) - cases.column(SPEED_AFTER_START).astype(float)
     return int(np.nanargmax(swings)) if np.isfinite(swings).any() else None
 
 
 def _swing_words(cases: Cases, index: int) -> list[str]:
-    return cases.texts(FASTEST, [float(cases.column(name)[index]) for name in (AFTER, FASTEST)])
+    return cases.texts(MAX_SPEED, [float(cases.column(name)[index]) for name in (SPEED_AFTER_START, MAX_SPEED)])
 
 
 def cards(cases: Cases) -> list[tuple[str, str, str]]:
@@ -75,7 +75,7 @@ def cards(cases: Cases) -> list[tuple[str, str, str]]:
         return []
     times = cases.column(START_UP)
     missing, known = int(np.isnan(times).sum()), times[np.isfinite(times)]
-    (target,) = cases.texts(FASTEST, [0.95 * no_load])
+    (target,) = cases.texts(MAX_SPEED, [0.95 * no_load])
     cut = f"; {missing} of {wording.count(len(times), 'case')} cut off{_after(cases)}" if missing else ""
     ends = dict.fromkeys(cases.texts(START_UP, [float(known.min()), float(known.max())])) if known.size else ["none"]
     shown = [("Start-up time", " to ".join(ends), f"until the speed first reaches {target}{cut}")]
@@ -102,7 +102,7 @@ def _no_load_speed(cases: Cases) -> float | None:
     """Return the no-load speed (rad/s) that all cases share, or None if there is none."""
     motor = (cases.record.get("drive") or {}).get("motor") or {}
     no_load = motor.get("no_load_speed")
-    if not isinstance(no_load, float) or "drive.motor.no_load_speed" in cases.axes or not cases.has(FASTEST):
+    if not isinstance(no_load, float) or "drive.motor.no_load_speed" in cases.axes or not cases.has(MAX_SPEED):
         return None
     return no_load
 
@@ -114,7 +114,7 @@ def _spread(times: np.ndarray) -> bool:
 
 def _cut_off(cases: Cases, target: str) -> list[str]:
     """Return sentences on the cases that do not reach the speed, their highest speed, and the remedy."""
-    times, speeds = cases.column(START_UP), cases.column(FASTEST)
+    times, speeds = cases.column(START_UP), cases.column(MAX_SPEED)
     missing = np.isnan(times)
     if not missing.any():
         return []
@@ -126,7 +126,7 @@ def _cut_off(cases: Cases, target: str) -> list[str]:
     turns = _turns(cases)
     longer = f"set simulate.revolutions to {2.0 * turns:g} or more" if turns else "raise simulate.revolutions"
     return [
-        f"{count} {were} cut off{_after(cases)}, before {target}: at most {cases.text(FASTEST, highest)}"
+        f"{count} {were} cut off{_after(cases)}, before {target}: at most {cases.text(MAX_SPEED, highest)}"
         f"{cases.setting_text(highest)}.{within} To see whether the speed is reached later, {longer}. "
         "Forces and errors below leave such cases out, so they are lower bounds: these cases may exceed them."
     ]

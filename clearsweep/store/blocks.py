@@ -256,6 +256,6 @@ class Sampler:
         return pa.concat_tables([random_rows, *others]).combine_chunks()
 
 
-def _copied(table: pa.Table, places: np.ndarray) -> pa.Table:
+def _copied(table: pa.Table, positions: np.ndarray) -> pa.Table:
     """Return a copy of some rows, so that the memory of the others can be freed."""
-    return table.take(array_of([None, places.astype("i8")], pa.int64(), len(places)))
+    return table.take(array_of([None, positions.astype("i8")], pa.int64(), len(positions)))

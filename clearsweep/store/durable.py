@@ -208,10 +208,10 @@ def set_aside_in(folder: Path) -> list[Path]:
 
 def check_writable(folder: Path) -> None:
     """Raise OSError if no file can be written in a folder for temporary files."""
-    place = scratch_file(folder, f"{secrets.token_hex(8)}.part")
-    with os.fdopen(create(place), "wb") as file:
+    probe = scratch_file(folder, f"{secrets.token_hex(8)}.part")
+    with os.fdopen(create(probe), "wb") as file:
         file.write(b"x")
-    discard(place)
+    discard(probe)
 
 
 def foreign_names(folder: Path) -> list[str]:

@@ -89,9 +89,9 @@ class Filter:
         ids = self.case_ids
         if ids is None:
             return list(groups)
-        places = [between(int(case_id, 16), int(case_id, 16)).tolist() for case_id in ids]
-        ends = np.cumsum([file.metadata.row_group(group).num_rows for group in groups])
-        return sorted({int(np.searchsorted(ends, first, "right")) for first, last in places if last > first})
+        row_ranges = [between(int(case_id, 16), int(case_id, 16)).tolist() for case_id in ids]
+        group_ends = np.cumsum([file.metadata.row_group(group).num_rows for group in groups])
+        return sorted({int(np.searchsorted(group_ends, first, "right")) for first, last in row_ranges if last > first})
 
     def mask(self, table: pa.Table) -> np.ndarray:
         """Return a mask of the rows of a table that match; null never matches."""

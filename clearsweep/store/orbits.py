@@ -33,8 +33,8 @@ class _OrbitFile:
         durable.check_regular(path)
         with h5py.File(path, "r") as file:
             self.starts = {item: file[dataset.path][:] for item, dataset in offsets_of(result_schema).items()}
-            names = [dataset.path for dataset in datasets(result_schema)]
-            self.places = {name: h5py.h5d.open(file.id, name.encode()).get_offset() for name in names}
+            paths = [dataset.path for dataset in datasets(result_schema)]
+            self.byte_offsets = {name: h5py.h5d.open(file.id, name.encode()).get_offset() for name in paths}
 
 
 class OrbitFiles:
@@ -81,7 +81,7 @@ class OrbitFiles:
                 self.handles.pop(next(iter(self.handles))).close()
             self.handles[number] = durable.open_regular(file.path)
         size, handle = dataset.dtype.itemsize, self.handles[number].fileno()
-        return os.pread(handle, count * size, file.places[dataset.path] + first * size)
+        return os.pread(handle, count * size, file.byte_offsets[dataset.path] + first * size)
 
 
 def write_orbits(path: Path, run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray, mark: str) -> None:

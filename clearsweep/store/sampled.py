@@ -72,19 +72,19 @@ class SampledRun(BlockedRun):
 _NAMES = ("t", "joint", "kind")
 
 
-def _events(part: OneBlock, numbers: list[int]) -> list[dict[str, np.ndarray]]:
+def _events(part: OneBlock, identities: list[int]) -> list[dict[str, np.ndarray]]:
     """Return the events of some cases of a block, by identity; consecutive rows are read at once."""
-    places = np.searchsorted(part.numbers, np.array(numbers, "u8"))
-    events: list[dict[str, np.ndarray]] = [{name: np.empty(0) for name in _NAMES} for _ in numbers]
+    row_indices = np.searchsorted(part.numbers, np.array(identities, "u8"))
+    events: list[dict[str, np.ndarray]] = [{name: np.empty(0) for name in _NAMES} for _ in identities]
     with part.orbits() as file:
-        if OFFSETS_BY[EVENT] not in file or not len(places):
+        if OFFSETS_BY[EVENT] not in file or not len(row_indices):
             return events
         offsets = file[OFFSETS_BY[EVENT]][:]
-        runs = np.split(np.arange(len(places)), np.flatnonzero(np.diff(places) != 1) + 1)
+        runs = np.split(np.arange(len(row_indices)), np.flatnonzero(np.diff(row_indices) != 1) + 1)
         for run in runs:
-            start, stop = int(offsets[places[run[0]]]), int(offsets[places[run[-1]] + 1])
+            start, stop = int(offsets[row_indices[run[0]]]), int(offsets[row_indices[run[-1]] + 1])
             values = {name: file[f"events/{name}"][start:stop] for name in _NAMES}
             for row in run.tolist():
-                span = slice(int(offsets[places[row]]) - start, int(offsets[places[row] + 1]) - start)
+                span = slice(int(offsets[row_indices[row]]) - start, int(offsets[row_indices[row] + 1]) - start)
                 events[row] = {name: values[name][span] for name in _NAMES}
     return events

@@ -7,8 +7,8 @@ import numpy as np
 
 from .. import grid as grids
 from ..judging import advice, answer, sampled, wear
+from ..judging.case_ranking import BY_CONTENT, CaseRanking
 from ..judging.cases import Cases, column_texts
-from ..judging.order import BY_CONTENT, CaseRanking
 from ..judging.verdict import units_of
 from ..language import wording
 from ..store import BlockedRun, SampledRun, StoredRun

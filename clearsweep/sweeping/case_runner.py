@@ -14,7 +14,7 @@ from .. import grid as grids
 from .. import store
 from ..contracts.case import Case
 from ..contracts.results import Peak
-from ..judging import order
+from ..judging import case_ranking
 from ..language import phases
 from ..language.errors import InputError, brief
 from . import executors, progress, signals
@@ -124,7 +124,7 @@ class CaseRunner:
             return None
         rows = self.directory.rows()
         names = grid.optimise.columns([column.name for column in grid.layout.columns]) if grid.optimise else []
-        names = [*order.ranking_of(grid.layout, grid.verdict.limits).columns] if grid.checked_laws else names
+        names = [*case_ranking.ranking_of(grid.layout, grid.verdict.limits).columns] if grid.checked_laws else names
         positions = np.searchsorted(rows["id"], ids[first:])
         new_results = store.read_results(self.directory, store.ResultSchema.of(grid), rows[positions], names)
         if grid.identify is None:

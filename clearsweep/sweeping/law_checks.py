@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import store
 from ..grid import Grid, leaves
-from ..judging import law_check, order
+from ..judging import case_ranking, law_check
 from .adaptive import Point
 from .settings import grid_text
 from .worker import Simulator
@@ -19,7 +19,7 @@ class LawCheckSearch:
 
     def __init__(self, grid: Grid, simulator: Simulator):
         self.simulator, self.points, self.is_done = simulator, list[Point](), False
-        self.ranking = order.ranking_of(grid.layout, grid.verdict.limits)
+        self.ranking = case_ranking.ranking_of(grid.layout, grid.verdict.limits)
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
         """Find the worst case of the grid, which decides, and the other laws that are suitable for its joints."""
@@ -50,7 +50,7 @@ def _used_paths(grid: Grid, point: Point) -> set[str]:
 class LawCheckResults:
     """Separates the cases that check laws from those of the grid, and keeps the results of these checks."""
 
-    def __init__(self, base: dict[str, str], lead: order.CaseRanking):
+    def __init__(self, base: dict[str, str], lead: case_ranking.CaseRanking):
         """Prepare with the law of the grid by path (`base`, {} if no law is checked) and the ranking of the cases."""
         self.base, self.ranking = base, lead
         self.rows: list[law_check.LawResult] = []

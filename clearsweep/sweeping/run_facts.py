@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import grid as grids
 from ..contracts.layout import Layout
-from ..judging import expected, order, validity, verdict
+from ..judging import case_ranking, expected, validity, verdict
 from ..store import StoredRun, summed
 from .law_checks import LawCheckResults
 from .lives import LifeExtremes
@@ -32,7 +32,7 @@ class RunFacts:
         self.statuses: Counter[str] = Counter()
         self.remarks, self.limits = validity.Remarks(joints), _LimitCounts(record)
         self.lives, self.slowest_case = LifeExtremes(layout, record.get("life") or {}), SlowestCase(record, layout)
-        self.ranking = order.ranking_of(layout, self.limits.verdict.limits, record)
+        self.ranking = case_ranking.ranking_of(layout, self.limits.verdict.limits, record)
         self.worst = WorstCases(self.ranking, joints, self.limits.verdict.limits)
         self.expected: dict[str, Any] | None = None  # the largest force peak to expect in many revolutions
         self._joints = joints

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ..contracts.layout import Layout
-from ..judging import expected, films, labels, order, probability
+from ..judging import case_ranking, expected, films, labels, probability
 from ..judging.verdict import Limit
 from ..language import wording
 from . import answered, identified
@@ -320,7 +320,7 @@ def _figure(figure: dict[str, Any], units: Mapping[str, str]) -> str:
     name, value = figure["column"], figure["value"]
     if value is None and name.endswith("_dry_load_share"):
         return films.NOT_MODELLED
-    if value is None and name == order.START_UP:
+    if value is None and name == case_ranking.START_UP:
         return "cut off"
     if value is None or "words" in figure:
         return str(figure.get("words", "-"))

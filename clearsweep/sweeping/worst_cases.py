@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..judging.order import CaseRanking
+from ..judging.case_ranking import CaseRanking
 from ..judging.verdict import EXCEEDED, MARGIN, Limit, margin_words
 
 WORST_CASES = 5

@@ -172,9 +172,9 @@ def _least_times(runs: list, repetitions: int, slow: float, timer) -> tuple[np.n
                 continue
             elapsed = 0.0
             while elapsed < SHORTEST_ROUND:
-                begin = timer()
+                start = timer()
                 result = run()
-                duration = timer() - begin
+                duration = timer() - start
                 elapsed += duration
                 least[i] = min(least[i], duration)
                 if isinstance(result, float):

@@ -49,7 +49,7 @@ class LengthObserver:
 def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return the figures and intervals of every tolerance and length as `rows`, and their agreement.
 
-    `agrees` : share of the pairs of tolerances, over all figures and lengths, whose difference is within both intervals
+    `within` : share of the pairs of tolerances, over all figures and lengths, whose difference is within both intervals
     combined (root of the sum of squares); 0.95 for correct intervals.
     """
     tolerances, lengths = (QUICK_TOLERANCES, QUICK_LENGTHS) if quick else (TOLERANCES, LENGTHS)
@@ -64,13 +64,13 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
         for first, second in itertools.combinations([row for row in rows if row["revolutions"] == length], 2)
         for figure in FIGURES
     ]
-    agrees = [abs(a["value"] - b["value"]) <= math.hypot(a["half_width"], b["half_width"]) for a, b in pairs]
+    is_within = [abs(a["value"] - b["value"]) <= math.hypot(a["half_width"], b["half_width"]) for a, b in pairs]
     return {
         "problem": PROBLEM,
         "discard": DISCARD,
         "figures": list(FIGURES),
         "rows": rows,
-        "within": sum(agrees) / len(agrees),
+        "within": sum(is_within) / len(is_within),
         "seconds": time.perf_counter() - begin,
     }
 

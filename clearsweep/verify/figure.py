@@ -17,7 +17,7 @@ STYLE = {  # method -> colour (Okabe and Ito 2008), marker
     "fixed-step RK4": ("#D55E00", "^"),
 }
 COLUMNS = 3
-FIRST_HALF, RATIO = "error over the first half [1]", "error of the restitution [1]"
+FIRST_HALF_LABEL, RESTITUTION_LABEL = "error over the first half [1]", "error of the restitution [1]"
 
 
 def draw(results: dict[str, Any], path: str | Path) -> Path:
@@ -30,7 +30,7 @@ def draw(results: dict[str, Any], path: str | Path) -> Path:
     page = Figure(figsize=(4.0 * COLUMNS, 3.3 * rows + 0.5), layout="constrained")
     panels = page.subplots(rows, COLUMNS, squeeze=False).ravel()
     for panel, entry in zip(panels, entries, strict=False):
-        _panel(panel, entry)
+        _draw_panel(panel, entry)
     for panel in panels[len(entries) :]:
         panel.set_axis_off()
     handles, names = panels[0].get_legend_handles_labels()
@@ -40,17 +40,17 @@ def draw(results: dict[str, Any], path: str | Path) -> Path:
     return path
 
 
-def _panel(panel: Axes, entry: dict[str, Any]) -> None:
+def _draw_panel(panel: Axes, entry: dict[str, Any]) -> None:
     """Draw one problem on matplotlib axes."""
     column = "error_whole" if entry["measure"] == "restitution" else "error_first_half"
     for method, (colour, marker) in STYLE.items():
         rows = [row for row in entry["rows"] if row["method"] == method and row[column]]
-        cost, error = [row["ms_per_revolution"] for row in rows], [row[column] for row in rows]
-        panel.plot(cost, error, color=colour, marker=marker, markersize=4, linewidth=1.2, label=method)
+        run_times, errors = [row["ms_per_revolution"] for row in rows], [row[column] for row in rows]
+        panel.plot(run_times, errors, color=colour, marker=marker, markersize=4, linewidth=1.2, label=method)
     panel.set(
         xscale="log",
         yscale="log",
-        ylabel=RATIO if column == "error_whole" else FIRST_HALF,
+        ylabel=RESTITUTION_LABEL if column == "error_whole" else FIRST_HALF_LABEL,
         xlabel="run time [ms]" if column == "error_whole" else "run time [ms a revolution]",
     )
     panel.set_title(f"{entry['name']}: {entry['title']}", fontsize=9)

@@ -4,7 +4,7 @@ import math
 
 from .known_machines import TITLES
 
-HEAD = (
+HEADER = (
     f"  {'method':<16}{'setting':>15}{'error, 1st half':>17}{'error, all':>12}{'events':>11}{'force peaks':>13}"
     f"{'rhs':>10}{'steps':>9}{'time [ms/rev]':>15}"
 )
@@ -38,12 +38,12 @@ def text(results: dict) -> str:
         *METHODS,
     ]
     for entry in results["problems"]:
-        lines += ["", *_problem(entry)]
+        lines += ["", *_problem_lines(entry)]
     lines += [
         "",
         *(line.format(repetitions=results["rounds"]) for line in EXPLANATION),
         "",
-        *_headline(results["headline"]),
+        *_headline_lines(results["headline"]),
     ]
     lines += ["", *machines(results["machines"])] if results["machines"]["rows"] else []
     lines += ["", *convergence(results["convergence"]), "", *stability(results["stability"])]
@@ -55,8 +55,8 @@ def markdown(results: dict) -> str:
     """Return the report as Markdown, with a link to the figure `accuracy/error.svg`."""
     table = results["stability"]
     rows = [
-        f"| {row['name']} | {row['status']} | {row['rhs_evaluations']:,} | {_error(row['energy_residual'])} | "
-        f"{_error(row['share_of_bound'])} | {row['failure'] or 'passed'} |"
+        f"| {row['name']} | {row['status']} | {row['rhs_evaluations']:,} | {_error_text(row['energy_residual'])} | "
+        f"{_error_text(row['share_of_bound'])} | {row['failure'] or 'passed'} |"
         for row in table["rows"]
     ]
     return "\n".join(
@@ -88,15 +88,15 @@ def machines(table: dict) -> list[str]:
         "    where a comparison with the trajectory in quadruple precision is fair; time of the integration",
         f"  {'machine':<42}{'tolerance':>10}{'error':>10}{'events':>9}{'their times':>17}{'rhs':>9}{'time [ms]':>11}",
     ]
-    last = ""
+    last_name = ""
     for row in table["rows"]:
-        title = "" if row["name"] == last else TITLES[row["name"]]
+        title = "" if row["name"] == last_name else TITLES[row["name"]]
         events = f"{row['events']}/{row['events_expected']}"
         lines.append(
-            f"  {title:<42}{row['tolerance']:>10.0e}{_error(row['error']):>10}{events:>9}"
-            f"{_error(row['event_error']):>17}{row['rhs_evaluations']:>9}{row['ms']:>11.3g}"
+            f"  {title:<42}{row['tolerance']:>10.0e}{_error_text(row['error']):>10}{events:>9}"
+            f"{_error_text(row['event_error']):>17}{row['rhs_evaluations']:>9}{row['ms']:>11.3g}"
         )
-        last = row["name"]
+        last_name = row["name"]
     return lines
 
 
@@ -131,8 +131,8 @@ def convergence(table: dict) -> list[str]:
 def _with_interval(estimate: dict, unit: float) -> str:
     """Return a value with its interval, rounded to two figures of the latter."""
     value, width = estimate["value"] / unit, estimate["half_width"] / unit
-    places = max(0, 1 - math.floor(math.log10(width))) if width > 0.0 else 3
-    return f"{value:.{places}f} +- {width:.{places}f}"
+    decimals = max(0, 1 - math.floor(math.log10(width))) if width > 0.0 else 3
+    return f"{value:.{decimals}f} +- {width:.{decimals}f}"
 
 
 def stability(table: dict) -> list[str]:
@@ -163,8 +163,8 @@ def stiffness(table: dict) -> list[str]:
         ratios = (row["evaluations_ratio"], row["run_time_ratio"])
         lines.append(
             f"  {row['name']:<44}{explicit['tolerance']:>10.0e}{explicit['rhs_evaluations']:>10}"
-            f"{_error(explicit['error']):>9}{auto['tolerance']:>11.0e}{auto['rhs_evaluations']:>10}"
-            f"{_error(auto['error']):>9}"
+            f"{_error_text(explicit['error']):>9}{auto['tolerance']:>11.0e}{auto['rhs_evaluations']:>10}"
+            f"{_error_text(auto['error']):>9}"
             + "".join(f"{'-' if x is None else f'{x:.3g}':>{w}}" for x, w in zip(ratios, (11, 8), strict=True))
         )
     lines += ["", *choices(table["choices"]), ""]
@@ -190,17 +190,17 @@ def choices(rows: list[dict]) -> list[str]:
     return [*lines, f"  largest ratio {worst['over_better']:.2f}, {worst['name']} at {worst['tolerance']:.0e}"]
 
 
-def _problem(entry: dict) -> list[str]:
+def _problem_lines(entry: dict) -> list[str]:
     """Return the lines of one problem."""
     if entry["measure"] == "restitution":
         description = "error of the ratio of rebound to approach speed, closed form; time of the run"
     else:
-        turns = f"{entry['revolutions']:g} revolution" + ("" if entry["revolutions"] == 1 else "s")
-        description = f"{turns}, {entry['events_expected']} contact events"
-    lines, last = [f"{entry['name']}: {entry['title']} ({description})", HEAD], None
+        revolutions_text = f"{entry['revolutions']:g} revolution" + ("" if entry["revolutions"] == 1 else "s")
+        description = f"{revolutions_text}, {entry['events_expected']} contact events"
+    lines, last_method = [f"{entry['name']}: {entry['title']} ({description})", HEADER], None
     for row in entry["rows"]:
-        lines.append(_row(row, "" if row["method"] == last else row["method"]))
-        last = row["method"]
+        lines.append(_row(row, "" if row["method"] == last_method else row["method"]))
+        last_method = row["method"]
     return lines
 
 
@@ -208,17 +208,18 @@ def _row(row: dict, method: str) -> str:
     setting = f"tolerance {row['tolerance']:.0e}" if "tolerance" in row else f"step {row['step']:.0e} s"
     events = f"{'=' if row['events_exact'] else ''}{row['events']}"
     return (
-        f"  {method:<16}{setting:>15}{_error(row['error_first_half']):>17}{_error(row['error_whole']):>12}{events:>11}"
-        f"{_error(row['peak_error_first_half']):>13}{row['rhs_evaluations']:>10}{row['steps']:>9}"
+        "  "
+        f"{method:<16}{setting:>15}{_error_text(row['error_first_half']):>17}{_error_text(row['error_whole']):>12}{events:>11}"
+        f"{_error_text(row['peak_error_first_half']):>13}{row['rhs_evaluations']:>10}{row['steps']:>9}"
         f"{row['ms_per_revolution']:>15.3g}"
     )
 
 
-def _error(value: float | None) -> str:
+def _error_text(value: float | None) -> str:
     return "-" if value is None else f"{value:.1e}"
 
 
-def _headline(figures: dict) -> list[str]:
+def _headline_lines(figures: dict) -> list[str]:
     """Return the lines that give the flagship figures."""
     lines = [
         f"{figures['problem']} at tolerance {figures['tolerance']:g}: "
@@ -236,6 +237,6 @@ def _headline(figures: dict) -> list[str]:
     else:
         lines.append("  scipy DOP853 does not reach that error at any of its tolerances.")
     ratios = figures["scipy_over_first_measured"].items()
-    first = ", ".join(f"{ratio:.2f} at {tolerance}" for tolerance, ratio in ratios)
-    lines.append(f"  scipy's time over that of its first measurement, on another machine: {first}.")
+    first_ratios = ", ".join(f"{ratio:.2f} at {tolerance}" for tolerance, ratio in ratios)
+    lines.append(f"  scipy's time over that of its first measurement, on another machine: {first_ratios}.")
     return lines

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...judging.order import AFTER, FASTEST, START_UP
+from ...judging.case_ranking import MAX_SPEED, SPEED_AFTER_START, START_UP
 from .study import Study
 from .worst_case import question
 
@@ -20,7 +20,7 @@ def comparable(study: Study, column: str) -> np.ndarray:
 
 def leaves_out(study: Study, column: str) -> bool:
     """Return whether a figure leaves out starts that were cut off."""
-    return column not in (START_UP, FASTEST, AFTER) and bool(_cut_off(study).any())
+    return column not in (START_UP, MAX_SPEED, SPEED_AFTER_START) and bool(_cut_off(study).any())
 
 
 def _cut_off(study: Study) -> np.ndarray:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 from ...contracts.layout import Layout
-from ...judging import labels, order
+from ...judging import case_ranking, labels
 from ...judging.verdict import Limit
 
 
@@ -33,7 +33,7 @@ def leading_figure(
     grid : as stored in run.json.
     """
     limits = tuple(limits)
-    question = order.ranking_of(layout, limits, grid).question
+    question = case_ranking.ranking_of(layout, limits, grid).question
     if question not in ("seek", "limits"):
         return LEADING_FIGURES.get(question, PEAK)
     layout_columns = {column.name: column for column in layout.columns}

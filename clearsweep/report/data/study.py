@@ -10,7 +10,7 @@ import pandas as pd
 from ... import grid, simulation
 from ...contracts.case import Case
 from ...contracts.case import Joint as CaseJoint
-from ...judging import law_check, order
+from ...judging import case_ranking, law_check
 from ...judging.cases import column_scale, column_texts
 from ...judging.verdict import EXCEEDED, Limit, limits_of
 from ...language import wording
@@ -235,7 +235,7 @@ def _is_grid_case(run: StoredRun | SampledRun) -> np.ndarray:
 
 def _law_checks(run: StoredRun | SampledRun, selected: np.ndarray) -> tuple[law_check.LawResult, ...]:
     """Return the results of the finished cases that check laws."""
-    grid_laws, lead = grid.base_laws(run.grid), order.ranking_of(run.layout, _limits(run), run.grid)
+    grid_laws, lead = grid.base_laws(run.grid), case_ranking.ranking_of(run.layout, _limits(run), run.grid)
     table = {name: run.column(name).to_numpy()[selected] for name in ("case_id", *grid_laws, *lead.columns)}
     return tuple(law_check.rows_of(table, grid_laws, lead))
 

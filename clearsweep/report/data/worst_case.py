@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from ...judging import order
+from ...judging import case_ranking
 from .study import Study
 
 
-def question(study: Study) -> order.CaseRanking:
+def question(study: Study) -> case_ranking.CaseRanking:
     """Return the ranking of the cases of a study."""
-    return order.ranking_of(study.run.layout, study.limits, study.run.grid)
+    return case_ranking.ranking_of(study.run.layout, study.limits, study.run.grid)
 
 
-def worst_case(study: Study) -> tuple[str, order.Candidate] | None:
+def worst_case(study: Study) -> tuple[str, case_ranking.Candidate] | None:
     """Return the worst case and the columns to show of it, or None if all are null."""
     lead, cases = question(study), study.cases
     if cases.empty or not lead.candidates or any(name not in cases for name in lead.columns):

@@ -115,11 +115,14 @@ def _sentences(forces: dict[str, np.ndarray], valid_laws: list[str]) -> list[str
         for k, (factor, depth) in enumerate(zip(factors, depth_texts, strict=True))
         if k != REFERENCE_DEPTH
     ]
-    least, most = wording.in_common_unit((forces[law][REFERENCE_DEPTH] for law in (valid_laws[0], valid_laws[-1])), "N")
+    softest_force, stiffest_force = wording.in_common_unit(
+        (forces[law][REFERENCE_DEPTH] for law in (valid_laws[0], valid_laws[-1])), "N"
+    )
     return [
         f"At a penetration of {depth_texts[REFERENCE_DEPTH]} the {len(valid_laws)} elastic laws that are valid in "
         "this joint differ by a "
-        f"factor of {factors[REFERENCE_DEPTH]}: {least} ({valid_laws[0]}) to {most} ({valid_laws[-1]}). "
+        f"factor of {factors[REFERENCE_DEPTH]}: {softest_force} ({valid_laws[0]}) to {stiffest_force} "
+        f"({valid_laws[-1]}). "
         f"{doubtful_text}".rstrip(),
         f"Among the valid laws, the factor is {wording.sentence_list(other_factors)}.",
     ]
@@ -158,17 +161,17 @@ def _table(
 
 def _joint_text(section: case.Joint) -> str:
     """Return a description of the joint for which the forces are computed."""
-    named = (("radial clearance", "clearance"), ("bearing radius", "bearing_radius"), ("length", "length"))
-    sizes = [(word, getattr(section, key)) for word, key in named if getattr(section, key) is not None]
+    keys_by_word = (("radial clearance", "clearance"), ("bearing radius", "bearing_radius"), ("length", "length"))
+    sizes = [(word, getattr(section, key)) for word, key in keys_by_word if getattr(section, key) is not None]
     facts = [f"{word} {wording.scale('m', size).given(size, 4)}" for word, size in sizes]
     materials = section.contact.material
     if materials:
         bodies = {f" of the {body}": material for body, material in materials._asdict().items()}
         if materials.bearing == materials.journal:
             bodies = {"": materials.bearing}
-        for whose, material in bodies.items():
+        for owner, material in bodies.items():
             young = wording.scale("Pa", material.young).given(material.young, 4)
-            facts.append(f"Young's modulus{whose} {young}, Poisson's ratio{whose} {material.poisson:.4g}")
+            facts.append(f"Young's modulus{owner} {young}, Poisson's ratio{owner} {material.poisson:.4g}")
     return f"In the joint of the hardest case: {', '.join(facts)}"
 
 

@@ -31,9 +31,13 @@ def _sentence(study: Study, groups: MatchedCases, table: pd.DataFrame) -> str:
     changed = table[table.max(axis=1) > table.min(axis=1)]
     designs = wording.count(len(table), "design")
     if changed.empty:
-        agreed = "meets the limits" if not table.max().max() else "exceeds a limit" if table.min().min() else ""
-        rest = f"each {agreed} with every law" if agreed else "each meets the limits with all laws, or with none"
-        return f"The choice of {groups.axis.name} does not change the verdict on {designs}: {rest}."
+        common_verdict = "meets the limits" if not table.max().max() else "exceeds a limit" if table.min().min() else ""
+        reason = (
+            f"each {common_verdict} with every law"
+            if common_verdict
+            else "each meets the limits with all laws, or with none"
+        )
+        return f"The choice of {groups.axis.name} does not change the verdict on {designs}: {reason}."
     group = changed.index[0]
     row = changed.loc[group].dropna()
     meeting, exceeding = ([law for law, exceeds in row.items() if bool(exceeds) is beyond] for beyond in (False, True))
@@ -43,8 +47,8 @@ def _sentence(study: Study, groups: MatchedCases, table: pd.DataFrame) -> str:
         f"they are met with {wording.sentence_list(meeting)} and exceeded with "
         f"{wording.sentence_list(exceeding)}{setting_text}"
     )
-    many = f"{len(changed)} of {designs}"
-    return f"The choice of {groups.axis.name} decides whether {many} meet the limits. For example, {laws}."
+    changed_count = f"{len(changed)} of {designs}"
+    return f"The choice of {groups.axis.name} decides whether {changed_count} meet the limits. For example, {laws}."
 
 
 def _table(groups: MatchedCases, compared: pd.DataFrame) -> Table:
@@ -54,11 +58,11 @@ def _table(groups: MatchedCases, compared: pd.DataFrame) -> Table:
         rows_of_law = compared[compared["law"] == law]
         if len(rows_of_law):
             margins = rows_of_law["margin"].to_numpy()
-            known = margins[np.isfinite(margins)]
-            ends = (float(known.min()), float(np.median(known))) if len(known) else (np.nan, np.nan)
-            rows.append((law, count_cell(len(rows_of_law)), count_cell(int(rows_of_law["fails"].sum())), *ends))
-    heads = ("designs", "that exceed a limit", "smallest margin", "median margin")
-    columns = (Column(groups.axis.name), *map(Column, heads))
+            finite = margins[np.isfinite(margins)]
+            margin_cells = (float(finite.min()), float(np.median(finite))) if len(finite) else (np.nan, np.nan)
+            rows.append((law, count_cell(len(rows_of_law)), count_cell(int(rows_of_law["fails"].sum())), *margin_cells))
+    headings = ("designs", "that exceed a limit", "smallest margin", "median margin")
+    columns = (Column(groups.axis.name), *map(Column, headings))
     note = (
         "The table lists the designs that finished with at least two of the laws. The margin is defined as in the "
         "verdict."

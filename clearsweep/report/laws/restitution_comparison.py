@@ -58,8 +58,10 @@ def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
             )
         )
     rows.sort(key=lambda row: (np.isnan(row.specified), row.specified, axis.values.index(row.law)))
-    known = [row for row in rows if not np.isnan(row.effective)]
-    return Part(_sentences(rows), [_picture(axis, known)] if known else [], [_table(study, axis, joint, rows)])
+    valued_rows = [row for row in rows if not np.isnan(row.effective)]
+    return Part(
+        _sentences(rows), [_picture(axis, valued_rows)] if valued_rows else [], [_table(study, axis, joint, rows)]
+    )
 
 
 def _points(study: Study, axis: Axis, joint: Joint) -> pd.DataFrame:
@@ -82,8 +84,8 @@ def _measured(study: Study, points: pd.DataFrame, joint: Joint, law: str, specif
     """Return the median of the measured restitution of the cases of a law, or NaN if none was measured."""
     if not study.has(joint.column("restitution")):
         return np.nan
-    alike = points["specified"].isna() if np.isnan(specified) else points["specified"] == specified
-    return float(study.cases[joint.column("restitution")][(points["law"] == law) & alike].median())
+    has_value = points["specified"].isna() if np.isnan(specified) else points["specified"] == specified
+    return float(study.cases[joint.column("restitution")][(points["law"] == law) & has_value].median())
 
 
 def _table(study: Study, axis: Axis, joint: Joint, rows: list[EffectiveRestitution]) -> Table:
@@ -112,21 +114,21 @@ def _sentences(rows: list[EffectiveRestitution]) -> list[str]:
             spans.append((ordered[-1].effective - ordered[0].effective, ordered[0], ordered[-1]))
     if not spans:
         return []
-    widest, least, most = max(spans, key=lambda span: (span[0], span[1].specified))
-    if widest < MIN_DIFFERENCE:
+    largest_span, lowest, highest = max(spans, key=lambda span: (span[0], span[1].specified))
+    if largest_span < MIN_DIFFERENCE:
         return [
             "In a free impact these laws do not differ: each gives the specified restitution, or all give the same "
             "value."
         ]
     return [
-        f"With a specified restitution of {wording.short(least.specified, 3)}, a free impact has a restitution of "
-        f"{wording.plain(least.effective)} ({least.law}) to {wording.plain(most.effective)} ({most.law})."
+        f"With a specified restitution of {wording.short(lowest.specified, 3)}, a free impact has a restitution of "
+        f"{wording.plain(lowest.effective)} ({lowest.law}) to {wording.plain(highest.effective)} ({highest.law})."
     ]
 
 
 def _picture(axis: Axis, rows: list[EffectiveRestitution]) -> Picture:
     points = [(row.law, row.specified, row.effective) for row in rows]
-    alt = "; ".join(f"{law}, specified {specified:.3g}: {given:.3g}" for law, specified, given in points)
+    alt = "; ".join(f"{law}, specified {specified:.3g}: {effective:.3g}" for law, specified, effective in points)
     return Picture(
         "Restitution of a free impact",
         "Computed for a free impact, and compared with the specified restitution.",

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...judging import designs, films
-from ...judging.order import START_UP
+from ...judging.case_ranking import START_UP
 from ...judging.verdict import MARGIN
 from ...language import wording
 from ..blocks.picture import Picture, Spot, capital

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...judging import designs, films, fits, probability, sampled, start_up, verdict, wear
-from ...judging.order import Candidate
+from ...judging.case_ranking import Candidate
 from ...language import wording
 from ..blocks.section import Cards, Section
 from ..data.answered import answer_cases

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from ...judging import advice, designs, fits, order, probability, sampled, verdict
+from ...judging import advice, case_ranking, designs, fits, probability, sampled, verdict
 from ...judging.cases import MAX_NAMED_AXES
 from ...judging.labels import limit_label
 from ...language import wording
@@ -67,7 +67,7 @@ def _progress(study: Study) -> list[str]:
 
 def _advice(study: Study) -> list[str]:
     """Return the limit to add to a grid without limits."""
-    if question(study).question not in order.BY_CONTENT:
+    if question(study).question not in case_ranking.BY_CONTENT:
         return []
     return [f"{advice.no_limits(answer_cases(study))}."]
 

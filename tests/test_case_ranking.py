@@ -7,7 +7,7 @@ from fake_runs import Run
 from test_seek import quiet
 
 from clearsweep.contracts.layout import Column
-from clearsweep.judging import order, verdict
+from clearsweep.judging import case_ranking, verdict
 from clearsweep.report.data.study import prepare
 from clearsweep.report.data.worst_case import question, worst_case
 from clearsweep.report.sections import summary
@@ -41,11 +41,11 @@ LIMITS = verdict.limits_of({PEAK: 1.0})
     ],
 )
 def test_the_first_question_that_a_grid_asks_leads(given, limits, asked, leads):
-    assert order.ranking_of(given, limits, asked).question == leads
+    assert case_ranking.ranking_of(given, limits, asked).question == leads
 
 
 def test_a_film_study_leads_with_least_film_dry_share_and_loss_and_its_thinnest_case():
-    lead = order.ranking_of(layout(*FILM), ())
+    lead = case_ranking.ranking_of(layout(*FILM), ())
     assert lead.headings == ("least film", "dry load share", "loss")
     values, _ = lead.worst({name: np.array([3.0, 1.0, np.nan]) for name in lead.columns})
     assert int(np.argmax(lead.badness(values))) == 1
@@ -53,17 +53,17 @@ def test_a_film_study_leads_with_least_film_dry_share_and_loss_and_its_thinnest_
 
 
 def test_the_best_case_within_the_limits_leads_an_optimisation():
-    lead = order.ranking_of(layout(), LIMITS, {"optimise": {"minimise": [PEAK]}})
+    lead = case_ranking.ranking_of(layout(), LIMITS, {"optimise": {"minimise": [PEAK]}})
     values, _ = lead.worst({PEAK: np.array([1.0, 2.0, 3.0]), "margin": np.array([-0.5, 0.5, 0.1])})
     assert int(np.argmax(lead.badness(values))) == 1
-    lead = order.ranking_of(layout(), (), {"optimise": {"maximise": [PEAK]}})
+    lead = case_ranking.ranking_of(layout(), (), {"optimise": {"maximise": [PEAK]}})
     values, _ = lead.worst({PEAK: np.array([1.0, 2.0, 3.0])})
     assert int(np.argmax(lead.badness(values))) == 2
 
 
 def test_of_several_joints_the_worse_one_ranks_a_case_and_null_never_does():
-    candidates = tuple(order.Candidate(name, (name,)) for name in ("a", "b"))
-    lead = order.CaseRanking("force", "", ("peak",), False, candidates)
+    candidates = tuple(case_ranking.Candidate(name, (name,)) for name in ("a", "b"))
+    lead = case_ranking.CaseRanking("force", "", ("peak",), False, candidates)
     values, which = lead.worst({"a": np.array([1.0, np.nan, np.nan]), "b": np.array([2.0, -3.0, np.nan])})
     assert values.tolist()[:2] == [2.0, -3.0]
     assert which.tolist()[:2] == [1, 1]

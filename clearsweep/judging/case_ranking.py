@@ -15,7 +15,7 @@ QUESTIONS = ("life", "seek", "optimise", "identify", "limits", "start-up", "film
 BY_CONTENT = ("start-up", "film", "force")
 SEARCHES = ("seek", "optimise", "identify")  # questions that are sections of a grid which choose cases
 SENSES = ("minimise", "maximise")
-START_UP, FASTEST, AFTER = "start_up_time", "crank_speed_max", "crank_speed_after"  # columns
+START_UP, MAX_SPEED, SPEED_AFTER_START = "start_up_time", "crank_speed_max", "crank_speed_after"  # columns
 
 
 _SMALLEST_IS_WORST, _LARGEST_IS_WORST = True, False  # which end of the ranking figure is worst
@@ -81,8 +81,12 @@ def ranking_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] 
         names = (MARGIN, *dict.fromkeys((*limited, *((grid or {}).get("figures") or {}))))
         headings = tuple(labels.label(layout, name) for name in names)
         return CaseRanking(search or "limits", "Smallest margin", headings, _SMALLEST_IS_WORST, (Candidate("", names),))
-    if {START_UP, FASTEST} <= column_names and _is_start_up(grid or {}):
-        words = {START_UP: "start-up time", FASTEST: "highest speed", AFTER: "lowest speed after the start"}
+    if {START_UP, MAX_SPEED} <= column_names and _is_start_up(grid or {}):
+        words = {
+            START_UP: "start-up time",
+            MAX_SPEED: "highest speed",
+            SPEED_AFTER_START: "lowest speed after the start",
+        }
         names = tuple(name for name in words if name in column_names)
         return CaseRanking(
             "start-up",
