@@ -132,7 +132,9 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     )
     layout, angle_clock = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
     elapsed = time.perf_counter() - begin
-    return Scene(case, mechanism, built, value, layout, start, in_contact, machine, angle_clock, worn, build_time=elapsed)
+    return Scene(
+        case, mechanism, built, value, layout, start, in_contact, machine, angle_clock, worn, build_time=elapsed
+    )
 
 
 def state_units(scene: Scene) -> np.ndarray:
