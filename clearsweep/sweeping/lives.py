@@ -27,7 +27,7 @@ class LifeExtremes:
         self.columns = [*self.columns_by_name.values()]
         self.until = lifetime.criterion(section)
         self.unreached = 0
-        self.extremes: dict[str, dict[str, Any]] = {}  # key of BETTER -> the case
+        self.extremes: dict[str, dict[str, Any]] = {}  # key of COMPARISONS -> the case
 
     def add(self, block: Mapping[str, np.ndarray], describe: Callable[[int], dict[str, Any]]) -> None:
         """Add finished cases; describe : index in the block -> description of the case."""

@@ -45,7 +45,7 @@ class ConditionalDefault(NamedTuple):
     unless: Condition = ("", frozenset())  # none of these law names is in use
 
     def applies(self, is_given: Callable[[str], bool], names: NamesInUse) -> bool:
-        """Return whether the default applies; `is_there` returns whether a path is written or swept."""
+        """Return whether the default applies; `is_given` returns whether a path is written or swept."""
         is_present = all(map(is_given, self.all_of)) and (not self.one_of or any(map(is_given, self.one_of)))
         path, refused_words = self.unless
         return is_present and not any(map(is_given, self.none_of)) and refused_words.isdisjoint(names.get(path, ()))

@@ -48,11 +48,11 @@ def counts_of_joint(joint):
     return _COUNTS[kind]
 
 
-_COUNTS: dict[object, Offsets] = {}  # types in a joint -> result of `room_of`
+_COUNTS: dict[object, Offsets] = {}  # types in a joint -> result of `counts_of_joint`
 
 
 def counts_of_joints(joints):
-    """Return the sum of `room_of` over the joints."""
+    """Return the sum of `counts_of_joint` over the joints."""
     return _sum(map(counts_of_joint, joints))
 
 

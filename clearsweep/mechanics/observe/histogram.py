@@ -15,7 +15,7 @@ from .stages import NODES, SHARES
 BIN_BITS = 8
 LOWEST_EXPONENT = -20  # exponent of 2 of the lowest force distinguished, N
 BINS = 62 << BIN_BITS
-FIRST_BIN = (1023 + LOWEST_EXPONENT) << BIN_BITS  # the bits of 2^LOWEST
+FIRST_BIN = (1023 + LOWEST_EXPONENT) << BIN_BITS  # the bits of 2^LOWEST_EXPONENT
 EDGES = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64)  # N
 WIDTHS = np.diff(EDGES)  # N
 PARTS = 8  # parts of a step for the histogram and for wear

@@ -10,7 +10,7 @@ RULES: dict[str, Callable] = {}  # Python operation -> its rule for numbers with
 _SLOPE_RULES: dict[Any, Callable] = {}  # function -> its rule for numbers with slopes
 LOOPS: list[Any] = [range]  # functions that return loop indices; all but the first are never unrolled
 LANE_LOOPS: list[Any] = []  # functions that return loop indices whose turns run simultaneously, one per lane
-BODIES = "__traced__"  # attribute of a function whose body is traced at every call, ON_ITS_OWN or INSIDE
+BODIES = "__traced__"  # attribute of a function whose body is traced at every call, SEPARATE or INLINED
 SEPARATE, INLINED = "on its own", "inside"  # as a separate machine code function, or inlined in its caller
 
 

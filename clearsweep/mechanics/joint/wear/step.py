@@ -81,7 +81,7 @@ class Step(NamedTuple):
     step_values: np.ndarray  # (contacts, STEP_VALUE_ROWS, PARTS + 1) see observe.histogram
     length: float  # of the step
     mode: np.ndarray  # (contacts,) int64, mode of each contact
-    positions: np.ndarray  # (contacts, WHERE + SLOPES, STATE_POINTS)
+    positions: np.ndarray  # (contacts, POSITIONS + SLOPES, STATE_POINTS)
     axial: np.ndarray  # (contacts, ALONG, STATE_POINTS) of joints in space
     strip: np.ndarray  # (STRIP, PARTS + 1) of one of their contacts, at equidistant times
     workspace: np.ndarray  # (WORKSPACE_SIZE,) see arc_over_step
