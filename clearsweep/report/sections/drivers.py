@@ -45,7 +45,8 @@ def folded_sections(study: Study) -> list[Section]:
 
 def sentences(study: Study, joint: Joint) -> list[str]:
     """Return sentences that name the strongest axes for the leading figure of a joint and for its other figures."""
-    effects = main_effects_of(study, joint.column(study.lead.figure))
+    column = joint.column(study.lead.figure)
+    effects = main_effects_of(study, column)
     clear_effects = [effect for effect in effects if effect.clear()]
     unclear_names = [effect.axis.name for effect in effects if not effect.clear()]
     if not clear_effects:
@@ -55,7 +56,8 @@ def sentences(study: Study, joint: Joint) -> list[str]:
     driver_texts = [f"{effect.axis.name} ({wording.percent(effect.share)})" for effect in clear_effects]
     text = f"The variation of the {study.lead.name} is caused by {wording.sentence_list(driver_texts)}."
     if unclear_names:
-        text += f" The effect of {wording.sentence_list(unclear_names)} is not clear."
+        among = " among the started cases" if leaves_out(study, column) else ""
+        text += f" The effect of {wording.sentence_list(unclear_names)} is not clear{among}."
     return [text, *_other_driver_sentences(study, joint), *_relative_to_ideal(study, joint)]
 
 
