@@ -190,10 +190,10 @@ def _probability_cards(study: Study) -> list[tuple[str, str, str]]:
     value, _, interval = probability.percentages(
         probability.binomial_interval(limits.exceeding, limits.cases)
     ).partition(" (")
-    note = f"{interval.removesuffix(')')}, from the number of cases only;{probability.window_text(study.run.grid)}"
-    columns = [limit.column for limit in study.limits]
-    if sampled.longer_run_warning(answer_cases(study), columns):
-        value, note = f"at least {value}", f"{note}; higher in longer runs"
+    window = probability.window_text(study.run.grid).strip()
+    if sampled.longer_run_warning(answer_cases(study), [limit.column for limit in study.limits]):
+        window += "; longer runs exceed limits more often"
+    note = f"{window}; {interval.removesuffix(')')}, from the number of cases only"
     return [("Probability of exceeding a limit", value, note)]
 
 
