@@ -103,7 +103,7 @@ def verbs() -> None:
 @click.option("--dry-run", is_flag=True, help="Only count the cases, and estimate their time and disk space.")
 @click.option("--retry-failed", is_flag=True, help="Run cases again that failed earlier.")
 @click.option("--case-timeout", type=float, metavar="SECONDS", help="Stop any case that runs longer than this.")
-@click.option("--max-failures", metavar="N|P%", help="Stop when more than N, or P %, of the cases to run have failed.")
+@click.option("--max-failures", metavar="N|P%", help="Stop when more than N cases, or P % of the cases, have failed.")
 @click.option(
     "--executor",
     default="local",
@@ -190,7 +190,7 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
 @click.option(
     "--tables", type=_PATH, metavar="OUT", help="Also write every table to this directory, as CSV and Markdown."
 )
-@click.option("--figures", type=_PATH, metavar="OUT", help="Also write every figure to this directory, a file each.")
+@click.option("--figures", type=_PATH, metavar="OUT", help="Also write each figure to its own file in this directory.")
 @click.option("--format", "form", type=click.Choice(["svg", "pdf", "png"]), default="svg", help="Format of --figures.")
 @click.option("--width", type=click.Choice(["85", "170", "auto"]), default="auto", help="Width of --figures in mm.")
 @click.option(
@@ -199,7 +199,7 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
 @click.option(
     "--median", is_flag=True, help="Show in each cell of a map the median of its cases instead of the worst case."
 )
-@click.option("--all", "all_cases", is_flag=True, help="Report all cases in DIR, not only those of the last grid.")
+@click.option("--all", "all_cases", is_flag=True, help="Report all cases in DIR, including those of earlier grids.")
 @click.option("--partial", is_flag=True, help="Report the finished cases of a run that is not finished.")
 @_units
 @click.option("--json", "as_json", is_flag=True, help="Print the names of the written files as JSON.")

@@ -275,26 +275,26 @@ def test_an_axis_that_does_nothing_explains_nothing_and_is_not_clear():
     chance = np.random.default_rng(1)
     places = [np.repeat(np.arange(4), 12), np.tile(np.repeat(np.arange(3), 4), 4)]
     drawn = [variance.variance_shares(np.exp(chance.normal(size=48)), places) for _ in range(200)]
-    shares, contrasts = np.array(drawn)[:, 0, 0], np.array(drawn)[:, 0, 1]
+    shares, f_ratios = np.array(drawn)[:, 0, 0], np.array(drawn)[:, 0, 1]
     assert 0.0 <= shares.mean() < 0.04
-    assert (contrasts >= variance.CLEAR_CONTRAST).mean() < 0.05
+    assert (f_ratios >= variance.CLEAR_F_RATIO).mean() < 0.05
 
 
 def test_a_weak_axis_is_seen_next_to_a_strong_one():
     chance = np.random.default_rng(1)
     strong, weak = np.repeat(np.arange(4), 12), np.tile(np.repeat(np.arange(3), 4), 4)
     values = np.exp(1.0 * strong + 0.2 * weak + 0.05 * chance.normal(size=48))
-    (most, _), (least, contrast) = variance.variance_shares(values, [strong, weak])
+    (most, _), (least, f_ratio) = variance.variance_shares(values, [strong, weak])
     total = np.log(values).var()
     assert most == pytest.approx(1.25 / total, rel=0.05)  # the variance of 0, 1, 2, 3
     assert least == pytest.approx(0.04 * 2.0 / 3.0 / total, rel=0.3)
-    assert contrast > 20.0
+    assert f_ratio > 20.0
 
 
 def test_without_two_cases_per_value_there_is_no_scatter_to_compare_with():
-    share, contrast = variance.variance_shares(np.array([1.0, 2.0, 3.0]), [np.arange(3)])[0]
+    share, f_ratio = variance.variance_shares(np.array([1.0, 2.0, 3.0]), [np.arange(3)])[0]
     assert np.isnan(share)
-    assert np.isnan(contrast)
+    assert np.isnan(f_ratio)
 
 
 @pytest.mark.parametrize(

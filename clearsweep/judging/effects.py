@@ -28,7 +28,7 @@ class Effect(NamedTuple):
     medians: np.ndarray  # (values,) SI, finite
     is_grouped: bool  # whether a value has several cases
     share: float  # of the variance of the figure's logarithm, corrected for chance, 0 to 1; NaN: undefined
-    contrast: float  # variance between the values over the variance not explained by any axis (F ratio); NaN: undefined
+    f_ratio: float  # variance between the values over the variance not explained by any axis (F ratio); NaN: undefined
 
 
 def effects_on(cases: Cases, values: np.ndarray) -> list[Effect]:
@@ -61,7 +61,7 @@ def sentences(cases: Cases, label: str, values: np.ndarray, texts: Texts, most: 
     effects = effects_on(cases, values) if cases.is_complete else []
     if not effects or not np.isfinite(values).any():
         return []
-    clear = [effect for effect in effects if is_clear(effect.medians, effect.contrast) and _is_large(effect, effects)]
+    clear = [effect for effect in effects if is_clear(effect.medians, effect.f_ratio) and _is_large(effect, effects)]
     if not clear:
         return [] if label == PRONOUN else [f"No varied value has a clear effect on the {label}."]
     lines, reported = [], clear[:most]

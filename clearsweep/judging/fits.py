@@ -47,8 +47,8 @@ def of_cases(cases: Cases) -> ClassifiedFits | None:
         tuple(fit for fit in meeting if _is_covered(fit, meets_limits)),
         tuple(fit for fit in meeting if not _is_covered(fit, meets_limits)),
         tuple(fit for fit in listed if not meets_limits[fit["mean"]]),
-        tuple(value for value, is_safe in meets_limits.items() if is_safe),
-        tuple(value for value, is_safe in meets_limits.items() if not is_safe),
+        tuple(value for value, meets in meets_limits.items() if meets),
+        tuple(value for value, meets in meets_limits.items() if not meets),
     )
 
 
@@ -58,12 +58,12 @@ def _is_covered(fit: Mapping[str, Any], meets_limits: Mapping[float, bool]) -> b
     meets_limits : clearance (m) -> whether all of its cases meet the limits, ascending.  Where the verdict changes more
     than once, no fit is covered.
     """
-    changes = [is_safe for is_safe, is_next_safe in pairwise(meets_limits.values()) if is_safe != is_next_safe]
-    safe_clearances = [clearance for clearance, is_met in meets_limits.items() if is_met]
+    changes = [meets for meets, meets_next in pairwise(meets_limits.values()) if meets != meets_next]
+    safe_clearances = [clearance for clearance, meets in meets_limits.items() if meets]
     if len(changes) > 1 or not safe_clearances:
         return False
-    exceeded_below = changes == [False]
-    return bool(fit["low"] >= safe_clearances[0] if exceeded_below else fit["high"] <= safe_clearances[-1])
+    fails_below = changes == [False]
+    return bool(fit["low"] >= safe_clearances[0] if fails_below else fit["high"] <= safe_clearances[-1])
 
 
 def sentences(cases: Cases) -> list[str]:
@@ -78,7 +78,7 @@ def sentences(cases: Cases) -> list[str]:
     if classified.rejected:
         lines.append(f"Exceeding a limit at the mean clearance: {_names(classified.rejected)}.")
     if classified.undecided:
-        ends = dict.fromkeys(_micrometres(_open_end(classified, fit)) for fit in classified.undecided)
+        ends = dict.fromkeys(_micrometres(_critical_end(classified, fit)) for fit in classified.undecided)
         lines.append(f"To decide, add {wording.sentence_list(list(ends))} to the sweep.")
     lines += _unchecked_ends(classified)
     return [" ".join(lines)]
@@ -90,25 +90,25 @@ def _fails_below(classified: ClassifiedFits) -> bool:
     return bool(unsafe and safe and unsafe[0] < safe[0])
 
 
-def _open_end(classified: ClassifiedFits, fit: Mapping[str, Any]) -> float:
+def _critical_end(classified: ClassifiedFits, fit: Mapping[str, Any]) -> float:
     """Return the end of a fit's clearances (m) towards the limit."""
     return float(fit["low"] if _fails_below(classified) else fit["high"])
 
 
 def _unchecked_ends(classified: ClassifiedFits) -> list[str]:
     """Return a sentence on the other ends of the accepted tolerances if they lie beyond all clearances run, or []."""
-    run = (*classified.safe_clearances, *classified.unsafe_clearances)
-    if not classified.accepted or not run:
+    run_clearances = (*classified.safe_clearances, *classified.unsafe_clearances)
+    if not classified.accepted or not run_clearances:
         return []
     if _fails_below(classified):
-        end, nearest, word = max(fit["high"] for fit in classified.accepted), max(run), "above"
-        is_beyond = end > nearest
+        end, outermost_run, word = max(fit["high"] for fit in classified.accepted), max(run_clearances), "above"
+        is_beyond = end > outermost_run
     else:
-        end, nearest, word = min(fit["low"] for fit in classified.accepted), min(run), "below"
-        is_beyond = end < nearest
+        end, outermost_run, word = min(fit["low"] for fit in classified.accepted), min(run_clearances), "below"
+        is_beyond = end < outermost_run
     if not is_beyond:
         return []
-    return [f"Not run: clearances {word} {_micrometres(nearest)}; these tolerances reach {_micrometres(end)}."]
+    return [f"Not run: clearances {word} {_micrometres(outermost_run)}; these tolerances reach {_micrometres(end)}."]
 
 
 def _accepted_sentence(classified: ClassifiedFits) -> str:
@@ -129,7 +129,7 @@ def _accepted_sentence(classified: ClassifiedFits) -> str:
 
 def _undecided_sentence(classified: ClassifiedFits, fit: Mapping[str, Any]) -> str:
     """Return why a fit is undecided: the limit of its tolerance that no run covers, and the nearest clearances run."""
-    adjective, clearance = "smallest" if _fails_below(classified) else "largest", _open_end(classified, fit)
+    adjective, clearance = "smallest" if _fails_below(classified) else "largest", _critical_end(classified, fit)
     next_smaller = max(
         (value for value in (*classified.safe_clearances, *classified.unsafe_clearances) if value <= clearance),
         default=None,

@@ -3,14 +3,14 @@
 import numpy as np
 
 CLEAR_FACTOR = 1.05  # ratio of largest to smallest median below which an axis has no clear effect
-CLEAR_CONTRAST = 4.0  # F ratio below which it has none
+CLEAR_F_RATIO = 4.0  # F ratio below which it has none
 PASSES = 20  # of the fit of main effects; one is exact if every combination finished
 
 
-def is_clear(medians: np.ndarray, contrast: float) -> bool:
+def is_clear(medians: np.ndarray, f_ratio: float) -> bool:
     """Return whether an effect exceeds the scatter; without scatter (NaN), decide by its medians."""
     is_large = bool(largest_over_smallest(medians) >= CLEAR_FACTOR)
-    return is_large if np.isnan(contrast) else is_large and contrast >= CLEAR_CONTRAST
+    return is_large if np.isnan(f_ratio) else is_large and f_ratio >= CLEAR_F_RATIO
 
 
 def largest_over_smallest(medians: np.ndarray) -> float:

@@ -41,8 +41,8 @@ class LifeExtremes:
             life = lifetime.lifetime_of(
                 {name: float(block[column].astype(float)[index]) for name, column in self.columns_by_name.items()}
             )
-            for key, is_better in COMPARISONS.items():
-                if key not in self.extremes or is_better(life.hours, self.extremes[key]["hours"]):
+            for key, precedes in COMPARISONS.items():
+                if key not in self.extremes or precedes(life.hours, self.extremes[key]["hours"]):
                     self.extremes[key] = describe(index) | {
                         "hours": life.hours,
                         "text": lifetime.hours_text(life),

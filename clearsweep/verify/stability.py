@@ -1,8 +1,11 @@
 """Checks that stiff, extreme and degenerate cases end as expected and stay within the bounds of mechanics.
 
-A case passes if it ends `ok` over two revolutions (impact pair: ten impacts) with the default tolerance and budgets, if
-nothing in it is not finite, if its energies balance to ENERGY tolerances a revolution, if no journal is found outside
-its clearance but in a contact that the event log has, and if no penetration exceeds its bound.
+A case runs two revolutions (impact pair: ten impacts) with the default tolerance and budgets.  It passes if
+
+* it ends `ok` and all its values are finite,
+* its energies balance to ENERGY tolerances per revolution,
+* a journal is outside its clearance only during a contact of the event log,
+* no penetration exceeds its bound.
 
 The bound on the penetration of a joint.  Let a body of reduced mass m touch at the rate v and be pushed on by a load of
 at most F.  Its deepest penetration d has K d^(n+1) / (n+1) <= E + F d with E = 1/2 m v^2 2 [chi - ln(1 + chi)] / chi^2:
@@ -10,21 +13,23 @@ the elastic energy of the deepest point is what the damper leaves of the onset e
 F = K pen^n (1 + chi rate / v)), and the work of the load.  Alone, the first gives d1 = ((n+1) E / K)^(1/(n+1)) and the
 second, a load that is applied at once, d2 = ((n+1) F / K)^(1/n); as (d1 + d2)^n >= d1^n + d2^n, d <= d1 + d2.  Of an
 elastic force that is no power of d its energy W takes the left side's place, and the bound is where W(d) = E + F d.
-What is in for m, v and F:
+The values of m, E and F:
+
 m : the largest reduced mass of the mechanism in which only that joint is open, over all crank angles and directions
-    (to hold the other joints closed can only raise it);
-E : summed over all open joints at the largest onset rate each of them had in this run, as an impact in one joint
-    strikes the others through the bodies between them;
-F : the largest load of the joint in the ideal mechanism, times LOAD_FACTOR as clearance displaces the bodies, and times
-    1 + mu as friction adds to it.
-A film in a joint only adds to what resists; behind it the dry contact bears in full from the end of the transition on,
-so the bound is deeper by as much.  A joint with nothing but a film has none; the case says how far it goes.
-Not in the bound is what lasts longer than an impact: sliding friction, which turns work of the drive into an
-oscillation across the surface, and the motion of bodies along it, which loads a contact without an onset.  A case
-beyond the bound counts as failed all the same; what is said of it shows whether the drive has done the work, as what
-the balance of energies leaves open over the elastic energy of the deepest contact, and whether the penetration is that
-of the equations and not of the step, as how far it is from that at a tenth of the tolerance.  Of cases in space the
-bound is not known, nor are samples looked at: what is finite and balances, passes.
+    (closing the other joints can only increase it);
+E : sum over all open joints, each with its largest onset rate of this run, because an impact in one joint acts on the
+    others through the bodies between them;
+F : the largest load of the joint in the ideal mechanism, times LOAD_FACTOR because clearance displaces the bodies, and
+    times 1 + mu because friction adds to it.
+
+A film in a joint only adds resistance.  The dry contact behind it carries the full load from the end of the transition
+on, so the bound is larger by that depth.  A joint with only a film has no bound; the table shows its deepest position.
+
+The bound excludes effects that last longer than an impact: sliding friction, which turns work of the drive into an
+oscillation normal to the surface, and motion along the surface, which loads a contact without an onset.  A case beyond
+the bound fails nevertheless.  Two numbers then show the cause: the energy residual over the elastic energy of the
+deepest contact (work of the drive), and the difference from the depth at a tenth of the tolerance (error of the step).
+For cases in space no bound is known, and samples are not checked.
 """
 
 import dataclasses

@@ -49,7 +49,7 @@ class Ramp(NamedTuple):
 
 @inlined
 def force_bin(force):
-    """Return the histogram bin of `force` (N): the leading bits of its exponent and mantissa, from LOWEST on."""
+    """Return the histogram bin of `force` (N): the leading bits of exponent and mantissa, from 2^LOWEST_EXPONENT on."""
     return min(max((bits_of(force) >> (52 - BIN_BITS)) - FIRST_BIN, 0), BINS - 1)
 
 

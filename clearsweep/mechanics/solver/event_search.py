@@ -202,11 +202,10 @@ def crossing_between(pointer, g, lower, upper):
 
 @kernel
 def fit_gap(pointer, j, h):
-    """Set the polynomial of contact `j` in free flight, positive where it touches, from the depths at the nodes.
+    """Fit the gap polynomial of contact `j` in free flight to the depths at the nodes; it is positive where it touches.
 
-    It is d (d + 2 s) of the depth d (m) and its largest size s.  In a bearing this is the squared eccentricity minus
-    the
-    squared clearance, which is smooth even where the path crosses the centre and the depth has a kink.
+    The fitted function is d (d + 2 s) of the depth d (m) and the largest size s (m) of d.  In a bearing it is the
+    squared eccentricity minus the squared clearance, which is smooth at the centre of the bearing, where d has a kink.
     """
     work, column = pointer[0], column_of(j, DEPTH)
     p, size = work.polynomials, work.clearance[j]

@@ -111,7 +111,7 @@ def exp(x: Any) -> Any:
 
 
 def _expm1_words(x: Any, down: int) -> tuple[Any, Any]:
-    """Return two words whose sum is (e^x - 1) / 2^down, -40 <= x <= MOST or, for down = 2, MOST_HYPERBOLIC."""
+    """Return two words whose sum is (e^x - 1) / 2^down, -40 <= x <= MAX_EXPONENT or, for down = 2, MAX_HYPERBOLIC."""
     shifted, r, r_low = _reduced(x, 0.0)
     scale = number_of((bits_of(shifted) + (1023 - down)) << 52)
     unit = 0.5**down

@@ -14,7 +14,7 @@ from ..draw.life import LifeCurve
 from . import maps
 
 NOTE = (
-    "Curves: the cases with the shortest, median and longest life. Points: nodes of the extrapolation. Bars: 95 % "
+    "Curves: the cases with the shortest, median and longest life. Points: starts of the simulated blocks. Bars: 95 % "
     "interval of the number of revolutions to the limit, numerical error only. Dotted line: the limit. The map shows, "
     "for each cell, the shortest life of its cases."
 )

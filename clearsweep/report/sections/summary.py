@@ -34,7 +34,7 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
     cards = [] if study.cases.empty else _answer_cards(study)
     cards.append(("Cases finished", f"{finished} of {finished + failed + missing}", note))
     if study.run.marks():
-        sample_note = "random rows, and the rows with the smallest and the largest value of each figure among all cases"
+        sample_note = "a random sample, and the cases with the smallest and the largest value of each figure"
         cards.append(("Shown on this page", f"{len(study.cases) + len(study.failed)} cases", sample_note))
     if study.cases.empty:
         return cards
@@ -67,7 +67,7 @@ def _largest_cards(study: Study, figure: str, name: str, suffix: str) -> list[tu
         and joint
         and (hours := _hours_to_clearance(study, joint, row, float(values[row])))
     ):
-        return [(name, "no forecast", f"the worst case wears down its clearance in {hours} at this rate")]
+        return [(name, "no forecast", f"at this rate the wear of the worst case reaches its clearance after {hours}")]
     start_note = "of the started cases" if leaves_out(study, column) else ""
     if figure == PEAK.figure and joint and question(study).question == "start-up":
         force_until_start = start_up.until_start(start_up.started(answer_cases(study)), joint.name)

@@ -19,7 +19,7 @@ class MainEffect(NamedTuple):
     low: np.ndarray  # (values,) 10th percentile
     high: np.ndarray  # (values,) 90th percentile
     share: float  # of the variance of the figure's logarithm, corrected for chance, 0 to 1; NaN: undefined
-    contrast: float  # variance between the values over the variance not explained by any axis (F ratio); NaN: undefined
+    f_ratio: float  # variance between the values over the variance not explained by any axis (F ratio); NaN: undefined
 
     def extremes(self) -> tuple[int, int]:
         """Return the indices of the smallest and the largest median."""
@@ -27,7 +27,7 @@ class MainEffect(NamedTuple):
 
     def clear(self) -> bool:
         """Return whether the effect of the axis exceeds the scatter."""
-        return variance.is_clear(self.medians, self.contrast)
+        return variance.is_clear(self.medians, self.f_ratio)
 
     def factor(self) -> float:
         """Return the ratio of largest to smallest median; NaN if it is zero or undefined."""

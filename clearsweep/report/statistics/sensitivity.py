@@ -131,7 +131,7 @@ def samples_of(run: StoredRun) -> list[Sample]:
         if any(row not in row_of for row in rows):
             missing = sum(row not in row_of for row in rows)
             raise InputError(
-                f"{missing} of the sample's {len(rows)} cases are not there; run the grid again to the end"
+                f"{missing} of the {len(rows)} cases of the sample have no result; run the grid again to the end"
             )
         row_numbers = np.array([row_of[row] for row in rows])
         drawn, figures = ids[row_numbers], Figures(names, read, row_numbers)

@@ -144,7 +144,7 @@ def profiles() -> dict[str, np.ndarray]:
 
 
 def measure(*, quick: bool = False) -> list[Row]:
-    """Return the rows of both trends; `quick`: of two laws of the first."""
+    """Return the rows of both trends; `quick` limits the first trend to two laws."""
     laws = PRESSURES[: 2 if quick else None]
     volume = {law: run(bushing(law)).summary["crank_rod_wear_volume"] for law in laws}
     ratios = {(f"{law} over persson", "ratio of worn volumes"): volume[law] / volume["persson"] for law in laws[1:]}

@@ -136,8 +136,8 @@ def _fitted(distances: np.ndarray, squares: np.ndarray) -> tuple[float, float, f
     power, height, cut_off = map(float, fit.x)
     if not _POWER_MARGIN < power < 2.0 - _POWER_MARGIN:
         raise ValueError(
-            f"has heights whose differences grow with the power {0.5 * power:.3g} of the distance; a fractal has a "
-            "power between 0 (noise) and 1 (a smooth line)"
+            f"is not a fractal: its height differences grow with the distance to the power {0.5 * power:.3g}; allowed: "
+            "between 0 (noise) and 1 (a smooth line)"
         )
     height += math.log(squares[0]) - power * math.log(distances[0])
     return power, height, cut_off * float(squares[0]), float(np.sqrt(np.mean(fit.fun**2)))

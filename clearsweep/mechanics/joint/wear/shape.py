@@ -9,11 +9,11 @@ and journal differ by
 
 where they face each other.  While that is positive they touch at one point; the journal does not reach into a groove
 narrower than itself.  The means of the bins are therefore smoothed by a Gaussian, periodic and so without loss of
-volume.  Its width is WIDTH, about that of a contact arc, or larger, so that the difference exceeds a minimum for any
-rotation of the bodies: AT_POINT for a force at one point, whose normal rotates the faster the smaller the difference,
-ON_SPRINGS where surfaces that have run in conform to each other.  For bins finer than that, their number does not
-matter.  A cubic spline through PLACES values of the result is twice continuously differentiable, so forces have a
-continuous slope.
+volume.  Its width is SMOOTHING_WIDTH, about that of a contact arc, or larger, so that the difference exceeds a minimum
+for any rotation of the bodies: POINT_MARGIN for a force at one point, whose normal rotates the faster the smaller the
+difference, FOUNDATION_MARGIN where surfaces that have run in conform to each other.  For bins finer than that, their
+number does not matter.  A cubic spline through KNOTS values of the result is twice continuously differentiable, so
+forces have a continuous slope.
 """
 
 import math
@@ -31,12 +31,12 @@ from ...trace import portable
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-KNOTS = 256  # intervals of a Shape's table, a power of 2
+KNOTS = 256  # knots, and intervals of a Shape's table; a power of 2
 STEP = 2.0 * math.pi / KNOTS  # rad
 PER_STEP = 1.0 / STEP
 #: Columns of an interval of the table: coefficients of h (m) by powers of the share of the interval, and the integral
 #: of h (m rad) over all previous intervals.
-CONSTANT, FIRST, SECOND, THIRD, INTEGRAL_BEFORE, ROW_LENGTH = range(6)
+CONSTANT, LINEAR, QUADRATIC, CUBIC, INTEGRAL_BEFORE, ROW_LENGTH = range(6)
 SMOOTHING_WIDTH = math.radians(2.0)  # standard deviation of the Gaussian
 WIDENING = 1.1  # factor by which the width grows until the difference is large enough
 POINT_MARGIN, FOUNDATION_MARGIN = 0.1, -0.02  # clearances: minimum difference of the radii of curvature
@@ -45,7 +45,7 @@ POINT_MARGIN, FOUNDATION_MARGIN = 0.1, -0.02  # clearances: minimum difference o
 class Shape(NamedTuple):
     """Wear depth of a body, by the angle in its frame."""
 
-    table: float  # address of (PLACES, ROW_LENGTH)
+    table: float  # address of (KNOTS, ROW_LENGTH)
     least_depth: float  # m, of h
     greatest_depth: float  # m
     greatest_slope: float  # m/rad, of |h'|
@@ -59,35 +59,35 @@ def smoothed(depths: np.ndarray, width: float) -> "CubicSpline":
     from scipy.interpolate import CubicSpline
 
     count = len(depths)
-    m = np.arange(min(count, KNOTS) // 2)  # higher ones would alias
-    angles = math.pi * m / count
+    orders = np.arange(min(count, KNOTS) // 2)  # of harmonics; higher ones would alias
+    angles = math.pi * orders / count
     middle_of_first_bin = portable.cos(angles) - 1j * portable.sin(angles)
-    spectrum = np.fft.rfft(depths)[: m.size] * middle_of_first_bin
-    within_bin = np.append(1.0, portable.sin(angles[1:]) / angles[1:])
-    filtered = spectrum / within_bin * portable.exp(-0.5 * (m * width) ** 2)
+    spectrum = np.fft.rfft(depths)[: orders.size] * middle_of_first_bin
+    mean_over_bin = np.append(1.0, portable.sin(angles[1:]) / angles[1:])
+    filtered = spectrum / mean_over_bin * portable.exp(-0.5 * (orders * width) ** 2)
     values = np.fft.irfft(filtered, KNOTS) * (KNOTS / count)
     return CubicSpline(np.arange(KNOTS + 1) * STEP, np.append(values, values[0]), bc_type="periodic")
 
 
 def shapes_of(
-    bearing: np.ndarray, journal: np.ndarray, clearance: float, least_share: float
+    bearing: np.ndarray, journal: np.ndarray, clearance: float, min_margin: float
 ) -> tuple[Shape, Shape, float]:
     """Return the shapes of both bodies from the mean depths of their bins (m), and the width (rad) of the Gaussian.
 
-    least_share : AT_POINT or ON_SPRINGS.
+    min_margin : least difference of the radii of curvature, in clearances: POINT_MARGIN or FOUNDATION_MARGIN
     """
     width = SMOOTHING_WIDTH
     while True:
         splines = smoothed(bearing, width), smoothed(journal, width)
         knots = splines[0].x
-        sharpest = math.fsum(float(np.min(spline(knots) + spline(knots, 2))) for spline in splines)
-        if clearance + sharpest >= least_share * clearance:
+        radius_change = math.fsum(float(np.min(spline(knots) + spline(knots, 2))) for spline in splines)
+        if clearance + radius_change >= min_margin * clearance:
             return shape_of(splines[0]), shape_of(splines[1]), width
         width *= WIDENING
 
 
 def shape_of(spline: "CubicSpline") -> Shape:
-    """Return the Shape of a spline through PLACES values around the body."""
+    """Return the Shape of a spline through KNOTS values around the body."""
     table = np.empty((KNOTS, ROW_LENGTH))
     for power in range(4):
         table[:, power] = spline.c[3 - power] * STEP**power
@@ -121,13 +121,13 @@ def wear_depth_at(table, angle):
     """
     position = plain(angle) * PER_STEP
     x, offset = table_position(position)
-    a, b = load_item(table, offset + CONSTANT), load_item(table, offset + FIRST)
-    c, d = load_item(table, offset + SECOND), load_item(table, offset + THIRD)
+    a, b = load_item(table, offset + CONSTANT), load_item(table, offset + LINEAR)
+    c, d = load_item(table, offset + QUADRATIC), load_item(table, offset + CUBIC)
     h = a + x * (b + x * (c + x * d))
     slope = (b + x * (2.0 * c + 3.0 * x * d)) * PER_STEP
-    curvature = (2.0 * c + 6.0 * x * d) * (PER_STEP * PER_STEP)
-    third = 6.0 * d * (PER_STEP * PER_STEP * PER_STEP)
-    return chained(h, slope, angle), chained(slope, curvature, angle), curvature, third
+    second_derivative = (2.0 * c + 6.0 * x * d) * (PER_STEP * PER_STEP)
+    third_derivative = 6.0 * d * (PER_STEP * PER_STEP * PER_STEP)
+    return chained(h, slope, angle), chained(slope, second_derivative, angle), second_derivative, third_derivative
 
 
 @inlined
@@ -135,8 +135,8 @@ def wear_integral_at(shape, angle):
     """Return the integral of h (m rad) from 0 to an angle (rad) in the frame of the body."""
     position = angle * PER_STEP
     x, offset = table_position(position)
-    a, b = load_item(shape.table, offset + CONSTANT), load_item(shape.table, offset + FIRST)
-    c, d = load_item(shape.table, offset + SECOND), load_item(shape.table, offset + THIRD)
+    a, b = load_item(shape.table, offset + CONSTANT), load_item(shape.table, offset + LINEAR)
+    c, d = load_item(shape.table, offset + QUADRATIC), load_item(shape.table, offset + CUBIC)
     whole_turns = math.floor(position * (1.0 / KNOTS))
     integral_in_piece = x * (a + x * (0.5 * b + x * (c * (1.0 / 3.0) + x * (0.25 * d)))) * STEP
     return load_item(shape.table, offset + INTEGRAL_BEFORE) + integral_in_piece + whole_turns * shape.integral

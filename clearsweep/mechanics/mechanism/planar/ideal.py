@@ -315,8 +315,8 @@ def determined(machine: Machine) -> Machine:
         return machine
     if machine.aim.body in free:
         raise MobilityError(
-            f"the output cannot be the free body {machine.aim.body!r}, which has no motion without clearance; choose a "
-            "body that ideal joints hold, such as the one that the drive turns"
+            f"the output cannot be the free body {machine.aim.body!r}: without clearance its motion is undetermined; "
+            "choose a body whose motion ideal joints determine, such as the driven body"
         )
     joints = tuple(j for j in machine.joints if not free & {j.proximal.body, j.distal.body})
     names = {joint.name for joint in joints}
