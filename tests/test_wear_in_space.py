@@ -186,8 +186,8 @@ def test_strips_begin_where_the_surfaces_are_deepest_and_lean_as_they_do(keys):
         shorter = joint._replace(**{size: getattr(joint, size) - 1e-5})
         lean = (point.depth - wall_point(joint.ends, shorter, gap, end).depth) / 1e-5
         assert step.axial[wall, LEAN, 0] == pytest.approx(lean, rel=1e-2, abs=1e-7)
-        assert step.axial[wall, BEARING_START, 0] == pytest.approx(np.dot(point.at, axis), rel=1e-3, abs=1e-5)
-        assert step.axial[wall, JOURNAL_START, 0] == pytest.approx(point.at.z - 2e-4, rel=1e-9, abs=0.0)
+        assert step.axial[wall, BEARING_START, 0] == pytest.approx(np.dot(point.position, axis), rel=1e-3, abs=1e-5)
+        assert step.axial[wall, JOURNAL_START, 0] == pytest.approx(point.position.z - 2e-4, rel=1e-9, abs=0.0)
         assert step.positions[wall, 1, 0] == pytest.approx(math.atan2(point.normal.y, point.normal.x), rel=1e-12)
         assert step.positions[wall, 0, 0] == pytest.approx(
             step.positions[wall, 1, 0], rel=0.0, abs=1e-4
