@@ -33,7 +33,7 @@ def test_tilt_and_height_of_a_profile_do_not_matter():
         (lambda x, z: (x[:500], z[:500]), "has 500 rows; at least 1000"),
         (lambda x, z: (x**1.1, z), "expected even steps"),
         (lambda x, z: (x, 0.0 * z), "is flat"),
-        (lambda x, z: (x, np.sin(2e3 * x)), "grow with the power"),
+        (lambda x, z: (x, np.sin(2e3 * x)), "grow with the distance to the power"),
     ],
 )
 def test_what_is_no_profile_of_a_fractal_is_reported(spoil, message):
