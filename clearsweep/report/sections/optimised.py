@@ -11,6 +11,7 @@ from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture
 from ..blocks.section import Block, Gallery, Section, Sentences, without_empty
 from ..blocks.table import Column, Quantity, Table
+from ..data.answered import answer_cases
 from ..data.dotted_paths import value_at
 from ..data.study import Study
 from ..data.table_columns import column_label
@@ -53,8 +54,10 @@ def best_by_objective(study: Study) -> list[tuple[str, str]]:
 
 def answers(study: Study) -> list[str]:
     """Return a sentence for each objective on the best case for it."""
+    label = answer_cases(study).label
     return [
-        f"Best {name}: {study.text(case_id, name)} at {study.setting(case_id)}, case {wording.short_id(case_id)}."
+        f"Best {label(name)}: {study.text(case_id, name)} at {study.setting(case_id)}, "
+        f"case {wording.short_id(case_id)}."
         for name, case_id in best_by_objective(study)
     ]
 

@@ -52,7 +52,7 @@ def sections(study: Study) -> list[Section]:
         "All tested values up to the first end of the border meet the limits. Between its ends, some meet them and "
         "some do not. From its second end, at least two consecutive tested values fail. "
         "Values further away may meet the limits again.",
-        "If the motion near the border is chaotic, the border may be wider than `within`.",
+        "If the motion near the border is chaotic, the border may be wider than the requested width.",
     ]
     if answers.axis.labels:  # all fits are tried, and some beyond the border may be safe, too
         lines = [

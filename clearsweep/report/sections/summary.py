@@ -129,7 +129,7 @@ def _worst_case_cards(study: Study) -> list[tuple[str, str, str]]:
         ]
     if ranking.question == "optimise":
         return [
-            (f"Best {name}", study.text(best, name), _setting_text(study, best))
+            (f"Best {answer_cases(study).label(name)}", study.text(best, name), _setting_text(study, best))
             for name, best in optimised.best_by_objective(study)
         ]
     if ranking.question == "force":
