@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from fake_runs import CRANK, ROD, RPM, Run
+from markupsafe import Markup
 from matplotlib.figure import Figure
 from test_refine import Arc, off_border, refining_grid
 from test_report import Page
@@ -25,7 +26,7 @@ from clearsweep.report.blocks.picture import Picture, svg
 from clearsweep.report.blocks.section import Cards, Points
 from clearsweep.report.blocks.table import Column, Quantity, Table
 from clearsweep.report.data import study
-from clearsweep.report.documents import single
+from clearsweep.report.documents import page, single
 from clearsweep.report.one_case import motion
 from clearsweep.report.sections import drivers, headline, maps, peaks, summary, tradeoffs, trust
 from clearsweep.report.sections import seek as answers
@@ -646,3 +647,9 @@ def test_the_map_shows_cases_between_its_cells(tmp_path):
     assert len(own) == 20
     mass, speed = 0.1 + 0.2 * dots.x, 100.0 + 200.0 * dots.y  # both axes have equal steps
     assert np.array_equal(np.hypot(mass, speed / 1000.0) > 0.6137, dots.failing)
+
+
+def test_words_between_backquotes_are_code_and_everything_else_is_escaped():
+    text = "see `uncertain` <b> & `a < b`"
+    assert page.with_code(text) == "see <code>uncertain</code> &lt;b&gt; &amp; <code>a &lt; b</code>"
+    assert page.with_code(Markup("<i>kept</i>")) == "<i>kept</i>"

@@ -1,12 +1,13 @@
 """The report: one self-contained HTML file; its tables and pictures as files."""
 
 import itertools
+import re
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import jinja2
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from ...language import phases, wording
 from ...store import durable
@@ -115,8 +116,14 @@ def render(template: str, *, picture_count: int = 0, **content: object) -> str:
         "form": _macro_name,
         "json": interactive.safe_json,
         "short_id": wording.short_id,
+        "with_code": with_code,
     }
     return environment.get_template(template).render(content)
+
+
+def with_code(text: str) -> Markup:
+    """Return a sentence as HTML in which `words` between backquotes are code."""
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
 def write_page(text: str, out: Path) -> Path:
