@@ -286,7 +286,7 @@ def test_a_dry_run_counts_what_marks_leave(tmp_path):
 def test_the_page_of_a_run_in_blocks_says_that_it_shows_a_sample(pair, tmp_path):
     page = clearsweep.open(pair[0].directory).report(tmp_path / "page.html").read_text(encoding="utf-8")
     assert "36" in page
-    assert "random rows" in page
+    assert "a random sample" in page
 
 
 def said(sections, *keys):
