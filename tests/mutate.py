@@ -176,19 +176,19 @@ MUTATIONS = (
     Mutation(BLOCKS, "Blocks.record", "self.stride *= 2", "self.stride += 2", MEANS),
     # where events are
     Mutation(EVENTS, "fit_gap", "depth * (depth + 2.0 * size)", "depth", SEARCH),
-    Mutation(EVENTS, "first_onset", "if begin >= 0.0 and work", "if begin >= 1e9 and work", SEARCH),
-    Mutation(EVENTS, "true_onset", "x - correction", "x + correction", SEARCH),
-    Mutation(EVENTS, "ROUGH", "1e-3", "1e3", SEARCH),
-    Mutation(EVENTS, "first_separation", "turn_sign(work.polynomials)", "None", ENDS),
-    Mutation(BERNSTEIN, "first_crossing", "changes > 1 and", "changes > 3 and", SEARCH),
-    Mutation(BERNSTEIN, "crossing_for_certain", "lower(p, tail_bound)", "lower(p, 0.0)", SEARCH),
-    Mutation(BERNSTEIN, "_tail", "a + b * Fraction(n, 2)", "a - b * Fraction(n, 2)", SEARCH),
-    Mutation(EVENTS, "first_passage", "p[VALUES, 0] >= 0.0 and", "p[VALUES, 0] >= 1e9 and", SEARCH),
-    Mutation(EVENTS, "true_passage", "if fb <= 0.0: return NOWHERE", "if fb <= -1e9: return NOWHERE", SEARCH),
+    Mutation(EVENTS, "find_onset", "if begin >= 0.0 and work", "if begin >= 1e9 and work", SEARCH),
+    Mutation(EVENTS, "refine_onset", "x - correction", "x + correction", SEARCH),
+    Mutation(EVENTS, "ROUGH_ERROR", "1e-3", "1e3", SEARCH),
+    Mutation(EVENTS, "find_separation", "negate(work.polynomials)", "None", ENDS),
+    Mutation(BERNSTEIN, "find_first_crossing", "changes > 1 and", "changes > 3 and", SEARCH),
+    Mutation(BERNSTEIN, "find_certain_crossing", "subtract(p, error)", "lower(p, 0.0)", SEARCH),
+    Mutation(BERNSTEIN, "_tail_weights", "a + b * Fraction(n, 2)", "a - b * Fraction(n, 2)", SEARCH),
+    Mutation(EVENTS, "find_passage", "p[VALUES, 0] >= 0.0 and", "p[VALUES, 0] >= 1e9 and", SEARCH),
+    Mutation(EVENTS, "refine_passage", "if fb <= 0.0: return NO_CROSSING", "if fb <= -1e9: return NOWHERE", SEARCH),
     Mutation(
         EVENTS,
-        "first_event",
-        "if x < first: first, kind, contact = x, event_kind",
+        "locate_first_event",
+        "if x < earliest: earliest, kind, contact = x, event_kind",
         "if x > first: first, kind, contact = x, event_kind",
         SCENES,
     ),
@@ -242,7 +242,7 @@ MUTATIONS = (
         LIMIT,
     ),
     Mutation(HISTOGRAM, "share_beyond", "return time_beyond / total", "return time_beyond", LIMIT),
-    Mutation(ALONG, "highest_inside", "0.0 > sign * end_slope", "0.0 < sign * end_slope", WINDOW),
+    Mutation(ALONG, "interior_peak", "0.0 > sign * end_slope", "0.0 < sign * end_slope", WINDOW),
     Mutation(ALONG, "sum_stages", "dissipated + weight * o", "dissipated + 1.001 * weight * o", IMPACT),
     # pressures and wear laws: each of them three times too large
     Mutation(PRESSURE, "_sum_over_load_hertz_line", "return 1.0", "return 3.0", BINS),
@@ -271,7 +271,9 @@ MUTATIONS = (
         BINS,
     ),
     Mutation(PERSSON, "_peak_over_mean_persson", "return total", "return 3.0 * total", BINS),
-    Mutation(PRESSURE, "_half_arc_hertz_line", "min(pressure.spread *", "min(3.0 * pressure.spread *", BINS),
+    Mutation(
+        PRESSURE, "_half_arc_hertz_line", "min(pressure.width_factor *", "min(3.0 * pressure.width_factor *", BINS
+    ),
     Mutation(
         PRESSURE,
         "_half_arc_mean_or_winkler",
@@ -282,20 +284,20 @@ MUTATIONS = (
     Mutation(PERSSON, "_half_arc_persson", "return total * math.sqrt(z)", "return 3.0 * total * math.sqrt(z)", BINS),
     Mutation(PRESSURE, "_cumulative_pressure_mean", "0.5 + 0.5 * x, 0.0", "0.5 + 1.5 * x, 0.0", BINS),
     Mutation(
-        PRESSURE, "_cumulative_pressure_winkler", "0.5 + 0.5 * _overlap_before", "0.5 + 1.5 * _overlap_before", BINS
+        PRESSURE, "_cumulative_pressure_winkler", "0.5 + 0.5 * _overlap_integral", "0.5 + 1.5 * _overlap_integral", BINS
     ),
     Mutation(
         PRESSURE,
         "_cumulative_pressure_hertz_line",
-        "0.5 - share * edge_distance",
-        "0.5 - 3.0 * share * edge_distance",
+        "0.5 - tail * edge_distance",
+        "0.5 - 3.0 * tail * edge_distance",
         BINS,
     ),
     Mutation(
         PERSSON,
         "_cumulative_pressure_persson",
-        "0.5 - share * edge_distance",
-        "0.5 - 3.0 * share * edge_distance",
+        "0.5 - tail * edge_distance",
+        "0.5 - 3.0 * tail * edge_distance",
         BINS,
     ),
     Mutation(
@@ -322,12 +324,12 @@ MUTATIONS = (
     # from film to dry contact
     Mutation(
         PASSING,
-        "_ramp_share",
+        "_ramp_fraction",
         "(depth - transition.begin) / transition.width",
         "3.0 * (depth - transition.begin) / transition.width",
         PASSES,
     ),
-    Mutation(PASSING, "_ramp_share", "as_type_of(1.0, depth)", "as_type_of(3.0, depth)", PASSES),
+    Mutation(PASSING, "_ramp_fraction", "as_type_of(1.0, depth)", "as_type_of(3.0, depth)", PASSES),
     Mutation(
         PASSING,
         "_asperity_load_greenwood_tripp",
@@ -337,23 +339,23 @@ MUTATIONS = (
     ),
     Mutation(
         OIL,
-        "with_dry",
-        "fx=film_share * afloat.fx + share * dry_load.fx",
-        "fx=film_share * afloat.fx + 3.0 * share * dry_load.fx",
+        "blend_loads",
+        "fx=film_fraction * film_only.fx + fraction * dry_load.fx",
+        "fx=film_fraction * film_only.fx + 3.0 * fraction * dry_load.fx",
         PASSES,
     ),
     Mutation(
         OIL,
-        "with_dry",
-        "film_share = afloat.contacts[0], dry_load.contacts[0], 1.0 - share",
-        "film_share = afloat.contacts[0], dry_load.contacts[0], 1.0",
+        "blend_loads",
+        "film_fraction = film_only.contacts[0], dry_load.contacts[0], 1.0 - fraction",
+        "film_fraction = film_only.contacts[0], dry_load.contacts[0], 1.0",
         PASSES,
     ),
     Mutation(
         OIL,
-        "with_dry",
-        "elastic=film_share * a.elastic + share",
-        "elastic=film_share * a.elastic + 3.0 * share",
+        "blend_loads",
+        "elastic=film_fraction * a.elastic + fraction",
+        "elastic=film_fraction * a.elastic + 3.0 * fraction",
         PASSES,
     ),
     # what is stored
@@ -507,7 +509,7 @@ MUTATIONS = (
         "spin=journal - bearing - 2.0 * tangential_rate",
         BALANCE,
     ),
-    Mutation(OIL, "film_load", "pumped=0.5 * eccentricity", "pumped=eccentricity", BALANCE),
+    Mutation(OIL, "film_load", "pressure_power=0.5 * eccentricity", "pressure_power=eccentricity", BALANCE),
     Mutation(OIL, "film_load", "eccentricity * tangential)", "joint.clearance * tangential)", BALANCE),
     Mutation(f"{FILMS}/short.py", "_film_force_short", "radial = 0.5 * law.force", "radial = 0.4 * law.force", BALANCE),
     Mutation(
@@ -516,15 +518,15 @@ MUTATIONS = (
     Mutation(
         f"{FILMS}/reynolds.py",
         "_film_force_reynolds",
-        "radial - tangential_share * cosine",
-        "radial + tangential_share * cosine",
+        "radial - direction_term * cosine",
+        "radial + direction_term * cosine",
         REYNOLDS,
     ),
     Mutation(
         f"{FILMS}/reynolds.py",
         "_film_force_reynolds",
-        "tangential_share * sine * stretch",
-        "tangential_share * sine",
+        "direction_term * sine * wedge_scale",
+        "direction_term * sine",
         REYNOLDS,
     ),
     Mutation(
@@ -537,13 +539,13 @@ MUTATIONS = (
     Mutation(
         f"{FILMS}/reynolds.py",
         "_film_force_reynolds",
-        "share = math.exp(log_share)",
-        "share = 1.0 + log_share",
+        "factor = math.exp(log_factor)",
+        "factor = 1.0 + log_factor",
         REYNOLDS,
     ),
     Mutation(
         f"{FILMS}/reynolds.py",
-        "tables",
+        "tables_at",
         "math.log(slenderness) - nodes",
         "math.log(1.05 * slenderness) - nodes",
         REYNOLDS,

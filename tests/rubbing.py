@@ -6,17 +6,17 @@ from typing import NamedTuple
 import numpy as np
 
 from clearsweep.mechanics.joint.wear.arc_over_step import WORKSPACE_SIZE
-from clearsweep.mechanics.joint.wear.binning import accumulate_wear
+from clearsweep.mechanics.joint.wear.binning import update_worn_profile
 from clearsweep.mechanics.joint.wear.contract import ACCOUNT, Bins
 from clearsweep.mechanics.joint.wear.step import (
-    ALONG,
+    AXIAL_ROWS,
     POSITIONS,
     SLOPES,
-    STRIP,
+    STRIP_ROWS,
     Step,
     accumulate_distance,
     accumulate_pressure,
-    fit_places,
+    fit_positions,
     fit_profiles,
 )
 from clearsweep.mechanics.observe.histogram import (
@@ -64,7 +64,7 @@ def _step_of(history, begin, length, workspace):
         ends, nearby = quarters[[0, -1]], 1e-3 * length
         slopes = length * (angle(ends + nearby) - angle(ends - nearby)) / (2.0 * nearby)
         positions[0, SLOPES + row, [0, QUARTER_POINTS + 1]] = slopes
-    neighbour = np.zeros((1, ALONG, STATE_POINTS)), np.zeros((STRIP, PARTS + 1)), workspace, np.zeros(0)
+    neighbour = np.zeros((1, AXIAL_ROWS, STATE_POINTS)), np.zeros((STRIP_ROWS, PARTS + 1)), workspace, np.zeros(0)
     return Step(step_values, length, np.zeros(1), positions, *neighbour)
 
 
@@ -76,10 +76,10 @@ def worn_off(joint, history, steps=1):
     for k in range(steps):
         step = _step_of(history, k * length, length, workspace)
         fit_profiles(step.workspace, step.step_values[0], law.length)
-        fit_places(step.workspace, step.positions[0])
+        fit_positions(step.workspace, step.positions[0])
         accumulate_distance(step, 0, account)
         accumulate_pressure(joint, step, 0, account)
-        accumulate_wear(
+        update_worn_profile(
             joint, workspace, step.step_values[0], length, (Bins(depths, 0, count), Bins(depths, count, count))
         )
     return depths[:count], depths[count:], account, workspace

@@ -9,7 +9,7 @@ from scipy.integrate import quad
 from clearsweep.contracts.case import Contact, Film, Joint, Material, Materials
 from clearsweep.mechanics.compiled.dual import Dual
 from clearsweep.mechanics.joint.film.contract import asperity_load
-from clearsweep.mechanics.joint.film.transition import GreenwoodTripp, Ramp, shared_load
+from clearsweep.mechanics.joint.film.transition import GreenwoodTripp, Ramp, asperity_integral
 from clearsweep.mechanics.joint.recipe import RECIPES
 
 ROUGHNESS, SHARPNESS, DENSITY = 0.4e-6, 0.01, 0.05
@@ -29,21 +29,25 @@ def integral(x):
 
 @pytest.mark.parametrize("x", np.arange(0.0, 4.01, 0.25))
 def test_the_share_of_asperities_is_its_integral(x):
-    assert shared_load(x) == pytest.approx(integral(x), rel=2e-3)
+    assert asperity_integral(x) == pytest.approx(integral(x), rel=2e-3)
 
 
 @pytest.mark.parametrize("x", [-30.0, -6.0, -2.0, -0.5, 4.5, 5.0])
 def test_the_share_of_asperities_is_near_its_integral_beyond(x):
-    assert shared_load(x) == pytest.approx(integral(x), rel=2e-2)
+    assert asperity_integral(x) == pytest.approx(integral(x), rel=2e-2)
 
 
 @pytest.mark.plain  # numbers with a derivative
 def test_the_share_of_asperities_falls_smoothly():
     for x in np.arange(-3.0, 5.0, 0.11):
-        slope = shared_load(Dual(x, 1.0)).slope
+        slope = asperity_integral(Dual(x, 1.0)).slope
         assert slope < 0.0
-        assert slope == pytest.approx((shared_load(x + 1e-5) - shared_load(x - 1e-5)) / 2e-5, rel=1e-7, abs=1e-13)
-    assert shared_load(Dual(1e-9, 1.0)).slope == pytest.approx(shared_load(Dual(-1e-9, 1.0)).slope, rel=1e-7)
+        assert slope == pytest.approx(
+            (asperity_integral(x + 1e-5) - asperity_integral(x - 1e-5)) / 2e-5, rel=1e-7, abs=1e-13
+        )
+    assert asperity_integral(Dual(1e-9, 1.0)).slope == pytest.approx(
+        asperity_integral(Dual(-1e-9, 1.0)).slope, rel=1e-7
+    )
 
 
 def joint_with(**asperities):
@@ -100,7 +104,7 @@ def test_asperities_bear_the_integral_of_their_pressure_over_the_arc():
         edge = math.acos(min((CLEARANCE - 5.0 * ROUGHNESS) / eccentricity, 1.0))
 
         def pressure(angle, eccentricity=eccentricity):
-            return 3.0 * shared_load((CLEARANCE - eccentricity * math.cos(angle)) / ROUGHNESS) * math.cos(angle)
+            return 3.0 * asperity_integral((CLEARANCE - eccentricity * math.cos(angle)) / ROUGHNESS) * math.cos(angle)
 
         assert asperity_load(term, depth) == pytest.approx(quad(pressure, -edge, edge, epsrel=1e-10)[0], rel=1e-5)
     assert asperity_load(term, -2.0e-6) == asperity_load(term, -1.0) == 0.0

@@ -10,7 +10,7 @@ from scipy import stats
 from test_tally import add_ramp, filled
 
 from clearsweep.mechanics.observe.histogram import BINS, time_above
-from clearsweep.mechanics.solver.accumulate.totals import ContactTotals, WholeTotals
+from clearsweep.mechanics.solver.accumulate.totals import ContactTotals, MechanismTotals
 from clearsweep.simulation import batch_means, load_case, sums
 
 WORN = {
@@ -28,7 +28,7 @@ class Made:
         self.random = np.random.default_rng(seed)
         self.turns = 0
         self.totals = SimpleNamespace(
-            whole=WholeTotals.zeros(),
+            mechanism=MechanismTotals.zeros(),
             joint=ContactTotals.zeros(2),
             histogram=np.zeros((2, BINS, 2)),
             wear=np.zeros(2 * 2 * 8),
@@ -44,7 +44,7 @@ class Made:
 
     def sums(self):
         """Return copies of what is summed of the second joint and of the mechanism."""
-        return self.totals.joint[1].copy(), self.totals.whole.copy(), self.totals.wear.copy()
+        return self.totals.joint[1].copy(), self.totals.mechanism.copy(), self.totals.wear.copy()
 
     def turn(self):
         """Let one revolution pass."""
@@ -52,7 +52,7 @@ class Made:
         for name in ("force_square", "contact_time", "beyond_time"):
             self.totals.joint.column(name)[:] += self.random.uniform(0.5, 1.5, 2)
         self.totals.joint.column("onsets")[:] += self.random.integers(1, 9, 2)
-        self.totals.whole.acceleration_square += self.random.uniform(0.5, 1.5)
+        self.totals.mechanism.acceleration_square += self.random.uniform(0.5, 1.5)
         self.totals.wear += self.random.uniform(0.0, 1.0, self.totals.wear.size) * np.arange(32)
         share = self.random.uniform(0.02, 0.06)
         add_ramp(self.totals.histogram[1], FORCES, share * TURN)

@@ -99,7 +99,7 @@ def test_the_table_of_the_model_is_what_the_grid_gives():
 
 def test_the_power_is_as_close_to_it_as_the_residual_says():
     section = joint(elastic="compatible-fit", fit_from=1e-6, fit_to=1e-5)
-    derived = registry.derived(section)
+    derived = registry.derived_values(section)
     depths = np.geomspace(1e-6, 1e-5, 5000)
     term = RECIPES["elastic", "compatible-fit"].make(section)
     error = np.array([elastic_force(term, pen) / force("compatible", pen) - 1.0 for pen in depths])
@@ -127,7 +127,7 @@ def test_scattered_points_are_fitted_by_least_squares_of_the_logarithm_of_their_
     x, y = (np.log([scale * row[k] for row in rows]) for k, scale in ((0, 1e-6), (1, 1e3)))
     exponent = np.sum((x - x.mean()) * (y - y.mean())) / np.sum((x - x.mean()) ** 2)
     logarithm = y.mean() - exponent * x.mean()
-    derived = registry.derived(joint_of_points)
+    derived = registry.derived_values(joint_of_points)
     assert derived["contact.exponent"][0] == pytest.approx(exponent, rel=1e-12)
     assert derived["contact.stiffness"][0] == pytest.approx(math.exp(logarithm), rel=1e-10)
     off = np.exp(logarithm + exponent * x - y) - 1.0

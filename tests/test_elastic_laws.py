@@ -16,7 +16,7 @@ from clearsweep.mechanics.joint.elastic.conformal import (
     CONFORMAL_END,
     FIT_END,
     angle_minus_sine,
-    conformal_fit,
+    fit_conformal_power,
     load_ratio,
 )
 from clearsweep.mechanics.joint.elastic.contract import elastic_force, root_parity
@@ -118,7 +118,7 @@ def test_a_free_impact_gives_back_the_restitution_requested_for_any_elastic_law(
 @pytest.mark.parametrize("name", LAWS)
 def test_what_a_law_derives_is_a_number_with_a_unit(name):
     section = joint(elastic=name)
-    result = registry.derived(section)
+    result = registry.derived_values(section)
     assert all(math.isfinite(value) and unit for value, unit in result.values())
     if "contact.penetration_limit" in result:
         assert result["contact.penetration_limit"][0] == registry.penetration_limit(section)
@@ -328,13 +328,13 @@ def test_persson_s_pressure_carries_its_load(degrees):
 
 
 def test_conformal_fit_stays_as_close_to_persson_as_stated():
-    _, exponent, residual = conformal_fit()
+    _, exponent, residual = fit_conformal_power()
     depths = (np.arange(20000) + 0.5) / 20000 * FIT_END * CLEARANCE
     error = [force("conformal-fit", pen) / force("persson", pen) - 1.0 for pen in depths]
     assert np.sqrt(np.mean(np.square(error))) == pytest.approx(residual, rel=1e-3)
     assert residual < 0.02
     assert 1.0 < exponent < 1.1
-    derived = registry.derived(joint(elastic="conformal-fit"))
+    derived = registry.derived_values(joint(elastic="conformal-fit"))
     assert derived["contact.fit_residual"] == (residual, "1")
 
 

@@ -12,7 +12,7 @@ from clearsweep.mechanics.observe.stages import NODES, ROW_COUNT, SCRATCH, SHARE
 from clearsweep.mechanics.solver import bernstein, event_search
 from clearsweep.mechanics.solver.accumulate.step_sums import ContactStep
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals
-from clearsweep.mechanics.solver.bernstein import COEFFICIENTS, NOWHERE, PART, ROWS, VALUES, WHOLE
+from clearsweep.mechanics.solver.bernstein import COEFFICIENTS, NO_CROSSING, PART, ROWS, VALUES, WHOLE
 from clearsweep.mechanics.solver.integration import Method
 
 MIDDLES = (0.01, 0.07, 0.31, 0.5, 0.53, 0.94, 0.999)
@@ -34,7 +34,7 @@ def onset(monkeypatch):
         monkeypatch.setattr(event_search, "evaluate_dense", look)
         contact_steps, polynomials = ContactStep.zeros(1), np.zeros((ROWS, COEFFICIENTS))
         work = SimpleNamespace(o=o, clearance=[clearance], contact_steps=contact_steps, polynomials=polynomials)
-        return event_search.first_onset((work,), 0, 1.0)
+        return event_search.find_onset((work,), 0, 1.0)
 
     return crossing_of
 
@@ -49,7 +49,7 @@ def test_a_path_that_only_grazes_the_bearing_between_two_stages_is_found(onset, 
 
 @pytest.mark.parametrize("middle", MIDDLES)
 def test_a_path_that_turns_just_before_the_bearing_is_no_contact(onset, middle):
-    assert onset(lambda x: -1e-6 - 40.0 * (x - middle) ** 2, lambda x: -80.0 * (x - middle)) == NOWHERE
+    assert onset(lambda x: -1e-6 - 40.0 * (x - middle) ** 2, lambda x: -80.0 * (x - middle)) == NO_CROSSING
 
 
 def test_of_several_contacts_the_first_is_found(onset):
@@ -70,7 +70,7 @@ def test_a_journal_that_leaves_the_bearing_and_comes_back_touches_it_where_it_co
 @pytest.mark.parametrize("begin", [0.0, 1e-15, -1e-15])
 def test_a_journal_that_leaves_for_good_does_not_touch(onset, begin):
     path = np.poly1d([0.2, -0.2, 0.5, -1.0, begin])
-    assert onset(path, path.deriv()) == NOWHERE
+    assert onset(path, path.deriv()) == NO_CROSSING
 
 
 def test_a_journal_that_never_quite_left_touches_where_it_turns(onset):
@@ -110,7 +110,7 @@ def test_a_path_that_is_no_longer_than_its_ends_are_below_the_bearing_does_not_c
         o = np.zeros((columns(1), ROW_COUNT))
         o[KAPPA], o[column_of(0, SLIP)], o[column_of(0, DEPTH)] = 1.0, speed, -2.0
         work = SimpleNamespace(o=o, contact_steps=ContactStep.zeros(1))
-        return not event_search.cannot_arrive((work,), 0, 1.0)
+        return not event_search.cannot_reach_bearing((work,), 0, 1.0)
 
     assert arrives(3.4)
     assert not arrives(3.3)
@@ -123,7 +123,7 @@ def made_of(path):
     """Return the polynomials of a path over the step."""
     p = np.zeros((ROWS, COEFFICIENTS))
     p[VALUES] = path(SHARES)
-    bernstein.from_values(p)
+    bernstein.set_from_values(p)
     return p
 
 
@@ -135,9 +135,9 @@ def test_a_polynomial_through_the_stages_is_that_polynomial_and_lies_within_its_
         values = [bernstein.value_and_slope(p, WHOLE, x) for x in places]
         assert [value for value, _ in values] == pytest.approx(path(places), abs=1e-11)
         assert [slope for _, slope in values] == pytest.approx(path.deriv()(places), abs=1e-9)
-        assert path(places).max() <= max(p[WHOLE, 0], bernstein.highest(p)) + 1e-11
-        assert bernstein.tail(p) == pytest.approx(np.abs(path.coef[-2:]).sum(), abs=1e-11)
-        bernstein.cut(p, 0.25, 0.125)
+        assert path(places).max() <= max(p[WHOLE, 0], bernstein.upper_bound(p)) + 1e-11
+        assert bernstein.error_bound(p) == pytest.approx(np.abs(path.coef[-2:]).sum(), abs=1e-11)
+        bernstein.extract_part(p, 0.25, 0.125)
         assert bernstein.value_and_slope(p, PART, 0.3)[0] == pytest.approx(path(0.25 + 0.3 * 0.125), abs=1e-11)
 
 
@@ -149,7 +149,7 @@ def test_a_dip_that_all_stages_miss_is_found(dip):
         path = np.poly1d([middle - 0.5 * dip, middle + 0.5 * dip], r=True) * np.poly1d([-1.0, -0.5, -3.0])
         path = path * -1.0 if path(middle) < 0.0 else path
         assert (path(SHARES) < 0.0).all()
-        assert bernstein.first_crossing(made_of(path)) == pytest.approx(middle - 0.5 * dip, abs=1e-9 + 1e-16 / dip)
+        assert bernstein.find_first_crossing(made_of(path)) == pytest.approx(middle - 0.5 * dip, abs=1e-9 + 1e-16 / dip)
 
 
 def test_the_first_crossing_is_that_of_the_roots():
@@ -157,16 +157,16 @@ def test_the_first_crossing_is_that_of_the_roots():
     for _ in range(200):
         path = np.polynomial.Legendre(rng.normal(size=COEFFICIENTS), domain=[0.0, 1.0])
         roots = [x.real for x in path.roots() if abs(x.imag) < 1e-12 and 0.0 < x.real < 1.0]
-        first = min((x for x in roots if path.deriv()(x) > 0.0), default=NOWHERE)
-        assert bernstein.first_crossing(made_of(path)) == pytest.approx(first, abs=1e-9)
+        first = min((x for x in roots if path.deriv()(x) > 0.0), default=NO_CROSSING)
+        assert bernstein.find_first_crossing(made_of(path)) == pytest.approx(first, abs=1e-9)
 
 
 def test_what_comes_no_higher_than_a_polynomial_may_be_off_by_is_no_crossing_unless_a_stage_exists():
     def path(x):
         return -1.0 - np.cos(2.0 * math.pi * x) + 1e-3 * np.polynomial.Legendre.basis(8, domain=[0.0, 1.0])(x)
 
-    assert bernstein.first_crossing(made_of(path)) < 1.0
-    assert bernstein.crossing_for_certain(made_of(path), 0.0) == NOWHERE
+    assert bernstein.find_first_crossing(made_of(path)) < 1.0
+    assert bernstein.find_certain_crossing(made_of(path), 0.0) == NO_CROSSING
 
 
 # ---------------------------------------------------------------------------------------------- guards
@@ -187,7 +187,7 @@ def passage(monkeypatch, function, column=-1, peak=0.0):
     work = SimpleNamespace(
         guards=guards, totals=totals, method=Method.zeros(), polynomials=np.zeros((ROWS, COEFFICIENTS))
     )
-    return event_search.first_passage((work,), 0), len(looks)
+    return event_search.find_passage((work,), 0), len(looks)
 
 
 @pytest.mark.parametrize(
@@ -215,16 +215,16 @@ def test_a_guard_that_its_polynomial_alone_passes_is_not_passed(monkeypatch):
     def step(x):
         return -1e-3 if x < 0.35 else -1.0
 
-    assert max(np.abs(bernstein.TAIL @ made_of(np.vectorize(step))[WHOLE])) > 0.0
-    assert passage(monkeypatch, step)[0] == NOWHERE
+    assert max(np.abs(bernstein.TAIL_WEIGHTS @ made_of(np.vectorize(step))[WHOLE])) > 0.0
+    assert passage(monkeypatch, step)[0] == NO_CROSSING
 
 
-@pytest.mark.parametrize(("begin", "crossing_of"), [(0.1, 0.0), (1e-12, NOWHERE)])
+@pytest.mark.parametrize(("begin", "crossing_of"), [(0.1, 0.0), (1e-12, NO_CROSSING)])
 def test_a_guard_above_zero_at_the_start_is_passed_at_once_unless_it_is_just_leaving(monkeypatch, begin, crossing_of):
     assert passage(monkeypatch, lambda x: begin - 0.2 * x)[0] == crossing_of
 
 
-@pytest.mark.parametrize(("peak", "crossing_of"), [(1e2, 0.3), (1e4, NOWHERE)])
+@pytest.mark.parametrize(("peak", "crossing_of"), [(1e2, 0.3), (1e4, NO_CROSSING)])
 def test_a_force_is_not_clipped_for_what_is_rounding_of_the_largest_force(monkeypatch, peak, crossing_of):
     x, _ = passage(monkeypatch, lambda x: 1e-10 * (x - 0.3), column=0, peak=peak)
     assert x == pytest.approx(crossing_of, abs=1e-9)

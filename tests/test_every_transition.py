@@ -10,8 +10,8 @@ from mechanism_cases import JOINT
 from clearsweep.contracts.case import Contact, Film, Joint, Material, Materials
 from clearsweep.mechanics.joint import dry, lubricated, registry
 from clearsweep.mechanics.joint.contract import JointState, contact_modes, every_latched, load
-from clearsweep.mechanics.joint.film.contract import asperity_load, dry_share
-from clearsweep.mechanics.joint.film.transition import bounds
+from clearsweep.mechanics.joint.film.contract import asperity_load, dry_fraction
+from clearsweep.mechanics.joint.film.transition import transition_depths
 from clearsweep.mechanics.joint.offsets import first_offsets
 
 CLEARANCE, RADIUS, ONSET = 50e-6, 0.01, 0.05  # m, m, m/s
@@ -59,8 +59,8 @@ DEPTHS = np.linspace(-4e-6, 5e-6, 901)
 @pytest.mark.parametrize("name", names("transition"))
 def test_the_dry_share_grows_from_zero_to_one_between_its_bounds(name):
     term = RECIPES["transition", name].make(case_of(name))
-    low, high = bounds(term)
-    shares = np.array([dry_share(term, depth) for depth in DEPTHS])
+    low, high = transition_depths(term)
+    shares = np.array([dry_fraction(term, depth) for depth in DEPTHS])
     assert np.all(shares[low > DEPTHS] == 0.0)
     assert np.all(shares[high < DEPTHS] == 1.0)
     assert np.all(np.diff(shares) >= 0.0)
@@ -94,13 +94,13 @@ def test_the_force_is_continuous_over_a_transition_and_passes_from_the_film_to_t
     assert np.all(jumps[1] <= 0.6 * jumps[0] + 1e-12)
     film = lubricated.Film(**{key: value for key, value in term._asdict().items() if key in lubricated.Film._fields})
     hard = dry.Joint(**{key: value for key, value in term._asdict().items() if key in dry.Joint._fields})
-    low, high = bounds(term.transition)
+    low, high = transition_depths(term.transition)
     for depth, alone in ((-4e-6, film), (high + 1e-6, hard)):
         gap = gap_at(depth, 0.7, moving)
         expected = load_at(alone, gap, depth)
         assert load_at(term, gap, depth)[:4] == pytest.approx(expected[:4], rel=1e-12, abs=1e-15)
     middle = 0.5 * (low + high)
-    gap, share = gap_at(middle, 0.7, moving), dry_share(term.transition, middle)
+    gap, share = gap_at(middle, 0.7, moving), dry_fraction(term.transition, middle)
     borne = asperity_load(term.transition, middle)
     mixed = np.array(load_at(film, gap, -1.0)[:4]) * (1.0 - share)
     mixed += np.array(load_at(hard, gap, middle)[:4]) * share

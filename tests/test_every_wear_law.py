@@ -25,7 +25,7 @@ from clearsweep.mechanics.joint.wear.contract import (
     cumulative_pressure,
     half_arc,
     peak_over_mean,
-    smooth_within,
+    smooth_range,
     sum_over_load,
 )
 
@@ -91,7 +91,7 @@ def test_the_share_of_a_pressure_before_a_place_grows_from_zero_to_one(name):
         assert np.all(np.diff(shares) >= -1e-9)
         assert shares + shares[::-1] == pytest.approx(1.0, abs=1e-8)  # the load is in the middle of the arc
         assert np.all(np.diff(shares[np.abs(positions) < 0.99]) > 0.0)
-    assert 0.0 < smooth_within(pressure) <= 1.0
+    assert 0.0 < smooth_range(pressure) <= 1.0
 
 
 @pytest.mark.parametrize("name", names("pressure"))

@@ -20,7 +20,7 @@ from clearsweep.mechanics.joint import lubricated, registry
 from clearsweep.mechanics.joint.film import finite, long, short
 from clearsweep.mechanics.joint.film.contract import (
     FilmMotion,
-    dry_share,
+    dry_fraction,
     film_couples,
     film_force,
     film_pressure,
@@ -213,7 +213,7 @@ def test_butenschoens_shear_is_the_published_coefficient_of_a_bearing_at_rest():
 
 def test_the_force_is_continuous_over_the_transition_and_its_shares_add_up():
     ramp = Ramp(1e-6, 2e-6)
-    shares = [dry_share(ramp, depth) for depth in (-1.0, 1e-6, 2e-6, 3e-6, 1.0)]
+    shares = [dry_fraction(ramp, depth) for depth in (-1.0, 1e-6, 2e-6, 3e-6, 1.0)]
     assert shares == pytest.approx([0.0, 0.0, 0.5, 1.0, 1.0], abs=1e-12)
 
 

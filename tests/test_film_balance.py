@@ -66,7 +66,7 @@ def test_the_couples_of_a_film_and_the_moment_of_its_force_add_up_to_nothing(nam
             moment = math.hypot(gap.x, gap.y) * film.tangential
             size = abs(film.on_journal) + abs(film.on_bearing) + abs(moment)
             assert film.on_journal + film.on_bearing == pytest.approx(-moment, rel=0.0, abs=1e-14 * size)
-            load = lubricated.load_of(term, film, 0.0)  # about the proximal centre, all that acts on both bodies
+            load = lubricated.film_only_load(term, film, 0.0)  # about the proximal centre, all that acts on both bodies
             whole = load.moment_proximal + load.moment_distal + gap.x * load.fy - gap.y * load.fx
             size += math.hypot(gap.x, gap.y) * abs(film.radial)
             assert whole == pytest.approx(0.0, abs=1e-13 * size)
@@ -102,7 +102,7 @@ def test_a_rotation_of_everything_changes_no_force_no_shear_and_no_loss(name):
     for journal, friction in itertools.product((None, "rod"), SHEARS):
         term = film_of(name, friction, journal)
         still, turned = (lubricated.film_load(term, gap) for gap in (GAP, spun(GAP, 314.0)))
-        for field in ("radial", "tangential", "on_journal", "on_bearing", *(["lost"] if friction != "none" else [])):
+        for field in ("radial", "tangential", "on_journal", "on_bearing", *(["lost_power"] if friction != "none" else [])):
             assert getattr(turned, field) == pytest.approx(getattr(still, field), rel=1e-10)
 
 
@@ -111,10 +111,10 @@ def test_what_a_film_takes_is_what_its_forces_do_to_both_bodies(name):
     for journal, friction in itertools.product((None, "rod"), SHEARS):
         term = film_of(name, friction, journal)
         film = lubricated.film_load(term, GAP)
-        load = lubricated.load_of(term, film, 0.0)
+        load = lubricated.film_only_load(term, film, 0.0)
         power = load.fx * GAP.vx + load.fy * GAP.vy
         power += load.moment_proximal * GAP.spin_proximal + load.moment_distal * GAP.spin_distal
-        assert film.lost == pytest.approx(-power, rel=1e-12)
+        assert film.lost_power == pytest.approx(-power, rel=1e-12)
 
 
 # ---------------------------------------------------------------------------------------------- power
@@ -125,8 +125,8 @@ def test_a_film_takes_energy_at_any_motion(name, friction):
     term = film_of(name, friction)
     for gap in MOTIONS:
         film = lubricated.film_load(term, gap)
-        assert film.pumped >= 0.0
-        assert film.lost >= film.pumped
+        assert film.pressure_power >= 0.0
+        assert film.lost_power_power >= film.pressure_power
 
 
 @pytest.mark.parametrize(("name", "friction"), [*itertools.product(LAWS, BALANCED)])
@@ -134,15 +134,15 @@ def test_a_film_that_only_turns_or_only_is_squeezed_takes_energy(name, friction)
     term = film_of(name, friction)
     for ratio, squeeze_rate in itertools.product((0.05, 0.4, 0.8, 0.97), (-300.0, 0.0, 300.0)):
         film = lubricated.film_load(term, gap_of(ratio, squeeze_rate, 0.0 if squeeze_rate else 200.0))
-        assert film.pumped > 0.0
-        assert film.lost >= film.pumped
+        assert film.pressure_power > 0.0
+        assert film.lost_power_power >= film.pressure_power
 
 
 def test_a_finite_film_that_opens_while_it_turns_feeds_energy_in_and_the_one_of_reynolds_does_not():
     """What its notes say of it, and why there is the law `reynolds`."""
     gap = gap_of(0.9, -150.0, 300.0)
-    assert lubricated.film_load(film_of("finite", "butenschoen"), gap).pumped < 0.0
-    assert lubricated.film_load(film_of("reynolds", "butenschoen"), gap).pumped > 0.0
+    assert lubricated.film_load(film_of("finite", "butenschoen"), gap).pressure_power < 0.0
+    assert lubricated.film_load(film_of("reynolds", "butenschoen"), gap).pressure_power > 0.0
 
 
 def arc(start):
@@ -189,5 +189,5 @@ def test_the_loss_of_a_film_is_the_quadrature_of_its_flow_and_its_shear(name):
         speed = RADIUS * (gap.spin_distal - gap.spin_proximal)
         thickness = CLEARANCE * (1.0 + ratio * np.cos(angles))
         shear = float((VISCOSITY * speed**2 / thickness).sum()) * 2.0 * math.pi / 400.0 * RADIUS * LENGTH
-        assert film.pumped == pytest.approx(flow, rel=tolerance)
-        assert film.lost == pytest.approx(flow + shear, rel=tolerance)
+        assert film.pressure_power == pytest.approx(flow, rel=tolerance)
+        assert film.lost_power == pytest.approx(flow + shear, rel=tolerance)

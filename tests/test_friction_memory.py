@@ -303,7 +303,7 @@ def test_only_the_separating_joint_forgets():
         **{"joints__rod-slider__friction": DAHL},
     )
     done = integration_of(made, np.empty(0), 0.3 * 2.0 * math.pi / made.value.reference_rate)
-    assert list(done.work.ended_by) == [0, 1]
+    assert list(done.work.reset_by) == [0, 1]
     for part, contact in enumerate(done.work.mode):
         assert (done.work.y[-2 + part] == 0.0) == (contact == FREE)
     alone = crank(LUGRE, "crank-rod", "rod-slider", simulate__revolutions=0.3, simulate__method="explicit")

@@ -63,7 +63,7 @@ def test_the_power_of_a_reaction_and_of_a_joint_that_sticks_is_that_of_the_ledge
     source = grid(loads={"blade": {"on": "rocker-ground", "friction": friction}}, simulate__revolutions=0.2)
     scene = clearsweep.load_case(source)
     done = integration_of(scene, np.empty(0), scene.crank_clock.value_after(0.2), in_angles=True)
-    outside = done.totals.whole.work_gravity  # the work of gravity, of which there is none here, and of loads
+    outside = done.totals.mechanism.work_gravity  # the work of gravity, of which there is none here, and of loads
     assert done.totals.friction.sum() == pytest.approx(-outside, rel=1e-12)
     assert outside < -0.01
 

@@ -173,7 +173,7 @@ def test_the_layer_of_winkler_and_the_ball_that_yields_are_of_the_bearing_s_mate
     yields = {"law": "kogut-etsion", "hardness": 1e9, "material": {"bearing": BRONZE, "journal": MATERIAL}}
     joint = bushed(contact=yields)
     depth = (math.pi * (0.454 + 0.41 * 0.34) * 1e9 / (2.0 * PAIR_MODULUS)) ** 2 * 0.01 * 0.0095 / 0.5e-3
-    assert registry.derived(joint)["contact.yield_depth"] == (pytest.approx(depth, rel=1e-12, abs=0.0), "m")
+    assert registry.derived_values(joint)["contact.yield_depth"] == (pytest.approx(depth, rel=1e-12, abs=0.0), "m")
 
 
 def test_the_same_material_twice_is_one_material_to_the_last_digit():

@@ -77,7 +77,7 @@ def _bends_and_warms(friction, contact):
 def test_what_is_kept_continues_over_separations_and_the_rest_starts_again():
     run = run_to(rubbing(Warming(0.1, 1e5, 2.0, 0.0)), 0.3 * TURN)
     assert run.work.counts.separations >= 5
-    rubbed = run.totals.whole.energy_friction
+    rubbed = run.totals.mechanism.energy_friction
     assert rubbed > 1e-3
     assert 2.0 * (run.work.end[-1] - 5.0) == pytest.approx(rubbed, rel=1e-6)
     assert run.work.mode[0] == FREE
@@ -154,11 +154,11 @@ def blown_run():
 def test_a_guard_of_a_law_is_located_where_its_function_is_zero():
     run, never = blown_run(), run_to(rubbing(Fuse(0.1, 1e-2, 1e3)), 0.3 * TURN)
     assert never.work.end[-1] == 0.0
-    assert never.totals.whole.energy_friction > 3e-2
+    assert never.totals.mechanism.energy_friction > 3e-2
     assert run.work.end[-1] == 1.0
-    assert run.totals.whole.energy_friction == pytest.approx(2e-2, rel=1e-9)
+    assert run.totals.mechanism.energy_friction == pytest.approx(2e-2, rel=1e-9)
     assert run.work.end[-2] == pytest.approx(2e-2, rel=1e-9)
-    assert run.totals.whole.residual < 1e-7 * run.totals.whole.kinetic_max
+    assert run.totals.mechanism.residual < 1e-7 * run.totals.mechanism.kinetic_max
 
 
 @pytest.mark.slow
@@ -222,7 +222,7 @@ def test_a_joint_that_acts_without_contact_is_never_searched_for_one():
     square = 0.5 * (1e7 / rate) ** 2 * (end - math.sin(2.0 * 3.3) / (2.0 * rate))
     assert run.totals.joint[0].force_square == pytest.approx(square, rel=1e-8)
     assert run.totals.joint[0].contact_time == 0.0
-    assert run.totals.whole.residual < 1e-9 * run.totals.whole.kinetic_max
+    assert run.totals.mechanism.residual < 1e-9 * run.totals.mechanism.kinetic_max
     assert len(run.events) == 0
     assert run.work.counts.locating <= 4 * STAGES  # for the end alone
 

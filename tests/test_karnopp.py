@@ -246,8 +246,8 @@ def test_only_joints_with_the_law_stick():
     made = clearsweep.load_case(slider_crank("crank-rod", "rod-slider", changes=written))
     run = integration_of(made, np.empty(0), 0.2 * 2.0 * math.pi / made.value.reference_rate)
     guards = run.work.guards
-    assert set(guards.contact[guards.leads_to == STUCK]) == {1}
-    assert np.all(guards.leads_to[guards.contact == 0] != STUCK)
+    assert set(guards.contact[guards.next_mode == STUCK]) == {1}
+    assert np.all(guards.next_mode[guards.contact == 0] != STUCK)
     assert trajectory_of(made, run, 1.0).summary["energy_residual"] < 1e-9
 
 

@@ -147,7 +147,7 @@ def test_every_normal_law_is_finite_elastic_at_rest_and_dissipates_over_a_cycle(
             assert 0.0 <= stored <= force <= elastic_force(elastic, pen)
         else:
             assert force == elastic_force(elastic, pen) >= 0.0
-            assert stored == (term.returned_share * force if law in YIELDING else force)
+            assert stored == (term.returned_fraction * force if law in YIELDING else force)
         for rate in (-1e3, 1e3):
             assert all_finite(contact_force(term, elastic, pen, rate, 1e-3))
     phase = np.linspace(0.0, 2.0 * np.pi, 2001)

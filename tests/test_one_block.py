@@ -69,7 +69,7 @@ def test_the_grid_and_the_list_know_a_law_that_was_entered(sticky):
     (joint,) = grid.load(changed(PAIR, {"joints.pair.contact": CONTACT}), simulation.catalogue()).case(0).joints
     law, elastic = registry.contact_terms(joint)
     assert law == sticky(0.8)
-    assert registry.pulls(joint)
+    assert registry.can_pull(joint)
     assert registry.restitution(joint) is None
     message = CliRunner().invoke(verbs, ["laws", "sticky"])
     assert message.exit_code == 0

@@ -20,7 +20,7 @@ from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_
 from clearsweep.mechanics.joint.elastic.power import power_of
 from clearsweep.mechanics.joint.loss.contract import contact_force, needs_onset_rate, with_mass
 from clearsweep.mechanics.joint.loss.hysteresis import Hysteresis
-from clearsweep.mechanics.joint.loss.renewed import ENERGY_EXCEEDED, RATE_ZERO, renewed
+from clearsweep.mechanics.joint.loss.renewed import ENERGY_EXCEEDED, RATE_ZERO, renewed_law
 from clearsweep.mechanics.joint.modes import touches
 from clearsweep.mechanics.joint.rebound import approach_loss
 from clearsweep.mechanics.mechanism.contract import energy, gaps, impact_masses, place
@@ -46,7 +46,7 @@ def observed(rate):
 
 def lasting(elastic, restitution):
     """Return the compiled form of a law that gives back `restitution`, its contact of MASS lasting."""
-    return with_mass(renewed(Hysteresis(0.5), elastic, restitution), MASS)
+    return with_mass(renewed_law(Hysteresis(0.5), elastic, restitution), MASS)
 
 
 # ---------------------------------------------------------------------------------------------- the law alone
@@ -55,7 +55,7 @@ def lasting(elastic, restitution):
 @pytest.mark.parametrize("name", KEEPING)
 def test_until_a_contact_lasts_its_law_is_the_published_one(name):
     law, elastic = registry.contact_terms(joint(name))
-    impact = renewed(law, elastic, 0.25)._replace(doubling_energy=1.0)
+    impact = renewed_law(law, elastic, 0.25)._replace(doubling_energy=1.0)
     for rate in (-RATE, 0.0, RATE):
         assert contact_force(impact, elastic, PEN, rate, 0.7) == contact_force(law, elastic, PEN, rate, 0.7)
 

@@ -125,7 +125,7 @@ def test_restitution_does_not_depend_on_mass_speed_or_elastic_law(changes):
 def test_the_first_half_is_that_of_hertz_and_the_loss_is_the_loop_s():
     made = bounce()
     run = integration_of(made, np.empty(0), math.inf)
-    lost, stored = run.totals.whole.energy_lost, run.totals.whole.energy_stored
+    lost, stored = run.totals.mechanism.energy_lost, run.totals.mechanism.energy_stored
     assert lost == pytest.approx((1.0 - 0.49) * 0.5 * 0.1 * 1.0**2, rel=1e-9)
     assert stored == pytest.approx(0.0, abs=1e-9 * lost)
     summary = clearsweep.simulate(made).summary
@@ -192,7 +192,7 @@ def test_a_contact_that_yields_and_remembering_friction_keep_to_their_places():
     }
     scene = clearsweep.load_case(slider_crank("crank-rod", "rod-slider", changes=changes))
     run = integration_of(scene, np.empty(0), 0.2 * 2.0 * math.pi / scene.value.reference_rate)
-    assert list(run.work.ended_by) == [0, 1]  # of the bristles, which are integrated
+    assert list(run.work.reset_by) == [0, 1]  # of the bristles, which are integrated
     assert [type(law).__name__ for law, _ in every_latched(scene.value.joints)] == ["Renewed", "Plastic"]
     assert run.work.latched.size == 2 + 2
     assert trajectory_of(scene, run, 1.0).summary["energy_residual"] < 1e-9

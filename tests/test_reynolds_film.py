@@ -32,7 +32,7 @@ SLENDER = (0.2, 0.33, 0.5, 0.8, 1.0, 1.4, 2.0)
 def law_of(slenderness):
     """Return the law in the units of the second solver: its integrals over half of the pin."""
     squared = slenderness**2
-    return reynolds.Reynolds(Short(2.0 / 3.0 * squared, 0.5 * squared), *reynolds.tables(slenderness))
+    return reynolds.Reynolds(Short(2.0 / 3.0 * squared, 0.5 * squared), *reynolds.tables_at(slenderness))
 
 
 def film_result(law, ratio, squeeze, wedge):

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from rough_profile import profile
 
-from clearsweep.mechanics.joint.roughness.profile import identify
+from clearsweep.mechanics.joint.roughness.profile import fit_profile
 
 
 @pytest.mark.parametrize("dimension", [1.3, 1.5, 1.7])
 def test_a_profile_of_known_dimension_is_recognised(dimension):
     x, heights = profile(dimension)
-    result = identify(tuple(x), tuple(heights))
+    result = fit_profile(tuple(x), tuple(heights))
     assert result.dimension == pytest.approx(dimension, abs=0.03, rel=0.0)
     assert result.dimension_low < dimension < result.dimension_high
     assert result.dimension_high - result.dimension_low < 0.2
@@ -23,8 +23,8 @@ def test_a_profile_of_known_dimension_is_recognised(dimension):
 
 def test_tilt_and_height_of_a_profile_do_not_matter():
     x, heights = profile(1.5, rows=2000)
-    tilted = identify(tuple(x), tuple(heights + 0.3 * x + 1.0))
-    assert tilted.dimension == pytest.approx(identify(tuple(x), tuple(heights)).dimension, rel=1e-6)
+    tilted = fit_profile(tuple(x), tuple(heights + 0.3 * x + 1.0))
+    assert tilted.dimension == pytest.approx(fit_profile(tuple(x), tuple(heights)).dimension, rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -39,4 +39,4 @@ def test_tilt_and_height_of_a_profile_do_not_matter():
 def test_what_is_no_profile_of_a_fractal_is_reported(spoil, message):
     x, heights = spoil(*profile(1.5, rows=1200))
     with pytest.raises(ValueError, match=message):
-        identify(tuple(x), tuple(heights))
+        fit_profile(tuple(x), tuple(heights))

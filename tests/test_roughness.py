@@ -17,10 +17,10 @@ from clearsweep.mechanics.compiled import calculus
 from clearsweep.mechanics.compiled.dual import Dual
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
-from clearsweep.mechanics.joint.roughness.fractal import yielding
-from clearsweep.mechanics.joint.roughness.kogut_etsion import in_regimes
-from clearsweep.mechanics.joint.roughness.profile import identify
-from clearsweep.mechanics.joint.roughness.spots import critical_area, domain_extension, load, spot_load
+from clearsweep.mechanics.joint.roughness.fractal import yielding_surface
+from clearsweep.mechanics.joint.roughness.kogut_etsion import kogut_etsion_surface
+from clearsweep.mechanics.joint.roughness.profile import fit_profile
+from clearsweep.mechanics.joint.roughness.spots import critical_area, domain_extension, spot_load, total_load
 
 MODULUS, HARDNESS, POISSON = 113.7e9, 5.5e9, 0.3
 BULK = ("power", "johnson", "liu", "persson", "compatible")
@@ -49,12 +49,12 @@ def term_of(section):
     ],
 )
 def test_the_load_on_fractal_spots_has_its_tabulated_parts(dimension, scale, critical, elastic, plastic):
-    surface = yielding(dimension, scale, HARDNESS, MODULUS)
+    surface = yielding_surface(dimension, scale, HARDNESS, MODULUS)
     assert math.exp(critical_area(dimension, scale, 2.0 * MODULUS / HARDNESS)) == pytest.approx(critical, rel=5e-5)
     largest = np.log([1e-8])
-    whole = math.exp(load(surface, largest)[0])
+    whole = math.exp(total_load(surface, largest)[0])
     hard = surface._replace(pieces=(surface.pieces[0], surface.pieces[1]._replace(factor=-700.0)))
-    yielded = math.exp(load(hard, largest)[0])
+    yielded = math.exp(total_load(hard, largest)[0])
     assert yielded == pytest.approx(plastic, rel=5e-6)
     assert whole - yielded == pytest.approx(elastic, rel=5e-6)
 
@@ -65,15 +65,15 @@ def test_the_domain_of_the_spots_is_extended_as_tabulated(dimension, psi):
 
 
 def test_spots_that_all_yield_bear_the_hardness():
-    surface = yielding(1.5, 1e-9, HARDNESS, MODULUS)
-    largest = surface.pieces[0].upto - 3.0
-    assert load(surface, np.array([largest]))[0] == pytest.approx(math.log(3.0 * HARDNESS) + largest, rel=1e-14)
+    surface = yielding_surface(1.5, 1e-9, HARDNESS, MODULUS)
+    largest = surface.pieces[0].upper_area - 3.0
+    assert total_load(surface, np.array([largest]))[0] == pytest.approx(math.log(3.0 * HARDNESS) + largest, rel=1e-14)
 
 
 @pytest.mark.parametrize(("r", "below", "above"), [(1.0, 1.0, 1.03), (6.0, 13.234, 13.457), (110.0, 530.16, 571.92)])
 def test_an_asperity_jumps_between_its_regimes_as_the_fits_do(r, below, above):
     dimension, scale = 1.5, 1e-11
-    surface, factor = in_regimes(dimension, scale, HARDNESS, MODULUS, POISSON), 0.454 + 0.41 * POISSON
+    surface, factor = kogut_etsion_surface(dimension, scale, HARDNESS, MODULUS, POISSON), 0.454 + 0.41 * POISSON
     critical = critical_area(dimension, scale, 2.0 * MODULUS / (factor * HARDNESS))
     area = critical - math.log(r) / (dimension - 1.0)
     unit = math.log(2.0 / 3.0 * factor * HARDNESS / math.pi / r) + area  # F_c of an asperity of this area
@@ -83,7 +83,7 @@ def test_an_asperity_jumps_between_its_regimes_as_the_fits_do(r, below, above):
 
 def test_the_elastic_regime_is_hertz_s_force_on_a_sphere():
     dimension, scale, area = 1.4, 1e-11, 1e-9
-    surface = in_regimes(dimension, scale, HARDNESS, MODULUS, POISSON)
+    surface = kogut_etsion_surface(dimension, scale, HARDNESS, MODULUS, POISSON)
     depth = scale ** (dimension - 1.0) * area ** (1.0 - 0.5 * dimension)
     radius = area ** (0.5 * dimension) / (math.pi**2 * scale ** (dimension - 1.0))
     hertz = 4.0 / 3.0 * MODULUS * math.sqrt(radius) * depth**1.5
@@ -91,11 +91,11 @@ def test_the_elastic_regime_is_hertz_s_force_on_a_sphere():
 
 
 @pytest.mark.parametrize("dimension", [1.2, 1.5, 1.8])
-@pytest.mark.parametrize("make", [yielding, lambda *given: in_regimes(*given, POISSON)])
+@pytest.mark.parametrize("make", [yielding_surface, lambda *given: kogut_etsion_surface(*given, POISSON)])
 def test_the_sum_over_all_spots_is_an_integral(dimension, make):
     surface = make(dimension, 1e-10, HARDNESS, MODULUS)
-    last = surface.pieces[-2].upto + 5.0
-    ends = [piece.upto for piece in surface.pieces[:-1]]
+    last = surface.pieces[-2].upper_area + 5.0
+    ends = [piece.upper_area for piece in surface.pieces[:-1]]
 
     def borne(area):  # by spots around an area, over ln area
         spots = 0.5 * dimension * math.exp(0.5 * dimension * (last - area))
@@ -103,7 +103,7 @@ def test_the_sum_over_all_spots_is_an_integral(dimension, make):
 
     parts = zip([ends[0] - 200.0, *ends], [*ends, last], strict=True)
     whole = sum(quad(borne, low, high, epsabs=0.0, epsrel=1e-11, limit=200)[0] for low, high in parts)
-    assert load(surface, np.array([last]))[0] == pytest.approx(math.log(whole), rel=1e-9)
+    assert total_load(surface, np.array([last]))[0] == pytest.approx(math.log(whole), rel=1e-9)
 
 
 # ---------------------------------------------------------------------------------------------- in series
@@ -116,7 +116,9 @@ def total_depth(force, surface, bulk, section):
     for _ in range(100):
         middle = 0.5 * (low + high)
         spread = math.log(psi) * (1.0 - 0.5 * dimension)
-        low, high = (middle, high) if load(surface, np.array([middle]))[0] + spread < math.log(force) else (low, middle)
+        low, high = (
+            (middle, high) if total_load(surface, np.array([middle]))[0] + spread < math.log(force) else (low, middle)
+        )
     spots = psi ** (1.0 - 0.5 * dimension) * dimension / (2.0 - dimension) * math.exp(low)
     modulus = 207e9 / (2.0 * 0.91)
     narrow, wide = 0.0, math.radians(84.8)
@@ -136,7 +138,7 @@ def test_bodies_and_asperities_share_the_penetration_at_one_force(elastic, textu
     dimension, scale = texture
     section = rough(elastic, dimension=dimension, scale=scale)
     term, bulk = term_of(section), term_of(section._replace(roughness=None))
-    surface = yielding(dimension, scale, HARDNESS, 207e9 / (2.0 * 0.91))
+    surface = yielding_surface(dimension, scale, HARDNESS, 207e9 / (2.0 * 0.91))
     for depth in np.geomspace(1e-8, 1e-4, 9):
         force = elastic_force(bulk, depth)
         total = total_depth(force, surface, depth, section)
@@ -146,7 +148,7 @@ def test_bodies_and_asperities_share_the_penetration_at_one_force(elastic, textu
 def test_away_from_the_critical_area_the_table_errs_by_less_than_a_billionth():
     section = rough("compatible", dimension=1.6, scale=1e-11)
     term, bulk = term_of(section), term_of(section._replace(roughness=None))
-    surface = yielding(1.6, 1e-11, HARDNESS, 207e9 / (2.0 * 0.91))
+    surface = yielding_surface(1.6, 1e-11, HARDNESS, 207e9 / (2.0 * 0.91))
     for depth in np.geomspace(1e-8, 1e-4, 15):
         force = elastic_force(bulk, depth)
         assert elastic_force(term, total_depth(force, surface, depth, section)) == pytest.approx(force, rel=1e-9)
@@ -217,7 +219,7 @@ def test_flattened_asperities_end_the_range():
     section = rough("johnson", dimension=1.5, scale=1e-11)
     limit = registry.penetration_limit(section)
     assert limit == pytest.approx(2.8e-6, rel=0.05)
-    assert registry.derived(section)["contact.penetration_limit"] == (limit, "m")
+    assert registry.derived_values(section)["contact.penetration_limit"] == (limit, "m")
     assert section.elastic_name == "johnson with fractal roughness"
 
 
@@ -279,8 +281,8 @@ def with_profile(path, seed=1):
 def test_a_profile_takes_the_place_of_dimension_and_scale_by_its_content(tmp_path):
     first = loaded(with_profile(tmp_path / "a.csv"))
     joint = first.case(0).joints[0]
-    derived = registry.derived(joint)
-    result = identify(joint.roughness.tables["from_profile"]["x"], joint.roughness.tables["from_profile"]["height"])
+    derived = registry.derived_values(joint)
+    result = fit_profile(joint.roughness.tables["from_profile"]["x"], joint.roughness.tables["from_profile"]["height"])
     assert derived["roughness.dimension"] == (result.dimension, "1")
     assert derived["roughness.scale"] == (result.scale, "m")
     assert derived["roughness.dimension_low"][0] < result.dimension < derived["roughness.dimension_high"][0]
@@ -358,9 +360,9 @@ def test_rough_surfaces_go_with_every_contact_law(law):
 def test_elastic_spots_of_both_laws_differ_by_the_factor_that_their_notes_report():
     """Of F = exp(level) a^power the last piece of `fractal` and the first of `kogut-etsion` are elastic."""
     dimension, scale, hardness, modulus = 1.4, 1e-11, 5.5e9, 113.7e9
-    large = yielding(dimension, scale, hardness, modulus).pieces[-1]
-    spots = in_regimes(dimension, scale, hardness, modulus, 0.3).pieces
-    elastic = next(piece for piece in spots if math.isinf(piece.upto))
+    large = yielding_surface(dimension, scale, hardness, modulus).pieces[-1]
+    spots = kogut_etsion_surface(dimension, scale, hardness, modulus, 0.3).pieces
+    elastic = next(piece for piece in spots if math.isinf(piece.upper_area))
     assert large.power == pytest.approx(elastic.power, rel=1e-12)
     assert math.exp(large.factor - elastic.factor) == pytest.approx(math.pi**1.5, rel=1e-9)
     for name in ("fractal", "kogut-etsion"):

@@ -154,7 +154,7 @@ def test_friction_at_walls_and_flanges_of_a_joint_in_space_is_all_that_is_rubbed
     end = scene.crank_clock.value_after(0.1)
     with np.errstate(all="ignore"):  # as compiled code does
         run = integration_of(scene, np.empty(0), end)
-    rubbed = run.work.totals.whole.energy_friction
+    rubbed = run.work.totals.mechanism.energy_friction
     summary = trajectory_of(scene, run, end).summary
     assert summary["crank_rod_axial_force_peak"] > 0.0
     assert rubbed > 0.0

@@ -19,12 +19,12 @@ def test_the_width_of_the_smoothing_is_the_least_that_keeps_one_point_of_contact
         wear = Wear("archard", "mean", count, {"bearing_coefficient": 1e-14, "journal_coefficient": 1e-14}, evolve=True)
         contact = Contact("hertz", "power", {"stiffness": 1e10, "exponent": 1.5})
         joint = Joint("pin", clearance, contact, 0.01, 0.02, wear=wear)
-        width = registry.smoothing(joint, Worn(depths, np.zeros(count)))
+        width = registry.smoothing_width(joint, Worn(depths, np.zeros(count)))
         bend = amplitude * (k * k - 1)
         needed = math.sqrt(max(2.0 * math.log(bend / (0.9 * clearance)), 0.0)) / k if bend > 0.9 * clearance else 0.0
         assert max(needed, math.radians(2.0)) <= 1.01 * width
         assert width <= 1.01 * max(1.1 * needed, math.radians(2.0))
-    assert registry.smoothing(joint._replace(wear=wear._replace(evolve=False)), Worn(depths, depths)) is None
+    assert registry.smoothing_width(joint._replace(wear=wear._replace(evolve=False)), Worn(depths, depths)) is None
 
 
 def test_wide_smoothing_is_reported_and_narrow_is_not():

@@ -89,7 +89,7 @@ def pressed(scene, state):
 def points(joint, gap):
     """Return the Points of a joint."""
     flanges = joints.ENDS if isinstance(joint, joints.Flanged) else ()
-    walls = [joints.wall_point(joint.ends, joint, gap, end) for end in joints.ENDS]
+    walls = [joints.wall_point(joint.end_type, joint, gap, end) for end in joints.ENDS]
     return walls + [joints.flange_point(joint, gap, end) for end in flanges]
 
 
@@ -134,7 +134,7 @@ def test_at_the_tilt_that_jams_both_walls_just_touch(ends):
     still = Vector(0.0, 0.0, 0.0)
     gap = joints.SpatialGap(still, still, axis, still, still, None)
     for end in joints.ENDS:
-        assert abs(joints.wall_point(joint.ends, joint, gap, end).depth) < 1e-16
+        assert abs(joints.wall_point(joint.end_type, joint, gap, end).depth) < 1e-16
 
 
 @pytest.mark.parametrize("name", OPENINGS)

@@ -48,7 +48,7 @@ def loaded(joint, gap, onset=(0.1, 0.1), modes=None):
     y, pairs = np.zeros(8), contact_modes(joint)
     mode = np.array([FREE] * (len(pairs) - 2) + [ACTS, ACTS])
     for c, end in enumerate(joints.ENDS):
-        depth = joints.wall_point(joint.ends, joint, gap, end).depth
+        depth = joints.wall_point(joint.end_type, joint, gap, end).depth
         y[c], mode[c] = math.sqrt(max(depth, 0.0)), pairs[c].pressed if depth > 0.0 else pairs[c].apart
     mode[:2] = mode[:2] if modes is None else modes
     return load(joint, gap, Offsets(0, 0, 0, 0), JointState(y, mode, np.array([*onset, *[0.1] * 4]), 0))
@@ -167,7 +167,7 @@ def test_in_one_plane_the_ends_bear_what_slices_between_them_come_to(lean, loss)
     middle = 2.1e-4 - (7.5e-5 if abs(lean) > 5e-3 else 0.0)
     velocity, spin = np.array([0.05, 0.0, 0.01]), np.array([0.0, 2.0, 0.0])
     gap = gap_of([middle, 0.0, 0.0], [math.sin(lean), 0.0, math.cos(lean)], velocity, spin)
-    points = [joints.wall_point(joint.ends, joint, gap, end) for end in joints.ENDS]
+    points = [joints.wall_point(joint.end_type, joint, gap, end) for end in joints.ENDS]
     moving = [velocity + np.cross(spin, np.array(point.position) - [middle, 0.0, 0.0]) for point in points]
     rates = [np.dot(v, point.normal) for v, point in zip(moving, points, strict=True)]
     message = loaded(joint, gap)
@@ -293,7 +293,7 @@ def test_force_and_moment_do_not_jump_where_a_strip_begins_to_pull(shift, lean):
         before, after = sides(low), sides(high)
         assert before[0] < 0.0 <= after[0]
         assert before[1] == pytest.approx(after[1], rel=0.0, abs=1e-9)
-        depth = joints.wall_point(joint.ends, joint, gap_of([2.1e-4, 0.0, shift], [lean, 0.0, 1.0]), -1.0).depth
+        depth = joints.wall_point(joint.end_type, joint, gap_of([2.1e-4, 0.0, shift], [lean, 0.0, 1.0]), -1.0).depth
         clipped = [CLIPPED, PRESSED if depth > 0.0 else contact_modes(joint)[1].apart]
         assert sides(high, clipped)[1] == pytest.approx(after[1], rel=0.0, abs=1e-9)
 
@@ -307,7 +307,7 @@ def test_where_a_journals_end_is_beyond_the_bore_the_edge_of_the_bore_bears(wall
     axis = np.array([1e-3, 5e-4, 1.0]) / np.linalg.norm([1e-3, 5e-4, 1.0])
     middle = np.array([2.1e-4, 0.0, 6e-3])  # its +z end is 6 mm beyond the edge
     gap = gap_of(middle, axis)
-    out, inside = (joints.wall_point(joint.ends, joint, gap, end) for end in joints.ENDS)
+    out, inside = (joints.wall_point(joint.end_type, joint, gap, end) for end in joints.ENDS)
     assert np.dot(out.position, axis) == pytest.approx(0.01, abs=1e-6)
     assert out.normal.z == 0.0  # across the journal's axis
     edge = np.array(out.position) - out.depth * np.array(out.normal)
@@ -341,7 +341,7 @@ def test_the_rates_of_spread_walls_are_differentiated_exactly(keys):
     pairs, roots = contact_modes(value.joints[0]), 2 * n + 1
     mode = np.array([pair.apart for pair in pairs])
     for c, end in enumerate(joints.ENDS):
-        depth = joints.wall_point(value.joints[0].ends, value.joints[0], gap, end).depth
+        depth = joints.wall_point(value.joints[0].end_type, value.joints[0], gap, end).depth
         if depth > 0.0:
             state[roots + c], mode[c] = math.sqrt(depth), pairs[c].pressed
     assert PRESSED in mode[:2]
@@ -384,18 +384,18 @@ def test_walls_are_spread_unless_said_otherwise_or_the_law_keeps_an_indentation(
 
 def test_wear_follows_the_elastic_force_over_the_strip():
     joint = joint_of()
-    strip = wall_strips.Slope(0.01, 1e-3)
+    strip = wall_strips.DepthProfile(0.01, 1e-3)
     for low, high in ((0.0, 1e-3), (1e-3, 2e-3), (3e-3, 4e-3)):  # 4 um deep: pressed over 4 mm
         known = ((4e-3 - low) ** 2.5 - (4e-3 - high) ** 2.5) / 4e-3**2.5
-        result = wall_strips.load_share(joint.walls, joint, strip, 4e-6, (low, high))
+        result = wall_strips.load_fraction(joint.walls, joint, strip, 4e-6, (low, high))
         assert result == pytest.approx(known, rel=1e-12)
-    inside = wall_strips.Slope(0.01, -1e-3)  # of an end that is apart: pressed from 6 mm on
+    inside = wall_strips.DepthProfile(0.01, -1e-3)  # of an end that is apart: pressed from 6 mm on
     assert wall_strips.pressed_range(inside, -6e-6) == pytest.approx((6e-3, 1e-2), rel=1e-12)
-    result = wall_strips.load_share(joint.walls, joint, inside, -6e-6, (0.0, 8e-3))
+    result = wall_strips.load_fraction(joint.walls, joint, inside, -6e-6, (0.0, 8e-3))
     assert result == pytest.approx(0.5**2.5, rel=1e-12)
     loads = wall_strips.loads_along(joint.walls, joint, strip, 4e-6, 100.0)
-    assert loads.even == pytest.approx(100.0 / 4e-3, rel=1e-12)
-    assert loads.most == pytest.approx(2.5 * 100.0 / 4e-3, rel=1e-12)
+    assert loads.mean_load == pytest.approx(100.0 / 4e-3, rel=1e-12)
+    assert loads.max_load == pytest.approx(2.5 * 100.0 / 4e-3, rel=1e-12)
 
 
 # ---------------------------------------------------------------------------------------------- whole motions

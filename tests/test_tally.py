@@ -97,7 +97,7 @@ def test_the_time_of_a_step_is_that_of_its_force_at_an_even_rate(first, film, pu
     profiles = np.array([np.full(PARTS + 1, 3.0), np.linspace(first, 100.0, PARTS + 1)])
     rows = {"profiles": profiles, "mode": np.zeros(1), "film": np.array([[0.0, film]])}
     ledger = SimpleNamespace(
-        **rows, bins=np.zeros((1, HIGHEST_BIN + 1), int), spent=np.zeros((1, PART_TIME_ROWS, PARTS))
+        **rows, bins=np.zeros((1, HIGHEST_BIN + 1), int), part_times=np.zeros((1, PART_TIME_ROWS, PARTS))
     )
     add_force_profile(ledger, 0, 2.0)
     histogram = np.zeros((BINS, 2))
@@ -105,9 +105,9 @@ def test_the_time_of_a_step_is_that_of_its_force_at_an_even_rate(first, film, pu
         histogram[np.newaxis],
         0,
         ledger.bins,
-        tuple(ledger.spent[:, row] for row in (FIRST_BIN_TIME, LAST_BIN_TIME, TIME_PER_FORCE)),
+        tuple(ledger.part_times[:, row] for row in (FIRST_BIN_TIME, LAST_BIN_TIME, TIME_PER_FORCE)),
     )
-    assert spent_in(histogram).sum() + ledger.spent[0, PULLING_TIME].sum() == pytest.approx(2.0, rel=1e-12)
+    assert spent_in(histogram).sum() + ledger.part_times[0, PULLING_TIME].sum() == pytest.approx(2.0, rel=1e-12)
     assert ledger.bins[0, HIGHEST_BIN] == force_bin(100.0)
     assert not histogram[ledger.bins[0, HIGHEST_BIN] + 1 :].any()
     for share in (0.9, 0.5, 0.1):

@@ -12,7 +12,7 @@ from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import Joint
 from clearsweep.mechanics.joint.wear.arc_over_step import ON_BEARING, ON_JOURNAL, POINTS, ROWS, WORKSPACE_SIZE
 from clearsweep.mechanics.joint.wear.archard import Archard
-from clearsweep.mechanics.joint.wear.binning import accumulate_wear
+from clearsweep.mechanics.joint.wear.binning import update_worn_profile
 from clearsweep.mechanics.joint.wear.contract import (
     MAX_BINS,
     SLIDING_DISTANCE,
@@ -61,7 +61,7 @@ def both(joint, polynomials, step_values):
     """Return the depths of bearing and journal after a step with these courses."""
     depths, workspace = np.zeros(2 * BINS), np.zeros(WORKSPACE_SIZE)
     workspace[: polynomials.size] = polynomials.ravel()
-    accumulate_wear(joint, workspace, step_values, 1.0, (Bins(depths, 0, BINS), Bins(depths, BINS, BINS)))
+    update_worn_profile(joint, workspace, step_values, 1.0, (Bins(depths, 0, BINS), Bins(depths, BINS, BINS)))
     return depths[:BINS], depths[BINS:]
 
 
@@ -320,7 +320,7 @@ def test_the_modulus_of_a_line_contact_does_not_follow_the_stiffness():
     for stiffness in (1e9, 1e11):
         changes = {**MATERIAL, "joints.rod-slider.contact.stiffness": stiffness}
         (joint,) = case_of(**changes).case(0).joints
-        assert registry.wear_term(joint).pressure.spread == pytest.approx(
+        assert registry.wear_term(joint).pressure.width_factor == pytest.approx(
             math.sqrt(4.0 * 0.19 / (math.pi * STEEL)), rel=1e-12
         )
 

@@ -19,7 +19,7 @@ from clearsweep.mechanics.joint.wear import slices, wall_strips
 from clearsweep.mechanics.joint.wear.arc_over_step import WORKSPACE_SIZE
 from clearsweep.mechanics.joint.wear.contract import ACCOUNT, SLIDING_DISTANCE, Bins
 from clearsweep.mechanics.joint.wear.step import (
-    ALONG,
+    AXIAL_ROWS,
     BEARING_START,
     FACING,
     JOURNAL_START,
@@ -27,12 +27,12 @@ from clearsweep.mechanics.joint.wear.step import (
     POSITIONS,
     REACH,
     SLOPES,
-    STRIP,
+    STRIP_ROWS,
     Instant,
     Step,
     Worn,
     record,
-    wear_joint,
+    update_joint_wear,
 )
 from clearsweep.mechanics.mechanism.contract import body_angles, place
 from clearsweep.mechanics.observe.histogram import (
@@ -48,7 +48,7 @@ from clearsweep.mechanics.observe.histogram import (
 
 WEAR = {"law": "archard", "bearing_coefficient": 2e-13, "journal_coefficient": 1e-13, "bins": 90, "length_bins": 10}
 EVEN = np.arange(PARTS + 1) / PARTS
-LEANING = wall_strips.Slope(0.01, 1e-3)
+LEANING = wall_strips.DepthProfile(0.01, 1e-3)
 
 
 def joint_of(**keys):
@@ -59,7 +59,7 @@ def joint_of(**keys):
 def empty(joint):
     """Return a Step in which both walls are pressed over the whole journal without load, and its Worn."""
     stride = int(joint.wear.bins * joint.wear_rows)
-    distance = np.zeros((6, ALONG, STATE_POINTS))
+    distance = np.zeros((6, AXIAL_ROWS, STATE_POINTS))
     distance[:, REACH], distance[:, FACING] = joint.half_journal, 1.0
     step = Step(
         np.zeros((6, STEP_VALUE_ROWS, PARTS + 1)),
@@ -67,7 +67,7 @@ def empty(joint):
         np.array([PRESSED, PRESSED, FREE, FREE, FREE, FREE]),
         np.zeros((6, POSITIONS + SLOPES, STATE_POINTS)),
         distance,
-        np.zeros((STRIP, PARTS + 1)),
+        np.zeros((STRIP_ROWS, PARTS + 1)),
         np.zeros(WORKSPACE_SIZE),
         np.zeros(3 * stride),
     )
@@ -84,19 +84,21 @@ def volumes(joint, worn):
 
 
 def test_the_load_follows_the_depth_along_the_strip():
-    even = wall_strips.Slope(0.01, 0.0)
+    even = wall_strips.DepthProfile(0.01, 0.0)
     assert wall_strips.pressed_range(even, 1e-5) == (0.0, 0.01)
-    assert wall_strips.share_of(even, 1e-5, 0.002, 0.005) == pytest.approx(0.3, rel=1e-12)
+    assert wall_strips.foundation_load_fraction(even, 1e-5, 0.002, 0.005) == pytest.approx(0.3, rel=1e-12)
     assert wall_strips.pressed_range(LEANING, 2e-6) == pytest.approx(
         (0.0, 2e-3), rel=1e-12
     )  # the depth is gone after 2 mm
-    assert wall_strips.share_of(LEANING, 2e-6, 0.0, 1e-3) == pytest.approx(
+    assert wall_strips.foundation_load_fraction(LEANING, 2e-6, 0.0, 1e-3) == pytest.approx(
         0.75, rel=1e-12
     )  # of a triangle, its thicker half
-    assert wall_strips.share_of(LEANING, 2e-6, 2e-3, 1e-2) == 0.0
-    deeper_inside = wall_strips.Slope(0.01, -1e-3)
-    assert wall_strips.share_of(deeper_inside, 1e-5, 0.0, 5e-3) == pytest.approx((10 + 2.5) / (2 * (10 + 5)), rel=1e-12)
-    assert wall_strips.share_of(LEANING, 0.0, 0.0, 1e-4) == 1.0  # a point, where it begins
+    assert wall_strips.foundation_load_fraction(LEANING, 2e-6, 2e-3, 1e-2) == 0.0
+    deeper_inside = wall_strips.DepthProfile(0.01, -1e-3)
+    assert wall_strips.foundation_load_fraction(deeper_inside, 1e-5, 0.0, 5e-3) == pytest.approx(
+        (10 + 2.5) / (2 * (10 + 5)), rel=1e-12
+    )
+    assert wall_strips.foundation_load_fraction(LEANING, 0.0, 0.0, 1e-4) == 1.0  # a point, where it begins
 
 
 @pytest.mark.parametrize(
@@ -111,7 +113,7 @@ def test_the_load_follows_the_depth_along_the_strip():
 )
 def test_a_slice_goes_to_the_bins_in_which_it_lies_and_what_is_beyond_an_end_to_the_last(begin, end, where):
     bins = Bins(np.zeros(30), 0, 3)
-    slices.accumulate_axially(np.array([1.0, 0.0, 2.0]), 1.0, bins, slices.AxialRange(begin, end, 0.01, 10))
+    slices.update_axial_bins(np.array([1.0, 0.0, 2.0]), 1.0, bins, slices.AxialRange(begin, end, 0.01, 10))
     expected = np.zeros((10, 3))
     for row, part in where.items():
         expected[row] = part * np.array([1.0, 0.0, 2.0])
@@ -137,7 +139,7 @@ def test_a_step_loses_nothing_however_the_journal_leans(walls, pressure, rows, l
         step.axial[wall, LEAN, : QUARTER_POINTS + 2] = lean * (1.0 + 0.1 * quarters)
         step.axial[wall, BEARING_START], step.axial[wall, JOURNAL_START] = end * 0.01 + 1e-4, end * 0.01
         expected += share * step.length * (800.0 * 0.8 + (300.0 * 0.8 + 800.0 * 0.1) / 2.0 + 300.0 * 0.1 / 3.0)
-    wear_joint(joint, 0, (step, worn))
+    update_joint_wear(joint, 0, (step, worn))
     (bearing, journal), depths = volumes(joint, worn)
     pressed = 1.0 if pressure == "hertz-line" else bearing / (2e-13 * expected)  # theta0 / sin theta0, for each slice
     deepest = 8e-6 + 0.01 * 1.1 * max(-lean, 0.0)
@@ -163,7 +165,7 @@ def test_a_leaning_journal_wears_at_its_edge_and_a_parallel_one_evenly():
             0.01,
         )
         step.mode[1] = FREE
-        wear_joint(joint, 0, (step, worn))
+        update_joint_wear(joint, 0, (step, worn))
         (bearing, _), depths = volumes(joint, worn)
         distance = depths[0].sum(axis=1) / depths[0].sum()
         assert distance == pytest.approx(np.where(np.arange(10) >= 10 - rows, 1.0 / rows, 0.0), rel=1e-9, abs=0.0)
@@ -181,10 +183,10 @@ def test_strips_begin_where_the_surfaces_are_deepest_and_lean_as_they_do(keys):
     across = np.array([1.0, 0.0, -axis[0] / axis[2]])
     record(joint, gap, Vector(*(across / np.linalg.norm(across))), 0, Instant((), (), 0, step))
     for wall, end in enumerate((1.0, -1.0)):
-        point = wall_point(joint.ends, joint, gap, end)
+        point = wall_point(joint.end_type, joint, gap, end)
         size = "half_journal" if not keys else "half_length"
         shorter = joint._replace(**{size: getattr(joint, size) - 1e-5})
-        lean = (point.depth - wall_point(joint.ends, shorter, gap, end).depth) / 1e-5
+        lean = (point.depth - wall_point(joint.end_type, shorter, gap, end).depth) / 1e-5
         assert step.axial[wall, LEAN, 0] == pytest.approx(lean, rel=1e-2, abs=1e-7)
         assert step.axial[wall, BEARING_START, 0] == pytest.approx(np.dot(point.position, axis), rel=1e-3, abs=1e-5)
         assert step.axial[wall, JOURNAL_START, 0] == pytest.approx(point.position.z - 2e-4, rel=1e-9, abs=0.0)
@@ -240,7 +242,7 @@ def test_the_strip_of_an_end_that_is_apart_wears_where_what_is_pressed_reaches_i
         step.axial[0, LEAN], step.axial[1, LEAN] = 1e-3, -1e-3
         step.axial[0, BEARING_START], step.axial[0, JOURNAL_START] = 0.01, 0.01
         step.axial[1, BEARING_START], step.axial[1, JOURNAL_START] = -0.01, -0.01
-        wear_joint(joint, 0, (step, worn))
+        update_joint_wear(joint, 0, (step, worn))
         (bearing, _), depths = volumes(joint, worn)
         assert bearing == pytest.approx(2e-13 * (1000.0 + force) * 1e-5, rel=2e-2, abs=0.0)
         distance = depths[0].sum(axis=1)
@@ -306,7 +308,7 @@ def test_a_step_from_an_onset_or_to_a_separation_wears_like_its_moments(before, 
     step.mode[0] = PRESSED if max(before, after) > 1e-15 else APART
     step.positions[0, 0, : QUARTER_POINTS + 2], step.axial[0, LEAN] = 1.0, lean
     step.axial[0, BEARING_START], step.axial[0, JOURNAL_START] = half, half
-    wear_joint(joint, 0, (step, worn))
+    update_joint_wear(joint, 0, (step, worn))
     _, depths = volumes(joint, worn)
     result, times = depths[0] / depths[0].sum(), (np.arange(100) + 0.5) / 100
     expected = worn_by_quadrature(joint, before + (after - before) * times, lean, 1.0)
@@ -333,7 +335,7 @@ def test_a_journal_partly_outside_the_bore_wears_only_where_both_overlap(walls, 
         record(joint, gap, Vector(1.0, 0.0, 0.0), 0, Instant((), (), i, step))
     step.step_values[:2, FORCE_ROW], step.step_values[:2, SLIP_ROW] = 500.0, 1.0
     step.step_values[:2, KAPPA_ROW], step.step_values[:2, DEPTH_ROW] = 1.0, depth
-    wear_joint(joint, 0, (step, worn))
+    update_joint_wear(joint, 0, (step, worn))
     (bearing, journal), depths = volumes(joint, worn)
     assert bearing == pytest.approx(2e-13 * 1000.0 * step.length, rel=1e-9, abs=0.0)
     assert journal == pytest.approx(1e-13 * 1000.0 * step.length, rel=1e-9, abs=0.0)

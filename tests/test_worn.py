@@ -25,14 +25,14 @@ from clearsweep.mechanics.joint.modes import PRESSED
 from clearsweep.mechanics.joint.nearest import TurnedGap, nearest
 from clearsweep.mechanics.joint.wear.arc_over_step import DEEPEST, ON_BEARING, ON_JOURNAL, POINTS, WORKSPACE_SIZE
 from clearsweep.mechanics.joint.wear.contract import Bins, Worn, local_clearance
-from clearsweep.mechanics.joint.wear.foundation import accumulate_arc, arc_at, sum_over_force
+from clearsweep.mechanics.joint.wear.foundation import arc_at, sum_over_force, update_wear_under_arc
 from clearsweep.mechanics.joint.wear.shape import (
+    KNOT_SPACING,
     KNOTS,
     POINT_MARGIN,
     SMOOTHING_WIDTH,
-    STEP,
     shapes_of,
-    smoothed,
+    smooth_depths,
     wear_depth_at,
     wear_integral_at,
 )
@@ -87,7 +87,7 @@ def overlap(x, y, angles, phi, shapes=(BEARING, JOURNAL)):
 
 def test_what_is_worn_keeps_its_volume_and_its_harmonics_and_nothing_stays_nothing():
     for count in (45, 360, 1000):
-        spline = smoothed(BEARING.bins(count), SMOOTHING_WIDTH)
+        spline = smooth_depths(BEARING.bins(count), SMOOTHING_WIDTH)
         phi = np.linspace(0.0, 2.0 * math.pi, 701)
         assert spline(phi) == pytest.approx(BEARING(phi), rel=1e-6, abs=1e-7 * C)
         assert spline(phi, 2) == pytest.approx(BEARING(phi, 2), rel=1e-3, abs=1e-4 * C)
@@ -107,7 +107,7 @@ def test_a_groove_narrower_than_the_journal_is_widened_until_the_journal_reaches
     bins = np.zeros(BINS)
     bins[40:60] = depth
     bearing, journal, width = shapes_of(bins, np.roll(bins, 100), C, POINT_MARGIN)
-    angles = np.arange(KNOTS) * STEP
+    angles = np.arange(KNOTS) * KNOT_SPACING
     rows = [np.array([wear_depth_at(body.table, angle) for angle in angles]) for body in (bearing, journal)]
     assert C + sum(np.min(row[:, 0] + row[:, 2]) for row in rows) >= POINT_MARGIN * C * (1.0 - 1e-9)
     assert width > SMOOTHING_WIDTH
@@ -290,7 +290,7 @@ def test_springs_wear_every_bin_by_how_deep_they_are_pressed_there():
     fine = np.linspace(0.0, 2.0 * math.pi, 100 * BINS + 1)
     for body, angle in enumerate(angles):
         depths = np.zeros(BINS)
-        accumulate_arc(worn, arc, body, 2e-9, Bins(depths, 0, BINS))
+        update_wear_under_arc(worn, arc, body, 2e-9, Bins(depths, 0, BINS))
         assert depths.sum() * 2.0 * math.pi / BINS == pytest.approx(2e-9, rel=1e-12)
         before = np.append(0.0, np.cumsum(np.maximum(overlap(x, y, angles, fine[:-1] + angle + 0.5 * fine[1]), 0.0)))
         expected = np.diff(np.interp(edges, fine, before)) / before[-1] * 2e-9 / edges[1]
@@ -317,7 +317,7 @@ def run_in(bins, cycles, step=0.035):
         e = brentq(missing, C + wear_depth_at(worn.bearing.table, 0.0)[0] + 1e-3 * C, 6.0 * C, xtol=1e-9 * C)
         depth = nearest(worn, gap(e, 0.0, (0.0, 0.0))).depth
         arc = arc_at(worn, room_at(0.0, 0.0, depth), 0.5)
-        accumulate_arc(worn, arc, 0, step * C, Bins(depths, 0, bins))
+        update_wear_under_arc(worn, arc, 0, step * C, Bins(depths, 0, bins))
     return depths
 
 

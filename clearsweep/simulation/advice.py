@@ -135,7 +135,7 @@ def _doubts(law: Law, joint: Joint, load: float | None) -> list[str]:
 
 def _elastic_verdicts(joint: Joint, load: float | None) -> Iterator[Verdict]:
     """Yield the verdicts on the elastic laws."""
-    laws = {law.name: law for law in registry.described() if law.family == "elastic"}
+    laws = {law.name: law for law in registry.all_laws() if law.family == "elastic"}
     for name, (candidate, objection) in registry.elastic_candidates(joint).items():
         if objection:
             yield Verdict("elastic", name, UNSUITABLE, objection)
@@ -165,7 +165,7 @@ def _roughness_verdicts(joint: Joint, load: float | None) -> Iterator[Verdict]:
     roughness = joint.roughness
     if roughness is None or not roughness.values:
         return
-    for law in (law for law in registry.described() if law.family == "roughness"):
+    for law in (law for law in registry.all_laws() if law.family == "roughness"):
         reason, too_deep = _depth_verdict(joint._replace(roughness=roughness._replace(law=law.name)), load)
         yield Verdict(
             "roughness", law.name, DOUBTFUL if too_deep else SUITABLE, "; ".join(too_deep) or reason or NO_OBJECTION
@@ -174,7 +174,7 @@ def _roughness_verdicts(joint: Joint, load: float | None) -> Iterator[Verdict]:
 
 def _film_verdicts(joint: Joint, load: float | None) -> Iterator[Verdict]:
     """Yield the verdicts on the film laws if the joint has a film."""
-    for law in (law for law in registry.described() if law.family == "film" and joint.film):
+    for law in (law for law in registry.all_laws() if law.family == "film" and joint.film):
         assert joint.length is not None  # a film needs both
         assert joint.bearing_radius is not None
         slenderness = joint.length / (2.0 * joint.bearing_radius)
@@ -188,7 +188,7 @@ def _film_verdicts(joint: Joint, load: float | None) -> Iterator[Verdict]:
 def _loss_verdicts(joint: Joint) -> Iterator[Verdict]:
     """Yield the verdicts on the laws of the normal force, by the restitution of the joint."""
     required = joint.contact.values.get("restitution")
-    for law in (law for law in registry.described() if law.family == "law"):
+    for law in (law for law in registry.all_laws() if law.family == "law"):
         restitution_of = registry.RECIPES["law", law.name].returned
         field = next((field for field in law.fields if field.name == "restitution"), None)
         if missing := _missing_keys(law, joint):
@@ -217,7 +217,7 @@ def _missing_keys(law: Law, joint: Joint) -> list[str]:
 
 def _pressure_verdicts(joint: Joint, load: float | None) -> Iterator[Verdict]:
     """Yield the verdicts on the pressure laws of wear if the joint wears."""
-    for law in (law for law in registry.described() if law.family == "pressure" and joint.wear):
+    for law in (law for law in registry.all_laws() if law.family == "pressure" and joint.wear):
         modulus = joint.contact.material or (joint.wear and joint.wear.values.get("pressure_modulus"))
         if "modulus" in law.needs and not modulus:
             yield Verdict("pressure", law.name, UNSUITABLE, "needs material or pressure_modulus")

@@ -208,7 +208,9 @@ class LifeRun:
     def smoothing(self, state: np.ndarray) -> list[float | None]:
         """Return the smoothing width (rad) of each joint's worn shape, or None if shapes do not affect contact."""
         joints = self.scene.case.joints
-        return [registry.smoothing(joints[worn.joint_index], self._worn(worn, state)) for worn in self.worn_joints]
+        return [
+            registry.smoothing_width(joints[worn.joint_index], self._worn(worn, state)) for worn in self.worn_joints
+        ]
 
     def remarks(self, life: Life) -> tuple[str, ...]:
         """Return remarks on why a life did not reach its limit and on widely smoothed shapes.

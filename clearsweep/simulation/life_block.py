@@ -134,7 +134,7 @@ def block_record_of(scene: Scene, run: Run, observer: RateObserver, process_time
     totals = by_joint(contact_totals, scene.layout)
     depths = totals.wear.reshape(len(scene.layout.joints), 2, -1)
     rate, width = np.zeros(worn_joints[-1].sliding_distance + 2), np.zeros(worn_joints[-1].sliding_distance + 2)
-    rate[-1] = (float(run.work.end[run.work.time]) - float(contact_totals.whole.window_start)) / turns
+    rate[-1] = (float(run.work.end[run.work.time]) - float(contact_totals.mechanism.window_start)) / turns
     for worn in worn_joints:
         rate[worn.all_bins] = depths[worn.joint_index, :, : worn.bins].ravel() / turns
         earlier_sliding = scene.worn[worn.name].sliding_distance

@@ -113,7 +113,7 @@ class Perturbed:
         depth_difference : m, likewise of the penetrations.  At an onset they grow from nothing, and their roots do not
         follow a small displacement linearly.
         """
-        work, smallest_root = self.work, event_actions.SEED * self.work.sigma
+        work, smallest_root = self.work, event_actions.ONSET_ROOT * self.work.sigma
         restore(snapshot_of(base), work)
         work.y[: len(direction)] += self.size * direction
         work.latched[:] += self.size * latched

@@ -11,7 +11,7 @@ from ..contracts.results import EVENT_DTYPE, Trajectory
 from ..judging.validity import message_of
 from ..mechanics.observe.histogram import forces_exceeded, time_above
 from ..mechanics.solver import integration
-from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, ContactTotals, Totals, WholeTotals
+from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, ContactTotals, MechanismTotals, Totals
 from ..mechanics.solver.accumulate.within_step import Record, sample_states
 from ..mechanics.solver.integration import Counts
 from .figures.catalogue import figures_of, layout_formulas
@@ -90,7 +90,7 @@ class Outcome(NamedTuple):
     scene: Scene
     status: str
     message: str  # why it failed, or ''
-    whole: WholeTotals  # Totals by joint, as are the next four
+    whole: MechanismTotals  # Totals by joint, as are the next four
     joint: ContactTotals
     wear: np.ndarray
     account: np.ndarray
@@ -120,7 +120,7 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
         scene=scene,
         status=status,
         message=message,
-        whole=totals.whole.copy(),
+        whole=totals.mechanism.copy(),
         joint=totals.joint.copy(),
         wear=totals.wear.copy(),
         account=totals.account.copy(),
@@ -286,5 +286,5 @@ def _duration(scene: Scene, run: Run, end: float) -> float:
     if not scene.mechanism.turns:
         return float(run.work.end[run.work.time])
     if scene.crank_clock.free:
-        return float(run.work.end[run.work.time] - run.totals.whole.window_start)
+        return float(run.work.end[run.work.time] - run.totals.mechanism.window_start)
     return end - scene.crank_clock.value_after(scene.case.simulate.discard)

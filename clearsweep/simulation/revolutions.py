@@ -76,8 +76,8 @@ def buffers_for(marks: np.ndarray, state_size: int, contacts: int, zeros: Callab
         marks=marks,
         states=zeros((count, state_size)),
         peaks=zeros((count, contacts)),
-        highest=np.zeros(0),
-        since=np.zeros(0),
+        step_peak=np.zeros(0),
+        peak_since_mark=np.zeros(0),
         passed=zeros(1, dtype=np.int64),
     )
 

@@ -55,7 +55,7 @@ def _accumulators_of(
         dry=np.zeros((contacts if any(joint_layout.film for joint_layout in joint_layouts) else 0, histogram.BINS, 2)),
         step_values=zeros((contacts, histogram.STEP_VALUE_ROWS, histogram.PARTS + 1)),
         length=zeros(1),
-        between=zeros((2 * len(scene.value.coordinates) + 1, STATE_POINTS)),
+        dense_states=zeros((2 * len(scene.value.coordinates) + 1, STATE_POINTS)),
         workspace=zeros(workspace_size(contacts, bins) if has_wear else 0),
         wear=zeros(2 * contacts * bins),
         account=zeros((contacts, ACCOUNT)),
@@ -95,7 +95,7 @@ class Run:
         self.work = integration.Work(
             rates=rates_of(value, self.parameters),
             sweep=sweep_of(value, self.parameters),
-            observed=stage_observables_of(value, self.parameters),
+            observe_stages=stage_observables_of(value, self.parameters),
             sample=samples_of(value, self.parameters) if inputs.times.size else NO_ENTRY,
             wear=wear_of(value, self.parameters) if self.totals.workspace.size else NO_ENTRY,
             time=time_index,
@@ -103,20 +103,20 @@ class Run:
             knots=inputs.knots,
             reference_rate=0.0,
             sigma=0.0,
-            longest=0.0,
+            max_duration=0.0,
             apart=np.array([modes.apart for _, modes in contacts]),
             pressed=np.array([modes.pressed for _, modes in contacts]),
-            side=inputs.side,
-            ended_by=np.array(
+            journal_sides=inputs.side,
+            reset_by=np.array(
                 [-1 if state.survives_separation else contact for contact, state, _ in internal], dtype=np.int64
             ),
-            began=inputs.began,
+            initial_internal=inputs.began,
             guards=guards_of(value, self.parameters, zeros),
             limit_depth=inputs.limit_depth,
             counts=integration.Counts.zeros(zeros=zeros),
             method=integration.Method.zeros(zeros=zeros),
             proposals=zeros(2 << contact_count),
-            paces=zeros(2 << contact_count),
+            onset_rates=zeros(2 << contact_count),
             control=integration.ControlNumbers.zeros(),
             log=np.empty((loop.LOG_ROWS, 5)),
             slopes=integration.Slopes.zeros(zeros=zeros),
@@ -151,10 +151,10 @@ class Run:
             start.has_friction,
         )
         put_numbers(value, start.initial_values[: self.parameters.size], self.parameters)
-        self.totals.whole.speed_awaited = start_up_speed(scene.machine)
+        self.totals.mechanism.target_speed = start_up_speed(scene.machine)
         if start.sliding_distance:
             self.totals.account[:, SLIDING_DISTANCE] = start.sliding_distance
-        self.pinned.put(reference_rate=value.reference_rate, sigma=value.sigma, longest=start.max_step)
+        self.pinned.put(reference_rate=value.reference_rate, sigma=value.sigma, max_duration=start.max_step)
         self.work = self.pinned.value
         self.value, self.deadline, self.marks = value, scene.deadline, start.marks
         self.status, self.events, self.duration = integration.OK, NO_EVENTS, 0.0

@@ -30,8 +30,8 @@ def arrays_of(scene: Scene) -> Arrays:
     initial_array_shapes: dict[str, tuple[int, ...]] = {
         **initial_shapes(scene),
         "stepper": (integration.Stepper.SIZE,),
-        **dict.fromkeys(("highest", "since"), (contacts,)),
-        "whole": (total_columns.WholeTotals.SIZE,),
+        **dict.fromkeys(("step_peak", "peak_since_mark"), (contacts,)),
+        "mechanism": (total_columns.MechanismTotals.SIZE,),
         "joint": (contacts, total_columns.ContactTotals.SIZE),
     }
     step_array_shapes = {
@@ -43,7 +43,7 @@ def arrays_of(scene: Scene) -> Arrays:
         "step": (Step.SIZE,),
         "contact_steps": (contacts, ContactStep.SIZE),
         "profiles": (1 + contacts, histogram.PARTS + 1),
-        "spent": (contacts, total_columns.PART_TIME_ROWS, histogram.PARTS),
+        "part_times": (contacts, total_columns.PART_TIME_ROWS, histogram.PARTS),
         "end": (n,),
         "z": (n,),
     }

@@ -24,7 +24,7 @@ from ..mechanics.joint.elastic.contract import static_penetration
 from ..mechanics.joint.guide import Guide as GuideTerm
 from ..mechanics.joint.guide import deepest_corner
 from ..mechanics.joint.wear.contract import Worn
-from ..mechanics.joint.worn import has_worn_shape, seat
+from ..mechanics.joint.worn import has_worn_shape, seated_position
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import Built, body_angles, gaps, place
 from ..mechanics.mechanism.spatial import seats
@@ -67,7 +67,7 @@ class Scene:
 
 def catalogue() -> Catalogue:
     """Return everything that a grid can name and that its cases can report."""
-    return Catalogue(registry.described(), tuple(MECHANISMS.values()), figures.FIGURES, *rates.CHANNELS)
+    return Catalogue(registry.all_laws(), tuple(MECHANISMS.values()), figures.FIGURES, *rates.CHANNELS)
 
 
 def load_case(source: str | PathLike | Mapping, overrides: Mapping[str, Any] | None = None) -> Scene:
@@ -118,7 +118,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
         for index, angles in enumerate(body_angles(built.value, built.start)):
             if has_worn_shape(terms[index]):
                 name, side = case.joints[index].name, terms[index].side
-                position, depth = seat(terms[index], side * seated_offsets[name], angles)
+                position, depth = seated_position(terms[index], side * seated_offsets[name], angles)
                 offsets[name], depth_roots[index] = side * position, math.sqrt(depth)
         built = _build_mechanism(case, mechanism, machine, joints, offsets)
     if mechanism.spatial:
@@ -236,7 +236,9 @@ def _type_text(term: tuple) -> str:
 def derived(case: Case) -> dict[str, tuple[float, str]]:
     """Return the derived values of a case: dotted path -> (value, unit)."""
     return {
-        f"joints.{joint.name}.{key}": value for joint in case.joints for key, value in registry.derived(joint).items()
+        f"joints.{joint.name}.{key}": value
+        for joint in case.joints
+        for key, value in registry.derived_values(joint).items()
     }
 
 
@@ -244,12 +246,12 @@ def warnings(case: Case) -> list[str]:
     """Return warnings about values of a case that may be unintended."""
     sentences = links.warnings(case)
     for joint in case.joints:
-        if registry.pulls(joint):
+        if registry.can_pull(joint):
             sentences.append(
                 f"joints.{joint.name}.contact.law: {joint.contact.law} pulls before the surfaces part, as published; "
                 "its normal force can be negative and is not clipped"
             )
-        if joint.contact.law and registry.beyond_hertz(joint):  # a film may have no dry contact
+        if joint.contact.law and registry.departs_from_hertz(joint):  # a film may have no dry contact
             sentences.append(
                 f"joints.{joint.name}.contact.law: {joint.contact.law} is made for Hertz's force; with rough surfaces "
                 "in series the restitution of a free impact differs from the specified one"

@@ -15,7 +15,7 @@ from ..mechanics.joint.contract import (
     contact_modes,
     every_contact,
     every_latched,
-    states_of,
+    state_kinds_of,
 )
 from ..mechanics.joint.lubricated import film_depths
 from ..mechanics.solver import integration
@@ -143,7 +143,7 @@ def initial_shapes(scene: Scene) -> dict[str, tuple[int, ...]]:
 
 def _internal_states(scene: Scene) -> tuple[list, list]:
     """Return the internal state of a scene's laws: the integrated part and the latched part."""
-    return every_state(scene.value), every_latched(scene.value.joints) if states_of(scene.value).latched else []
+    return every_state(scene.value), every_latched(scene.value.joints) if state_kinds_of(scene.value).latched else []
 
 
 def _error_scale(scene: Scene, contacts: int, internal: list[float]) -> list[float]:

@@ -36,7 +36,7 @@ def half_width(values: np.ndarray) -> float:
 
 
 def _sum(totals: Totals | Summed, index: int | None, name: str) -> Any:
-    return getattr(totals.whole if index is None else totals.joint[index], name)
+    return getattr(totals.mechanism if index is None else totals.joint[index], name)
 
 
 def _mean(times: np.ndarray, sums: Sequence[Any]) -> tuple[float, float]:

@@ -21,8 +21,8 @@ from ..mechanics.joint.wear.contract import (
 )
 from ..mechanics.solver.accumulate.totals import (
     ContactTotals,
+    MechanismTotals,
     Totals,
-    WholeTotals,
 )
 from ..mechanics.solver.integration import Counts
 from .spread import Spread
@@ -55,7 +55,7 @@ class JointTotals(ContactTotals):
 class Summed(NamedTuple):
     """Sums and maxima of one integration by joint: a Totals without histograms and scratch arrays."""
 
-    whole: WholeTotals
+    mechanism: MechanismTotals
     joint: ContactTotals  # (joints,), JointTotals where a joint has several contacts
     wear: np.ndarray
     account: np.ndarray

@@ -157,7 +157,9 @@ def coefficients(slenderness: float) -> np.ndarray:
 
 def main() -> None:
     """Write the file that the law reads."""
-    np.save(law.FILE, np.array([coefficients(slenderness) for slenderness in law.lengths()]).astype(np.float32))
+    np.save(
+        law.FILE, np.array([coefficients(slenderness) for slenderness in law.tabulated_lengths()]).astype(np.float32)
+    )
 
 
 if __name__ == "__main__":

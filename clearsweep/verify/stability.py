@@ -191,7 +191,7 @@ def _accuracy_note(case_scene: scene.Scene) -> str:
     difference = float(np.max(np.abs(tighter_depths / depths - 1.0)))
     return (
         f"at a tenth of the tolerance it differs by {difference:.1e} of itself, and the energies are out of balance by "
-        f"{run.totals.whole.residual / stored:.1e} of the contact's"
+        f"{run.totals.mechanism.residual / stored:.1e} of the contact's"
     )
 
 

@@ -15,8 +15,8 @@ from ..joint.offsets import (
     after_number,
     after_part,
     first_offsets,
+    internal_state_location,
     total_counts,
-    where_internal,
     with_current_state,
 )
 from ..observe.observables import column_of, observed_in
@@ -34,7 +34,7 @@ class Guards(NamedTuple):
     latch: Entry  # lets laws latch quantities at an event; NO_ENTRY if no law does
     contact: np.ndarray  # (g,) int64, index of the contact of each guard
     modes: np.ndarray  # (g,) int64, bit m is set if the guard is active in mode m
-    leads_to: np.ndarray  # (g,) int64, mode after the passage
+    next_mode: np.ndarray  # (g,) int64, mode after the passage
     at_start: np.ndarray  # (g,) bool, as the next two; see `contract.Guard`
     counted: np.ndarray
     ends_run: np.ndarray
@@ -147,7 +147,7 @@ def _latch_part(part, _, offsets, shared):
         law = with_current_state(part.law, y, numbers, offsets)
         event = guard - offsets.guard if is_own else guard
         values = latched(law, event, observed_in(o, row, contact), y[roots + contact])
-        where, first = where_internal(part.law, y, numbers, offsets)
+        where, first = internal_state_location(part.law, y, numbers, offsets)
         _store_values(values, values, first, where)
 
 
@@ -215,7 +215,7 @@ def _guard_table(joints) -> tuple[dict[str, np.ndarray], bool]:
     arrays = {
         "contact": np.array([contact for contact, _ in contact_guards], dtype=np.int64),
         "modes": np.array([sum(1 << mode for mode in guard.modes) for guard in declared], dtype=np.int64),
-        "leads_to": np.array([guard.leads_to for guard in declared], dtype=np.int64),
+        "next_mode": np.array([guard.next_mode for guard in declared], dtype=np.int64),
     }
     arrays["column"] = np.array(
         [column_of(contact, guard.observable) if guard.observable >= 0 else -1 for contact, guard in contact_guards],

@@ -37,8 +37,8 @@ from ..joint.offsets import (
     after_number,
     extra_channel_count,
     first_offsets,
-    histories_of,
-    observed_columns,
+    history_count_of,
+    observable_count,
     total_counts,
 )
 from ..mechanism.contract import (
@@ -228,7 +228,7 @@ def rates(scene, y, mode, latched, k, o, row, accurate=True):
         o[GRAVITY, row] = external_power + load_power(scene.mechanism, motion)
         o[ACCELERATION, row] = motion.output
         o[TORQUE, row] = motion.torque
-        powers, film_columns = friction_powers(scene.mechanism, motion), observed_columns(scene.joints)
+        powers, film_columns = friction_powers(scene.mechanism, motion), observable_count(scene.joints)
         for i in range(len(powers)):
             o[film_columns + i, row] = powers[i]
         _put_all_contacts(
@@ -254,7 +254,7 @@ def put_root_rates(scene, relative, state, kappa, k, row):
 @inlined
 def observed_width(scene):
     """Return the number of observables of a scene: those of its joints, then the power (W) of each friction load."""
-    return observed_columns(scene.joints) + len(friction_laws(scene.mechanism))
+    return observable_count(scene.joints) + len(friction_laws(scene.mechanism))
 
 
 class _SlopeColumn(NamedTuple):
@@ -344,7 +344,7 @@ class _Samples(NamedTuple):
 @kernel
 def _after_samples(samples, joint):
     return _Samples(
-        after_joint(samples.offsets, joint), samples.column + histories_of(joint) + extra_channel_count(joint)
+        after_joint(samples.offsets, joint), samples.column + history_count_of(joint) + extra_channel_count(joint)
     )
 
 
@@ -367,11 +367,11 @@ _put_channels = map_joints(_put_channel, after_number)
 @inlined
 def _put_force(joint, load, samples, destination):
     values = load_histories(joint, load)
-    first = samples.column + histories_of(joint) - len(values)
+    first = samples.column + history_count_of(joint) - len(values)
     for i in range(len(values)):
         destination[0][first + i] = values[i]
     extra = extra_channels(load.contacts[0])
-    _put_channels(extra, extra, samples.column + histories_of(joint), destination[0])
+    _put_channels(extra, extra, samples.column + history_count_of(joint), destination[0])
 
 
 _put_gaps, _put_forces = map_joints(_put_gap, _after_samples), map_joints(_put_force, _after_samples)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..compiled.dual import rate_or_slope
 from ..compiled.family import form_number, inlined, kernel, map_joints
-from ..joint.contract import every_internal_state, integrated, internal_rates, internal_state, states_of
+from ..joint.contract import every_internal_state, internal_rates, internal_state, is_integrated, state_kinds_of
 from ..joint.offsets import after_number, form_of, total_counts, with_internal_state
 from ..mechanism.contract import friction_laws, friction_slips, with_friction_laws
 
@@ -26,7 +26,7 @@ class Sliding(NamedTuple):
 def _state_size(law):
     """Return how many numbers of internal state a law of a friction load has in the state vector."""
     form = form_of(law)
-    return len(form._field_defaults) if integrated(form) else 0
+    return len(form._field_defaults) if is_integrated(form) else 0
 
 
 def _after(offset, law):
@@ -55,11 +55,11 @@ def every_state(scene) -> list[tuple]:
     form = form_number(scene)
     if form in _STATELESS:
         return []
-    of_joints = every_internal_state(scene.joints) if states_of(scene).integrated else []
+    of_joints = every_internal_state(scene.joints) if state_kinds_of(scene).integrated else []
     states = of_joints + [
         (NEVER_RESET, declared, initial)
         for law in friction_laws(scene.mechanism)
-        if integrated(type(law))
+        if is_integrated(type(law))
         for declared, initial in zip(internal_state(law), law[len(law) - len(internal_state(law)) :], strict=True)
     ]
     if not states:

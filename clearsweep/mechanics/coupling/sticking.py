@@ -15,7 +15,7 @@ from ..compiled.choosing import where
 from ..compiled.dual import as_type_of, plain
 from ..compiled.family import kernel, map_joints
 from ..joint.friction.contract import static_limit
-from ..joint.gripping import grips_of, is_sticking, limited_side, slip_rate, sticks, with_tangential
+from ..joint.gripping import grips_of, is_grip_sticking, is_sticking, limit_sign, slip_rate, with_tangential
 from ..joint.offsets import after_joint, after_number, first_offsets, total_counts
 from ..mechanism.contract import accelerate, gap_accelerations
 
@@ -86,7 +86,7 @@ def slip_rates(scene, y, pose, grips, loads):
 
 @kernel
 def _side(grip, _, index, mode):
-    return limited_side(grip, mode)
+    return limit_sign(grip, mode)
 
 
 @kernel
@@ -96,7 +96,7 @@ def _force(grip, side, index, shared):
 
 @kernel
 def _limit(grip, _, index, mode):
-    return grip.limit if sticks(grip, mode) else as_type_of(0.0, grip.limit)
+    return grip.limit if is_grip_sticking(grip, mode) else as_type_of(0.0, grip.limit)
 
 
 @kernel

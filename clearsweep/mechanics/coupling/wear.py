@@ -7,17 +7,17 @@ from ..joint.offsets import first_offsets, total_counts
 from ..joint.wear.arc_over_step import WORKSPACE_SIZE
 from ..joint.wear.contract import ACCOUNT
 from ..joint.wear.step import (
-    ALONG,
+    AXIAL_ROWS,
     POSITIONS,
     RECORDED,
     SLOPES,
-    STRIP,
+    STRIP_ROWS,
     Instant,
     JointCursor,
     Step,
     Worn,
     record_positions,
-    wear_each,
+    update_wear_of_joints,
 )
 from ..mechanism.contract import body_angles, gaps, place
 from ..observe.histogram import PARTS, STATE_POINTS, STEP_VALUE_ROWS
@@ -47,27 +47,27 @@ def wear_entry(scene, between, mode, step_values, length, workspace, depths, acc
         shaped(workspace, (workspace_size(contacts, stride),)),
         WORKSPACE_SIZE + contacts * (POSITIONS + SLOPES) * STATE_POINTS,
     )
-    axial = angles + contacts * ALONG * STATE_POINTS
-    scratch = axial + STRIP * (PARTS + 1)
+    axial = angles + contacts * AXIAL_ROWS * STATE_POINTS
+    scratch = axial + STRIP_ROWS * (PARTS + 1)
     step = Step(
         shaped(step_values, (contacts, STEP_VALUE_ROWS, PARTS + 1)),
         shaped(length, (1,))[0],
         shaped(mode, (contacts,)),
         regions[WORKSPACE_SIZE:angles].reshape(contacts, POSITIONS + SLOPES, STATE_POINTS),
-        regions[angles:axial].reshape(contacts, ALONG, STATE_POINTS),
-        regions[axial:scratch].reshape(STRIP, PARTS + 1),
+        regions[angles:axial].reshape(contacts, AXIAL_ROWS, STATE_POINTS),
+        regions[axial:scratch].reshape(STRIP_ROWS, PARTS + 1),
         regions[:WORKSPACE_SIZE],
         regions[scratch:],
     )
     _record_step_positions(parameters, shaped(between, (size, STATE_POINTS)), step)
     worn = Worn(shaped(depths, (2 * contacts * stride,)), stride, shaped(account, (contacts, ACCOUNT)))
-    wear_each(parameters.joints, parameters.joints, first_offsets(parameters.joints, 0), (step, worn))
+    update_wear_of_joints(parameters.joints, parameters.joints, first_offsets(parameters.joints, 0), (step, worn))
 
 
 @kernel
 def workspace_size(contacts, stride):
     """Return the size of the workspace for the wear of `contacts`; stride : largest number of bins of a body."""
-    return WORKSPACE_SIZE + contacts * RECORDED + STRIP * (PARTS + 1) + 3 * stride
+    return WORKSPACE_SIZE + contacts * RECORDED + STRIP_ROWS * (PARTS + 1) + 3 * stride
 
 
 def wear_of(scene, parameters) -> Entry:

@@ -45,7 +45,7 @@ import numpy as np
 from ..compiled.family import family, form_number
 
 ENTERED, LEFT = -1, -2  # events of a contact for `latched`; numbers from 0 on are the law's own guards
-SAME = -1  # of Guard.leads_to: the mode stays
+SAME = -1  # of Guard.next_mode: the mode stays
 ONSET_FLOOR = 1e-3  # m/s, lower bound: laws divide by the onset rate; values from 1e-6 to 1e-3 give the same results
 NEVER = -math.inf  # value of an inactive guard
 
@@ -118,10 +118,10 @@ class Guard(NamedTuple):
     """An event at which a function of the motion crosses zero upwards."""
 
     modes: tuple  # mode in which it is active
-    leads_to: int = SAME  # mode after the event
+    next_mode: int = SAME  # mode after the event
     at_start: bool = False  # also triggered if it is above zero when a motion restarts
     counted: bool = False  # counted in the figure `force_clips`
-    observable: int = -1  # index of the observable that is its value, which saves an evaluation; -1: none
+    observable: int = -1  # index of the observable that equals its value; -1: none
     sign: float = 1.0  # factor on that observable
     ends_run: bool = False  # ends the run: the journal has left its bearing
 
@@ -220,7 +220,7 @@ def _default_extra_channels(contact):
 
 
 @family
-def histories(joint):
+def history_count(joint):
     """Return the number of time histories of a joint; depends only on its type."""
 
 
@@ -234,7 +234,7 @@ def load_histories(joint, load):
     """Return the values of the other time histories, which follow from the load."""
 
 
-@histories.member(None)
+@history_count.member(None)
 def _default_histories(joint):
     return 6
 
@@ -290,7 +290,7 @@ def latched(law, event, contact, root):
 
 @internal_state.member(None)
 @guards.member(None)
-def _has_none(law):
+def _empty(law):
     return ()
 
 
@@ -315,19 +315,19 @@ PAIRED_FAMILIES = (
 )  # a law must be a member of both or of neither
 
 
-def undeclared(form):
+def describe_missing_members(form):
     """Yield descriptions of the missing members of a law's type."""
     for declaration, evaluation in PAIRED_FAMILIES:
         if (form in declaration.members) != (form in evaluation.members):
             yield f"declares one of {declaration.__name__} and {evaluation.__name__}; a law needs both or neither"
-    if (integrated(form) or form in latched.members) != bool(form._field_defaults):
+    if (is_integrated(form) or form in latched.members) != bool(form._field_defaults):
         yield (
             "must declare an internal_state with rates, or latched numbers, if and only if fields have defaults: these "
             "fields are the state"
         )
 
 
-def integrated(form):
+def is_integrated(form):
     """Return whether the internal state of a type of law is integrated rather than only latched at events."""
     return form in internal_state.members
 
@@ -349,22 +349,22 @@ def every_contact(joints):
     return [(joint, modes) for joint in joints for modes in contact_modes(joint)]
 
 
-class States(NamedTuple):
+class StateKinds(NamedTuple):
     """Whether the laws of a scene have an internal state."""
 
     integrated: bool
     latched: bool
 
 
-def states_of(scene):
-    """Return the States of a compiled scene; they depend only on types, so they are cached."""
+def state_kinds_of(scene):
+    """Return the StateKinds of a compiled scene; they depend only on types, so they are cached."""
     number = form_number(scene)
-    if number not in _STATES:
-        _STATES[number] = States(bool(every_internal_state(scene.joints)), bool(every_latched(scene.joints)))
-    return _STATES[number]
+    if number not in _STATE_KINDS:
+        _STATE_KINDS[number] = StateKinds(bool(every_internal_state(scene.joints)), bool(every_latched(scene.joints)))
+    return _STATE_KINDS[number]
 
 
-_STATES: dict[int, States] = {}  # form number of a scene -> States
+_STATE_KINDS: dict[int, StateKinds] = {}  # form number of a scene -> StateKinds
 
 
 def every_internal_state(joints):
@@ -383,7 +383,7 @@ def every_latched(joints):
         (law, initial)
         for _, law in every_part(joints)
         for initial in law[len(law) - len(law._field_defaults) :]
-        if not integrated(type(law))
+        if not is_integrated(type(law))
     ]
 
 

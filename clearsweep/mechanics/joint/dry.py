@@ -17,13 +17,13 @@ from ..compiled.family import inlined, kernel
 from ..observe.observables import RAW
 from .contract import Contact, ContactModes, Guard, Load, Part, contact_modes, guards, load, parts
 from .friction.contract import friction_force
-from .loss.contract import contact_force, lowest_force, sign_beyond
+from .loss.contract import contact_force, lowest_force, sign_past_separation
 from .modes import CLIPPED, FREE, PRESSED, STICKING
 from .offsets import with_current_laws
 
 
 class Joint(NamedTuple):
-    """A clearance joint between a proximal body (towards the drive) and a distal one."""
+    """A revolute joint with clearance between a proximal body (towards the drive) and a distal one."""
 
     clearance: float  # m, radial
     bearing_radius: float  # m
@@ -84,11 +84,11 @@ def surface_speed(joint, gap, tx, ty):
 
 @inlined
 def normal_forces(joint, mode, pen, rate, onset_rate):
-    """Return the normal force of a pressed joint, its share that causes friction, its elastic share, unclipped (N)."""
+    """Return (normal force, load of the friction, elastic part, force before clipping) of a pressed joint, N."""
     force, elastic = contact_force(joint.law, joint.elastic, abs(pen), rate, onset_rate)
     lowest = lowest_force(joint.law)
     unclipped = force - lowest
-    sign = where(pen < 0.0, sign_beyond(joint.law, joint.elastic), 1.0)
+    sign = where(pen < 0.0, sign_past_separation(joint.law, joint.elastic), 1.0)
     force, elastic = sign * force, sign * elastic
     normal = where(mode != CLIPPED, force, 0.0)
     friction_load = normal if lowest == 0.0 else max(normal, 0.0)  # smooth where an event is located

@@ -50,9 +50,9 @@ def load_at_pressure(kind: str, pressure: float, joint: Joint, modulus: float) -
     return 0.5 * math.pi * scale_force * _widening(high) * high * (2.0 - high)
 
 
-def _widening(share: float) -> float:
-    """Return (c + pen) / c at q = `share`, see `compatible`; 1 at 0."""
-    return 1.0 / (1.0 - share * (math.log(4.0 / share) - 1.0)) if share else 1.0
+def _widening(q: float) -> float:
+    """Return (c + pen) / c at `q`, see `compatible`; 1 at 0."""
+    return 1.0 / (1.0 - q * (math.log(4.0 / q) - 1.0)) if q else 1.0
 
 
 def yield_energy(joint: Joint, elastic: Any) -> float | None:

@@ -14,7 +14,7 @@ from ..compiled.family import family, inlined, kernel
 from .contract import Contact, Load
 from .dry import Joint
 from .friction.contract import static_limit
-from .guide import CORNERS, Guide, corner_place
+from .guide import CORNERS, Guide, corner_position
 from .modes import AT_LIMIT_DOWN, AT_LIMIT_UP, STICKING
 from .slot import SlotJoint, normal_of
 
@@ -65,7 +65,7 @@ def _with_friction(contact, force, stopping_force):
 # ---------------------------------------------------------------------------------------------- a pin in its bearing
 
 
-class Surface(NamedTuple):
+class BearingGrip(NamedTuple):
     """The grip of a pin in its bearing."""
 
     contacts: tuple
@@ -87,7 +87,7 @@ def _grips_of_joint(joint, gap, load, mode, first_contact):
         return ()
     contact = load.contacts[0]
     return (
-        Surface(
+        BearingGrip(
             contacts=(first_contact,),
             force=contact.tangential,
             limit=static_limit(joint.friction) * contact.normal,
@@ -103,7 +103,7 @@ def _grips_of_joint(joint, gap, load, mode, first_contact):
     )
 
 
-@slip_rate.member(Surface)
+@slip_rate.member(BearingGrip)
 def _slip_rate_surface(surface, gap):
     x, y, vx, vy = surface.x, surface.y, surface.vx, surface.vy
     squared = x * x + y * y
@@ -114,17 +114,17 @@ def _slip_rate_surface(surface, gap):
     return transverse / squared**0.5 + relative_spin
 
 
-@with_tangential.member(Surface)
+@with_tangential.member(BearingGrip)
 def _with_tangential_surface(surface, load, force, stopping_force):
     contact = load.contacts[0]
-    added_force = force - contact.tangential
-    share = added_force / (surface.x * surface.x + surface.y * surface.y) ** 0.5
-    bearing, journal = -surface.bearing_radius * added_force, surface.journal_radius * added_force
+    force_change = force - contact.tangential
+    force_per_distance = force_change / (surface.x * surface.x + surface.y * surface.y) ** 0.5
+    bearing, journal = -surface.bearing_radius * force_change, surface.journal_radius * force_change
     if surface.side < 0.0:
         bearing, journal = journal, bearing
     return Load(
-        fx=load.fx - share * surface.y,
-        fy=load.fy + share * surface.x,
+        fx=load.fx - force_per_distance * surface.y,
+        fy=load.fy + force_per_distance * surface.x,
         moment_proximal=load.moment_proximal + bearing,
         moment_distal=load.moment_distal + journal,
         contacts=(_with_friction(contact, force, stopping_force),),
@@ -134,7 +134,7 @@ def _with_tangential_surface(surface, load, force, stopping_force):
 # ---------------------------------------------------------------------------------------------- a pin in a slot
 
 
-class SlotSurface(NamedTuple):
+class SlotGrip(NamedTuple):
     """The grip of a pin in a slot."""
 
     contacts: tuple
@@ -155,11 +155,14 @@ def _grips_of_slot_joint(joint, gap, load, mode, first_contact):
     contact, normal = load.contacts[0], normal_of(joint, gap)
     at_end = abs(gap.x) > joint.half_length
     axial, transverse = where(at_end, gap.vx, 0.0), gap.vy
-    per_eccentricity = 1.0 / (contact.depth + joint.clearance)
+    inverse_eccentricity = 1.0 / (contact.depth + joint.clearance)
     approach = normal.x * axial + normal.y * transverse
-    swing = (axial - normal.x * approach) * per_eccentricity, (transverse - normal.y * approach) * per_eccentricity
+    normal_rate = (
+        (axial - normal.x * approach) * inverse_eccentricity,
+        (transverse - normal.y * approach) * inverse_eccentricity,
+    )
     return (
-        SlotSurface(
+        SlotGrip(
             contacts=(first_contact,),
             force=contact.tangential,
             limit=static_limit(joint.friction) * contact.normal,
@@ -167,26 +170,26 @@ def _grips_of_slot_joint(joint, gap, load, mode, first_contact):
             journal_radius=joint.journal_radius,
             nx=normal.x,
             ny=normal.y,
-            drift=gap.vy * swing[0] - gap.vx * swing[1],
+            drift=gap.vy * normal_rate[0] - gap.vx * normal_rate[1],
             gap=gap,
         ),
     )
 
 
-@slip_rate.member(SlotSurface)
+@slip_rate.member(SlotGrip)
 def _slip_rate_slot_surface(surface, gap):
     relative_spin = surface.journal_radius * (gap.distal - gap.proximal)
     return surface.nx * gap.ay - surface.ny * gap.ax + relative_spin + surface.drift
 
 
-@with_tangential.member(SlotSurface)
+@with_tangential.member(SlotGrip)
 def _with_tangential_slot_surface(surface, load, force, stopping_force):
     contact, gap = load.contacts[0], surface.gap
-    added_force = force - contact.tangential
+    force_change = force - contact.tangential
     axial, transverse, on_pin = (
-        -added_force * surface.ny,
-        added_force * surface.nx,
-        surface.journal_radius * added_force,
+        -force_change * surface.ny,
+        force_change * surface.nx,
+        surface.journal_radius * force_change,
     )
     return Load(
         fx=load.fx + (gap.axis_x * axial - gap.axis_y * transverse),
@@ -200,7 +203,7 @@ def _with_tangential_slot_surface(surface, load, force, stopping_force):
 # ---------------------------------------------------------------------------------------------- a block in a guide
 
 
-class Wall(NamedTuple):
+class WallGrip(NamedTuple):
     """The grip of the corners of a block on one wall."""
 
     contacts: tuple
@@ -208,7 +211,7 @@ class Wall(NamedTuple):
     limit: float  # N
     slip: float  # m/s
     corners: tuple  # their numbers in the joint
-    shares: tuple  # of the force on each corner: 0 on one that does not stick
+    fractions: tuple  # of the force on each corner: 0 on one that does not stick
     heights: tuple  # m, of the corners across the walls, from the block's point
     sign: float  # +1: the wall on the left of the direction of the guide
     drift: float  # m/s^2, rate of the sliding speed as the block turns
@@ -230,46 +233,46 @@ def _wall(joint, gap, load, mode, first_contact, corners):
     stuck = is_sticking(mode[contacts[0]]), is_sticking(mode[contacts[1]])
     loads = where(stuck[0], max(a.normal, 0.0), 0.0), where(stuck[1], max(b.normal, 0.0), 0.0)
     total_load = loads[0] + loads[1]
-    per_load = 1.0 / where(total_load > 0.0, total_load, 1.0)
-    shares = loads[0] * per_load, loads[1] * per_load
-    (ax, ay), (bx, by) = (corner_place(joint, gap, CORNERS[corner]) for corner in corners)
-    relative_spin, height = gap.spin_distal - gap.spin_proximal, shares[0] * ay + shares[1] * by
-    return Wall(
+    inverse_load = 1.0 / where(total_load > 0.0, total_load, 1.0)
+    fractions = loads[0] * inverse_load, loads[1] * inverse_load
+    (ax, ay), (bx, by) = (corner_position(joint, gap, CORNERS[corner]) for corner in corners)
+    relative_spin, height = gap.spin_distal - gap.spin_proximal, fractions[0] * ay + fractions[1] * by
+    return WallGrip(
         contacts=contacts,
         force=where(stuck[0], a.tangential, 0.0) + where(stuck[1], b.tangential, 0.0),
         limit=static_limit(joint.friction) * total_load,
         slip=-sign * (gap.vx - relative_spin * height),
         corners=corners,
-        shares=shares,
+        fractions=fractions,
         heights=(ay, by),
         sign=sign,
-        drift=sign * relative_spin * relative_spin * (shares[0] * ax + shares[1] * bx),
+        drift=sign * relative_spin * relative_spin * (fractions[0] * ax + fractions[1] * bx),
         stuck=stuck,
         gap=gap,
     )
 
 
-@slip_rate.member(Wall)
+@slip_rate.member(WallGrip)
 def _slip_rate_wall(wall, gap):
-    height = wall.shares[0] * wall.heights[0] + wall.shares[1] * wall.heights[1]
+    height = wall.fractions[0] * wall.heights[0] + wall.fractions[1] * wall.heights[1]
     return wall.drift - wall.sign * (gap.ax - height * (gap.distal - gap.proximal))
 
 
-@with_tangential.member(Wall)
+@with_tangential.member(WallGrip)
 def _with_tangential_wall(wall, load, force, stopping_force):
-    contacts, added_force, swing = load.contacts, 0.0, 0.0
+    contacts, force_change, moment = load.contacts, 0.0, 0.0
     for i in range(2):
-        corner, previous = wall.corners[i], contacts[wall.corners[i]]
-        tangential = where(wall.stuck[i], wall.shares[i] * force, previous.tangential)
-        added_force += tangential - previous.tangential
-        swing += wall.heights[i] * (tangential - previous.tangential)
-        corner_stopping_force = where(wall.stuck[i], wall.shares[i] * stopping_force, 0.0)
+        corner, corner_contact = wall.corners[i], contacts[wall.corners[i]]
+        tangential = where(wall.stuck[i], wall.fractions[i] * force, corner_contact.tangential)
+        force_change += tangential - corner_contact.tangential
+        moment += wall.heights[i] * (tangential - corner_contact.tangential)
+        corner_stopping_force = where(wall.stuck[i], wall.fractions[i] * stopping_force, 0.0)
         contacts = (
             *contacts[:corner],
-            _with_friction(previous, tangential, corner_stopping_force),
+            _with_friction(corner_contact, tangential, corner_stopping_force),
             *contacts[corner + 1 :],
         )
-    gap, axial, on_block = wall.gap, -wall.sign * added_force, wall.sign * swing
+    gap, axial, on_block = wall.gap, -wall.sign * force_change, wall.sign * moment
     return Load(
         fx=load.fx + gap.axis_x * axial,
         fy=load.fy + gap.axis_y * axial,
@@ -292,7 +295,7 @@ def is_sticking(mode):
 
 
 @kernel
-def sticks(grip, mode):
+def is_grip_sticking(grip, mode):
     """Return whether a contact of a grip sticks."""
     sticking = False
     for contact in grip.contacts:
@@ -301,12 +304,12 @@ def sticks(grip, mode):
 
 
 @kernel
-def limited_side(grip, mode):
+def limit_sign(grip, mode):
     """Return 1 or -1 if the force of a grip is at its upper or lower limit, or 0 if it follows from the motion.
 
     Corners on one wall share their force, so they reach its limit together.
     """
-    side = 0.0
+    sign = 0.0
     for contact in grip.contacts:
-        side += where(mode[contact] == AT_LIMIT_UP, 1.0, 0.0) - where(mode[contact] == AT_LIMIT_DOWN, 1.0, 0.0)
-    return min(max(side, -1.0), 1.0)
+        sign += where(mode[contact] == AT_LIMIT_UP, 1.0, 0.0) - where(mode[contact] == AT_LIMIT_DOWN, 1.0, 0.0)
+    return min(max(sign, -1.0), 1.0)

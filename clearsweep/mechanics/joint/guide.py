@@ -17,7 +17,7 @@ from ..compiled.family import inlined, kernel, map_joints
 from .contract import Contact, ContactModes, Load, Offsets, Part, contact_modes, load, parts
 from .dry import Clip
 from .friction.contract import friction_force
-from .loss.contract import contact_force, lowest_force, sign_beyond
+from .loss.contract import contact_force, lowest_force, sign_past_separation
 from .modes import CLIPPED, FREE, PRESSED
 from .offsets import after_law, after_number, with_current_state
 
@@ -107,7 +107,7 @@ def _parts_guide(joint):
 
 
 @inlined
-def corner_place(joint, gap, signs):
+def corner_position(joint, gap, signs):
     """Return the position (m) of a corner from the block's point in the frame of the walls, by its signs (CORNERS)."""
     half_length, half_height = 0.5 * signs[0] * joint.length, 0.5 * signs[1] * joint.height
     return gap.cosine * half_length - gap.sine * half_height, gap.sine * half_length + gap.cosine * half_height
@@ -116,7 +116,7 @@ def corner_place(joint, gap, signs):
 @kernel
 def _corner(signs, _, number, context):
     joint, gap, offsets, state = context
-    x, y = corner_place(joint, gap, signs)
+    x, y = corner_position(joint, gap, signs)
     spin = gap.spin_distal - gap.spin_proximal
     depth = signs.height * (gap.y + y) - 0.5 * joint.height - joint.clearance
     rate = signs.height * (gap.vy + spin * x)
@@ -130,9 +130,15 @@ def _corner(signs, _, number, context):
     friction_offsets = after_law(
         after_law(offsets, joint.law), joint.friction
     )  # the same for each corner; clips have no numbers
-    internal, latching = friction_offsets.internal - offsets.internal, friction_offsets.latched - offsets.latched
+    internal_count, latched_count = (
+        friction_offsets.internal - offsets.internal,
+        friction_offsets.latched - offsets.latched,
+    )
     corner_offsets = Offsets(
-        offsets.contact, offsets.internal + number * internal, offsets.latched + number * latching, offsets.guard
+        offsets.contact,
+        offsets.internal + number * internal_count,
+        offsets.latched + number * latched_count,
+        offsets.guard,
     )
     law = with_current_state(joint.law, state.y, state.latched, corner_offsets)
     friction = with_current_state(joint.friction, state.y, state.latched, after_law(corner_offsets, joint.law))
@@ -142,7 +148,7 @@ def _corner(signs, _, number, context):
     lowest = lowest_force(law)
     unclipped = force - lowest
     if pen < 0.0:
-        sign = sign_beyond(law, joint.elastic)
+        sign = sign_past_separation(law, joint.elastic)
         force, elastic = sign * force, sign * elastic
     normal = force if mode != CLIPPED else as_type_of(0.0, force)
     friction_load = normal if lowest == 0.0 else max(normal, 0.0)

@@ -35,13 +35,13 @@ def piece_at(kink_values, x):
 
 
 @kernel
-def piece_of(piece, kink_values, x):
+def current_piece(piece, kink_values, x):
     """Return the number of the piece that applies: the `piece` of a law or, if that is UNKNOWN, the piece of `x`."""
     return where(piece >= 0.0, piece, piece_at(kink_values, x))
 
 
 @kernel
-def _distances(kink_values, piece, x):
+def _distances_past_ends(kink_values, piece, x):
     """Return the distances of `x` past the end and before the beginning of a piece.
 
     A piece without end or beginning gives NEVER.
@@ -80,7 +80,7 @@ def _guards_of_pieces(law):
 def _guard_values_of_pieces(law, start, contact, root):
     if law.piece < 0.0:
         return NEVER, NEVER, 1.0
-    above_kink, below_kink = _distances(kinks(law), law.piece, kink_variable(law, contact, root))
+    above_kink, below_kink = _distances_past_ends(kinks(law), law.piece, kink_variable(law, contact, root))
     return above_kink, below_kink, NEVER
 
 

@@ -46,9 +46,9 @@ class _Rate(NamedTuple):
 
 
 @kernel
-def _put(rate, declared, index, shared):
-    rate = rate if shared.touching or declared.survives_separation else as_type_of(0.0, rate)
-    shared.out[index] = rate_or_slope(shared.kappa * rate)
+def _put_rate(rate, declared, index, context):
+    rate = rate if context.touching or declared.survives_separation else as_type_of(0.0, rate)
+    context.out[index] = rate_or_slope(context.kappa * rate)
 
 
 @kernel
@@ -57,32 +57,34 @@ def _put_zero(declared, _, index, out):
 
 
 @kernel
-def _survives(declared, _, index, shared):
+def _survives(declared, _, index, context):
     return declared.survives_separation
 
 
-_put_each, _put_zeros, _survive_each = (map_joints(function, after_number) for function in (_put, _put_zero, _survives))
+_put_each, _put_zeros, _survive_each = (
+    map_joints(function, after_number) for function in (_put_rate, _put_zero, _survives)
+)
 
 
 @kernel
-def _put_part(part, _, offsets, shared):
+def _put_part(part, _, offsets, context):
     if not counts_of_part(part).internal:
         return
-    declared, touching = internal_state(part.law), touches(shared.state.mode[offsets.contact + part.contact])
+    declared, touching = internal_state(part.law), touches(context.state.mode[offsets.contact + part.contact])
     if touching or True in _survive_each(declared, declared, 0, 0):
-        law = with_current_state(part.law, shared.state.y, shared.state.latched, offsets)
-        rates = internal_rates(law, shared.load.contacts[part.contact])
-        _put_each(rates, declared, offsets.internal, _Rate(touching, shared.kappa, shared.out))
+        law = with_current_state(part.law, context.state.y, context.state.latched, offsets)
+        rates = internal_rates(law, context.load.contacts[part.contact])
+        _put_each(rates, declared, offsets.internal, _Rate(touching, context.kappa, context.out))
     else:
-        _put_zeros(declared, declared, offsets.internal, shared.out)
+        _put_zeros(declared, declared, offsets.internal, context.out)
 
 
 _put_parts = map_joints(_put_part, after_part)
 
 
 @kernel
-def _put_joint(joint, load, offsets, shared):
-    state, kappa, out = shared
+def _put_joint(joint, load, offsets, context):
+    state, kappa, out = context
     joint_parts = parts(joint)
     _put_parts(joint_parts, joint_parts, offsets, _Rates(load, state, kappa, out))
 

@@ -2,7 +2,7 @@
 
 The film acts at any journal position.  Its force acts through the centres of journal and bearing, its shear as a couple
 on each body.  The film's formula is valid up to the eccentricity ratio `limit`; above it the ratio is clamped, but the
-velocities are not.  Where the surfaces touch, the total force is (1 - share) film + share dry, with the share from the
+velocities are not.  Where the surfaces touch, the total force is (1 - w) film + w dry, with the dry fraction w of the
 transition law.  Onset and separation are where the eccentricity equals the clearance, as in a dry joint.
 """
 
@@ -26,9 +26,9 @@ from .contract import (
     parts,
     power_lost,
 )
-from .film.contract import FilmMotion, asperity_load, dry_share, film_couples, film_force, film_pressure
+from .film.contract import FilmMotion, asperity_load, dry_fraction, film_couples, film_force, film_pressure
 from .film.corners import AFLOAT, MARGIN, Corners, Reversals, has_reversal_corners
-from .film.transition import GreenwoodTripp, bears_from
+from .film.transition import GreenwoodTripp, asperity_depth
 from .friction.contract import friction_force
 from .modes import ACTS, PRESSED, touches
 from .offsets import with_current_laws
@@ -55,11 +55,11 @@ Lubricated = NamedTuple(
         ("film", tuple),  # film_force
         ("shear", tuple),  # film_couples
         ("limit", float),  # eccentricity ratio up to which the film's formula is valid
-        ("transition", tuple),  # dry_share
+        ("transition", tuple),  # dry_fraction
         ("corners", Corners),
     ],
 )
-Lubricated.__doc__ = "A film and the dry joint behind it, whose fields come first."
+Lubricated.__doc__ = "A film combined with a dry joint, whose fields come first."
 
 
 class FilmContact(NamedTuple):
@@ -70,14 +70,14 @@ class FilmContact(NamedTuple):
     slip: float  # m/s, as in a dry joint
     rate: float  # m/s, of the eccentricity
     depth: float  # m, eccentricity less clearance
-    elastic: float  # N, the elastic part of the dry share
+    elastic: float  # N, the elastic part of the dry force
     raw: float  # N, dry force before clipping, minus the least force of its law
-    lost: float  # W, dissipated by the film and the dry share's normal force
-    rubbed: float  # W, dissipated by the dry share's friction
-    drained: float  # W, dissipated by the film
-    pumped: float  # W, by its pressure only, without shear
-    dry: float  # N, the dry share of the normal force
-    highest: tuple  # (law, FilmMotion), which determine the pressure
+    lost_power: float  # W, dissipated by the film and the dry normal force
+    dry_friction_power: float  # W, dissipated by dry friction
+    film_power: float  # W, dissipated by the film
+    pressure_power: float  # W, by its pressure only, without shear
+    dry: float  # N, the dry part of the normal force
+    pressure_inputs: tuple  # (law, FilmMotion), which determine the pressure
     speed: float  # m/s, of the journal's surface over the bearing's from spins only
 
 
@@ -88,8 +88,8 @@ class FilmLoad(NamedTuple):
     tangential: float  # N
     on_journal: float  # N m
     on_bearing: float  # N m
-    lost: float  # W
-    pumped: float  # W, of this by pressure
+    lost_power: float  # W
+    pressure_power: float  # W, of this by pressure
     motion: FilmMotion
     nx: float  # direction of the line of centres
     ny: float
@@ -114,8 +114,8 @@ def film_load(joint, gap):
             tangential=zero,
             on_journal=on_journal,
             on_bearing=on_bearing,
-            lost=-on_journal * journal - on_bearing * bearing,
-            pumped=zero,
+            lost_power=-on_journal * journal - on_bearing * bearing,
+            pressure_power=zero,
             motion=FilmMotion(zero, zero, zero),
             nx=as_type_of(1.0, square),
             ny=zero,
@@ -133,14 +133,14 @@ def film_load(joint, gap):
     )
     radial, tangential = film_force(joint.film, motion)
     on_journal, on_bearing = film_couples(joint.shear, motion, journal - bearing, eccentricity * tangential)
-    power_lost_ = -radial * rate - tangential * tangential_rate - on_journal * journal - on_bearing * bearing
+    lost_power = -radial * rate - tangential * tangential_rate - on_journal * journal - on_bearing * bearing
     return FilmLoad(
         radial=radial,
         tangential=tangential,
         on_journal=on_journal,
         on_bearing=on_bearing,
-        lost=power_lost_,
-        pumped=0.5 * eccentricity * tangential * motion.spin - radial * rate,
+        lost_power=lost_power,
+        pressure_power=0.5 * eccentricity * tangential * motion.spin - radial * rate,
         motion=motion,
         nx=nx,
         ny=ny,
@@ -151,7 +151,7 @@ def film_load(joint, gap):
 
 
 @kernel
-def load_of(joint, film, speed):
+def film_only_load(joint, film, speed):
     """Return the Load of a film only; `speed` (m/s) is reported as sliding speed."""
     fx = film.radial * film.nx - film.tangential * film.ny
     fy = film.radial * film.ny + film.tangential * film.nx
@@ -164,12 +164,12 @@ def load_of(joint, film, speed):
         depth=film.depth,
         elastic=zero,
         raw=zero,
-        lost=film.lost,
-        rubbed=zero,
-        drained=film.lost,
-        pumped=film.pumped,
+        lost_power=film.lost_power,
+        dry_friction_power=zero,
+        film_power=film.lost_power,
+        pressure_power=film.pressure_power,
         dry=zero,
-        highest=(joint.film, film.motion),
+        pressure_inputs=(joint.film, film.motion),
         speed=film.speed,
     )
     bearing, journal = film.on_bearing, film.on_journal
@@ -179,30 +179,30 @@ def load_of(joint, film, speed):
 
 
 @kernel
-def with_dry(afloat, dry_load, share):
-    """Return the combined Load: `share` of the dry joint, the rest of the film."""
-    a, b, film_share = afloat.contacts[0], dry_load.contacts[0], 1.0 - share
+def blend_loads(film_only, dry_load, fraction):
+    """Return the Load that is the `fraction` of the dry joint's plus 1 - `fraction` of the film's."""
+    a, b, film_fraction = film_only.contacts[0], dry_load.contacts[0], 1.0 - fraction
     contact = FilmContact(
-        normal=film_share * a.normal + share * b.normal,
-        tangential=film_share * a.tangential + share * b.tangential,
+        normal=film_fraction * a.normal + fraction * b.normal,
+        tangential=film_fraction * a.tangential + fraction * b.tangential,
         slip=b.slip,
         rate=b.rate,
         depth=b.depth,
-        elastic=film_share * a.elastic + share * b.elastic,
+        elastic=film_fraction * a.elastic + fraction * b.elastic,
         raw=b.raw,
-        lost=film_share * a.lost + share * (b.normal - b.elastic) * b.rate,
-        rubbed=film_share * a.rubbed - share * b.tangential * b.slip,
-        drained=film_share * a.drained,
-        pumped=film_share * a.pumped,
-        dry=film_share * a.dry + share * b.normal,
-        highest=a.highest,
+        lost_power=film_fraction * a.lost_power + fraction * (b.normal - b.elastic) * b.rate,
+        dry_friction_power=film_fraction * a.dry_friction_power - fraction * b.tangential * b.slip,
+        film_power=film_fraction * a.film_power,
+        pressure_power=film_fraction * a.pressure_power,
+        dry=film_fraction * a.dry + fraction * b.normal,
+        pressure_inputs=a.pressure_inputs,
         speed=a.speed,
     )
     return Load(
-        fx=film_share * afloat.fx + share * dry_load.fx,
-        fy=film_share * afloat.fy + share * dry_load.fy,
-        moment_proximal=film_share * afloat.moment_proximal + share * dry_load.moment_proximal,
-        moment_distal=film_share * afloat.moment_distal + share * dry_load.moment_distal,
+        fx=film_fraction * film_only.fx + fraction * dry_load.fx,
+        fy=film_fraction * film_only.fy + fraction * dry_load.fy,
+        moment_proximal=film_fraction * film_only.moment_proximal + fraction * dry_load.moment_proximal,
+        moment_distal=film_fraction * film_only.moment_distal + fraction * dry_load.moment_distal,
         contacts=(contact,),
     )
 
@@ -210,12 +210,12 @@ def with_dry(afloat, dry_load, share):
 @kernel
 def with_asperities(joint, gap, film, load):
     """Return the Load of a film and of asperity contact through it, with friction."""
-    borne = asperity_load(joint.transition, film.depth)
+    asperity_force = asperity_load(joint.transition, film.depth)
     contact = load.contacts[0]
     slip = dry.surface_speed(joint, gap, -film.ny, film.nx)
-    rubbing = as_type_of(friction_force(joint.friction, borne, slip), slip)
-    fx, fy = -borne * film.nx - rubbing * film.ny, -borne * film.ny + rubbing * film.nx
-    bearing, journal = -joint.bearing_radius * rubbing, joint.journal_radius * rubbing
+    friction = as_type_of(friction_force(joint.friction, asperity_force, slip), slip)
+    fx, fy = -asperity_force * film.nx - friction * film.ny, -asperity_force * film.ny + friction * film.nx
+    bearing, journal = -joint.bearing_radius * friction, joint.journal_radius * friction
     if joint.side < 0.0:
         fx, fy, bearing, journal = -fx, -fy, journal, bearing
     return Load(
@@ -225,19 +225,19 @@ def with_asperities(joint, gap, film, load):
         moment_distal=load.moment_distal + journal,
         contacts=(
             FilmContact(
-                normal=contact.normal + borne,
-                tangential=contact.tangential + rubbing,
+                normal=contact.normal + asperity_force,
+                tangential=contact.tangential + friction,
                 slip=contact.slip,
                 rate=contact.rate,
                 depth=contact.depth,
-                elastic=borne,
+                elastic=asperity_force,
                 raw=contact.raw,
-                lost=contact.lost,
-                rubbed=-rubbing * slip,
-                drained=contact.drained,
-                pumped=contact.pumped,
-                dry=borne,
-                highest=contact.highest,
+                lost_power=contact.lost_power,
+                dry_friction_power=-friction * slip,
+                film_power=contact.film_power,
+                pressure_power=contact.pressure_power,
+                dry=asperity_force,
+                pressure_inputs=contact.pressure_inputs,
                 speed=contact.speed,
             ),
         ),
@@ -269,8 +269,8 @@ def film_depths(joint) -> tuple[float, float]:
     """Return the depths (m) beyond which dry contact carries load and the film's formula is constant; inf for never."""
     if not isinstance(joint, (Film, Lubricated)):
         return math.inf, math.inf
-    begins = bears_from(joint.transition) if isinstance(joint, Lubricated) else math.inf
-    return begins, joint.corners.clamped
+    dry_depth = asperity_depth(joint.transition) if isinstance(joint, Lubricated) else math.inf
+    return dry_depth, joint.corners.clamped
 
 
 def corners_of(clearance: float, limit: float, begin: float = math.inf, end: float = math.inf) -> Corners:
@@ -301,7 +301,7 @@ def _parts_film(joint):
 
 @load.member(Film)
 def _load_film(joint, gap, offsets, state):
-    return load_of(joint, film_load(joint, gap), relative_speed(gap))
+    return film_only_load(joint, film_load(joint, gap), relative_speed(gap))
 
 
 # ---------------------------------------------------------------------------------------------- with a dry joint
@@ -321,18 +321,18 @@ def _parts_lubricated(joint):
 def _load_lubricated(joint, gap, offsets, state):
     mode = state.mode[offsets.contact]
     film = film_load(joint, gap)
-    film_only = load_of(joint, film, relative_speed(gap))
+    film_only = film_only_load(joint, film, relative_speed(gap))
     afloat = with_asperity_contact(joint.transition, joint, gap, film, film_only)
     if not touches(mode):
         return afloat
     root = state.y[state.roots + offsets.contact]
     current = with_current_laws(joint, offsets, state)
     dry_load = dry.joint_load(current, gap, mode, root * abs(root), state.latched[offsets.contact])
-    share = dry_share(joint.transition, film.depth)
-    return with_dry(afloat, dry_load, share)
+    fraction = dry_fraction(joint.transition, film.depth)
+    return blend_loads(afloat, dry_load, fraction)
 
 
-# ---------------------------------------------------------------------------------------------- what is seen
+# ---------------------------------------------------------------------------------------------- observables
 
 
 @extra_columns.member(Film)
@@ -343,21 +343,21 @@ def _extra_columns_film_or_lubricated(joint):
 
 @power_lost.member(FilmContact)
 def _power_lost_film_contact(contact):
-    return contact.lost + contact.rubbed + contact.tangential * contact.slip
+    return contact.lost_power + contact.dry_friction_power + contact.tangential * contact.slip
 
 
 @guard_quantity.member(FilmContact)
 def _guard_quantity_of_film(contact):
     """Return the spin, infinite at the centre of the bearing, times a factor that makes it smooth there."""
-    _, motion = contact.highest
+    _, motion = contact.pressure_inputs
     return motion.ratio * motion.ratio * motion.spin
 
 
 @extra_observables.member(FilmContact)
 def _extra_observables_film_contact(contact, accurate):
-    law, motion = contact.highest
+    law, motion = contact.pressure_inputs
     pressure = film_pressure(law, motion) if accurate else 0.0
-    return contact.dry, contact.drained, contact.rubbed, pressure, contact.speed, contact.pumped
+    return contact.dry, contact.film_power, contact.dry_friction_power, pressure, contact.speed, contact.pressure_power
 
 
 @extra_channels.member(FilmContact)

@@ -1,11 +1,11 @@
 """Nearest or deepest point of worn surfaces; `joint.worn` uses it.
 
 The deepest point is where the slope of g = e . u(phi) - h is zero, e sin(gamma - phi) = h', found from the direction
-gamma of the eccentricity by Halley's method, of the third order, whose last step has derivatives.  It is the deepest of
-all in two cases.  Where e^2 > h'^2 + h''^2, whatever the place, there is but one such point on that side.  And with r
-the least of h + h'', h - r is the support function of a convex region, so that all directions in which e lies beyond
-it, g > -r, are one arc, and g has one maximum on it.  So it is wherever surfaces touch, as c + r > 0 at a point.  Else,
-the journal close to the centre compared with the wear, the deepest of SAMPLES samples is refined within a bracket.
+gamma of the eccentricity by Halley's method, of the third order, whose last step is differentiated.  This stationary
+point is the deepest point in two cases.  If e^2 > h'^2 + h''^2 at all angles, there is only one such point on that
+side. With r the least h + h'', h - r is the support function of a convex region; so the directions with g > -r are one
+arc, and g has one maximum on it.  This is so wherever surfaces touch at one point, as c + r > 0.  Otherwise the journal
+is close to the centre compared with the wear, and the deepest of SAMPLES samples is refined within a bracket.
 """
 
 from typing import NamedTuple
@@ -21,9 +21,9 @@ from ..trace import portable
 from .offsets import after_number
 from .wear.shape import wear_depth_at
 
-LAST_STEP = 0.02  # rad, over half of what shapes are smoothed by: a step after which the next is the last
-LAST_STEP_BOUND = 1e-4  # rad: bound of the last step, which is differentiated
-STEPS, BISECTIONS = 8, 60  # at most
+NEXT_TO_LAST_STEP = 0.02  # rad, about half the smoothing width of shapes: after a smaller step the next is the last
+MAX_LAST_STEP = 1e-4  # rad: largest last step, which is differentiated
+MAX_STEPS, MAX_BISECTIONS = 8, 60
 SAMPLES = 64  # samples round the bearing
 
 
@@ -57,9 +57,9 @@ class Nearest(NamedTuple):
     depth: float  # m, negative for a gap
     rate: float  # m/s, of the depth
     rolling: float  # m/s, of the journal's surface over the bearing's from spins only
-    radii: tuple  # m, wear depths of bearing and journal there
+    radii: tuple  # m, worn radii of bearing and journal there
     slopes: tuple  # m/rad, h' of bearing and journal there
-    local: float  # m, difference of the radii of curvature there
+    local_clearance: float  # m, difference of the radii of curvature of the surfaces there
     normal_rate: float  # rad/s, of the normal
 
 
@@ -104,7 +104,7 @@ def surfaces_of(joint):
 
 @inlined
 def halley(surfaces, angle, body_angles, radial, tangential_distance):
-    """Return a step (rad) towards the deepest point, whether the gap opens on both sides of `angle`, and g (m) there.
+    """Return (step (rad) towards the deepest point, whether g is concave at `angle`, g (m) at `angle`).
 
     body_angles : the angles of bearing and journal, rad
     radial, tangential_distance : m, components of the eccentricity in the direction `angle`
@@ -129,7 +129,7 @@ def deepest_by_sampling(surfaces, x, y, body_angles):
         if x * c + y * s - (h + journal_wear) > greatest_depth:
             greatest_depth, deepest_at = x * c + y * s - (h + journal_wear), i * width
     angle, low, high = deepest_at, deepest_at - width, deepest_at + width
-    for _ in range(BISECTIONS):
+    for _ in range(MAX_BISECTIONS):
         c, s = direction(angle)
         _, slope, bearing_curvature, _ = wear_depth_at(surfaces.bearing, angle - body_angles[0])
         _, journal_slope, journal_curvature, _ = wear_depth_at(surfaces.journal, angle - body_angles[1])
@@ -141,40 +141,40 @@ def deepest_by_sampling(surfaces, x, y, body_angles):
         newton_angle = angle + residual / curvature if curvature > 0.0 else low
         if not low < newton_angle < high:
             newton_angle = 0.5 * (low + high)
-        move, angle = abs(newton_angle - angle), newton_angle
-        if move < LAST_STEP_BOUND:
+        correction, angle = abs(newton_angle - angle), newton_angle
+        if correction < MAX_LAST_STEP:
             break
     return angle
 
 
 @kernel
-def last_step_bound(x):
-    """Return the step length (rad) of Halley's method after which the next step is the last; less for derivatives."""
-    return LAST_STEP_BOUND if isinstance(x, Dual) else LAST_STEP
+def step_tolerance(x):
+    """Return the step length (rad) after which the next step is the last; smaller for derivatives."""
+    return MAX_LAST_STEP if isinstance(x, Dual) else NEXT_TO_LAST_STEP
 
 
 @inlined
-def deepest_angle(joint, x, y, body_angles, close):
-    """Return the angle (rad) of the nearest point, before the last step."""
+def deepest_angle(joint, x, y, body_angles, tolerance):
+    """Return the angle (rad) of the nearest point before the last step; tolerance : rad, of the next-to-last step."""
     surfaces = surfaces_of(joint)
-    steep, bent = (
-        joint.bearing.greatest_slope + joint.journal.greatest_slope,
-        joint.bearing.greatest_curvature + joint.journal.greatest_curvature,
+    max_slope, max_curvature = (
+        joint.bearing.max_slope + joint.journal.max_slope,
+        joint.bearing.max_curvature + joint.journal.max_curvature,
     )
-    least_radius = -(joint.bearing.least_radius_change + joint.journal.least_radius_change)
+    min_radius = -(joint.bearing.min_radius_change + joint.journal.min_radius_change)
     square, angle, is_converged = x * x + y * y, 0.0 * x, False
     if square > 0.0:
         start_angle = approximate_angle(y, x)
-        step, opens, height = halley(surfaces, start_angle, body_angles, math.sqrt(square), 0.0)
+        step, is_maximum, overlap = halley(surfaces, start_angle, body_angles, math.sqrt(square), 0.0)
         angle = start_angle + step
-        for _ in range(STEPS):
-            if not (opens and abs(angle - start_angle) < 0.5 * math.pi):
+        for _ in range(MAX_STEPS):
+            if not (is_maximum and abs(angle - start_angle) < 0.5 * math.pi):
                 break
-            if abs(step) < close:
-                is_converged = height > least_radius or square > steep * steep + bent * bent
+            if abs(step) < tolerance:
+                is_converged = overlap > min_radius or square > max_slope * max_slope + max_curvature * max_curvature
                 break
             c, s = direction(angle)
-            step, opens, height = halley(surfaces, angle, body_angles, x * c + y * s, y * c - x * s)
+            step, is_maximum, overlap = halley(surfaces, angle, body_angles, x * c + y * s, y * c - x * s)
             angle += step
     if not is_converged:  # in some lane: what follows a return would be computed for none, too
         angle = deepest_by_sampling(surfaces, x, y, body_angles)
@@ -186,7 +186,7 @@ def nearest(joint, gap):
     """Return the Nearest of a TurnedGap, differentiable through the last Newton step."""
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     on_bearing, on_journal, bearing_spin, journal_spin = bodies_of(joint, gap)
-    angle = deepest_angle(joint, plain(x), plain(y), (plain(on_bearing), plain(on_journal)), last_step_bound(x))
+    angle = deepest_angle(joint, plain(x), plain(y), (plain(on_bearing), plain(on_journal)), step_tolerance(x))
     c, s = direction(angle)
     h, slope, bearing_curvature, third = wear_depth_at(joint.bearing.table, angle - on_bearing)
     journal_wear, journal_slope, journal_curvature, journal_third = wear_depth_at(
@@ -202,8 +202,8 @@ def nearest(joint, gap):
         correction - 0.5 * skew * inverse_curvature * correction * correction,
         skew * (1.0 / 3.0),
     )
-    straight = 1.0 - 0.5 * correction * correction  # series of the cosine of the remainder
-    nx, ny = c * straight - s * correction, s * straight + c * correction
+    cosine = 1.0 - 0.5 * correction * correction  # series of the cosine of the remainder
+    nx, ny = c * cosine - s * correction, s * cosine + c * correction
     radii = joint.bearing_radius + h, joint.journal_radius - journal_wear
     slopes = (
         slope + correction * (bearing_curvature + 0.5 * third * correction),
@@ -220,13 +220,13 @@ def nearest(joint, gap):
         rolling=journal_spin * radii[1] - bearing_spin * radii[0],
         radii=radii,
         slopes=slopes,
-        local=joint.clearance + (h + bearing_curvature + journal_wear + journal_curvature),
+        local_clearance=joint.clearance + (h + bearing_curvature + journal_wear + journal_curvature),
         normal_rate=(vy * c - vx * s + bearing_curvature * bearing_spin + journal_curvature * journal_spin)
         * inverse_curvature,
     )
 
 
-# ---------------------------------------------------------------------------------------------- how bodies are turned
+# ---------------------------------------------------------------------------------------------- angles of the bodies
 
 
 @family
@@ -255,7 +255,7 @@ def turned_gap(joint, gap, angles):
 
 
 @kernel
-def _turn(joint, pair, index, shared):
+def _with_angles(joint, pair, index, shared):
     return with_angles(joint, pair[0], pair[1])
 
 
@@ -264,10 +264,10 @@ def _pair(gap, angles, index, shared):
     return gap, angles
 
 
-_turn_all, _pairs = map_joints(_turn, after_number), map_joints(_pair, after_number)
+_with_all_angles, _pairs = map_joints(_with_angles, after_number), map_joints(_pair, after_number)
 
 
 @inlined
 def with_body_angles(joints, relative, angles):
     """Return the Gaps `relative` of joints, for worn joints with the `angles` of their bodies."""
-    return _turn_all(joints, _pairs(relative, angles, 0, 0), 0, 0)
+    return _with_all_angles(joints, _pairs(relative, angles, 0, 0), 0, 0)

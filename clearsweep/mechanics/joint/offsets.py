@@ -6,7 +6,7 @@ longer for it than for the forces.
 
 from ..compiled.family import inlined, kernel, kinds, map_joints
 from ..observe.observables import FILM_WIDTH, columns
-from .contract import Offsets, contact_modes, extra_columns, guards, histories, integrated, parts
+from .contract import Offsets, contact_modes, extra_columns, guards, history_count, is_integrated, parts
 
 
 class _Fields:
@@ -29,7 +29,7 @@ def _counts_of_law(law):
     """Return the numbers of internal state and guards of a law or its compiler type, as Offsets."""
     form = form_of(law)
     numbers = len(form._field_defaults)
-    internal = numbers if integrated(form) else 0
+    internal = numbers if is_integrated(form) else 0
     return Offsets(0, internal, numbers - internal, len(guards.body_for(form)(None)))
 
 
@@ -70,12 +70,12 @@ def _after(counts_of_one):
     """Return a function that advances Offsets past a joint or part of the size `counts_of_one`."""
 
     def offsets_after(offsets, joint_part):
-        contacts, internal, latching, guarding = counts_of_one(joint_part)
+        contacts, internal, latched, guards = counts_of_one(joint_part)
         return Offsets(
             offsets.contact + contacts,
             offsets.internal + internal,
-            offsets.latched + latching,
-            offsets.guard + guarding,
+            offsets.latched + latched,
+            offsets.guard + guards,
         )
 
     return offsets_after
@@ -89,9 +89,9 @@ def total_counts(joints):
     return counts_of_joints(joints)
 
 
-def histories_of(joint):
+def history_count_of(joint):
     """Return the number of time histories of a joint or its compiler type."""
-    return histories.body_for(form_of(joint))(None)
+    return history_count.body_for(form_of(joint))(None)
 
 
 @kernel
@@ -105,7 +105,7 @@ def _extra_counts(joint):
     return extra_columns.body_for(form_of(joint))(None)
 
 
-def observed_columns(joints):
+def observable_count(joints):
     """Return the number of observables of a scene: those of films follow those of all contacts."""
     contacts = counts_of_joints(joints).contact
     return columns(contacts) + (FILM_WIDTH * contacts if any(_extra_counts(joint)[0] for joint in joints) else 0)
@@ -128,23 +128,23 @@ _numbers = map_joints(_number, after_number)
 
 
 @kernel
-def with_internal_state(law, numbers, first):
-    """Return the law with its internal state from `numbers`, starting at `first`."""
+def with_internal_state(law, numbers, start):
+    """Return the law with its internal state from `numbers`, starting at `start`."""
     cls, parameters = type(law), len(law) - len(law._field_defaults)
-    return cls(*law[:parameters], *_numbers(law[parameters:], law[parameters:], first, numbers))
+    return cls(*law[:parameters], *_numbers(law[parameters:], law[parameters:], start, numbers))
 
 
 @kernel
-def where_internal(law, y, latched, offsets):
+def internal_state_location(law, y, latched, offsets):
     """Return the array of a law's internal state, the state vector or the latched numbers, and its index there."""
-    return (y, offsets.internal) if integrated(type(law)) else (latched, offsets.latched)
+    return (y, offsets.internal) if is_integrated(type(law)) else (latched, offsets.latched)
 
 
 @kernel
 def with_current_state(law, y, latched, offsets):
     """Return the law with its internal state at its Offsets `offsets`."""
-    numbers, first = where_internal(law, y, latched, offsets)
-    return with_internal_state(law, numbers, first)
+    numbers, start = internal_state_location(law, y, latched, offsets)
+    return with_internal_state(law, numbers, start)
 
 
 @inlined

@@ -49,10 +49,10 @@ def hysteresis_rebound(chi: float) -> float:
     loss = approach_loss(chi)
     # with 1 - chi e = exp(-s) the root s of expm1(-s) + s = loss is below loss + 1; the left side is convex, so that
     # Newton's method falls towards the root
-    s, larger = loss + 1.0, math.inf
-    while s < larger:
-        s, larger = s + (math.expm1(-s) + s - loss) / math.expm1(-s), s
-    return -math.expm1(-larger) / chi
+    s, previous_s = loss + 1.0, math.inf
+    while s < previous_s:
+        s, previous_s = s + (math.expm1(-s) + s - loss) / math.expm1(-s), s
+    return -math.expm1(-previous_s) / chi
 
 
 def approach_hysteresis_rebound(chi: float) -> float:

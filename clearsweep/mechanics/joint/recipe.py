@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ...contracts.case import Joint
 from ...contracts.catalogue import Law
-from .contract import undeclared
+from .contract import describe_missing_members
 from .elastic import contract as elastic
 from .film import contract as film
 from .friction import contract as friction
@@ -14,7 +14,7 @@ from .loss import contract as loss
 from .wear import contract as wear
 
 #: Family of laws -> the compiled families of which each type must be a member.
-DECLARED = {
+REQUIRED_FAMILIES = {
     "law": loss.FAMILIES,
     "elastic": elastic.FAMILIES,
     "roughness": (),  # tables are computed before compiling
@@ -56,25 +56,25 @@ def register(law: Law, types: tuple[type, ...], make: Callable, **options) -> No
 
     A `source` that begins with 'after' names the paper whose formula was taken from later work that quotes it.
     """
-    for problem in _undeclared(law, types, options.get("returned")):
+    for problem in _describe_faults(law, types, options.get("returned")):
         raise TypeError(f"{law.family} '{law.name}': {problem}")
     RECIPES[law.family, law.name] = Recipe(law, types, make, **options)
 
 
-def _undeclared(law: Law, types: tuple[type, ...], is_returned: Callable | None):
+def _describe_faults(law: Law, types: tuple[type, ...], returned: Callable | None):
     """Yield descriptions of the missing declarations of a law."""
-    if law.family not in DECLARED:
-        yield f"unknown family (known: {', '.join(DECLARED)})"
+    if law.family not in REQUIRED_FAMILIES:
+        yield f"unknown family (known: {', '.join(REQUIRED_FAMILIES)})"
         return
     if (law.family, law.name) in RECIPES:
         yield "is entered already; give it another name"
     for form in types:
-        missing = [family.__name__ for family in DECLARED[law.family] if form not in family.members]
+        missing = [family.__name__ for family in REQUIRED_FAMILIES[law.family] if form not in family.members]
         if missing:
             yield f"{form.__name__} declares no {', '.join(missing)}"
-        yield from (f"{form.__name__} {problem}" for problem in undeclared(form))
+        yield from (f"{form.__name__} {problem}" for problem in describe_missing_members(form))
     names = {field.name for field in law.fields}
-    if "restitution" in names and is_returned is None:
+    if "restitution" in names and returned is None:
         yield "takes a restitution, but declares none that a free impact returns"
     if not law.uses_elastic and "stiffness" not in names:
         yield "uses no elastic law, but takes no stiffness for a spring of its own"

@@ -17,11 +17,11 @@ from .elastic.conformal import Foundation
 from .elastic.contract import elastic_force
 from .elastic.power import Linear
 from .film.shear import DEFAULT
-from .film.transition import bounds
+from .film.transition import transition_depths
 from .friction.contract import Frictionless
 from .friction.rest import at_contact
 from .loss.contract import lowest_force
-from .loss.renewed import renewed
+from .loss.renewed import renewed_law
 from .material import line_modulus
 from .recipe import RECIPES, Recipe, compiled_term
 from .roughness.series import Arc, Series, in_series
@@ -41,10 +41,11 @@ from .film import reynolds, finite, short, long, shear, transition  # noqa: F401
 
 __all__ = [
     "RECIPES",
-    "beyond_hertz",
+    "all_laws",
+    "can_pull",
     "contact_terms",
-    "derived",
-    "described",
+    "departs_from_hertz",
+    "derived_values",
     "elastic_candidates",
     "elastic_choices",
     "elastic_forces",
@@ -54,19 +55,18 @@ __all__ = [
     "jam_angle",
     "joint_term",
     "penetration_limit",
-    "pulls",
     "restitution",
-    "smoothing",
+    "smoothing_width",
     "wear_term",
 ]
 
 
-def described() -> tuple[Law, ...]:
+def all_laws() -> tuple[Law, ...]:
     """Return the descriptions of all laws that a grid can name."""
     return tuple(recipe.law for recipe in RECIPES.values())
 
 
-def _elastic(joint: Joint) -> Recipe | None:
+def _elastic_recipe(joint: Joint) -> Recipe | None:
     """Return the elastic law of a joint, or None if the contact law brings its own spring."""
     uses_elastic = joint.is_dry and RECIPES["law", joint.contact.law].law.uses_elastic
     return RECIPES["elastic", joint.contact.elastic] if uses_elastic else None
@@ -99,7 +99,9 @@ def joint_term(joint: Joint, distal: str, earlier_wear: Worn | None = None) -> t
         laws = law, elastic, _sliding_term(joint), mean_radius, wear_term(joint)
         unworn = slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half_slot, *laws)
         return (
-            worn_slot.WornSlot(*unworn, *_slot_shapes(joint, unworn, earlier_wear)[:2]) if _evolves(joint) else unworn
+            worn_slot.WornSlot(*unworn, *_worn_slot_shapes(joint, unworn, earlier_wear)[:2])
+            if _evolves(joint)
+            else unworn
         )
     if joint.is_spatial:
         return _spatial_term(joint)
@@ -114,13 +116,13 @@ def joint_term(joint: Joint, distal: str, earlier_wear: Worn | None = None) -> t
         wear=wear_term(joint),
     )
     if _evolves(joint):
-        form = worn.WornOnFoundation if _on_springs(joint, elastic) else worn.WornJoint
-        return form(*dry_joint, *_shapes(joint, elastic, earlier_wear)[:2])
+        form = worn.WornOnFoundation if _is_on_foundation(joint, elastic) else worn.WornJoint
+        return form(*dry_joint, *_worn_shapes(joint, elastic, earlier_wear)[:2])
     if joint.film is None:
         return dry_joint
     film, drag = film_terms(joint)
     film_transition = compiled_term("transition", joint.film.transition, joint)
-    corners = lubricated.corners_of(joint.clearance, joint.film.limit, *bounds(film_transition))
+    corners = lubricated.corners_of(joint.clearance, joint.film.limit, *transition_depths(film_transition))
     return lubricated.Lubricated(*dry_joint, film, drag, joint.film.limit, film_transition, corners)
 
 
@@ -129,20 +131,20 @@ def _evolves(joint: Joint) -> bool:
     return joint.wear is not None and joint.wear.evolve
 
 
-def _slot_shapes(joint: Joint, term: Any, worn: Worn | None) -> tuple[Shape, Shape, float]:
-    """Return the result of `_shapes` for a slot with the compiled form `term`."""
+def _worn_slot_shapes(joint: Joint, term: Any, worn: Worn | None) -> tuple[Shape, Shape, float]:
+    """Return the result of `_worn_shapes` for a slot with the compiled form `term`."""
     assert joint.wear is not None  # only joints with wear
     unworn = np.zeros(joint.wear.bins)
     bearing, journal = worn[:2] if worn else (unworn, unworn)
     return worn_slot.slot_shapes(term, bearing, journal)
 
 
-def _on_springs(joint: Joint, elastic: tuple) -> bool:
+def _is_on_foundation(joint: Joint, elastic: tuple) -> bool:
     """Return whether the worn surfaces of a joint press on a bed of springs, not at one point."""
     return isinstance(elastic, Foundation) and joint.wear is not None and joint.wear.pressure == "winkler"
 
 
-def _shapes(joint: Joint, elastic: tuple, worn: Worn | None) -> tuple[Shape, Shape, float]:
+def _worn_shapes(joint: Joint, elastic: tuple, worn: Worn | None) -> tuple[Shape, Shape, float]:
     """Return the shapes of bearing and journal, circles if unworn, and their smoothing width.
 
     The width is the standard deviation (rad) of the Gaussian.
@@ -151,17 +153,17 @@ def _shapes(joint: Joint, elastic: tuple, worn: Worn | None) -> tuple[Shape, Sha
     unworn = np.zeros(joint.wear.bins)
     bearing, journal = worn[:2] if worn else (unworn, unworn)
     return shapes_of(
-        bearing, journal, joint.clearance, FOUNDATION_MARGIN if _on_springs(joint, elastic) else POINT_MARGIN
+        bearing, journal, joint.clearance, FOUNDATION_MARGIN if _is_on_foundation(joint, elastic) else POINT_MARGIN
     )
 
 
-def smoothing(joint: Joint, worn: Worn) -> float | None:
+def smoothing_width(joint: Joint, worn: Worn) -> float | None:
     """Return the standard deviation (rad) of the Gaussian that smooths worn shapes, or None if they have no effect."""
     if not _evolves(joint):
         return None
     if joint.slot_length is not None:
-        return _slot_shapes(joint, joint_term(joint, "", worn), worn)[2]
-    return _shapes(joint, contact_terms(joint)[1], worn)[2]
+        return _worn_slot_shapes(joint, joint_term(joint, "", worn), worn)[2]
+    return _worn_shapes(joint, contact_terms(joint)[1], worn)[2]
 
 
 def film_terms(joint: Joint) -> tuple:
@@ -177,8 +179,8 @@ def _spatial_term(joint: Joint) -> spatial.Through | spatial.Flanged:
     assert None not in (joint.bearing_radius, joint.length, joint.journal_length)  # the grid requires them
     tilt_vector = np.array([*joint.tilt, 0.0])
     angle = float(np.linalg.norm(tilt_vector))
-    share = math.sin(angle) / angle if angle else 1.0
-    bent = 0.5 * (math.sin(0.5 * angle) / (0.5 * angle)) ** 2 if angle else 0.5  # (1 - cos) / angle^2
+    sinc = math.sin(angle) / angle if angle else 1.0
+    versine_factor = 0.5 * (math.sin(0.5 * angle) / (0.5 * angle)) ** 2 if angle else 0.5  # (1 - cos) / angle^2
     a, b = joint.tilt
     through = spatial.Through(
         clearance=joint.clearance,
@@ -188,14 +190,14 @@ def _spatial_term(joint: Joint) -> spatial.Through | spatial.Flanged:
         half_length=0.5 * joint.length,
         half_journal=0.5 * joint.journal_length,
         offset=Vector(*joint.offset),
-        axis=Vector(share * b, -share * a, math.cos(angle)),
-        ends=spatial.InBore() if joint.flange else spatial.Overlapping(),
+        axis=Vector(sinc * b, -sinc * a, math.cos(angle)),
+        end_type=spatial.InBore() if joint.flange else spatial.Overlapping(),
         walls=spatial.spread_over(elastic) if joint.walls == "spread" else spatial.EndContacts(),
         law=law,
         elastic=elastic,
         friction=friction_term(joint),
         wear=wear_term(joint),
-        across=Vector(math.cos(angle) + bent * a * a, bent * a * b, -share * b),
+        across=Vector(math.cos(angle) + versine_factor * a * a, versine_factor * a * b, -sinc * b),
         wear_rows=float(joint.wear.length_bins) if joint.wear else 0.0,
     )
     if not joint.flange:
@@ -213,16 +215,16 @@ def contact_terms(joint: Joint) -> tuple:
     """Return the compiled form of (law, elastic) of a joint."""
     contact = joint.contact
     law, rough = compiled_term("law", contact.law, joint), _roughness(joint)
-    elastic = rough.term if rough else _bulk(joint)
-    if contact.onset != "renewed" or not _elastic(joint):
+    elastic = rough.term if rough else _bulk_term(joint)
+    if contact.onset != "renewed" or not _elastic_recipe(joint):
         return law, elastic
-    is_returned = restitution(joint)
-    return (law if is_returned is None else renewed(law, elastic, is_returned)), elastic
+    restitution_of_law = restitution(joint)
+    return (law if restitution_of_law is None else renewed_law(law, elastic, restitution_of_law)), elastic
 
 
-def _bulk(joint: Joint) -> tuple:
+def _bulk_term(joint: Joint) -> tuple:
     """Return the compiled elastic law of a joint's bodies, without roughness."""
-    if not _elastic(joint):
+    if not _elastic_recipe(joint):
         return Linear(joint.contact.values["stiffness"])
     return compiled_term("elastic", joint.contact.elastic, joint)
 
@@ -233,14 +235,14 @@ def _roughness(joint: Joint) -> Series | None:
     if not isinstance(surface, Surface):
         return None
     arc = Arc(line_modulus(joint) * joint.clearance, 2.0 * joint.bearing_radius * joint.length)
-    return in_series(_bulk(joint), surface, arc)
+    return in_series(_bulk_term(joint), surface, arc)
 
 
 def penetration_limit(joint: Joint) -> float:
     """Return the largest valid penetration (m) of a joint's elastic law, rough or not; inf if there is no limit."""
-    elastic_law, rough = _elastic(joint), _roughness(joint)
+    elastic_law, rough = _elastic_recipe(joint), _roughness(joint)
     limit = elastic_law.limit(joint) if elastic_law else math.inf
-    return min(rough.flattened, rough.depth(limit)) if rough else limit
+    return min(rough.flattening_depth, rough.depth(limit)) if rough else limit
 
 
 def elastic_forces(joint: Joint, depths) -> list[float]:
@@ -254,9 +256,9 @@ def elastic_choices(joint: Joint) -> dict[str, Joint]:
 
     Rough surfaces are kept; the law in use is also combined with other roughness laws.
     """
-    if joint.contact.material is None or _elastic(joint) is None:
+    if joint.contact.material is None or _elastic_recipe(joint) is None:
         return {}
-    allowed_joints = [candidate for candidate, lack in elastic_candidates(joint).values() if not lack]
+    allowed_joints = [candidate for candidate, obstacle in elastic_candidates(joint).values() if not obstacle]
     return {candidate.elastic_name: candidate for candidate in allowed_joints} | _other_surfaces(joint)
 
 
@@ -265,7 +267,7 @@ def _other_surfaces(joint: Joint) -> dict[str, Joint]:
     rough = joint.roughness
     if not rough or not rough.values:
         return {}
-    laws = [law for law in described() if law.family == "roughness" and law.name != rough.law]
+    laws = [law for law in all_laws() if law.family == "roughness" and law.name != rough.law]
     rough_joints = [joint._replace(roughness=rough._replace(law=law.name)) for law in laws]
     return {rough_joint.elastic_name: rough_joint for rough_joint in rough_joints}
 
@@ -276,59 +278,63 @@ def elastic_candidates(joint: Joint) -> dict[str, tuple[Joint, str]]:
     The result is empty if the law of its normal force has its own stiffness.
     """
     contact, candidates = joint.contact, {}
-    if _elastic(joint) is None:
+    if _elastic_recipe(joint) is None:
         return candidates
-    sizes = {key: value for key, value in joint._asdict().items() if isinstance(value, float)}
+    dimensions = {key: value for key, value in joint._asdict().items() if isinstance(value, float)}
     materials = contact.material._asdict() if contact.material else {}
     material = {
         f"contact.material.{body}.{key}": value
-        for body, made_of in materials.items()
-        for key, value in made_of._asdict().items()
+        for body, material_of_body in materials.items()
+        for key, value in material_of_body._asdict().items()
     }
-    known_keys = {*sizes, *(("material",) if material else ())}
-    for law in (law for law in described() if law.family == "elastic"):
+    known_keys = {*dimensions, *(("material",) if material else ())}
+    for law in (law for law in all_laws() if law.family == "elastic"):
         defaults = {field.name: field.default for field in law.fields if field.default is not None}
         is_chosen = law.name == contact.elastic  # keys of other laws may have the same names, such as `exponent`
         values = defaults | contact.values if is_chosen else contact.values | defaults
-        follows = {*values, *(("stiffness",) if material else ())}
-        lacking = [name for name in law.needs if name not in known_keys]
-        lacking += [field.name for field in law.fields if field.name not in follows]
-        left_ranges = [
-            limit for limit in law.ranges if not lacking and not limit.contains((sizes | material)[limit.path])
+        available = {*values, *(("stiffness",) if material else ())}
+        missing = [name for name in law.needs if name not in known_keys]
+        missing += [field.name for field in law.fields if field.name not in available]
+        violated_ranges = [
+            law_range
+            for law_range in law.ranges
+            if not missing and not law_range.contains((dimensions | material)[law_range.path])
         ]
-        lack = f"needs {' and '.join(lacking)}" if lacking else ""
-        lack = lack or "; ".join(f"{limit.path} {limit.allowed()}: {limit.reason}" for limit in left_ranges)
-        candidates[law.name] = joint._replace(contact=contact._replace(elastic=law.name, values=values)), lack
+        obstacle = f"needs {' and '.join(missing)}" if missing else ""
+        obstacle = obstacle or "; ".join(
+            f"{law_range.path} {law_range.allowed()}: {law_range.reason}" for law_range in violated_ranges
+        )
+        candidates[law.name] = joint._replace(contact=contact._replace(elastic=law.name, values=values)), obstacle
     return candidates
 
 
 def restitution(joint: Joint) -> float | None:
     """Return the restitution of a free impact in a joint, or None if it depends on mass and speed or does not exist."""
-    is_returned = joint.is_dry and RECIPES["law", joint.contact.law].returned
-    return float(is_returned(joint.contact.values.get("restitution"))) if is_returned else None
+    formula = joint.is_dry and RECIPES["law", joint.contact.law].returned
+    return float(formula(joint.contact.values.get("restitution"))) if formula else None
 
 
-def beyond_hertz(joint: Joint) -> bool:
+def departs_from_hertz(joint: Joint) -> bool:
     """Return whether the contact law of a joint assumes Hertz's force, which rough surfaces change."""
     return "hertz" in RECIPES["law", joint.contact.law].law.needs and _roughness(joint) is not None
 
 
 def is_ball(joint: Joint) -> bool:
     """Return whether the stiffness of a joint is that of a ball in a socket and another law could replace it."""
-    contact, elastic = joint.contact, _elastic(joint)
+    contact, elastic = joint.contact, _elastic_recipe(joint)
     from_material = elastic is not None and contact.material is not None and "stiffness" not in contact.values
     needs_hertz = joint.is_dry and "hertz" in RECIPES["law", contact.law].law.needs
     return from_material and contact.elastic == "power" and not needs_hertz and not joint.is_guide
 
 
-def pulls(joint: Joint) -> bool:
+def can_pull(joint: Joint) -> bool:
     """Return whether the normal force of a joint can be negative."""
     return joint.is_dry and lowest_force(contact_terms(joint)[0]) < 0.0
 
 
-def derived(joint: Joint) -> dict[str, tuple[float, str]]:
+def derived_values(joint: Joint) -> dict[str, tuple[float, str]]:
     """Return the derived values of a joint's contact: path within the joint -> (value, unit)."""
-    elastic_law, limit = _elastic(joint), penetration_limit(joint)
+    elastic_law, limit = _elastic_recipe(joint), penetration_limit(joint)
     values = RECIPES["law", joint.contact.law].derived(joint) if joint.is_dry else {}
     if elastic_law:
         values = elastic_law.derived(joint) | values

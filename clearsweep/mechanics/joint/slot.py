@@ -70,16 +70,16 @@ def normal_of(joint, gap):
     """Return the normal of a pin in a slot, from its GuideGap."""
     overshoot = gap.x - min(max(gap.x, -joint.half_length), joint.half_length)
     eccentricity = math.sqrt(overshoot * overshoot + gap.y * gap.y)
-    centred = eccentricity <= 0.0
-    inverse = 1.0 / where(centred, 1.0, eccentricity)
-    nx, ny = overshoot * inverse, where(centred, 1.0, gap.y * inverse)
+    is_centred = eccentricity <= 0.0
+    inverse = 1.0 / where(is_centred, 1.0, eccentricity)
+    nx, ny = overshoot * inverse, where(is_centred, 1.0, gap.y * inverse)
     rate = gap.vx * nx + gap.vy * ny
     slip = gap.vy * nx - gap.vx * ny + joint.journal_radius * (gap.spin_distal - gap.spin_proximal)
     return _Normal(nx, ny, eccentricity - joint.clearance, rate, slip)
 
 
 @kernel
-def _pressed(joint, gap, offsets, state):
+def _contact_load(joint, gap, offsets, state):
     normal, c = normal_of(joint, gap), offsets.contact
     mode = state.mode[c]
     if mode == FREE:
@@ -90,7 +90,7 @@ def _pressed(joint, gap, offsets, state):
     law = with_current_state(joint.law, state.y, state.latched, offsets)
     friction = with_current_state(joint.friction, state.y, state.latched, after_law(offsets, joint.law))
     root = state.y[state.roots + c]
-    joint_now = SlotJoint(
+    current = SlotJoint(
         clearance=joint.clearance,
         journal_radius=joint.journal_radius,
         side=joint.side,
@@ -102,7 +102,7 @@ def _pressed(joint, gap, offsets, state):
         wear=joint.wear,
     )
     force, friction_load, elastic, unclipped = normal_forces(
-        joint_now, mode, root * abs(root), normal.rate, state.latched[c]
+        current, mode, root * abs(root), normal.rate, state.latched[c]
     )
     tangential = as_type_of(friction_force(friction, friction_load, normal.slip), normal.slip)
     contact = Contact(force, tangential, normal.slip, normal.rate, normal.depth, elastic, unclipped)
@@ -124,63 +124,65 @@ def load_at_pin(gap, axial, transverse, on_pin, contact):
 
 @load.member(SlotJoint)
 def _load_slot_joint(joint, gap, offsets, state):
-    return load_at_pin(gap, *_pressed(joint, gap, offsets, state))
+    return load_at_pin(gap, *_contact_load(joint, gap, offsets, state))
 
 
 # ---------------------------------------------------------------------------------------------- wear
 
 
 @record.member(SlotJoint)
-def _see_slot_joint(joint, gap, rotations, j, moment):
-    if touches(moment.step.mode[j]):
-        note_contact(joint, gap, rotations, j, moment)
+def _record_slot_joint(joint, gap, body_angles, j, instant):
+    if touches(instant.step.mode[j]):
+        record_slot_contact(joint, gap, body_angles, j, instant)
 
 
 @inlined
-def note_contact(joint, gap, rotations, j, moment):
-    """Record the position of touching contact `j` on wall and pin at a Moment."""
-    step, i = moment.step, moment.number
-    half_length_, radius = joint.half_length, joint.journal_radius + joint.clearance
-    nearest_x = min(max(gap.x, -half_length_), half_length_)
+def record_slot_contact(joint, gap, body_angles, j, instant):
+    """Record the position of touching contact `j` on wall and pin at an Instant."""
+    step, i = instant.step, instant.number
+    half_length, radius = joint.half_length, joint.journal_radius + joint.clearance
+    nearest_x = min(max(gap.x, -half_length), half_length)
     overshoot = gap.x - nearest_x
     eccentricity = math.sqrt(overshoot * overshoot + gap.y * gap.y)
     nx, ny = overshoot / eccentricity, gap.y / eccentricity
-    angle, travels = math.atan2(ny, nx), gap.vy * nx - gap.vx * ny
-    wall_distance = radius * angle + (half_length_ - nearest_x if ny >= 0.0 else nearest_x - half_length_)
-    spins = travels / eccentricity if abs(gap.x) > half_length_ else 0.0  # of the normal, from the slot
-    pace = radius * spins if abs(gap.x) > half_length_ else travels
-    _, distal = rotations
+    angle, tangential_rate = math.atan2(ny, nx), gap.vy * nx - gap.vx * ny
+    wall_distance = radius * angle + (half_length - nearest_x if ny >= 0.0 else nearest_x - half_length)
+    normal_spin = tangential_rate / eccentricity if abs(gap.x) > half_length else 0.0  # of the normal, from the slot
+    wall_rate = radius * normal_spin if abs(gap.x) > half_length else tangential_rate
+    _, distal = body_angles
     step.positions[j, 0, i] = wall_distance / joint.bearing_radius
     step.positions[j, 1, i] = angle + math.atan2(gap.axis_y, gap.axis_x) - distal
     step.positions[j, 2, i] = 0.0
-    step.positions[j, SLOPES, i] = pace / joint.bearing_radius
-    step.positions[j, SLOPES + 1, i] = spins + gap.spin_proximal - gap.spin_distal
+    step.positions[j, SLOPES, i] = wall_rate / joint.bearing_radius
+    step.positions[j, SLOPES + 1, i] = normal_spin + gap.spin_proximal - gap.spin_distal
     step.positions[j, SLOPES + 2, i] = 0.0
 
 
 @local_clearance.member(SlotJoint)
 def _local_clearance_slot_joint(joint, on_wall, on_pin):
-    return local_by_way(joint, on_wall)
+    return unworn_local_clearance(joint, on_wall)
 
 
 @inlined
-def on_flat_wall(joint, on_wall):
+def is_on_flat_wall(joint, on_wall):
     """Return whether the wall is flat at `on_wall`, the arc length over the radius of the equivalent circle."""
     radius, full_turn = joint.journal_radius + joint.clearance, 2.0 * math.pi
     wall_distance = (on_wall - full_turn * math.floor(on_wall / full_turn)) * joint.bearing_radius
-    quarter, wall = 0.5 * math.pi * radius, 2.0 * joint.half_length
-    half_way = math.pi * joint.bearing_radius
-    distance_in_half = where(wall_distance > half_way, wall_distance - half_way, wall_distance)  # both halves are alike
-    return (distance_in_half > quarter) & (distance_in_half < quarter + wall)
+    quarter, wall_length = 0.5 * math.pi * radius, 2.0 * joint.half_length
+    half_circumference = math.pi * joint.bearing_radius
+    distance_in_half = where(
+        wall_distance > half_circumference, wall_distance - half_circumference, wall_distance
+    )  # both halves are alike
+    return (distance_in_half > quarter) & (distance_in_half < quarter + wall_length)
 
 
 @inlined
-def local_by_way(joint, on_wall):
+def unworn_local_clearance(joint, on_wall):
     """Return the difference (m) of the radii of curvature of new surfaces, by the arc length along the wall.
 
     On a flat wall the relevant radius is that of the pin: R_b R_j / c for c = R_b.
     """
-    return where(on_flat_wall(joint, on_wall), joint.journal_radius + joint.clearance, joint.clearance)
+    return where(is_on_flat_wall(joint, on_wall), joint.journal_radius + joint.clearance, joint.clearance)
 
 
 @middle_arc.member(SlotJoint)

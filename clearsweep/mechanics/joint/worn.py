@@ -59,8 +59,8 @@ class GeneralisedDepth(NamedTuple):
 
     nx: float  # direction in which the bearing is pressed, a unit vector
     ny: float
-    depth: float  # m, the measure; a law's force over it is the derivative of what is stored
-    rate: float  # m/s, of the measure
+    depth: float  # m, generalised depth; a law's force is the derivative of the stored energy by it
+    rate: float  # m/s, of the generalised depth
     force_factor: (
         float  # 1, its derivative as the journal moves along the direction: true forces are larger by this factor
     )
@@ -84,19 +84,17 @@ def _generalised_depth_worn_joint(joint, nearest_point, gap, pen):
 def separate_load(joint, gap):
     """Return the Load of separate surfaces: zero, with their distance.
 
-    Far from contact, beyond the variation of wear, the depth is that of the least worn place: it is never
+    Far from contact, beyond the variation of wear, the depth is that of the least worn point: it is never
     less than the true depth.  The reported speed bounds the rate of the depth.
     """
     square = gap.x * gap.x + gap.y * gap.y
     eccentricity, speed = math.sqrt(square), math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
     _, _, bearing_spin, journal_spin = bodies_of(joint, gap)
-    surface_speed = (
-        speed + joint.bearing.greatest_slope * abs(bearing_spin) + joint.journal.greatest_slope * abs(journal_spin)
-    )
-    least_wear = joint.bearing.least_depth + joint.journal.least_depth
+    surface_speed = speed + joint.bearing.max_slope * abs(bearing_spin) + joint.journal.max_slope * abs(journal_spin)
+    least_wear = joint.bearing.min_depth + joint.journal.min_depth
     depth = eccentricity - (joint.clearance + least_wear)
     rate = (gap.x * gap.vx + gap.y * gap.vy) / eccentricity if eccentricity > 0.0 else speed
-    if depth > least_wear - (joint.bearing.greatest_depth + joint.journal.greatest_depth):
+    if depth > least_wear - (joint.bearing.max_depth + joint.journal.max_depth):
         nearest_point = nearest(joint, gap)
         depth, rate = nearest_point.depth, nearest_point.rate
     zero = as_type_of(0.0, eccentricity)
@@ -187,24 +185,26 @@ def has_worn_shape(joint) -> bool:
 
 
 @family
-def seat(joint, eccentricity, angles):
-    """Return position (2,) m and depth (m) of the journal under the load that circles carry at an `eccentricity`.
+def seated_position(joint, eccentricity, angles):
+    """Return position (2,) m and depth (m) of the journal under the load that circles carry at an `eccentricity` (m).
 
     angles : rad, of the proximal and the distal body.  Called only from Python.
     """
 
 
-@seat.member(WornJoint)
-def _seat_worn_joint(joint, eccentricity, angles):
+@seated_position.member(WornJoint)
+def _seated_position_worn_joint(joint, eccentricity, angles):
     """With n the direction of the load, at the angle phi: (c + h + depth) n + h' n', n' being n turned by 90 deg."""
-    size = float(np.hypot(*eccentricity))
-    nx, ny = eccentricity / size
+    distance = float(np.hypot(*eccentricity))
+    nx, ny = eccentricity / distance
     bearing, journal = angles if joint.side > 0.0 else angles[::-1]
     angle = math.atan2(ny, nx)
     h, slope, _, _ = wear_depth_at(joint.bearing.table, angle - bearing)
     journal_wear, journal_slope, _, _ = wear_depth_at(joint.journal.table, angle - journal)
-    radial, tangential_load = size + h + journal_wear, slope + journal_slope
-    return np.array([radial * nx - tangential_load * ny, radial * ny + tangential_load * nx]), size - joint.clearance
+    radial, tangential_load = distance + h + journal_wear, slope + journal_slope
+    return np.array(
+        [radial * nx - tangential_load * ny, radial * ny + tangential_load * nx]
+    ), distance - joint.clearance
 
 
 # ---------------------------------------------------------------------------------------------- wear

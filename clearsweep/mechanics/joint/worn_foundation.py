@@ -24,46 +24,46 @@ from ..trace import portable
 from .elastic.contract import elastic_force
 from .nearest import TurnedGap, bodies_of, nearest, surfaces_of
 from .wear.shape import wear_depth_at
-from .worn import GeneralisedDepth, WornJoint, WornOnFoundation, generalised_depth, seat
+from .worn import GeneralisedDepth, WornJoint, WornOnFoundation, generalised_depth, seated_position
 
 GAUSS_POINTS = 7  # points of Gauss's rule: to 1e-10 over half an arc of 60 degrees
 NODES, WEIGHTS = portable.gauss_rule(GAUSS_POINTS)
 END_TOLERANCE = 0.05  # of the distance to an end of the arc: after a smaller Halley step the next is 1e-4 of it
-STEPS = 30  # at most
+MAX_STEPS = 30
 DEPTH_ITERATIONS = 6  # Newton steps for the generalised depth
 MAX_END_ANGLE = 1.7  # rad from the deepest point: there f is always negative
 MIN_RADIUS_DIFFERENCE = 0.05  # clearances: least difference of curvature radii in the first guess of an arc's end
 POINT_CONTACT_DEPTH = 1e-8  # clearances: a smaller penetration is treated as a point contact
 
 
-def _angle(share):
-    """Return twice the half-angle theta (rad) of the arc of circles, share = pen / (2 c + pen)."""
-    return 4.0 * portable.atan(np.sqrt(share))
+def _arc_angle(depth_ratio):
+    """Return twice the half-angle theta (rad) of the arc of circles; depth_ratio : pen / (2 c + pen)."""
+    return 4.0 * portable.atan(np.sqrt(depth_ratio))
 
 
-def _energy_series(share):
-    """Return W_0 over K (c + pen)^2 share^(5/2), half of u + (u / 2) cos u - (3 / 2) sin u, as a series."""
-    u = _angle(share)
+def _energy_series(depth_ratio):
+    """Return W_0 over K (c + pen)^2 depth_ratio^(5/2), half of u + (u / 2) cos u - (3 / 2) sin u, as a series."""
+    u = _arc_angle(depth_ratio)
     terms = ((-1.0) ** k * (0.25 / math.factorial(2 * k) - 0.75 / math.factorial(2 * k + 1)) for k in range(2, 20))
     series = sum(term * portable.power(u, 2 * k) for k, term in enumerate(terms))
-    return series * portable.power(u, 5) / portable.power(share, 2.5)
+    return series * portable.power(u, 5) / portable.power(depth_ratio, 2.5)
 
 
-def _force_series(share):
-    """Return F_0 over K (c + pen) share^(3/2): half of u - sin u, as a series."""
-    u = _angle(share)
+def _force_series(depth_ratio):
+    """Return F_0 over K (c + pen) depth_ratio^(3/2): half of u - sin u, as a series."""
+    u = _arc_angle(depth_ratio)
     terms = (0.5 * (-1.0) ** (k + 1) / math.factorial(2 * k + 1) for k in range(1, 20))
     series = sum(term * portable.power(u, 2 * k) for k, term in enumerate(terms))
-    return series * portable.power(u, 3) / portable.power(share, 1.5)
+    return series * portable.power(u, 3) / portable.power(depth_ratio, 1.5)
 
 
-#: Coefficients of both by powers of the share, to 1e-10 and 1e-11.
+#: Coefficients of both by powers of the fraction, to 1e-10 and 1e-11.
 ENERGY_SERIES, FORCE_SERIES = (portable.through_points(function, 15) for function in (_energy_series, _force_series))
 
 
 @inlined
 def overlap(surfaces, x, y, angle, body_angles):
-    """Return f (m) at an angle (rad), its slope and curvature; x, y : m, journal's centre; body_angles : (2,) rad."""
+    """Return f (m) at an angle (rad), its slope and curvature; x, y : journal's centre, m; body_angles : (2,) rad."""
     c, s = direction(angle)
     h, slope, bearing_curvature, _ = wear_depth_at(surfaces.bearing, angle - body_angles[0])
     journal_wear, journal_slope, journal_curvature, _ = wear_depth_at(surfaces.journal, angle - body_angles[1])
@@ -76,13 +76,13 @@ def overlap(surfaces, x, y, angle, body_angles):
 
 
 @inlined
-def halley_end_step(contact, distance, side):
-    """Return the angle (rad) to an arc's end by one step of Halley's method from `distance` off the middle.
+def halley_end_step(overlap_values, distance, sign):
+    """Return the angle (rad) from the deepest point to an arc's end, by one Halley step from `distance` (rad).
 
     If f does not decrease there, half of the remaining range is taken.
     """
-    f, slope, curvature = contact
-    slope = side * slope
+    f, slope, curvature = overlap_values
+    slope = sign * slope
     if slope >= 0.0:
         return 0.5 * (distance + MAX_END_ANGLE)
     step = f / slope
@@ -94,9 +94,9 @@ def halley_end_step(contact, distance, side):
 
 @kernel
 def arc_ends(surfaces, x, y, body_angles, guess):
-    """Return the angles (rad) from the deepest point to both arc ends; guess : angle of the point, first guess."""
+    """Return the angles (rad) from the deepest point to both arc ends; guess : (its angle, angle to an end), rad."""
     arc_middle, low, high = guess[0], guess[1], guess[1]
-    for _ in range(STEPS):
+    for _ in range(MAX_STEPS):
         low_step, high_step = low, high
         low = halley_end_step(overlap(surfaces, x, y, arc_middle - low_step, body_angles), low_step, -1.0)
         high = halley_end_step(overlap(surfaces, x, y, arc_middle + high_step, body_angles), high_step, 1.0)
@@ -108,12 +108,12 @@ def arc_ends(surfaces, x, y, body_angles, guess):
 @inlined
 def circle_energy_and_force(clearance, pen):
     """Return W_0 / K (m^2) and F_0 / K (m) of circles at a penetration `pen` (m), without the arctangent of a law."""
-    share, stored, force = pen / (2.0 * clearance + pen), 0.0, 0.0
+    depth_ratio, energy, force = pen / (2.0 * clearance + pen), 0.0, 0.0
     for i in range(ENERGY_SERIES.size - 1, -1, -1):
-        stored = stored * share + ENERGY_SERIES[i]
-        force = force * share + FORCE_SERIES[i]
-    scale = (clearance + pen) * share * math.sqrt(share)
-    return (clearance + pen) * scale * share * stored, scale * force
+        energy = energy * depth_ratio + ENERGY_SERIES[i]
+        force = force * depth_ratio + FORCE_SERIES[i]
+    scale = (clearance + pen) * depth_ratio * math.sqrt(depth_ratio)
+    return (clearance + pen) * scale * depth_ratio * energy, scale * force
 
 
 @generalised_depth.member(WornOnFoundation)
@@ -121,24 +121,24 @@ def _generalised_depth_worn_on_foundation(joint, nearest_point, gap, pen):
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     on_bearing, on_journal, bearing_spin, journal_spin = bodies_of(joint, gap)
     c = joint.clearance
-    local = max(plain(nearest_point.local), MIN_RADIUS_DIFFERENCE * c)
+    radius_difference = max(plain(nearest_point.local_clearance), MIN_RADIUS_DIFFERENCE * c)
     if pen <= POINT_CONTACT_DEPTH * c or nearest_point.depth <= POINT_CONTACT_DEPTH * c:
-        share = (c / local) ** 0.2  # f is a parabola
-        body_turns = share * nearest_point.slopes[0], share * nearest_point.slopes[1]
+        point_factor = (c / radius_difference) ** 0.2  # f is a parabola
+        body_slopes = point_factor * nearest_point.slopes[0], point_factor * nearest_point.slopes[1]
         return GeneralisedDepth(
             nearest_point.nx,
             nearest_point.ny,
-            share * nearest_point.depth,
-            share * nearest_point.rate,
-            share + 0.0 * nearest_point.depth,
-            body_turns,
+            point_factor * nearest_point.depth,
+            point_factor * nearest_point.rate,
+            point_factor + 0.0 * nearest_point.depth,
+            body_slopes,
         )
-    body_angles, depth_now = (plain(on_bearing), plain(on_journal)), plain(nearest_point.depth)
-    guess = nearest_point.angle, math.sqrt(2.0 * depth_now / (local + depth_now))
+    body_angles, point_depth = (plain(on_bearing), plain(on_journal)), plain(nearest_point.depth)
+    guess = nearest_point.angle, math.sqrt(2.0 * point_depth / (radius_difference + point_depth))
     low, high = arc_ends(surfaces_of(joint), plain(x), plain(y), body_angles, guess)
     half_width, arc_middle = 0.5 * (high + low), nearest_point.angle + 0.5 * (high - low)
     zero = 0.0 * nearest_point.depth
-    along_x, along_y, by_bearing, by_journal, stored = zero, zero, zero, zero, zero
+    x_sum, y_sum, bearing_sum, journal_sum, energy_sum = zero, zero, zero, zero, zero
     for i in range(GAUSS_POINTS):
         angle = arc_middle + half_width * NODES[i]
         ux, uy = direction(angle)
@@ -146,28 +146,28 @@ def _generalised_depth_worn_on_foundation(joint, nearest_point, gap, pen):
         journal_wear, journal_slope, _, _ = wear_depth_at(joint.journal.table, angle - on_journal)
         f = x * ux + y * uy - (c + (h + journal_wear))
         weighted = WEIGHTS[i] * f
-        along_x, along_y = along_x + weighted * ux, along_y + weighted * uy
-        by_bearing, by_journal = by_bearing + weighted * slope, by_journal + weighted * journal_slope
-        stored = stored + weighted * f
-    stored_by_circles, pressed_by_circles = circle_energy_and_force(c, pen)
+        x_sum, y_sum = x_sum + weighted * ux, y_sum + weighted * uy
+        bearing_sum, journal_sum = bearing_sum + weighted * slope, journal_sum + weighted * journal_slope
+        energy_sum = energy_sum + weighted * f
+    circle_energy, circle_force = circle_energy_and_force(c, pen)
     # just after an onset, a Newton step from a lagging root overshoots the pen that stores at most deep^2 / 2
-    depth_scale = 2.0 * max(depth_now, (depth_now * depth_now * half_width) ** 0.4 * c**0.2)
+    max_depth = 2.0 * max(point_depth, (point_depth * point_depth * half_width) ** 0.4 * c**0.2)
     depth = min(
-        pen + (0.5 * half_width * stored - stored_by_circles) / pressed_by_circles,
-        as_type_of(depth_scale, nearest_point.depth),
+        pen + (0.5 * half_width * energy_sum - circle_energy) / circle_force,
+        as_type_of(max_depth, nearest_point.depth),
     )
-    scale = half_width / pressed_by_circles
-    gx, gy, body_turns = scale * along_x, scale * along_y, (scale * by_bearing, scale * by_journal)
+    scale = half_width / circle_force
+    gx, gy, body_slopes = scale * x_sum, scale * y_sum, (scale * bearing_sum, scale * journal_sum)
     force_factor = math.sqrt(gx * gx + gy * gy)
-    rate = vx * gx + vy * gy + body_turns[0] * bearing_spin + body_turns[1] * journal_spin
-    return GeneralisedDepth(gx / force_factor, gy / force_factor, depth, rate, force_factor, body_turns)
+    rate = vx * gx + vy * gy + body_slopes[0] * bearing_spin + body_slopes[1] * journal_spin
+    return GeneralisedDepth(gx / force_factor, gy / force_factor, depth, rate, force_factor, body_slopes)
 
 
-@seat.member(WornOnFoundation)
-def _seat_worn_on_foundation(joint, eccentricity, angles):
+@seated_position.member(WornOnFoundation)
+def _seated_position_worn_on_foundation(joint, eccentricity, angles):
     """Both components of the force are those of the load, by Newton's method with differences."""
-    size = float(np.hypot(*eccentricity))
-    load, pen = elastic_force(joint.elastic, size - joint.clearance), size - joint.clearance
+    distance = float(np.hypot(*eccentricity))
+    load, pen = elastic_force(joint.elastic, distance - joint.clearance), distance - joint.clearance
 
     def force(pin):
         gap = TurnedGap(joint.side * pin[0], joint.side * pin[1], 0.0, 0.0, 0.0, 0.0, *angles)
@@ -178,13 +178,13 @@ def _seat_worn_on_foundation(joint, eccentricity, angles):
         size = generalised.force_factor * elastic_force(joint.elastic, depth)
         return np.array([size * generalised.nx, size * generalised.ny]) / load, depth
 
-    pin, target = seat(WornJoint(*joint), eccentricity, angles)[0], eccentricity / size
-    for _ in range(STEPS):
+    pin, target = seated_position(WornJoint(*joint), eccentricity, angles)[0], eccentricity / distance
+    for _ in range(MAX_STEPS):
         force_now, _ = force(pin)
         step = 1e-6 * pen
         slopes = np.array([(force(pin + step * axis)[0] - force_now) / step for axis in np.eye(2)]).T
-        move = np.linalg.solve(slopes, target - force_now)
-        pin = pin + move * min(1.0, pen / float(np.hypot(*move)))
-        if np.hypot(*move) < 1e-13 * size:
+        correction = np.linalg.solve(slopes, target - force_now)
+        pin = pin + correction * min(1.0, pen / float(np.hypot(*correction)))
+        if np.hypot(*correction) < 1e-13 * distance:
             break
     return pin, force(pin)[1]

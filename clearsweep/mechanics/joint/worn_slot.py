@@ -29,19 +29,19 @@ from .friction.contract import friction_force
 from .modes import FREE, PRESSED, touches
 from .nearest import approximate_angle, with_angles
 from .offsets import with_current_laws
-from .slot import SlotJoint, load_at_pin, local_by_way, normal_of, note_contact, on_flat_wall
+from .slot import SlotJoint, is_on_flat_wall, load_at_pin, normal_of, record_slot_contact, unworn_local_clearance
 from .wear.arc_over_step import sliding_contact_at
 from .wear.contract import local_clearance, middle_arc
 from .wear.shape import (
+    KNOT_SPACING,
     KNOTS,
     POINT_MARGIN,
     SMOOTHING_WIDTH,
-    STEP,
-    WIDENING,
+    WIDENING_FACTOR,
     Shape,
     shape_of,
     shapes_of,
-    smoothed,
+    smooth_depths,
     wear_depth_at,
 )
 from .wear.step import record
@@ -49,7 +49,7 @@ from .wear.step import record
 _FIELDS = [*SlotJoint.__annotations__.items(), ("bearing", Shape), ("journal", Shape)]
 WornSlot = NamedTuple("WornSlot", _FIELDS)
 WornSlot.__doc__ = "A pin in a slot with the worn shapes of both; the Shape of the slot is that of g."
-NEWTON = 50  # steps to the contact point of the pin; the function has one minimum, so the iteration converges
+NEWTON_STEPS = 50  # to the contact point of the pin; the function has one minimum, so the iteration converges
 
 
 class TurnedSlotGap(NamedTuple):
@@ -66,14 +66,14 @@ class TurnedSlotGap(NamedTuple):
     angle_distal: float  # rad
 
 
-class _Worn(NamedTuple):
+class _WornContact(NamedTuple):
     """Contact of a pin in a worn slot."""
 
     normal: tuple  # of `normal_of`: of the new slot
     depth: float  # m
     rate: float  # m/s, of the depth
-    sideways: float  # 1, force along the wall over the normal force, against the direction of s
-    couple: float  # m, h_j': couple on the slot's body over the normal force
+    wall_force_ratio: float  # 1, force along the wall divided by the normal force, against the direction of s
+    couple_arm: float  # m, h_j': couple on the slot's body divided by the normal force
 
 
 @with_angles.member(WornSlot)
@@ -94,14 +94,14 @@ def _with_angles_worn_slot(joint, gap, angles):
 @inlined
 def _angle_of(x, y):
     """Return the angle (rad) of a unit vector, with its derivatives."""
-    rough = approximate_angle(plain(y), plain(x))
-    c, s = direction(rough)
-    residual_sine = y * c - x * s  # its sine
-    return rough + residual_sine * (1.0 + residual_sine * residual_sine * (1.0 / 6.0))
+    guess = approximate_angle(plain(y), plain(x))
+    c, s = direction(guess)
+    sine = y * c - x * s
+    return guess + sine * (1.0 + sine * sine * (1.0 / 6.0))
 
 
 @inlined
-def _worn_at_the_pin(joint, gap):
+def _worn_contact(joint, gap):
     normal, half_length = normal_of(joint, gap), joint.half_length
     radius, nearest_x = joint.journal_radius + joint.clearance, min(max(gap.x, -half_length), half_length)
     angle = _angle_of(normal.x, normal.y)
@@ -110,12 +110,12 @@ def _worn_at_the_pin(joint, gap):
     g, slope, _, _ = wear_depth_at(joint.bearing.table, wall_distance / joint.bearing_radius)
     on_pin = angle + _angle_of(gap.axis_x, gap.axis_y) - gap.angle_distal
     h, journal_slope, _, _ = wear_depth_at(joint.journal.table, on_pin)
-    sideways = slope / joint.bearing_radius * where(at_end, radius * inverse, 1.0) + where(
+    wall_force_ratio = slope / joint.bearing_radius * where(at_end, radius * inverse, 1.0) + where(
         at_end, journal_slope * inverse, 0.0
     )
-    travels = gap.vy * normal.x - gap.vx * normal.y
-    rate = normal.rate - sideways * travels - journal_slope * (gap.spin_proximal - gap.spin_distal)
-    return _Worn(normal, normal.depth - (g + h), rate, sideways, journal_slope)
+    tangential_rate = gap.vy * normal.x - gap.vx * normal.y
+    rate = normal.rate - wall_force_ratio * tangential_rate - journal_slope * (gap.spin_proximal - gap.spin_distal)
+    return _WornContact(normal, normal.depth - (g + h), rate, wall_force_ratio, journal_slope)
 
 
 @contact_modes.member(WornSlot)
@@ -130,12 +130,12 @@ def _parts_worn_slot(joint):
 
 @load.member(WornSlot)
 def _load_worn_slot(joint, gap, offsets, state):
-    pin_contact, mode = _worn_at_the_pin(joint, gap), state.mode[offsets.contact]
+    pin_contact, mode = _worn_contact(joint, gap), state.mode[offsets.contact]
     if mode == FREE:
         zero = as_type_of(0.0, pin_contact.depth)
-        steep = 1.0 + (joint.bearing.greatest_slope + joint.journal.greatest_slope) / joint.clearance
-        speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy) * steep
-        surface_speed = speed + joint.journal.greatest_slope * abs(gap.spin_proximal - gap.spin_distal)
+        speed_factor = 1.0 + (joint.bearing.max_slope + joint.journal.max_slope) / joint.clearance
+        speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy) * speed_factor
+        surface_speed = speed + joint.journal.max_slope * abs(gap.spin_proximal - gap.spin_distal)
         no_contact = Contact(
             zero, zero, as_type_of(surface_speed, pin_contact.depth), pin_contact.rate, pin_contact.depth, zero, zero
         )
@@ -147,29 +147,29 @@ def _load_worn_slot(joint, gap, offsets, state):
     )
     tangential = as_type_of(friction_force(current.friction, friction_load, normal.slip), normal.slip)
     contact = Contact(force, tangential, normal.slip, pin_contact.rate, pin_contact.depth, elastic, unclipped)
-    tangential_load = tangential + force * pin_contact.sideways  # along the normal turned by +90 degrees
+    tangential_load = tangential + force * pin_contact.wall_force_ratio  # along the normal turned by +90 degrees
     axial, transverse = -force * normal.x - tangential_load * normal.y, -force * normal.y + tangential_load * normal.x
-    on_pin = joint.journal_radius * tangential - force * pin_contact.couple
+    on_pin = joint.journal_radius * tangential - force * pin_contact.couple_arm
     return load_at_pin(gap, axial, transverse, on_pin, contact)
 
 
-# ---------------------------------------------------------------------------------------------- its wear
+# ---------------------------------------------------------------------------------------------- wear
 
 
 @record.member(WornSlot)
-def _see_worn_slot(joint, gap, journal_slope, j, moment):
-    if touches(moment.step.mode[j]):
-        note_contact(joint, gap, journal_slope, j, moment)
+def _record_worn_slot(joint, gap, body_angles, j, instant):
+    if touches(instant.step.mode[j]):
+        record_slot_contact(joint, gap, body_angles, j, instant)
 
 
 @local_clearance.member(WornSlot)
 def _local_clearance_worn_slot(joint, on_wall, on_pin):
-    """The curvatures differ by K + h'' = K^2 / (K - g''), over K as the clearances."""
-    clearance = local_by_way(joint, on_wall)
+    """Return the local clearance (m): new surfaces' times (K + h'') / K, with K + h'' = K^2 / (K - g'')."""
+    clearance = unworn_local_clearance(joint, on_wall)
     _, _, curvature, _ = wear_depth_at(joint.bearing.table, on_wall)
     radii = (joint.journal_radius + joint.clearance) * joint.journal_radius
-    residual_sine = clearance - radii / (joint.bearing_radius * joint.bearing_radius) * curvature
-    return clearance * clearance / max(residual_sine, POINT_MARGIN * clearance)
+    difference = clearance - radii / (joint.bearing_radius * joint.bearing_radius) * curvature
+    return clearance * clearance / max(difference, POINT_MARGIN * clearance)
 
 
 @middle_arc.member(WornSlot)
@@ -177,7 +177,7 @@ def _middle_arc_worn_slot(joint, workspace):
     return 2.0 * math.pi, sliding_contact_at(joint, workspace, 0.5)
 
 
-# ---------------------------------------------------------------------------------------------- its shapes
+# ---------------------------------------------------------------------------------------------- worn shapes
 
 
 def slot_shapes(joint: SlotJoint, bearing: np.ndarray, journal: np.ndarray) -> tuple[Shape, Shape, float]:
@@ -188,20 +188,18 @@ def slot_shapes(joint: SlotJoint, bearing: np.ndarray, journal: np.ndarray) -> t
     from scipy.interpolate import CubicSpline
 
     mean_radius, radii = joint.bearing_radius, (joint.journal_radius + joint.clearance) * joint.journal_radius
-    positions, width = np.arange(KNOTS) * STEP, SMOOTHING_WIDTH
-    flat_places = np.array([on_flat_wall(joint, offsets) for offsets in positions])
-    curvature = np.where(flat_places, 1.0 / joint.journal_radius, joint.clearance / radii) * mean_radius**2  # per rad^2
+    positions, width = np.arange(KNOTS) * KNOT_SPACING, SMOOTHING_WIDTH
+    is_flat = np.array([is_on_flat_wall(joint, position) for position in positions])
+    curvature = np.where(is_flat, 1.0 / joint.journal_radius, joint.clearance / radii) * mean_radius**2  # per rad^2
     while True:
-        h = smoothed(bearing, width)
+        h = smooth_depths(bearing, width)
         if np.all(curvature + h(positions, 2) >= POINT_MARGIN * curvature):
             break
-        width *= WIDENING
+        width *= WIDENING_FACTOR
     shift = np.zeros(KNOTS)
-    for _ in range(NEWTON):
+    for _ in range(NEWTON_STEPS):
         shift -= (curvature * shift + h(positions + shift, 1)) / (curvature + np.maximum(h(positions + shift, 2), 0.0))
-    shifted_wear = 0.5 * curvature * shift**2 + h(positions + shift)
-    spline = CubicSpline(
-        np.append(positions, 2.0 * plain_math.pi), np.append(shifted_wear, shifted_wear[0]), bc_type="periodic"
-    )
-    _, pin, pin_shape = shapes_of(np.zeros_like(journal), journal, joint.clearance, POINT_MARGIN)
-    return shape_of(spline), pin, max(width, pin_shape)
+    g = 0.5 * curvature * shift**2 + h(positions + shift)
+    spline = CubicSpline(np.append(positions, 2.0 * plain_math.pi), np.append(g, g[0]), bc_type="periodic")
+    _, pin, pin_width = shapes_of(np.zeros_like(journal), journal, joint.clearance, POINT_MARGIN)
+    return shape_of(spline), pin, max(width, pin_width)

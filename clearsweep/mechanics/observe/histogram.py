@@ -210,7 +210,7 @@ def write_row(o, column, step_values, row):
 
 @kernel
 def share_beyond(step_values, limit):
-    """Return the share of a step's time with a penetration above `limit` (m)."""
+    """Return the fraction of a step's time with a penetration above `limit` (m)."""
     time_beyond, total = 0.0, 0.0
     for i in range(PARTS + 1):
         total += step_values[KAPPA_ROW, i]

@@ -3,7 +3,7 @@
 KAPPA to ERROR_RATE are columns of the whole mechanism; a block for every contact follows.  LOAD, the square
 of the resultant of normal and tangential force (N^2), and FRICTION_POWER, the power of friction (W, dissipated), are
 filled in on demand, by `put_load` and `put_friction_power`.  If a joint has a film, another block for
-every contact follows: the dry share of its normal force (N), the powers (W) of film and dry friction, its
+every contact follows: the dry fraction of its normal force (N), the powers (W) of film and dry friction, its
 largest pressure (Pa), the shear speed (m/s) of the surfaces, and the power (W) of its pressure only.
 The power (W) of each friction load follows, negative if it dissipates energy.
 """

@@ -1,6 +1,6 @@
 """Polynomials over a step in Bernstein form, which bounds them, so that no event within a step is missed.
 
-A polynomial of degree n over the shares x of a step is the sum of b_i B_i(x), B_i = C(n, i) x^i (1 - x)^(n - i).  It
+A polynomial of degree n over the fractions x of a step is the sum of b_i B_i(x), B_i = C(n, i) x^i (1 - x)^(n - i).  It
 lies between the least and the largest coefficient.  The number of its zeros is at most the number of sign changes of
 successive coefficients, and differs from it by an even number (Farouki 2012, Comput. Aided Geom. Des. 29:379,
 section 3).  So the first crossing is isolated by cutting the step until one sign change is left, however close
@@ -21,17 +21,17 @@ from ..observe.stages import SHARES, STAGES
 
 DEGREE = STAGES
 COEFFICIENTS = DEGREE + 1
-NOWHERE = 2.0  # share of a step that means: no crossing
+NO_CROSSING = 2.0  # fraction of a step that means: no crossing
 MIN_WIDTH = 2.0**-40  # of a step: crossings closer to each other are ignored
-FINE = 1e-12  # of a step: accuracy of the location of a crossing
+CROSSING_TOLERANCE = 1e-12  # of a step: accuracy of the location of a crossing
 #: Rows of `Work.polynomials`: values at the nodes, the coefficients of the whole step, those of a part of the step.
 VALUES, WHOLE, PART, ROWS = range(4)
 
 
-def _inverse(rows: list[list[Fraction]]) -> list[list[Fraction]]:
+def _inverse(matrix: list[list[Fraction]]) -> list[list[Fraction]]:
     """Return the exact inverse of a matrix."""
-    size = len(rows)
-    augmented = [[*row, *(Fraction(int(i == j)) for j in range(size))] for i, row in enumerate(rows)]
+    size = len(matrix)
+    augmented = [[*row, *(Fraction(int(i == j)) for j in range(size))] for i, row in enumerate(matrix)]
     for i in range(size):
         pivot = next(row for row in range(i, size) if augmented[row][i])
         augmented[i], augmented[pivot] = augmented[pivot], augmented[i]
@@ -48,22 +48,24 @@ def _basis(x: Fraction) -> list[Fraction]:
     return [comb(DEGREE, i) * x**i * (1 - x) ** (DEGREE - i) for i in range(COEFFICIENTS)]
 
 
-def _tail() -> list[list[float]]:
+def _tail_weights() -> list[list[float]]:
     """Return the weights of the coefficients that give the last two coefficients of the Legendre series."""
     n = DEGREE
-    previous, last = (
+    next_to_last_power, last_power = (
         [Fraction(comb(n, k) * comb(k, i) * (-1) ** (k - i)) for i in range(COEFFICIENTS)] for k in (n - 1, n)
     )  # of x^(n - 1) and x^n; x^k leads P_k, shifted to (0, 1), with C(2 k, k), and P_n has -n / 2 as much of x^(n - 1)
-    second = [a + b * Fraction(n, 2) for a, b in zip(previous, last, strict=True)]
-    return [[float(x / comb(2 * k, k)) for x in weights] for k, weights in ((n - 1, second), (n, last))]
+    next_to_last_weights = [a + b * Fraction(n, 2) for a, b in zip(next_to_last_power, last_power, strict=True)]
+    return [
+        [float(x / comb(2 * k, k)) for x in weights] for k, weights in ((n - 1, next_to_last_weights), (n, last_power))
+    ]
 
 
 _EXACT = _inverse([_basis(Fraction(x)) for x in SHARES])
 #: (node, coefficient except the first): from values at the nodes.
-OF_VALUES = np.array([[float(row[m]) for row in _EXACT[1:]] for m in range(COEFFICIENTS)])
+FROM_VALUES = np.array([[float(row[m]) for row in _EXACT[1:]] for m in range(COEFFICIENTS)])
 #: (power, coefficient except the first): from the interpolant, see `collocation.dense_component`, minus the state at
 #: START.
-OF_INTERPOLANT = np.array(
+FROM_INTERPOLANT = np.array(
     [
         [
             float(sum(a * Fraction(x) * (2 * Fraction(x) - 1) ** m for a, x in zip(row, SHARES, strict=True)))
@@ -72,77 +74,77 @@ OF_INTERPOLANT = np.array(
         for m in range(STAGES)
     ]
 )
-TAIL = np.array(_tail())
+TAIL_WEIGHTS = np.array(_tail_weights())
 
 
 @kernel
-def from_values(p):
+def set_from_values(p):
     """Write the coefficients of the polynomial through VALUES at the nodes to row WHOLE of `p` (ROWS, COEFFICIENTS)."""
     p[WHOLE, 0] = p[VALUES, 0]
     for i in abreast(STAGES):
-        total = OF_VALUES[0, i] * p[VALUES, 0]
+        total = FROM_VALUES[0, i] * p[VALUES, 0]
         for m in range(1, COEFFICIENTS):
-            total += OF_VALUES[m, i] * p[VALUES, m]
+            total += FROM_VALUES[m, i] * p[VALUES, m]
         p[WHOLE, 1 + i] = total
     p[WHOLE, DEGREE] = p[VALUES, DEGREE]
 
 
 @kernel
-def from_interpolant(p, start, f, c):
+def set_from_interpolant(p, start, f, c):
     """Write component `c` of the interpolant `f` (n, STAGES) to row WHOLE of `p`; `start` is its value at the start."""
     p[WHOLE, 0] = start
     for i in abreast(STAGES):
-        total = OF_INTERPOLANT[0, i] * f[c, 0]
+        total = FROM_INTERPOLANT[0, i] * f[c, 0]
         for m in range(1, STAGES):
-            total += OF_INTERPOLANT[m, i] * f[c, m]
+            total += FROM_INTERPOLANT[m, i] * f[c, m]
         p[WHOLE, 1 + i] = start + total
 
 
 @kernel
-def turn_sign(p):
-    """Reverse the sign of WHOLE."""
+def negate(p):
+    """Negate the polynomial WHOLE."""
     for i in range(COEFFICIENTS):
         p[WHOLE, i] = -p[WHOLE, i]
 
 
 @kernel
-def lower(p, by):
+def subtract(p, number):
     """Subtract a number from the polynomial WHOLE."""
     for i in range(COEFFICIENTS):
-        p[WHOLE, i] -= by
+        p[WHOLE, i] -= number
 
 
 @kernel
-def highest(p):
+def upper_bound(p):
     """Return the largest coefficient of WHOLE except the first, an upper bound of its values within the step."""
-    top = p[WHOLE, 1]
+    largest = p[WHOLE, 1]
     for i in range(2, COEFFICIENTS):
-        top = max(top, p[WHOLE, i])
-    return top
+        largest = max(largest, p[WHOLE, i])
+    return largest
 
 
 @kernel
-def lowest(p):
+def lower_bound(p):
     """Return the least coefficient of WHOLE except the first, a lower bound of its values within the step."""
-    bottom = p[WHOLE, 1]
+    least = p[WHOLE, 1]
     for i in range(2, COEFFICIENTS):
-        bottom = min(bottom, p[WHOLE, i])
-    return bottom
+        least = min(least, p[WHOLE, i])
+    return least
 
 
 @kernel
-def tail(p):
-    """Return the error bound of WHOLE: the last two coefficients of its Legendre series."""
-    previous = last = 0.0
+def error_bound(p):
+    """Return the error bound of WHOLE: the sum of the sizes of the last two coefficients of its Legendre series."""
+    next_to_last = last = 0.0
     for i in range(COEFFICIENTS):
-        previous += TAIL[0, i] * p[WHOLE, i]
-        last += TAIL[1, i] * p[WHOLE, i]
-    return abs(previous) + abs(last)
+        next_to_last += TAIL_WEIGHTS[0, i] * p[WHOLE, i]
+        last += TAIL_WEIGHTS[1, i] * p[WHOLE, i]
+    return abs(next_to_last) + abs(last)
 
 
 @kernel
 def value_and_slope(p, row, x):
-    """Return the polynomial in a row of `p` and its slope at the share `x` of its interval (de Casteljau's sums)."""
+    """Return the polynomial in a row of `p` and its slope at the fraction `x` of its interval (de Casteljau's sums)."""
     complement, power, count = 1.0 - x, 1.0, 1.0
     value, slope = p[row, 0] * complement, p[row, 1] - p[row, 0]
     for i in range(1, DEGREE):
@@ -155,23 +157,23 @@ def value_and_slope(p, row, x):
 
 
 @kernel
-def cut(p, start, width):
-    """Write the coefficients of WHOLE over [begin, begin + width] to PART, by de Casteljau's algorithm."""
+def extract_part(p, start, width):
+    """Write the coefficients of WHOLE over [start, start + width] to PART, by de Casteljau's algorithm."""
     for i in range(COEFFICIENTS):
         p[PART, i] = p[WHOLE, i]
     if start > 0.0:
         for r in range(1, COEFFICIENTS):
             for i in range(COEFFICIENTS - r):
                 p[PART, i] += start * (p[PART, i + 1] - p[PART, i])
-    share = width / (1.0 - start)
-    if share < 1.0:
+    ratio = width / (1.0 - start)
+    if ratio < 1.0:
         for r in range(1, COEFFICIENTS):
             for i in range(DEGREE, r - 1, -1):
-                p[PART, i] = p[PART, i - 1] + share * (p[PART, i] - p[PART, i - 1])
+                p[PART, i] = p[PART, i - 1] + ratio * (p[PART, i] - p[PART, i - 1])
 
 
 @kernel
-def changes_of_sign(p):
+def count_sign_changes(p):
     """Return the number of sign changes of the coefficients of PART; zero counts as positive."""
     changes = 0
     for i in range(DEGREE):
@@ -181,10 +183,10 @@ def changes_of_sign(p):
 
 
 @kernel
-def only_crossing(p):
-    """Return the share of its interval of the only zero of PART, which begins negative and ends positive.
+def find_only_crossing(p):
+    """Return the fraction of its interval of the only zero of PART, which begins negative and ends positive.
 
-    It is found by Newton's method within the bracket.
+    Newton's method, safeguarded by bisection.
     """
     a, b = 0.0, 1.0
     x = p[PART, 0] / (p[PART, 0] - p[PART, DEGREE])
@@ -197,55 +199,55 @@ def only_crossing(p):
         newton = x - value / slope if slope > 0.0 else -1.0
         if not a <= newton <= b:
             newton = 0.5 * (a + b)
-        move, x = abs(newton - x), newton
-        if move <= FINE:
+        correction, x = abs(newton - x), newton
+        if correction <= CROSSING_TOLERANCE:
             break
     return x
 
 
 @kernel
-def first_crossing(p):
-    """Return the share of the step at which WHOLE first crosses zero upwards, or NOWHERE."""
+def find_first_crossing(p):
+    """Return the fraction of the step at which WHOLE first crosses zero upwards, or NO_CROSSING."""
     start, width = 0.0, 1.0
     while start < 1.0:
-        cut(p, start, width)
-        changes = changes_of_sign(p)
+        extract_part(p, start, width)
+        changes = count_sign_changes(p)
         if changes > 1 and width > MIN_WIDTH:
             width *= 0.5
         elif changes == 1 and p[PART, 0] < 0.0:
-            return start + width * only_crossing(p)
+            return start + width * find_only_crossing(p)
         else:
             start += width
             width = min(2.0 * width, 1.0 - start)
-    return NOWHERE
+    return NO_CROSSING
 
 
 @kernel
-def crossing_for_certain(p, noise):
-    """Return the place where WHOLE first crosses zero upwards, or NOWHERE if it does not exceed its error bound.
+def find_certain_crossing(p, noise):
+    """Return the fraction where WHOLE first crosses zero upwards, or NO_CROSSING if it stays within its error bound.
 
     noise : error bound of the values at the nodes.
     """
-    if highest(p) < noise:
-        return NOWHERE
+    if upper_bound(p) < noise:
+        return NO_CROSSING
     is_crossed = False
     for m in range(1, COEFFICIENTS):
         is_crossed = is_crossed or p[VALUES, m] > noise
     if not is_crossed:
-        tail_bound = max(tail(p), noise)
-        lower(p, tail_bound)
-        if first_crossing(p) == NOWHERE:
-            return NOWHERE
-        lower(p, -tail_bound)
-    return first_crossing(p)
+        error = max(error_bound(p), noise)
+        subtract(p, error)
+        if find_first_crossing(p) == NO_CROSSING:
+            return NO_CROSSING
+        subtract(p, -error)
+    return find_first_crossing(p)
 
 
 @kernel
-def lowest_place(p):
-    """Return the share of the step at which the slope of WHOLE, negative first, crosses zero upwards, or NOWHERE."""
-    _, last = value_and_slope(p, WHOLE, 1.0)
-    if last < 0.0:
-        return NOWHERE
+def find_minimum(p):
+    """Return the fraction at which the slope of WHOLE, negative first, crosses zero upwards, or NO_CROSSING."""
+    _, end_slope = value_and_slope(p, WHOLE, 1.0)
+    if end_slope < 0.0:
+        return NO_CROSSING
     a, b = 0.0, 1.0
     for _ in range(40):
         x = 0.5 * (a + b)

@@ -4,10 +4,10 @@ An explicit step costs a few sweeps, however many numbers the state has.  An imp
 matrices that grow with the number of unknowns.  Its price in evaluations was measured on the cases of `verify.stiff`,
 with 6, 11 and 16 numbers in the state.
 
-If the motion is stiff, an explicit step is short although the motion hardly bends within it.  The rate at which
-small errors change follows from the contraction of the iteration.  The bend of the motion follows from states as far
-apart as those within an implicit step.  Contraction alone is not sufficient: a motion that is not stiff contracts as
-slowly now and then.
+If the motion is stiff, an explicit step is short although the motion hardly curves within it.  The rate at which
+small errors change follows from the contraction of the iteration.  The curvature of the motion follows from states as
+far apart as those within an implicit step.  Contraction alone is not sufficient: a motion that is not stiff may
+contract as slowly.
 
 Counts of evaluations decide, never a clock, and only evaluations of the motion count, not those of extra outputs.
 """
@@ -16,27 +16,29 @@ from ..compiled.family import kernel
 from ..observe.stages import STAGES
 from . import radau
 from .integration import AUTO, EXPLICIT, IMPLICIT
-from .radau import ERROR, ORDER
+from .radau import ERROR_CONSTANT, ORDER
 
 PRICE_PER_NUMBER = 0.62  # of an evaluation in an implicit step, for each number in the state, mostly for the matrices
-#: Over an implicit step worth its price: the stretch over which the bend is measured, and the first such step.
-TRIAL_STRETCH = 2.0
+#: Length over which the curvature of the motion is measured, divided by an implicit step that is worth its price.
+TRIAL_LENGTH = 2.0
 SMALL_ERROR = 0.5  # error over the allowed one, expected of an implicit step worth its price where it is tried
-SWEEPS = 6.0  # in a typical step of the explicit method; their cost is the unit of cost
-PER_STEP = 12.0  # sequential evaluations that take as long as such a step
-PAUSE_FACTOR = 2.0  # pause after a measurement without result, over its stretch; it costs a lane a few per cent
-MAX_LOSS = 4.0  # implicit steps whose price the implicit method may lose before it is left,
-SAVINGS_SHARE = 0.1  # plus this share of its earlier savings
-RECOVERY_SHARE = 0.1  # of explicit evaluations: number that must offset the loss before the bend is measured again
-STEADY = 1.2  # growth of the step that is forgone because the factors of the matrices can be reused
-STEP_COST = SWEEPS * STAGES
-OBSERVATIONS = radau.STAGES - 1  # evaluations of an implicit step for its observables, which need no matrices
+TYPICAL_SWEEPS = 6.0  # in a typical step of the explicit method; their cost is the unit of cost
+EVALUATIONS_PER_STEP = 12.0  # sequential evaluations that take as long as a typical explicit step
+PAUSE_FACTOR = 2.0  # pause after a failed measurement, divided by its length
+MAX_LOSS = 4.0  # loss in prices of implicit steps from which the implicit method is given up,
+SAVINGS_FRACTION = 0.1  # plus this fraction of its earlier savings
+RECOVERY_FRACTION = 0.1  # of explicit evaluations: number that must offset the loss before the bend is measured again
+REUSE_GROWTH = 1.2  # growth of the step that is forgone because the factors of the matrices can be reused
+STEP_COST = TYPICAL_SWEEPS * STAGES
+OBSERVATION_EVALUATIONS = (
+    radau.STAGES - 1
+)  # evaluations of an implicit step for its observables, which need no matrices
 
 
 @kernel
 def reused_length(pointer, h, proposal):
     """Return the length of the step after one of length `h`: the proposal, or `h` again if that saves work."""
-    return h if pointer[0].method.current == IMPLICIT and h <= proposal <= STEADY * h else proposal
+    return h if pointer[0].method.current == IMPLICIT and h <= proposal <= REUSE_GROWTH * h else proposal
 
 
 @kernel
@@ -47,59 +49,61 @@ def choose_method(pointer, h, pattern):
     """
     work, choice = pointer[0], pointer[0].implicit.choice
     if work.method.current == EXPLICIT:
-        choice.left -= 1.0
+        choice.steps_to_trial -= 1.0
         if work.step.stiff == 0.0:
-            work.method.in_favour = 0
+            work.method.favouring_steps = 0
             return
     if work.control.method != AUTO:
         return
-    cost, implicit = work.counts.evaluations - work.stepper.evaluations, 1 << work.mode.size
+    cost, implicit_bit = work.counts.evaluations - work.stepper.evaluations, 1 << work.mode.size
     if work.method.current == IMPLICIT:
-        explicit = max(work.proposals[pattern & ~implicit], choice.limit)  # the last one with the same contacts
-        if has_lost(pointer, PER_STEP * h / explicit, cost - OBSERVATIONS):
+        explicit_length = max(
+            work.proposals[pattern & ~implicit_bit], choice.explicit_length
+        )  # the last one with the same contacts
+        if is_unprofitable(pointer, EVALUATIONS_PER_STEP * h / explicit_length, cost - OBSERVATION_EVALUATIONS):
             work.method.next = EXPLICIT
-    elif choice.left <= 0.0 and is_stiff(pointer, h, cost):
+    elif choice.steps_to_trial <= 0.0 and is_stiff(pointer, h, cost):
         work.method.next = IMPLICIT
-        work.proposals[pattern] = choice.limit
-        work.proposals[pattern | implicit] = TRIAL_STRETCH * price_of_step(work.y.size) * choice.limit
-        work.paces[pattern | implicit] = work.paces[pattern]
+        work.proposals[pattern] = choice.explicit_length
+        work.proposals[pattern | implicit_bit] = TRIAL_LENGTH * price_of_step(work.y.size) * choice.explicit_length
+        work.onset_rates[pattern | implicit_bit] = work.onset_rates[pattern]
 
 
 @kernel
 def price_of_step(n):
-    """Return the cost of an implicit step in explicit steps: two iterations, and Jacobians now and then."""
-    return PRICE_PER_NUMBER * n * (5.0 + 4.0 * n) / PER_STEP
+    """Return the cost of an implicit step of `n` unknowns in explicit steps: two iterations, occasional Jacobians."""
+    return PRICE_PER_NUMBER * n * (5.0 + 4.0 * n) / EVALUATIONS_PER_STEP
 
 
 @kernel
 def is_stiff(pointer, h, cost):
-    """Return whether an implicit step would be long enough, compared with one of length `h`, to be worth its price.
+    """Return whether an implicit step would be worth its price, compared with explicit steps of length `h`.
 
-    It is called after TRIAL_STRETCH times as many explicit steps in a row, each perhaps limited by a stiff component.
+    It is called after TRIAL_LENGTH times as many explicit steps in a row, each perhaps limited by a stiff component.
     """
     work = pointer[0]
     n, choice = work.y.size, work.implicit.choice
     if h == 0.0:  # two events at one time: the observed states belong to both sides
         choice.cost += cost
         return False
-    if work.method.in_favour == 0:
+    if work.method.favouring_steps == 0:
         choice.span, choice.cost = 0.0, 0.0
         store_mark(pointer, 0, work.y)
     choice.span += h
     choice.cost += cost
-    work.method.in_favour += 1
-    evaluations_used = int(TRIAL_STRETCH * price_of_step(n) / ORDER) + 1
-    if work.method.in_favour % evaluations_used != 0:
+    work.method.favouring_steps += 1
+    steps_per_mark = int(TRIAL_LENGTH * price_of_step(n) / ORDER) + 1
+    if work.method.favouring_steps % steps_per_mark != 0:
         return False
-    store_mark(pointer, work.method.in_favour // evaluations_used, work.end)
-    if work.method.in_favour == (ORDER - 1) * evaluations_used:
-        choice.early = choice.cost
-    if work.method.in_favour < ORDER * evaluations_used:
+    store_mark(pointer, work.method.favouring_steps // steps_per_mark, work.end)
+    if work.method.favouring_steps == (ORDER - 1) * steps_per_mark:
+        choice.early_cost = choice.cost
+    if work.method.favouring_steps < ORDER * steps_per_mark:
         return False
-    work.method.in_favour = 0
+    work.method.favouring_steps = 0
     if is_error_small(pointer):
         return True
-    choice.left = PAUSE_FACTOR * choice.cost / PER_STEP
+    choice.steps_to_trial = PAUSE_FACTOR * choice.cost / EVALUATIONS_PER_STEP
     return False
 
 
@@ -116,52 +120,53 @@ def store_mark(pointer, index, y):
 def is_error_small(pointer):
     """Return whether an implicit step worth its price in explicit steps has an error of at most SMALL_ERROR.
 
-    The length of these explicit steps is that of the last ones or, if they jitter at the limit of stability, the mean.
+    The length of these explicit steps is the larger of the mean and that of the latest ones.
     """
     n, choice, spans = pointer[0].y.size, pointer[0].implicit.choice, pointer[0].implicit.spans
-    late_span = (choice.span - spans[ORDER - 1]) / (choice.cost - choice.early)
-    choice.limit, choice.saved, choice.lost = STEP_COST * max(choice.span / choice.cost, late_span), 0.0, 0.0
-    return ERROR**2 * squared_sixth_derivative(pointer, price_of_step(n) * choice.limit) <= SMALL_ERROR**2
+    late_span = (choice.span - spans[ORDER - 1]) / (choice.cost - choice.early_cost)
+    choice.explicit_length, choice.saved, choice.lost = STEP_COST * max(choice.span / choice.cost, late_span), 0.0, 0.0
+    return (
+        ERROR_CONSTANT**2 * squared_sixth_derivative(pointer, price_of_step(n) * choice.explicit_length)
+        <= SMALL_ERROR**2
+    )
 
 
 @kernel
 def squared_sixth_derivative(pointer, h):
-    """Return the mean square, over the allowed error, of the sixth derivative of the state times h^6.
+    """Return the mean square of the sixth derivative of the state times h^6, divided by the allowed error.
 
     The derivative is that of the polynomial through the marks.
     """
     n, spans, marks = pointer[0].y.size, pointer[0].implicit.spans, pointer[0].implicit.marks
-    defect = pointer[0].implicit.offset
+    derivative = pointer[0].implicit.offset
     for i in range(n):
-        defect[i] = 0.0
+        derivative[i] = 0.0
     for m in range(1, ORDER + 1):
         weight = 720.0  # 6!
         for node in range(ORDER + 1):
             if node != m:
                 weight *= h / (spans[m] - spans[node])
         for i in range(n):
-            defect[i] += weight * (marks[m, i] - marks[0, i])
+            derivative[i] += weight * (marks[m, i] - marks[0, i])
     total = 0.0
     for i in range(n):
-        total += (defect[i] * pointer[0].weight[i]) ** 2
+        total += (derivative[i] * pointer[0].weight[i]) ** 2
     return total / n
 
 
 @kernel
-def has_lost(pointer, saved, cost):
-    """Return whether the implicit method has lost too much; a step saved `saved` explicit evaluations at a cost of
-    `cost`.
+def is_unprofitable(pointer, saved, cost):
+    """Return whether the implicit method has cost too much; the latest step replaced `saved` evaluations by `cost`.
 
-    The permitted loss grows with the savings: if explicit steps are a hundred times shorter, doing without the
-    implicit
-    method until the next trial costs more than a stretch on which it is expensive.
+    The permitted loss grows with the savings.  Where explicit steps are a hundred times shorter, a few expensive
+    implicit steps cost less than explicit steps up to the next trial.
     """
     work = pointer[0]
     n, choice = work.y.size, work.implicit.choice
     gain = saved - PRICE_PER_NUMBER * n * cost
     choice.saved += gain
     choice.lost = max(choice.lost - gain, 0.0)
-    if choice.lost < MAX_LOSS * PER_STEP * price_of_step(n) + SAVINGS_SHARE * max(choice.saved, 0.0):
+    if choice.lost < MAX_LOSS * EVALUATIONS_PER_STEP * price_of_step(n) + SAVINGS_FRACTION * max(choice.saved, 0.0):
         return False
-    choice.left = -min(choice.saved, 0.0) / (RECOVERY_SHARE * PER_STEP)
+    choice.steps_to_trial = -min(choice.saved, 0.0) / (RECOVERY_FRACTION * EVALUATIONS_PER_STEP)
     return True

@@ -1,4 +1,4 @@
-"""Collocation at eight Radau points: all stages of a step are in the lanes of one register and are solved together.
+"""Collocation at eight Radau points: all stages of a step are in the lanes of a vector register and solved together.
 
 The state over a step of length h is a polynomial whose rates at the points C equal the right-hand side there: Radau IIA
 with eight stages and order 15 (Hairer, Wanner, "Solving Ordinary Differential Equations II", 2nd ed., IV.5), whose last
@@ -37,7 +37,7 @@ def _lagrange() -> list[list[Fraction]]:
     return polynomials
 
 
-def _about_middle(coefficients: list[Fraction]) -> list[Fraction]:
+def _centred_coefficients(coefficients: list[Fraction]) -> list[Fraction]:
     """Return the coefficients in u = 2 x - 1 of a polynomial in x."""
     polynomials = [Fraction(0)] * len(coefficients)
     for c in reversed(coefficients):  # Horner's scheme with x = (1 + u) / 2
@@ -54,14 +54,14 @@ A = np.array(
     [[float(sum(c * Fraction(x) ** (k + 1) for k, c in enumerate(part))) for x in POINTS] for part in _INTEGRALS]
 )
 #: (stage, power): from h times the rates at the stages to the coefficients of the interpolant, see `dense_component`.
-DENSE = np.array([[float(c) for c in _about_middle(part)] for part in _INTEGRALS])
+DENSE = np.array([[float(c) for c in _centred_coefficients(part)] for part in _INTEGRALS])
 WEIGHTS = np.ascontiguousarray(A[:, -1])
 HUGE = 1e300
 
 
 @kernel
 def dense_component(x, i, y, f):
-    """Return component `i` of the interpolant at the share `x` (0 to 1) of the step that starts at `y`.
+    """Return component `i` of the interpolant at the fraction `x` (0 to 1) of the step that starts at `y`.
 
     f : (n, STAGES), coefficients of the powers of u = 2 x - 1 in its rise over x.
     """
@@ -73,14 +73,14 @@ def dense_component(x, i, y, f):
 
 
 @kernel
-def dense_state(x, y, f, w):
-    """Write the interpolant at the share `x` (0 to 1) of the step that starts at `y` (n,) to `w` (n,)."""
+def dense_state(x, y, f, state):
+    """Write the interpolant at the fraction `x` (0 to 1) of the step that starts at `y` (n,) to `state` (n,)."""
     for i in range(y.size):
-        w[i] = dense_component(x, i, y, f)
+        state[i] = dense_component(x, i, y, f)
 
 
-def shapes(x):
-    """Return the basis functions (places, STAGES) of the coefficients `f` at the shares `x`."""
+def basis_functions(x):
+    """Return the basis functions (points, STAGES) of the coefficients `f` at the fractions `x` (points,)."""
     return np.asarray(x)[:, None] * np.vander(2.0 * np.asarray(x) - 1.0, STAGES, increasing=True)
 
 
@@ -96,11 +96,11 @@ def interpolate(h, k, f):
 
 
 @kernel
-def continue_stages(theta, start, y, f, nodes):
+def continue_stages(length_ratio, start, y, f, nodes):
     """Write the stages according to the interpolant `f` to `nodes` (n + 1, STAGES).
 
-    The new step begins at the share `start` of the interpolant's step, with the state `y`, and is `theta` times as
-    long.
+    The new step begins at the fraction `start` of the interpolant's step, with the state `y`; its length is
+    `length_ratio` times that of the interpolant's step.
     """
     for i in range(y.size):
         position = 0.0
@@ -108,7 +108,7 @@ def continue_stages(theta, start, y, f, nodes):
             for m in range(STAGES):
                 position += f[i, m]
         for m in abreast(STAGES):
-            x = start + theta * C[m]
+            x = start + length_ratio * C[m]
             u = 2.0 * x - 1.0
             total = f[i, STAGES - 1]
             for power in range(STAGES - 2, -1, -1):
@@ -129,21 +129,20 @@ def begin_stages(h, y, k, nodes):
 def error_norm(f, weight):
     """Return the error of a step with the interpolant `f` over the tolerance: the step is accurate below 1.
 
-    weight : (n,) 1 / allowed error of each component.  The last four coefficients of the Legendre series of the rates
-    count,
-    in pairs, as every other one may be small.  The squared ratio of the last pair to the pair before distinguishes a
-    smooth
-    motion, whose end is far more accurate than its interior, from a motion with a kink.  Norms are root mean squares.
+    weight : (n,) 1 / allowed error of each component.  The error follows from the last four coefficients of the
+    Legendre series of the rates, in pairs, as every other one may be small.  The squared ratio of the last pair to the
+    earlier one distinguishes a smooth motion, whose end is far more accurate than its interior, from a motion with a
+    kink.  Norms are root mean squares.
     """
-    last = previous = 0.0
+    last_pair = earlier_pair = 0.0
     for i in range(weight.size):
         a, b, c, d = f[i, 7], f[i, 6], f[i, 5], f[i, 4]
         seventh, sixth = (16.0 / 429.0 * 8.0) * a, (16.0 / 231.0 * 7.0) * (a + b)
         fifth = 8.0 / 63.0 * (6.0 * (b + c) + 693.0 / 16.0 * seventh)
         fourth = 8.0 / 35.0 * (5.0 * (c + d) + 315.0 / 16.0 * sixth)
         square = weight[i] * weight[i]
-        last = last + square * (seventh * seventh + sixth * sixth)
-        previous = previous + square * (fifth * fifth + fourth * fourth)
-    if not last + previous < HUGE:
+        last_pair = last_pair + square * (seventh * seventh + sixth * sixth)
+        earlier_pair = earlier_pair + square * (fifth * fifth + fourth * fourth)
+    if not last_pair + earlier_pair < HUGE:
         return math.inf
-    return 0.5 * math.sqrt(last / weight.size) * (last / previous if last < previous else 1.0)
+    return 0.5 * math.sqrt(last_pair / weight.size) * (last_pair / earlier_pair if last_pair < earlier_pair else 1.0)

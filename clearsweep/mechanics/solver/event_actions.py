@@ -11,7 +11,7 @@ from ..observe.stages import END
 from .integration import EVENT_BUDGET, GOING, GUARD, LEFT_BEARING, LIMIT, NOTHING, OK, ONSET, SEPARATION
 from .step import latch, pass_guard
 
-SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
+ONSET_ROOT = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
 
 
 @kernel
@@ -23,7 +23,7 @@ def begin_contact(pointer, j, in_window):
     work.mode[j] = work.pressed[j]
     work.latched[j] = max(rate, ONSET_FLOOR)
     depth = max(contact.depth, 0.0)
-    work.end[work.time + 1 + j] = max(math.sqrt(depth), SEED * work.sigma)
+    work.end[work.time + 1 + j] = max(math.sqrt(depth), ONSET_ROOT * work.sigma)
     latch(pointer, work.end, j, ENTERED, END)
     totals.joint[j].peak, totals.joint[j].approach = 0.0, rate
     if in_window:
@@ -41,9 +41,9 @@ def end_contact(pointer, j):
     work.mode[j] = work.apart[j]
     latch(pointer, work.end, j, LEFT, END)
     work.end[work.time + 1 + j] = 0.0
-    for i in range(work.ended_by.size):
-        if work.ended_by[i] == j:
-            work.end[work.time + 1 + work.mode.size + i] = work.began[i]
+    for i in range(work.reset_by.size):
+        if work.reset_by[i] == j:
+            work.end[work.time + 1 + work.mode.size + i] = work.initial_internal[i]
     work.counts.separations += 1
     if totals.joint[j].approach > ONSET_FLOOR:  # below, laws use the floor: the ratio is not theirs
         totals.joint[j].restitution -= rate / totals.joint[j].approach
@@ -77,7 +77,7 @@ def log_event(pointer, event):
 def apply_event(pointer, kind, j, in_window):
     """Apply the effects of an event at contact `j` at `work.end`; return the Event."""
     work = pointer[0]
-    moment, peak = work.end[work.time], work.totals.joint[j].peak
+    time, peak = work.end[work.time], work.totals.joint[j].peak
     if kind >= GUARD:
         g = kind - GUARD
         if in_window and work.guards.counted[g]:
@@ -85,20 +85,18 @@ def apply_event(pointer, kind, j, in_window):
         pass_guard(pointer, g, work.end, END)
     if kind >= LIMIT:
         work.counts.passages += 1
-        return Event(moment, j, kind, 0.0, 0.0)
+        return Event(time, j, kind, 0.0, 0.0)
     work.counts.events += 1
     if kind == ONSET:
-        return Event(moment, j, kind, begin_contact(pointer, j, in_window), 0.0)
-    return Event(moment, j, kind, end_contact(pointer, j), peak)
+        return Event(time, j, kind, begin_contact(pointer, j, in_window), 0.0)
+    return Event(time, j, kind, end_contact(pointer, j), peak)
 
 
 @kernel
 def simultaneous_separation(pointer):
-    """Return (SEPARATION, contact) of a contact that separates at the moment of another event, such as a corner of a
-    block.
+    """Return (SEPARATION, contact) of a contact that separates at the time of another event, or (NOTHING, 0).
 
-    Its root of penetration is not positive there, so no step could begin with it.  Return (NOTHING, 0) if there is
-    none.
+    An example is a corner of a block.  No step could begin with its root of penetration, which is not positive.
     """
     work = pointer[0]
     for j in range(work.mode.size):
@@ -109,7 +107,7 @@ def simultaneous_separation(pointer):
 
 @kernel
 def pass_events(pointer, kind, contact, in_window):
-    """Apply an event and all others at the same moment; return GOING or the reason to end the run."""
+    """Apply an event and all others at the same time; return GOING or the reason to end the run."""
     work = pointer[0]
     while kind != NOTHING:
         log_event(pointer, apply_event(pointer, kind, contact, in_window))

@@ -14,33 +14,33 @@ from ..observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of
 from ..observe.stages import END, NODES, SCRATCH, SHARES, START
 from .bernstein import (
     COEFFICIENTS,
+    CROSSING_TOLERANCE,
     DEGREE,
-    FINE,
-    NOWHERE,
+    NO_CROSSING,
     VALUES,
     WHOLE,
-    crossing_for_certain,
-    first_crossing,
-    from_interpolant,
-    from_values,
-    highest,
-    lowest,
-    lowest_place,
-    tail,
-    turn_sign,
+    error_bound,
+    find_certain_crossing,
+    find_first_crossing,
+    find_minimum,
+    lower_bound,
+    negate,
+    set_from_interpolant,
+    set_from_values,
+    upper_bound,
     value_and_slope,
 )
 from .integration import GUARD, IMPLICIT, LIMIT, NOTHING, ONSET, SEPARATION, STOP, evaluate_dense
 
-SINGLE_STATE = NODES.size  # place of a guard's value at a single state, after those at the nodes of a step
-NEXT_TO_START = 0.125  # share of a step within which a guard passed at its start is ignored
+SINGLE_STATE = NODES.size  # index of a guard's value at a single state, after those at the nodes of a step
+START_FRACTION = 0.125  # fraction of a step within which a guard passed at its start is ignored
 #: Of the largest force of a contact: smaller forces count as zero.  After an impact with almost no rebound the force
 #: approaches zero slowly, and its sign is rounding.
-ROUNDING = 1e-13
+FORCE_ROUNDING = 1e-13
 GUARD_TOLERANCE = 1e-12  # of the size of a guard: accuracy of the location
 BISECTION_START = 16  # evaluations after which the interval is bisected
-MARGIN = 1.2  # on the largest speed at the stages: bounds the speed between them
-ROUGH = 1e-3  # tail of a gap's polynomial, over its size, from which the step is searched in parts
+SPEED_MARGIN = 1.2  # factor on the largest speed at the stages that bounds the speed between them
+ROUGH_ERROR = 1e-3  # error bound of a gap's polynomial, relative to its size, from which the step is searched in parts
 MIN_PART = 1.0 / 16.0  # of a step: shortest part
 #: Of a step: largest correction of an onset by Newton's method, and its tolerance.
 MAX_ONSET_CORRECTION, ONSET_TOLERANCE = 0.05, 1e-7
@@ -82,38 +82,37 @@ def fit_guard(pointer, g):
         return False
     for m in range(COEFFICIENTS):
         p[VALUES, m] = value[g, m]
-    from_values(p)
+    set_from_values(p)
     return True
 
 
 @kernel
 def guard_value(pointer, g, x):
-    """Return the value of guard `g` at the share `x` of the step, from the interpolant."""
+    """Return the value of guard `g` at the fraction `x` of the step, from the interpolant."""
     evaluate_dense(pointer, x)
     evaluate_guards(pointer, pointer[0].z, SCRATCH)
     return pointer[0].guards.value[g, SINGLE_STATE]
 
 
 @kernel
-def first_passage(pointer, g):
-    """Return the share of the step at which guard `g` becomes positive, or NOWHERE."""
+def find_passage(pointer, g):
+    """Return the fraction of the step at which guard `g` becomes positive, or NO_CROSSING."""
     p, guards = pointer[0].polynomials, pointer[0].guards
     if not fit_guard(pointer, g):
-        return NOWHERE
-    noise = ROUNDING * pointer[0].totals.joint[guards.contact[g]].peak if guards.column[g] >= 0 else 0.0
-    if p[VALUES, 0] >= 0.0 and value_and_slope(p, WHOLE, NEXT_TO_START)[0] > noise:
+        return NO_CROSSING
+    noise = FORCE_ROUNDING * pointer[0].totals.joint[guards.contact[g]].peak if guards.column[g] >= 0 else 0.0
+    if p[VALUES, 0] >= 0.0 and value_and_slope(p, WHOLE, START_FRACTION)[0] > noise:
         return 0.0
-    x = crossing_for_certain(p, noise)
-    return x if x == NOWHERE else true_passage(pointer, g, x)
+    x = find_certain_crossing(p, noise)
+    return x if x == NO_CROSSING else refine_passage(pointer, g, x)
 
 
 @kernel
-def true_passage(pointer, g, x):
-    """Return the share at which guard `g` itself crosses zero, near the crossing `x` of its polynomial, or NOWHERE.
+def refine_passage(pointer, g, x):
+    """Return the fraction at which guard `g` crosses zero, near the crossing `x` of its polynomial, or NO_CROSSING.
 
     Many guards are smooth, and one evaluation confirms the polynomial.  Others are not, such as the force of a contact
-    that
-    leaves its indentation, which varies with a power of 3/2 there.
+    that leaves its indentation, which varies with a power of 3/2.
     """
     p, size = pointer[0].polynomials, 0.0
     for m in range(COEFFICIENTS):
@@ -128,18 +127,18 @@ def true_passage(pointer, g, x):
             break
         x = newton
     value = guard_value(pointer, g, x)
-    (a, fa), (b, fb) = bracket_around(pointer, x, value)
+    (a, fa), (b, fb) = bracket_passage(pointer, x, value)
     if fb <= 0.0:  # it rises and falls between two stages
-        b = highest_after(p, x)
+        b = find_maximum_after(p, x)
         fb = guard_value(pointer, g, b)
         if fb <= 0.0:
-            return NOWHERE
-    return crossing_between(pointer, g, (a, fa), (b, fb))
+            return NO_CROSSING
+    return find_crossing_between(pointer, g, (a, fa), (b, fb))
 
 
 @kernel
-def bracket_around(pointer, x, value):
-    """Return (share, value) of a guard before and behind where it is likely to pass zero, its `value` at `x` known."""
+def bracket_passage(pointer, x, value):
+    """Return (fraction, value) of a guard before and after its likely zero near `x`, where it equals `value`."""
     p = pointer[0].polynomials
     (a, fa), (b, fb) = (0.0, p[VALUES, 0]), (1.0, p[VALUES, DEGREE])
     if pointer[0].method.current != IMPLICIT:  # whose values between start and end are interpolated themselves
@@ -157,8 +156,8 @@ def bracket_around(pointer, x, value):
 
 
 @kernel
-def highest_after(p, x):
-    """Return the place of the largest value of WHOLE among several places between `x` and its next negative value."""
+def find_maximum_after(p, x):
+    """Return the fraction of the largest of several values of WHOLE between `x` and its next negative value."""
     best, best_value, step = x, 0.0, 0.02 * (1.0 - x)
     for i in range(1, 51):
         value, _ = value_and_slope(p, WHOLE, x + i * step)
@@ -170,12 +169,11 @@ def highest_after(p, x):
 
 
 @kernel
-def crossing_between(pointer, g, lower, upper):
-    """Return the share at which guard `g` crosses zero between two ends, each (share, value), approached from behind.
+def find_crossing_between(pointer, g, lower, upper):
+    """Return the fraction just after guard `g` crosses zero in a bracket; `lower`, `upper` : (fraction, value).
 
     Regula falsi by Anderson & Bjorck (1973, BIT 13:253): the value at a retained end is scaled down according to the
-    change
-    of the value at the other end.
+    change of the value at the other end.
     """
     (a, fa), (b, fb) = lower, upper
     if fa >= 0.0:
@@ -185,7 +183,9 @@ def crossing_between(pointer, g, lower, upper):
         x = (a * fb - b * fa) / (fb - fa)
         if iteration > BISECTION_START or not a < x < b:  # a jump, or a value that is not finite
             x = 0.5 * (a + b)
-        x = min(max(x, a + 0.4 * FINE), b - 0.4 * FINE)  # so that the retained end moves, too
+        x = min(
+            max(x, a + 0.4 * CROSSING_TOLERANCE), b - 0.4 * CROSSING_TOLERANCE
+        )  # so that the retained end moves, too
         fx = guard_value(pointer, g, x)
         if fx >= 0.0:
             if side == 1:
@@ -195,7 +195,7 @@ def crossing_between(pointer, g, lower, upper):
             if side == -1:
                 fb *= 1.0 - fx / fa if fx > fa else 0.5
             a, fa, side = x, fx, -1
-        if b - a <= FINE or fx == 0.0:
+        if b - a <= CROSSING_TOLERANCE or fx == 0.0:
             break
     return b
 
@@ -214,7 +214,7 @@ def fit_gap(pointer, j, h):
     for m in range(COEFFICIENTS):
         depth = work.o[column, NODES[m]]
         p[VALUES, m] = depth * (depth + 2.0 * size)
-    from_values(p)
+    set_from_values(p)
     depth_rate = work.o[column_of(j, RATE), START] * work.o[KAPPA, START] * h
     p[WHOLE, 1] = (
         p[WHOLE, 0] + 2.0 * (work.o[column, START] + size) * depth_rate / DEGREE
@@ -232,7 +232,7 @@ def fit_gap_part(pointer, j, begin, width):
         size = max(size, -p[VALUES, m])
     for m in range(COEFFICIENTS):
         p[VALUES, m] *= p[VALUES, m] + 2.0 * size
-    from_values(p)
+    set_from_values(p)
 
 
 @kernel
@@ -241,40 +241,40 @@ def is_rough(p):
     size = 0.0
     for i in range(COEFFICIENTS):
         size = max(size, abs(p[VALUES, i]))
-    tail_bound = tail(p)
-    return tail_bound > ROUGH * size and highest(p) + tail_bound >= 0.0
+    error = error_bound(p)
+    return error > ROUGH_ERROR * size and upper_bound(p) + error >= 0.0
 
 
 @kernel
-def cannot_arrive(pointer, j, h):
+def cannot_reach_bearing(pointer, j, h):
     """Return whether the path of the journal of free contact `j` is too short to reach the bearing."""
     work = pointer[0]
     fastest = max(work.contact_steps[j].fastest, work.o[column_of(j, SLIP), END] * work.o[KAPPA, END])
     gaps = work.o[column_of(j, DEPTH), START] + work.o[column_of(j, DEPTH), END]
-    return gaps + MARGIN * h * fastest < 0.0
+    return gaps + SPEED_MARGIN * h * fastest < 0.0
 
 
 @kernel
-def first_onset(pointer, j, h):
-    """Return the share of the step at which free contact `j` first touches its bearing while closing, or NOWHERE."""
+def find_onset(pointer, j, h):
+    """Return the fraction of the step at which free contact `j` first touches its bearing, or NO_CROSSING."""
     work = pointer[0]
     p, begin = work.polynomials, work.o[column_of(j, DEPTH), START]
-    if cannot_arrive(pointer, j, h):
-        return NOWHERE
+    if cannot_reach_bearing(pointer, j, h):
+        return NO_CROSSING
     if begin >= 0.0 and work.o[column_of(j, RATE), START] >= 0.0:
         return 0.0
     fit_gap(pointer, j, h)
     if is_rough(p):
-        return first_onset_in_parts(pointer, j, h)
-    x = crossing_for_certain(p, 0.0)
-    if x == NOWHERE and begin >= 0.0 and p[VALUES, DEGREE] >= 0.0:  # it never quite separated
-        return lowest_place(p)
-    return x if x == NOWHERE else true_onset(pointer, j, h, x)
+        return find_onset_in_parts(pointer, j, h)
+    x = find_certain_crossing(p, 0.0)
+    if x == NO_CROSSING and begin >= 0.0 and p[VALUES, DEGREE] >= 0.0:  # it never quite separated
+        return find_minimum(p)
+    return x if x == NO_CROSSING else refine_onset(pointer, j, h, x)
 
 
 @kernel
-def true_onset(pointer, j, h, x):
-    """Return the share of the step at which contact `j` touches, by Newton's method from its polynomial's share `x`."""
+def refine_onset(pointer, j, h, x):
+    """Return the fraction of the step at which contact `j` touches, by Newton's method from the fraction `x`."""
     work = pointer[0]
     for _ in range(4):
         evaluate_dense(pointer, x)
@@ -289,77 +289,77 @@ def true_onset(pointer, j, h, x):
 
 
 @kernel
-def first_onset_in_parts(pointer, j, h):
-    """Return the result of `first_onset` if the gap is not smooth over the step, as with worn surfaces."""
+def find_onset_in_parts(pointer, j, h):
+    """Return the result of `find_onset` if the gap is not smooth over the step, as with worn surfaces."""
     p, begin, width = pointer[0].polynomials, 0.0, 0.5
     while begin < 1.0:
         fit_gap_part(pointer, j, begin, width)
         if width > MIN_PART and is_rough(p):
             width *= 0.5
         else:
-            x = crossing_for_certain(p, 0.0)
-            if x != NOWHERE:
-                return true_onset(pointer, j, h, begin + width * x)
+            x = find_certain_crossing(p, 0.0)
+            if x != NO_CROSSING:
+                return refine_onset(pointer, j, h, begin + width * x)
             begin += width
             width = min(2.0 * width, 1.0 - begin)
-    return NOWHERE
+    return NO_CROSSING
 
 
 @kernel
-def first_separation(pointer, j):
-    """Return the share of the step at which contact `j` separates, from the interpolant, or NOWHERE."""
+def find_separation(pointer, j):
+    """Return the fraction of the step at which contact `j` separates, from the interpolant, or NO_CROSSING."""
     work, root = pointer[0], pointer[0].time + 1 + j
-    from_interpolant(work.polynomials, work.y[root], work.f, root)
-    if lowest(work.polynomials) > 0.0:
-        return NOWHERE
-    turn_sign(work.polynomials)
-    return first_crossing(work.polynomials)
+    set_from_interpolant(work.polynomials, work.y[root], work.f, root)
+    if lower_bound(work.polynomials) > 0.0:
+        return NO_CROSSING
+    negate(work.polynomials)
+    return find_first_crossing(work.polynomials)
 
 
 @kernel
-def first_limit(pointer, j):
-    """Return the share at which the penetration of contact `j` passes the limit of its elastic law, or NOWHERE."""
+def find_limit(pointer, j):
+    """Return the fraction at which contact `j` passes the depth limit of its elastic law, or NO_CROSSING."""
     work, root = pointer[0], pointer[0].time + 1 + j
     limit = math.sqrt(work.limit_depth[j])
-    from_interpolant(work.polynomials, work.y[root] - limit, work.f, root)
+    set_from_interpolant(work.polynomials, work.y[root] - limit, work.f, root)
     overshoot = work.y[root] - limit
     if overshoot > LIMIT_TOLERANCE * limit or (overshoot > -LIMIT_TOLERANCE * limit and work.k[root, START] > 0.0):
-        turn_sign(work.polynomials)
-    return first_crossing(work.polynomials) if highest(work.polynomials) >= 0.0 else NOWHERE
+        negate(work.polynomials)
+    return find_first_crossing(work.polynomials) if upper_bound(work.polynomials) >= 0.0 else NO_CROSSING
 
 
 @kernel
-def first_stop(pointer, stop):
-    """Return the share of the step at which the run reaches `stop`, which is not beyond its end."""
+def find_stop(pointer, stop):
+    """Return the fraction of the step at which the run reaches `stop`, which is not beyond its end."""
     work = pointer[0]
-    from_interpolant(work.polynomials, work.y[work.independent] - stop, work.f, work.independent)
-    return min(first_crossing(work.polynomials), 1.0)
+    set_from_interpolant(work.polynomials, work.y[work.independent] - stop, work.f, work.independent)
+    return min(find_first_crossing(work.polynomials), 1.0)
 
 
 @kernel
-def first_event(pointer, h, stop):
-    """Return (share of the step, kind, contact) of its first event; kind is NOTHING without event."""
+def locate_first_event(pointer, h, stop):
+    """Return (fraction of the step, kind, contact) of its first event; kind is NOTHING without event."""
     work, guards = pointer[0], pointer[0].guards
-    first, kind, contact = NOWHERE, NOTHING, 0
+    earliest, kind, contact = NO_CROSSING, NOTHING, 0
     if work.end[work.independent] >= stop:
-        first, kind = first_stop(pointer, stop), STOP
+        earliest, kind = find_stop(pointer, stop), STOP
     for j in range(work.mode.size):
-        x, event_kind = NOWHERE, NOTHING
+        x, event_kind = NO_CROSSING, NOTHING
         if meets(work.mode[j]):
-            x, event_kind = first_onset(pointer, j, h), ONSET
+            x, event_kind = find_onset(pointer, j, h), ONSET
         elif touches(work.mode[j]):
-            x, event_kind = first_separation(pointer, j), SEPARATION
+            x, event_kind = find_separation(pointer, j), SEPARATION
             if work.limit_depth[j] < math.inf:
-                limit_share = first_limit(pointer, j)
+                limit_share = find_limit(pointer, j)
                 if limit_share < x:
                     x, event_kind = limit_share, LIMIT
-        if x < first:
-            first, kind, contact = x, event_kind, j
+        if x < earliest:
+            earliest, kind, contact = x, event_kind, j
     if guards.contact.size > 0:
         evaluate_guards(pointer, work.y, END)
         for g in range(guards.contact.size):
             if is_guard_active(pointer, g):
-                x = first_passage(pointer, g)
-                if x < first:
-                    first, kind, contact = x, GUARD + g, guards.contact[g]
-    return first, kind, contact
+                x = find_passage(pointer, g)
+                if x < earliest:
+                    earliest, kind, contact = x, GUARD + g, guards.contact[g]
+    return earliest, kind, contact

@@ -15,7 +15,7 @@ from .collocation import dense_state
 # Kinds of events; LIMIT: a penetration passes the limit of its elastic law, without effect; GUARD and above: the guards
 # of joints
 NOTHING, ONSET, SEPARATION, STOP, LIMIT, GUARD = range(6)
-FARTHEST = 8.0  # clearances that a journal in free flight may travel in a step
+MAX_TRAVEL = 8.0  # clearances: largest travel of a journal in free flight in a step
 EXPLICIT, IMPLICIT, AUTO = range(3)  # methods; AUTO: chosen from step to step
 # How the loop returns; GOING: it goes on
 OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF, TIME_LIMIT, STALLED = range(9)
@@ -23,7 +23,7 @@ LEFT_BEARING, GOING = range(9, 11)
 
 
 class Control(NamedTuple):
-    """Settings of a run: ends, method and saved data."""
+    """Settings of a run: its window, end, method and budgets."""
 
     window: float  # s, or rad of a free crank: start of the window in which figures are taken
     end: float  # s, or rad of a free crank: end of the run
@@ -57,7 +57,7 @@ class Stepper(Fields):
     pause_step: float  # number of the step after which to return PAUSED
     in_window: float  # 1 where figures are taken, else 0
     logged: float  # events in the log
-    begun: float  # 1 once `begin_case` has run, else 0
+    begun: float  # 1 after `begin_case`, else 0
     next_stop: float  # where the next step has to end: s, or rad of a free crank
     farthest: float  # rad, largest angle of a free crank
     progress_angle: float  # rad, angle at which a free crank last advanced by STALL_ADVANCE
@@ -83,7 +83,7 @@ class Method(Fields):
     """The method of a step: EXPLICIT or IMPLICIT."""
 
     current: int
-    in_favour: int  # steps in a row in favour of the other
+    favouring_steps: int  # consecutive steps that favour the other method
     next: int  # method of the next step
 
 
@@ -97,22 +97,22 @@ class Slopes(Fields):
 class Choice(Fields):
     """Basis of the choice of the method: the cost of both methods on the latest stretches of the motion."""
 
-    limit: float  # length of an explicit step before the method changed
+    explicit_length: float  # length of an explicit step before the method became implicit
     saved: float  # explicit evaluations saved by the implicit method since then
-    lost: float  # and lost
-    left: float  # explicit steps until the bend is measured again
+    lost: float  # evaluations by which it cost more than the explicit method
+    steps_to_trial: float  # explicit steps until the curvature of the motion is measured again
     span: float  # length of the steps that a stiff component may limit
-    cost: float  # their evaluations
-    early: float  # the same without the last of ORDER parts
+    cost: float  # evaluations in these steps
+    early_cost: float  # evaluations in all but the last of their ORDER parts
 
 
-class Past(Fields):
+class StepHistory(Fields):
     """Data from earlier steps; lengths are 0 if there is no earlier step."""
 
     length: float  # of the step whose interpolant is in `Work.f`
-    after: float  # 1 if this step follows it, 0 if it begins at the same place
-    renewed: float  # length of the step from here for which the Jacobians were evaluated
-    factored: float  # length of the step for which the matrices are factored
+    start_fraction: float  # fraction of that step at which this step begins: 1 after it, 0 at the same start
+    jacobian_length: float  # length of a step from this start for which the Jacobians were evaluated
+    matrix_length: float  # length of the step for which the matrices are factorised
     convergence: float  # of the last iteration
 
 
@@ -122,15 +122,15 @@ class Implicit(NamedTuple):
     jacobian: np.ndarray  # (3, n, n) derivatives of the rates at the stages JACOBIAN_STAGES
     newton: np.ndarray  # (STAGES n, STAGES n) factors of the matrix of the iteration
     pivots: np.ndarray  # (STAGES n,) int64
-    small: np.ndarray  # (n, n) factors of the matrix of the error estimate
-    small_pivots: np.ndarray  # (n,) int64
+    error_matrix: np.ndarray  # (n, n) factors of the matrix of the error estimate
+    error_pivots: np.ndarray  # (n,) int64
     stages: np.ndarray  # (STAGES n,) differences of the stages from the start of the step
-    change: np.ndarray  # (STAGES n,)
+    update: np.ndarray  # (STAGES n,)
     offset: np.ndarray  # (n,)
     marks: np.ndarray  # (ORDER + 1, n) states along explicit steps, see `choice`
     spans: np.ndarray  # (ORDER + 1,) length of the steps up to each mark
     choice: Choice
-    past: Past
+    history: StepHistory
 
 
 class Work(NamedTuple):
@@ -141,15 +141,15 @@ class Work(NamedTuple):
 
     rates: Entry  # the right-hand side
     sweep: Entry  # a sweep of the iteration of a step, see `collocation`
-    observed: Entry  # the observables of all stages
+    observe_stages: Entry  # the observables of all stages
     sample: Entry  # the time histories
     wear: Entry  # the wear; NO_ENTRY without wear
-    time: int  # place of the time in the state; the roots of penetration, then the internal states follow it
-    independent: int  # place in the state of the independent quantity of the run: time, or the angle of a free crank
-    knots: np.ndarray  # (k,) its values at which a step must end because an acceleration jumps
+    time: int  # index of the time in the state; the roots of penetration, then the internal states follow it
+    independent: int  # index in the state of the independent quantity of the run: time, or the angle of a free crank
+    knots: np.ndarray  # (k,) values of this quantity at which a step must end because an acceleration jumps
     reference_rate: float  # rad/s, Scene.reference_rate
     sigma: float  # m^0.5, Scene.sigma
-    longest: float  # s, largest duration of a step
+    max_duration: float  # s, largest duration of a step
 
     y: np.ndarray  # (n,) state at the start of the step
     end: np.ndarray  # (n,) state at its end
@@ -158,7 +158,7 @@ class Work(NamedTuple):
     o: np.ndarray  # (columns, ROW_COUNT) observables
     nodes: np.ndarray  # (n + 1, STAGES) states at the stages; last row: change of each in the latest sweep
     weight: np.ndarray  # (n,) 1 / allowed error
-    mode: np.ndarray  # (c,) int64, what each contact does: modes.FREE, PRESSED or another of its joint's modes
+    mode: np.ndarray  # (c,) int64, modes.FREE, PRESSED or another of the joint's modes
     latched: np.ndarray  # (c + l,) values set at events only: closing rate (m/s) of each onset, floored; of laws
     step: Step
     contact_steps: ContactStep  # (c,)
@@ -171,15 +171,15 @@ class Work(NamedTuple):
     polynomials: np.ndarray  # (ROWS, COEFFICIENTS) of the current event function, see `bernstein`
     apart: np.ndarray  # (c,) int64, mode after a separation
     pressed: np.ndarray  # (c,) int64, mode after an onset
-    side: np.ndarray  # (c,) Joint.side
+    journal_sides: np.ndarray  # (c,) Joint.side: +1: the journal is on the distal body, -1: on the proximal one
     limit_depth: np.ndarray  # (c,) m, penetration up to which the elastic law is valid; inf: any
-    ended_by: np.ndarray  # (m,) int64, contact whose separation resets an internal state; -1: never reset
-    began: np.ndarray  # (m,) initial value of each internal state
+    reset_by: np.ndarray  # (m,) int64, contact whose separation resets this internal state; -1: never reset
+    initial_internal: np.ndarray  # (m,) initial value of each internal state
     counts: Counts
     method: Method
     slopes: Slopes
-    proposals: np.ndarray  # (2^(1+c),) step length by method and touching contacts, 0: none yet
-    paces: np.ndarray  # (2^(1+c),) m/s, onset rate of the fastest of these contacts
+    proposals: np.ndarray  # (2^(1+c),) step length by `step_control.contact_pattern`, 0: none yet
+    onset_rates: np.ndarray  # (2^(1+c),) m/s, largest onset rate of these contacts
     control: ControlNumbers
     log: np.ndarray  # (LOG_ROWS, 5) events since the latest pause, see event_actions.Event
     guards: tuple  # joint.guards.Guards
@@ -214,8 +214,8 @@ def accumulators_of(pointer):
         work.film,
         work.has_friction,
     )
-    peaks = revolutions.highest, revolutions.since
-    return Accumulators(*arrays, totals.whole, totals.joint, totals.bins, totals.spent, *peaks)
+    peaks = revolutions.step_peak, revolutions.peak_since_mark
+    return Accumulators(*arrays, totals.mechanism, totals.joint, totals.bins, totals.part_times, *peaks)
 
 
 @kernel
@@ -228,7 +228,7 @@ def evaluate(pointer, y, row):
 
 @kernel
 def evaluate_dense(pointer, x):
-    """Write the rates and observables at the share `x` of the step to the SCRATCH rows, from the dense output."""
+    """Write the rates and observables at the fraction `x` of the step to the SCRATCH rows, from the dense output."""
     work = pointer[0]
     dense_state(x, work.y, work.f, work.z)
     evaluate(pointer, work.z, SCRATCH)

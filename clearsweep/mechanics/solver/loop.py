@@ -1,12 +1,12 @@
 """The integration loop: adaptive steps from event to event, and accumulation of figures, samples and events.
 
 begin_case, then until the case ends or pauses:
-    prepare_step        the length of the step, or why the case stops
+    prepare_step        the length of the step, or the reason to stop
     take_step           stages by iteration, end, polynomial, error, sums        step, collocation, radau
     assess_step         its error, the length that it allows for the next        step_control
     if its error is too large:
         reject          try again with a shorter length
-    find_first_event    where its polynomials cross zero first                   event_search, bernstein
+    find_first_event    the first zero of its event functions                    event_search, bernstein
     if there is an event:
         take_step       up to the event; reject if the error is too large
         step_to_event   the end, corrected to the exact event                    step
@@ -56,15 +56,15 @@ from .step_control import (
     MAX_REJECTIONS,
     REJECTION,
     assess_step,
-    pace_of,
-    proposal_of,
+    contact_pattern,
+    onset_rate_of,
     set_next_length,
 )
 
-REVERSAL_TOLERANCE = 0.01 * 2.0 * math.pi  # rad: how far a free crank may turn back without a stall, as at an impact
-STALL_ADVANCE = 1e-4  # rad: how far a free crank has to advance within Control.patience
-CLOSE_TO_START = 1e-6  # share of an implicit step up to which an event is taken from its interpolant
-SHORT_SHARE = 1e-3  # share of a step up to which a step cut at an event is accepted whatever its error
+REVERSAL_TOLERANCE = 0.01 * 2.0 * math.pi  # rad, by which a free crank may turn back without a stall, as at an impact
+STALL_ADVANCE = 1e-4  # rad, by which a free crank has to advance within Control.patience
+NEAR_START = 1e-6  # fraction of an implicit step up to which an event is taken from its interpolant
+SHORT_FRACTION = 1e-3  # fraction of a step up to which a step cut at an event is accepted whatever its error
 LOG_ROWS = 512  # events in the log before the loop pauses so that the caller can read them
 
 
@@ -76,7 +76,7 @@ def advance(pointer):
         work.y[i], work.k[i, START] = work.end[i], work.k[i, END]
     for column in range(work.o.shape[0]):
         work.o[column, START] = work.o[column, END]
-    work.implicit.past.after, work.implicit.past.renewed = 1.0, 0.0
+    work.implicit.history.start_fraction, work.implicit.history.jacobian_length = 1.0, 0.0
 
 
 @kernel
@@ -93,7 +93,7 @@ def restart(pointer):
     for i in range(work.y.size):
         work.y[i] = work.end[i]
     work.method.current = work.method.next
-    work.implicit.past.length, work.implicit.past.renewed = 0.0, 0.0
+    work.implicit.history.length, work.implicit.history.jacobian_length = 0.0, 0.0
     begin_step(pointer)
 
 
@@ -111,7 +111,7 @@ def begin_case(pointer):
     """Prepare a case for its first step, or for the next after a pause; a pause does not change the motion."""
     work = pointer[0]
     totals, record, stepper, control = work.totals, work.record, work.stepper, work.control
-    position, moment = work.y[work.independent], work.y[work.time]
+    position, time = work.y[work.independent], work.y[work.time]
     stepper.begun, stepper.logged, stepper.rejections = 1.0, 0.0, 0.0
     stepper.in_window = 1.0 if control.window <= position else 0.0
     stepper.next_stop = next_stop(pointer, position)
@@ -123,9 +123,9 @@ def begin_case(pointer):
     stepper.farthest, stepper.progress_angle, stepper.progress_time = (
         position,
         position,
-        moment,
+        time,
     )
-    totals.whole.kinetic_start = work.o[KINETIC, START]
+    totals.mechanism.kinetic_start = work.o[KINETIC, START]
     if stepper.in_window != 0.0:
         begin_window(pointer)
     record_start(pointer)
@@ -157,7 +157,7 @@ def status_before_step(pointer):
     """Return GOING if a case may take its next step, else the status with which the loop returns."""
     work = pointer[0]
     stepper, control = work.stepper, work.control
-    moment, angle = work.y[work.time], work.y[work.independent]
+    time, angle = work.y[work.time], work.y[work.independent]
     is_full = stepper.logged + work.mode.size >= work.log.shape[0]  # all contacts may part at once
     if angle >= control.pause or work.counts.steps >= stepper.pause_step or is_full:
         return PAUSED
@@ -165,12 +165,12 @@ def status_before_step(pointer):
         return TURNS_STIFF
     if control.patience == math.inf:
         return GOING
-    if moment >= control.time_limit:
+    if time >= control.time_limit:
         return TIME_LIMIT
     stepper.farthest = max(stepper.farthest, angle)
     if angle > stepper.progress_angle + STALL_ADVANCE:
-        stepper.progress_angle, stepper.progress_time = angle, moment
-    stalled = stepper.farthest - angle > REVERSAL_TOLERANCE or moment - stepper.progress_time > control.patience
+        stepper.progress_angle, stepper.progress_time = angle, time
+    stalled = stepper.farthest - angle > REVERSAL_TOLERANCE or time - stepper.progress_time > control.patience
     return STALLED if stalled else GOING
 
 
@@ -187,7 +187,7 @@ def prepare_step(pointer):
     if stepper.rejections == 0.0:
         reason, stepper.evaluations = status_before_step(pointer), work.counts.evaluations
     if reason == GOING:
-        work.step.length = min(stepper.next_length, work.longest / work.o[KAPPA, START])
+        work.step.length = min(stepper.next_length, work.max_duration / work.o[KAPPA, START])
     return reason
 
 
@@ -205,26 +205,26 @@ def reject(pointer):
 
 
 @kernel
-def repeat_up_to(pointer, h, share):
-    """Take the step of length `h` again with a `share` of its length; return whether its error is too large.
+def repeat_up_to(pointer, h, fraction):
+    """Take the step of length `h` again with a `fraction` of its length; return whether its error is too large.
 
-    The longer step resolved the motion before the event less well, above all where the iteration now fails, as at the
-    peak of a friction law.  The error of a very short step is rounding.
+    The shorter step resolves the motion before the event better.  The error of a very short step is rounding, so it
+    does not count.
     """
     work = pointer[0]
-    evaluations_before, work.step.length = work.counts.evaluations, h * share
-    if share > CLOSE_TO_START or work.method.current != IMPLICIT:
+    evaluations_before, work.step.length = work.counts.evaluations, h * fraction
+    if fraction > NEAR_START or work.method.current != IMPLICIT:
         take_step(pointer)
     else:  # the matrices of an implicit step without length are singular
         work.step.error = FAILED
     work.counts.locating += work.counts.evaluations - evaluations_before
-    error_counts = share > SHORT_SHARE and work.method.current != IMPLICIT
+    error_counts = fraction > SHORT_FRACTION and work.method.current != IMPLICIT
     return error_counts and not work.step.error < 1.0
 
 
 @kernel
 def pass_stop(pointer):
-    """Pass a place where a step had to end; return GOING, or OK at the end of the run.  The window may open there."""
+    """Pass a stop, where a step had to end and the window may open; return GOING, or OK at the end of the run."""
     work = pointer[0]
     stepper = work.stepper
     if stepper.next_stop == target_of(pointer):
@@ -246,16 +246,16 @@ def apply_event(pointer, kind, contact):
 
 @kernel
 def cut_at_event(pointer, h, event):
-    """End the step of length `h` at an event: (share of it, kind, contact); return GOING or the status at the end."""
+    """End the step of length `h` at an event, (fraction, kind, contact); return GOING or the status at the end."""
     work = pointer[0]
-    share, kind, contact = event
+    fraction, kind, contact = event
     work.stepper.contact = contact
-    if repeat_up_to(pointer, h, share):
+    if repeat_up_to(pointer, h, fraction):
         return reject(pointer)
     evaluations_before = work.counts.evaluations
     step_to_event(pointer, (kind, contact, work.stepper.next_stop))
     work.counts.locating += work.counts.evaluations - evaluations_before
-    choose_method(pointer, work.step.length, proposal_of(pointer))
+    choose_method(pointer, work.step.length, contact_pattern(pointer))
     accept(pointer)
     add_slow_sums(pointer, work.step.length)
     reason = apply_event(pointer, kind, contact)
@@ -276,11 +276,11 @@ def take_or_reject_step(pointer):
     h = step.length
     if not step.error < 1.0:
         return reject(pointer)
-    pattern = proposal_of(pointer)
-    work.proposals[pattern], work.paces[pattern] = step.proposal, pace_of(pointer)
-    share, kind, contact = find_first_event(pointer, h, stepper.next_stop)
+    pattern = contact_pattern(pointer)
+    work.proposals[pattern], work.onset_rates[pattern] = step.proposal, onset_rate_of(pointer)
+    fraction, kind, contact = find_first_event(pointer, h, stepper.next_stop)
     if kind != NOTHING:
-        return cut_at_event(pointer, h, (share, kind, contact))
+        return cut_at_event(pointer, h, (fraction, kind, contact))
     accept(pointer)
     choose_method(pointer, h, pattern)
     add_slow_sums(pointer, h)
@@ -290,7 +290,7 @@ def take_or_reject_step(pointer):
 
 
 def compile_for(model: Pinned) -> objects.Code | None:
-    """Return the machine code of `integrate` for a Work of this form."""
+    """Return the machine code of `integrate` for this type of Work, or None if it was not compiled for this machine."""
     if not _CODE:
 
         def integrate_at(address):

@@ -4,8 +4,8 @@ Five stages, the last at the end of the step; L-stable, so stiff components deca
 Ordinary Differential Equations II", 2nd ed., section IV.5: collocation at the zeros of the fourth derivative of
 x^4 (x - 1)^5.  All other constants follow from the matrix.
 
-Section IV.8: simplified Newton iteration, its
-start values and its end, the reuse of the Jacobian, error estimate (8.19), (8.20).  The direction of a stiff contact
+Section IV.8 describes the simplified Newton iteration, its start values and its end, the reuse of the Jacobian, and
+the error estimates (8.19) and (8.20).  The direction of a stiff contact
 rotates along the step, and the stiff subspace with it.  The Jacobian is therefore evaluated at three of the stages and
 interpolated to the others, and the stages are solved for as one system.  It is the exact derivative of the compiled
 forces and motions (`dual`).  It only steers the iteration; the solution does not depend on it.
@@ -18,8 +18,8 @@ import numpy as np
 from ..compiled.family import invoke, kernel
 from ..observe.stages import END, FIRST_IMPLICIT_ROW, SCRATCH, SHARES, START
 from ..trace.portable import coefficients_through, exact, inverse, powers
-from .collocation import dense_component, dense_state, shapes
-from .integration import Choice, Implicit, Past, evaluate
+from .collocation import basis_functions, dense_component, dense_state
+from .integration import Choice, Implicit, StepHistory, evaluate
 
 A = np.array(
     [
@@ -31,7 +31,7 @@ A = np.array(
     ]
 )
 STAGES = len(A)
-C = np.append(A[:-1].sum(axis=1), 1.0)  # shares of the step at the stages
+C = np.append(A[:-1].sum(axis=1), 1.0)  # fractions of the step at the stages
 ORDER = STAGES + 1  # of the error estimate: power of the step length with which it decreases
 
 GAMMA = 6.286704751729277  # the real eigenvalue of the inverse of A
@@ -50,8 +50,10 @@ def _error_weights():
 
 E = _error_weights()
 #: Error estimate without stiffness over the sixth derivative times h^6, from y' = t^5 / 5!.
-ERROR = abs(float((exact([E]) @ powers(C, ORDER + 1)).rounded()[0, ORDER])) / math.factorial(ORDER)
-DENSE = inverse(exact(shapes(C)[:, :STAGES])).rounded()  # from the stages to the first rows of the dense output
+ERROR_CONSTANT = abs(float((exact([E]) @ powers(C, ORDER + 1)).rounded()[0, ORDER])) / math.factorial(ORDER)
+DENSE = inverse(
+    exact(basis_functions(C)[:, :STAGES])
+).rounded()  # from the stages to the first rows of the dense output
 #: From start and stages to the stages of the explicit method, by the polynomial through all.
 TO_EXPLICIT_STAGES = (powers(SHARES[1 : 1 + END], ORDER) @ coefficients_through(np.append(0.0, C))).rounded()
 ROWS = np.arange(FIRST_IMPLICIT_ROW, FIRST_IMPLICIT_ROW + STAGES)  # rows of the rates and observables of the stages
@@ -62,7 +64,7 @@ JACOBIAN_STAGES = np.array([0, 2, 4])  # stages at which Jacobians are evaluated
 TO_ALL_STAGES = (powers(C, JACOBIAN_STAGES.size) @ coefficients_through(C[JACOBIAN_STAGES])).rounded()
 
 ITERATIONS = 5  # with the same Jacobians
-CLOSE = 0.03  # of the allowed error: expected distance at which the iteration ends
+NEWTON_TOLERANCE = 0.03  # of the allowed error: expected distance to the solution at which the iteration ends
 KEEP_CONVERGENCE = 1e-3  # convergence per iteration up to which the Jacobians are kept for the next step
 FAILED = 10.0  # error of a step whose iteration did not converge; the step control then tries 0.6 of its length
 
@@ -74,15 +76,15 @@ def implicit_of(n, zeros=np.zeros) -> Implicit:
         jacobian=zeros((JACOBIAN_STAGES.size, n, n)),
         newton=zeros((unknowns, unknowns)),
         pivots=zeros(unknowns, dtype=np.int64),
-        small=zeros((n, n)),
-        small_pivots=zeros(n, dtype=np.int64),
+        error_matrix=zeros((n, n)),
+        error_pivots=zeros(n, dtype=np.int64),
         stages=zeros(unknowns),
-        change=zeros(unknowns),
+        update=zeros(unknowns),
         offset=zeros(n),
         marks=zeros((ORDER + 1, n)),
         spans=zeros(ORDER + 1),
         choice=Choice.zeros(zeros=zeros),
-        past=Past.zeros(zeros=zeros),
+        history=StepHistory.zeros(zeros=zeros),
     )
 
 
@@ -101,7 +103,7 @@ def exchange_pivot_row(a, i):
 
 @kernel
 def factorise(a, pivots, fixed):
-    """Replace the square matrix `a` by its LU factors; return whether it is regular.
+    """Replace the square matrix `a` (n, n) by its LU factors; return whether it is regular.
 
     Pivoting is partial, except for the first `fixed` unknowns, whose rows are sparse and remain so.
     """
@@ -151,29 +153,27 @@ def differentiate(pointer, y, stage):
 
 @kernel
 def renew_jacobians(pointer, h):
-    """Evaluate the Jacobians at three of the current stages and factorise the matrices; return whether they are
-    regular.
+    """Evaluate the Jacobians at three current stages and factorise the matrices; return whether they are regular.
 
     Contact rotates the stiff direction along the step: with one Jacobian for all stages the iteration would fail long
     before the error requires shorter steps.
     """
     work = pointer[0]
-    n, history, stages = work.y.size, work.implicit.past, work.implicit.stages
+    n, history, stages = work.y.size, work.implicit.history, work.implicit.stages
     for stage in range(JACOBIAN_STAGES.size):
         for i in range(n):
             work.z[i] = work.y[i] + stages[JACOBIAN_STAGES[stage] * n + i]
         differentiate(pointer, work.z, stage)
-    history.renewed, history.factored, history.convergence = h, 0.0, KEEP_CONVERGENCE
+    history.jacobian_length, history.matrix_length, history.convergence = h, 0.0, KEEP_CONVERGENCE
     return factorise_matrices(pointer, h)
 
 
 @kernel
-def unknown(stage, i, time):
-    """Return the index of component `i` of a stage among the unknowns of the iteration.
+def unknown_index(stage, i, time):
+    """Return the index of component `i` of a stage among the unknowns of the iteration; time : index of the time.
 
     Coordinates and time come first: their rates depend on no other coordinates or time, so their elimination is cheap
-    and
-    leaves a system of half the size.
+    and leaves a system of half the size.
     """
     second_half = time // 2
     if i >= second_half:
@@ -184,44 +184,44 @@ def unknown(stage, i, time):
 @kernel
 def factorise_matrices(pointer, h):
     """Compute the factors for a step of length `h` unless they are current; return whether the matrix is regular."""
-    work, time = pointer[0].implicit, pointer[0].time
-    n, jacobian = work.offset.size, work.jacobian
-    if work.past.factored == h:
+    implicit, time = pointer[0].implicit, pointer[0].time
+    n, jacobian = implicit.offset.size, implicit.jacobian
+    if implicit.history.matrix_length == h:
         return True
     for row in range(n):
         for column in range(n):
-            first, second = unknown(0, row, time), unknown(0, column, time)
+            row_start, column_start = unknown_index(0, row, time), unknown_index(0, column, time)
             for m in range(STAGES):
                 slope = 0.0
                 for stage in range(JACOBIAN_STAGES.size):
                     slope += TO_ALL_STAGES[m, stage] * jacobian[stage, row, column]
                 for s in range(STAGES):
-                    work.newton[first + s, second + m] = -h * A[s, m] * slope
-    for i in range(work.change.size):
-        work.newton[i, i] += 1.0
+                    implicit.newton[row_start + s, column_start + m] = -h * A[s, m] * slope
+    for i in range(implicit.update.size):
+        implicit.newton[i, i] += 1.0
     for row in range(n):
         for column in range(n):
-            work.small[row, column] = -jacobian[0, row, column]
-        work.small[row, row] += GAMMA / h
-    is_factorised = factorise(work.newton, work.pivots, STAGES * (time // 2 + 1)) and factorise(
-        work.small, work.small_pivots, 0
+            implicit.error_matrix[row, column] = -jacobian[0, row, column]
+        implicit.error_matrix[row, row] += GAMMA / h
+    is_factorised = factorise(implicit.newton, implicit.pivots, STAGES * (time // 2 + 1)) and factorise(
+        implicit.error_matrix, implicit.error_pivots, 0
     )
-    work.past.factored = h if is_factorised else 0.0
+    implicit.history.matrix_length = h if is_factorised else 0.0
     return is_factorised
 
 
 @kernel
 def begin_stages(pointer, h):
-    """Initialise the stages from the interpolant of the step before, or of a rejected one from the same place."""
+    """Initialise the stages from the interpolant of the previous step, or of a rejected one from the same start."""
     work = pointer[0]
-    n, history, stages = work.y.size, work.implicit.past, work.implicit.stages
+    n, history, stages = work.y.size, work.implicit.history, work.implicit.stages
     for i in range(n):
         for s in range(STAGES):
             stages[s * n + i] = 0.0
         if history.length > 0.0:
-            origin = dense_component(history.after, i, work.y, work.f)
+            origin = dense_component(history.start_fraction, i, work.y, work.f)
             for s in range(STAGES):
-                position = history.after + C[s] * h / history.length
+                position = history.start_fraction + C[s] * h / history.length
                 stages[s * n + i] = dense_component(position, i, work.y, work.f) - origin
 
 
@@ -229,7 +229,7 @@ def begin_stages(pointer, h):
 def newton_iteration(pointer, h):
     """Do one iteration; return the change of the stages over the allowed error."""
     work = pointer[0]
-    n, stages, change = work.y.size, work.implicit.stages, work.implicit.change
+    n, stages, update = work.y.size, work.implicit.stages, work.implicit.update
     for s in range(STAGES):
         for i in range(n):
             work.z[i] = work.y[i] + stages[s * n + i]
@@ -239,14 +239,14 @@ def newton_iteration(pointer, h):
             increment = 0.0
             for m in range(STAGES):
                 increment += A[s, m] * work.k[i, ROWS[m]]
-            change[unknown(s, i, work.time)] = h * increment - stages[s * n + i]
-    substitute(work.implicit.newton, work.implicit.pivots, change)
+            update[unknown_index(s, i, work.time)] = h * increment - stages[s * n + i]
+    substitute(work.implicit.newton, work.implicit.pivots, update)
     square_sum = 0.0
     for s in range(STAGES):
         for i in range(n):
-            update = change[unknown(s, i, work.time)]
-            stages[s * n + i] += update
-            square_sum += (update * work.weight[i]) ** 2
+            correction = update[unknown_index(s, i, work.time)]
+            stages[s * n + i] += correction
+            square_sum += (correction * work.weight[i]) ** 2
     return math.sqrt(square_sum / (STAGES * n))
 
 
@@ -254,33 +254,33 @@ def newton_iteration(pointer, h):
 def iterate(pointer, h):
     """Iterate until the stages fulfil their equations; return whether they do within ITERATIONS.
 
-    The iteration ends when the remaining distance, estimated from the last convergence, is CLOSE (IV.8.10).
+    The iteration ends when the remaining distance, estimated from the last convergence, is NEWTON_TOLERANCE (IV.8.10).
     """
-    history = pointer[0].implicit.past
-    previous = 0.0
+    history = pointer[0].implicit.history
+    last_change = 0.0
     for iteration in range(ITERATIONS):
         change = newton_iteration(pointer, h)
         if iteration > 0:
-            history.convergence = change / previous if previous > 0.0 else 0.0
+            history.convergence = change / last_change if last_change > 0.0 else 0.0
         convergence = history.convergence
         if (
             convergence < 1.0
-            and change * convergence <= CLOSE * (1.0 - convergence)
+            and change * convergence <= NEWTON_TOLERANCE * (1.0 - convergence)
             and (iteration > 0 or change < 1.0)
         ):
             return True
         if iteration > 0 and not convergence < 1.0:
             return False
-        previous = change
+        last_change = change
     return False
 
 
 @kernel
 def solve(pointer, h):
     """Solve for the stages of a step of length `h`; return whether the iteration converged."""
-    history = pointer[0].implicit.past
+    history = pointer[0].implicit.history
     begin_stages(pointer, h)
-    is_kept = history.renewed == h or (history.length > 0.0 and history.convergence <= KEEP_CONVERGENCE)
+    is_kept = history.jacobian_length == h or (history.length > 0.0 and history.convergence <= KEEP_CONVERGENCE)
     if not (factorise_matrices(pointer, h) if is_kept else renew_jacobians(pointer, h)):
         return False
     return iterate(pointer, h) or (renew_jacobians(pointer, h) and iterate(pointer, h))
@@ -296,7 +296,7 @@ def filtered_error(pointer, h, row):
         for s in range(STAGES):
             total += E[s] * stages[s * n + i]
         offset[i] = work.k[i, row] + GAMMA / h * total
-    substitute(work.implicit.small, work.implicit.small_pivots, offset)
+    substitute(work.implicit.error_matrix, work.implicit.error_pivots, offset)
     size = 0.0
     for i in range(n):
         size += (offset[i] * work.weight[i]) ** 2
@@ -310,7 +310,7 @@ def implicit_step(pointer, h):
     The step control assumes order 8, so the error is raised to the power that makes its root correct for this method.
     """
     work = pointer[0]
-    n, history, stages = work.y.size, work.implicit.past, work.implicit.stages
+    n, history, stages = work.y.size, work.implicit.history, work.implicit.stages
     if not solve(pointer, h):
         history.convergence = 1.0
         return FAILED
@@ -323,7 +323,7 @@ def implicit_step(pointer, h):
             work.f[i, row] = total
         for row in range(STAGES, work.f.shape[1]):
             work.f[i, row] = 0.0
-    history.length, history.after = h, 0.0
+    history.length, history.start_fraction = h, 0.0
     error = filtered_error(pointer, h, START)
     if error >= 1.0:
         for i in range(n):
@@ -335,12 +335,12 @@ def implicit_step(pointer, h):
 
 
 @kernel
-def interpolate_nodes(pointer, share):
-    """Write the states at the stages of the explicit method, from the interpolant over a share of its step."""
+def interpolate_nodes(pointer, fraction):
+    """Write the states at the stages of the explicit method, from the interpolant over a fraction of its step."""
     work = pointer[0]
     for i in range(work.y.size):
         for stage in range(SHARES.size - 1):
-            work.nodes[i, stage] = dense_component(share * SHARES[1 + stage], i, work.y, work.f)
+            work.nodes[i, stage] = dense_component(fraction * SHARES[1 + stage], i, work.y, work.f)
 
 
 @kernel
@@ -367,12 +367,12 @@ def observe_stages(pointer):
 
 
 @kernel
-def fall_back(pointer, share):
-    """Shorten a step to a share of its length; take its end and stages from the longer interpolant."""
+def shorten_implicit_step(pointer, fraction):
+    """Shorten a step to a fraction of its length; take its end and stages from the longer interpolant."""
     work = pointer[0]
     n, stages = work.y.size, work.implicit.stages
     for i in range(n):
         for s in range(STAGES):
-            stages[s * n + i] = dense_component(share * C[s], i, work.y, work.f) - work.y[i]
-    dense_state(share, work.y, work.f, work.end)
-    interpolate_nodes(pointer, share)
+            stages[s * n + i] = dense_component(fraction * C[s], i, work.y, work.f) - work.y[i]
+    dense_state(fraction, work.y, work.f, work.end)
+    interpolate_nodes(pointer, fraction)

@@ -6,16 +6,16 @@ from ..compiled.family import invoke, kernel
 from ..joint.contract import SAME
 from ..observe.observables import KAPPA, observed
 from ..observe.stages import END, STAGES, START
-from .accumulate.step_sums import evaluate_sums
+from .accumulate.step_sums import write_sums
 from .bernstein import WHOLE, value_and_slope
 from .collocation import WEIGHTS, begin_stages, continue_stages, dense_state, error_norm, interpolate
-from .event_search import SINGLE_STATE, evaluate_guards, first_event, fit_guard, is_guard_active
+from .event_search import SINGLE_STATE, evaluate_guards, fit_guard, is_guard_active, locate_first_event
 from .integration import GUARD, IMPLICIT, LIMIT, ONSET, SEPARATION, STOP, evaluate, trial_of
-from .radau import FAILED, STAGE_WEIGHTS, fall_back, implicit_step
+from .radau import FAILED, STAGE_WEIGHTS, implicit_step, shorten_implicit_step
 from .radau import observe_stages as observe_implicit_stages
 
 MAX_SWEEPS = 16
-CONVERGED = 0.1  # of the allowed error: expected distance at which the iteration ends
+SWEEP_TOLERANCE = 0.1  # of the allowed error: expected distance at which the iteration ends
 #: Least contraction assumed of further sweeps; the first sweeps reduce large distances and say little about the rest.
 MIN_CONTRACTION = 0.05
 #: Of a step that ends at an event: distances between which it is repeated with another length, and up to which its end
@@ -27,7 +27,7 @@ MAX_CONTRACTION = 0.8  # contraction at which the iteration is abandoned
 
 @kernel
 def latch(pointer, y, contact, guard, row):
-    """Let the laws of a contact latch their quantities at an event: ENTERED, LEFT or the passage of a guard."""
+    """Latch the internal states of a contact's laws at an event: ENTERED, LEFT or the index of a passed guard."""
     work, guards = pointer[0], pointer[0].guards
     if guards.latch.code != 0:
         guards.event[0], guards.event[1] = contact, guard
@@ -39,8 +39,8 @@ def pass_guard(pointer, g, y, row):
     """Apply the passage of guard `g` at the state `y`, whose observables are in row `row`."""
     work, guards = pointer[0], pointer[0].guards
     contact = guards.contact[g]
-    if guards.leads_to[g] != SAME:
-        work.mode[contact] = guards.leads_to[g]
+    if guards.next_mode[g] != SAME:
+        work.mode[contact] = guards.next_mode[g]
     latch(pointer, y, contact, g, row)
 
 
@@ -66,9 +66,9 @@ def begin_step(pointer):
 def guess_stages(pointer, h):
     """Write a guess of the stages of a step of length `h` to `work.nodes`."""
     work = pointer[0]
-    history = work.implicit.past
+    history = work.implicit.history
     if history.length > 0.0:
-        continue_stages(h / history.length, history.after, work.y, work.f, work.nodes)
+        continue_stages(h / history.length, history.start_fraction, work.y, work.f, work.nodes)
     else:
         begin_stages(h, work.y, work.k, work.nodes)
 
@@ -87,7 +87,7 @@ def sweep(pointer):
 def observe_stages(pointer):
     """Write the observables of all stages."""
     work = pointer[0]
-    invoke(work.observed.code, work.observed.parameters, (work.nodes, work.mode, work.latched, work.o), 0)
+    invoke(work.observe_stages.code, work.observe_stages.parameters, (work.nodes, work.mode, work.latched, work.o), 0)
     work.counts.evaluations += STAGES
 
 
@@ -95,24 +95,26 @@ def observe_stages(pointer):
 def solve_stages(pointer):
     """Update the stages until they fulfil their equations; return whether they do.
 
-    The iteration has converged when the remaining distance, estimated from the contraction, is at most CONVERGED.
+    The iteration has converged when the remaining distance, estimated from the contraction, is at most SWEEP_TOLERANCE.
     """
-    step, previous, second_last = pointer[0].step, sweep(pointer), 0.0
-    if not previous < math.inf:
+    step, last_change, last_contraction = pointer[0].step, sweep(pointer), 0.0
+    if not last_change < math.inf:
         return False
     for count in range(1, MAX_SWEEPS):
         largest_change = sweep(pointer)
         if not largest_change < math.inf:
             return False
-        contraction = largest_change / previous if previous > 0.0 else 0.0
+        contraction = largest_change / last_change if last_change > 0.0 else 0.0
         rate = max(contraction, MIN_CONTRACTION)
-        if largest_change * rate <= CONVERGED * (1.0 - rate):
-            step.contraction = max(contraction, second_last) if count < 3 else math.sqrt(contraction * second_last)
+        if largest_change * rate <= SWEEP_TOLERANCE * (1.0 - rate):
+            step.contraction = (
+                max(contraction, last_contraction) if count < 3 else math.sqrt(contraction * last_contraction)
+            )
             step.sweeps = count + 1.0
             return True
         if not (contraction < MAX_CONTRACTION or count < 3):
             return False
-        previous, second_last = largest_change, contraction
+        last_change, last_contraction = largest_change, contraction
     return False
 
 
@@ -120,7 +122,7 @@ def solve_stages(pointer):
 def collocate(pointer, h):
     """Solve for the stages of a step of length `h`; set its end, interpolant and error."""
     work = pointer[0]
-    history = work.implicit.past
+    history = work.implicit.history
     guess_stages(pointer, h)
     if not solve_stages(pointer):
         work.step.error = FAILED
@@ -128,7 +130,7 @@ def collocate(pointer, h):
     for i in range(work.y.size):
         work.end[i] = work.nodes[i, END]
     interpolate(h, work.k, work.f)
-    history.length, history.after = h, 0.0
+    history.length, history.start_fraction = h, 0.0
     work.step.error = error_norm(work.f, work.weight)
 
 
@@ -137,10 +139,10 @@ def sum_step(pointer):
     """Compute the sums, profiles and maxima of the current step, which is accurate or ends at an event."""
     if pointer[0].method.current == IMPLICIT:
         observe_implicit_stages(pointer)
-        evaluate_sums(trial_of(pointer), STAGE_WEIGHTS)
+        write_sums(trial_of(pointer), STAGE_WEIGHTS)
     else:
         observe_stages(pointer)
-        evaluate_sums(trial_of(pointer), WEIGHTS)
+        write_sums(trial_of(pointer), WEIGHTS)
 
 
 @kernel
@@ -159,20 +161,20 @@ def take_step(pointer):
 
 
 @kernel
-def shorten(pointer, share):
-    """Replace the latest step by a `share` of it, from its interpolant."""
+def shorten_step(pointer, fraction):
+    """Replace the latest step by a `fraction` of it, from its interpolant."""
     work = pointer[0]
     if work.method.current == IMPLICIT:
-        fall_back(pointer, share)
+        shorten_implicit_step(pointer, fraction)
     else:
-        continue_stages(share, 0.0, work.y, work.f, work.nodes)
+        continue_stages(fraction, 0.0, work.y, work.f, work.nodes)
         sweep(pointer)  # for the rates; it may move the stages away from each other
-        continue_stages(share, 0.0, work.y, work.f, work.nodes)
-        dense_state(share, work.y, work.f, work.end)
+        continue_stages(fraction, 0.0, work.y, work.f, work.nodes)
+        dense_state(fraction, work.y, work.f, work.end)
 
 
 @kernel
-def distance_beyond(pointer, event):
+def overshoot_of(pointer, event):
     """Return the distance along tau of the end of the latest step beyond an event, or 0 if its function has no slope.
 
     event : as in `step_to_event`
@@ -205,7 +207,7 @@ def repeat_near_event(pointer, event):
     The interpolant of a longer step over a kink of the right-hand side locates the kink only roughly.
     """
     work = pointer[0]
-    distance = distance_beyond(pointer, event)
+    distance = overshoot_of(pointer, event)
     for _ in range(MAX_REPEATS):
         h = work.step.length
         if not (work.step.error < 1.0 and CLOSE_TO_EVENT * h < abs(distance) < FAR_FROM_EVENT * h):
@@ -216,7 +218,7 @@ def repeat_near_event(pointer, event):
             work.step.length = h
             take_step(pointer)
             break
-        distance = distance_beyond(pointer, event)
+        distance = overshoot_of(pointer, event)
     return distance
 
 
@@ -224,12 +226,12 @@ def repeat_near_event(pointer, event):
 def step_to_event(pointer, event):
     """Finish a step that was repeated with a shorter length to end at an event.
 
-    event : (kind, contact, place of a STOP along the run).  The end is corrected to the exact event, as between stages
-    the interpolant is less accurate than the end of a step.
+    event : (kind, contact, stop), `stop` in s, or rad of a free crank.  The end is corrected to the exact event, since
+    the interpolant between the stages is less accurate than the end of a step.
     """
     work = pointer[0]
     if work.step.error == FAILED:  # keep the interpolant of the longer step
-        shorten(pointer, work.step.length / work.implicit.past.length)
+        shorten_step(pointer, work.step.length / work.implicit.history.length)
     if not work.step.error < 1.0:
         sum_step(pointer)
     distance = repeat_near_event(pointer, event)
@@ -242,12 +244,12 @@ def step_to_event(pointer, event):
 
 @kernel
 def find_first_event(pointer, h, stop):
-    """Search for events in the latest step; `stop` is the place along the run where it must stop.
+    """Search for events in the latest step, which must end at `stop` (s, or rad of a free crank).
 
-    Return the share of the step at the first event, its kind, and its contact.
+    Return the fraction of the step at the first event, its kind, and its contact.
     """
     work = pointer[0]
-    previous = work.counts.evaluations
-    share, kind, contact = first_event(pointer, h, stop)
-    work.counts.locating += work.counts.evaluations - previous
-    return share, kind, contact
+    evaluations_before = work.counts.evaluations
+    fraction, kind, contact = locate_first_event(pointer, h, stop)
+    work.counts.locating += work.counts.evaluations - evaluations_before
+    return fraction, kind, contact

@@ -10,13 +10,17 @@ from ..compiled.choosing import bits_of, number_of
 from ..compiled.family import inlined, kernel
 from ..joint.modes import meets, touches
 from .choice import reused_length
-from .integration import FARTHEST, IMPLICIT
+from .integration import IMPLICIT, MAX_TRAVEL
 
-SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
+SAFETY, MIN_SHRINK, MAX_GROWTH = (
+    0.8,
+    0.2,
+    1.5,
+)  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
 MAX_REJECTIONS = 60  # rejections in a row: each shortens the step by at least a fifth, so a shorter step would not help
 THIRD_ROOT_BITS = 2 * (1023 << 52) // 3 - (200 << 40)  # of 1; minus half the error of the root
 # Growth of the second step after an event: at the onset of a contact the motion bends less than later
-AFTER_EVENT = 0.8
+GROWTH_AFTER_EVENT = 0.8
 MIN_ERROR = 1e-10  # over the allowed one: a smaller error does not predict how much longer a step may be
 BEST_CONTRACTION = 0.22  # contraction at which a step is cheapest per length; it varies as the square of the length
 #: Sweeps up to which a step is cheap regardless of its contraction, and the largest contraction that allows.
@@ -44,11 +48,11 @@ def twelfth_root(error):
 @kernel
 def shrink_factor(error):
     """Return the factor on the length of a step whose `error`, over the allowed one, was too large."""
-    return max(SHRINK, SAFETY / twelfth_root(error)) if error < 1e300 else SHRINK
+    return max(MIN_SHRINK, SAFETY / twelfth_root(error)) if error < 1e300 else MIN_SHRINK
 
 
 @inlined
-def change_of_length(error, expected):
+def growth_factor(error, expected):
     """Return the factor on the length of the next step, from this step's error and its expected error.
 
     The larger of the two counts, as the estimate crosses zero now and then.
@@ -59,13 +63,13 @@ def change_of_length(error, expected):
 
 @kernel
 def first_length(pointer, pattern):
-    """Return the length of a first step: the last one with the same touching contacts, else a guess.
+    """Return the length of a first step: the previous one with the same touching contacts, else a guess.
 
     A contact lasts longer along tau the slower it begins: about as one over the root of that rate.
     """
     work = pointer[0]
     if work.proposals[pattern] > 0.0:
-        return work.proposals[pattern] * math.sqrt(work.paces[pattern] / pace_of(pointer))
+        return work.proposals[pattern] * math.sqrt(work.onset_rates[pattern] / onset_rate_of(pointer))
     length = 0.01 / work.reference_rate
     for j in range(work.mode.size):
         if touches(work.mode[j]):  # until the penetration is a hundredth of the clearance
@@ -74,8 +78,8 @@ def first_length(pointer, pattern):
 
 
 @kernel
-def proposal_of(pointer):
-    """Return the place of the step length for this method and these touching contacts: the bits of a number."""
+def contact_pattern(pointer):
+    """Return the index in `Work.proposals`: its bits are the touching contacts, then the method."""
     work = pointer[0]
     pattern = work.method.current << work.mode.size
     for j in range(work.mode.size):
@@ -85,7 +89,7 @@ def proposal_of(pointer):
 
 
 @kernel
-def pace_of(pointer):
+def onset_rate_of(pointer):
     """Return the onset rate, m/s, of the fastest touching contact; 1 without contact."""
     work, fastest = pointer[0], 0.0
     for j in range(work.mode.size):
@@ -102,7 +106,7 @@ def assess_step(accumulators, method):
     step.error, step.accepted, step.stiff = error, 0.0, 0.0
     if not error < 1.0:
         return
-    change = min(stepper.growth, change_of_length(error, stepper.expected_error))
+    change = min(stepper.growth, growth_factor(error, stepper.expected_error))
     stepper.expected_error = error * twelfth_power(change)
     if method != IMPLICIT and step.contraction > STIFF_CONTRACTION:
         largest = BEST_CONTRACTION if step.sweeps > CHEAP_SWEEPS else MAX_CONTRACTION
@@ -117,7 +121,7 @@ def travel_ratio(accumulators):
     farthest = 0.0
     for j in range(mode.size):
         if meets(mode[j]):
-            ratio = step.length * accumulators.contact_steps[j].fastest / (FARTHEST * accumulators.clearance[j])
+            ratio = step.length * accumulators.contact_steps[j].fastest / (MAX_TRAVEL * accumulators.clearance[j])
             farthest = max(farthest, ratio)
     return farthest
 
@@ -130,21 +134,25 @@ def set_next_length(pointer, cause):
     """
     work, stepper = pointer[0], pointer[0].stepper
     if cause == BEGINNING:  # the error is unknown
-        length, stepper.growth, stepper.expected_error = first_length(pointer, proposal_of(pointer)), AFTER_EVENT, 0.0
+        length, stepper.growth, stepper.expected_error = (
+            first_length(pointer, contact_pattern(pointer)),
+            GROWTH_AFTER_EVENT,
+            0.0,
+        )
     elif cause == REJECTION:
         length, stepper.growth = work.step.length * shrink_factor(work.step.error), 1.0
     else:
-        length, stepper.growth = length_with_method(pointer), GROW
+        length, stepper.growth = length_after_acceptance(pointer), MAX_GROWTH
     stepper.next_length = length
 
 
 @kernel
-def length_with_method(pointer):
+def length_after_acceptance(pointer):
     """Apply a decided change of method; return the length of the step after an accepted one."""
     work = pointer[0]
     if work.method.next == work.method.current:
         return reused_length(pointer, work.step.length, work.step.proposal)
     work.method.current = work.method.next
-    work.implicit.past.length = 0.0
-    length = work.proposals[proposal_of(pointer)]
-    return length if length > 0.0 else work.implicit.choice.limit  # these contacts never touched explicitly
+    work.implicit.history.length = 0.0
+    length = work.proposals[contact_pattern(pointer)]
+    return length if length > 0.0 else work.implicit.choice.explicit_length  # these contacts never touched explicitly

@@ -22,7 +22,7 @@ def field_of_totals(name: str, of: str = "joint") -> Callable[[Window, int], flo
     """Return the formula of a figure that is itself a field of ContactTotals or WholeTotals."""
     if of == "joint":
         return lambda window, index: getattr(window.totals.joint[index], name)
-    return lambda window, _: getattr(window.totals.whole, name)
+    return lambda window, _: getattr(window.totals.mechanism, name)
 
 
 def depth(window: Window, index: int) -> float:
@@ -308,7 +308,7 @@ RESIDUAL = Figure(
     "energy_residual",
     "1",
     "largest energy imbalance at a step or event end over the largest kinetic energy",
-    value=lambda window, _: window.totals.whole.residual / window.totals.whole.kinetic_max,
+    value=lambda window, _: window.totals.mechanism.residual / window.totals.mechanism.kinetic_max,
     differs=False,
 )
 #: Work counts of a case, even if it failed; further runs are included.

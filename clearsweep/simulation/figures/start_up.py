@@ -8,15 +8,15 @@ from ..window import Window
 
 def speed_after(window: Window, _: int) -> float | None:
     """Return the least speed (rad/s) of a free crank after its start-up time, or None if it did not start."""
-    speed = float(window.totals.whole.speed_after)
+    speed = float(window.totals.mechanism.min_speed_after_target)
     return speed if math.isfinite(speed) else None
 
 
 def force_until(window: Window, index: int) -> float | None:
     """Return the largest normal force (N) in a joint until the start-up time, or None if this is not in the window."""
-    whole = window.totals.whole
-    started = whole.speed_reached > whole.window_start
-    return float(window.totals.joint[index].force_until) if started else None
+    whole = window.totals.mechanism
+    started = whole.target_time > whole.window_start
+    return float(window.totals.joint[index].force_max_to_target) if started else None
 
 
 START_UP_TIME = Figure(
@@ -24,7 +24,7 @@ START_UP_TIME = Figure(
     "s",
     "time until a free crank first reaches 95 % of its motor's no-load speed; null: not reached, or no such speed",
     needs=("free",),
-    value=lambda window, _: window.totals.whole.speed_reached or None,
+    value=lambda window, _: window.totals.mechanism.target_time or None,
     differs=False,
     shown=(Shown("output", "start-up time", 6),),
 )

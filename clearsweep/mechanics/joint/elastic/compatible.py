@@ -140,15 +140,15 @@ FIT_FROM = Field("fit_from", "m", "smallest penetration of the fit", default=1e-
 FIT_TO = Field("fit_to", "m", "largest penetration of the fit", default=2e-5)
 
 
-class Fitted(NamedTuple):
+class FittedPower(NamedTuple):
     """A power law fitted to points."""
 
     power: Power
     residual: float  # rms of the relative error, 1
-    reach: float  # m, largest penetration of the points
+    max_penetration: float  # m, largest penetration of the points
 
 
-def fitted(joint: Joint) -> Fitted:
+def fit_power_law(joint: Joint) -> FittedPower:
     """Return the best-fitting power law for a joint's points, or for `compatible`.  Raises InputError."""
     values, points = joint.contact.values, joint.contact.fit
     if points is None:
@@ -161,7 +161,7 @@ def fitted(joint: Joint) -> Fitted:
         raise InputError(f"joints.{joint.name}.contact.fit: its forces do not grow with the penetration")
     error = math.exp(logarithm) * power(depths, exponent) / forces - 1.0
     law = Power(math.exp(logarithm), exponent)
-    return Fitted(law, float(np.sqrt(np.mean(error**2))), float(depths[-1]))
+    return FittedPower(law, float(np.sqrt(np.mean(error**2))), float(depths[-1]))
 
 
 register(
@@ -183,7 +183,9 @@ register(
         merit=Merit(2, "it is a power fitted to `compatible`, which models the arc of elastic bodies"),
     ),
     (Power,),
-    lambda joint: fitted(joint).power,
-    limit=lambda joint: fitted(joint).reach,
-    derived=lambda joint: derived_power(fitted(joint).power) | {"contact.fit_residual": (fitted(joint).residual, "1")},
+    lambda joint: fit_power_law(joint).power,
+    limit=lambda joint: fit_power_law(joint).max_penetration,
+    derived=lambda joint: (
+        derived_power(fit_power_law(joint).power) | {"contact.fit_residual": (fit_power_law(joint).residual, "1")}
+    ),
 )

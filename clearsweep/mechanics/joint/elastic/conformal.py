@@ -130,8 +130,8 @@ def angle_minus_sine(angle):
         return angle - math.sin(angle)
     x = angle * angle
     series = 1.0 - x / 156.0 * (1.0 - x / 210.0)
-    for terms in (110.0, 72.0, 42.0, 20.0):
-        series = 1.0 - x / terms * series
+    for divisor in (110.0, 72.0, 42.0, 20.0):
+        series = 1.0 - x / divisor * series
     return angle * x / 6.0 * series
 
 
@@ -250,7 +250,7 @@ FIT_END = 0.5  # clearances: largest penetration of the fit to persson
 
 
 @functools.cache
-def conformal_fit() -> tuple[float, float, float]:
+def fit_conformal_power() -> tuple[float, float, float]:
     """Return (k, n, residual) of the best power law k x^n for Persson's load over 0 < x <= FIT_END.
 
     The load is in units of E* c L, x in clearances; least squares of the relative error, `residual` its rms.
@@ -264,7 +264,7 @@ def conformal_fit() -> tuple[float, float, float]:
 
 
 def _make_fit(joint):
-    factor, exponent, _ = conformal_fit()
+    factor, exponent, _ = fit_conformal_power()
     return Power(factor * line_modulus(joint) * joint.clearance ** (1.0 - exponent), exponent)
 
 
@@ -287,5 +287,5 @@ register(
     (Power,),
     _make_fit,
     limit=lambda joint: FIT_END * joint.clearance,
-    derived=lambda joint: derived_power(_make_fit(joint)) | {"contact.fit_residual": (conformal_fit()[2], "1")},
+    derived=lambda joint: derived_power(_make_fit(joint)) | {"contact.fit_residual": (fit_conformal_power()[2], "1")},
 )

@@ -39,11 +39,11 @@ def inverse_lambert(w):
     v = 1.0 + r * (1.41612896 + r * (1.02969292 + r * 0.26107797)) / (1.0 + 0.26129776 * r)
     z = v - q - math.log(v)
     base = 1.0 - v
-    second = 2.0 * base * (base + 2.0 / 3.0 * z)
+    quadratic = 2.0 * base * (base + 2.0 / 3.0 * z)
     denominator = base * (
-        second - 2.0 * z
+        quadratic - 2.0 * z
     )  # v (1 + z (second - z) / below) is the root; its inverse needs one division
-    return denominator / (v * (denominator + z * (second - z)))
+    return denominator / (v * (denominator + z * (quadratic - z)))
 
 
 @elastic_form(Logarithmic, is_odd=False)
@@ -79,7 +79,7 @@ _FOLD = (
 )
 
 
-def line_law(law: Law, make: Callable) -> None:
+def register_line_law(law: Law, make: Callable) -> None:
     """Register a law pen = g F ln(S / F), g = 1 / (pi E* L), with its S."""
     law = law._replace(notes=f"{law.notes}  {_FOLD}", trusted=(SMALL_ARC,))
     register(law, (Logarithmic,), make, limit=lambda joint: LOGARITHMIC_END * make(joint).depth)
@@ -89,7 +89,7 @@ def _johnson(joint, constant=-1.0):
     return logarithmic_of(joint, 4.0 * joint.clearance * math.exp(constant))
 
 
-line_law(
+register_line_law(
     Law(
         "elastic",
         "johnson",
@@ -105,7 +105,7 @@ line_law(
 )
 
 
-line_law(
+register_line_law(
     Law(
         "elastic",
         "esdu-78035",
@@ -126,7 +126,7 @@ def _radzimovsky(joint):
     return logarithmic_of(joint, 16.0 / squared / math.pi * joint.clearance * math.exp(2.0 / 3.0))
 
 
-line_law(
+register_line_law(
     Law(
         "elastic",
         "radzimovsky",
@@ -162,7 +162,7 @@ def _dubowsky_freudenstein(joint, power_of_length=3.0):
     return logarithmic_of(joint, joint.length ** (power_of_length - 1.0) * joint.clearance / radii * math.e)
 
 
-line_law(
+register_line_law(
     Law(
         "elastic",
         "dubowsky-freudenstein",
@@ -179,7 +179,7 @@ line_law(
 )
 
 
-line_law(
+register_line_law(
     Law(
         "elastic",
         "goldsmith",

@@ -2,8 +2,8 @@
 
 A film's force is given in the frame of the line of centres: `radial` along the journal's eccentricity, `tangential`
 along the direction turned by +90 degrees, both on the journal.  It depends on the eccentricity ratio, its rate and the
-effective spin: the spins of journal and bearing minus twice that of the line of centres, all inertial.  So a
-rigid rotation of the whole changes nothing.
+effective spin: the spins of journal and bearing minus twice that of the line of centres, all inertial.  So the force is
+independent of a rigid rotation of journal and bearing.
 
 The power dissipated by the pressure is P = -F_r eps' c + e F_t w / 2; a law should not make it
 negative in any motion.
@@ -34,7 +34,7 @@ class Arc(NamedTuple):
     sine: float
     end_product: float  # product of the film thickness, over the clearance, at both ends
     one_minus_square: float  # 1 - ratio^2
-    spread: float  # integral of 1 / thickness over the arc
+    inverse_thickness: float  # rad, integral of 1 / thickness over the arc, thickness in clearances
 
 
 @family
@@ -75,13 +75,13 @@ def _default_film_couples(shear, motion, rotation, moment):
 
 
 @family
-def dry_share(transition, depth):
-    """Return the share of the dry force, 0 to 1, if the eccentricity exceeds the clearance by `depth` (m)."""
+def dry_fraction(transition, depth):
+    """Return the fraction of the dry force, 0 to 1, if the eccentricity exceeds the clearance by `depth` (m)."""
 
 
 @family
 def asperity_load(transition, depth):
-    """Return the load (N) carried by asperities through the film; others need not be members."""
+    """Return the load (N) carried by asperities through the film; 0 by default."""
 
 
 @asperity_load.member(None)
@@ -91,7 +91,7 @@ def _default_asperity_load(transition, depth):
 
 FAMILIES = (film_force,)  # every film law must be a member of these families
 SHEAR_FAMILIES = (shear_couple,)
-TRANSITION_FAMILIES = (dry_share,)
+TRANSITION_FAMILIES = (dry_fraction,)
 
 
 @kernel
@@ -101,13 +101,13 @@ def arc_from(ratio, sine, cosine):
     sine, cosine = sine / length, cosine / length
     one_minus_square = 1.0 - ratio * ratio
     root = math.sqrt(one_minus_square)
-    spread = (math.pi + 2.0 * math.atan(ratio * sine / root)) / root
-    return Arc(cosine, sine, 1.0 - (ratio * cosine) ** 2, one_minus_square, spread)
+    inverse_thickness = (math.pi + 2.0 * math.atan(ratio * sine / root)) / root
+    return Arc(cosine, sine, 1.0 - (ratio * cosine) ** 2, one_minus_square, inverse_thickness)
 
 
 @kernel
-def highest(law, motion, profile, start):
-    """Return the largest value of `profile(law, motion, cosine, sine)` over the half circle from the angle `start`."""
+def maximum_over_arc(law, motion, profile, start):
+    """Return the largest `profile(law, motion, cosine, sine)` over the half circle from the angle `start` (rad)."""
     low, high = start, start + math.pi
     for _ in range(40):  # golden section search to 1e-8 of the arc
         golden_step = 0.3819660112501051 * (high - low)

@@ -8,7 +8,7 @@ from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
 from ..recipe import register
-from .contract import arc_from, film_force, film_pressure, highest
+from .contract import arc_from, film_force, film_pressure, maximum_over_arc
 from .corners import has_reversal_corners
 
 LONG_BEARING = Range(
@@ -31,18 +31,27 @@ def _film_force_long(law, motion):
         zero = as_type_of(0.0, squeeze * wedge)
         return zero, zero
     arc = arc_from(ratio, squeeze, wedge)
-    c, s, d, one_minus_square, spread = arc.cosine, arc.sine, arc.end_product, arc.one_minus_square, arc.spread
+    c, s, d, one_minus_square, inverse_thickness = (
+        arc.cosine,
+        arc.sine,
+        arc.end_product,
+        arc.one_minus_square,
+        arc.inverse_thickness,
+    )
     film_at_start, ratio_cosine_square = 1.0 + ratio * c, ratio * c * c
-    share, end_term = 6.0 * law.force * wedge / two_plus_square, (2.0 + ratio * c) / (film_at_start * film_at_start)
+    wedge_factor, end_term = (
+        6.0 * law.force * wedge / two_plus_square,
+        (2.0 + ratio * c) / (film_at_start * film_at_start),
+    )
     # the pressure of the wedge, 0 at the beginning, plus that of the squeeze
-    radial = share * (2.0 * s * s * end_term - 2.0 * ratio_cosine_square * c / d)
-    tangential = share * (spread - 2.0 * s * ratio_cosine_square / d - 2.0 * s * c * end_term)
+    radial = wedge_factor * (2.0 * s * s * end_term - 2.0 * ratio_cosine_square * c / d)
+    tangential = wedge_factor * (inverse_thickness - 2.0 * s * ratio_cosine_square / d - 2.0 * s * c * end_term)
     cosine_terms = 2.0 * c + ratio * (1.0 + 2.0 * c * c) - ratio * ratio * ratio_cosine_square
     radial -= (
         6.0
         * law.force
         * squeeze_rate
-        * (spread + 2.0 * s * cosine_terms / (film_at_start * film_at_start * d))
+        * (inverse_thickness + 2.0 * s * cosine_terms / (film_at_start * film_at_start * d))
         / one_minus_square
     )
     tangential += 24.0 * law.force * squeeze_rate * c * c / (d * film_at_start)
@@ -68,7 +77,7 @@ def _pressure(law, motion, cosine, sine):
 @film_pressure.member(Long)
 def _film_pressure_long(law, motion):
     two_plus_square = 2.0 + motion.ratio * motion.ratio
-    return highest(
+    return maximum_over_arc(
         law, motion, _pressure, math.atan2(motion.squeeze_rate * two_plus_square, motion.spin * motion.ratio)
     )
 
@@ -118,13 +127,11 @@ def _film_force_pinkus_sternlicht(law, motion):
     if denominator == 0.0:
         zero = as_type_of(0.0, denominator)
         return zero, zero
-    share = (weight + 3.0 * ratio * speed if squeeze_rate > 0.0 else weight) / denominator
+    q = (weight + 3.0 * ratio * speed if squeeze_rate > 0.0 else weight) / denominator
     sign = 1.0 if squeeze_rate > 0.0 else -1.0
     radial = -6.0 * law.force / (two_plus_square * one_minus_square * math.sqrt(one_minus_square))
-    radial *= 4.0 * weight * ratio + sign * speed * two_plus_square * math.pi * share
-    tangential = (
-        6.0 * math.pi * law.force * ratio * entrainment / (two_plus_square * math.sqrt(one_minus_square)) * share
-    )
+    radial *= 4.0 * weight * ratio + sign * speed * two_plus_square * math.pi * q
+    tangential = 6.0 * math.pi * law.force * ratio * entrainment / (two_plus_square * math.sqrt(one_minus_square)) * q
     return radial, tangential
 
 

@@ -37,7 +37,7 @@ class Reynolds(NamedTuple):
     peak: float  # the same for the largest pressure
 
 
-def lengths() -> np.ndarray:
+def tabulated_lengths() -> np.ndarray:
     """Return the (LENGTHS,) length / diameter of the file: Chebyshev nodes on a logarithmic scale."""
     nodes = portable.cos(np.pi * (np.arange(LENGTHS) + 0.5) / LENGTHS)
     low, high = math.log(SHORTEST), math.log(LONGEST)
@@ -45,31 +45,31 @@ def lengths() -> np.ndarray:
 
 
 @functools.cache
-def _file() -> np.ndarray:
+def _load_table() -> np.ndarray:
     """Return the content of the file, (lengths, 2, TERMS, POWERS)."""
     return np.load(FILE).astype(float)
 
 
 @functools.cache
-def _powers() -> np.ndarray:
+def _chebyshev_powers() -> np.ndarray:
     """Return (POWERS, POWERS): row i has the power coefficients of the Chebyshev polynomial T_i."""
-    rows = np.zeros((POWERS, POWERS))
+    coefficients = np.zeros((POWERS, POWERS))
     for degree in range(POWERS):
-        rows[degree, : degree + 1] = np.polynomial.chebyshev.cheb2poly(np.eye(POWERS)[degree])[: degree + 1]
-    return rows
+        coefficients[degree, : degree + 1] = np.polynomial.chebyshev.cheb2poly(np.eye(POWERS)[degree])[: degree + 1]
+    return coefficients
 
 
 @functools.lru_cache(maxsize=256)  # most sweeps have few lengths
-def tables(slenderness: float) -> tuple[float, float]:
+def tables_at(slenderness: float) -> tuple[float, float]:
     """Return array handles of power and of largest pressure for a length / diameter."""
-    nodes = portable.log(lengths())
+    nodes = portable.log(tabulated_lengths())
     # barycentric Lagrange interpolation with the weights of Chebyshev nodes
     weights = (-1.0) ** np.arange(LENGTHS) * portable.sin(np.pi * (np.arange(LENGTHS) + 0.5) / LENGTHS)
     distance = math.log(slenderness) - nodes
     at_node = np.flatnonzero(distance == 0.0)
     node_weights = np.eye(LENGTHS)[at_node[0]] if at_node.size else weights / distance / (weights / distance).sum()
-    series = sum(node_weight * table for node_weight, table in zip(node_weights, _file(), strict=True))
-    power, peak = sum(series[..., i, None] * row for i, row in enumerate(_powers()))
+    series = sum(node_weight * table for node_weight, table in zip(node_weights, _load_table(), strict=True))
+    power, peak = sum(series[..., i, None] * row for i, row in enumerate(_chebyshev_powers()))
     return array_handle(power), array_handle(peak)
 
 
@@ -82,7 +82,7 @@ def expansion(table, ratio, direction):
     """
     t = 0.5 * math.log((1.0 + ratio) / (1.0 - ratio)) / MAX_ARTANH
     x = 2.0 * t * t - 1.0
-    total = rate = as_type_of(0.0, x)
+    total = derivative = as_type_of(0.0, x)
     previous, current = as_type_of(1.0, x), as_type_of(direction, x)  # T_k and T_(k + 1)
     previous_slope, current_slope = as_type_of(0.0, x), as_type_of(1.0, x)  # their derivatives over k and k + 1
     for pair in range(TERMS // 2):
@@ -94,36 +94,36 @@ def expansion(table, ratio, direction):
             b = b * x + load_item(table, offset + POWERS + power)
         b = b * t
         total = total + a * previous + b * current
-        rate = rate + 2.0 * pair * a * previous_slope + (2.0 * pair + 1.0) * b * current_slope
+        derivative = derivative + 2.0 * pair * a * previous_slope + (2.0 * pair + 1.0) * b * current_slope
         previous = 2.0 * direction * current - previous
         current = 2.0 * direction * previous - current
         previous_slope = 2.0 * direction * current_slope - previous_slope
         current_slope = 2.0 * direction * previous_slope - current_slope
-    return total, rate
+    return total, derivative
 
 
 @kernel
 def _direction(motion):
     """Return S and the scaled W (1/s), their magnitude (1/s), and the scale factor (1 - eps^2)^(1/4) of W (1)."""
-    stretch = math.sqrt(math.sqrt(1.0 - motion.ratio * motion.ratio))
-    squeeze, wedge = 2.0 * motion.squeeze_rate, motion.spin * motion.ratio * stretch
+    wedge_scale = math.sqrt(math.sqrt(1.0 - motion.ratio * motion.ratio))
+    squeeze, wedge = 2.0 * motion.squeeze_rate, motion.spin * motion.ratio * wedge_scale
     speed = math.sqrt(squeeze * squeeze + wedge * wedge)
-    return squeeze, wedge, speed, stretch
+    return squeeze, wedge, speed, wedge_scale
 
 
 @film_force.member(Reynolds)
 def _film_force_reynolds(law, motion):
-    squeeze, wedge, speed, stretch = _direction(motion)
+    squeeze, wedge, speed, wedge_scale = _direction(motion)
     if speed == 0.0:
         zero = as_type_of(0.0, speed)
         return zero, zero
     sine, cosine = squeeze / speed, wedge / speed
-    log_share, slope = expansion(law.power, motion.ratio, sine)
+    log_factor, slope = expansion(law.power, motion.ratio, sine)
     radial, tangential = film_force(law.short, motion)
-    share = math.exp(log_share)
+    factor = math.exp(log_factor)
     # P / c = (-S F_r + W F_t) / 2 of the short film, times the derivative of exp(g); W = wedge / stretch
-    tangential_share = 0.5 * slope * cosine * (wedge / stretch * tangential - squeeze * radial) / speed
-    return share * (radial - tangential_share * cosine), share * (tangential - tangential_share * sine * stretch)
+    direction_term = 0.5 * slope * cosine * (wedge / wedge_scale * tangential - squeeze * radial) / speed
+    return factor * (radial - direction_term * cosine), factor * (tangential - direction_term * sine * wedge_scale)
 
 
 @film_pressure.member(Reynolds)
@@ -136,7 +136,7 @@ def _film_pressure_reynolds(law, motion):
 
 def _reynolds(joint):
     short_bearing = RECIPES["film", "short"].make(joint)
-    return Reynolds(short_bearing, *tables(0.5 * joint.length / joint.bearing_radius))
+    return Reynolds(short_bearing, *tables_at(0.5 * joint.length / joint.bearing_radius))
 
 
 register(

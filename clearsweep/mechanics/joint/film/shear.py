@@ -2,7 +2,7 @@
 
 The pressure alone exerts a moment: the force on the journal acts along a line through the bearing's centre only if
 its tangential part is 0.  A film has no inertia, so its couples on both bodies and the moment e F_t of its force
-add up to 0.  With equal shares, M_j = -C - e F_t / 2 and M_b = C - e F_t / 2, only C is left to a law.
+add up to 0.  Split equally, M_j = -C - e F_t / 2 and M_b = C - e F_t / 2, only C is left to a law.
 """
 
 from typing import NamedTuple

@@ -7,7 +7,7 @@ from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
 from ..recipe import register
-from .contract import arc_from, film_force, film_pressure, highest
+from .contract import arc_from, film_force, film_pressure, maximum_over_arc
 
 
 class Short(NamedTuple):
@@ -24,18 +24,26 @@ def _film_force_short(law, motion):
         zero = as_type_of(0.0, squeeze * wedge)
         return zero, zero
     arc = arc_from(ratio, squeeze, wedge)
-    c, s, d, one_minus_square, spread = arc.cosine, arc.sine, arc.end_product, arc.one_minus_square, arc.spread
+    c, s, d, one_minus_square, inverse_thickness = (
+        arc.cosine,
+        arc.sine,
+        arc.end_product,
+        arc.one_minus_square,
+        arc.inverse_thickness,
+    )
     cosine_square = (ratio * c) ** 2
     # integrals over the arc of sin^2, sin cos, 1 over H^3 (Booker 1965)
-    squeeze_integral = 0.5 * spread / one_minus_square + s * ratio * (1.0 - 2.0 * c * c + cosine_square) / (
+    squeeze_integral = 0.5 * inverse_thickness / one_minus_square + s * ratio * (1.0 - 2.0 * c * c + cosine_square) / (
         d * d * one_minus_square
     )
     wedge_integral = -2.0 * ratio * c * c * c / (d * d)
-    second = (spread + 2.0 * ratio * s / d) / one_minus_square
-    tangential_integral = (
-        0.5 * (3.0 * second - spread + 2.0 * ratio * s * (1.0 + cosine_square) / (d * d)) / one_minus_square
+    square_integral = (inverse_thickness + 2.0 * ratio * s / d) / one_minus_square
+    cube_integral = (
+        0.5
+        * (3.0 * square_integral - inverse_thickness + 2.0 * ratio * s * (1.0 + cosine_square) / (d * d))
+        / one_minus_square
     )
-    radial = 0.5 * law.force * (wedge * wedge_integral - squeeze * (tangential_integral - squeeze_integral))
+    radial = 0.5 * law.force * (wedge * wedge_integral - squeeze * (cube_integral - squeeze_integral))
     tangential = 0.5 * law.force * (wedge * squeeze_integral - squeeze * wedge_integral)
     return radial, tangential
 
@@ -48,7 +56,7 @@ def _pressure(law, motion, cosine, sine):
 
 @film_pressure.member(Short)
 def _film_pressure_short(law, motion):
-    return highest(law, motion, _pressure, math.atan2(2.0 * motion.squeeze_rate, motion.spin * motion.ratio))
+    return maximum_over_arc(law, motion, _pressure, math.atan2(2.0 * motion.squeeze_rate, motion.spin * motion.ratio))
 
 
 def _short(joint):

@@ -10,7 +10,7 @@ from ...compiled.family import kernel
 from ...trace.portable import gauss_rule
 from ..material import plane_strain_modulus
 from ..recipe import register
-from .contract import asperity_load, dry_share
+from .contract import asperity_load, dry_fraction
 
 MAX_SEPARATION = 5.0  # standard deviations: further away the load is below 3e-8 of that at contact
 #: Of ln F_5/2 + 2.5 ln g by powers of g from the sixth to the first, fitted to the integral: F_5/2 within 0.15 % from 0
@@ -21,7 +21,7 @@ NODES = tuple((float(0.5 * x + 0.5), float(0.5 * w)) for x, w in zip(*gauss_rule
 
 
 class Ramp(NamedTuple):
-    """The share grows linearly over a width."""
+    """The dry fraction grows linearly over a width."""
 
     begin: float  # m, of the depth
     width: float  # m
@@ -39,17 +39,17 @@ class GreenwoodTripp(NamedTuple):
 
 
 @kernel
-def _ramp_share(transition, depth):
+def _ramp_fraction(transition, depth):
     lowest, highest = as_type_of(0.0, depth), as_type_of(1.0, depth)
     return min(max((depth - transition.begin) / transition.width, lowest), highest)
 
 
-dry_share.member(Ramp)(_ramp_share)
-dry_share.member(GreenwoodTripp)(_ramp_share)
+dry_fraction.member(Ramp)(_ramp_fraction)
+dry_fraction.member(GreenwoodTripp)(_ramp_fraction)
 
 
 @kernel
-def shared_load(x):
+def asperity_integral(x):
     """Return F_5/2(x), the integral of (s - x)^(5/2) over the Gaussian density of s above x.
 
     g = (x + sqrt(x^2 + 4)) / 2 is 1 / -x far below 0, where F_5/2 is (-x)^(5/2), and x far above.
@@ -75,17 +75,17 @@ def _asperity_load_greenwood_tripp(transition, depth):
     total, mean_gap = as_type_of(0.0, depth), transition.clearance - transition.mean_height
     for node, weight in NODES:
         cosine = calculus.cos(half_angle * node)
-        total += weight * shared_load((mean_gap - eccentricity * cosine) / transition.roughness) * cosine
+        total += weight * asperity_integral((mean_gap - eccentricity * cosine) / transition.roughness) * cosine
     return 2.0 * transition.load * half_angle * total
 
 
-def bounds(transition) -> tuple[float, float]:
-    """Return the depths (m) at which dry contact begins to carry load, and from which it carries all."""
+def transition_depths(transition) -> tuple[float, float]:
+    """Return the depths (m) from which dry contact carries part of the load, and all of it."""
     return transition.begin, transition.begin + transition.width
 
 
-def bears_from(transition) -> float:
-    """Return the depth (m) below which only the film carries load."""
+def asperity_depth(transition) -> float:
+    """Return the depth (m) from which dry contact or asperities carry load."""
     if isinstance(transition, GreenwoodTripp):
         return -MAX_SEPARATION * transition.roughness - transition.mean_height
     return transition.begin

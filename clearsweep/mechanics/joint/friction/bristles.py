@@ -155,8 +155,8 @@ def _with_damping_velocity(form):
     """Return a function that creates a law from a joint; damping_velocity defaults to the passive one."""
 
     def make(joint):
-        given = joint.friction.values
-        values = {"damping_velocity": passive_velocity(given)} | given
+        parameters = joint.friction.values
+        values = {"damping_velocity": passive_velocity(parameters)} | parameters
         return form(*(values[name] for name in form._fields if name not in form._field_defaults))
 
     return make

@@ -43,8 +43,8 @@ class Settled(NamedTuple):
 @friction_force.member(Settled)
 def _friction_force_settled(friction, normal, slip):
     law = friction.law
-    own = len(law) - len(law._field_defaults)
-    return friction_force(type(law)(*law[:own], *settled_state(law, slip)), normal, slip)
+    parameter_count = len(law) - len(law._field_defaults)
+    return friction_force(type(law)(*law[:parameter_count], *settled_state(law, slip)), normal, slip)
 
 
 def settled(friction):
@@ -64,7 +64,7 @@ def _friction_force_frictionless(friction, normal, slip):
     return 0.0
 
 
-# ---------------------------------------------------------------------------------------------- what laws share
+# ---------------------------------------------------------------------------------------------- fields of several laws
 
 COEFFICIENT = Field("coefficient", "1", "coefficient of kinetic friction, mu", low_open=False)
 STATIC = Field("static_coefficient", "1", "coefficient of static friction, mu_s", low_open=False)

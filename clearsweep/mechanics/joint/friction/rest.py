@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from ...compiled.family import family
-from ..kinks import UNKNOWN, kinks, piece_at, piece_of, register_pieces, slip_variable
+from ..kinks import UNKNOWN, current_piece, kinks, piece_at, register_pieces, slip_variable
 from .contract import friction_force
 
 
@@ -22,7 +22,7 @@ def force_in_piece(law, piece, normal, slip):
 @friction_force.member(PiecewiseFriction)
 def _friction_force_piecewise_friction(friction, normal, slip):
     law = friction.law
-    return force_in_piece(law, piece_of(friction.piece, kinks(law), slip), normal, slip)
+    return force_in_piece(law, current_piece(friction.piece, kinks(law), slip), normal, slip)
 
 
 @kinks.member(PiecewiseFriction)
@@ -45,10 +45,10 @@ def _friction_force_by_value(law, normal, slip):
 def piecewise(form, kink_speeds):
     """Return the decorator that registers the `force_in_piece` of a type of law; kink_speeds : law -> its `kinks`."""
 
-    def register(body):
+    def register(force_function):
         kinks.member(form)(kink_speeds)
         friction_force.member(form)(_friction_force_by_value)
-        return force_in_piece.member(form)(body)
+        return force_in_piece.member(form)(force_function)
 
     return register
 

@@ -73,8 +73,8 @@ def _kinks_ambrosio(friction):
 def _force_in_piece_ambrosio(friction, piece, normal, slip):
     dead_zone = where(piece < 2.0, -friction.v0, friction.v0)
     ramp = (slip - dead_zone) / (friction.v1 - friction.v0)
-    share = where(piece == 2.0, 0.0, where(piece == 0.0, -1.0, where(piece == 4.0, 1.0, ramp)))
-    return -friction.coefficient * normal * share
+    ratio = where(piece == 2.0, 0.0, where(piece == 0.0, -1.0, where(piece == 4.0, 1.0, ramp)))
+    return -friction.coefficient * normal * ratio
 
 
 register(
@@ -111,10 +111,10 @@ def _kinks_threlfall(friction):
 
 @piecewise(Threlfall, _kinks_threlfall)
 def _force_in_piece_threlfall(friction, piece, normal, slip):
-    sign, rises = where(piece < 2.0, -1.0, 1.0), (piece == 1.0) | (piece == 2.0)
+    sign, is_rising = where(piece < 2.0, -1.0, 1.0), (piece == 1.0) | (piece == 2.0)
     x = sign * slip / friction.velocity_scale
-    share = where(rises, -math.expm1(-3.0 * x), 0.95) / friction.divisor
-    return -friction.coefficient * normal * (sign * share)
+    ratio = where(is_rising, -math.expm1(-3.0 * x), 0.95) / friction.divisor
+    return -friction.coefficient * normal * (sign * ratio)
 
 
 register(
@@ -159,12 +159,12 @@ class BengisuAkay(NamedTuple):
 
 @piecewise(BengisuAkay, _kinks_threlfall)
 def _force_in_piece_bengisu_akay(friction, piece, normal, slip):
-    sign, rises = where(piece < 2.0, -1.0, 1.0), (piece == 1.0) | (piece == 2.0)
+    sign, is_rising = where(piece < 2.0, -1.0, 1.0), (piece == 1.0) | (piece == 2.0)
     speed_above = sign * slip - friction.velocity_scale
     parabola = friction.static_coefficient * (1.0 - (speed_above / friction.velocity_scale) ** 2)
     decay = math.exp(-friction.decay * speed_above)
     falling = friction.coefficient + (friction.static_coefficient - friction.coefficient) * decay
-    return -normal * (sign * where(rises, parabola, falling))
+    return -normal * (sign * where(is_rising, parabola, falling))
 
 
 register(

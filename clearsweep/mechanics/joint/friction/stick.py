@@ -57,13 +57,13 @@ def _guards_karnopp(friction):
 
 @guard_values.member(Karnopp)
 def _guard_values_karnopp(friction, start, contact, root):
-    side = where(friction.piece != 0.0, friction.piece, math.copysign(1.0, start.slip))
+    direction = where(friction.piece != 0.0, friction.piece, math.copysign(1.0, start.slip))
     limit = static_limit(friction) * contact.normal
     return (
-        friction.band - side * contact.slip,
+        friction.band - direction * contact.slip,
         abs(contact.slip) - RELEASE_FACTOR * friction.band,
-        abs(side) - abs(friction.piece),
-        -side * contact.slip,
+        abs(direction) - abs(friction.piece),
+        -direction * contact.slip,
         contact.guard_quantity - limit,
         -contact.guard_quantity - limit,
         limit - contact.guard_quantity,

@@ -5,7 +5,7 @@ from ...compiled import calculus as math
 from ...compiled.choosing import where
 from ...compiled.family import family, kernel
 from ..elastic.contract import root_parity
-from ..kinks import piece_of
+from ..kinks import current_piece
 
 
 @family
@@ -23,7 +23,7 @@ def lowest_force(law):
 
 
 @family
-def sign_beyond(law, elastic):
+def sign_past_separation(law, elastic):
     """Return the sign that continues the force smoothly in a trial step past the separation.
 
     The force is a function of the root of penetration, which crosses zero linearly: an odd
@@ -69,20 +69,20 @@ def always_needs_onset_rate(law):
     return True
 
 
-FAMILIES = (contact_force, lowest_force, sign_beyond)  # every type must be a member of these families
+FAMILIES = (contact_force, lowest_force, sign_past_separation)  # every type must be a member of these families
 
 
 def loss_form(form, *, pulls: bool, times_elastic: bool):
-    """Return the decorator that registers `contact_force`, `lowest_force` and `sign_beyond` of a type.
+    """Return the decorator that registers `contact_force`, `lowest_force` and `sign_past_separation` of a type.
 
     `pulls` : the force may be negative until separation, otherwise it is clipped at 0; `times_elastic` : it is the
     elastic force times a factor, so it continues past the separation with that sign, otherwise with its own.
     """
 
-    def register(body):
+    def register(force_function):
         lowest_force.member(form)(_unbounded if pulls else _clipped_at_zero)
-        sign_beyond.member(form)(_sign_of_elastic if times_elastic else _positive_sign)
-        return contact_force.member(form)(body)
+        sign_past_separation.member(form)(_sign_of_elastic if times_elastic else _positive_sign)
+        return contact_force.member(form)(force_function)
 
     return register
 
@@ -109,9 +109,9 @@ def zero_rate_kink(law):
 
 
 @kernel
-def approaching(piece, rate):
+def approach_rate(piece, rate):
     """Return the rate (m/s) during approach, or 0 during rebound, by the piece of such a law."""
-    return where(piece_of(piece, (0.0,), rate) == 1.0, rate, 0.0)
+    return where(current_piece(piece, (0.0,), rate) == 1.0, rate, 0.0)
 
 
 ANY_RESTITUTION = Field(

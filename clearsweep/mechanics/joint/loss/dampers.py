@@ -6,10 +6,10 @@ from ....contracts.catalogue import Field, Law
 from ...compiled import calculus as math
 from ...compiled.choosing import where
 from ..elastic.contract import elastic_force
-from ..kinks import UNKNOWN, kinks, penetration_variable, piece_of, rate_variable, register_pieces
+from ..kinks import UNKNOWN, current_piece, kinks, penetration_variable, rate_variable, register_pieces
 from ..rebound import approach_damping_rebound, damping_ratio
 from ..recipe import register
-from .contract import RESTITUTION, approaching, loss_form, zero_rate_kink
+from .contract import RESTITUTION, approach_rate, loss_form, zero_rate_kink
 
 MASS = Field("mass", "kg", "effective mass of the impact, m1 m2 / (m1 + m2)")
 SPRING = Field("stiffness", "N/m", "stiffness of the spring")
@@ -73,7 +73,7 @@ kinks.member(ApproachRootDamper)(zero_rate_kink)
 def _approach_root_damper(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     root = math.sqrt(force / pen) if pen > 0.0 else 0.0
-    return force + law.damping * root * approaching(law.piece, rate), force
+    return force + law.damping * root * approach_rate(law.piece, rate), force
 
 
 def jankowski_ratio(e: float) -> float:
@@ -257,7 +257,7 @@ def _kinks_stepped_damper(law):
 @loss_form(SteppedDamper, pulls=False, times_elastic=False)
 def _stepped_damper(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
-    x = where(piece_of(law.piece, kinks(law), pen) == 0.0, pen / law.depth, 1.0)
+    x = where(current_piece(law.piece, kinks(law), pen) == 0.0, pen / law.depth, 1.0)
     return force + law.damping * x * x * (3.0 - 2.0 * x) * rate, force
 
 

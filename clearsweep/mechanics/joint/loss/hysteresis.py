@@ -16,7 +16,7 @@ from .contract import (
     ANY_RESTITUTION,
     RESTITUTION,
     always_needs_onset_rate,
-    approaching,
+    approach_rate,
     loss_form,
     needs_onset_rate,
     zero_rate_kink,
@@ -63,7 +63,7 @@ needs_onset_rate.member(Hysteresis)(always_needs_onset_rate)
 FORCE_FORMULA = "F = F_elastic (1 + chi rate / onset_rate), chi = "
 
 
-def factor_law(law: Law, chi: Callable[[float], float]) -> None:
+def register_factor_law(law: Law, chi: Callable[[float], float]) -> None:
     """Register a law of this form with its chi(restitution)."""
     register(
         law._replace(uses_onset=True),
@@ -73,7 +73,7 @@ def factor_law(law: Law, chi: Callable[[float], float]) -> None:
     )
 
 
-factor_law(
+register_factor_law(
     Law(
         "law",
         "hunt-crossley",
@@ -87,7 +87,7 @@ factor_law(
 )
 
 
-factor_law(
+register_factor_law(
     Law(
         "law",
         "herbert-mcwhannell",
@@ -101,7 +101,7 @@ factor_law(
 )
 
 
-factor_law(
+register_factor_law(
     Law(
         "law",
         "lee-wang",
@@ -115,7 +115,7 @@ factor_law(
 )
 
 
-factor_law(
+register_factor_law(
     Law(
         "law",
         "lankarani-nikravesh",
@@ -129,7 +129,7 @@ factor_law(
 )
 
 
-factor_law(
+register_factor_law(
     Law(
         "law",
         "gonthier",
@@ -143,7 +143,7 @@ factor_law(
 )
 
 
-factor_law(
+register_factor_law(
     Law(
         "law",
         "gonthier-exact",
@@ -157,7 +157,7 @@ factor_law(
 )
 
 
-factor_law(
+register_factor_law(
     Law(
         "law",
         "zhiying-qishao",
@@ -171,7 +171,7 @@ factor_law(
 )
 
 
-factor_law(
+register_factor_law(
     Law(
         "law",
         "flores",
@@ -185,7 +185,7 @@ factor_law(
 )
 
 
-factor_law(
+register_factor_law(
     Law(
         "law",
         "hu-guo",
@@ -200,7 +200,7 @@ factor_law(
 )
 
 
-factor_law(
+register_factor_law(
     Law(
         "law",
         "safaeifar-farshidianfar",
@@ -214,7 +214,7 @@ factor_law(
 )
 
 
-factor_law(
+register_factor_law(
     Law(
         "law",
         "carvalho-martins",
@@ -229,7 +229,7 @@ factor_law(
 )
 
 
-factor_law(
+register_factor_law(
     Law(
         "law",
         "ye",
@@ -244,7 +244,7 @@ factor_law(
 )
 
 
-factor_law(
+register_factor_law(
     Law(
         "law",
         "gharib-hurmuzlu",
@@ -259,7 +259,7 @@ factor_law(
 )
 
 
-factor_law(
+register_factor_law(
     Law(
         "law",
         "exact",
@@ -288,7 +288,7 @@ kinks.member(ApproachHysteresis)(zero_rate_kink)
 @loss_form(ApproachHysteresis, pulls=False, times_elastic=True)
 def _approach_hysteresis(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
-    return force + force * (law.factor / onset_rate) * approaching(law.piece, rate), force
+    return force + force * (law.factor / onset_rate) * approach_rate(law.piece, rate), force
 
 
 needs_onset_rate.member(ApproachHysteresis)(always_needs_onset_rate)

@@ -22,22 +22,22 @@ UNLOADING, RELOADING = 0, 1  # guards: unloading begins; reloading reaches the d
 class Plastic(NamedTuple):
     """F = F_elastic(pen) during loading, then along the same curve compressed towards the deepest point.
 
-    Unloading and reloading: F = F_elastic((pen - left) / e^2), where left = (1 - e^2) deepest is the
-    permanent indentation.  The share e^2 of the work of loading is returned.
+    Unloading and reloading: F = F_elastic((pen - residual) / e^2), where residual = (1 - e^2) deepest is the permanent
+    indentation.  The fraction e^2 of the work of loading is returned.
     """
 
-    returned_share: float  # e^2, 1
+    returned_fraction: float  # e^2, 1
     yield_rate: float  # m/s, onset rate up to which the contact is elastic
     deepest: float = 0.0  # m, deepest penetration of the last loading; 0 during loading
 
 
 @loss_form(Plastic, pulls=False, times_elastic=True)
 def _plastic(law, elastic, pen, rate, onset_rate):
-    share = law.returned_share if onset_rate > law.yield_rate else 1.0
+    returned = law.returned_fraction if onset_rate > law.yield_rate else 1.0
     if law.deepest < MIN_DEPTH:
         force = elastic_force(elastic, pen)
-        return force, share * force
-    recovered = (pen - (1.0 - share) * law.deepest) / share
+        return force, returned * force
+    recovered = (pen - (1.0 - returned) * law.deepest) / returned
     force = math.copysign(elastic_force(elastic, abs(recovered)), recovered)  # negative if the indentation is clear
     return force, max(force, 0.0)
 
@@ -48,7 +48,7 @@ needs_onset_rate.member(Plastic)(always_needs_onset_rate)
 class YieldingSphere(NamedTuple):
     """F = F_hertz(pen), softened beyond the yield depth; unloading by Hertz's force of the flattened contact.
 
-    Unloading and reloading: F = F_m ((pen - left) / (deepest - left))^1.5, where left = (1 - s) deepest is
+    Unloading and reloading: F = F_m ((pen - residual) / (deepest - residual))^1.5, where residual = (1 - s) deepest is
     the permanent indentation and F_m the force at the deepest point.
     """
 
@@ -98,17 +98,17 @@ def _yielding_sphere(law, elastic, pen, rate, onset_rate):
     is_loading = law.deepest < MIN_DEPTH
     deepest_now = pen if is_loading else as_type_of(law.deepest, pen)
     x = max(deepest_now / law.yield_depth, 1.0)
-    share, force_exponent = force_ratio(law, x)
+    force_factor, force_exponent = force_ratio(law, x)
     area, area_exponent = area_ratio(x)
-    recovered_share = share / math.sqrt(
+    recovered_fraction = force_factor / math.sqrt(
         area
     )  # s, of the depth: F = (4/3) E* sqrt(R') (s pen)^1.5 with the flattened radius R'
     if is_loading:
-        force = share * elastic_force(elastic, pen)
+        force = force_factor * elastic_force(elastic, pen)
         # the returned energy is 0.4 F s pen; this is its derivative
-        return force, recovered_share * (1.0 + 0.4 * (2.0 * force_exponent - 0.5 * area_exponent)) * force
-    recovered = (pen - (1.0 - recovered_share) * deepest_now) / recovered_share
-    force = share * math.copysign(
+        return force, recovered_fraction * (1.0 + 0.4 * (2.0 * force_exponent - 0.5 * area_exponent)) * force
+    recovered = (pen - (1.0 - recovered_fraction) * deepest_now) / recovered_fraction
+    force = force_factor * math.copysign(
         elastic_force(elastic, abs(recovered)), recovered
     )  # negative if the indentation is clear
     return force, max(force, 0.0)
@@ -132,8 +132,8 @@ def _guards_yielding_sphere(law):
 @guard_values.member(YieldingSphere)
 def _guard_values_yielding_sphere(law, start, contact, root):
     if law.deepest == 0.0:
-        is_loading, _ = distances_past_kinks(kinks(law), start.depth, contact.depth)
-        return -contact.rate, NEVER, is_loading
+        distance_past_kink, _ = distances_past_kinks(kinks(law), start.depth, contact.depth)
+        return -contact.rate, NEVER, distance_past_kink
     return NEVER, root - RELOAD_FACTOR * math.sqrt(law.deepest), NEVER
 
 

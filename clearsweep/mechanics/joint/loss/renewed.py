@@ -1,7 +1,7 @@
 """A contact that stops using its onset rate when it becomes lasting (`contact.onset: renewed`).
 
 A law F = F_elastic (1 + chi rate / onset_rate) is designed for an impact, whose severity is its onset rate.
-A lasting contact has no such rate; if it kept that of its first touch, that would determine its losses for ever.
+A lasting contact has no such rate: that of its first touch must not determine all its later losses.
 With the elastic energy W and the effective mass m, let v = sqrt(2 W / m), the onset rate of the free,
 lossless impact that would stop at this depth.  Then
 
@@ -40,7 +40,7 @@ class Renewed(NamedTuple):
     doubling_energy: float = 0.0  # J, > 0: energy at which v is 2 v0; < 0: its negative after that; 0: lasting
 
 
-def renewed(impact: tuple, elastic: tuple, restitution: float) -> Renewed:
+def renewed_law(impact: tuple, elastic: tuple, restitution: float) -> Renewed:
     """Return an impact law with `restitution`, extended to lasting contacts."""
     return Renewed(impact, elastic, 2.0 * damping_ratio(restitution), 0.0)
 
@@ -62,8 +62,8 @@ def _after_impact(law, elastic, pen, rate, onset_rate):
 
 @kernel
 def _prolonged_impact(law, elastic, pen, rate, onset_rate):
-    share = elastic_energy(elastic, pen) / -law.doubling_energy  # energy at which v / 2 was the onset rate
-    return contact_force(law.impact, elastic, pen, rate, onset_rate * math.sqrt(share))
+    energy_ratio = elastic_energy(elastic, pen) / -law.doubling_energy  # energy at which v / 2 was the onset rate
+    return contact_force(law.impact, elastic, pen, rate, onset_rate * math.sqrt(energy_ratio))
 
 
 @kernel

@@ -20,7 +20,7 @@ SERIES = (
 NEEDED = ("length", "material", "bearing_radius")  # from the contact arc and E*
 
 
-def yielding(dimension: float, scale: float, hardness: float, modulus: float) -> Surface:
+def yielding_surface(dimension: float, scale: float, hardness: float, modulus: float) -> Surface:
     """Return a surface (scale in m, hardness and E* in Pa) of which spots below a_c yield."""
     elastic = math.log(4.0 * math.sqrt(math.pi) / 3.0 * modulus) + (dimension - 1.0) * math.log(scale)
     critical = critical_area(dimension, scale, 2.0 * modulus / hardness)
@@ -31,7 +31,7 @@ def yielding(dimension: float, scale: float, hardness: float, modulus: float) ->
 def _make(joint: Joint) -> Surface:
     assert joint.roughness is not None
     hardness = joint.roughness.values["hardness"]
-    return yielding(*texture(joint), hardness, plane_strain_modulus(joint.contact.material))
+    return yielding_surface(*texture(joint), hardness, plane_strain_modulus(joint.contact.material))
 
 
 register(

@@ -19,16 +19,18 @@ def hardness_factor(poisson: float) -> float:
     return 0.454 + 0.41 * poisson
 
 
-def in_regimes(dimension: float, scale: float, hardness: float, modulus: float, poisson: float) -> Surface:
+def kogut_etsion_surface(dimension: float, scale: float, hardness: float, modulus: float, poisson: float) -> Surface:
     """Return a surface (scale in m, hardness and E* in Pa) of spots in three regimes and full plasticity."""
     factor = hardness_factor(poisson)
     critical = critical_area(dimension, scale, 2.0 * modulus / (factor * hardness))
     force = 2.0 / 3.0 * factor * hardness / math.pi  # F_c r / a, Pa: that of a spot of critical interference
     pieces = [Piece(critical - math.log(REGIMES[-1][0]) / (dimension - 1.0), math.log(force * 3.0 / factor), 1.0)]
     upper_ends = [math.inf, *(critical - math.log(r) / (dimension - 1.0) for r, _, _ in REGIMES[:-1])]
-    for end, (_, share, power) in reversed(list(zip(upper_ends, REGIMES, strict=True))):
-        steep = (dimension - 1.0) * (power - 1.0)  # F = F_c share r^power, r = (a_c / a)^(D - 1), F_c r = force a
-        pieces.append(Piece(end, math.log(force * share) + steep * critical, 1.0 - steep))
+    for end, (_, coefficient, power) in reversed(list(zip(upper_ends, REGIMES, strict=True))):
+        exponent_change = (dimension - 1.0) * (
+            power - 1.0
+        )  # F = F_c share r^power, r = (a_c / a)^(D - 1), F_c r = force a
+        pieces.append(Piece(end, math.log(force * coefficient) + exponent_change * critical, 1.0 - exponent_change))
     return Surface(dimension, scale, tuple(pieces))
 
 
@@ -36,7 +38,7 @@ def _make(joint: Joint) -> Surface:
     assert joint.roughness is not None
     material = joint.contact.material
     hardness, poisson = joint.roughness.values["hardness"], material.bearing.poisson
-    return in_regimes(*texture(joint), hardness, plane_strain_modulus(material), poisson)
+    return kogut_etsion_surface(*texture(joint), hardness, plane_strain_modulus(material), poisson)
 
 
 register(

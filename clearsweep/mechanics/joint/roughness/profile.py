@@ -1,7 +1,7 @@
 """Fractal dimension D and scale G of a surface from a measured profile.
 
 The heights of a Weierstrass-Mandelbrot profile z = G^(D - 1) sum gamma^((D - 2) n) cos(2 pi gamma^n x + phase) differ,
-at two places a lag t apart, in the mean square by the structure function S = C G^(2 D - 2) t^(4 - 2 D),
+at two points a lag t apart, in the mean square by the structure function S = C G^(2 D - 2) t^(4 - 2 D),
 
     C = (2 pi)^s / ln(gamma) pi / (2 Gamma(1 + s) sin(pi s / 2)),  s = 4 - 2 D,
 
@@ -23,8 +23,8 @@ from ....language.errors import InputError
 
 GAMMA = 1.5  # ratio of the frequencies of the profile
 MIN_ROWS = 1000
-SEGMENTS = 8  # pieces of the profile, whose scatter gives the confidence
-_LAG_DIVISOR = 40  # the longest lag is this share of the profile, a fifth of a piece
+SEGMENTS = 8  # segments of the profile, whose scatter gives the confidence
+_LAG_DIVISOR = 40  # the longest lag is this fraction of the profile, a fifth of a segment
 _STEP_TOLERANCE = 0.01  # relative tolerance of equal steps
 _POWER_MARGIN = 0.02  # distance from the ends 0 and 2, where a power of the lag is not fractal
 
@@ -38,7 +38,7 @@ PROFILE = Columns(
 )
 
 
-class Identified(NamedTuple):
+class ProfileFit(NamedTuple):
     """Result of a profile, with 95 % confidence intervals."""
 
     dimension: float  # 1
@@ -54,16 +54,16 @@ def texture(joint: Joint) -> tuple[float, float]:
     """Return dimension and scale (m) of the surfaces of a joint, as given or from its profile.  Raises InputError."""
     assert joint.roughness is not None  # only rough joints
     if joint.roughness.tables:
-        return identified(joint)[:2]
+        return fit_of(joint)[:2]
     return joint.roughness.values["dimension"], joint.roughness.values["scale"]
 
 
-def identified(joint: Joint) -> Identified:
+def fit_of(joint: Joint) -> ProfileFit:
     """Return the parameters from the profile of a joint.  Raises InputError."""
     assert joint.roughness is not None
     table = joint.roughness.tables[PROFILE.name]
     try:
-        return identify(table["x"], table["height"])
+        return fit_profile(table["x"], table["height"])
     except ValueError as error:
         raise InputError(f"joints.{joint.name}.roughness.{PROFILE.name}: {error}") from None
 
@@ -73,11 +73,11 @@ def derived_texture(joint: Joint) -> dict[str, tuple[float, str]]:
     if not joint.roughness or not joint.roughness.tables:
         return {}
     units = {"scale": "m", "scale_low": "m", "scale_high": "m"}
-    return {f"roughness.{key}": (value, units.get(key, "1")) for key, value in identified(joint)._asdict().items()}
+    return {f"roughness.{key}": (value, units.get(key, "1")) for key, value in fit_of(joint)._asdict().items()}
 
 
 @functools.lru_cache(maxsize=8)
-def identify(x: tuple[float, ...], height: tuple[float, ...]) -> Identified:
+def fit_profile(x: tuple[float, ...], height: tuple[float, ...]) -> ProfileFit:
     """Return the parameters from a profile (m, m).  Raises ValueError if it is not fractal."""
     from scipy.special import stdtrit
 
@@ -93,16 +93,16 @@ def identify(x: tuple[float, ...], height: tuple[float, ...]) -> Identified:
     )  # remove the tilt
     lags = np.unique(np.geomspace(1, len(heights) // _LAG_DIVISOR, 24).round().astype(int))
     distances = step * lags
-    power, height, cut_off, residual = _fitted(distances, _structure(heights, lags))
-    dimension, scale = _fractal(power, height)
+    power, height, cut_off, residual = _fit_structure_function(distances, _structure_function(heights, lags))
+    dimension, scale = _dimension_and_log_scale(power, height)
     estimates = []
     for segment in np.array_split(heights, SEGMENTS):
-        squares = _structure(segment, lags) + cut_off
-        estimates.append(_fractal(*np.polyfit(np.log(distances), np.log(squares), 1)))
+        squares = _structure_function(segment, lags) + cut_off
+        estimates.append(_dimension_and_log_scale(*np.polyfit(np.log(distances), np.log(squares), 1)))
     width = stdtrit(SEGMENTS - 1, 0.975) * np.std(estimates, axis=0, ddof=1) / math.sqrt(SEGMENTS)
     slope_error = residual / math.log(lags[-1] / lags[0])  # error of D if S had the residual at both ends
     width *= math.hypot(1.0, slope_error / float(width[0]))
-    return Identified(
+    return ProfileFit(
         dimension,
         math.exp(scale),
         dimension - float(width[0]),
@@ -113,7 +113,7 @@ def identify(x: tuple[float, ...], height: tuple[float, ...]) -> Identified:
     )
 
 
-def _structure(heights: np.ndarray, lags: np.ndarray) -> np.ndarray:
+def _structure_function(heights: np.ndarray, lags: np.ndarray) -> np.ndarray:
     """Return the structure function (m^2) of heights (m) at each lag, in rows."""
     squares = np.array([np.mean((heights[lag:] - heights[:-lag]) ** 2) for lag in lags])
     if not squares.all():
@@ -121,33 +121,33 @@ def _structure(heights: np.ndarray, lags: np.ndarray) -> np.ndarray:
     return squares
 
 
-def _fitted(distances: np.ndarray, squares: np.ndarray) -> tuple[float, float, float, float]:
+def _fit_structure_function(distances: np.ndarray, squares: np.ndarray) -> tuple[float, float, float, float]:
     """Return s, ln of the factor of t^s, B (m^2) and the rms residual of ln S, S the `squares` (m^2) over lags (m)."""
     from scipy.optimize import least_squares
 
     log_distances, target = np.log(distances / distances[0]), np.log(squares / squares[0])
 
     def residuals(guess: np.ndarray) -> np.ndarray:
-        power, height, cut_off = guess
-        return np.log(np.maximum(np.exp(height + power * log_distances) - cut_off, 1e-9)) - target
+        power, log_factor, cut_off = guess
+        return np.log(np.maximum(np.exp(log_factor + power * log_distances) - cut_off, 1e-9)) - target
 
     start = [min(max(np.polyfit(log_distances, target, 1)[0], 0.1), 1.9), 0.0, 0.0]
     fit = least_squares(residuals, start, bounds=([0.0, -50.0, -0.95], [2.0, 50.0, 50.0]))
-    power, height, cut_off = map(float, fit.x)
+    power, log_factor, cut_off = map(float, fit.x)
     if not _POWER_MARGIN < power < 2.0 - _POWER_MARGIN:
         raise ValueError(
             f"is not a fractal: its height differences grow with the distance to the power {0.5 * power:.3g}; allowed: "
             "between 0 (noise) and 1 (a smooth line)"
         )
-    height += math.log(squares[0]) - power * math.log(distances[0])
-    return power, height, cut_off * float(squares[0]), float(np.sqrt(np.mean(fit.fun**2)))
+    log_factor += math.log(squares[0]) - power * math.log(distances[0])
+    return power, log_factor, cut_off * float(squares[0]), float(np.sqrt(np.mean(fit.fun**2)))
 
 
-def _fractal(power: float, height: float) -> tuple[float, float]:
+def _dimension_and_log_scale(power: float, log_factor: float) -> tuple[float, float]:
     """Return D and ln G of S = exp(height) t^power, in m."""
     from scipy.special import gamma
 
     dimension = 2.0 - 0.5 * power
     constant = (2.0 * math.pi) ** power / math.log(GAMMA) * 0.5 * math.pi
     constant /= gamma(1.0 + power) * math.sin(0.5 * math.pi * power)
-    return float(dimension), float((height - math.log(constant)) / (2.0 * (dimension - 1.0)))
+    return float(dimension), float((log_factor - math.log(constant)) / (2.0 * (dimension - 1.0)))

@@ -17,9 +17,9 @@ MAX_LOG_AREA = 600.0  # bound of the logarithm of areas (m^2) at which a spot's 
 
 
 class Piece(NamedTuple):
-    """The load of a spot, factor area^power (N), over the areas up to `upto`."""
+    """The load of a spot, factor area^power (N), over the areas up to `upper_area`."""
 
-    upto: float  # logarithm of an area, m^2
+    upper_area: float  # logarithm of an area, m^2
     factor: float  # logarithm of the factor, N m^(-2 power)
     power: float  # 1
 
@@ -57,20 +57,20 @@ def spot_load(surface: Surface, area: np.ndarray) -> np.ndarray:
     area = np.asarray(area, dtype=float)
     load = np.full(area.shape, np.nan)
     for piece in reversed(surface.pieces):
-        load = np.where(area <= piece.upto, piece.factor + piece.power * area, load)
+        load = np.where(area <= piece.upper_area, piece.factor + piece.power * area, load)
     return load
 
 
-def load(surface: Surface, largest: np.ndarray, psi: float = 1.0) -> np.ndarray:
+def total_load(surface: Surface, largest: np.ndarray, psi: float = 1.0) -> np.ndarray:
     """Return the logarithm of the load (N) of all spots, from that of the area (m^2) of the largest."""
     largest = np.asarray(largest, dtype=float)
     half_dimension = 0.5 * surface.dimension
     total, low = np.full(largest.shape, -math.inf), -math.inf
-    for upto, factor, power in surface.pieces:
-        high = np.minimum(largest, upto)
+    for upper_area, factor, power in surface.pieces:
+        high = np.minimum(largest, upper_area)
         # integral of a^(p - 1), p = power - D / 2, over the part of the piece below the largest spot
-        p, inside = power - half_dimension, high > low
-        span = np.where(inside, high - low, 1.0)
+        p, is_covered = power - half_dimension, high > low
+        span = np.where(is_covered, high - low, 1.0)
         if low == -math.inf:
             log_pressure = -math.log(p)
         elif p == 0.0:
@@ -78,22 +78,22 @@ def load(surface: Surface, largest: np.ndarray, psi: float = 1.0) -> np.ndarray:
         else:
             log_pressure = max(-p, 0.0) * span + np.log(-np.expm1(-abs(p) * span)) - math.log(abs(p))
         exponent = factor + p * high + half_dimension * largest + log_pressure
-        total = np.logaddexp(total, np.where(inside, exponent, -math.inf))
-        low = upto
+        total = np.logaddexp(total, np.where(is_covered, exponent, -math.inf))
+        low = upper_area
     return total + math.log(half_dimension) + 0.5 * (2.0 - surface.dimension) * math.log(psi)
 
 
 def largest_spot(surface: Surface, force: np.ndarray, psi: float) -> np.ndarray:
     """Return the logarithm of the area (m^2) of the largest spot, from that of the load (N): Newton's method."""
     log_domain_factor = 0.5 * (2.0 - surface.dimension) * math.log(psi)
-    first = surface.pieces[0]
+    smallest = surface.pieces[0]
     area = (
-        force - first.factor - log_domain_factor - math.log(surface.dimension / (2.0 - surface.dimension))
-    ) / first.power
+        force - smallest.factor - log_domain_factor - math.log(surface.dimension / (2.0 - surface.dimension))
+    ) / smallest.power
     for _ in range(60):
-        iterate = load(surface, area, psi)
-        slope = 0.5 * surface.dimension * (1.0 + np.exp(log_domain_factor + spot_load(surface, area) - iterate))
-        step = (force - iterate) / slope
+        current_load = total_load(surface, area, psi)
+        slope = 0.5 * surface.dimension * (1.0 + np.exp(log_domain_factor + spot_load(surface, area) - current_load))
+        step = (force - current_load) / slope
         area += step
         if np.all(np.abs(step) < 1e-12 * (1.0 + np.abs(area))):
             break

@@ -1,7 +1,7 @@
 """A spatial revolute joint: a journal with radial and axial clearance, which may tilt in its bearing.
 
 Both are cylinders (geometry after Marques, Isaac, Dourado & Flores 2017, Mechanism and Machine Theory 116).  Everything
-is in the frame of the journal, whose axis is z, from the centre of the bearing.  The places where the surfaces can
+is in the frame of the journal, whose axis is z, from the centre of the bearing.  The points where the surfaces can
 touch are separate contacts:
 
     1, 2    an end circle of the journal, at the end of +z and of -z, on the wall of the bore; or, if that is beyond

@@ -8,16 +8,16 @@ from ...compiled.attitude import in_fixed
 from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel
 from ...compiled.vector import Vector, cross, dot, minus, plus, plus_scaled, times
-from ..contract import Contact, Offsets, gap_histories, histories, load, load_histories
+from ..contract import Contact, Offsets, gap_histories, history_count, load, load_histories
 from ..friction.contract import friction_force
-from ..loss.contract import contact_force, lowest_force, sign_beyond
+from ..loss.contract import contact_force, lowest_force, sign_past_separation
 from ..modes import CLIPPED, FREE
 from ..offsets import after_law, with_current_state
 from .form import ContactForce, EndContacts, Flanged, SpatialGap, SpatialLoad, Spread, SpreadContact, Through
 from .points import flange_point, overlap_of, sine_of_tilt, tilt_of, wall_point
 from .spread import as_spread, spread_walls
 
-WALL_SHARE = 0.5  # share of the stiffness at each wall
+WALL_FRACTION = 0.5  # fraction of the stiffness at each wall
 
 
 class _RelativeMotion(NamedTuple):
@@ -33,7 +33,7 @@ class _Laws(NamedTuple):
     law: tuple
     elastic: tuple
     friction: tuple
-    share: float
+    stiffness_fraction: float
 
 
 class _ContactState(NamedTuple):
@@ -61,11 +61,11 @@ def _contact_force(point, context, laws, contact_state):
         return ContactForce(no_force, no_force, no_force, no_force, apart_contact)
     pen = contact_state.root * abs(contact_state.root)
     force, elastic = contact_force(laws.law, laws.elastic, abs(pen), rate, contact_state.onset_rate)
-    force, elastic = laws.share * force, laws.share * elastic
+    force, elastic = laws.stiffness_fraction * force, laws.stiffness_fraction * elastic
     lowest = lowest_force(laws.law)
     unclipped = force - lowest
     if pen < 0.0:
-        sign = sign_beyond(laws.law, laws.elastic)
+        sign = sign_past_separation(laws.law, laws.elastic)
         force, elastic = sign * force, sign * elastic
     clipped_force = force if contact_state.mode != CLIPPED else as_type_of(0.0, force)
     friction_load = clipped_force if lowest == 0.0 else max(clipped_force, 0.0)
@@ -102,22 +102,22 @@ def _contact_state(context, number):
 
 
 @kernel
-def _laws_at(context, law, elastic, share, law_offsets):
+def _laws_at(context, law, elastic, stiffness_fraction, law_offsets):
     """Return the laws with their internal state at the Offsets `law_offsets`."""
     state, friction = context.state, context.joint.friction
     return _Laws(
         with_current_state(law, state.y, state.latched, law_offsets),
         elastic,
         with_current_state(friction, state.y, state.latched, after_law(law_offsets, law)),
-        share,
+        stiffness_fraction,
     )
 
 
 @kernel
 def _wall(context, number, end, law_offsets):
     joint, gap = context.joint, context.gap
-    laws = _laws_at(context, joint.law, joint.elastic, WALL_SHARE, law_offsets)
-    return _contact_force(wall_point(joint.ends, joint, gap, end), context, laws, _contact_state(context, number))
+    laws = _laws_at(context, joint.law, joint.elastic, WALL_FRACTION, law_offsets)
+    return _contact_force(wall_point(joint.end_type, joint, gap, end), context, laws, _contact_state(context, number))
 
 
 @kernel
@@ -128,16 +128,16 @@ def _flange(context, number, end, law_offsets):
 
 
 @family
-def _contact_of(walls, contact):
+def _in_wall_form(walls, contact):
     """Return a Contact in the form of a joint with these walls."""
 
 
-@_contact_of.member(EndContacts)
+@_in_wall_form.member(EndContacts)
 def _contact_of_end_contacts(walls, contact):
     return contact
 
 
-@_contact_of.member(Spread)
+@_in_wall_form.member(Spread)
 def _contact_of_spread(walls, contact):
     return as_spread(contact, contact.normal)
 
@@ -192,7 +192,7 @@ def _auxiliary_contacts(joint, gap, a, b):
     difference_contact = Contact(
         normal=difference, tangential=zero, slip=zero, rate=zero, depth=sine, elastic=zero, raw=flange_gap
     )
-    return _contact_of(joint.walls, resultant_contact), _contact_of(joint.walls, difference_contact)
+    return _in_wall_form(joint.walls, resultant_contact), _in_wall_form(joint.walls, difference_contact)
 
 
 @kernel
@@ -231,7 +231,7 @@ def _load_flanged(joint, gap, offsets, state):
     a, b = _walls(joint.walls, context, second_offsets)
     c, d = _flange(context, 2, 1.0, third_offsets), _flange(context, 3, -1.0, fourth_offsets)
     auxiliary = _auxiliary_contacts(joint, gap, a, b)
-    flange_contacts = _contact_of(joint.walls, c.contact), _contact_of(joint.walls, d.contact)
+    flange_contacts = _in_wall_form(joint.walls, c.contact), _in_wall_form(joint.walls, d.contact)
     return _loaded(
         gap,
         plus(plus(a.force, b.force), plus(c.force, d.force)),
@@ -255,12 +255,12 @@ POINT_CHANNELS = (
 )
 
 
-@histories.member(Through)
+@history_count.member(Through)
 def _histories_through(joint):
     return 12
 
 
-@histories.member(Flanged)
+@history_count.member(Flanged)
 def _histories_flanged(joint):
     return 16
 

@@ -54,7 +54,7 @@ class Through(NamedTuple):
     half_journal: float  # m
     offset: Vector  # m, offset of the bearing's centre, in the frame of its body
     axis: Vector  # unit vector along the bearing, likewise
-    ends: tuple  # Overlapping
+    end_type: tuple  # Overlapping
     walls: tuple  # Ends or Spread
     law: tuple  # contact_force of the whole joint
     elastic: tuple  # elastic_force

@@ -13,7 +13,7 @@ from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel
 from ...compiled.vector import Vector, cross, dot, minus, plus_scaled, times
 from .form import AtEdges, InBore, Overlapping
-from .points import is_beyond
+from .points import is_past_edge
 
 
 class Inclination(NamedTuple):
@@ -64,6 +64,6 @@ def _inclination_of_at_edges(end_type, joint, gap, end):
 
 @inclination_of.member(Overlapping)
 def _inclination_of_overlapping(end_type, joint, gap, end):
-    if is_beyond(joint, gap, end):
+    if is_past_edge(joint, gap, end):
         return inclination_of(AtEdges(), joint, gap, end)
     return inclination_of(InBore(), joint, gap, end)

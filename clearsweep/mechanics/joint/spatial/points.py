@@ -45,17 +45,17 @@ def farthest(px, py, kx, ky, radius):
     product = kx * px + ky * py
     radius_product, distance, inverse = radius * product, math.sqrt(square), 1.0 / square
     along_both = radius_product * product
-    share = along_both * inverse
-    correction = share * (1.5 * (tilt_square - share) * distance * inverse - 1.0)
-    root, root_beyond = distance + correction, distance + correction + tilt_square
+    e_cosine_square = along_both * inverse
+    correction = e_cosine_square * (1.5 * (tilt_square - e_cosine_square) * distance * inverse - 1.0)
+    root, shifted_root = distance + correction, distance + correction + tilt_square
     separation = correction * (distance + root)
-    value = separation * root_beyond * root_beyond + along_both * (root_beyond + root)
-    denominator = 2.0 * (root * root_beyond * root_beyond + separation * root_beyond + along_both)
-    second = 2.0 * root_beyond * (root_beyond + 4.0 * root) + 2.0 * separation
-    root -= 2.0 * value * denominator / (2.0 * denominator * denominator - value * second)
-    root_beyond = root + tilt_square
-    inverse = 1.0 / (root * root_beyond)
-    along_p, along_k = root_beyond * inverse, radius_product * inverse
+    value = separation * shifted_root * shifted_root + along_both * (shifted_root + root)
+    denominator = 2.0 * (root * shifted_root * shifted_root + separation * shifted_root + along_both)
+    second_derivative = 2.0 * shifted_root * (shifted_root + 4.0 * root) + 2.0 * separation
+    root -= 2.0 * value * denominator / (2.0 * denominator * denominator - value * second_derivative)
+    shifted_root = root + tilt_square
+    inverse = 1.0 / (root * shifted_root)
+    along_p, along_k = shifted_root * inverse, radius_product * inverse
     return px * along_p - along_k * kx, py * along_p - along_k * ky
 
 
@@ -96,12 +96,12 @@ def farthest_by_newton(px, py, kx, ky, radius):
 
 
 @family
-def wall_point(ends, joint, gap, end):
+def wall_point(end_type, joint, gap, end):
     """Return the Point of the wall contact at one of the ENDS."""
 
 
 @wall_point.member(InBore)
-def _wall_point_in_bore(ends, joint, gap, end):
+def _wall_point_in_bore(end_type, joint, gap, end):
     axis, midpoint, radius = gap.axis, gap.middle, joint.journal_radius
     center = Vector(midpoint.x, midpoint.y, midpoint.z + end * joint.half_journal)
     radial_offset = plus_scaled(center, -dot(center, axis), axis)
@@ -120,7 +120,7 @@ def _wall_point_in_bore(ends, joint, gap, end):
 
 
 @wall_point.member(AtEdges)
-def _wall_point_at_edges(ends, joint, gap, end):
+def _wall_point_at_edges(end_type, joint, gap, end):
     axis, radius = times(math.copysign(1.0, gap.axis.z), gap.axis), joint.bearing_radius
     factor = 1.0 / (1.0 + axis.z)
     first_axis = Vector(1.0 - axis.x * axis.x * factor, -axis.x * axis.y * factor, -axis.x)
@@ -144,7 +144,7 @@ def _wall_point_at_edges(ends, joint, gap, end):
 
 
 @kernel
-def is_beyond(joint, gap, end):
+def is_past_edge(joint, gap, end):
     """Return whether the deepest point of the journal's end circle at one of the ENDS is beyond the edge of the bore.
 
     The circle's point is searched only if its centre is closer to the edge than the circle extends along the axis.
@@ -164,8 +164,8 @@ def is_beyond(joint, gap, end):
 
 
 @wall_point.member(Overlapping)
-def _wall_point_overlapping(ends, joint, gap, end):
-    if is_beyond(joint, gap, end):
+def _wall_point_overlapping(end_type, joint, gap, end):
+    if is_past_edge(joint, gap, end):
         return wall_point(AtEdges(), joint, gap, end)
     return wall_point(InBore(), joint, gap, end)
 
@@ -212,7 +212,7 @@ def tilt_of(axis):
 
 def deepest_of(joint, gap) -> float:
     """Return the largest depth (m) of a joint's contact points, negative if all are apart."""
-    points = [wall_point(joint.ends, joint, gap, end) for end in ENDS]
+    points = [wall_point(joint.end_type, joint, gap, end) for end in ENDS]
     if isinstance(joint, Flanged):
         points += [flange_point(joint, gap, end) for end in ENDS]
     return max(point.depth for point in points)
@@ -221,7 +221,7 @@ def deepest_of(joint, gap) -> float:
 def jam_angle(joint) -> float:
     """Return the tilt (rad) at which a centred journal touches both walls, inf if it can turn over."""
     if (
-        isinstance(joint.ends, Overlapping) and joint.half_journal > joint.half_length
+        isinstance(joint.end_type, Overlapping) and joint.half_journal > joint.half_length
     ):  # bearing_radius cos - half_length sin = journal_radius
         diagonal = std.hypot(joint.bearing_radius, joint.half_length)
         return std.acos(joint.journal_radius / diagonal) - std.atan2(joint.half_length, joint.bearing_radius)

@@ -19,7 +19,7 @@ from ..modes import CLIPPED, touches
 from .form import ContactForce, InBore, Overlapping, SpreadContact
 from .inclination import Inclination, inclination_of
 from .points import Point, overlap_of, wall_point
-from .strips import Strip, is_pressed, load_of, nodes_of, pressed_part
+from .strips import Strip, is_pressed, nodes_of, pressed_part, strip_load_of
 
 
 @kernel
@@ -39,30 +39,30 @@ def as_spread(contact, at_end):
     )
 
 
-# ---------------------------------------------------------------------------------------------- the length that bears
+# ---------------------------------------------------------------------------------------------- bearing length
 
 
 class Overlap(NamedTuple):
     """The length on which journal and bore overlap."""
 
     half: float  # m, overlap
-    share: float  # 1, its share of the whole stiffness
+    stiffness_fraction: float  # 1, fraction of the full stiffness that acts on this overlap
     growth: float  # 1, rate of the length per velocity (m/s) of the journal along its axis, seen from the bearing
 
 
 @family
-def bearing_length(ends, joint, gap):
+def bearing_length(end_type, joint, gap):
     """Return the Overlap of journal and bore."""
 
 
 @bearing_length.member(InBore)
-def _bearing_length_in_bore(ends, joint, gap):
+def _bearing_length_in_bore(end_type, joint, gap):
     zero = as_type_of(0.0, gap.middle.z)
     return Overlap(zero + joint.half_journal, zero + 1.0, zero)
 
 
 @bearing_length.member(Overlapping)
-def _bearing_length_overlapping(ends, joint, gap):
+def _bearing_length_overlapping(end_type, joint, gap):
     full_length, length = 2.0 * min(joint.half_journal, joint.half_length), overlap_of(joint, gap)
     zero = as_type_of(0.0, length)
     if length >= full_length:
@@ -74,7 +74,7 @@ def _bearing_length_overlapping(ends, joint, gap):
 # ---------------------------------------------------------------------------------------------- one end
 
 
-class End(NamedTuple):
+class EndState(NamedTuple):
     """One end of the walls."""
 
     point: Point
@@ -86,18 +86,18 @@ class End(NamedTuple):
 
 
 @kernel
-def end_of(context, number, end):
-    """Return the End at one of the ENDS, contact `number` of the joint of a context."""
+def end_state_of(context, number, end):
+    """Return the EndState at one of the ENDS, contact `number` of the joint of a context."""
     joint, gap, relative_motion, state = context.joint, context.gap, context.relative_motion, context.state
     c = context.offsets.contact + number
-    point = wall_point(joint.ends, joint, gap, end)
+    point = wall_point(joint.end_type, joint, gap, end)
     velocity = plus(relative_motion.velocity, cross(relative_motion.spin, minus(point.position, gap.middle)))
     rate = dot(velocity, point.normal)
-    return End(point, state.mode[c], state.y[state.roots + c], state.latched[c], velocity, rate)
+    return EndState(point, state.mode[c], state.y[state.roots + c], state.latched[c], velocity, rate)
 
 
 @kernel
-def _apart(end_state, at_end):
+def _unloaded_contact(end_state, at_end):
     """Return the ContactForce of an unloaded end; at_end : N, from the other end's strip."""
     zero = as_type_of(0.0, end_state.rate)
     no_force, slip = Vector(zero, zero, zero), math.sqrt(dot(end_state.velocity, end_state.velocity))
@@ -125,9 +125,9 @@ class _LoadedStrip(NamedTuple):
 
 @kernel
 def _loaded_strip(context, end_state, end, overlap):
-    """Return the geometry of the strip of an End, one of the ENDS."""
+    """Return the geometry of the strip of an EndState, one of the ENDS."""
     gap, relative_motion = context.gap, context.relative_motion
-    inclination = inclination_of(context.joint.ends, context.joint, gap, end)
+    inclination = inclination_of(context.joint.end_type, context.joint, gap, end)
     velocity = plus(relative_motion.velocity, cross(relative_motion.spin, minus(inclination.center, gap.middle)))
     slope_rate = dot(velocity, inclination.velocity_factor) + dot(relative_motion.spin, inclination.spin_factor)
     along_axis = (
@@ -146,7 +146,7 @@ class StripForce(NamedTuple):
     """Load of a strip."""
 
     force: float  # N, 0 where it is clipped
-    inner: float  # N, its moment over the share of the strip from the end: 0 to the force where that is clipped at 0
+    inner: float  # N, first moment of the force over the fraction of the strip from its end, between 0 and the force
     elastic: float  # N, the elastic part of the force, clipped or not
     elastic_inner: float  # N
     raw: float  # N, force before clipping, minus the least force of its law
@@ -155,21 +155,29 @@ class StripForce(NamedTuple):
 
 
 @kernel
-def _strip_force(context, end_state, other_end, bearing):
-    """Return the StripForce of the strip of an End.
+def _strip_force(context, end_state, other_end, loaded_strip):
+    """Return the StripForce of the strip of an EndState.
 
     The law uses the onset rate of this end if it touches, else that of the other end.
     """
-    joint, is_touching, strip, overlap = context.joint, touches(end_state.mode), bearing.strip, bearing.overlap
+    joint, is_touching, strip, overlap = (
+        context.joint,
+        touches(end_state.mode),
+        loaded_strip.strip,
+        loaded_strip.overlap,
+    )
     zero = as_type_of(0.0, strip.depth)
     if not is_pressed(strip):
         return StripForce(zero, zero, zero, zero, zero, zero, zero)
     pressed_range = pressed_part(strip, not touches(other_end.mode) or other_end.root < 0.0)
     onset_rate = end_state.onset_rate if is_touching else other_end.onset_rate
-    moments = load_of(strip, pressed_range, (joint.law, joint.elastic), joint.walls.rule, onset_rate)
-    share = 0.5 * overlap.share
-    force, inner_load = share * (moments.outer + moments.inner), share * moments.inner
-    elastic, elastic_inner = share * (moments.elastic_outer + moments.elastic_inner), share * moments.elastic_inner
+    moments = strip_load_of(strip, pressed_range, (joint.law, joint.elastic), joint.walls.rule, onset_rate)
+    stiffness_fraction = 0.5 * overlap.stiffness_fraction
+    force, inner_load = stiffness_fraction * (moments.outer + moments.inner), stiffness_fraction * moments.inner
+    elastic, elastic_inner = (
+        stiffness_fraction * (moments.elastic_outer + moments.elastic_inner),
+        stiffness_fraction * moments.elastic_inner,
+    )
     lowest = lowest_force(joint.law)
     unclipped = force - lowest
     if (
@@ -193,19 +201,19 @@ def _energy_per_length(joint, strip, pressed_range, overlap):
     for node, weight in nodes_of(joint.walls.rule):
         x = pressed_range.begin + (pressed_range.end - pressed_range.begin) * node
         total = total + 2.0 * weight * pressed_range.length * (x * inverse) * elastic_energy(joint.elastic, x * x)
-    return 0.5 * overlap.share * total / (2.0 * overlap.half)
+    return 0.5 * overlap.stiffness_fraction * total / (2.0 * overlap.half)
 
 
 @kernel
-def _strip_resultant(context, end_state, bearing, load):
+def _strip_resultant(context, end_state, loaded_strip, load):
     """Return the normal force (N) of a strip on the journal, and its moment (N m) about the journal's middle.
 
     It acts along the normal at the end; the slope has a force and a couple; stored energy separates the bodies along
     the axis if that shortens the overlap.
     """
-    midpoint, inclination, lever = context.gap.middle, bearing.inclination, load.inner * bearing.overlap.half
+    midpoint, inclination, lever = context.gap.middle, loaded_strip.inclination, load.inner * loaded_strip.overlap.half
     pressing, couple = times(-load.force, end_state.point.normal), times(lever, inclination.velocity_factor)
-    axial_force = (0.5 * load.inner * inclination.slope - load.lengthening) * bearing.overlap.growth
+    axial_force = (0.5 * load.inner * inclination.slope - load.lengthening) * loaded_strip.overlap.growth
     force = plus(pressing, couple)
     moment = plus(
         cross(minus(end_state.point.position, midpoint), pressing), cross(minus(inclination.center, midpoint), couple)
@@ -228,21 +236,21 @@ class _StripFriction(NamedTuple):
 
 
 @kernel
-def _strip_friction(context, end_state, bearing, load):
+def _strip_friction(context, end_state, loaded_strip, load):
     """Return the friction of a strip, at the centre of its elastic load."""
     joint, gap, relative_motion, half_overlap = (
         context.joint,
         context.gap,
         context.relative_motion,
-        bearing.overlap.half,
+        loaded_strip.overlap.half,
     )
     friction_load = load.force if lowest_force(joint.law) == 0.0 else max(load.force, 0.0)
     weight = load.elastic if load.elastic > 0.0 else as_type_of(1.0, load.elastic)
     center_distance = min(max(load.elastic_inner / weight, 0.0), 1.0) * half_overlap
     normal, arm_point = end_state.point.normal, minus(end_state.point.position, gap.middle)
     arm, depth = (
-        Vector(arm_point.x, arm_point.y, arm_point.z - bearing.end * center_distance),
-        end_state.point.depth - center_distance * bearing.inclination.slope,
+        Vector(arm_point.x, arm_point.y, arm_point.z - loaded_strip.end * center_distance),
+        end_state.point.depth - center_distance * loaded_strip.inclination.slope,
     )
     velocity = plus_scaled(
         plus(relative_motion.velocity, cross(relative_motion.spin, arm)), depth, cross(gap.on_bearing, normal)
@@ -261,17 +269,17 @@ def _strip_friction(context, end_state, bearing, load):
 
 
 @kernel
-def _contact_force(context, end_state, bearing, load, at_end):
-    """Return the ContactForce of an End with the StripForce `load` of its strip; at_end : N, as for a SpreadContact."""
-    strip = bearing.strip
+def _contact_force(context, end_state, loaded_strip, load, at_end):
+    """Return the ContactForce of an EndState with the StripForce `load`; at_end : N, as for a SpreadContact."""
+    strip = loaded_strip.strip
     if not is_pressed(strip):
-        return _apart(end_state, at_end)
+        return _unloaded_contact(end_state, at_end)
     fall_rate = strip.rate - strip.inner_rate
-    length_rate = bearing.length_rate
+    length_rate = loaded_strip.length_rate
     stored = load.elastic * end_state.rate - load.elastic_inner * fall_rate + load.elastic_lengthening * length_rate
     total_power = load.force * end_state.rate - load.inner * fall_rate + load.lengthening * length_rate
-    normal_force, moment = _strip_resultant(context, end_state, bearing, load)
-    friction = _strip_friction(context, end_state, bearing, load)
+    normal_force, moment = _strip_resultant(context, end_state, loaded_strip, load)
+    friction = _strip_friction(context, end_state, loaded_strip, load)
     contact = SpreadContact(
         normal=load.force,
         tangential=friction.tangential,
@@ -291,11 +299,11 @@ def _contact_force(context, end_state, bearing, load, at_end):
 @kernel
 def spread_walls(context):
     """Return the ContactForces of both walls."""
-    first_end, second_end = end_of(context, 0, 1.0), end_of(context, 1, -1.0)
+    first_end, second_end = end_state_of(context, 0, 1.0), end_state_of(context, 1, -1.0)
     if not (touches(first_end.mode) or touches(second_end.mode)):
         zero = as_type_of(0.0, first_end.rate)
-        return _apart(first_end, zero), _apart(second_end, zero)
-    overlap = bearing_length(context.joint.ends, context.joint, context.gap)
+        return _unloaded_contact(first_end, zero), _unloaded_contact(second_end, zero)
+    overlap = bearing_length(context.joint.end_type, context.joint, context.gap)
     a, b = _loaded_strip(context, first_end, 1.0, overlap), _loaded_strip(context, second_end, -1.0, overlap)
     load_a, load_b = _strip_force(context, first_end, second_end, a), _strip_force(context, second_end, first_end, b)
     end_force_a, end_force_b = (

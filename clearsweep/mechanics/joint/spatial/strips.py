@@ -2,7 +2,7 @@
 
 The depth decreases linearly along a strip, from `depth` at its end to `inner` in the middle of the length;
 the rate is also linear.  The force per length is that of the joint's law at the slice's depth and rate, over the
-length.  With the share s of the strip from its end, and the roots x = sqrt(depth) a and b where the pressed part
+length.  With the fraction s of the strip from its end, and the roots x = sqrt(depth) a and b where the pressed part
 begins and ends,
 
     x = a + (b - a) u,    s = u (a + x) / (a + b),    ds = 2 x / (a + b) du,    0 <= u <= 1,
@@ -21,7 +21,7 @@ from ...compiled.family import family, kernel
 from ...trace.portable import gauss_rule
 from ..elastic.contract import elastic_force
 from ..elastic.power import Linear, PowerThreeHalves
-from ..loss.contract import contact_force, sign_beyond
+from ..loss.contract import contact_force, sign_past_separation
 from .form import FewNodes, ManyNodes, Spread
 
 MIN_ROOT_RATIO = -0.5  # of the inner root: most negative root at an end past its separation, in a trial step
@@ -32,22 +32,22 @@ class Strip(NamedTuple):
 
     root: float  # m^0.5, of the depth at the end; negative in a trial step past its separation
     depth: float  # m, at the end
-    inner: float  # m, in the middle of the length
+    inner_depth: float  # m, in the middle of the length
     rate: float  # m/s, of the depth at the end
     inner_rate: float  # m/s, of that in the middle
 
 
-class Pressed(NamedTuple):
+class PressedRange(NamedTuple):
     """The part of a strip that is pressed."""
 
     begin: float  # m^0.5, root of the depth where it begins
-    end: float  # m^0.5, where it ends
-    first: float  # share of the strip where it begins
-    length: float  # its share of the strip
+    end: float  # m^0.5, root of the depth where it ends
+    start_fraction: float  # fraction of the strip at which it begins
+    length_fraction: float  # its length over that of the strip
 
 
 class StripLoad(NamedTuple):
-    """Moments of a strip's force over the share s of the strip, as if the strip were the whole joint."""
+    """Moments of a strip's force over the fraction s of the strip, as if the strip were the whole joint."""
 
     outer: float  # N, integral of the force times 1 - s
     inner: float  # N, times s
@@ -86,28 +86,28 @@ def spread_over(elastic: tuple) -> Spread:
 @kernel
 def is_pressed(strip):
     """Return whether any of a strip is pressed."""
-    return strip.depth > 0.0 or strip.inner > 0.0
+    return strip.depth > 0.0 or strip.inner_depth > 0.0
 
 
 @kernel
 def pressed_part(strip, is_one_sided):
-    """Return the Pressed part of a strip; is_one_sided : whether the other end is past its separation or apart."""
-    depth, inner_depth = strip.depth, strip.inner
+    """Return the PressedRange of a strip; is_one_sided : whether the other end is past its separation or apart."""
+    depth, inner_depth = strip.depth, strip.inner_depth
     zero, unit = as_type_of(0.0, depth), as_type_of(1.0, depth)
     if inner_depth <= 0.0:
-        return Pressed(strip.root, zero, zero, depth / (depth - inner_depth))
+        return PressedRange(strip.root, zero, zero, depth / (depth - inner_depth))
     root = math.sqrt(inner_depth)
     if depth <= 0.0:
         pressed_range = inner_depth / (inner_depth - depth)
-        return Pressed(zero, root, 1.0 - pressed_range, pressed_range)
+        return PressedRange(zero, root, 1.0 - pressed_range, pressed_range)
     if strip.root < 0.0 and is_one_sided:
-        return Pressed(strip.root, -root, zero, unit)
-    return Pressed(max(strip.root, MIN_ROOT_RATIO * root), root, zero, unit)
+        return PressedRange(strip.root, -root, zero, unit)
+    return PressedRange(max(strip.root, MIN_ROOT_RATIO * root), root, zero, unit)
 
 
 @kernel
-def load_of(strip, pressed_range, laws, quadrature, onset_rate):
-    """Return the StripLoad of a strip of which a part is Pressed; laws : (law, elastic).  Not clipped."""
+def strip_load_of(strip, pressed_range, laws, quadrature, onset_rate):
+    """Return the StripLoad of a strip of which a PressedRange is pressed; laws : (law, elastic).  Not clipped."""
     law, elastic = laws
     zero = as_type_of(0.0, strip.depth)
     outer = inner = elastic_outer = elastic_inner = zero
@@ -117,35 +117,37 @@ def load_of(strip, pressed_range, laws, quadrature, onset_rate):
     inverse = 1.0 / total
     for node, weight in nodes_of(quadrature):
         x = pressed_range.begin + (pressed_range.end - pressed_range.begin) * node
-        share = pressed_range.first + pressed_range.length * (node * (pressed_range.begin + x) * inverse)
-        strip_weight = 2.0 * weight * pressed_range.length * (x * inverse)
-        rate = strip.rate + (strip.inner_rate - strip.rate) * share
+        fraction = pressed_range.start_fraction + pressed_range.length_fraction * (
+            node * (pressed_range.begin + x) * inverse
+        )
+        strip_weight = 2.0 * weight * pressed_range.length_fraction * (x * inverse)
+        rate = strip.rate + (strip.inner_rate - strip.rate) * fraction
         force, elastic_part = contact_force(law, elastic, x * x, rate, onset_rate)
         if x < 0.0:
-            strip_weight = strip_weight * sign_beyond(law, elastic)
-        outer, inner = outer + strip_weight * (1.0 - share) * force, inner + strip_weight * share * force
-        elastic_outer = elastic_outer + strip_weight * (1.0 - share) * elastic_part
-        elastic_inner = elastic_inner + strip_weight * share * elastic_part
+            strip_weight = strip_weight * sign_past_separation(law, elastic)
+        outer, inner = outer + strip_weight * (1.0 - fraction) * force, inner + strip_weight * fraction * force
+        elastic_outer = elastic_outer + strip_weight * (1.0 - fraction) * elastic_part
+        elastic_inner = elastic_inner + strip_weight * fraction * elastic_part
     return StripLoad(outer, inner, elastic_outer, elastic_inner)
 
 
 @kernel
 def pressed_between(depths):
-    """Return the Pressed part between two linear depths (m), of length 0 if none is pressed."""
+    """Return the PressedRange between two linear depths (m), of length 0 if none is pressed."""
     strip = Strip(math.sqrt(max(depths[0], 0.0)), depths[0], depths[1], 0.0, 0.0)
     if is_pressed(strip):
         return pressed_part(strip, is_one_sided=False)
-    return Pressed(0.0, 0.0, 0.0, 0.0)
+    return PressedRange(0.0, 0.0, 0.0, 0.0)
 
 
 @kernel
 def mean_elastic(elastic, quadrature, depths):
     """Return the mean elastic force (N) between two linear depths (m)."""
     pressed_range, total = pressed_between(depths), 0.0
-    if pressed_range.length == 0.0:
+    if pressed_range.length_fraction == 0.0:
         return 0.0
     inverse = 1.0 / (pressed_range.begin + pressed_range.end)
     for node, weight in nodes_of(quadrature):
         x = pressed_range.begin + (pressed_range.end - pressed_range.begin) * node
         total += 2.0 * weight * (x * inverse) * elastic_force(elastic, x * x)
-    return pressed_range.length * total
+    return pressed_range.length_fraction * total

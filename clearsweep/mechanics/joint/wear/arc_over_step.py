@@ -24,26 +24,26 @@ from .contract import (
     wear_rate,
 )
 
-DEGREE = 6  # of the polynomials over the share of the step, as many as its stages determine
+DEGREE = 6  # of the polynomials over the fraction of the step, as many as its stages determine
 POINTS = 8  # vector width, and sufficient for the DEGREE
 ON_BEARING, ON_JOURNAL, DEEPEST, DISTANCE, ROWS = range(
     STEP_VALUE_ROWS, STEP_VALUE_ROWS + 5
-)  # after the courses: angles, depth, way slid
+)  # after the profiles: angles (rad), depth (m), sliding distance (m)
 #: Rows of a body's workspace, each of POINTS numbers.  At the nodes: worn area, half-angle of the arc and its inverse,
 #: angles of the arc's middle and of both ends.  Then coefficients over the time: of the wear rate, of the arc's middle
 #: and of its half-angle.
-AREA, HALF, PER_HALF, MIDDLE, START, STOP, RATE, COURSE, HALF_COURSE = range(9)
+AREA, HALF, PER_HALF, MIDDLE, START, STOP, RATE, MIDDLE_POLYNOMIAL, HALF_POLYNOMIAL = range(9)
 #: Rows of an end of the arc: its angle at the previous node, time per angle, coefficients, those of its slope, times
 #: at which it passes edges; then the wear before edges, and terms of sums.
-END, TIME_PER_ANGLE, END_COURSE, END_SLOPE, PASSINGS, WORN, TERM = range(9, 16)
+END, TIME_PER_ANGLE, END_POLYNOMIAL, END_SLOPE, PASSINGS, WORN, TERM = range(9, 16)
 BODY_SIZE = (TERM + 2) * POINTS
 FIRST_BODY = ROWS * POINTS  # offset of the workspace of the bearing
-#: The workspace has the coefficients over the share of the step, then the rows of bearing and journal.
+#: The workspace has the coefficients over the fraction of the step, then the rows of bearing and journal.
 WORKSPACE_SIZE = FIRST_BODY + 2 * BODY_SIZE
 
 NODES, WEIGHTS = lobatto_rule(POINTS)
 INVERSE_WEIGHTS, UNIT_WEIGHTS = 1.0 / WEIGHTS, np.ones(POINTS)
-#: (PARTS + 1, POINTS): from values at equidistant times of the step to coefficients over its share.
+#: (PARTS + 1, POINTS): from values at equidistant times of the step to coefficients over its fraction.
 FIT = np.zeros((PARTS + 1, POINTS))
 FIT[:, : DEGREE + 1] = least_squares(powers(np.arange(PARTS + 1) / PARTS, DEGREE + 1)).transposed.rounded()
 PAIRS = POINTS // 2  # of points symmetric to the middle
@@ -66,7 +66,7 @@ SPACINGS, POWERS, INDICES = (
 
 
 @inlined
-def polynomial(workspace, row, x):
+def evaluate_polynomial(workspace, row, x):
     """Return the polynomial of a row of coefficients at `x`."""
     total = workspace[row * POINTS + POINTS - 1]
     for i in range(POINTS - 2, -1, -1):
@@ -86,8 +86,10 @@ def row_sum(workspace, row):
 
 @inlined
 def clearance_at(joint, workspace, x):
-    """Return the difference (m) of the radii of curvature at the share `x` (0 to 1) of the step."""
-    return local_clearance(joint, polynomial(workspace, ON_BEARING, x), polynomial(workspace, ON_JOURNAL, x))
+    """Return the difference (m) of the radii of curvature of the surfaces at the fraction `x` (0 to 1) of the step."""
+    return local_clearance(
+        joint, evaluate_polynomial(workspace, ON_BEARING, x), evaluate_polynomial(workspace, ON_JOURNAL, x)
+    )
 
 
 @inlined
@@ -102,27 +104,27 @@ def sliding_contact_of(joint, values, sliding_distance, clearance):
 
 @inlined
 def sliding_contact_at(joint, workspace, x):
-    """Return the SlidingContact of a joint at the share `x` (0 to 1) of the step."""
+    """Return the SlidingContact of a joint at the fraction `x` (0 to 1) of the step."""
     load, depth, slip = (
-        polynomial(workspace, FORCE_ROW, x),
-        polynomial(workspace, DEPTH_ROW, x),
-        polynomial(workspace, SLIP_ROW, x),
+        evaluate_polynomial(workspace, FORCE_ROW, x),
+        evaluate_polynomial(workspace, DEPTH_ROW, x),
+        evaluate_polynomial(workspace, SLIP_ROW, x),
     )
     sliding_distance = workspace[DISTANCE * POINTS] + workspace[DISTANCE * POINTS + 1] * x
-    values = load, 0.0, slip, depth, polynomial(workspace, FRICTION_POWER_ROW, x)
+    values = load, 0.0, slip, depth, evaluate_polynomial(workspace, FRICTION_POWER_ROW, x)
     return sliding_contact_of(joint, values, sliding_distance, clearance_at(joint, workspace, x))
 
 
 @inlined
-def _write_arc(workspace, first_edge, i, area, angle, half_angle):
-    """Write the arc of a body at a point to `workspace`, whose part for the body begins at `first_edge`."""
+def _write_arc(workspace, body_offset, i, area, angle, half_angle):
+    """Write the arc of a body at a point to `workspace`, where the rows of the body begin at `body_offset`."""
     half_angle = max(half_angle, SMALLEST_HALF_ANGLE)
-    workspace[first_edge + AREA * POINTS + i], workspace[first_edge + MIDDLE * POINTS + i] = area, angle
-    workspace[first_edge + HALF * POINTS + i], workspace[first_edge + PER_HALF * POINTS + i] = (
+    workspace[body_offset + AREA * POINTS + i], workspace[body_offset + MIDDLE * POINTS + i] = area, angle
+    workspace[body_offset + HALF * POINTS + i], workspace[body_offset + PER_HALF * POINTS + i] = (
         half_angle,
         1.0 / half_angle,
     )
-    workspace[first_edge + START * POINTS + i], workspace[first_edge + STOP * POINTS + i] = (
+    workspace[body_offset + START * POINTS + i], workspace[body_offset + STOP * POINTS + i] = (
         angle - half_angle,
         angle + half_angle,
     )
@@ -130,7 +132,7 @@ def _write_arc(workspace, first_edge, i, area, angle, half_angle):
 
 @kernel
 def evaluate_arc(joint, workspace, length, low, high):
-    """Write the position of the arc and its wear (m rad) at the nodes between two shares of a step to `workspace`.
+    """Write the position of the arc and its wear (m rad) at the nodes between two fractions of a step to `workspace`.
 
     length : of the step, in the unit of kappa.
     """
@@ -140,24 +142,29 @@ def evaluate_arc(joint, workspace, length, low, high):
         x = arc_middle + half_width * NODES[i]
         sliding = sliding_contact_at(joint, workspace, x)
         bearing, journal = wear_rate(joint.wear, sliding)
-        pace = WEIGHTS[i] * max(polynomial(workspace, KAPPA_ROW, x), 0.0)
+        weight = WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, x), 0.0)
         half_angle = half_arc(pressure, joint, joint.bearing_radius, sliding)
         _write_arc(
-            workspace, FIRST_BODY, i, on_bearing * pace * bearing, polynomial(workspace, ON_BEARING, x), half_angle
+            workspace,
+            FIRST_BODY,
+            i,
+            on_bearing * weight * bearing,
+            evaluate_polynomial(workspace, ON_BEARING, x),
+            half_angle,
         )
         half_angle = half_arc(pressure, joint, joint.journal_radius, sliding)
         _write_arc(
             workspace,
             FIRST_BODY + BODY_SIZE,
             i,
-            on_journal * pace * journal,
-            polynomial(workspace, ON_JOURNAL, x),
+            on_journal * weight * journal,
+            evaluate_polynomial(workspace, ON_JOURNAL, x),
             half_angle,
         )
 
 
 @inlined
-def row_range(workspace, row):
+def range_of_row(workspace, row):
     """Return the least and the largest value of a row, compared in pairs for few dependent operations."""
     low = [min(workspace[row * POINTS + i], workspace[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
     high = [max(workspace[row * POINTS + i], workspace[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
@@ -166,14 +173,14 @@ def row_range(workspace, row):
 
 
 @inlined
-def fit(workspace, row, values, weights):
-    """Write to the row `values` the coefficients over the time of the polynomial through a row times `weights`."""
+def fit_row(workspace, row, values, weights):
+    """Write the coefficients over the time of the polynomial through `row` times `weights` to the row `values`."""
     for i in abreast(POINTS):
         total = 0.0
         for k in range(PAIRS):
-            last_terms = workspace[row * POINTS + PAIRS + k] * weights[PAIRS + k]
-            early = workspace[row * POINTS + PAIRS - 1 - k] * weights[PAIRS - 1 - k]
-            total += EVEN[k, i] * (last_terms + early) + ODD[k, i] * (last_terms - early)
+            late_value = workspace[row * POINTS + PAIRS + k] * weights[PAIRS + k]
+            early_value = workspace[row * POINTS + PAIRS - 1 - k] * weights[PAIRS - 1 - k]
+            total += EVEN[k, i] * (late_value + early_value) + ODD[k, i] * (late_value - early_value)
         workspace[values * POINTS + i] = total
 
 
@@ -182,15 +189,15 @@ def fit_arc(pressure, workspace):
     """Write the coefficients that the other families of this file need.
 
     By default these are the polynomials over the time of the wear rate, of the arc's middle and of its half-angle:
-    RATE, COURSE and HALF_COURSE.
+    RATE, MIDDLE_POLYNOMIAL and HALF_POLYNOMIAL.
     """
 
 
 @fit_arc.member(None)
 def _default_fit_arc(pressure, workspace):
-    fit(workspace, AREA, RATE, INVERSE_WEIGHTS)
-    fit(workspace, MIDDLE, COURSE, UNIT_WEIGHTS)
-    fit(workspace, HALF, HALF_COURSE, UNIT_WEIGHTS)
+    fit_row(workspace, AREA, RATE, INVERSE_WEIGHTS)
+    fit_row(workspace, MIDDLE, MIDDLE_POLYNOMIAL, UNIT_WEIGHTS)
+    fit_row(workspace, HALF, HALF_POLYNOMIAL, UNIT_WEIGHTS)
 
 
 @inlined
@@ -203,63 +210,70 @@ def is_monotonic(workspace, row):
 
 
 @kernel
-def find_passings(workspace, end, edge, width):
-    """Write the places at which an end (-1, 1) of the arc passes edges, `width` (rad) apart, to PASSING.
+def write_passing_times(workspace, end, edge, width):
+    """Write the times at which an end (-1, 1) of the arc passes edges, `width` (rad) apart, to PASSINGS.
 
-    The end moves in one direction only.  The place is interpolated linearly and corrected by one Newton step.  The
+    The end moves in one direction only.  The time is interpolated linearly and corrected by one Newton step.  The
     remaining error enters squared at most, as the load is zero at the ends.
     """
     row = START if end < 0.0 else STOP
     for i in abreast(POINTS):
-        previous = workspace[row * POINTS + i - 1]  # before the first point is the previous row, which is not used
-        change = workspace[row * POINTS + i] - previous
-        workspace[END * POINTS + i] = previous
+        previous_angle = workspace[
+            row * POINTS + i - 1
+        ]  # before the first point is the previous row, which is not used
+        change = workspace[row * POINTS + i] - previous_angle
+        workspace[END * POINTS + i] = previous_angle
         workspace[TIME_PER_ANGLE * POINTS + i] = where(
             change != 0.0, SPACINGS[i] / where(change != 0.0, change, 1.0), 0.0
         )
-        workspace[END_COURSE * POINTS + i] = workspace[COURSE * POINTS + i] + end * workspace[HALF_COURSE * POINTS + i]
+        workspace[END_POLYNOMIAL * POINTS + i] = (
+            workspace[MIDDLE_POLYNOMIAL * POINTS + i] + end * workspace[HALF_POLYNOMIAL * POINTS + i]
+        )
     for i in abreast(POINTS):
-        workspace[END_SLOPE * POINTS + i] = POWERS[i] * workspace[END_COURSE * POINTS + i + 1]
+        workspace[END_SLOPE * POINTS + i] = POWERS[i] * workspace[END_POLYNOMIAL * POINTS + i + 1]
     workspace[END_SLOPE * POINTS + POINTS - 1] = 0.0  # the value after the last coefficient is undefined
     for k in abreast(POINTS):
         angle, x = edge + INDICES[k] * width, NODES[0]
         for i in range(1, POINTS):
             change = (angle - workspace[END * POINTS + i]) * workspace[TIME_PER_ANGLE * POINTS + i]
             x += min(max(change, 0.0), SPACINGS[i])
-        slope = polynomial(workspace, END_SLOPE, x)
-        step = (angle - polynomial(workspace, END_COURSE, x)) * slope / (slope * slope + SMALLEST_HALF_ANGLE)
+        slope = evaluate_polynomial(workspace, END_SLOPE, x)
+        step = (
+            (angle - evaluate_polynomial(workspace, END_POLYNOMIAL, x)) * slope / (slope * slope + SMALLEST_HALF_ANGLE)
+        )
         workspace[PASSINGS * POINTS + k] = min(max(x + min(max(step, -0.1), 0.1), -1.0), 1.0)
 
 
 @inlined
-def inner_side(workspace, end):
-    """Return the time, -1 or 1, at which the edges that an end (-1, 1) of the arc passes are within the arc."""
+def inside_time(workspace, end):
+    """Return the end of the time, -1 or 1, at which the edges that an end (-1, 1) of the arc passes are inside it."""
     row = START if end < 0.0 else STOP
     rises = workspace[row * POINTS + POINTS - 1] > workspace[row * POINTS]
     return -1.0 if rises == (end < 0.0) else 1.0
 
 
 @family
-def write_worn_before_passed(pressure, workspace, end, edge, width):
+def write_wear_before_passed_edges(pressure, workspace, end, edge, width):
     """Write the wear before edges, `width` (rad) apart, that an end (-1, 1) of the arc has passed, to WORN.
 
-    Their places are in PASSING.  The end moves in one direction only, and the other end does not meet these edges.
+    The times of passing are in PASSINGS.  The end moves in one direction only, and the other end does not meet these
+    edges.
     """
 
 
-@write_worn_before_passed.member(None)
-def _default_write_worn_before_passed(pressure, workspace, end, edge, width):
-    edge_side = inner_side(workspace, end)
-    whole_area = row_sum(workspace, AREA) if end > 0.0 else 0.0
+@write_wear_before_passed_edges.member(None)
+def _default_write_wear_before_passed_edges(pressure, workspace, end, edge, width):
+    end_time = inside_time(workspace, end)
+    total_area = row_sum(workspace, AREA) if end > 0.0 else 0.0
     for k in abreast(POINTS):
-        swept, angle, total = workspace[PASSINGS * POINTS + k], edge + INDICES[k] * width, 0.0
+        time_passed, angle, total = workspace[PASSINGS * POINTS + k], edge + INDICES[k] * width, 0.0
         for j in rolled_range(SMOOTHED_NODES.size):
-            x = swept + (edge_side - swept) * SMOOTHED_NODES[j]
-            offset = angle - polynomial(workspace, COURSE, x)
-            half_angle = max(polynomial(workspace, HALF_COURSE, x), SMALLEST_HALF_ANGLE)
-            share = cumulative_pressure(pressure, -end * offset / half_angle, half_angle)
-            total += SMOOTHED_WEIGHTS[j] * polynomial(workspace, RATE, x) * share
-        workspace[WORN * POINTS + k] = whole_area - end * abs(edge_side - swept) * total
+            x = time_passed + (end_time - time_passed) * SMOOTHED_NODES[j]
+            offset = angle - evaluate_polynomial(workspace, MIDDLE_POLYNOMIAL, x)
+            half_angle = max(evaluate_polynomial(workspace, HALF_POLYNOMIAL, x), SMALLEST_HALF_ANGLE)
+            fraction = cumulative_pressure(pressure, -end * offset / half_angle, half_angle)
+            total += SMOOTHED_WEIGHTS[j] * evaluate_polynomial(workspace, RATE, x) * fraction
+        workspace[WORN * POINTS + k] = total_area - end * abs(end_time - time_passed) * total
 
 
 @kernel
@@ -273,7 +287,11 @@ def passing_time(workspace, edge, end, i):
     if a == b:
         return low
     x = (low * b - high * a) / (b - a)
-    c = edge - polynomial(workspace, COURSE, x) - end * polynomial(workspace, HALF_COURSE, x)
+    c = (
+        edge
+        - evaluate_polynomial(workspace, MIDDLE_POLYNOMIAL, x)
+        - end * evaluate_polynomial(workspace, HALF_POLYNOMIAL, x)
+    )
     if c in (a, b):
         return x
     x = low * b * c / ((a - b) * (a - c)) + high * a * c / ((b - a) * (b - c)) + x * a * b / ((c - a) * (c - b))
@@ -281,30 +299,32 @@ def passing_time(workspace, edge, end, i):
 
 
 @family
-def worn_in_interval(pressure, workspace, edge, side, span):
-    """Return the wear before `edge` between two times, a `span`, in which the edge is on one side of the arc's ends.
+def wear_before_edge_in_span(pressure, workspace, edge, region, span):
+    """Return the wear (m rad) before an `edge` (rad) between two times, a `span`, in which the edge is in one region.
 
-    side : -1 before the arc, 1 behind it, 0 in it.
+    region : -1 before the arc, 1 behind it, 0 in it.
     """
 
 
-@worn_in_interval.member(None)
-def _default_worn_in_interval(pressure, workspace, edge, side, span):
+@wear_before_edge_in_span.member(None)
+def _default_wear_before_edge_in_span(pressure, workspace, edge, region, span):
     low, length = span[0], span[1] - span[0]
-    if side < 0 or length <= 0.0:
+    if region < 0 or length <= 0.0:
         return 0.0
     for i in abreast(POINTS):
         position = low + length * SMOOTHED_NODES[i]
-        half_angle = max(polynomial(workspace, HALF_COURSE, position), SMALLEST_HALF_ANGLE)
-        share = cumulative_pressure(pressure, (edge - polynomial(workspace, COURSE, position)) / half_angle, half_angle)
+        half_angle = max(evaluate_polynomial(workspace, HALF_POLYNOMIAL, position), SMALLEST_HALF_ANGLE)
+        fraction = cumulative_pressure(
+            pressure, (edge - evaluate_polynomial(workspace, MIDDLE_POLYNOMIAL, position)) / half_angle, half_angle
+        )
         workspace[TERM * POINTS + i] = (
-            SMOOTHED_WEIGHTS[i] * polynomial(workspace, RATE, position) * where(side == 0, share, 1.0)
+            SMOOTHED_WEIGHTS[i] * evaluate_polynomial(workspace, RATE, position) * where(region == 0, fraction, 1.0)
         )
     return length * row_sum(workspace, TERM)
 
 
 @inlined
-def side_of(workspace, edge, i):
+def region_of(workspace, edge, i):
     """Return -1 if an `edge` (rad) is before the arc of point `i`, 1 if behind it, 0 if in it."""
     if edge <= workspace[START * POINTS + i]:
         return -1
@@ -312,14 +332,14 @@ def side_of(workspace, edge, i):
 
 
 @kernel
-def worn_before_edge(pressure, workspace, edge):
+def wear_before_edge(pressure, workspace, edge):
     """Return the wear (m rad) before an `edge` (rad) that the arc's ends pass."""
-    total, low, side = 0.0, NODES[0], side_of(workspace, edge, 0)
+    total, low, region = 0.0, NODES[0], region_of(workspace, edge, 0)
     for i in rolled_range(1, POINTS):
-        side_now = side_of(workspace, edge, i)
-        while side != side_now:
-            end = side if side != 0 else side_now  # the end of the arc that passes the edge
+        next_region = region_of(workspace, edge, i)
+        while region != next_region:
+            end = region if region != 0 else next_region  # the end of the arc that passes the edge
             x = max(low, passing_time(workspace, edge, end, i))
-            total += worn_in_interval(pressure, workspace, edge, side, (low, x))
-            low, side = x, (0 if side != 0 else side_now)
-    return total + worn_in_interval(pressure, workspace, edge, side, (low, NODES[POINTS - 1]))
+            total += wear_before_edge_in_span(pressure, workspace, edge, region, (low, x))
+            low, region = x, (0 if region != 0 else next_region)
+    return total + wear_before_edge_in_span(pressure, workspace, edge, region, (low, NODES[POINTS - 1]))

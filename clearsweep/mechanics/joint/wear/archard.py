@@ -67,7 +67,7 @@ def _wear_rate_running_in(law, sliding):
     )
 
 
-def _make(form, joint: Joint):
+def _make_wear_law(form, joint: Joint):
     """Return the compiled wear law `form` of a joint, within RunningIn if the coefficient changes during running-in."""
     wear = joint.wear
     pressure, bins = compiled_term("pressure", wear.pressure, joint), float(min(wear.bins, MAX_BINS))
@@ -89,7 +89,7 @@ register(
         "without a unit, with a hardness, is that product, K = k H.",
     ),
     (Archard, RunningIn),
-    lambda joint: _make(Archard, joint),
+    lambda joint: _make_wear_law(Archard, joint),
 )
 
 
@@ -106,5 +106,5 @@ register(
         "friction mu that of archard is mu alpha.  Energy in bristles counts as work until they return it.",
     ),
     (Energy, RunningIn),
-    lambda joint: _make(Energy, joint),
+    lambda joint: _make_wear_law(Energy, joint),
 )

@@ -24,21 +24,21 @@ from .arc_over_step import (
     TERM,
     WORN,
     evaluate_arc,
-    find_passings,
     fit_arc,
     is_monotonic,
-    row_range,
+    range_of_row,
     row_sum,
-    worn_before_edge,
-    write_worn_before_passed,
+    wear_before_edge,
+    write_passing_times,
+    write_wear_before_passed_edges,
 )
-from .contract import accumulate_span, cumulative_pressure, smooth_within
+from .contract import cumulative_pressure, smooth_range, update_wear_over_span
 
 MIN_BATCH = 2  # edges that one end passes: from this number on they are processed together
 
 
 class Edges(NamedTuple):
-    """Numbers of the last edges of a kind: passed at the start, near it, well within the arc, near its stop."""
+    """Numbers of the last edges of each kind: passed by the arc's start, near it, within the arc, near its stop."""
 
     start: int
     near_start: int
@@ -56,82 +56,81 @@ class BinCursor(NamedTuple):
 @kernel
 def edges_of(pressure, workspace, width):
     """Return the number of the last edge before the arc, Edges, and the last edge met; `width` (rad) apart."""
-    (first_edge, start), (stop_edge, last_edge) = row_range(workspace, START), row_range(workspace, STOP)
-    passed_by_start, within_until = math.floor(start / width), math.floor(stop_edge / width)
-    near_start, near_stop = passed_by_start, within_until
-    if smooth_within(pressure) < 1.0:
+    (first_edge, start), (stop_edge, last_edge) = range_of_row(workspace, START), range_of_row(workspace, STOP)
+    passed_by_start, passed_by_stop = math.floor(start / width), math.floor(stop_edge / width)
+    near_start, near_stop = passed_by_start, passed_by_stop
+    if smooth_range(pressure) < 1.0:
         for i in abreast(POINTS):
-            margin = (1.0 - smooth_within(pressure)) * workspace[HALF * POINTS + i]
+            margin = (1.0 - smooth_range(pressure)) * workspace[HALF * POINTS + i]
             workspace[TERM * POINTS + i] = workspace[START * POINTS + i] + margin
             workspace[(TERM + 1) * POINTS + i] = workspace[STOP * POINTS + i] - margin
-        near_start = math.floor(row_range(workspace, TERM)[1] / width)
-        near_stop = math.floor(row_range(workspace, TERM + 1)[0] / width)
-    edges = Edges(passed_by_start, near_start, near_stop, within_until)
+        near_start = math.floor(range_of_row(workspace, TERM)[1] / width)
+        near_stop = math.floor(range_of_row(workspace, TERM + 1)[0] / width)
+    edges = Edges(passed_by_start, near_start, near_stop, passed_by_stop)
     return math.floor(first_edge / width), edges, math.floor(last_edge / width)
 
 
 @kernel
-def write_worn_before(pressure, workspace, edge, edges, last_edge):
-    """Write the wear before an edge that an end of the arc meets, and before those that follow, up to `last_edge`, to
-    WORN; return their number.
+def write_wear_before_edges(pressure, workspace, edge, edges, last_edge):
+    """Write the wear before an edge that an end of the arc meets, and following ones, to WORN; return their number.
 
-    edges : Edges and their distance (rad).  Where the ends reverse or meet the same edges, each edge is processed
-    alone.
+    last_edge : the last edge to process; edges : Edges and their distance (rad).  Where the ends reverse or meet the
+    same edges, each edge is processed alone.
     """
     last_edges, width = edges
     angle = edge * width
-    starting, stopping = edge <= last_edges.start, edge > last_edges.stop
-    count = min(POINTS, (min(last_edges.start, last_edges.stop) if starting else last_edge) - edge + 1)
-    is_single = starting == stopping or count < MIN_BATCH
-    if is_single or not is_monotonic(workspace, START if starting else STOP):
-        workspace[WORN * POINTS] = worn_before_edge(pressure, workspace, angle)
+    is_start_end, is_stop_end = edge <= last_edges.start, edge > last_edges.stop
+    count = min(POINTS, (min(last_edges.start, last_edges.stop) if is_start_end else last_edge) - edge + 1)
+    is_single = is_start_end == is_stop_end or count < MIN_BATCH
+    if is_single or not is_monotonic(workspace, START if is_start_end else STOP):
+        workspace[WORN * POINTS] = wear_before_edge(pressure, workspace, angle)
         return 1
-    end = -1.0 if starting else 1.0
-    find_passings(workspace, end, angle, width)
-    write_worn_before_passed(pressure, workspace, end, angle, width)
+    end = -1.0 if is_start_end else 1.0
+    write_passing_times(workspace, end, angle, width)
+    write_wear_before_passed_edges(pressure, workspace, end, angle, width)
     return count
 
 
 @inlined
-def accumulate_edge(workspace, bins, number, total, cursor):
-    """Add the wear between an edge, item `number` of WORN, and the previous edge; return the next BinCursor."""
+def update_wear_bin(workspace, bins, number, total, cursor):
+    """Add the wear between an edge, item `number` of WORN, and the previous one to a bin; return the next BinCursor."""
     per_width = bins.count / (2.0 * math.pi)
     cumulative = min(max(workspace[WORN * POINTS + number], cursor.wear_before), total)
-    bins.depths[bins.first + cursor.position] += (cumulative - cursor.wear_before) * per_width
+    bins.depths[bins.start + cursor.position] += (cumulative - cursor.wear_before) * per_width
     return BinCursor(cursor.position + 1 if cursor.position + 1 < bins.count else 0, cumulative)
 
 
 @kernel
-def accumulate_met(pressure, workspace, bins, span, edges, cursor):
+def update_bins_at_arc_ends(pressure, workspace, bins, span, edges, cursor):
     """Add the wear between the edges of a `span` (begin, end), which the arc's ends meet; return the next BinCursor."""
-    batch_size, used_of_batch, total = 0, 0, row_sum(workspace, AREA)
+    batch_size, index_in_batch, total = 0, 0, row_sum(workspace, AREA)
     for edge in range(span[0] + 1, span[1] + 1):
-        if used_of_batch == batch_size:
-            batch_size, used_of_batch = write_worn_before(pressure, workspace, edge, edges, span[1]), 0
-        cursor = accumulate_edge(workspace, bins, used_of_batch, total, cursor)
-        used_of_batch += 1
+        if index_in_batch == batch_size:
+            batch_size, index_in_batch = write_wear_before_edges(pressure, workspace, edge, edges, span[1]), 0
+        cursor = update_wear_bin(workspace, bins, index_in_batch, total, cursor)
+        index_in_batch += 1
     return cursor
 
 
 @family
-def accumulate_inside(pressure, workspace, bins, span, cursor):
+def update_bins_inside_arc(pressure, workspace, bins, span, cursor):
     """Add the wear between the edges of a `span`, within the arc at all points; return the next BinCursor."""
 
 
-@accumulate_inside.member(None)
-def _default_accumulate_inside(pressure, workspace, bins, span, cursor):
-    width, batch_size, used_of_batch, total = 2.0 * math.pi / bins.count, 0, 0, row_sum(workspace, AREA)
+@update_bins_inside_arc.member(None)
+def _default_update_bins_inside_arc(pressure, workspace, bins, span, cursor):
+    width, batch_size, index_in_batch, total = 2.0 * math.pi / bins.count, 0, 0, row_sum(workspace, AREA)
     for edge in range(span[0] + 1, span[1] + 1):
-        if used_of_batch == batch_size:
-            write_worn_before_inside(pressure, workspace, edge * width, width)
-            batch_size, used_of_batch = POINTS, 0
-        cursor = accumulate_edge(workspace, bins, used_of_batch, total, cursor)
-        used_of_batch += 1
+        if index_in_batch == batch_size:
+            write_wear_before_inner_edges(pressure, workspace, edge * width, width)
+            batch_size, index_in_batch = POINTS, 0
+        cursor = update_wear_bin(workspace, bins, index_in_batch, total, cursor)
+        index_in_batch += 1
     return cursor
 
 
 @kernel
-def write_worn_before_inside(pressure, workspace, edge, width):
+def write_wear_before_inner_edges(pressure, workspace, edge, width):
     """Write the wear before edges, `width` (rad) apart, that are within the arc at all points, to WORN."""
     for k in abreast(POINTS):
         angle, total = edge + INDICES[k] * width, 0.0
@@ -142,7 +141,7 @@ def write_worn_before_inside(pressure, workspace, edge, width):
 
 
 @kernel
-def accumulate_body(pressure, workspace, bins):
+def update_body_wear(pressure, workspace, bins):
     """Add the wear of the arc to a body, from the points in its workspace."""
     total = row_sum(workspace, AREA)
     if total <= 0.0:
@@ -155,26 +154,26 @@ def accumulate_body(pressure, workspace, bins):
     if last_edge - first_edge > end - begin:
         fit_arc(pressure, workspace)
     cursor = BinCursor(first_edge % bins.count, 0.0)
-    cursor = accumulate_met(pressure, workspace, bins, (first_edge, begin), (edges, width), cursor)
-    cursor = accumulate_inside(pressure, workspace, bins, (begin, end), cursor)
-    cursor = accumulate_met(pressure, workspace, bins, (end, last_edge), (edges, width), cursor)
-    bins.depths[bins.first + cursor.position] += (total - cursor.wear_before) * (bins.count / (2.0 * math.pi))
+    cursor = update_bins_at_arc_ends(pressure, workspace, bins, (first_edge, begin), (edges, width), cursor)
+    cursor = update_bins_inside_arc(pressure, workspace, bins, (begin, end), cursor)
+    cursor = update_bins_at_arc_ends(pressure, workspace, bins, (end, last_edge), (edges, width), cursor)
+    bins.depths[bins.start + cursor.position] += (total - cursor.wear_before) * (bins.count / (2.0 * math.pi))
 
 
-@accumulate_span.member(None)
-def _default_accumulate_span(joint, workspace, length, span, bins):
+@update_wear_over_span.member(None)
+def _default_update_wear_over_span(joint, workspace, length, span, bins):
     evaluate_arc(joint, workspace, length, span[0], span[1])
     for body in range(2):
-        part = workspace[FIRST_BODY + body * BODY_SIZE : FIRST_BODY + (body + 1) * BODY_SIZE]
-        accumulate_body(joint.wear.pressure, part, bins[body])
+        body_workspace = workspace[FIRST_BODY + body * BODY_SIZE : FIRST_BODY + (body + 1) * BODY_SIZE]
+        update_body_wear(joint.wear.pressure, body_workspace, bins[body])
 
 
 @kernel
-def accumulate_wear(joint, workspace, values, length, bins):
-    """Add the wear of bearing and journal over a step of `length`, in the unit of kappa.
+def update_worn_profile(joint, workspace, values, length, bins):
+    """Add the wear of a step of `length`, in the unit of kappa, to the worn profiles of bearing and journal.
 
-    workspace : (ROOM,) with the coefficients over the share of the step; values : (STEP_VALUE_ROWS, PARTS + 1), from
-    which the sliding speed is read; bins : of both bodies.
+    workspace : (WORKSPACE_SIZE,) with the coefficients over the fraction of the step; values : (STEP_VALUE_ROWS, PARTS
+    + 1), from which the sliding speed is read; bins : of both bodies.
     """
     low = 0.0
     for i in rolled_range(PARTS + 1):
@@ -184,5 +183,5 @@ def accumulate_wear(joint, workspace, values, length, bins):
             if a * b >= 0.0:
                 continue
             high = (i + a / (a - b)) / PARTS  # where sliding reverses, its speed has a kink
-        accumulate_span(joint, workspace, length, (low, high), bins)
+        update_wear_over_span(joint, workspace, length, (low, high), bins)
         low = high

@@ -1,7 +1,7 @@
 """The interface of wear laws and contact pressures.
 
 A wear law is a member of `wear_rate` and has the fields `bins` (of each body), `length` (m, along the pin), `pv_limit`
-(W/m^2, inf for none) and `pressure`, a member of `half_arc`, `cumulative_pressure`, `smooth_within`, `sum_over_load`
+(W/m^2, inf for none) and `pressure`, a member of `half_arc`, `cumulative_pressure`, `smooth_range`, `sum_over_load`
 and `peak_over_mean`.
 """
 
@@ -36,7 +36,7 @@ class Bins(NamedTuple):
     """Bins of a body, to which its wear is added."""
 
     depths: np.ndarray  # (joints, 2, stride) m, mean depth of each bin, flat
-    first: int
+    start: int
     count: int
 
 
@@ -78,12 +78,12 @@ def _default_local_clearance(joint, on_bearing, on_journal):
 
 @family
 def pressure_on(joint, step, j, index):
-    """Return mean and largest pressure (Pa) on the bearing of joint `j` at one of the equidistant places of a Step."""
+    """Return mean and largest pressure (Pa) on the bearing of joint `j` at one of the equidistant points of a Step."""
 
 
 @family
-def accumulate_span(joint, workspace, length, span, bins):
-    """Add the wear of bearing and journal between two shares of a step of `length`, in the unit of kappa."""
+def update_wear_over_span(joint, workspace, length, span, bins):
+    """Add the wear of bearing and journal between two fractions of a step of `length`, in the unit of kappa."""
 
 
 @family
@@ -93,7 +93,7 @@ def middle_arc(joint, workspace):
 
 @family
 def wear_rate(law, sliding):
-    """Return the area (m^2/s) that a SlidingContact removes from the cross-sections of bearing and journal."""
+    """Return the rates (m^2/s) at which a SlidingContact removes cross-section from bearing and journal."""
 
 
 @family
@@ -103,11 +103,11 @@ def half_arc(pressure, joint, radius, sliding):
 
 @family
 def cumulative_pressure(pressure, x, half_angle):
-    """Return the share of the load before `x` (-1 to 1) on an arc of half-angle `half_angle` (rad)."""
+    """Return the fraction of the load before `x` (-1 to 1) on an arc of half-angle `half_angle` (rad)."""
 
 
 @family
-def smooth_within(pressure):
+def smooth_range(pressure):
     """Return the largest |x| up to which `cumulative_pressure` is smooth enough for quadrature with few points."""
 
 
@@ -124,7 +124,7 @@ def peak_over_mean(pressure, half_angle):
 PRESSURE_FAMILIES = (
     half_arc,
     cumulative_pressure,
-    smooth_within,
+    smooth_range,
     sum_over_load,
     peak_over_mean,
 )  # a type of pressure is a member of each

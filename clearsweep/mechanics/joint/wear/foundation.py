@@ -7,9 +7,9 @@ In the frame of the normal at the deepest point the surfaces overlap by
 c : radial clearance (m); h : wear depth of bearing and journal together (m); psi : angle from the deepest point (rad);
 depth : penetration (m), the maximum of f, at psi = 0.
 
-The pressure is proportional to f.  Its share before the edge of a bin is known in closed form, because the table of a
-shape has the integral of h.  The wear is integrated over time by Lobatto's rule.  The total wear of a body is that of
-the law.  A bin whose edge an end of the arc passes within a step gets a little more or less than its share.
+The pressure is proportional to f.  Its fraction before the edge of a bin is known in closed form, because the table of
+a shape has the integral of h.  The wear is integrated over time by Lobatto's rule.  The total wear of a body is that of
+the law.  A bin whose edge an end of the arc passes within a step receives an approximate depth.
 """
 
 import math
@@ -21,8 +21,8 @@ from ...observe.histogram import FORCE_ROW, FRICTION_POWER_ROW, KAPPA_ROW, PARTS
 from ..nearest import surfaces_of
 from ..worn import WornOnFoundation
 from ..worn_foundation import MIN_RADIUS_DIFFERENCE, arc_ends, overlap
-from .arc_over_step import DEEPEST, DISTANCE, NODES, ON_BEARING, ON_JOURNAL, POINTS, WEIGHTS, polynomial
-from .contract import SlidingContact, accumulate_span, middle_arc, pressure_on, wear_rate
+from .arc_over_step import DEEPEST, DISTANCE, NODES, ON_BEARING, ON_JOURNAL, POINTS, WEIGHTS, evaluate_polynomial
+from .contract import SlidingContact, middle_arc, pressure_on, update_wear_over_span, wear_rate
 from .shape import wear_depth_at, wear_integral_at
 
 
@@ -48,11 +48,11 @@ def antiderivative(joint, arc, psi):
 
 
 @kernel
-def arc_at(joint, workspace, share):
-    """Return the Arc at a share (0 to 1) of a step."""
+def arc_at(joint, workspace, fraction):
+    """Return the Arc at a fraction (0 to 1) of a step."""
     body_angles, depth = (
-        (-polynomial(workspace, ON_BEARING, share), -polynomial(workspace, ON_JOURNAL, share)),
-        polynomial(workspace, DEEPEST, share),
+        (-evaluate_polynomial(workspace, ON_BEARING, fraction), -evaluate_polynomial(workspace, ON_JOURNAL, fraction)),
+        evaluate_polynomial(workspace, DEEPEST, fraction),
     )
     surfaces = surfaces_of(joint)
     depth_b, slope_b, curvature_b, _ = wear_depth_at(surfaces.bearing, -body_angles[0])
@@ -70,31 +70,31 @@ def arc_at(joint, workspace, share):
 @kernel
 def sum_over_force(joint, arc):
     """Return the integral of the pressure over an Arc divided by the magnitude of its resultant (Lobatto's rule)."""
-    normal_sum, tangential_sum, half_arc_ = 0.0, 0.0, 0.5 * (arc.stop - arc.start)
+    normal_sum, tangential_sum, half_width = 0.0, 0.0, 0.5 * (arc.stop - arc.start)
     for i in rolled_range(POINTS):
-        psi = arc.start + half_arc_ * (1.0 + NODES[i])
+        psi = arc.start + half_width * (1.0 + NODES[i])
         f, _, _ = overlap(surfaces_of(joint), arc.x, arc.y, psi, arc.body_angles)
         normal_sum += WEIGHTS[i] * f * math.cos(psi)
         tangential_sum += WEIGHTS[i] * f * math.sin(psi)
     return (
-        arc.total / (half_arc_ * math.sqrt(normal_sum * normal_sum + tangential_sum * tangential_sum))
+        arc.total / (half_width * math.sqrt(normal_sum * normal_sum + tangential_sum * tangential_sum))
         if arc.total > 0.0
         else 0.0
     )
 
 
 @kernel
-def sliding_contact_on(joint, workspace, arc, share):
-    """Return the SlidingContact on an Arc at a share (0 to 1) of a step."""
+def sliding_contact_on(joint, workspace, arc, fraction):
+    """Return the SlidingContact on an Arc at a fraction (0 to 1) of a step."""
     load, sliding_distance = (
-        max(polynomial(workspace, FORCE_ROW, share), 0.0),
-        workspace[DISTANCE * POINTS] + workspace[DISTANCE * POINTS + 1] * share,
+        max(evaluate_polynomial(workspace, FORCE_ROW, fraction), 0.0),
+        workspace[DISTANCE * POINTS] + workspace[DISTANCE * POINTS + 1] * fraction,
     )
     return SlidingContact(
         line_load=load,
         depth=arc.depth,
-        slip=abs(polynomial(workspace, SLIP_ROW, share)),
-        work=max(polynomial(workspace, FRICTION_POWER_ROW, share), 0.0),
+        slip=abs(evaluate_polynomial(workspace, SLIP_ROW, fraction)),
+        work=max(evaluate_polynomial(workspace, FRICTION_POWER_ROW, fraction), 0.0),
         sliding_distance=sliding_distance,
         pressure_sum=load * sum_over_force(joint, arc),
         clearance=joint.clearance,
@@ -102,37 +102,37 @@ def sliding_contact_on(joint, workspace, arc, share):
 
 
 @kernel
-def accumulate_arc(joint, arc, body, area, bins):
+def update_wear_under_arc(joint, arc, body, area, bins):
     """Add the wear of a body under an Arc to its bins.
 
     body : 0 bearing, 1 journal; area : worn cross-section over the radius of the body (m rad)
     """
     width, per_width, worn_so_far = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
     start, stop_angle = arc.start - arc.body_angles[body], arc.stop - arc.body_angles[body]
-    first, last = math.floor(start / width), math.floor(stop_angle / width)
+    first_bin, last_bin = math.floor(start / width), math.floor(stop_angle / width)
     at_start, per_total = antiderivative(joint, arc, arc.start), area / arc.total
-    bin_index = first % bins.count
-    for edge in range(first + 1, last + 2):
+    bin_index = first_bin % bins.count
+    for edge in range(first_bin + 1, last_bin + 2):
         cumulative = area
-        if edge <= last:
+        if edge <= last_bin:
             cumulative = (antiderivative(joint, arc, edge * width + arc.body_angles[body]) - at_start) * per_total
             cumulative = min(max(cumulative, worn_so_far), area)
-        bins.depths[bins.first + bin_index] += (cumulative - worn_so_far) * per_width
+        bins.depths[bins.start + bin_index] += (cumulative - worn_so_far) * per_width
         worn_so_far = cumulative
         bin_index = bin_index + 1 if bin_index + 1 < bins.count else 0
 
 
-@accumulate_span.member(WornOnFoundation)
-def _accumulate_span_worn_on_foundation(joint, workspace, length, span, bins):
-    half_arc_ = 0.5 * (span[1] - span[0])
+@update_wear_over_span.member(WornOnFoundation)
+def _update_wear_over_span_worn_on_foundation(joint, workspace, length, span, bins):
+    half_width = 0.5 * (span[1] - span[0])
     for i in rolled_range(POINTS):
-        share = span[0] + half_arc_ * (1.0 + NODES[i])
-        arc = arc_at(joint, workspace, share)
+        fraction = span[0] + half_width * (1.0 + NODES[i])
+        arc = arc_at(joint, workspace, fraction)
         if arc.total > 0.0:
-            bearing, journal = wear_rate(joint.wear, sliding_contact_on(joint, workspace, arc, share))
-            pace = length * half_arc_ * WEIGHTS[i] * max(polynomial(workspace, KAPPA_ROW, share), 0.0)
-            accumulate_arc(joint, arc, 0, pace * bearing / joint.bearing_radius, bins[0])
-            accumulate_arc(joint, arc, 1, pace * journal / joint.journal_radius, bins[1])
+            bearing, journal = wear_rate(joint.wear, sliding_contact_on(joint, workspace, arc, fraction))
+            weight = length * half_width * WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, fraction), 0.0)
+            update_wear_under_arc(joint, arc, 0, weight * bearing / joint.bearing_radius, bins[0])
+            update_wear_under_arc(joint, arc, 1, weight * journal / joint.journal_radius, bins[1])
 
 
 @pressure_on.member(WornOnFoundation)

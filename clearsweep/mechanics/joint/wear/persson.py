@@ -16,7 +16,7 @@ from ...trace import portable
 from ...trace.portable import coefficients_through, exact, through_points
 from ..elastic.conformal import MAX_B2, half_angle_at_load
 from ..recipe import register
-from .contract import cumulative_pressure, half_arc, peak_over_mean, smooth_within, sum_over_load
+from .contract import cumulative_pressure, half_arc, peak_over_mean, smooth_range, sum_over_load
 from .pressure import MODULUS, modulus_of
 
 LIMIT = 2.0 * math.atan(math.sqrt(MAX_B2))  # rad: half of the arc at an infinite load
@@ -42,15 +42,15 @@ def pressure_over_load(angle, half_angle):
     )
 
 
-def _beyond(x, half_angle):
-    """Return the integral of p R / f over the arc beyond `x` (-1 to 1): Gauss's rule over arcsin of the place."""
+def _pressure_beyond(x, half_angle):
+    """Return the integral of p R / f over the arc beyond `x` (-1 to 1), by Gauss's rule over the arcsine of `x`."""
     low, quarter = math.asin(x), 0.5 * math.pi
     t = low + 0.5 * (quarter - low) * (_NODES + 1.0)
     values = pressure_over_load(half_angle * portable.sin(t), half_angle) * half_angle * portable.cos(t)
     return 0.5 * (quarter - low) * np.sum(_WEIGHTS * values)
 
 
-def _widths(values):
+def _over_squared_half_angles(values):
     """Return a function of squared half-angles (array, in units of LIMIT squared) from one of a single half-angle."""
     return lambda squares: np.array([values(LIMIT * math.sqrt(max(square, 1e-9))) for square in squares])
 
@@ -61,35 +61,40 @@ def _arc(z):
     return half_angle_at_load(HALFWAY * z / (1.0 - z)) / np.sqrt(z)
 
 
-def _shares(rests, squares):
-    """Return the shares of the pressure beyond 1 - rest over rest^(3/2), at all pairs with squared half-angles."""
+def _tail_fractions(edge_distances, squares):
+    """Return the load fractions beyond 1 - d, divided by d^(3/2), for all edge distances d and squared half-angles."""
     halves = LIMIT * np.sqrt(squares)
     return np.array(
         [
             [
-                _beyond(1.0 - edge_distance, half_angle) / (2.0 * _beyond(0.0, half_angle)) / edge_distance**1.5
+                _pressure_beyond(1.0 - edge_distance, half_angle)
+                / (2.0 * _pressure_beyond(0.0, half_angle))
+                / edge_distance**1.5
                 for half_angle in halves
             ]
-            for edge_distance in rests
+            for edge_distance in edge_distances
         ]
     )
 
 
-def _share_powers(degree, widths):
-    """Return the coefficients of the shares, by powers of the rest and of the squared half-angle."""
-    edge_distance, square = (portable.chebyshev_points(count + 1) for count in (degree, widths))
-    rows, columns = (coefficients_through(points) for points in (edge_distance, square))
-    return (rows @ exact(_shares(edge_distance, square)) @ columns.transposed).rounded()
+def _tail_coefficients(degree, square_degree):
+    """Return the coefficients of the tail fractions by powers of the edge distance and of the squared half-angle."""
+    edge_distances, squares = (portable.chebyshev_points(count + 1) for count in (degree, square_degree))
+    rows, columns = (coefficients_through(points) for points in (edge_distances, squares))
+    return (rows @ exact(_tail_fractions(edge_distances, squares)) @ columns.transposed).rounded()
 
 
 ARC = through_points(_arc, 14)  # by powers of z, to 2e-11
 SUM = through_points(
-    _widths(lambda half_angle: 2.0 * _beyond(0.0, half_angle)), 8
+    _over_squared_half_angles(lambda half_angle: 2.0 * _pressure_beyond(0.0, half_angle)), 8
 )  # by powers of the squared half-angle, to 1e-13
 PEAK = through_points(
-    _widths(lambda half_angle: pressure_over_load(0.0, half_angle) * half_angle / _beyond(0.0, half_angle)), 10
+    _over_squared_half_angles(
+        lambda half_angle: pressure_over_load(0.0, half_angle) * half_angle / _pressure_beyond(0.0, half_angle)
+    ),
+    10,
 )  # to 2e-12
-SHARE = _share_powers(8, 7)  # (9, 8), to 1e-9
+TAIL = _tail_coefficients(8, 7)  # (9, 8), to 1e-9
 
 
 @half_arc.member(Persson)
@@ -103,16 +108,16 @@ def _half_arc_persson(pressure, joint, radius, sliding):
 
 @cumulative_pressure.member(Persson)
 def _cumulative_pressure_persson(pressure, x, half_angle):
-    edge_distance, square, share = max(1.0 - abs(x), 0.0), half_angle * half_angle * (1.0 / (LIMIT * LIMIT)), 0.0
-    for i in range(SHARE.shape[0] - 1, -1, -1):
+    edge_distance, square, tail = max(1.0 - abs(x), 0.0), half_angle * half_angle * (1.0 / (LIMIT * LIMIT)), 0.0
+    for i in range(TAIL.shape[0] - 1, -1, -1):
         column = 0.0
-        for k in range(SHARE.shape[1] - 1, -1, -1):
-            column = column * square + SHARE[i, k]
-        share = share * edge_distance + column
-    return 0.5 + math.copysign(0.5 - share * edge_distance * math.sqrt(edge_distance), x)
+        for k in range(TAIL.shape[1] - 1, -1, -1):
+            column = column * square + TAIL[i, k]
+        tail = tail * edge_distance + column
+    return 0.5 + math.copysign(0.5 - tail * edge_distance * math.sqrt(edge_distance), x)
 
 
-@smooth_within.member(Persson)
+@smooth_range.member(Persson)
 def _smooth_within_persson(pressure):
     return 0.95  # at the ends it varies as the power 3/2
 

@@ -13,41 +13,41 @@ from ..elastic.conformal import angle_minus_sine
 from ..elastic.contract import SMALL_ARC
 from ..material import plane_strain_modulus, relative_radius
 from ..recipe import register
-from .contract import cumulative_pressure, half_arc, peak_over_mean, smooth_within, sum_over_load
+from .contract import cumulative_pressure, half_arc, peak_over_mean, smooth_range, sum_over_load
 
 
 class HertzLine(NamedTuple):
     """A Hertzian line contact of half-width a = sqrt(4 f R / (pi E*)); its half-angle is a over the body's radius."""
 
-    spread: float  # m (N/m)^-0.5, half-width over the root of the line load: sqrt(4 R / (pi E*))
+    width_factor: float  # m (N/m)^-0.5, half-width divided by the root of the line load: sqrt(4 R / (pi E*))
 
 
 @half_arc.member(HertzLine)
 def _half_arc_hertz_line(pressure, joint, radius, sliding):
     load = sliding.line_load * (joint.clearance / sliding.clearance)  # R varies as the inverse of the clearance
-    return min(pressure.spread * math.sqrt(load) / radius, 0.5 * math.pi)
+    return min(pressure.width_factor * math.sqrt(load) / radius, 0.5 * math.pi)
 
 
-def _beyond(edge_distance):
-    """Return the share of the load beyond 1 - rest, 0 < rest <= 1, over rest^(3/2), which is smooth."""
+def _tail_fraction(edge_distance):
+    """Return the load fraction beyond 1 - d, 0 < d <= 1, divided by d^(3/2), which is smooth; d : `edge_distance`."""
     x = 1.0 - edge_distance
     return (0.5 - (x * np.sqrt(1.0 - x * x) + portable.asin(x)) / math.pi) / portable.power(edge_distance, 1.5)
 
 
 #: Its coefficients by powers of `rest`, to 1e-9: avoids an arcsine in the most frequent evaluation.
-BEYOND = portable.through_points(_beyond, 9)
+TAIL = portable.through_points(_tail_fraction, 9)
 
 
 @cumulative_pressure.member(HertzLine)
 def _cumulative_pressure_hertz_line(pressure, x, half_angle):
     edge_distance = max(1.0 - abs(x), 0.0)
-    share = 0.0
-    for i in range(BEYOND.size - 1, -1, -1):
-        share = share * edge_distance + BEYOND[i]
-    return 0.5 + math.copysign(0.5 - share * edge_distance * math.sqrt(edge_distance), x)
+    tail = 0.0
+    for i in range(TAIL.size - 1, -1, -1):
+        tail = tail * edge_distance + TAIL[i]
+    return 0.5 + math.copysign(0.5 - tail * edge_distance * math.sqrt(edge_distance), x)
 
 
-@smooth_within.member(HertzLine)
+@smooth_range.member(HertzLine)
 def _smooth_within_hertz_line(pressure):
     return 0.95  # at the ends it varies as the power 3/2
 
@@ -134,8 +134,8 @@ def _cumulative_pressure_mean(pressure, x, half_angle):
     return min(max(0.5 + 0.5 * x, 0.0), 1.0)
 
 
-@smooth_within.member(Mean)
-@smooth_within.member(Winkler)
+@smooth_range.member(Mean)
+@smooth_range.member(Winkler)
 def _smooth_within_mean_or_winkler(pressure):
     return 1.0
 
@@ -166,26 +166,26 @@ register(
 )
 
 
-#: Of sin(x t) - x t cos(t) over t^3, by powers of t^2: (-1)^k (FIRST[k] x - LAST[k] x^(2 k + 3)).
-FIRST = np.array([(-1.0) ** k / math.factorial(2 * k + 2) for k in range(10)])
-LAST = np.array([(-1.0) ** k / math.factorial(2 * k + 3) for k in range(10)])
+#: Of sin(x t) - x t cos(t) over t^3, by powers of t^2: (-1)^k (LINEAR_TERMS[k] x - CUBIC_TERMS[k] x^(2 k + 3)).
+LINEAR_TERMS = np.array([(-1.0) ** k / math.factorial(2 * k + 2) for k in range(10)])
+CUBIC_TERMS = np.array([(-1.0) ** k / math.factorial(2 * k + 3) for k in range(10)])
 
 
 @inlined
-def _overlap_before(x, half_angle):
-    """Return (sin(x half) - x half cos(half)) / half^3, half of at most pi / 2: its series, without cancellation."""
-    square, first, last = half_angle * half_angle, 0.0, 0.0
+def _overlap_integral(x, half_angle):
+    """Return (sin(x t) - x t cos(t)) / t^3 for a half-angle t of at most pi / 2, by its series without cancellation."""
+    square, linear_sum, cubic_sum = half_angle * half_angle, 0.0, 0.0
     power = square * x * x
-    for k in range(FIRST.size - 1, -1, -1):
-        first = first * square + FIRST[k]
-        last = last * power + LAST[k]
-    return x * first - x * x * x * last
+    for k in range(LINEAR_TERMS.size - 1, -1, -1):
+        linear_sum = linear_sum * square + LINEAR_TERMS[k]
+        cubic_sum = cubic_sum * power + CUBIC_TERMS[k]
+    return x * linear_sum - x * x * x * cubic_sum
 
 
 @cumulative_pressure.member(Winkler)
 def _cumulative_pressure_winkler(pressure, x, half_angle):
     x = min(max(x, -1.0), 1.0)
-    return 0.5 + 0.5 * _overlap_before(x, half_angle) / _overlap_before(1.0, half_angle)
+    return 0.5 + 0.5 * _overlap_integral(x, half_angle) / _overlap_integral(1.0, half_angle)
 
 
 @sum_over_load.member(Winkler)
@@ -196,7 +196,7 @@ def _sum_over_load_winkler(pressure, half_angle):
         * half_angle
         * half_angle
         * half_angle
-        * _overlap_before(1.0, half_angle)
+        * _overlap_integral(1.0, half_angle)
         / angle_minus_sine(2.0 * half_angle)
         if half_angle > 1e-6
         else 1.0
@@ -208,7 +208,7 @@ def _peak_over_mean_winkler(pressure, half_angle):
     """Return (1 - cos t) t / (sin t - t cos t)."""
     sine = math.sin(0.5 * half_angle)
     return (
-        2.0 * sine * sine / (half_angle * half_angle * _overlap_before(1.0, half_angle)) if half_angle > 1e-6 else 1.5
+        2.0 * sine * sine / (half_angle * half_angle * _overlap_integral(1.0, half_angle)) if half_angle > 1e-6 else 1.5
     )
 
 

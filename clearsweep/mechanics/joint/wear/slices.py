@@ -1,7 +1,7 @@
 """Wear of a spatial joint over angle and length: the contact strip of each wall is cut into slices.
 
-`wall_strips` gives the position and load of the strips.  Each slice wears like a planar joint under its share of the
-load; over a step its share is that of the work, so the total is conserved.  The bins of each body are along its own
+`wall_strips` gives the position and load of the strips.  Each slice wears like a planar joint under its fraction of the
+load; over a step its fraction is that of the work, so the total is conserved.  The bins of each body are along its own
 axis, around its own x axis.  Wear beyond a body's end is added at its end.
 """
 
@@ -18,7 +18,7 @@ from ...trace.portable import coefficients_through, exact, powers
 from ..modes import touches
 from ..spatial import ENDS, Flanged, Through, bearing_length, wall_point
 from .arc_over_step import FIT, POINTS, sliding_contact_of
-from .binning import accumulate_wear
+from .binning import update_worn_profile
 from .contract import (
     PRESSURE_MAX,
     PRESSURE_TIME,
@@ -41,24 +41,24 @@ from .step import (
     SMALLEST_ARC,
     accumulate_arc_width,
     accumulate_distance,
-    fit_places,
+    fit_positions,
     fit_profiles,
     record,
     unwrap_angles,
-    wear_joint,
+    update_joint_wear,
 )
 from .wall_strips import (
-    Slope,
-    bears,
+    DepthProfile,
+    carries_load,
     depth_at_end,
-    load_share,
+    largest_depth_along,
+    load_fraction,
     loads_along,
-    max_depth,
-    placed,
     pressed_range,
+    strip_position,
 )
 
-SAME_LOAD = 0.2  # of the largest load per length: slices with smaller differences share one arc width
+LOAD_TOLERANCE = 0.2  # of the largest load per length: slices with smaller differences have a common arc width
 EDGE_TOLERANCE = 1e-9  # of a bin's length: a slice that ends closer to an edge ends at it
 _QUARTERS = np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
 _POWERS = coefficients_through(_QUARTERS)
@@ -72,22 +72,22 @@ END_SLOPES = (
 
 @record.member(Through)
 @record.member(Flanged)
-def _record_through_or_flanged(joint, gap, body_angles, j, moment):
+def _record_through_or_flanged(joint, gap, body_angles, j, instant):
     for wall in range(len(ENDS)):
-        if bears(joint.walls, moment.step, j, wall):
-            _record_wall(joint, gap, body_angles, (j + wall, ENDS[wall]), moment)
+        if carries_load(joint.walls, instant.step, j, wall):
+            _record_wall(joint, gap, body_angles, (j + wall, ENDS[wall]), instant)
 
 
 @kernel
-def _record_wall(joint, gap, body_angles, contact, moment):
+def _record_wall(joint, gap, body_angles, contact, instant):
     """Record the position of a contact at one of the ENDS: its number, its end."""
-    step, i, (c, end) = moment.step, moment.number, contact
-    point = wall_point(joint.ends, joint, gap, end)
+    step, i, (c, end) = instant.step, instant.number, contact
+    point = wall_point(joint.end_type, joint, gap, end)
     transverse = plus_scaled(point.normal, -dot(point.normal, gap.axis), gap.axis)
     step.positions[c, 0, i] = math.atan2(dot(transverse, cross(gap.axis, body_angles)), dot(transverse, body_angles))
     step.positions[c, 1, i] = math.atan2(point.normal.y, point.normal.x)
-    placement = placed(joint.ends, joint, gap, point, end)
-    step.axial[c, LEAN, i], step.axial[c, REACH, i] = placement.lean, bearing_length(joint.ends, joint, gap).half
+    placement = strip_position(joint.end_type, joint, gap, point, end)
+    step.axial[c, LEAN, i], step.axial[c, REACH, i] = placement.lean, bearing_length(joint.end_type, joint, gap).half
     step.axial[c, BEARING_START, i], step.axial[c, JOURNAL_START, i] = placement.on_bearing, placement.on_journal
     step.axial[c, FACING, i] = placement.facing
 
@@ -96,11 +96,11 @@ def _record_wall(joint, gap, body_angles, contact, moment):
 
 
 class Slice(NamedTuple):
-    """A slice over a step: means weighted by the work of friction."""
+    """A slice of a strip: means over a step, weighted by the work of friction."""
 
-    share: float  # of the load
-    cover: float  # m, length that carries load
-    depth: float  # of the strip's largest depth, mean over that length: 0 to 1
+    load_fraction: float  # fraction of the strip's load
+    loaded_length: float  # m, length that carries load
+    depth: float  # mean depth over that length, divided by the strip's largest depth: 0 to 1
     begin: float  # m, from its near end to the part that carries load
 
 
@@ -108,14 +108,14 @@ class Strips(NamedTuple):
     """The strip of a contact at equidistant times of a step."""
 
     reach: float  # m, the largest
-    values: np.ndarray  # (STRIP, PARTS + 1)
+    values: np.ndarray  # (STRIP_ROWS, PARTS + 1)
     step_values: np.ndarray  # (STEP_VALUE_ROWS, PARTS + 1) of the contact
 
 
 @kernel
 def _strip_at(joint, strips, i):
-    """Return the Slope of a strip and its depth (m) at equidistant time number `i`."""
-    return Slope(strips.values[REACH, i], strips.values[LEAN, i]), depth_at_end(
+    """Return the DepthProfile of a strip and its depth (m) at equidistant time number `i`."""
+    return DepthProfile(strips.values[REACH, i], strips.values[LEAN, i]), depth_at_end(
         joint.walls, strips.step_values[DEPTH_ROW, i]
     )
 
@@ -127,59 +127,65 @@ def slice_of(joint, strips, low, high):
     Its depth is relative to the strip's largest one.  That is above 0 under load; the depth at the strip's
     begin is 0 at every onset and separation of an end.
     """
-    step_values, work, load = strips.step_values, 0.0, 0.0
-    share = cover = depth = begin = 0.0
+    step_values, work_sum, weight_sum = strips.step_values, 0.0, 0.0
+    load_fraction_sum = length_sum = depth_sum = begin_sum = 0.0
     for i in rolled_range(PARTS + 1):
         weight = 0.5 if i in (0, PARTS) else 1.0  # the trapezoidal rule
         weight *= max(step_values[KAPPA_ROW, i] * step_values[FORCE_ROW, i] * abs(step_values[SLIP_ROW, i]), 0.0)
         if weight <= 0.0:
             continue
         strip, depth_at = _strip_at(joint, strips, i)
-        near_end, far_end, max_depth_ = min(low, strip.reach), min(high, strip.reach), strips.values[MAX_DEPTH, i]
-        slice_share = load_share(joint.walls, joint, strip, depth_at, (near_end, far_end))
-        cover_start, cover_end = pressed_range(strip, depth_at)
-        cover_start, cover_end = max(cover_start, near_end), min(cover_end, far_end)
-        share += weight * slice_share
-        work += weight
-        if cover_end > cover_start:
-            cover += weight * slice_share * (cover_end - cover_start)
-            begin += weight * slice_share * (cover_start - low)
-            mean = depth_at - 0.5 * strip.lean * (cover_start + cover_end)
-            depth += weight * slice_share * mean / max_depth_
-            load += weight * slice_share
-    if load <= 0.0:
+        near_end, far_end, largest_depth = min(low, strip.reach), min(high, strip.reach), strips.values[MAX_DEPTH, i]
+        fraction = load_fraction(joint.walls, joint, strip, depth_at, (near_end, far_end))
+        loaded_start, loaded_end = pressed_range(strip, depth_at)
+        loaded_start, loaded_end = max(loaded_start, near_end), min(loaded_end, far_end)
+        load_fraction_sum += weight * fraction
+        work_sum += weight
+        if loaded_end > loaded_start:
+            length_sum += weight * fraction * (loaded_end - loaded_start)
+            begin_sum += weight * fraction * (loaded_start - low)
+            mean = depth_at - 0.5 * strip.lean * (loaded_start + loaded_end)
+            depth_sum += weight * fraction * mean / largest_depth
+            weight_sum += weight * fraction
+    if weight_sum <= 0.0:
         return Slice(0.0, 0.0, 0.0, 0.0)
-    return Slice(share / work, cover / load, depth / load, begin / load)
+    return Slice(load_fraction_sum / work_sum, length_sum / weight_sum, depth_sum / weight_sum, begin_sum / weight_sum)
 
 
 @kernel
 def accumulate_strip_pressure(joint, step, strips, account):
-    """Record pressure and pressure times sliding speed of a wall contact at equidistant places of the step."""
+    """Record pressure and pressure times sliding speed of a wall contact at equidistant points of the step."""
     law, step_values = joint.wear, strips.step_values
     for i in rolled_range(PARTS + 1):
         strip, depth_at = _strip_at(joint, strips, i)
         load, slip = max(step_values[FORCE_ROW, i], 0.0), step_values[SLIP_ROW, i]
         loads = loads_along(joint.walls, joint, strip, depth_at, load)
-        if loads.deepest <= 0.0:
+        if loads.max_depth <= 0.0:
             continue
-        mean_sliding = sliding_contact_of(joint, (loads.even, 0.0, slip, loads.depth, 0.0), 0.0, joint.clearance)
-        max_depth_ = sliding_contact_of(joint, (loads.most, 0.0, slip, loads.deepest, 0.0), 0.0, joint.clearance)
-        half_angle, half_most = _half(joint, mean_sliding), _half(joint, max_depth_)
-        if min(half_angle, half_most) < SMALLEST_ARC:
+        mean_sliding = sliding_contact_of(
+            joint, (loads.mean_load, 0.0, slip, loads.mean_depth, 0.0), 0.0, joint.clearance
+        )
+        peak_sliding = sliding_contact_of(
+            joint, (loads.max_load, 0.0, slip, loads.max_depth, 0.0), 0.0, joint.clearance
+        )
+        half_angle, half_angle_at_peak = _half_angle(joint, mean_sliding), _half_angle(joint, peak_sliding)
+        if min(half_angle, half_angle_at_peak) < SMALLEST_ARC:
             continue
         peak = (
-            max_depth_.pressure_sum / (2.0 * joint.bearing_radius * half_most) * peak_over_mean(law.pressure, half_most)
+            peak_sliding.pressure_sum
+            / (2.0 * joint.bearing_radius * half_angle_at_peak)
+            * peak_over_mean(law.pressure, half_angle_at_peak)
         )
         time = (0.5 if i in (0, PARTS) else 1.0) / PARTS * step.length * step_values[KAPPA_ROW, i]
         account[PRESSURE_TIME] += mean_sliding.pressure_sum / (2.0 * joint.bearing_radius * half_angle) * time
         account[PRESSURE_MAX] = max(account[PRESSURE_MAX], peak)
-        account[PV_MAX] = max(account[PV_MAX], peak * max_depth_.slip)
-        if peak * max_depth_.slip > law.pv_limit:
+        account[PV_MAX] = max(account[PV_MAX], peak * peak_sliding.slip)
+        if peak * peak_sliding.slip > law.pv_limit:
             account[PV_BEYOND] += time
 
 
 @kernel
-def _half(joint, sliding: SlidingContact):
+def _half_angle(joint, sliding: SlidingContact):
     return half_arc(joint.wear.pressure, joint, joint.bearing_radius, sliding)
 
 
@@ -188,104 +194,109 @@ class AxialRange(NamedTuple):
 
     begin: float  # m, from the body's middle
     end: float  # m, its end
-    half: float  # m, half the body's length
-    rows: int  # bins along it
+    half_length: float  # m, half the body's length
+    bin_count: int  # bins along it
 
 
 @kernel
-def accumulate_axially(depths, factor, bins, placement):
+def update_axial_bins(depths, factor, bins, axial_range):
     """Add `depths` (m) around a body, times a factor, to its bins over angle and length.
 
-    placement : position on the body; each bin is the mean over its length.
+    axial_range : position on the body; each bin is the mean over its length.
     """
-    per_length = placement.rows / (2.0 * placement.half)
-    cover_start, last = (
-        _in_bins(placement.begin, placement.half, per_length),
-        _in_bins(placement.end, placement.half, per_length),
+    bins_per_length = axial_range.bin_count / (2.0 * axial_range.half_length)
+    position, end_position = (
+        _bin_position(axial_range.begin, axial_range.half_length, bins_per_length),
+        _bin_position(axial_range.end, axial_range.half_length, bins_per_length),
     )
-    row = min(max(math.floor(cover_start), 0), placement.rows - 1)
-    while cover_start < last:
-        cover_end = last if row == placement.rows - 1 else min(last, row + 1.0)
-        slice_share, start = factor * (cover_end - cover_start), bins.first + row * bins.count
+    row = min(max(math.floor(position), 0), axial_range.bin_count - 1)
+    while position < end_position:
+        next_position = end_position if row == axial_range.bin_count - 1 else min(end_position, row + 1.0)
+        bin_factor, start = factor * (next_position - position), bins.start + row * bins.count
         for k in rolled_range(bins.count):
-            bins.depths[start + k] += slice_share * depths[k]
-        cover_start, row = cover_end, row + 1
+            bins.depths[start + k] += bin_factor * depths[k]
+        position, row = next_position, row + 1
 
 
 @kernel
-def _in_bins(angle, half_angle, per_length):
-    position = (angle + half_angle) * per_length
+def _bin_position(distance, half_length, bins_per_length):
+    position = (distance + half_length) * bins_per_length
     nearest_edge = math.floor(position + 0.5)
     return nearest_edge if abs(position - nearest_edge) < EDGE_TOLERANCE else position
 
 
 @family
-def wear_wall(law, joint, wall, c, shared):
+def update_wall_wear(law, joint, wall, c, shared):
     """Add the wear of contact `c`, at one of the walls, of a joint with this wear law; shared : Step and Worn."""
 
 
-@wear_wall.member(NoWear)
-def _wear_wall_no_wear(law, joint, wall, c, shared):
+@update_wall_wear.member(NoWear)
+def _update_wall_wear_no_wear(law, joint, wall, c, shared):
     pass
 
 
 @kernel
 def fit_strip(joint, c, step):
     """Write the profiles of the angles of contact `c` to `step.workspace`; return its Strips."""
-    observed, strip_values, strips = step.axial[c], step.strip, Strips(0.0, step.strip, step.step_values[c])
+    axial, strip_values, strips = step.axial[c], step.strip, Strips(0.0, step.strip, step.step_values[c])
     for body in range(2):
         angles = step.positions[c, body]
         unwrap_angles(angles)
-        for side in range(2):
+        for end in range(2):
             slope = 0.0
             for i in rolled_range(QUARTER_POINTS + 2):
-                slope += END_SLOPES[side, i] * angles[i]
-            step.positions[c, SLOPES + body, side * (QUARTER_POINTS + 1)] = slope
-    fit_places(step.workspace, step.positions[c])
-    longest_slice = 0.0
+                slope += END_SLOPES[end, i] * angles[i]
+            step.positions[c, SLOPES + body, end * (QUARTER_POINTS + 1)] = slope
+    fit_positions(step.workspace, step.positions[c])
+    max_reach = 0.0
     for i in rolled_range(PARTS + 1):
         strip_values[LEAN, i] = strip_values[REACH, i] = 0.0
         for k in rolled_range(QUARTER_POINTS + 2):
-            strip_values[LEAN, i] += FROM_QUARTERS[i, k] * observed[LEAN, k]
-            strip_values[REACH, i] += FROM_QUARTERS[i, k] * observed[REACH, k]
+            strip_values[LEAN, i] += FROM_QUARTERS[i, k] * axial[LEAN, k]
+            strip_values[REACH, i] += FROM_QUARTERS[i, k] * axial[REACH, k]
         strip_values[REACH, i] = max(strip_values[REACH, i], 0.0)
-        longest_slice = max(longest_slice, strip_values[REACH, i])
+        max_reach = max(max_reach, strip_values[REACH, i])
         strip, depth_at = _strip_at(joint, strips, i)
-        strip_values[MAX_DEPTH, i] = max_depth(strip, depth_at)
-    return Strips(longest_slice, strip_values, step.step_values[c])
+        strip_values[MAX_DEPTH, i] = largest_depth_along(strip, depth_at)
+    return Strips(max_reach, strip_values, step.step_values[c])
 
 
 @kernel
-def fit_depth(strips, workspace, share):
-    """Write the coefficients of the strip's largest depth, times a share of it, to `workspace`."""
+def fit_depth(strips, workspace, factor):
+    """Write the coefficients of the strip's largest depth, times a `factor`, to `workspace`."""
     for i in rolled_range(POINTS):
         total = 0.0
         for k in rolled_range(PARTS + 1):
             total += FIT[k, i] * strips.values[MAX_DEPTH, k]
-        workspace[DEPTH_ROW * POINTS + i] = share * total
+        workspace[DEPTH_ROW * POINTS + i] = factor * total
 
 
 @kernel
 def write_slices(joint, strips, step):
-    """Write the Slices of a strip to `step.scratch`, after the bins; return the largest load per length (1/m)."""
-    rows = int(joint.wear_rows)
-    cover_start, slice_length, largest = 2 * step.scratch.size // 3, 2.0 * strips.reach / rows, 0.0
-    for k in range((rows + 1) // 2):
+    """Write the Slices of a strip to `step.wear_buffer`, after the bins; return the largest load per length (1/m)."""
+    slice_count = int(joint.wear_rows)
+    slices_offset, slice_length, largest = 2 * step.wear_buffer.size // 3, 2.0 * strips.reach / slice_count, 0.0
+    for k in range((slice_count + 1) // 2):
         low = k * slice_length
-        observed = slice_of(joint, strips, low, min(low + slice_length, strips.reach))
-        if observed.share > 0.0:
-            largest = max(largest, observed.share / observed.cover)
-        slot = cover_start + k * len(observed)
-        for i in range(len(observed)):
-            step.scratch[slot + i] = observed[i]
+        strip_slice = slice_of(joint, strips, low, min(low + slice_length, strips.reach))
+        if strip_slice.load_fraction > 0.0:
+            largest = max(largest, strip_slice.load_fraction / strip_slice.loaded_length)
+        offset = slices_offset + k * len(strip_slice)
+        for i in range(len(strip_slice)):
+            step.wear_buffer[offset + i] = strip_slice[i]
     return largest
 
 
 @kernel
 def slice_at(step, k):
     """Return Slice `k` of the written ones."""
-    slot = 2 * step.scratch.size // 3 + 4 * k
-    return Slice(step.scratch[slot], step.scratch[slot + 1], step.scratch[slot + 2], step.scratch[slot + 3])
+    offset = 2 * step.wear_buffer.size // 3 + 4 * k
+    return Slice(
+        step.wear_buffer[offset],
+        step.wear_buffer[offset + 1],
+        step.wear_buffer[offset + 2],
+        step.wear_buffer[offset + 3],
+    )
 
 
 class Group(NamedTuple):
@@ -298,57 +309,74 @@ class Group(NamedTuple):
 
 @kernel
 def group_from(step, begin, slices, largest):
-    """Return the Group of slices from slice `begin`, of `slices` in all; largest : result of write_slices."""
-    share = cover = depth = load = 0.0
+    """Return the Group that begins with slice `begin` of `slices`; largest : 1/m, result of `write_slices`."""
+    load_fraction_sum = length_sum = depth_sum = first_line_load = 0.0
     end = begin
     while end < slices:
-        observed = slice_at(step, end)
-        if observed.share <= 0.0:
+        strip_slice = slice_at(step, end)
+        if strip_slice.load_fraction <= 0.0:
             break
-        slot = observed.share / observed.cover
+        line_load = strip_slice.load_fraction / strip_slice.loaded_length
         if end == begin:
-            load = slot
-        if abs(slot - load) > SAME_LOAD * largest:
+            first_line_load = line_load
+        if abs(line_load - first_line_load) > LOAD_TOLERANCE * largest:
             break
-        share, cover, depth = share + observed.share, cover + observed.cover, depth + observed.share * observed.depth
+        load_fraction_sum, length_sum, depth_sum = (
+            load_fraction_sum + strip_slice.load_fraction,
+            length_sum + strip_slice.loaded_length,
+            depth_sum + strip_slice.load_fraction * strip_slice.depth,
+        )
         end += 1
-    return Group(begin, max(end, begin + 1), Slice(share, cover, depth / share if share > 0.0 else 0.0, 0.0))
+    return Group(
+        begin,
+        max(end, begin + 1),
+        Slice(load_fraction_sum, length_sum, depth_sum / load_fraction_sum if load_fraction_sum > 0.0 else 0.0, 0.0),
+    )
 
 
 @kernel
-def accumulate_group(joint, end, c, shared, strips, group):
+def update_group_wear(joint, end, c, shared, strips, group):
     """Add the wear of a Group of slices of the Strips of contact `c` at one of the ENDS."""
     step, worn = shared
-    workspace, count, rows, total = step.workspace, int(joint.wear.bins), int(joint.wear_rows), group.total_slice
-    fit_profiles(step.workspace, step.step_values[c], total.cover / total.share)
-    fit_depth(strips, workspace, total.depth)
-    scratch = Bins(step.scratch, 0, count), Bins(step.scratch, worn.stride, count)
-    accumulate_wear(joint, workspace, step.step_values[c], step.length, scratch)
-    accumulate_arc_width(joint, step, worn.account[c], total.cover / joint.wear.length)
-    observed, cover_start = (
+    workspace, count, bin_count, group_slice = (
+        step.workspace,
+        int(joint.wear.bins),
+        int(joint.wear_rows),
+        group.total_slice,
+    )
+    fit_profiles(step.workspace, step.step_values[c], group_slice.loaded_length / group_slice.load_fraction)
+    fit_depth(strips, workspace, group_slice.depth)
+    group_bins = Bins(step.wear_buffer, 0, count), Bins(step.wear_buffer, worn.stride, count)
+    update_worn_profile(joint, workspace, step.step_values[c], step.length, group_bins)
+    accumulate_arc_width(joint, step, worn.account[c], group_slice.loaded_length / joint.wear.length)
+    axial, bins_offset = (
         step.axial[c, :, QUARTER_POINTS // 2 + 1],
         2 * (c if end == ENDS[0] else c - 1) * worn.stride,
     )
-    slice_length = 2.0 * strips.reach / rows
+    slice_length = 2.0 * strips.reach / bin_count
     for body in range(2):
-        half_angle = joint.half_length if body == 0 else joint.half_journal
-        direction = -end * (observed[FACING] if body == 0 else 1.0)
-        depths = step.scratch[body * worn.stride : body * worn.stride + count]
-        bins = Bins(worn.depths, cover_start + body * worn.stride, count)
+        half_length = joint.half_length if body == 0 else joint.half_journal
+        direction = -end * (axial[FACING] if body == 0 else 1.0)
+        depths = step.wear_buffer[body * worn.stride : body * worn.stride + count]
+        bins = Bins(worn.depths, bins_offset + body * worn.stride, count)
         for k in range(group.begin, group.end):
-            slice_share = slice_at(step, k)
-            near_end = observed[BEARING_START + body] + direction * (k * slice_length + slice_share.begin)
-            far_end = near_end + direction * slice_share.cover
-            factor = slice_share.share * total.cover / (slice_share.cover * total.share)
-            accumulate_axially(
-                depths, factor, bins, AxialRange(min(near_end, far_end), max(near_end, far_end), half_angle, rows)
+            strip_slice = slice_at(step, k)
+            near_end = axial[BEARING_START + body] + direction * (k * slice_length + strip_slice.begin)
+            far_end = near_end + direction * strip_slice.loaded_length
+            factor = (
+                strip_slice.load_fraction
+                * group_slice.loaded_length
+                / (strip_slice.loaded_length * group_slice.load_fraction)
+            )
+            update_axial_bins(
+                depths, factor, bins, AxialRange(min(near_end, far_end), max(near_end, far_end), half_length, bin_count)
             )
         for k in rolled_range(count):
             depths[k] = 0.0
 
 
-@wear_wall.member(None)
-def _default_wear_wall(law, joint, wall, c, shared):
+@update_wall_wear.member(None)
+def _default_update_wall_wear(law, joint, wall, c, shared):
     step, worn = shared
     strips = fit_strip(joint, c, step)
     fit_profiles(step.workspace, step.step_values[c], 1.0)
@@ -359,14 +387,14 @@ def _default_wear_wall(law, joint, wall, c, shared):
     begin, slices = 0, (int(joint.wear_rows) + 1) // 2
     while begin < slices:
         group = group_from(step, begin, slices, largest)
-        if group.total_slice.share > 0.0:
-            accumulate_group(joint, ENDS[wall], c, shared, strips, group)
+        if group.total_slice.load_fraction > 0.0:
+            update_group_wear(joint, ENDS[wall], c, shared, strips, group)
         begin = group.end
 
 
-@wear_joint.member(Through)
-@wear_joint.member(Flanged)
-def _wear_joint_through_or_flanged(joint, j, shared):
+@update_joint_wear.member(Through)
+@update_joint_wear.member(Flanged)
+def _update_joint_wear_through_or_flanged(joint, j, shared):
     for wall in range(len(ENDS)):
-        if bears(joint.walls, shared[0], j, wall):
-            wear_wall(joint.wear, joint, wall, j + wall, shared)
+        if carries_load(joint.walls, shared[0], j, wall):
+            update_wall_wear(joint.wear, joint, wall, j + wall, shared)

@@ -30,11 +30,11 @@ from .arc_over_step import (
     ON_BEARING,
     POINTS,
     clearance_at,
-    polynomial,
+    evaluate_polynomial,
     sliding_contact_at,
     sliding_contact_of,
 )
-from .binning import accumulate_wear
+from .binning import update_worn_profile
 from .contract import (
     ARC_COUNT,
     FIRST_CLASS,
@@ -61,12 +61,12 @@ ANGLES = (
     QUARTER_POINTS + 4
 )  # numbers that determine the profile of an angle: at the quarters, then its slopes at both ends
 POSITIONS = 3  # such profiles of a contact: its angles on both bodies (rad) and, of worn surfaces, its depth (m)
-SLOPES = POSITIONS  # of these profiles, per share of the step; `record` writes the rates per second
-#: What a joint in space notes of a contact at the quarters, see `wall_strips.Placed`.
-LEAN, REACH, BEARING_START, JOURNAL_START, FACING, ALONG = range(6)
+SLOPES = POSITIONS  # of these profiles, per fraction of the step; `record` writes the rates per second
+#: What a joint in space notes of a contact at the quarters, see `wall_strips.StripPosition`.
+LEAN, REACH, BEARING_START, JOURNAL_START, FACING, AXIAL_ROWS = range(6)
 #: Of the strip of one contact at equidistant times: LEAN and REACH, as at the quarters, and its largest depth (m).
-MAX_DEPTH, STRIP = REACH + 1, REACH + 2
-RECORDED = (POSITIONS + SLOPES + ALONG) * STATE_POINTS  # numbers stored per contact
+MAX_DEPTH, STRIP_ROWS = REACH + 1, REACH + 2
+RECORDED = (POSITIONS + SLOPES + AXIAL_ROWS) * STATE_POINTS  # numbers stored per contact
 _QUARTERS = np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
 #: (ANGLES, POINTS): the coefficients of an angle's profile from its values at the quarters and its end slopes.
 FROM_ANGLES = np.zeros((ANGLES, POINTS))
@@ -82,10 +82,10 @@ class Step(NamedTuple):
     length: float  # of the step
     mode: np.ndarray  # (contacts,) int64, mode of each contact
     positions: np.ndarray  # (contacts, POSITIONS + SLOPES, STATE_POINTS)
-    axial: np.ndarray  # (contacts, ALONG, STATE_POINTS) of joints in space
-    strip: np.ndarray  # (STRIP, PARTS + 1) of one of their contacts, at equidistant times
+    axial: np.ndarray  # (contacts, AXIAL_ROWS, STATE_POINTS) of joints in space
+    strip: np.ndarray  # (STRIP_ROWS, PARTS + 1) of one of their contacts, at equidistant times
     workspace: np.ndarray  # (WORKSPACE_SIZE,) see arc_over_step
-    scratch: np.ndarray  # (3 stride,) bins (m) of both bodies, at 0 between the contacts; slices of one contact
+    wear_buffer: np.ndarray  # (3 stride,) bins (m) of both bodies, at 0 between the contacts; slices of one contact
 
 
 class Worn(NamedTuple):
@@ -106,24 +106,24 @@ class Instant(NamedTuple):
 
 
 @family
-def record(joint, gap, body_angles, j, moment):
-    """Record the positions of a joint's contacts, the first being `j`, at a Moment; body_angles : (2,) rad."""
+def record(joint, gap, body_angles, j, instant):
+    """Record the positions of a joint's contacts, the first being `j`, at an Instant; body_angles : (2,) rad."""
 
 
 @record.member(None)
-def _default_record(joint, gap, body_angles, j, moment):
-    step, i = moment.step, moment.number
+def _default_record(joint, gap, body_angles, j, instant):
+    step, i = instant.step, instant.number
     if not touches(step.mode[j]):
         return
     side = joint.side
-    angle, correction, depth, rate = contact_angle(joint, gap)
+    angle, angle_rate, depth, depth_rate = contact_angle(joint, gap)
     proximal, distal = body_angles
     bearing, journal = (proximal, distal) if side > 0.0 else (distal, proximal)
     step.positions[j, 0, i], step.positions[j, 1, i], step.positions[j, 2, i] = angle - bearing, angle - journal, depth
-    on_proximal, on_distal = correction - gap.spin_proximal, correction - gap.spin_distal
+    on_proximal, on_distal = angle_rate - gap.spin_proximal, angle_rate - gap.spin_distal
     step.positions[j, SLOPES, i] = on_proximal if side > 0.0 else on_distal
     step.positions[j, SLOPES + 1, i] = on_distal if side > 0.0 else on_proximal
-    step.positions[j, SLOPES + 2, i] = rate
+    step.positions[j, SLOPES + 2, i] = depth_rate
 
 
 class JointCursor(NamedTuple):
@@ -139,8 +139,8 @@ def _after(cursor, joint):
 
 
 @kernel
-def _record_joint(joint, gap, cursor, moment):
-    record(joint, gap, moment.body_angles[cursor.number], cursor.offsets.contact, moment)
+def _record_joint(joint, gap, cursor, instant):
+    record(joint, gap, instant.body_angles[cursor.number], cursor.offsets.contact, instant)
 
 
 record_positions = map_joints(_record_joint, _after)
@@ -161,15 +161,15 @@ def fit_profiles(workspace, step_values, length):
 @kernel
 def unwrap_angles(angles):
     """Remove jumps by full turns from angles (rad) at the quarters of a step."""
-    correction, offset, previous = 2.0 * math.pi, 0.0, angles[0]
+    full_turn, turns, previous_angle = 2.0 * math.pi, 0.0, angles[0]
     for i in range(1, QUARTER_POINTS + 2):
-        angle_now = angles[i]
-        offset += math.floor((angle_now - previous) * (1.0 / correction) + 0.5)
-        angles[i], previous = angle_now - correction * offset, angle_now
+        angle = angles[i]
+        turns += math.floor((angle - previous_angle) * (1.0 / full_turn) + 0.5)
+        angles[i], previous_angle = angle - full_turn * turns, angle
 
 
 @kernel
-def fit_places(workspace, positions):
+def fit_positions(workspace, positions):
     """Write the coefficients of the profiles of the position of a contact to `workspace`."""
     for i in abreast(POINTS):
         for row in range(POSITIONS):
@@ -183,8 +183,7 @@ def fit_places(workspace, positions):
 
 @kernel
 def accumulate_distance(step, j, account):
-    """Write the sliding distance (m) of joint `j` at equidistant places to `step.workspace`, and add the step's
-    distance.
+    """Write the sliding distance (m) of joint `j` over the step to `step.workspace`, and add the step's to `account`.
 
     Simpson's rule over the profile of the sliding speed.
     """
@@ -201,9 +200,9 @@ def accumulate_distance(step, j, account):
 def write_end_slopes(step, j):
     """Write the slopes of the profiles of the position of contact `j` at both ends of the step, from their rates."""
     for end, part_index in ((0, 0), (QUARTER_POINTS + 1, PARTS)):
-        pace = step.length * step.step_values[j, KAPPA_ROW, part_index]
+        duration = step.length * step.step_values[j, KAPPA_ROW, part_index]
         for row in range(POSITIONS):
-            step.positions[j, SLOPES + row, end] *= pace
+            step.positions[j, SLOPES + row, end] *= duration
 
 
 @pressure_on.member(None)
@@ -225,8 +224,8 @@ def _default_pressure_on(joint, step, j, part_index):
 
 @kernel
 def accumulate_pressure(joint, step, j, account):
-    """Record pressure, and pressure times sliding speed, on the bearing of joint `j` at even places of the step."""
-    step_values, workspace, means, peaks = (
+    """Add pressure, and pressure times sliding speed, on the bearing of joint `j` over a step to an account."""
+    step_values, workspace, means_offset, peaks_offset = (
         step.step_values[j],
         step.workspace,
         FIRST_BODY,
@@ -234,15 +233,15 @@ def accumulate_pressure(joint, step, j, account):
     )  # in the workspace used by the bodies later
     for batch_start in range(2):  # the first places, as many as are processed at once, then the last
         for i in abreast(POINTS):
-            workspace[means + batch_start + i], workspace[peaks + batch_start + i] = pressure_on(
+            workspace[means_offset + batch_start + i], workspace[peaks_offset + batch_start + i] = pressure_on(
                 joint, step, j, batch_start + i
             )
     mean_time, beyond_time = account[PRESSURE_TIME], account[PV_BEYOND]
     largest, largest_pv = account[PRESSURE_MAX], account[PV_MAX]
     for i in rolled_range(PARTS + 1):
-        mean_pressure, peak = workspace[means + i], workspace[peaks + i]
-        slip, share = abs(step_values[SLIP_ROW, i]), (0.5 if i in (0, PARTS) else 1.0) / PARTS
-        time = share * step.length * step_values[KAPPA_ROW, i]
+        mean_pressure, peak = workspace[means_offset + i], workspace[peaks_offset + i]
+        slip, weight = abs(step_values[SLIP_ROW, i]), (0.5 if i in (0, PARTS) else 1.0) / PARTS
+        time = weight * step.length * step_values[KAPPA_ROW, i]
         mean_time += mean_pressure * time
         largest, largest_pv = max(largest, peak), max(largest_pv, peak * slip)
         beyond_time += time if peak * slip > joint.wear.pv_limit else 0.0
@@ -257,57 +256,57 @@ def _default_middle_arc(joint, workspace):
 
 
 @kernel
-def accumulate_arc_width(joint, step, account, share):
-    """Add the arc's width in the middle of a step, and the wear over a share of the length, to an account."""
+def accumulate_arc_width(joint, step, account, length_fraction):
+    """Add the arc's width in the middle of a step, and the wear over `length_fraction` of the length, to an account."""
     width, sliding = middle_arc(joint, step.workspace)
     bearing, journal = wear_rate(joint.wear, sliding)
     account[ARC_COUNT] += 1.0
     if width < RESOLVED_WIDTH * 2.0 * math.pi / joint.wear.bins:
         account[NARROW_COUNT] += 1.0
-    pace = step.length * polynomial(step.workspace, KAPPA_ROW, 0.5)
-    account[FIRST_CLASS + width_class(width)] += share * pace * (bearing + journal)
+    duration = step.length * evaluate_polynomial(step.workspace, KAPPA_ROW, 0.5)
+    account[FIRST_CLASS + width_class(width)] += length_fraction * duration * (bearing + journal)
 
 
 @family
-def wear_contact(law, joint, j, shared):
+def update_contact_wear(law, joint, j, shared):
     """Add the wear of contact `j` of a joint with this wear law, over a Step, to Worn; shared : both."""
 
 
-@wear_contact.member(NoWear)
-def _wear_contact_no_wear(law, joint, j, shared):
+@update_contact_wear.member(NoWear)
+def _update_contact_wear_no_wear(law, joint, j, shared):
     pass
 
 
-@wear_contact.member(None)
-def _default_wear_contact(law, joint, j, shared):
+@update_contact_wear.member(None)
+def _default_update_contact_wear(law, joint, j, shared):
     step, worn = shared
     fit_profiles(step.workspace, step.step_values[j], law.length)
     for body in range(2):
         unwrap_angles(step.positions[j, body])
     write_end_slopes(step, j)
-    fit_places(step.workspace, step.positions[j])
+    fit_positions(step.workspace, step.positions[j])
     accumulate_distance(step, j, worn.account[j])
     accumulate_pressure(joint, step, j, worn.account[j])
-    count, batch_start = int(law.bins), 2 * j * worn.stride
-    bins = Bins(worn.depths, batch_start, count), Bins(worn.depths, batch_start + worn.stride, count)
-    accumulate_wear(joint, step.workspace, step.step_values[j], step.length, bins)
+    count, bins_offset = int(law.bins), 2 * j * worn.stride
+    bins = Bins(worn.depths, bins_offset, count), Bins(worn.depths, bins_offset + worn.stride, count)
+    update_worn_profile(joint, step.workspace, step.step_values[j], step.length, bins)
     accumulate_arc_width(joint, step, worn.account[j], 1.0)
 
 
 @family
-def wear_joint(joint, j, shared):
+def update_joint_wear(joint, j, shared):
     """Add the wear of a joint, whose first contact is `j`, over a Step, to Worn; shared : both."""
 
 
-@wear_joint.member(None)
-def _default_wear_joint(joint, j, shared):
+@update_joint_wear.member(None)
+def _default_update_joint_wear(joint, j, shared):
     if touches(shared[0].mode[j]):
-        wear_contact(joint.wear, joint, j, shared)
+        update_contact_wear(joint.wear, joint, j, shared)
 
 
 @kernel
-def _wear(joint, _, offsets, shared):
-    wear_joint(joint, offsets.contact, shared)
+def _update_wear(joint, _, offsets, shared):
+    update_joint_wear(joint, offsets.contact, shared)
 
 
-wear_each = map_joints(_wear, after_joint)
+update_wear_of_joints = map_joints(_update_wear, after_joint)

@@ -1,6 +1,6 @@
 """Wear under a uniform pressure, whose load before an edge is a linear function of the edge's angle.
 
-The load before an edge at angle e is, while the edge is within an arc of middle m and half-angle h, the share
+The load before an edge at angle e is, while the edge is within an arc of middle m and half-angle h, the fraction
 (1 + (e - m) / h) / 2 of the load.  Its integral over a part of the step follows from three antiderivatives, of
 rate / 2, rate (m - m0) / (2 h) and rate / (2 h), so no edge needs a quadrature of its own.
 """
@@ -11,15 +11,15 @@ from ...compiled.choosing import abreast
 from ...compiled.family import inlined, kernel
 from .arc_over_step import (
     AREA,
-    COURSE,
     END,
-    END_COURSE,
+    END_POLYNOMIAL,
     END_SLOPE,
     HALF,
-    HALF_COURSE,
+    HALF_POLYNOMIAL,
     INDICES,
     INVERSE_WEIGHTS,
     MIDDLE,
+    MIDDLE_POLYNOMIAL,
     PAIRS,
     PASSINGS,
     PER_HALF,
@@ -29,15 +29,15 @@ from .arc_over_step import (
     TIME_PER_ANGLE,
     UNIT_WEIGHTS,
     WORN,
-    fit,
+    evaluate_polynomial,
     fit_arc,
-    inner_side,
-    polynomial,
+    fit_row,
+    inside_time,
     row_sum,
-    worn_in_interval,
-    write_worn_before_passed,
+    wear_before_edge_in_span,
+    write_wear_before_passed_edges,
 )
-from .binning import BinCursor, accumulate_inside
+from .binning import BinCursor, update_bins_inside_arc
 from .pressure import Mean
 
 #: Rows of the antiderivatives over the time x, each over x: of rate / 2, rate (m - m0) / (2 h), rate / (2 h).
@@ -48,7 +48,7 @@ PER_POWER = 1.0 / (1.0 + INDICES)  # from the coefficients of a polynomial to th
 
 @inlined
 def _origin(workspace):
-    """Return the angle (rad) m0 from which angles are counted here, as that of a body that turns may be large."""
+    """Return the angle m0 (rad) that is subtracted from all angles, since the angle of a rotating body may be large."""
     return workspace[MIDDLE * POINTS + PAIRS]
 
 
@@ -61,56 +61,59 @@ def _per_arc(workspace, i):
 @fit_arc.member(Mean)
 def _fit_arc_mean(pressure, workspace):
     origin = _origin(workspace)
-    for i in abreast(POINTS):  # the rows of an end are free until `find_passings`
+    for i in abreast(POINTS):  # the rows of an end are free until `write_passing_times`
         half_rate, per_arc = 0.5 * workspace[AREA * POINTS + i], _per_arc(workspace, i)
         workspace[END * POINTS + i], workspace[END_SLOPE * POINTS + i] = half_rate, per_arc
-        workspace[END_COURSE * POINTS + i] = per_arc * (workspace[MIDDLE * POINTS + i] - origin)
-    fit(workspace, END, HALF_RATE, INVERSE_WEIGHTS)
-    fit(workspace, END_COURSE, MOMENT, INVERSE_WEIGHTS)
-    fit(workspace, END_SLOPE, PER_ARC, INVERSE_WEIGHTS)
+        workspace[END_POLYNOMIAL * POINTS + i] = per_arc * (workspace[MIDDLE * POINTS + i] - origin)
+    fit_row(workspace, END, HALF_RATE, INVERSE_WEIGHTS)
+    fit_row(workspace, END_POLYNOMIAL, MOMENT, INVERSE_WEIGHTS)
+    fit_row(workspace, END_SLOPE, PER_ARC, INVERSE_WEIGHTS)
     for i in abreast(POINTS):
         workspace[HALF_RATE * POINTS + i] *= PER_POWER[i]
         workspace[MOMENT * POINTS + i] *= PER_POWER[i]
         workspace[PER_ARC * POINTS + i] *= PER_POWER[i]
-    fit(workspace, MIDDLE, COURSE, UNIT_WEIGHTS)
-    fit(workspace, HALF, HALF_COURSE, UNIT_WEIGHTS)
+    fit_row(workspace, MIDDLE, MIDDLE_POLYNOMIAL, UNIT_WEIGHTS)
+    fit_row(workspace, HALF, HALF_POLYNOMIAL, UNIT_WEIGHTS)
 
 
 @inlined
-def _area(workspace, end, angle, x):
+def _load_integral(workspace, end, angle, x):
     """Return the integral up to the time `x` of the load between an end (-1, 1) of the arc and an edge within it.
 
     angle : rad, of the edge, from the origin.
     """
-    moment = polynomial(workspace, MOMENT, x) - angle * polynomial(workspace, PER_ARC, x)
-    return x * (polynomial(workspace, HALF_RATE, x) + end * moment)
+    moment = evaluate_polynomial(workspace, MOMENT, x) - angle * evaluate_polynomial(workspace, PER_ARC, x)
+    return x * (evaluate_polynomial(workspace, HALF_RATE, x) + end * moment)
 
 
-@write_worn_before_passed.member(Mean)
-def _write_worn_before_passed_mean(pressure, workspace, end, edge, width):
-    edge_side, first_angle = inner_side(workspace, end), edge - _origin(workspace)
-    whole_area = row_sum(workspace, AREA) if end > 0.0 else 0.0
+@write_wear_before_passed_edges.member(Mean)
+def _write_wear_before_passed_edges_mean(pressure, workspace, end, edge, width):
+    end_time, first_angle = inside_time(workspace, end), edge - _origin(workspace)
+    total_area = row_sum(workspace, AREA) if end > 0.0 else 0.0
     for k in abreast(POINTS):
         angle = first_angle + INDICES[k] * width
-        worn_inside = _area(workspace, end, angle, edge_side) - _area(
+        wear_inside = _load_integral(workspace, end, angle, end_time) - _load_integral(
             workspace, end, angle, workspace[PASSINGS * POINTS + k]
         )
-        workspace[WORN * POINTS + k] = whole_area - end * (edge_side * worn_inside)
+        workspace[WORN * POINTS + k] = total_area - end * (end_time * wear_inside)
 
 
-@worn_in_interval.member(Mean)
-def _worn_in_interval_mean(pressure, workspace, edge, side, span):
+@wear_before_edge_in_span.member(Mean)
+def _wear_before_edge_in_span_mean(pressure, workspace, edge, region, span):
     low, high = span
-    if side < 0 or high <= low:
+    if region < 0 or high <= low:
         return 0.0
-    if side > 0:
-        return 2.0 * (high * polynomial(workspace, HALF_RATE, high) - low * polynomial(workspace, HALF_RATE, low))
+    if region > 0:
+        return 2.0 * (
+            high * evaluate_polynomial(workspace, HALF_RATE, high)
+            - low * evaluate_polynomial(workspace, HALF_RATE, low)
+        )
     angle = edge - _origin(workspace)
-    return _area(workspace, -1.0, angle, high) - _area(workspace, -1.0, angle, low)
+    return _load_integral(workspace, -1.0, angle, high) - _load_integral(workspace, -1.0, angle, low)
 
 
 @kernel
-def _worn_before_inner_edge(workspace, edge):
+def _wear_before_inner_edge(workspace, edge):
     """Return the wear before an `edge` (rad) that is within the arc at all points, and its slope."""
     for i in abreast(POINTS):
         per_arc = _per_arc(workspace, i)
@@ -119,18 +122,18 @@ def _worn_before_inner_edge(workspace, edge):
     return 0.5 * row_sum(workspace, AREA) + row_sum(workspace, TIME_PER_ANGLE), row_sum(workspace, END)
 
 
-@accumulate_inside.member(Mean)
-def _accumulate_inside_mean(pressure, workspace, bins, span, cursor):
+@update_bins_inside_arc.member(Mean)
+def _update_bins_inside_arc_mean(pressure, workspace, bins, span, cursor):
     """Every bin between two edges within the arc receives the same depth."""
     count, width, total = span[1] - span[0] - 1, 2.0 * math.pi / bins.count, row_sum(workspace, AREA)
     if count < 0:
         return cursor
-    first, slope = _worn_before_inner_edge(workspace, (span[0] + 1) * width)
-    first = min(max(first, cursor.wear_before), total)
-    last = min(first + slope * width * count, total)
-    bins.depths[bins.first + cursor.position] += (first - cursor.wear_before) / width
-    position, depth = cursor.position, (last - first) / (width * max(count, 1))
+    first_wear, slope = _wear_before_inner_edge(workspace, (span[0] + 1) * width)
+    first_wear = min(max(first_wear, cursor.wear_before), total)
+    last_wear = min(first_wear + slope * width * count, total)
+    bins.depths[bins.start + cursor.position] += (first_wear - cursor.wear_before) / width
+    position, depth = cursor.position, (last_wear - first_wear) / (width * max(count, 1))
     for _ in range(count):
         position = position + 1 if position + 1 < bins.count else 0
-        bins.depths[bins.first + position] += depth
-    return BinCursor(position + 1 if position + 1 < bins.count else 0, last)
+        bins.depths[bins.start + position] += depth
+    return BinCursor(position + 1 if position + 1 < bins.count else 0, last_wear)

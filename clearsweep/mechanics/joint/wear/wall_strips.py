@@ -21,11 +21,11 @@ from ...observe.histogram import FORCE_ROW, PARTS
 from ..elastic.contract import elastic_force
 from ..modes import touches
 from ..spatial import AtEdges, EndContacts, InBore, Overlapping, Spread
-from ..spatial.points import is_beyond
+from ..spatial.points import is_past_edge
 from ..spatial.strips import mean_elastic, pressed_between
 
 
-class Slope(NamedTuple):
+class DepthProfile(NamedTuple):
     """Depth along a strip, from the deepest point of the surfaces."""
 
     reach: float  # m, largest length of the strip
@@ -35,24 +35,24 @@ class Slope(NamedTuple):
 @kernel
 def pressed_range(strip, depth):
     """Return (begin, end) (m) of the pressed part of a strip of `depth` (m) at its start; (0, 0) without contact."""
-    pressed_range = pressed_between((depth, depth - strip.lean * strip.reach))
-    return strip.reach * pressed_range.first, strip.reach * (pressed_range.first + pressed_range.length)
+    pressed = pressed_between((depth, depth - strip.lean * strip.reach))
+    return strip.reach * pressed.start_fraction, strip.reach * (pressed.start_fraction + pressed.length_fraction)
 
 
 @kernel
-def depth_before(strip, depth, distance):
+def depth_integral(strip, depth, distance):
     """Return the integral (m^2) of the depth up to `distance` (m) along a strip; depth : at its start, at least 0."""
     stop_distance = min(distance, pressed_range(strip, depth)[1])
     return stop_distance * (depth - 0.5 * strip.lean * stop_distance)
 
 
 @kernel
-def share_of(strip, depth, low, high):
-    """Return the share of the load between two places (m) along a strip; for a point, all load is at its start."""
-    total = depth_before(strip, depth, strip.reach)
+def foundation_load_fraction(strip, depth, low, high):
+    """Return the load fraction between two distances (m) along a strip on a foundation; a point has it at its start."""
+    total = depth_integral(strip, depth, strip.reach)
     if total <= 0.0:
         return 1.0 if low <= 0.0 else 0.0
-    return (depth_before(strip, depth, high) - depth_before(strip, depth, low)) / total
+    return (depth_integral(strip, depth, high) - depth_integral(strip, depth, low)) / total
 
 
 @family
@@ -71,16 +71,16 @@ def _depth_at_end_spread(walls, depth):
 
 
 @family
-def load_share(walls, joint, strip, depth, interval):
-    """Return the share of a strip's load between two places (m)."""
+def load_fraction(walls, joint, strip, depth, interval):
+    """Return the fraction of a strip's load between two distances (m) along it."""
 
 
-@load_share.member(EndContacts)
+@load_fraction.member(EndContacts)
 def _load_share_end_contacts(walls, joint, strip, depth, interval):
-    return share_of(strip, depth, interval[0], interval[1])
+    return foundation_load_fraction(strip, depth, interval[0], interval[1])
 
 
-@load_share.member(Spread)
+@load_fraction.member(Spread)
 def _load_share_spread(walls, joint, strip, depth, interval):
     low, high = interval
     total = _elastic_load(joint, strip, depth, 0.0, strip.reach)
@@ -91,104 +91,109 @@ def _load_share_spread(walls, joint, strip, depth, interval):
 
 @kernel
 def _elastic_load(joint, strip, depth, low, high):
-    """Return the integral (N m) of the elastic force of the whole joint between two places (m) along a strip."""
-    end_depths = depth - strip.lean * low, depth - strip.lean * high
-    return (high - low) * mean_elastic(joint.elastic, joint.walls.rule, end_depths)
+    """Return the integral (N m) of the elastic force of the whole joint between two distances (m) along a strip."""
+    end_type = depth - strip.lean * low, depth - strip.lean * high
+    return (high - low) * mean_elastic(joint.elastic, joint.walls.rule, end_type)
 
 
-class Loads(NamedTuple):
+class LoadDistribution(NamedTuple):
     """Distribution of the load along a strip."""
 
-    even: float  # N/m, over the loaded length
-    depth: float  # m, mean over that length
-    most: float  # N/m, at the deepest place
-    deepest: float  # m
+    mean_load: float  # N/m, mean over the loaded length
+    mean_depth: float  # m, mean over that length
+    max_load: float  # N/m, at the deepest point
+    max_depth: float  # m, at that point
 
 
 @family
 def loads_along(walls, joint, strip, depth, load):
-    """Return the Loads of a strip that carries a load (N); all are 0 without load."""
+    """Return the LoadDistribution of a strip that carries a load (N); all are 0 without load."""
 
 
 @loads_along.member(EndContacts)
 def _loads_along_end_contacts(walls, joint, strip, depth, load):
-    cover, area = pressed_range(strip, depth)[1], depth_before(strip, depth, strip.reach)
+    loaded_length, area = pressed_range(strip, depth)[1], depth_integral(strip, depth, strip.reach)
     if area <= 0.0:
-        return Loads(0.0, 0.0, 0.0, 0.0)
-    deepest_point = max_depth(strip, depth)
-    return Loads(load / cover, area / cover, load * deepest_point / area, deepest_point)
+        return LoadDistribution(0.0, 0.0, 0.0, 0.0)
+    largest_depth = largest_depth_along(strip, depth)
+    return LoadDistribution(load / loaded_length, area / loaded_length, load * largest_depth / area, largest_depth)
 
 
 @loads_along.member(Spread)
 def _loads_along_spread(walls, joint, strip, depth, load):
-    (cover_start, cover_end), total = pressed_range(strip, depth), _elastic_load(joint, strip, depth, 0.0, strip.reach)
-    cover, deepest_point = cover_end - cover_start, max_depth(strip, depth)
-    if total <= 0.0 or cover <= 0.0:
-        return Loads(0.0, 0.0, 0.0, 0.0)
-    stop_distance = load * elastic_force(joint.elastic, deepest_point) / total
-    return Loads(load / cover, depth - strip.lean * (cover_start + 0.5 * cover), stop_distance, deepest_point)
+    (loaded_start, loaded_end), total = (
+        pressed_range(strip, depth),
+        _elastic_load(joint, strip, depth, 0.0, strip.reach),
+    )
+    loaded_length, largest_depth = loaded_end - loaded_start, largest_depth_along(strip, depth)
+    if total <= 0.0 or loaded_length <= 0.0:
+        return LoadDistribution(0.0, 0.0, 0.0, 0.0)
+    max_load = load * elastic_force(joint.elastic, largest_depth) / total
+    return LoadDistribution(
+        load / loaded_length, depth - strip.lean * (loaded_start + 0.5 * loaded_length), max_load, largest_depth
+    )
 
 
 @kernel
-def max_depth(strip, depth):
+def largest_depth_along(strip, depth):
     """Return the largest depth (m) along a strip; negative without contact."""
     return max(depth, depth - strip.lean * strip.reach)
 
 
 @family
-def bears(walls, step, j, wall):
+def carries_load(walls, step, j, wall):
     """Return whether the strip of one of two walls carries load in a step.Step; `j` : contact of the first wall."""
 
 
-@bears.member(EndContacts)
+@carries_load.member(EndContacts)
 def _bears_end_contacts(walls, step, j, wall):
     return touches(step.mode[j + wall])
 
 
-@bears.member(Spread)
+@carries_load.member(Spread)
 def _bears_spread(walls, step, j, wall):
     if touches(step.mode[j + wall]):
         return True
-    stop_distance = 0.0
+    largest_force = 0.0
     for i in rolled_range(PARTS + 1):
-        stop_distance = max(stop_distance, step.step_values[j + wall, FORCE_ROW, i])
-    return touches(step.mode[j + 1 - wall]) and stop_distance > 0.0
+        largest_force = max(largest_force, step.step_values[j + wall, FORCE_ROW, i])
+    return touches(step.mode[j + 1 - wall]) and largest_force > 0.0
 
 
-# ---------------------------------------------------------------------------------------------- where it is
+# ---------------------------------------------------------------------------------------------- position
 
 
-class Placed(NamedTuple):
+class StripPosition(NamedTuple):
     """Position of a strip."""
 
     lean: float  # 1, decrease of depth per length
-    on_bearing: float  # m, its begin along the bearing, from the middle of the bearing
-    on_journal: float  # m, along the journal
+    on_bearing: float  # m, position of its start along the bearing, from the bearing's middle
+    on_journal: float  # m, position of its start along the journal, from the journal's middle
     facing: float  # 1 where both axes point the same way, else -1
 
 
 @family
-def placed(end_depths, joint, gap, point, end):
-    """Return the Placed of the strip of the wall contact at one of the ENDS, from its deepest Point."""
+def strip_position(end_type, joint, gap, point, end):
+    """Return the StripPosition of the wall contact at one of the ENDS, from its deepest Point."""
 
 
-@placed.member(InBore)
-def _placed_in_bore(end_depths, joint, gap, point, end):
+@strip_position.member(InBore)
+def _placed_in_bore(end_type, joint, gap, point, end):
     facing = math.copysign(1.0, gap.axis.z)
-    return Placed(end * point.normal.z, dot(point.position, gap.axis), end * joint.half_journal, facing)
+    return StripPosition(end * point.normal.z, dot(point.position, gap.axis), end * joint.half_journal, facing)
 
 
-@placed.member(AtEdges)
-def _placed_at_edges(end_depths, joint, gap, point, end):
+@strip_position.member(AtEdges)
+def _placed_at_edges(end_type, joint, gap, point, end):
     facing = math.copysign(1.0, gap.axis.z)
     outward = end * facing
-    return Placed(
+    return StripPosition(
         -outward * dot(point.normal, gap.axis), outward * joint.half_length, point.position.z - gap.middle.z, facing
     )
 
 
-@placed.member(Overlapping)
-def _placed_overlapping(end_depths, joint, gap, point, end):
-    if is_beyond(joint, gap, end):
-        return placed(AtEdges(), joint, gap, point, end)
-    return placed(InBore(), joint, gap, point, end)
+@strip_position.member(Overlapping)
+def _placed_overlapping(end_type, joint, gap, point, end):
+    if is_past_edge(joint, gap, end):
+        return strip_position(AtEdges(), joint, gap, point, end)
+    return strip_position(InBore(), joint, gap, point, end)

@@ -1,4 +1,4 @@
-"""Sums beyond `totals.accumulate_step`: they need a search, or apply to some cases only."""
+"""Sums of a step that `totals.accumulate_step` leaves out: they need a search, or apply to some cases only."""
 
 import math
 
@@ -42,10 +42,10 @@ from ..integration import IMPLICIT
 from ..radau import STAGE_WEIGHTS
 from .step_sums import (
     NO_PEAK,
-    highest_inside,
-    integral_of,
-    integral_of_size,
-    negative_part_of,
+    integral_of_magnitude,
+    integral_of_negative_part,
+    interior_peak,
+    stage_integral,
 )
 from .totals import (
     CONTACT_FIGURES,
@@ -54,14 +54,14 @@ from .totals import (
     LAST_BIN_TIME,
     PULLING_TIME,
     TIME_PER_FORCE,
-    WholeTotals,
+    MechanismTotals,
 )
 from .within_step import (
-    evaluate_between,
-    highest_between,
+    evaluate_dense_states,
+    fraction_at,
+    maximum_in_step,
     record_marks,
-    refined_peak,
-    share_at,
+    refine_peak,
     write_samples,
 )
 
@@ -73,7 +73,7 @@ def add_profiles(pointer):
     totals, has_wear = work.totals, work.wear.code != 0
     for j in range(work.mode.size):
         if acts(work.mode[j]):
-            part_times = totals.spent
+            part_times = totals.part_times
             fill(
                 totals.histogram,
                 j,
@@ -88,7 +88,7 @@ def add_profiles(pointer):
 
 @kernel
 def add_contact_profile(pointer, j, duration):
-    """Follow contact `j` over a step of `duration` (s): its wear, its film, the limit of its law."""
+    """Write the profiles of contact `j` over a step of `duration` (s), and add its times beyond limits (s)."""
     work = pointer[0]
     totals = work.totals
     step_values, kappa, force = totals.step_values[j], work.profiles[0], work.profiles[1 + j]
@@ -117,28 +117,28 @@ def add_contact_profile(pointer, j, duration):
 
 
 @kernel
-def add_film(pointer, h, j):
-    """Add the heat and forces of contact `j`, which has a film; update its largest dry force (N) and pressure (Pa)."""
+def add_film_sums(pointer, h, j):
+    """Add heat (J) and force sums of contact `j`, which has a film; update its largest dry force and pressure (Pa)."""
     work = pointer[0]
-    o, sums, row, contacts = work.o, work.contact_steps[j], work.totals.joint[j], work.mode.size
+    o, sums, figures, contacts = work.o, work.contact_steps[j], work.totals.joint[j], work.mode.size
     weights = STAGE_WEIGHTS if work.method.current == IMPLICIT else WEIGHTS
-    row.heat += h * (sums.sum_lost + sums.sum_friction)
-    row.film_energy += h * integral_of(o, film_column(contacts, j, FILM_POWER), weights)
-    row.generated_energy += h * negative_part_of(o, film_column(contacts, j, PRESSURE_POWER), weights)
-    row.friction_energy += h * integral_of(o, film_column(contacts, j, DRY_FRICTION_POWER), weights)
+    figures.heat += h * (sums.sum_lost + sums.sum_friction)
+    figures.film_energy += h * stage_integral(o, film_column(contacts, j, FILM_POWER), weights)
+    figures.generated_energy += h * integral_of_negative_part(o, film_column(contacts, j, PRESSURE_POWER), weights)
+    figures.friction_energy += h * stage_integral(o, film_column(contacts, j, DRY_FRICTION_POWER), weights)
     dry_column = film_column(contacts, j, DRY_FORCE)
-    row.dry_force_time += h * integral_of_size(o, dry_column, weights)
-    row.load_time += h * integral_of_size(o, column_of(j, NORMAL), weights)
+    figures.dry_force_time += h * integral_of_magnitude(o, dry_column, weights)
+    figures.load_time += h * integral_of_magnitude(o, column_of(j, NORMAL), weights)
     largest = max(o[dry_column, START], o[dry_column, END])
-    if highest_inside(o, dry_column, 1.0) > 0.9 * row.dry_max:
-        largest = max(largest, highest_between(pointer, dry_column, 1.0))
-    row.dry_max = max(row.dry_max, largest)
+    if interior_peak(o, dry_column, 1.0) > 0.9 * figures.dry_max:
+        largest = max(largest, maximum_in_step(pointer, dry_column, 1.0))
+    figures.dry_max = max(figures.dry_max, largest)
     pressure_column = film_column(contacts, j, PEAK_PRESSURE)
     largest = max(o[pressure_column, START], o[pressure_column, END])
-    if largest > 0.95 * row.pressure_max:  # between the ends of a step only the interpolant gives it
-        largest = max(largest, refined_peak(pointer, pressure_column, 1.0, NODES.size // 2))
-    row.pressure_max = max(row.pressure_max, largest)
-    row.shear_speed_max = max(row.shear_speed_max, o[film_column(contacts, j, SHEAR_SPEED), END])
+    if largest > 0.95 * figures.pressure_max:  # between the ends of a step only the interpolant gives it
+        largest = max(largest, refine_peak(pointer, pressure_column, 1.0, NODES.size // 2))
+    figures.pressure_max = max(figures.pressure_max, largest)
+    figures.shear_speed_max = max(figures.shear_speed_max, o[film_column(contacts, j, SHEAR_SPEED), END])
 
 
 @kernel
@@ -148,53 +148,58 @@ def add_friction_loads(pointer, h):
     weights = STAGE_WEIGHTS if work.method.current == IMPLICIT else WEIGHTS
     work_of_loads = work.totals.friction
     for i in range(work_of_loads.size):
-        work_of_loads[i] -= h * integral_of(work.o, work.o.shape[0] - work_of_loads.size + i, weights)
+        work_of_loads[i] -= h * stage_integral(work.o, work.o.shape[0] - work_of_loads.size + i, weights)
 
 
 @kernel
 def search_maxima(pointer):
     """Raise maxima that may lie between the stages to those of the dense output, see `totals.accumulate_step`."""
     work = pointer[0]
-    total, step, revolutions, in_window = work.totals.whole, work.step, work.revolutions, work.stepper.in_window != 0.0
+    mechanism, step, revolutions, in_window = (
+        work.totals.mechanism,
+        work.step,
+        work.revolutions,
+        work.stepper.in_window != 0.0,
+    )
     for j in range(work.mode.size):
-        row, highest = work.totals.joint[j], work.contact_steps[j]
-        if highest.highest_force > NO_PEAK:
-            largest = highest_between(pointer, column_of(j, NORMAL), 1.0)
-            row.peak, revolutions.highest[j] = max(row.peak, largest), max(revolutions.highest[j], largest)
+        figures, contact_step = work.totals.joint[j], work.contact_steps[j]
+        if contact_step.highest_force > NO_PEAK:
+            largest = maximum_in_step(pointer, column_of(j, NORMAL), 1.0)
+            figures.peak, revolutions.step_peak[j] = max(figures.peak, largest), max(revolutions.step_peak[j], largest)
             if in_window:
-                row.force_max = max(row.force_max, largest)
-        if highest.highest_depth > NO_PEAK:
-            row.depth_max = max(row.depth_max, highest_between(pointer, column_of(j, DEPTH), 1.0))
-        if work.has_friction[j] != 0 and highest.highest_load > NO_PEAK:
-            row.load_max = max(row.load_max, highest_between(pointer, column_of(j, LOAD), 1.0))
+                figures.force_max = max(figures.force_max, largest)
+        if contact_step.highest_depth > NO_PEAK:
+            figures.depth_max = max(figures.depth_max, maximum_in_step(pointer, column_of(j, DEPTH), 1.0))
+        if work.has_friction[j] != 0 and contact_step.highest_load > NO_PEAK:
+            figures.load_max = max(figures.load_max, maximum_in_step(pointer, column_of(j, LOAD), 1.0))
     if step.highest_acceleration > NO_PEAK:
-        largest = highest_between(pointer, ACCELERATION, math.copysign(1.0, work.o[ACCELERATION, END]))
-        total.acceleration_max = max(total.acceleration_max, largest)
+        largest = maximum_in_step(pointer, ACCELERATION, math.copysign(1.0, work.o[ACCELERATION, END]))
+        mechanism.acceleration_max = max(mechanism.acceleration_max, largest)
     if step.highest_torque > NO_PEAK:
-        largest = highest_between(pointer, TORQUE, math.copysign(1.0, work.o[TORQUE, END]))
-        total.torque_max = max(total.torque_max, largest)
+        largest = maximum_in_step(pointer, TORQUE, math.copysign(1.0, work.o[TORQUE, END]))
+        mechanism.torque_max = max(mechanism.torque_max, largest)
     if step.highest_error > NO_PEAK:
         sign = math.copysign(1.0, work.o[ERROR, END])
-        total.error_max = max(total.error_max, refined_peak(pointer, ERROR, sign, NODES.size // 2))
+        mechanism.error_max = max(mechanism.error_max, refine_peak(pointer, ERROR, sign, NODES.size // 2))
 
 
 @kernel
-def record_awaited_speed(pointer):
-    """Note the time at which a free crank first passes its awaited speed, and the largest forces up to this step."""
+def record_target_speed(pointer):
+    """Record when (s) a free crank first reaches its target speed, and the largest forces (N) up to this step."""
     work = pointer[0]
-    total, index = work.totals.whole, work.independent + work.time // 2
-    if total.speed_reached == 0.0 and work.y[index] < total.speed_awaited <= work.end[index]:
-        dense_state(share_at(pointer, index, total.speed_awaited), work.y, work.f, work.z)
-        total.speed_reached = work.z[work.time]
+    mechanism, index = work.totals.mechanism, work.independent + work.time // 2
+    if mechanism.target_time == 0.0 and work.y[index] < mechanism.target_speed <= work.end[index]:
+        dense_state(fraction_at(pointer, index, mechanism.target_speed), work.y, work.f, work.z)
+        mechanism.target_time = work.z[work.time]
         for j in range(work.mode.size):
-            work.totals.joint[j].force_until = work.totals.joint[j].force_max
+            work.totals.joint[j].force_max_to_target = work.totals.joint[j].force_max
 
 
 @kernel
 def add_crank_speed(pointer, h):
     """Update the extreme speeds (rad/s) of a free crank, from the cubic through the ends of the step."""
     work = pointer[0]
-    total, index = work.totals.whole, work.independent + work.time // 2
+    mechanism, index = work.totals.mechanism, work.independent + work.time // 2
     start_value, end_value = work.y[index], work.end[index]
     start_slope, end_slope = h * work.k[index, START], h * work.k[index, END]
     linear_term, curvature = (
@@ -214,19 +219,19 @@ def add_crank_speed(pointer, h):
             if 0.0 < u < 1.0:
                 value = start_value + u * (start_slope + u * (linear_term + u * curvature))
                 low, high = min(low, value), max(high, value)
-    total.speed_min, total.speed_max = min(total.speed_min, low), max(total.speed_max, high)
-    if total.speed_reached != 0.0:
-        total.speed_after = min(total.speed_after, low)
+    mechanism.speed_min, mechanism.speed_max = min(mechanism.speed_min, low), max(mechanism.speed_max, high)
+    if mechanism.target_time != 0.0:
+        mechanism.min_speed_after_target = min(mechanism.min_speed_after_target, low)
 
 
 @kernel
 def add_wear(pointer, h):
-    """Add the wear of the step of length `h`."""
+    """Add the wear depths (m) of the step of length `h` along tau."""
     work = pointer[0]
     totals = work.totals
     totals.length[0] = h
-    evaluate_between(pointer, totals.between)
-    step = (totals.between, work.mode, totals.step_values, totals.length, totals.workspace)
+    evaluate_dense_states(pointer, totals.dense_states)
+    step = (totals.dense_states, work.mode, totals.step_values, totals.length, totals.workspace)
     invoke(
         work.wear.code,
         work.wear.parameters,
@@ -237,7 +242,7 @@ def add_wear(pointer, h):
 
 @kernel
 def add_slow_sums(pointer, h):
-    """Add the slow sums of an accepted step of length `h`."""
+    """Add the slow sums of an accepted step of length `h` along tau."""
     work = pointer[0]
     record, time, in_window = work.record, work.time, work.stepper.in_window != 0.0
     work.counts.steps += 1
@@ -248,7 +253,7 @@ def add_slow_sums(pointer, h):
         for j in range(work.mode.size):
             touching = touching or touches(work.mode[j])
             if acts(work.mode[j]) and work.film[j, 1] < math.inf:
-                add_film(pointer, h, j)
+                add_film_sums(pointer, h, j)
         add_profiles(pointer)
         add_friction_loads(pointer, h)
         if work.independent != time:
@@ -256,7 +261,7 @@ def add_slow_sums(pointer, h):
         if work.wear.code != 0 and touching:
             add_wear(pointer, h)
     if work.independent != time:
-        record_awaited_speed(pointer)
+        record_target_speed(pointer)
     record_marks(pointer)
     i = work.counts.samples
     if i < record.times.size and record.times[i] <= work.end[record.independent]:
@@ -267,16 +272,16 @@ def add_slow_sums(pointer, h):
 def begin_window(pointer):
     """Reset the figures; keep the energies and the current contacts."""
     totals = pointer[0].totals
-    for column in range(FIRST_FIGURE, WholeTotals.SIZE):
-        totals.whole.numbers[column] = 0.0
+    for column in range(FIRST_FIGURE, MechanismTotals.SIZE):
+        totals.mechanism.numbers[column] = 0.0
     for j in range(pointer[0].mode.size):
         for column in range(CONTACT_FIGURES):
             totals.joint.numbers[j, column] = 0.0
         totals.joint[j].depth_max = -math.inf
     for i in range(totals.friction.size):
         totals.friction[i] = 0.0
-    totals.whole.window_start = (
+    totals.mechanism.window_start = (
         pointer[0].end[pointer[0].time] if pointer[0].counts.steps else pointer[0].y[pointer[0].time]
     )
-    totals.whole.speed_min, totals.whole.speed_max = math.inf, -math.inf
-    totals.whole.speed_after = math.inf
+    totals.mechanism.speed_min, totals.mechanism.speed_max = math.inf, -math.inf
+    totals.mechanism.min_speed_after_target = math.inf

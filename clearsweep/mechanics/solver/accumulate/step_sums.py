@@ -33,8 +33,8 @@ class Step(Fields):
     """Length and results of a trial step; a sum is over the stages, each with its weight and dt/dtau."""
 
     length: float  # along tau
-    error: float  # over the allowed error
-    change: float  # mean square over the stages of the last change of a component, over the allowed error
+    error: float  # divided by the allowed error
+    change: float  # mean square over stages and components of the latest change, divided by the allowed error
     contraction: float  # ratio of the change of a sweep to that of the sweep before
     sweeps: float  # number of sweeps
     proposal: float  # length of the next step as far as the error of this one allows
@@ -109,8 +109,8 @@ def sum_stages(trial, weights):
 
 
 @inlined
-def integral_of(o, column, weights):
-    """Return the sum of an observable over the stages with `weights`; times the step's length, its integral."""
+def stage_integral(o, column, weights):
+    """Return the weighted sum of an observable over the stages; times the step's length it is the integral."""
     total = 0.0
     for row in range(weights.size):
         total += weights[row] * o[KAPPA, row] * o[column, row]
@@ -118,8 +118,8 @@ def integral_of(o, column, weights):
 
 
 @inlined
-def negative_part_of(o, column, weights):
-    """Return the sum of the negative part of an observable, as a positive number."""
+def integral_of_negative_part(o, column, weights):
+    """Return the `stage_integral` of the negative part of an observable, as a positive number."""
     total = 0.0
     for row in range(weights.size):
         total -= weights[row] * o[KAPPA, row] * min(o[column, row], 0.0)
@@ -127,8 +127,8 @@ def negative_part_of(o, column, weights):
 
 
 @inlined
-def integral_of_size(o, column, weights):
-    """Return the sum of the absolute value of an observable."""
+def integral_of_magnitude(o, column, weights):
+    """Return the `stage_integral` of the absolute value of an observable."""
     total = 0.0
     for row in range(weights.size):
         total += weights[row] * o[KAPPA, row] * abs(o[column, row])
@@ -156,16 +156,16 @@ def write_profile(o, column, profile):
 
 
 @inlined
-def evaluate_sums(trial, weights):
-    """Write the sums, profiles and maxima of a step; its rows of `weights` are filled."""
+def write_sums(trial, weights):
+    """Write the sums, profiles and maxima of a step; the rows with nonzero `weights` contain its observables."""
     sum_stages(trial, weights)
     write_profiles(trial)
-    find_largest_speeds(trial)
-    find_peaks(trial)
+    write_largest_speeds(trial)
+    write_peaks(trial)
 
 
 @inlined
-def find_largest_speeds(trial):
+def write_largest_speeds(trial):
     """Write the largest speed of journals in free flight at the start and all stages but the last."""
     o = trial.o
     for c in range(trial.mode.size):
@@ -178,40 +178,40 @@ def find_largest_speeds(trial):
 
 
 @inlined
-def find_peaks(trial):
+def write_peaks(trial):
     """Write the highest values of observables that may have a peak; of contacts, only acting ones."""
     o, step = trial.o, trial.step
-    step.highest_acceleration = highest_inside(o, ACCELERATION, math.copysign(1.0, o[ACCELERATION, END]))
-    step.highest_torque = highest_inside(o, TORQUE, math.copysign(1.0, o[TORQUE, END]))
+    step.highest_acceleration = interior_peak(o, ACCELERATION, math.copysign(1.0, o[ACCELERATION, END]))
+    step.highest_torque = interior_peak(o, TORQUE, math.copysign(1.0, o[TORQUE, END]))
     for c in range(trial.mode.size):
         if not acts(trial.mode[c]):
             continue
-        trial.contact_steps[c].highest_force = highest_inside(o, column_of(c, NORMAL), 1.0)
-        trial.contact_steps[c].highest_depth = highest_inside(o, column_of(c, DEPTH), 1.0)
+        trial.contact_steps[c].highest_force = interior_peak(o, column_of(c, NORMAL), 1.0)
+        trial.contact_steps[c].highest_depth = interior_peak(o, column_of(c, DEPTH), 1.0)
 
 
 @inlined
-def highest_inside(o, column, sign):
+def interior_peak(o, column, sign):
     """Return the largest value of an observable times `sign` at the nodes, or NO_PEAK if it has no peak in the step.
 
-    It has one if a stage is higher than both ends, or if it rises at the start of the step and falls at its end, or
-    nearly so.  The slopes are those of parabolas through three nodes at either end, a tenth of the step outside, so
-    that a peak near an end counts in both steps.
+    There is a peak if a stage is higher than both ends, or if the observable rises at the start of the step and falls
+    at its end.  The slopes are those of parabolas through three nodes, a tenth of the step outside its start and end.
+    So a peak near the end of a step counts in both steps.
     """
     start_slope = end_slope = 0.0
     for m in range(3):
         start_slope += START_SLOPE[m] * o[column, NODES[START_NODES[m]]]
         end_slope += END_SLOPE[m] * o[column, NODES[END_NODES[m]]]
-    ends = max(sign * o[column, START], sign * o[column, END])
-    highest = ends
+    highest_end = max(sign * o[column, START], sign * o[column, END])
+    highest = highest_end
     for m in range(STAGES - 1):
         highest = max(highest, sign * o[column, m])
-    if highest > ends or sign * start_slope > 0.0 > sign * end_slope:
+    if highest > highest_end or sign * start_slope > 0.0 > sign * end_slope:
         return highest
     return NO_PEAK
 
 
-def _slope(nodes, point):
+def _slope_weights(nodes, point):
     """Return the weights of the slope at `point` of the parabola through values at three `nodes`."""
     a, b, c = nodes
     return np.array(
@@ -224,4 +224,4 @@ def _slope(nodes, point):
 
 
 START_NODES, END_NODES = np.array([0, 2, 3]), np.array([5, 6, 8])  # of NODES, some tenths of the step apart
-START_SLOPE, END_SLOPE = _slope(SHARES[START_NODES], -0.1), _slope(SHARES[END_NODES], 1.1)
+START_SLOPE, END_SLOPE = _slope_weights(SHARES[START_NODES], -0.1), _slope_weights(SHARES[END_NODES], 1.1)

@@ -26,11 +26,11 @@ from ...observe.stages import END, NODES, START
 from ...trace.fields import Fields
 from .step_sums import (
     NO_PEAK,
-    highest_inside,
+    interior_peak,
 )
 
 
-class WholeTotals(Fields):
+class MechanismTotals(Fields):
     """Sums and maxima of the mechanism: of power since the start, then figures of the window."""
 
     work_drive: float  # J
@@ -41,8 +41,8 @@ class WholeTotals(Fields):
     kinetic_start: float  # J, kinetic energy at the start
     kinetic_max: float  # J, its largest value
     residual: float  # J, largest imbalance of these
-    speed_awaited: float  # rad/s, of a free crank; 0: none
-    speed_reached: float  # s, when the crank first passes this speed upwards; 0: not yet
+    target_speed: float  # rad/s, of a free crank; 0: none
+    target_time: float  # s, at which the crank first reaches this speed; 0: not yet
     acceleration_square: float  # integral of the square of the output's acceleration over time
     acceleration_max: float
     torque_max: float  # N m
@@ -50,7 +50,7 @@ class WholeTotals(Fields):
     window_start: float  # s, start of the window
     speed_min: float  # rad/s, of a free crank
     speed_max: float
-    speed_after: float  # rad/s, least speed of a free crank in the steps after it reached the awaited speed
+    min_speed_after_target: float  # rad/s, least speed of a free crank after it reached its target speed
 
 
 class ContactTotals(Fields):
@@ -59,19 +59,19 @@ class ContactTotals(Fields):
     force_square: float  # N^2 s
     contact_time: float  # s
     force_max: float  # N
-    force_until: float  # N, its value when a free crank reaches the awaited speed
+    force_max_to_target: float  # N, its value when a free crank reaches the awaited speed
     load_max: float  # N^2, square of the resultant of normal and friction force, where there is friction
     depth_max: float  # m
     onset_max: float  # m/s
-    onsets: float
+    onsets: float  # number of onsets
     clips: float  # passages of guards that are counted
     restitution: float  # sum of the ratios of rebound and approach
-    rebounds: float  # their number
+    rebounds: float  # number of these ratios
     beyond_time: float  # s, beyond the limit of its elastic law
     force_time: float  # N s
     friction_energy: float  # J, of dry friction
-    load_time: float  # N s, of the size of the normal force, where there is a film
-    dry_force_time: float  # N s, of the size of its dry share
+    load_time: float  # N s, of the magnitude of the normal force, where there is a film
+    dry_force_time: float  # N s, of the magnitude of its dry part
     clamped_time: float  # s, at a depth beyond the limit of the film formula
     film_energy: float  # J
     generated_energy: float  # J
@@ -83,10 +83,10 @@ class ContactTotals(Fields):
     approach: float  # m/s, onset rate of the present contact
 
 
-FIRST_FIGURE = WholeTotals.index_of("acceleration_square")  # what is reset where the window opens
+FIRST_FIGURE = MechanismTotals.index_of("acceleration_square")  # what is reset where the window opens
 CONTACT_FIGURES = ContactTotals.index_of("peak")  # number of fields that are reset there
 HIGHEST_BIN = PARTS + 1  # in Totals.bins: the highest bin used
-#: Rows of Totals.spent, for each part of the step: its duration relative to other parts, a histogram.Ramp, and the
+#: Rows of Totals.part_times, for each part of the step: its duration relative to other parts, a histogram.Ramp, and the
 #: time (s) during which a film pulls.
 RELATIVE_DURATION, FIRST_BIN_TIME, LAST_BIN_TIME, TIME_PER_FORCE, PULLING_TIME, PART_TIME_ROWS = range(6)
 
@@ -94,15 +94,15 @@ RELATIVE_DURATION, FIRST_BIN_TIME, LAST_BIN_TIME, TIME_PER_FORCE, PULLING_TIME, 
 class Totals(NamedTuple):
     """Sums and maxima of one integration."""
 
-    whole: WholeTotals
+    mechanism: MechanismTotals
     joint: ContactTotals  # (contacts,)
     histogram: np.ndarray  # (contacts, BINS, 2) s, at a force within each bin; s/N, increment in each bin above it
-    dry: np.ndarray  # the same for the dry share of the force, above zero; (0, BINS, 2) without films
+    dry: np.ndarray  # the same for the dry part of the force, above zero; (0, BINS, 2) without films
     step_values: np.ndarray  # (contacts, STEP_VALUE_ROWS, PARTS + 1) at equidistant places of the step, see histogram
     bins: np.ndarray  # (contacts, HIGHEST_BIN + 1) int64, bins of the force between the parts of the step
-    spent: np.ndarray  # (contacts, PART_TIME_ROWS, PARTS) contribution of each part to the histogram
+    part_times: np.ndarray  # (contacts, PART_TIME_ROWS, PARTS) contribution of each part to the histogram
     length: np.ndarray  # (1,) length of the step
-    between: np.ndarray  # (2 coordinates + 1, STATE_POINTS) the state within the step, with wear
+    dense_states: np.ndarray  # (2 coordinates + 1, STATE_POINTS) the state within the step, with wear
     workspace: np.ndarray  # for the wear of a step, see joint.wear.step
     wear: np.ndarray  # (2 contacts bins,) m, wear depth of bearing and journal of every joint
     account: np.ndarray  # (contacts, ACCOUNT) see joint.wear.contract
@@ -124,35 +124,37 @@ class Accumulators(NamedTuple):
     clearance: tuple
     film: tuple
     has_friction: tuple
-    whole: tuple
+    mechanism: tuple
     joint: tuple
     bins: tuple
-    spent: tuple
-    highest: tuple
-    since: tuple
+    part_times: tuple
+    step_peak: tuple
+    peak_since_mark: tuple
 
 
 @inlined
 def accumulate_step(accumulators, time):
-    """Add an accepted step to the totals; `time` is the place of the time in the state.
+    """Add an accepted step to the totals; `time` is the index of the time in the state.
 
-    Maxima are those at the ends of the step.  If a larger one may lie between, `needs_peak_search` of its `step` is
-    set, and the `highest` of the quantity is kept for the search; all others are set to NO_PEAK.
+    Maxima are those at start and end of the step.  If a larger one may lie between, `step.needs_peak_search` is set and
+    the quantity's `highest_...` value is left for the search; all other `highest_...` values are set to NO_PEAK.
     """
     in_window = accumulators.stepper.in_window != 0.0
     accumulators.step.needs_peak_search = 0.0
     add_powers(accumulators, in_window)
     for j in range(accumulators.mode.size):
         duration = accumulators.end[time] - accumulators.y[time]
-        accumulators.since[j] = max(accumulators.since[j], accumulators.highest[j])  # of the step before
-        accumulators.highest[j] = 0.0
+        accumulators.peak_since_mark[j] = max(
+            accumulators.peak_since_mark[j], accumulators.step_peak[j]
+        )  # of the step before
+        accumulators.step_peak[j] = 0.0
         if in_window and touches(accumulators.mode[j]):
             accumulators.joint[j].contact_time += duration
         if acts(accumulators.mode[j]):
             add_contact(accumulators, j, in_window, duration)
         else:
-            highest = accumulators.contact_steps[j]
-            highest.highest_force = highest.highest_depth = highest.highest_load = NO_PEAK
+            contact_step = accumulators.contact_steps[j]
+            contact_step.highest_force = contact_step.highest_depth = contact_step.highest_load = NO_PEAK
             if in_window:
                 accumulators.joint[j].depth_max = max(
                     accumulators.joint[j].depth_max, accumulators.o[column_of(j, DEPTH), END]
@@ -162,7 +164,7 @@ def accumulate_step(accumulators, time):
 
 @inlined
 def request_search(step, highest, is_counted, threshold):
-    """Return `highest` and request a search between the stages, if it is counted and exceeds `threshold`."""
+    """Return `highest` and request a peak search if it is counted and exceeds `threshold`; otherwise return NO_PEAK."""
     if is_counted and highest > threshold:
         step.needs_peak_search = 1.0
         return highest
@@ -171,18 +173,18 @@ def request_search(step, highest, is_counted, threshold):
 
 @inlined
 def add_powers(accumulators, in_window):
-    """Integrate powers and squares with the weights of the method, at its order."""
-    total, joint, step, h = accumulators.whole, accumulators.joint, accumulators.step, accumulators.step.length
-    total.work_drive += h * step.sum_drive
-    total.work_gravity += h * step.sum_gravity
+    """Add the integrals of powers (J) and squares over a step; update the largest energy imbalance (J)."""
+    mechanism, joint, step, h = accumulators.mechanism, accumulators.joint, accumulators.step, accumulators.step.length
+    mechanism.work_drive += h * step.sum_drive
+    mechanism.work_gravity += h * step.sum_gravity
     if in_window:
-        total.acceleration_square += h * step.sum_acceleration
+        mechanism.acceleration_square += h * step.sum_acceleration
     for j in range(accumulators.mode.size):
         if acts(accumulators.mode[j]):
             sums, figures = accumulators.contact_steps[j], joint[j]
-            total.energy_stored += h * sums.sum_stored
-            total.energy_lost += h * sums.sum_lost
-            total.energy_friction += h * sums.sum_friction
+            mechanism.energy_stored += h * sums.sum_stored
+            mechanism.energy_lost += h * sums.sum_lost
+            mechanism.energy_friction += h * sums.sum_friction
             if in_window:
                 figures.force_square += h * sums.sum_force_square
                 figures.force_time += h * sums.sum_force
@@ -190,28 +192,32 @@ def add_powers(accumulators, in_window):
                 if accumulators.has_friction[j] != 0 and accumulators.film[j, 1] == math.inf:
                     figures.friction_energy += h * sums.sum_friction
     kinetic = accumulators.o[KINETIC, END]
-    energy_gain = kinetic - total.kinetic_start + total.energy_stored + total.energy_lost + total.energy_friction
-    imbalance = abs(total.work_drive + total.work_gravity - energy_gain)
-    total.residual = max(total.residual, imbalance if imbalance <= math.inf else math.inf)  # a maximum skips nan
-    total.kinetic_max = max(total.kinetic_max, kinetic)
+    energy_gain = (
+        kinetic - mechanism.kinetic_start + mechanism.energy_stored + mechanism.energy_lost + mechanism.energy_friction
+    )
+    imbalance = abs(mechanism.work_drive + mechanism.work_gravity - energy_gain)
+    mechanism.residual = max(
+        mechanism.residual, imbalance if imbalance <= math.inf else math.inf
+    )  # a maximum skips nan
+    mechanism.kinetic_max = max(mechanism.kinetic_max, kinetic)
 
 
 @inlined
 def add_contact(accumulators, j, in_window, duration):
     """Add the largest force (N) and depth (m) of acting contact `j`, and the profile of its force."""
     o, step = accumulators.o, accumulators.step
-    figures, highest = accumulators.joint[j], accumulators.contact_steps[j]
+    figures, contact_step = accumulators.joint[j], accumulators.contact_steps[j]
     force, depth, load = column_of(j, NORMAL), column_of(j, DEPTH), column_of(j, LOAD)
-    threshold = 0.9 * min(figures.peak, accumulators.since[j])
-    highest.highest_force = request_search(step, highest.highest_force, True, threshold)
+    threshold = 0.9 * min(figures.peak, accumulators.peak_since_mark[j])
+    contact_step.highest_force = request_search(step, contact_step.highest_force, True, threshold)
     largest = max(o[force, START], o[force, END])
     figures.peak = max(figures.peak, largest)
-    accumulators.highest[j] = largest
+    accumulators.step_peak[j] = largest
     # with a film, of the eccentricity: the least distance from the bearing is needed, too
     margin = 0.02 * accumulators.clearance[j] if accumulators.film[j, 1] < math.inf else 0.0
     threshold = 0.98 * figures.depth_max - margin
-    highest.highest_depth = request_search(step, highest.highest_depth, in_window, threshold)
-    highest.highest_load = NO_PEAK
+    contact_step.highest_depth = request_search(step, contact_step.highest_depth, in_window, threshold)
+    contact_step.highest_load = NO_PEAK
     if not in_window:
         return
     figures.force_max = max(figures.force_max, largest)
@@ -221,7 +227,7 @@ def add_contact(accumulators, j, in_window, duration):
     if accumulators.has_friction[j] != 0:
         for row in NODES:
             put_load(o, row, j)
-        highest.highest_load = request_search(step, highest_inside(o, load, 1.0), True, 0.96 * figures.load_max)
+        contact_step.highest_load = request_search(step, interior_peak(o, load, 1.0), True, 0.96 * figures.load_max)
         largest = max(o[load, START], o[load, END])
         figures.load_max = max(figures.load_max, largest)
 
@@ -229,7 +235,7 @@ def add_contact(accumulators, j, in_window, duration):
 @inlined
 def add_force_profile(accumulators, j, duration):
     """Distribute the step's time (s) over bins by the profile of contact `j`'s force, all parts of the step at once."""
-    part_times, bins, film = accumulators.spent, accumulators.bins, accumulators.film[j, 1] < math.inf
+    part_times, bins, film = accumulators.part_times, accumulators.bins, accumulators.film[j, 1] < math.inf
     kappa, force = accumulators.profiles[0], accumulators.profiles[1 + j]
     for i in abreast(PARTS):
         part_times[j, RELATIVE_DURATION, i] = max(kappa[i], 0.0) + max(kappa[i + 1], 0.0)
@@ -258,20 +264,20 @@ def add_force_profile(accumulators, j, duration):
 @inlined
 def add_motion(accumulators, in_window):
     """Add the largest slider acceleration (m/s^2), torque (N m) and slider error (m)."""
-    o, total, step = accumulators.o, accumulators.whole, accumulators.step
+    o, mechanism, step = accumulators.o, accumulators.mechanism, accumulators.step
     largest, sign = max(abs(o[ERROR, START]), abs(o[ERROR, END])), math.copysign(1.0, o[ERROR, END])
     start_slope, end_slope = sign * o[ERROR_RATE, START], sign * o[ERROR_RATE, END]
-    highest = largest + 0.25 * step.length * o[KAPPA, START] * min(
+    parabola_peak = largest + 0.25 * step.length * o[KAPPA, START] * min(
         start_slope, -end_slope
     )  # a parabola's rise above the higher end
-    step.highest_error = highest if start_slope > 0.0 and end_slope < 0.0 else NO_PEAK
-    threshold = 0.98 * total.acceleration_max
+    step.highest_error = parabola_peak if start_slope > 0.0 and end_slope < 0.0 else NO_PEAK
+    threshold = 0.98 * mechanism.acceleration_max
     step.highest_acceleration = request_search(step, step.highest_acceleration, in_window, threshold)
-    step.highest_torque = request_search(step, step.highest_torque, in_window, 0.98 * total.torque_max)
-    step.highest_error = request_search(step, step.highest_error, in_window, total.error_max)
+    step.highest_torque = request_search(step, step.highest_torque, in_window, 0.98 * mechanism.torque_max)
+    step.highest_error = request_search(step, step.highest_error, in_window, mechanism.error_max)
     if in_window:
         acceleration = max(abs(o[ACCELERATION, START]), abs(o[ACCELERATION, END]))
         torque = max(abs(o[TORQUE, START]), abs(o[TORQUE, END]))
-        total.acceleration_max = max(total.acceleration_max, acceleration)
-        total.torque_max = max(total.torque_max, torque)
-        total.error_max = max(total.error_max, largest)
+        mechanism.acceleration_max = max(mechanism.acceleration_max, acceleration)
+        mechanism.torque_max = max(mechanism.torque_max, torque)
+        mechanism.error_max = max(mechanism.error_max, largest)

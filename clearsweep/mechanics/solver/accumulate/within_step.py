@@ -12,30 +12,30 @@ from ...observe.stages import END, NODES, SCRATCH, SHARES, STAGES
 from ..collocation import dense_component, dense_state
 from ..integration import evaluate_dense
 
-POINT_SHARES = np.minimum(np.arange(STATE_POINTS) / (QUARTER_POINTS + 1), 1.0)
+POINT_FRACTIONS = np.minimum(np.arange(STATE_POINTS) / (QUARTER_POINTS + 1), 1.0)
 
 
 @kernel
-def evaluate_between(pointer, between):
-    """Write coordinates, their rates and the time at the moments of the step to `between`.
+def evaluate_dense_states(pointer, dense_states):
+    """Write coordinates, their rates and the time at points within the step to `dense_states`.
 
-    between : (2 coordinates + 1, STATE_POINTS), at every quarter of the step, then its end again.
+    dense_states : (2 coordinates + 1, STATE_POINTS), at every quarter of the step, then its end again.
     """
     y, end_value, f = pointer[0].y, pointer[0].end, pointer[0].f
-    for i in range(between.shape[0]):
+    for i in range(dense_states.shape[0]):
         for index in abreast(STATE_POINTS):
-            x = POINT_SHARES[index]
+            x = POINT_FRACTIONS[index]
             u = 2.0 * x - 1.0
             total = f[i, STAGES - 1]
             for m in range(STAGES - 2, -1, -1):
                 total = total * u + f[i, m]
-            between[i, index] = y[i] + x * total
+            dense_states[i, index] = y[i] + x * total
         for index in range(QUARTER_POINTS + 1, STATE_POINTS):
-            between[i, index] = end_value[i]
+            dense_states[i, index] = end_value[i]
 
 
 @kernel
-def highest_node(o, column, sign):
+def node_of_maximum(o, column, sign):
     """Return the node of the stage with the largest value of an observable times `sign`."""
     best = 0
     for m in range(1, NODES.size):
@@ -46,7 +46,7 @@ def highest_node(o, column, sign):
 
 @kernel
 def observable_at(pointer, x, column):
-    """Return the observable at the share `x` (0 to 1) of the step, from the dense output in `work.f`."""
+    """Return the observable at the fraction `x` (0 to 1) of the step, from the dense output in `work.f`."""
     work = pointer[0]
     evaluate_dense(pointer, x)
     for j in range(work.mode.size):
@@ -56,7 +56,7 @@ def observable_at(pointer, x, column):
 
 
 @kernel
-def refined_peak(pointer, column, sign, node):
+def refine_peak(pointer, column, sign, node):
     """Return the largest value of the observable times `sign` near the stage `node`, by successive parabolas."""
     m = min(max(node, 1), NODES.size - 2)
     a, b, c = SHARES[m - 1], SHARES[m], SHARES[m + 1]
@@ -82,9 +82,9 @@ def refined_peak(pointer, column, sign, node):
 
 
 @kernel
-def highest_between(pointer, column, sign):
+def maximum_in_step(pointer, column, sign):
     """Return the largest value of the observable times `sign` near its highest stage, from the dense output."""
-    return refined_peak(pointer, column, sign, highest_node(pointer[0].o, column, sign))
+    return refine_peak(pointer, column, sign, node_of_maximum(pointer[0].o, column, sign))
 
 
 class Record(NamedTuple):
@@ -92,23 +92,23 @@ class Record(NamedTuple):
 
     times: np.ndarray  # (samples,) s, or rad of a free crank, increasing
     samples: np.ndarray  # (samples, channels)
-    independent: int  # place in the state of the quantity that `times` gives
+    independent: int  # index in the state of the quantity that `times` gives
 
 
 @kernel
-def share_at(pointer, independent, moment):
-    """Return the share (0 to 1) of the step at which the state's number at `independent` equals `moment`."""
+def fraction_at(pointer, independent, target):
+    """Return the fraction (0 to 1) of the step at which component `independent` of the state equals `target`."""
     work = pointer[0]
     a, b = 0.0, 1.0
-    x = (moment - work.y[independent]) / (work.end[independent] - work.y[independent])
+    x = (target - work.y[independent]) / (work.end[independent] - work.y[independent])
     for _ in range(60):
-        residual = dense_component(x, independent, work.y, work.f) - moment
+        residual = dense_component(x, independent, work.y, work.f) - target
         if residual > 0.0:
             b = x
         else:
             a = x
         step = 1e-7  # a difference quotient suffices: only the root matters
-        slope = (dense_component(x + step, independent, work.y, work.f) - residual - moment) / step
+        slope = (dense_component(x + step, independent, work.y, work.f) - residual - target) / step
         newton = x - residual / slope if slope > 0.0 else 0.5 * (a + b)
         if not a <= newton <= b:
             newton = 0.5 * (a + b)
@@ -122,7 +122,7 @@ def share_at(pointer, independent, moment):
 def write_sample(pointer, y, out):
     """Write the time histories at the state `y` to `out`, in the order of the channels."""
     work = pointer[0]
-    invoke(work.sample.code, work.sample.parameters, (y, work.mode, work.latched, work.side, out), out.size)
+    invoke(work.sample.code, work.sample.parameters, (y, work.mode, work.latched, work.journal_sides, out), out.size)
 
 
 @kernel
@@ -133,7 +133,7 @@ def write_samples(pointer):
     independent = record.independent
     i = work.counts.samples
     while i < record.times.size and record.times[i] <= work.end[independent]:
-        dense_state(share_at(pointer, independent, record.times[i]), work.y, work.f, work.z)
+        dense_state(fraction_at(pointer, independent, record.times[i]), work.y, work.f, work.z)
         work.z[independent] = record.times[i]
         for j in range(work.mode.size):  # just before a separation rounding may put the interpolant below zero
             work.z[work.time + 1 + j] = max(work.z[work.time + 1 + j], 0.0)
@@ -144,8 +144,10 @@ def write_samples(pointer):
 
 def sample_states(work, states, out):
     """Write the time histories at `states` (states, n) to `out` (states, channels), without forces."""
-    shared = [np.broadcast_to(array, (len(states), array.size)) for array in (work.mode, work.latched, work.side)]
-    invoke_each(work.sample.code, work.sample.parameters, (states, *shared, out), out.shape[1])
+    repeated_arrays = [
+        np.broadcast_to(array, (len(states), array.size)) for array in (work.mode, work.latched, work.journal_sides)
+    ]
+    invoke_each(work.sample.code, work.sample.parameters, (states, *repeated_arrays, out), out.shape[1])
 
 
 PROBE_DISTANCE = 1e-4  # of a step: distance from a mark at which a rising force is detected
@@ -156,9 +158,9 @@ class RevolutionMarks(NamedTuple):
 
     marks: np.ndarray  # (marks,) s, or rad of a free crank, increasing
     states: np.ndarray  # (marks, n) the state at each mark
-    peaks: np.ndarray  # (marks, contacts) N, largest normal force since the mark before
-    highest: np.ndarray  # (contacts,) N, largest normal force of the current step, 0 if none acts
-    since: np.ndarray  # (contacts,) N, largest of the steps before it since the last mark
+    peaks: np.ndarray  # (marks, contacts) N, largest normal force since the previous mark
+    step_peak: np.ndarray  # (contacts,) N, largest normal force of the current step, 0 if none acts
+    peak_since_mark: np.ndarray  # (contacts,) N, largest of the earlier steps since the last mark
     passed: np.ndarray  # (1,) int64, number of marks passed
 
 
@@ -175,24 +177,24 @@ def record_start(pointer):
 
 @kernel
 def split_peaks(pointer, i, x):
-    """Split the largest forces of the step into those before and after mark `i`, at the share `x` of the step."""
+    """Split the largest forces of the step into those before and after mark `i`, at the fraction `x` of the step."""
     work = pointer[0]
-    revolutions, row = work.revolutions, END
+    revolutions, mark_row = work.revolutions, END
     if x < 1.0:
         evaluate_dense(pointer, x)
-        row = SCRATCH
+        mark_row = SCRATCH
     for j in range(work.mode.size):
-        column, highest = column_of(j, NORMAL), revolutions.highest[j]
-        at_mark = work.o[column, row] if highest > 0.0 else 0.0
-        after = max(at_mark, work.o[column, END]) if highest > 0.0 else 0.0
-        before = at_mark
-        if highest > after:
+        column, step_peak = column_of(j, NORMAL), revolutions.step_peak[j]
+        at_mark = work.o[column, mark_row] if step_peak > 0.0 else 0.0
+        peak_after = max(at_mark, work.o[column, END]) if step_peak > 0.0 else 0.0
+        peak_before = at_mark
+        if step_peak > peak_after:
             rises = x < 1.0 and observable_at(pointer, min(x + PROBE_DISTANCE, 1.0), column) > at_mark
-            before, after = (at_mark, highest) if rises else (highest, after)
+            peak_before, peak_after = (at_mark, step_peak) if rises else (step_peak, peak_after)
             if x < 1.0:
                 evaluate_dense(pointer, x)
-        revolutions.peaks[i, j] = max(revolutions.since[j], before)
-        revolutions.since[j], revolutions.highest[j] = 0.0, after
+        revolutions.peaks[i, j] = max(revolutions.peak_since_mark[j], peak_before)
+        revolutions.peak_since_mark[j], revolutions.step_peak[j] = 0.0, peak_after
 
 
 @kernel
@@ -204,7 +206,7 @@ def record_marks(pointer):
     while i < revolutions.marks.size and revolutions.marks[i] <= work.end[work.independent]:
         x = 1.0
         if revolutions.marks[i] < work.end[work.independent]:
-            x = share_at(pointer, work.independent, revolutions.marks[i])
+            x = fraction_at(pointer, work.independent, revolutions.marks[i])
         split_peaks(pointer, i, x)
         if x < 1.0:
             dense_state(x, work.y, work.f, work.z)
