@@ -66,7 +66,7 @@ def _show_version(context: click.Context, _: click.Parameter, requested: bool) -
 
     print(f"clearsweep, version {clearsweep.__version__}, model version {clearsweep.MODEL_VERSION}")
     print(f"processor level: {objects.level()}")
-    print(f"compiled code: {printable(str(cache.prepare()))}")
+    print(f"compiled code: {printable(str(cache.prepare_cache()))}")
     context.exit()
 
 

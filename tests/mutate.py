@@ -204,11 +204,11 @@ MUTATIONS = (
     Mutation(
         HISTOGRAM,
         "ramp_of",
-        "where(crosses, bin_edge(highest_bin + 1), bin_edge(highest_bin))",
+        "where(crosses_bins, bin_edge(highest_bin + 1), bin_edge(highest_bin))",
         "bin_edge(highest_bin)",
         RAMPS,
     ),
-    Mutation(HISTOGRAM, "fill", "histogram[j, bins[j, i], 1] +=", "histogram[j, bins[j, i] + 1, 1] +=", RAMPS),
+    Mutation(HISTOGRAM, "add_ramps", "histogram[j, bins[j, i], 1] +=", "histogram[j, bins[j, i] + 1, 1] +=", RAMPS),
     Mutation(
         HISTOGRAM,
         "ramp_of",
@@ -216,16 +216,18 @@ MUTATIONS = (
         "lowest_bin == highest_bin, highest_bin > lowest_bin + 2,",
         RAMPS,
     ),
-    Mutation(HISTOGRAM, "ramp_of", "Ramp(where(rises, lower, upper),", "Ramp(where(rises, upper, lower),", RAMPS),
-    Mutation(HISTOGRAM, "fill", "density[j, i] - density[j, i - 1]", "density[j, i]", RAMPS),
+    Mutation(
+        HISTOGRAM, "ramp_of", "Ramp(where(is_rising, lower, upper),", "Ramp(where(is_rising, upper, lower),", RAMPS
+    ),
+    Mutation(HISTOGRAM, "add_ramps", "density[j, i] - density[j, i - 1]", "density[j, i]", RAMPS),
     Mutation(
         HISTOGRAM,
-        "_exceeded",
-        "within = (higher_time - duration) / bin_time",
-        "within = (higher_time + duration) / bin_time",
+        "_force_quantile",
+        "offset = (higher_time - duration) / bin_time",
+        "offset = (higher_time + duration) / bin_time",
         RAMPS,
     ),
-    Mutation(HISTOGRAM, "_exceeded", "higher_time >= duration and", "higher_time >= 2.0 * duration and", RAMPS),
+    Mutation(HISTOGRAM, "_force_quantile", "higher_time >= duration and", "higher_time >= 2.0 * duration and", RAMPS),
     Mutation(ALONG, "sum_stages", "square + weight * (force * force)", "square + weight * force", WINDOW),
     Mutation(
         TOTALS,
@@ -236,12 +238,12 @@ MUTATIONS = (
     ),
     Mutation(
         HISTOGRAM,
-        "share_beyond",
+        "fraction_above",
         "if step_values[DEPTH_ROW, i] > limit:",
         "if step_values[DEPTH_ROW, i] < limit:",
         LIMIT,
     ),
-    Mutation(HISTOGRAM, "share_beyond", "return time_beyond / total", "return time_beyond", LIMIT),
+    Mutation(HISTOGRAM, "fraction_above", "return time_at_limit / total", "return time_at_limit", LIMIT),
     Mutation(ALONG, "interior_peak", "0.0 > sign * end_slope", "0.0 < sign * end_slope", WINDOW),
     Mutation(ALONG, "sum_stages", "dissipated + weight * o", "dissipated + 1.001 * weight * o", IMPACT),
     # pressures and wear laws: each of them three times too large

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from clearsweep.cli import verbs
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.describe import REFERENCE, text
+from clearsweep.mechanics.describe import REFERENCE, law_text
 from clearsweep.mechanics.joint.registry import all_laws
 from clearsweep.simulation import advice, advice_text, load_case, recommendations
 
@@ -126,6 +126,6 @@ def test_one_law_is_asked_for_by_its_name(grid):
 
 @pytest.mark.parametrize("law", [law for law in all_laws() if law.ranges or law.trusted or law.unsound])
 def test_a_law_states_its_ranges_where_it_is_described(law):
-    message = " ".join(text(law.name).split())
+    message = " ".join(law_text(law.name).split())
     assert all(limit.reason in message for limit in (*law.ranges, *law.trusted))
     assert law.unsound in message

@@ -120,10 +120,10 @@ def test_two_processes_that_compile_at_once_do_not_harm_each_other(monkeypatch, 
 
     def overtaken(self, target):
         monkeypatch.setattr(Path, "replace", replace)
-        cache.keep("code", b"of the quick one")
+        cache.store("code", b"of the quick one")
         return replace(self, target)
 
     monkeypatch.setattr(Path, "replace", overtaken)
-    cache.keep("code", b"of the slow one")
-    assert cache.kept("code") == b"of the slow one"
+    cache.store("code", b"of the slow one")
+    assert cache.load("code") == b"of the slow one"
     assert [path.name for path in (tmp_path / "traced").iterdir()] == ["code"]

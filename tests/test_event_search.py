@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of, columns
-from clearsweep.mechanics.observe.stages import NODES, ROW_COUNT, SCRATCH, SHARES
+from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, RATE, SLIP, column_count, column_of
+from clearsweep.mechanics.observe.stages import NODE_FRACTIONS, NODES, ROW_COUNT, SCRATCH
 from clearsweep.mechanics.solver import bernstein, event_search
 from clearsweep.mechanics.solver.accumulate.step_sums import ContactStep
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals
@@ -23,13 +23,13 @@ def onset(monkeypatch):
     """Return a function: depth over the share of the step, its slope -> where the search finds the onset."""
 
     def crossing_of(depth, slope, clearance=1.0):
-        o = np.zeros((columns(1), ROW_COUNT))
+        o = np.zeros((column_count(1), ROW_COUNT))
         o[KAPPA], o[column_of(0, SLIP)] = 1.0, 1e3
 
         def look(_, x, row=SCRATCH):
             o[column_of(0, DEPTH), row], o[column_of(0, RATE), row] = depth(x), slope(x)
 
-        for row, x in zip(NODES, SHARES, strict=True):
+        for row, x in zip(NODES, NODE_FRACTIONS, strict=True):
             look(None, x, row)
         monkeypatch.setattr(event_search, "evaluate_dense", look)
         contact_steps, polynomials = ContactStep.zeros(1), np.zeros((ROWS, COEFFICIENTS))
@@ -107,7 +107,7 @@ def test_a_path_through_the_middle_of_the_bearing_is_smooth_for_the_search(onset
 
 def test_a_path_that_is_no_longer_than_its_ends_are_below_the_bearing_does_not_come_to_it():
     def arrives(speed):
-        o = np.zeros((columns(1), ROW_COUNT))
+        o = np.zeros((column_count(1), ROW_COUNT))
         o[KAPPA], o[column_of(0, SLIP)], o[column_of(0, DEPTH)] = 1.0, speed, -2.0
         work = SimpleNamespace(o=o, contact_steps=ContactStep.zeros(1))
         return not event_search.cannot_reach_bearing((work,), 0, 1.0)
@@ -122,7 +122,7 @@ def test_a_path_that_is_no_longer_than_its_ends_are_below_the_bearing_does_not_c
 def made_of(path):
     """Return the polynomials of a path over the step."""
     p = np.zeros((ROWS, COEFFICIENTS))
-    p[VALUES] = path(SHARES)
+    p[VALUES] = path(NODE_FRACTIONS)
     bernstein.set_from_values(p)
     return p
 
@@ -144,11 +144,11 @@ def test_a_polynomial_through_the_stages_is_that_polynomial_and_lies_within_its_
 @pytest.mark.parametrize("dip", [1e-3, 1e-5, 1e-7])
 def test_a_dip_that_all_stages_miss_is_found(dip):
     """A polynomial that is below zero at every stage, and for `dip` of the step above it between two of them."""
-    for left, right in itertools.pairwise(SHARES):
+    for left, right in itertools.pairwise(NODE_FRACTIONS):
         middle = 0.5 * (left + right)
         path = np.poly1d([middle - 0.5 * dip, middle + 0.5 * dip], r=True) * np.poly1d([-1.0, -0.5, -3.0])
         path = path * -1.0 if path(middle) < 0.0 else path
-        assert (path(SHARES) < 0.0).all()
+        assert (path(NODE_FRACTIONS) < 0.0).all()
         assert bernstein.find_first_crossing(made_of(path)) == pytest.approx(middle - 0.5 * dip, abs=1e-9 + 1e-16 / dip)
 
 
@@ -181,7 +181,7 @@ def passage(monkeypatch, function, column=-1, peak=0.0):
         return function(x)
 
     monkeypatch.setattr(event_search, "guard_value", look)
-    value = np.array([[*map(function, SHARES), 0.0]])
+    value = np.array([[*map(function, NODE_FRACTIONS), 0.0]])
     guards = SimpleNamespace(value=value, contact=[0], column=[column])
     totals = SimpleNamespace(joint=ContactTotals(np.full((1, ContactTotals.SIZE), peak)))
     work = SimpleNamespace(

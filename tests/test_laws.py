@@ -375,7 +375,7 @@ def code_of(**contact):
     """Return the compiled code of the right-hand side of a slider-crank with this contact, as text."""
     case = slider_crank("rod-slider", changes={"joints.rod-slider.contact": contact})
     made = clearsweep.load_case(case)
-    return str(objects.traced(trial_step.rates_entry, made.value, "fifff"))
+    return str(objects.trace_module(trial_step.rates_entry, made.value, "fifff"))
 
 
 @pytest.mark.heavy
@@ -419,7 +419,7 @@ def test_a_further_law_compiles_within_three_seconds(tmp_path):
 
 
 def test_the_list_names_every_law_with_one_line():
-    listed = describe.text()
+    listed = describe.law_text()
     for (_, name), recipe in RECIPES.items():
         assert f"  {name} " in listed
         assert recipe.law.summary in listed
@@ -427,14 +427,14 @@ def test_the_list_names_every_law_with_one_line():
 
 @pytest.mark.parametrize("law", [mechanism.law for mechanism in MECHANISMS.values()])
 def test_the_mechanisms_are_described_next_to_the_laws(law):
-    assert f"  {law.name} " in describe.text()
-    assert f"mechanism.type: {law.name}" in describe.text(law.name)
-    assert all(field.name in describe.text(law.name) for field in law.fields)
+    assert f"  {law.name} " in describe.law_text()
+    assert f"mechanism.type: {law.name}" in describe.law_text(law.name)
+    assert all(field.name in describe.law_text(law.name) for field in law.fields)
 
 
 @pytest.mark.parametrize("name", dict.fromkeys(name for _, name in RECIPES))
 def test_every_law_reports_formula_parameters_and_source(name):
-    message = " ".join(describe.text(name).split())
+    message = " ".join(describe.law_text(name).split())
     for recipe in (result for (_, other), result in RECIPES.items() if other == name):
         for part in (recipe.law.formula, recipe.law.source, *(field.name for field in recipe.law.fields)):
             assert " ".join(part.split()) in message
@@ -445,7 +445,7 @@ def test_every_law_reports_formula_parameters_and_source(name):
 
 
 def test_johnson_reports_its_force_at_a_micrometre_and_its_limit():
-    message = describe.text("johnson")
+    message = describe.law_text("johnson")
     assert "814.62" in message
     assert "valid up to 199.1 um" in message
 
@@ -459,6 +459,6 @@ def test_a_name_in_two_families_shows_both(monkeypatch):
     recipe = RECIPES["law", "hertz"]
     twin = recipe._replace(law=recipe.law._replace(family="elastic", name="hertz"), make=lambda joint: joint_power())
     monkeypatch.setitem(RECIPES, ("elastic", "hertz"), twin)
-    message = describe.text("hertz")
+    message = describe.law_text("hertz")
     assert "contact.law: hertz" in message
     assert "contact.elastic: hertz" in message

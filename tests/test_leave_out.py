@@ -28,7 +28,7 @@ def scene(**changes):
 
 def code_of(made):
     """Return the compiled code of the right-hand side of a scene, as text."""
-    return str(objects.traced(trial_step.rates_entry, made.value, "fifff"))
+    return str(objects.trace_module(trial_step.rates_entry, made.value, "fifff"))
 
 
 def test_a_frictionless_scene_compiles_no_friction():
@@ -109,10 +109,10 @@ def test_compiled_code_is_kept_under_a_stamp_of_its_sources(tmp_path, monkeypatc
     from clearsweep.mechanics.trace import cache
 
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    place = cache.prepare()
+    place = cache.prepare_cache()
     assert place == tmp_path / cache.stamp()
     assert os.environ["NUMBA_CACHE_DIR"] == str(place)
-    assert cache.prepare() == place  # a child process does not stamp again
+    assert cache.prepare_cache() == place  # a child process does not stamp again
     monkeypatch.setattr(cache, "version", lambda name: "0.0")
     assert cache.stamp() != place.name
 

@@ -51,7 +51,7 @@ def entry_of(body, items="f"):
 
 def test_a_sum_is_fused_where_it_is_written_and_nowhere_else():
     """Also after functions have been merged into their callers."""
-    code, out = objects.loaded(objects.object_of(entry_of(both_sums))), np.zeros(2)
+    code, out = objects.load_object(objects.object_of(entry_of(both_sums))), np.zeros(2)
     objects.function_at(code.address, 1)(NUMBERS.ctypes.data, out.ctypes.data, 0)
     assert out.tolist() == [-(2.0**-60), 0.0]
 
@@ -70,7 +70,7 @@ def test_all_levels_that_run_here_give_the_same_bits(monkeypatch):
         monkeypatch.setattr(objects, "_LEVELS_FOR_PACKAGE", [level])
         content, out = objects.object_of(entry_of(both_sums)), np.zeros(2)
         monkeypatch.setattr(objects, "_LEVELS_FOR_PACKAGE", [])
-        code = objects.loaded(content)
+        code = objects.load_object(content)
         objects.function_at(code.address, 1)(NUMBERS.ctypes.data, out.ctypes.data, 0)
         result.append(out.tobytes())
     assert len(set(result)) == 1
@@ -80,7 +80,7 @@ def test_an_object_for_another_kind_of_processor_asks_for_nothing_more_and_links
     """A step of a slider-crank with friction; linking needs that processor's linker.  Nobody has run it."""
     case = clearsweep.load_case(slider_crank("rod-slider", changes={"joints.rod-slider.friction": TANH}))
     monkeypatch.setattr(objects, "_LEVELS_FOR_PACKAGE", ["aarch64"])
-    made = objects.traced(trial_step.sweep_entry, case.value, "fifffff")
+    made = objects.trace_module(trial_step.sweep_entry, case.value, "fifffff")
     content = objects.object_of(made)
     assert int.from_bytes(content[0x12:0x14], "little") == 183  # of AArch64, in ELF
     assert undefined(content) <= SYMBOLS
@@ -160,7 +160,7 @@ def undefined(content):
 def test_an_engine_takes_an_object_that_was_made_elsewhere():
     content = objects.object_of(entry_of(both_sums))
     assert content[:4] == b"\x7fELF" or sys.platform != "linux"
-    first, second = objects.loaded(content), objects.loaded(content)
+    first, second = objects.load_object(content), objects.load_object(content)
     assert first.address != second.address
     assert isinstance(llvm.llvm_version_info, tuple)
     assert ctypes.sizeof(ctypes.c_void_p) == 8
@@ -171,7 +171,7 @@ def test_whole_numbers_divide_as_those_of_python():
         there = View(out.base, DOUBLE, (2,), (1,))
         there[0], there[1] = integer // 3 * 1.0, integer % 3 * 1.0
 
-    code, out = objects.loaded(objects.object_of(entry_of(divided))), np.zeros(2)
+    code, out = objects.load_object(objects.object_of(entry_of(divided))), np.zeros(2)
     for number in (-7, -6, -1, 0, 5, 7):
         objects.function_at(code.address, 1)(out.ctypes.data, out.ctypes.data, number)
         assert out.tolist() == [number // 3, number % 3]

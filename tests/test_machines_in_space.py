@@ -10,7 +10,7 @@ from spatial_cases import JOINT, RPM, spatial
 import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.compiled.attitude import in_fixed
+from clearsweep.mechanics.compiled.attitude import to_fixed_frame
 from clearsweep.mechanics.compiled.vector import Vector
 from clearsweep.mechanics.joint.spatial import SpatialLoad
 from clearsweep.mechanics.mechanism.contract import accelerate, energy, gaps, output_error, place
@@ -210,7 +210,7 @@ def test_the_start_is_that_of_the_planar_machine():
     pose = place(scene.value.mechanism, scene.start)
     (gap,) = gaps(scene.value.mechanism, pose)
     offset = np.array([1e-5, 2e-5, 3e-5])
-    assert np.linalg.norm(in_fixed(pose.frames[2], gap.middle)[:2]) == pytest.approx(
+    assert np.linalg.norm(to_fixed_frame(pose.frames[2], gap.middle)[:2]) == pytest.approx(
         np.linalg.norm(offset[:2]), rel=1e-6
     )
     closed = np.linalg.norm(np.cross([0.0, 0.0, scene.case.drive.speed], offset))  # only the offset's own turning

@@ -24,7 +24,7 @@ from clearsweep.mechanics.joint.loss.renewed import ENERGY_EXCEEDED, RATE_ZERO, 
 from clearsweep.mechanics.joint.modes import touches
 from clearsweep.mechanics.joint.rebound import approach_loss
 from clearsweep.mechanics.mechanism.contract import energy, gaps, impact_masses, place
-from clearsweep.mechanics.observe.observables import Observed, observed_in
+from clearsweep.mechanics.observe.observables import Observed, contact_observables_in
 from clearsweep.mechanics.observe.stages import START
 from clearsweep.mechanics.solver import integration
 from clearsweep.simulation import scene as scenes
@@ -227,7 +227,7 @@ def test_a_contact_turns_lasting_where_its_rate_is_zero():
     for before, after in steps(run, control_of(made, 0.5 * period(made), keep_events=False)):
         if before != 0.0 and after == 0.0 and touches(int(run.work.mode[0])):
             turned += 1
-            assert abs(observed_in(run.work.o, START, 0).rate) < 1e-9
+            assert abs(contact_observables_in(run.work.o, START, 0).rate) < 1e-9
     assert turned >= 1
 
 

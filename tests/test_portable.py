@@ -74,7 +74,7 @@ def test_the_integrals_of_the_free_crank_are_those_of_the_solver():
 
 
 def test_a_polynomial_through_points_is_the_function_there():
-    coefficients = portable.through_points(portable.exp, 9)
+    coefficients = portable.polynomial_through(portable.exp, 9)
     places = np.linspace(0.0, 1.0, 101)
     assert np.abs(np.polynomial.polynomial.polyval(places, coefficients) - np.exp(places)).max() < 1e-11
 

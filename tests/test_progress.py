@@ -170,8 +170,8 @@ def test_what_a_worker_wrote_is_read_as_it_is_by_then(manual_time, monkeypatch):
 
 def test_the_compiler_at_work_is_a_phase(monkeypatch):
     message = []
-    monkeypatch.setattr(objects.cache, "kept", lambda name: None)
-    monkeypatch.setattr(objects.cache, "keep", lambda name, content: None)
+    monkeypatch.setattr(objects.cache, "load", lambda name: None)
+    monkeypatch.setattr(objects.cache, "store", lambda name, content: None)
     monkeypatch.setattr(objects, "object_of", lambda module: message.append(phases.progress()) or b"")
     assert objects.code_of(objects.code_of, "a test", lambda: None) is None
     (compiling,) = message

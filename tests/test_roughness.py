@@ -366,4 +366,4 @@ def test_elastic_spots_of_both_laws_differ_by_the_factor_that_their_notes_report
     assert large.power == pytest.approx(elastic.power, rel=1e-12)
     assert math.exp(large.factor - elastic.factor) == pytest.approx(math.pi**1.5, rel=1e-9)
     for name in ("fractal", "kogut-etsion"):
-        assert "do not compare the two at equal G" in " ".join(describe.text(name).split())
+        assert "do not compare the two at equal G" in " ".join(describe.law_text(name).split())

@@ -15,7 +15,7 @@ from spatial_oracle import Oracle
 import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.compiled.attitude import Frame, frame_of, in_body, in_fixed
+from clearsweep.mechanics.compiled.attitude import Frame, frame_of, to_body_frame, to_fixed_frame
 from clearsweep.mechanics.compiled.vector import Vector
 from clearsweep.mechanics.joint import spatial as joints
 from clearsweep.mechanics.joint.contract import JointState, Offsets, contact_modes, load, power_lost, power_stored
@@ -191,7 +191,7 @@ def seen(turn, bearing, journal, middle, walls="ends"):
     frame = Frame(*(Vector(*row) for row in turn @ journal))
     at, axis = turn @ middle, turn @ bearing[:, 2]
     moving, spin, other = turn @ [0.02, 0.1, -0.3], turn @ [1.0, 5.0, -40.0], turn @ [0.0, 0.0, 100.0]
-    gap = joints.SpatialGap(*(in_body(frame, Vector(*v)) for v in (at, moving, axis, other, spin)), frame)
+    gap = joints.SpatialGap(*(to_body_frame(frame, Vector(*v)) for v in (at, moving, axis, other, spin)), frame)
     y = np.zeros(12)
     for c, point in enumerate(points(joint, gap)):
         y[c] = math.copysign(math.sqrt(abs(point.depth)), point.depth)
@@ -201,7 +201,7 @@ def seen(turn, bearing, journal, middle, walls="ends"):
     mode = np.array(modes + [ACTS] * 2)
     message = load(joint, gap, Offsets(0, 0, 0, 0), JointState(y, mode, np.full(6, 0.1), 0))
     sides = (message.force, message.on_journal, message.on_bearing)
-    return mode, np.array([np.array(in_fixed(frame, side)) @ turn for side in sides]), message.contacts
+    return mode, np.array([np.array(to_fixed_frame(frame, side)) @ turn for side in sides]), message.contacts
 
 
 def turned(*vector):
@@ -281,9 +281,11 @@ def test_a_free_body_turns_as_the_elliptic_functions_say():
     ).T
     poses = [place(mechanism, np.append(y, 0.0)) for y in path]
     frames, spins = [pose.frames[body] for pose in poses], [pose.spins[body] for pose in poses]
-    result = np.array([in_body(*pair) for pair in zip(frames, spins, strict=True)])
+    result = np.array([to_body_frame(*pair) for pair in zip(frames, spins, strict=True)])
     assert result == pytest.approx(known, rel=1e-9, abs=1e-9 * 60.0)
-    momentum = np.array([in_fixed(frame, Vector(*(inertia * w))) for frame, w in zip(frames, result, strict=True)])
+    momentum = np.array(
+        [to_fixed_frame(frame, Vector(*(inertia * w))) for frame, w in zip(frames, result, strict=True)]
+    )
     assert momentum == pytest.approx(np.tile(momentum[0], (41, 1)), rel=1e-9, abs=1e-9 * np.linalg.norm(momentum[0]))
     assert np.linalg.norm(path[-1, rod]) == pytest.approx(1.0, rel=1e-9, abs=0.0)
 

@@ -5,7 +5,7 @@ import pytest
 from mechanism_cases import PAIR, changed, slider_crank
 
 import clearsweep
-from clearsweep.mechanics.observe.stages import SHARES
+from clearsweep.mechanics.observe.stages import NODE_FRACTIONS
 from clearsweep.mechanics.solver import radau
 from clearsweep.mechanics.solver.collocation import basis_functions
 from clearsweep.simulation.run import Run
@@ -56,7 +56,7 @@ def test_stages_say_what_lies_between_them():
     shares = np.linspace(0.0, 1.0, 7)
     stages = radau.C**5 - 2.0 * radau.C  # above a start at 0
     assert basis_functions(shares)[:, :5] @ radau.DENSE @ stages == pytest.approx(shares**5 - 2.0 * shares, abs=1e-13)
-    seen = SHARES[1:8]
+    seen = NODE_FRACTIONS[1:8]
     assert radau.TO_EXPLICIT_STAGES @ np.append(1.0, 1.0 + stages) == pytest.approx(
         1.0 + seen**5 - 2.0 * seen, abs=1e-13
     )

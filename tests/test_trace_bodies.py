@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from traced_states import aligned
 
-from clearsweep.mechanics.compiled.choosing import abreast, cond, looked_up, rolled_range, where
+from clearsweep.mechanics.compiled.choosing import cond, lane_range, rolled_range, table_item, where
 from clearsweep.mechanics.compiled.dual import Dual, slope
 from clearsweep.mechanics.compiled.family import inlined, kernel
 from clearsweep.mechanics.trace import calls, objects
@@ -78,7 +78,7 @@ def written_out(x, y):
 @kernel
 def tables_and_choices(x, y):
     row = int(min(max(abs(x) * 2.0, 0.0), 7.0))
-    result = looked_up(TABLE, row, 0) if y > 0.0 else looked_up(TABLE, 7 - row, 1)
+    result = table_item(TABLE, row, 0) if y > 0.0 else table_item(TABLE, 7 - row, 1)
     return where(x < 0.0, result, -result) + (1.0 if 0.0 < x <= 1.0 or not y > -1.0 else 0.0)
 
 
@@ -138,7 +138,7 @@ def machine(body, width):
         x, y = (View(given.base, DOUBLE, (2,), (WIDTH,), width)[i] for i in range(2))
         View(out.base, DOUBLE, (1,), (WIDTH,), width)[0] = calls.call(body, x, y)
 
-    code = objects.loaded(objects.object_of(objects._module(entry, "f", width)))
+    code = objects.load_object(objects.object_of(objects._module(entry, "f", width)))
 
     def run(x, y):
         given, out = aligned(np.array([x, y])), aligned(np.zeros(WIDTH))
@@ -181,7 +181,7 @@ def test_what_cannot_be_traced_is_refused_with_file_line_and_statement():
 @kernel
 def shifted_sums(buffer, x):
     """Put into the second row what the first row and a table give, times `x` where it is positive."""
-    for i in abreast(WIDTH):
+    for i in lane_range(WIDTH):
         here = buffer[i] + TABLE[i, 1]
         here = here * x if here > 0.0 else here - buffer[i + 1]
         buffer[WIDTH + i] = helped(buffer, i, here)
@@ -197,7 +197,7 @@ def test_turns_that_are_run_at_once_do_what_they_do_one_by_one():
         buffer = View(given.base, DOUBLE, (2 * WIDTH,), (1,))
         calls.call(shifted_sums, buffer, buffer[0])
 
-    code = objects.loaded(objects.object_of(objects._module(entry, "", 1)))
+    code = objects.load_object(objects.object_of(objects._module(entry, "", 1)))
     for seed in range(5):
         buffer = aligned(np.random.default_rng(seed).uniform(-9.0, 9.0, 2 * WIDTH))
         buffer[WIDTH:] = 0.5  # so that what turns read of the second row is as it was before the first
@@ -216,7 +216,7 @@ def _turn(buffer, i):
 def test_turns_at_once_are_as_many_as_there_are_lanes():
     @kernel
     def three(x, y):
-        for i in abreast(3):
+        for i in lane_range(3):
             x = x + i
         return x + y
 

@@ -10,7 +10,7 @@ from spatial_cases import planar, spatial
 import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.compiled.attitude import in_fixed
+from clearsweep.mechanics.compiled.attitude import to_fixed_frame
 from clearsweep.mechanics.compiled.vector import Vector
 from clearsweep.mechanics.joint.modes import FREE, PRESSED
 from clearsweep.mechanics.joint.spatial import SpatialGap, wall_point
@@ -215,7 +215,9 @@ def test_the_bearings_own_axis_x_is_its_bodys_turned_by_the_tilt(opened, frame):
     angle = 0.004 * scene.case.drive.speed if frame == "crank" else 0.0
     c, s = math.cos(angle), math.sin(angle)
     expected = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ turned
-    assert np.array(in_fixed(pose.frames[len(site.journal) - 1], seen)) == pytest.approx(expected, rel=0.0, abs=1e-15)
+    assert np.array(to_fixed_frame(pose.frames[len(site.journal) - 1], seen)) == pytest.approx(
+        expected, rel=0.0, abs=1e-15
+    )
 
 
 def test_bins_along_the_length_are_those_of_joints_in_space_alone():

@@ -55,7 +55,7 @@ def code_of(scene, function, items):
     """Return the machine code of a function of `trial_step` for a scene, compiled once for each kind of scene."""
     key = form_number(scene.value), function
     if key not in _CODE:
-        _CODE[key] = objects.compiled(function, scene.value, kinds(scene.value), items)
+        _CODE[key] = objects.compiled_code(function, scene.value, kinds(scene.value), items)
     return _CODE[key]
 
 

@@ -2,4 +2,4 @@
 
 from .trace import cache
 
-cache.prepare()  # before anything here imports the compiler
+cache.prepare_cache()  # before anything here imports the compiler

@@ -12,7 +12,7 @@ from .mechanism.drives import DRIVES
 from .mechanism.loads import LOADS
 
 WIDTH = 100  # characters of a line
-ASKED = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99)
+RESTITUTIONS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99)
 STEEL = Material(207e9, 0.3)
 DEPTHS = (0.1e-6, 1e-6, 5e-6, 10e-6, 20e-6)  # m
 #: The joint for which forces are shown: a steel pin in a steel bearing.
@@ -44,29 +44,29 @@ _KEYS = {
 }
 
 
-def text(name: str | None = None) -> str:
+def law_text(name: str | None = None) -> str:
     """Return the description of the laws called `name`, or '' if there are none.
 
     Without a name, one line for each law.
     """
     if name is None:
-        return _list()
-    return "\n\n".join(_described(law) for law in _everything() if law.name == name)
+        return _overview_text()
+    return "\n\n".join(_law_text(law) for law in _all_descriptions() if law.name == name)
 
 
-def names() -> tuple[str, ...]:
-    """Return all names that `text` accepts."""
-    return tuple(dict.fromkeys(law.name for law in _everything()))
+def law_names() -> tuple[str, ...]:
+    """Return all names that `law_text` accepts."""
+    return tuple(dict.fromkeys(law.name for law in _all_descriptions()))
 
 
-def _everything() -> tuple[Law, ...]:
+def _all_descriptions() -> tuple[Law, ...]:
     """Return the mechanisms, drives, loads and all laws."""
     mechanisms = (mechanism.law for mechanism in MECHANISMS.values())
     return (*mechanisms, *DRIVES.values(), *LOADS.values(), *(recipe.law for recipe in RECIPES.values()))
 
 
-def _list() -> str:
-    keys, blocks = _everything(), []
+def _overview_text() -> str:
+    keys, blocks = _all_descriptions(), []
     width = max(len(law.name) for law in keys)
     for family, key in _KEYS.items():
         lines = [f"  {law.name:{width}}  {law.summary}" for law in keys if law.family == family]
@@ -74,7 +74,7 @@ def _list() -> str:
     return "\n\n".join(blocks)
 
 
-def _described(law: Law) -> str:
+def _law_text(law: Law) -> str:
     recipe = RECIPES.get((law.family, law.name))  # None of a mechanism, a drive or a load
     blocks = [f"{_KEYS[law.family]}: {law.name}\n{_wrapped('  ', law.summary)}", _wrapped("  ", law.formula)]
     if law.fields or law.needs or law.tables:
@@ -83,16 +83,16 @@ def _described(law: Law) -> str:
             "\n".join(
                 [
                     "parameters",
-                    *map(_parameter, law.fields),
-                    *map(_table_key, law.tables),
-                    *map(_needed, law.needs),
+                    *map(_parameter_text, law.fields),
+                    *map(_table_key_text, law.tables),
+                    *map(_need_text, law.needs),
                     *onset,
                 ]
             )
         )
     ranges = [f"{limit.path} {limit.allowed()}: {limit.reason}" for limit in (*law.ranges, *law.trusted) if limit.high]
-    against = [limit.reason for limit in law.trusted if not limit.high] + ([law.unsound] if law.unsound else [])
-    for heading, lines in (("valid for", ranges), ("against it", against)):
+    objections = [limit.reason for limit in law.trusted if not limit.high] + ([law.unsound] if law.unsound else [])
+    for heading, lines in (("valid for", ranges), ("against it", objections)):
         if lines:
             blocks.append("\n".join([heading, *(_wrapped("  ", line) for line in lines)]))
     if law.family == "elastic":
@@ -103,9 +103,9 @@ def _described(law: Law) -> str:
     if law.notes:
         blocks.append(_wrapped("", f"notes: {law.notes}"))
     if any(field.name == "restitution" for field in law.fields):
-        blocks.append(_restitutions(recipe))
+        blocks.append(_restitution_table(recipe))
     if law.family == "elastic":
-        blocks.append(_forces(law, recipe))
+        blocks.append(_force_table(law, recipe))
     return "\n\n".join(blocks)
 
 
@@ -113,19 +113,19 @@ def _wrapped(indent: str, content: str) -> str:
     return textwrap.fill(content, WIDTH, initial_indent=indent, subsequent_indent="  ", break_on_hyphens=False)
 
 
-def _parameter(field: Field) -> str:
+def _parameter_text(field: Field) -> str:
     unit = "" if field.unit == "1" else f", {field.unit}"
     allowed = field._replace(unit="1").allowed()
     default = "" if field.default is None else f"; default {field.default:g}"
     return _wrapped("  ", f"{field.name}{unit}: {field.text}; {allowed}{default}")
 
 
-def _table_key(columns: Columns) -> str:
-    heads = ", ".join(f"{field.name} [{field.unit}]" for field in (*columns.over, *columns.values))
-    return _wrapped("  ", f"{columns.name}: {columns.text}; a .csv file of {heads}; may be left out")
+def _table_key_text(columns: Columns) -> str:
+    headings = ", ".join(f"{field.name} [{field.unit}]" for field in (*columns.over, *columns.values))
+    return _wrapped("  ", f"{columns.name}: {columns.text}; a .csv file of {headings}; may be left out")
 
 
-def _needed(name: str) -> str:
+def _need_text(name: str) -> str:
     texts = {
         "length": "m: of the joint, along the pin",
         "bearing_radius": "m",
@@ -139,11 +139,11 @@ def _needed(name: str) -> str:
 
 def _table(heading: str, columns: tuple[str, str], rows: list[tuple[str, str]]) -> str:
     lines = [heading, f"  {columns[0]:>12}  {columns[1]:>12}"]
-    return "\n".join(lines + [f"  {left:>12}  {right:>12}" for left, right in rows])
+    return "\n".join(lines + [f"  {left_cell:>12}  {right_cell:>12}" for left_cell, right_cell in rows])
 
 
-def _restitutions(recipe: Recipe) -> str:
-    rows = [(f"{e:g}", f"{recipe.returned(e):.4f}") for e in ASKED]
+def _restitution_table(recipe: Recipe) -> str:
+    rows = [(f"{e:g}", f"{recipe.returned(e):.4f}") for e in RESTITUTIONS]
     return _table("restitution of a free impact", ("specified", "returned"), rows)
 
 
@@ -154,11 +154,13 @@ def reference_joint(law: Law) -> Joint:
     return REFERENCE._replace(contact=contact._replace(elastic=law.name, values=contact.values | defaults))
 
 
-def _forces(law: Law, recipe: Recipe) -> str:
+def _force_table(law: Law, recipe: Recipe) -> str:
     joint = reference_joint(law)
     term, limit, derived = recipe.make(joint), recipe.limit(joint), recipe.derived(joint)
     layer = ", layer 5 mm" if any(field.name == "thickness" for field in law.fields) else ""
     limit_text = "" if math.isinf(limit) else f"\n  valid up to {1e6 * limit:.4g} um"
     rows = [(f"{1e6 * pen:g}", f"{elastic_force(term, pen):.5g}") for pen in DEPTHS]
-    follows = [f"\n  {key}: {value:.5g}{'' if unit == '1' else f' {unit}'}" for key, (value, unit) in derived.items()]
-    return _table(f"force ({_REFERENCE_TEXT}{layer})", ("pen, um", "F, N"), rows) + "".join(follows) + limit_text
+    derived_lines = [
+        f"\n  {key}: {value:.5g}{'' if unit == '1' else f' {unit}'}" for key, (value, unit) in derived.items()
+    ]
+    return _table(f"force ({_REFERENCE_TEXT}{layer})", ("pen, um", "F, N"), rows) + "".join(derived_lines) + limit_text

@@ -65,12 +65,14 @@ def laws_text(name: str | None = None) -> str:
         lines = [f"  {library_name:10}{', '.join(entries)}" for library_name, entries in library.LIBRARIES.items()]
         indent = " " * len(f"  {'':10}")
         wrapped = [textwrap.fill(line, WIDTH, subsequent_indent=indent, break_on_hyphens=False) for line in lines]
-        return "\n".join([describe.text(), "", "libraries", *wrapped])
+        return "\n".join([describe.law_text(), "", "libraries", *wrapped])
     laws = catalogue()
-    if texts := [text for text in (library.library_text(name), describe.text(name), grid.key_text(name, laws)) if text]:
+    if texts := [
+        text for text in (library.library_text(name), describe.law_text(name), grid.key_text(name, laws)) if text
+    ]:
         return "\n\n".join(texts)
     last_part = name.rpartition(".")[2]
-    similar = similar_words(last_part, (*describe.names(), *library.library_names())) or similar_words(
+    similar = similar_words(last_part, (*describe.law_names(), *library.library_names())) or similar_words(
         last_part, grid.key_names(laws)
     )
     suggestion = (

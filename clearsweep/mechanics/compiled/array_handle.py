@@ -30,12 +30,12 @@ def load_item(address, index):
 
 
 @kernel
-def row_of(address, width, rows, time):
-    """Return the index of the last of `rows` rows of `width` numbers whose first number is at most `time`.
+def row_of(address, width, row_count, time):
+    """Return the index of the last of `row_count` rows of `width` numbers whose first number is at most `time`.
 
     First numbers increase; below all of them the result is the first row.
     """
-    low, high = 0, rows
+    low, high = 0, row_count
     while high - low > 1:
         midpoint = (low + high) // 2
         if load_item(address, width * midpoint) <= time:

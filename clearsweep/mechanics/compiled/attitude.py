@@ -27,7 +27,7 @@ class Frame(NamedTuple):
 
 
 @inlined
-def in_body(frame, a):
+def to_body_frame(frame, a):
     """Return a vector of the fixed frame in the frame of the body."""
     x, y, z = frame
     return Vector(
@@ -38,7 +38,7 @@ def in_body(frame, a):
 
 
 @inlined
-def in_fixed(frame, a):
+def to_fixed_frame(frame, a):
     """Return a vector of the body's frame in the fixed frame."""
     return Vector(dot(frame.x, a), dot(frame.y, a), dot(frame.z, a))
 
@@ -54,7 +54,7 @@ def frame_of(w, x, y, z):
     )
 
 
-class Turning(NamedTuple):
+class QuaternionMotion(NamedTuple):
     """A quaternion and its rates."""
 
     w: float
@@ -69,7 +69,7 @@ class Turning(NamedTuple):
 
 @inlined
 def spin_of(q):
-    """Return the angular velocity (rad/s) of a Turning body in its own frame."""
+    """Return the angular velocity (rad/s) of a rotating body in its own frame."""
     factor = 2.0 / (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z)
     return Vector(
         factor * (q.w * q.dx - q.x * q.dw - q.y * q.dz + q.z * q.dy),
@@ -79,8 +79,8 @@ def spin_of(q):
 
 
 @inlined
-def accelerated(q, spin, alpha, damping):
-    """Return the accelerations (1/s^2) of the quaternion of a Turning body with angular acceleration `alpha`, rad/s^2.
+def quaternion_accelerations(q, spin, alpha, damping):
+    """Return the accelerations (1/s^2) of the quaternion of a rotating body with angular acceleration `alpha`, rad/s^2.
 
     spin, alpha : in the frame of the body; damping : 1/s, rate at which the quaternion's length returns to 1.
     """

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ..trace import lanes, symbols
-from ..trace.memory import gathered, table_of
-from ..trace.paths import leaves, rebuilt, with_common_slopes
+from ..trace.memory import gather, table_of
+from ..trace.paths import leaves, rebuild, with_common_slopes
 from ..trace.primitives import LANE_LOOPS, LOOPS, for_symbols, primitive, traceable
 
 
@@ -18,11 +18,10 @@ def rolled_range(*bounds):
     return range(*bounds)
 
 
-def abreast(count):
-    """Return the numbers 0 to WIDTH - 1, for a loop whose turns run simultaneously, each in a vector lane.
+def lane_range(count):
+    """Return the numbers 0 to WIDTH - 1, for a loop whose iterations run simultaneously, each in a vector lane.
 
-    No turn may depend on another; in an array a turn accesses the index of its number, or one at a fixed
-    offset from it.
+    No iteration may depend on another.  It accesses arrays at the index of its number, or at a fixed offset from it.
     """
     return range(count)
 
@@ -33,17 +32,17 @@ def total_of(row):
     return first_half + second_half
 
 
-def cond(first, second):
-    """Return a function that returns `first(*given)` if a condition is true, else `second(*given)`.
+def cond(if_true, if_false):
+    """Return a function that returns `if_true(*arguments)` if a condition is true, else `if_false(*arguments)`.
 
-    It takes (condition, given).  Both kernels return numbers or tuples of the same form.  Only one of them runs if
-    all lanes agree, otherwise both.  `first` is compiled twice, so it should be the shorter.
+    It takes (condition, arguments).  Both kernels return numbers or tuples of the same form.  Only one of them runs if
+    all lanes agree, otherwise both.  `if_true` is compiled twice, so it should be the shorter.
     """
 
     def chosen(condition, arguments):
-        return first(*arguments) if condition else second(*arguments)
+        return if_true(*arguments) if condition else if_false(*arguments)
 
-    chosen.sides = first, second
+    chosen.sides = if_true, if_false
     return chosen
 
 
@@ -58,13 +57,13 @@ def _selected(condition, a, b):
         return a if condition else b
     a, b = with_common_slopes([a, b])
     pairs = zip(leaves(a), leaves(b), strict=True)
-    return rebuilt(a, iter([symbols.selected(condition, x, y) for x, y in pairs]))
+    return rebuild(a, iter([symbols.select(condition, x, y) for x, y in pairs]))
 
 
 primitive(none_of)(lanes.none_of)
 traceable(total_of)
 LOOPS.append(rolled_range)
-LANE_LOOPS.append(abreast)
+LANE_LOOPS.append(lane_range)
 
 
 # ---------------------------------------------------------------------------------------------- bits and tables
@@ -80,7 +79,7 @@ def number_of(bits):
     return np.int64(bits).view(np.float64)
 
 
-def looked_up(table, index, column):
+def table_item(table, index, column):
     """Return the number in row `index` of a column of a table (rows, columns)."""
     return table[index, column]
 
@@ -89,6 +88,6 @@ for_symbols(bits_of, symbols.bits_of)
 for_symbols(number_of, symbols.number_of)
 
 
-@primitive(looked_up)
+@primitive(table_item)
 def _gathered(table, index, column):
-    return gathered(table_of(table), (index, column))
+    return gather(table_of(table), (index, column))

@@ -9,7 +9,8 @@ from ..trace.coefficients import COSINE, SINE
 from .choosing import bits_of, where
 from .family import inlined
 
-# A quarter turn in two parts, the first of so few digits that its multiples up to EXACT are exact (Cody and Waite).
+# A quarter turn in two parts, the first of so few digits that its multiples up to MAX_EXACT_ANGLE are exact (Cody and
+# Waite).
 HALF_PI_HIGH = math.ldexp(round(math.ldexp(0.5 * math.pi, 32)), -32)
 HALF_PI_LOW = (0.5 * math.pi - HALF_PI_HIGH) + 0.5 * math.sin(
     math.pi
@@ -20,7 +21,7 @@ MAX_EXACT_ANGLE = 1e6  # rad
 
 @inlined
 def direction(angle):
-    """Return cosine and sine of `angle` (rad), each to 2e-16 up to EXACT; beyond, to the rounding of the angle."""
+    """Return cosine and sine of `angle` (rad), each to 2e-16 up to MAX_EXACT_ANGLE, else to the angle's rounding."""
     shifted = angle * (2.0 / math.pi) + SHIFT
     quarters, shifted_bits = shifted - SHIFT, bits_of(shifted)
     x = (angle - quarters * HALF_PI_HIGH) - quarters * HALF_PI_LOW

@@ -77,7 +77,7 @@ def as_dual(x):
     return Dual(value(x), slope(x))
 
 
-def chained(number, rate, x):
+def chain_rule(number, rate, x):
     """Return `number`, a function of `x` with the derivative `rate` at `x`, with its slope by the chain rule."""
     return Dual(number, rate * x.slope) if isinstance(x, Dual) else number
 
@@ -253,5 +253,5 @@ for _function, _rule in (
     (abs, _absolute),
 ):
     rule_of_function(_function, _rule)
-for _function in (value, plain, slope, as_dual, chained, rate_or_slope, as_type_of):
+for _function in (value, plain, slope, as_dual, chain_rule, rate_or_slope, as_type_of):
     traceable(_function)

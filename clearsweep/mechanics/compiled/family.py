@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..trace import objects
-from ..trace.memory import call_at, viewed
+from ..trace.memory import call_at, view_at
 from ..trace.primitives import SEPARATE, primitive, traceable
 from .plain import is_plain
 
@@ -34,25 +34,25 @@ def inlined(function):
 def family(stub):
     """Return `stub` as a function with code chosen by the type of its first argument.
 
-    `@stub.member(cls)` registers the code for `cls`, a NamedTuple; for None, the default for other types.  A field that
-    is a plain tuple may narrow it: `member(cls, field=(A, None))` is for values whose field has an `A` and anything
-    else; the first match is used.  In compiled code the choice takes no time and only the chosen body is compiled; with
+    `@stub.member(cls)` registers the code for `cls`, a NamedTuple; for None, the default for other types.  Keywords
+    restrict the code to values in which a field, a plain tuple, has items of given types: `member(cls, field=(A,
+    None))` needs an item of type `A` and one of any type.  The first match is used.  In compiled code the choice takes no time and only the chosen body is compiled; with
     NUMBA_DISABLE_JIT=1 the same bodies run as plain Python.
     """
     members = {}
     fields, bodies = {}, {}  # fields that narrow a class; cache of bodies by class and types in these fields
 
     @functools.wraps(stub)
-    def dispatch(first, *arguments):
-        form = type(first)
+    def dispatch(value, *arguments):
+        form = type(value)
         if form not in fields:
             narrowed = [field for narrowed, _ in members.get(form, members.get(None, ())) for field in narrowed]
             fields[form] = tuple(dict.fromkeys(narrowed))
         if fields[form]:
-            form = (form, *[tuple(map(type, getattr(first, field))) for field in fields[form]])
+            form = (form, *[tuple(map(type, getattr(value, field))) for field in fields[form]])
         if form not in bodies:
-            bodies[form] = _body_of(members, first)
-        return bodies[form](first, *arguments)
+            bodies[form] = _body_of(members, value)
+        return bodies[form](value, *arguments)
 
     def member(cls, **narrowed):
         def register_body(body):
@@ -68,7 +68,7 @@ def family(stub):
     return dispatch
 
 
-def _chosen(members, cls, classes):
+def _select_body(members, cls, classes):
     """Return the body for a class, or None; `classes(field)` : the classes of the items of a field."""
     for narrowed, body in members.get(cls, members.get(None, ())):
         if all(_fits(declared, tuple(classes(field))) for field, declared in narrowed.items()):
@@ -78,7 +78,7 @@ def _chosen(members, cls, classes):
 
 def _body_of(members, value):
     """Return the body for a value, or None."""
-    return _chosen(members, type(value), lambda field: map(type, getattr(value, field)))
+    return _select_body(members, type(value), lambda field: map(type, getattr(value, field)))
 
 
 def _body_for(members, cls):
@@ -94,9 +94,10 @@ def _fits(declared, classes):
 def map_joints(function, next_position):
     """Return a function that calls `function` for every joint of a tuple, or for every part of a joint.
 
-    It takes (items, partners, place, shared), two tuples in step and two values of any kind, and returns the tuple of
-    `function(item, partner, place, shared)`.  `place` is as given for the first item, and `next_position(place, item)`
-    after each.  Items may differ in type, so each has its own code; both functions are kernels.
+    It takes (items, partners, position, shared), two tuples in step and two values of any kind, and returns the tuple
+    of `function(item, partner, position, shared)`.  `position` is as given for the first item, and
+    `next_position(position, item)` after each.  Items may differ in type, so each has its own code; both functions are
+    kernels.
     """
 
     def mapped(items, partners, position, shared):
@@ -127,7 +128,7 @@ def flatten(value):
 
 def numbers_of(value):
     """Return the numbers as a list, which must not be changed."""
-    return _read(value)[2]
+    return _form_and_numbers(value)[2]
 
 
 def put_numbers(scene, numbers, parameters):
@@ -165,10 +166,10 @@ _FORM_COUNTER = itertools.count()  # makes numbers unique between threads
 
 def form_number(scene):
     """Return a number shared by scenes with the same `kinds`; faster to look up than these."""
-    return _read(scene)[1]
+    return _form_and_numbers(scene)[1]
 
 
-def _read(scene):
+def _form_and_numbers(scene):
     """Return a scene, its form number, and its numbers."""
     latest = _LATEST[0]
     if latest[0] is not scene:
@@ -240,7 +241,7 @@ def entry(function, scene, arrays, parameters):
         return Entry(code, 0)
     key = function, form_number(scene)
     if key not in _COMPILED:
-        _COMPILED[key] = objects.compiled(function, scene, kinds(scene), arrays)
+        _COMPILED[key] = objects.compiled_code(function, scene, kinds(scene), arrays)
     compiled_entry = _COMPILED[key]
     return Entry(compiled_entry.address, parameters.ctypes.data) if compiled_entry else NO_ENTRY
 
@@ -260,9 +261,12 @@ def invoke_each(code, parameters, arrays, integer):
         for rows in zip(*arrays, strict=True):
             invoke(code, parameters, rows, integer)
         return
-    function, places = objects.function_at(int(code), len(arrays)), [(a.ctypes.data, a.strides[0]) for a in arrays]
+    function, address_strides = (
+        objects.function_at(int(code), len(arrays)),
+        [(a.ctypes.data, a.strides[0]) for a in arrays],
+    )
     for row in range(len(arrays[0])):
-        function(int(parameters), *[address + row * stride for address, stride in places], integer)
+        function(int(parameters), *[address + row * stride for address, stride in address_strides], integer)
 
 
 @primitive(invoke)
@@ -280,4 +284,4 @@ def shaped(array, shape):
     return array
 
 
-primitive(shaped)(viewed)
+primitive(shaped)(view_at)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..trace import symbols
 from ..trace.fields import Fields
-from ..trace.memory import Pointer, viewed, word_at
+from ..trace.memory import Pointer, view_at, word_at
 from ..trace.primitives import primitive
 from .plain import is_plain
 
@@ -69,10 +69,10 @@ class Layout:
                 self.field_layouts[name] = Layout(item)
                 offset += self.field_layouts[name].size
             elif isinstance(item, np.ndarray):
-                self.field_layouts[name] = _array(name, item)
+                self.field_layouts[name] = _array_layout(name, item)
                 offset += 1 + item.ndim
             elif isinstance(item, Fields):
-                self.field_layouts[name] = (type(item), *_array(name, item.numbers))
+                self.field_layouts[name] = (type(item), *_array_layout(name, item.numbers))
                 offset += 1 + item.numbers.ndim
             else:
                 self.field_layouts[name] = float if isinstance(item, float) else int
@@ -83,7 +83,7 @@ class Layout:
         return f"{self.type.__name__}({self.field_layouts})"
 
 
-def _array(name: str, array: np.ndarray) -> tuple[str, int, int]:
+def _array_layout(name: str, array: np.ndarray) -> tuple[str, int, int]:
     """Return the kind of an array's items, its number of dimensions, and the strides in numbers."""
     assert array.dtype in (np.float64, np.int64), name
     return (
@@ -139,9 +139,9 @@ class Loaded:
         first_word = word_at(self._address, offset, symbols.Integer)
         shape = tuple(word_at(self._address, offset + 1 + axis, symbols.Integer) for axis in range(dimensions))
         if not named:
-            return viewed(Pointer.at(first_word, kind), shape, stride)
+            return view_at(Pointer.at(first_word, kind), shape, stride)
         fields = named[0]
-        return fields(viewed(Pointer.at(first_word, kind), (*shape[:-1], fields.SIZE), stride))
+        return fields(view_at(Pointer.at(first_word, kind), (*shape[:-1], fields.SIZE), stride))
 
     def __iter__(self) -> Any:
         return (getattr(self, name) for name in self._layout.field_layouts)

@@ -51,7 +51,7 @@ def cross(a, b):
 
 
 @inlined
-def size(a):
+def norm(a):
     """Return the length of a vector."""
     return math.sqrt(a.x * a.x + a.y * a.y + a.z * a.z)
 
@@ -68,7 +68,7 @@ class Symmetric(NamedTuple):
 
 
 @inlined
-def applied(matrix, a):
+def matrix_product(matrix, a):
     """Return a Symmetric matrix times a vector."""
     return Vector(
         matrix.xx * a.x + matrix.xy * a.y + matrix.xz * a.z,

@@ -1,1 +1,1 @@
-"""The mechanism with its joints: rates, events, wear of the whole, and a step as one piece of code."""
+"""The mechanism with its joints: its rates, events, wear and trial steps as compiled code."""

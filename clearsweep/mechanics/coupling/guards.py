@@ -19,7 +19,7 @@ from ..joint.offsets import (
     total_counts,
     with_current_state,
 )
-from ..observe.observables import column_of, observed_in
+from ..observe.observables import column_of, contact_observables_in
 from ..observe.stages import END, ROW_COUNT, STAGES, START
 from ..solver.event_search import SINGLE_STATE
 from .impact_mass import joints_at_event
@@ -31,7 +31,7 @@ class Guards(NamedTuple):
     """The guards of all joints of a scene, g of them, in the order of their parts; see `contract.Guard`."""
 
     evaluate: Entry  # computes the guards that laws evaluate and writes them to `value`; NO_ENTRY without such guards
-    latch: Entry  # lets laws latch quantities at an event; NO_ENTRY if no law does
+    latch: Entry  # latches the internal states of laws at an event; NO_ENTRY if no law has a latched state
     contact: np.ndarray  # (g,) int64, index of the contact of each guard
     modes: np.ndarray  # (g,) int64, bit m is set if the guard is active in mode m
     next_mode: np.ndarray  # (g,) int64, mode after the passage
@@ -44,7 +44,7 @@ class Guards(NamedTuple):
     event: np.ndarray  # (2,) int64, arguments of `latch`: the contact, and ENTERED, LEFT or the guard's number
 
 
-# ---------------------------------------------------------------------------------------------- the values
+# ---------------------------------------------------------------------------------------------- values of guards
 
 
 class _Values(NamedTuple):
@@ -54,7 +54,7 @@ class _Values(NamedTuple):
     latched: np.ndarray  # (contacts + l,)
     o: np.ndarray  # (columns, ROW_COUNT) observables
     row: int  # row of `o` with the observables of this state
-    roots: int  # place of the first root of penetration in `y`
+    roots: int  # index of the first root of penetration in `y`
     value: np.ndarray  # (g,) results
 
 
@@ -67,13 +67,13 @@ _write_values = map_joints(_write_value, after_number)
 
 
 @kernel
-def _evaluate_part(part, _, offsets, shared):
+def _evaluate_part(part, _, offsets, context):
     if type(part.law) not in guard_values.members:
         return
-    y, latched, o, row, roots, value = shared
+    y, latched, o, row, roots, value = context
     contact = offsets.contact + part.contact
     law, root = with_current_state(part.law, y, latched, offsets), y[roots + contact]
-    values = guard_values(law, observed_in(o, START, contact), observed_in(o, row, contact), root)
+    values = guard_values(law, contact_observables_in(o, START, contact), contact_observables_in(o, row, contact), root)
     _write_values(values, values, offsets.guard, value)
 
 
@@ -81,9 +81,9 @@ _evaluate_parts = map_joints(_evaluate_part, after_part)
 
 
 @kernel
-def _evaluate_joint(joint, _, offsets, shared):
+def _evaluate_joint(joint, _, offsets, context):
     joint_parts = parts(joint)
-    _evaluate_parts(joint_parts, joint_parts, offsets, shared)
+    _evaluate_parts(joint_parts, joint_parts, offsets, context)
 
 
 _evaluate_joints = map_joints(_evaluate_joint, after_joint)
@@ -138,41 +138,40 @@ _store_values = map_joints(_store_value, after_number)
 
 
 @kernel
-def _latch_part(part, _, offsets, shared):
+def _latch_part(part, _, offsets, context):
     if type(part.law) not in latched.members:
         return
-    y, numbers, o, row, roots, contact, guard = shared
-    is_own = 0 <= guard - offsets.guard < after_part(offsets, part).guard - offsets.guard
-    if offsets.contact + part.contact == contact and (guard < 0 or is_own):
+    y, numbers, o, row, roots, contact, guard = context
+    is_guard_of_part = 0 <= guard - offsets.guard < after_part(offsets, part).guard - offsets.guard
+    if offsets.contact + part.contact == contact and (guard < 0 or is_guard_of_part):
         law = with_current_state(part.law, y, numbers, offsets)
-        event = guard - offsets.guard if is_own else guard
-        values = latched(law, event, observed_in(o, row, contact), y[roots + contact])
-        where, first = internal_state_location(part.law, y, numbers, offsets)
-        _store_values(values, values, first, where)
+        event = guard - offsets.guard if is_guard_of_part else guard
+        values = latched(law, event, contact_observables_in(o, row, contact), y[roots + contact])
+        destination, start = internal_state_location(part.law, y, numbers, offsets)
+        _store_values(values, values, start, destination)
 
 
 _latch_parts = map_joints(_latch_part, after_part)
 
 
 @kernel
-def _latch_joint(joint, _, offsets, shared):
+def _latch_joint(joint, _, offsets, context):
     joint_parts = parts(joint)
-    _latch_parts(joint_parts, joint_parts, offsets, shared)
+    _latch_parts(joint_parts, joint_parts, offsets, context)
 
 
 _latch_joints = map_joints(_latch_joint, after_joint)
 
 
 def latch_entry(scene, y, latched, o, event, row):
-    """Let the laws latch their quantities at an event: read and change `y` and `latched`; observables are in row `row`
-    of `o`.
+    """Latch the laws' internal states at an event: change `y` and `latched`; observables are in row `row` of `o`.
 
     event : (2,) int64, the contact, and ENTERED, LEFT or the guard's number.
     """
     parameters = scene[0]
     roots, size = 2 * len(parameters.coordinates) + 1, total_counts(parameters.joints)
     event_values = shaped(event, (2,))
-    shared = _Event(
+    context = _Event(
         shaped(y, (size_of(parameters)[1],)),
         shaped(latched, (size.contact + size.latched,)),
         shaped(o, (observed_width(parameters), ROW_COUNT)),
@@ -181,8 +180,8 @@ def latch_entry(scene, y, latched, o, event, row):
         event_values[0],
         event_values[1],
     )
-    joints = joints_at_event(parameters, shared.y)
-    _latch_joints(joints, joints, first_offsets(joints, roots), shared)
+    joints = joints_at_event(parameters, context.y)
+    _latch_joints(joints, joints, first_offsets(joints, roots), context)
 
 
 # ---------------------------------------------------------------------------------------------- for a scene
@@ -193,11 +192,11 @@ def guards_of(scene, parameters, zeros=np.zeros) -> Guards:
     key = form_number(scene)
     if key not in _GUARD_TABLES:
         _GUARD_TABLES[key] = _guard_table(scene.joints)
-    table, latches = _GUARD_TABLES[key]
+    table, has_latching_law = _GUARD_TABLES[key]
     count = table["contact"].size
     return Guards(
         evaluate=entry(guards_entry, scene, "fffff", parameters) if -1 in table["column"] else NO_ENTRY,
-        latch=entry(latch_entry, scene, "fffi", parameters) if latches else NO_ENTRY,
+        latch=entry(latch_entry, scene, "fffi", parameters) if has_latching_law else NO_ENTRY,
         value=zeros((count, SINGLE_STATE + 1)),
         event=zeros(2, dtype=np.int64),
         **table,
@@ -210,17 +209,17 @@ _GUARD_TABLES: dict[int, tuple[dict[str, np.ndarray], bool]] = {}  # key: id of 
 def _guard_table(joints) -> tuple[dict[str, np.ndarray], bool]:
     """Return the fields of Guards, and whether any law latches a quantity; both depend on the types of laws only."""
     contact_guards = every_guard(joints)
-    declared = [guard for _, guard in contact_guards]
+    guards_of_laws = [guard for _, guard in contact_guards]
     flags = ("at_start", "counted", "ends_run")
     arrays = {
         "contact": np.array([contact for contact, _ in contact_guards], dtype=np.int64),
-        "modes": np.array([sum(1 << mode for mode in guard.modes) for guard in declared], dtype=np.int64),
-        "next_mode": np.array([guard.next_mode for guard in declared], dtype=np.int64),
+        "modes": np.array([sum(1 << mode for mode in guard.modes) for guard in guards_of_laws], dtype=np.int64),
+        "next_mode": np.array([guard.next_mode for guard in guards_of_laws], dtype=np.int64),
     }
     arrays["column"] = np.array(
         [column_of(contact, guard.observable) if guard.observable >= 0 else -1 for contact, guard in contact_guards],
         np.int64,
     )
-    arrays["sign"] = np.array([guard.sign for guard in declared], dtype=np.float64)
-    arrays |= {name: np.array([getattr(guard, name) for guard in declared], dtype=np.int64) for name in flags}
+    arrays["sign"] = np.array([guard.sign for guard in guards_of_laws], dtype=np.float64)
+    arrays |= {name: np.array([getattr(guard, name) for guard in guards_of_laws], dtype=np.int64) for name in flags}
     return arrays, any(type(law) in latched.members for _, law in every_part(joints))

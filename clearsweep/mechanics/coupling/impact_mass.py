@@ -19,7 +19,7 @@ def _needs_mass(joint, gap, offsets, state):
 
 
 @_needs_mass.member(None)
-def _never(joint, gap, offsets, state):
+def _needs_no_mass(joint, gap, offsets, state):
     return False
 
 
@@ -79,8 +79,8 @@ _zero_masses = map_joints(_zero_mass, after_number)
 @inlined
 def _joints_with_needed_mass(scene, pose, relative, state):
     is_needed = False
-    for needs_mass_here in _all_need_mass(scene.joints, relative, first_offsets(scene.joints, state.roots), state):
-        is_needed = is_needed | needs_mass_here
+    for joint_needs_mass in _all_need_mass(scene.joints, relative, first_offsets(scene.joints, state.roots), state):
+        is_needed = is_needed | joint_needs_mass
     if none_of(is_needed):
         return _all_with_mass(scene.joints, _zero_masses(relative, relative, 0, 0), 0, 0)
     masses = _masses_like(impact_masses(scene.mechanism, pose, relative), relative, 0, 0)

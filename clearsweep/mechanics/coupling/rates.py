@@ -65,7 +65,7 @@ from ..observe.observables import (
     TORQUE,
     Observed,
     film_column,
-    observe,
+    write_contact_observables,
 )
 from .impact_mass import joints_with_mass
 from .state import put_friction_rates, size_of, with_friction_states
@@ -84,14 +84,14 @@ class Scene(NamedTuple):
 
 
 @inlined
-def _turned_gaps(scene, y, relative):
+def _gaps_with_angles(scene, y, relative):
     return with_body_angles(scene.joints, relative, body_angles(scene.mechanism, y))
 
 
 @kernel
-def turned_gaps(scene, y, relative):
+def gaps_with_angles(scene, y, relative):
     """Return the Gaps `relative` of a scene at the state `y`, with the rotation (rad) of the bodies of worn joints."""
-    return _turned_gaps(scene, y, relative) if uses_body_angles(map(type, scene.joints)) else relative
+    return _gaps_with_angles(scene, y, relative) if uses_body_angles(map(type, scene.joints)) else relative
 
 
 def uses_body_angles(joint_types):
@@ -103,7 +103,7 @@ def uses_body_angles(joint_types):
 def evaluate_motion(scene, y, mode, latched):
     """Return the pose at the state `y`, and the Gaps, Loads and Motion that follow from the pose."""
     pose = place(scene.mechanism, y)
-    relative = turned_gaps(scene, y, gaps(scene.mechanism, pose))
+    relative = gaps_with_angles(scene, y, gaps(scene.mechanism, pose))
     state = JointState(y, mode, latched, 2 * len(scene.coordinates) + 1)
     joints = joints_with_mass(scene, pose, relative, state)
     loads = loads_of(joints, relative, state)
@@ -141,12 +141,12 @@ class _ObservableRows(NamedTuple):
     contacts: int  # number of contacts
     o: tuple  # (columns, 16)
     row: int
-    accurate: bool  # whether the state is on the solution, not an iterate
+    is_converged: bool  # whether the state is on the solution, not an iterate
 
 
 @kernel
-def _put_number(number, _, column, into):
-    values, row = into
+def _put_number(number, _, column, destination):
+    values, row = destination
     values[column, row] = number
 
 
@@ -154,8 +154,8 @@ _put_numbers = map_joints(_put_number, after_number)
 
 
 @inlined
-def _put_contacts(joint, load, offsets, rows):
-    o, row = rows.o, rows.row
+def _put_contacts(joint, load, offsets, destination):
+    o, row = destination.o, destination.row
     for i in range(len(load.contacts)):
         contact, c = load.contacts[i], offsets.contact + i
         dissipated = power_lost(contact)
@@ -170,9 +170,9 @@ def _put_contacts(joint, load, offsets, rows):
             rate=contact.rate,
             guard_quantity=guard_quantity(contact),
         )
-        observe(o, row, c, observed_contact)
-        extra = extra_observables(contact, rows.accurate)
-        _put_numbers(extra, extra, film_column(rows.contacts, c, 0), (o, row))
+        write_contact_observables(o, row, c, observed_contact)
+        extra = extra_observables(contact, destination.is_converged)
+        _put_numbers(extra, extra, film_column(destination.contacts, c, 0), (o, row))
 
 
 _put_all_contacts = map_joints(_put_contacts, after_joint)
@@ -189,24 +189,24 @@ class _RootRates(NamedTuple):
 
 
 @inlined
-def _put_roots(joint, load, offsets, roots):
-    state = roots.state
+def _put_roots(joint, load, offsets, destination):
+    state = destination.state
     for i in range(len(load.contacts)):
         c = offsets.contact + i
-        arguments = roots.scene, load.contacts[i], state, roots.kappa, c
-        roots.k[state.roots + c, roots.row] = _rate_of_root(touches(state.mode[c]), arguments)
+        arguments = destination.scene, load.contacts[i], state, destination.kappa, c
+        destination.k[state.roots + c, destination.row] = _rate_of_root(touches(state.mode[c]), arguments)
 
 
 _put_all_roots = map_joints(_put_roots, after_joint)
 
 
 @inlined
-def rates(scene, y, mode, latched, k, o, row, accurate=True):
+def rates(scene, y, mode, latched, k, o, row, is_converged=True):
     """Write the rates of `y` with respect to tau to row `row` of `k`, and the observables to row `row` of `o`.
 
     y : (n,) state; k : (n, 16) and o : (columns, 16), None to omit either; a row is one value of the last index;
-    mode : (contacts,) mode of each contact; latched : see JointState; accurate : whether the state is on the solution,
-    not an iterate.
+    mode : (contacts,) mode of each contact; latched : see JointState; is_converged : whether the state is on the
+    solution, not an iterate.
     """
     count = len(scene.coordinates)
     time_index = 2 * count
@@ -232,7 +232,7 @@ def rates(scene, y, mode, latched, k, o, row, accurate=True):
         for i in range(len(powers)):
             o[film_columns + i, row] = powers[i]
         _put_all_contacts(
-            scene.joints, loads, offsets, _ObservableRows(total_counts(scene.joints).contact, o, row, accurate)
+            scene.joints, loads, offsets, _ObservableRows(total_counts(scene.joints).contact, o, row, is_converged)
         )
 
 
@@ -267,14 +267,14 @@ class _SlopeColumn(NamedTuple):
 
 
 @inlined
-def _put_root_slopes(joint, load, offsets, column):
-    state = column.state
+def _put_root_slopes(joint, load, offsets, destination):
+    state = destination.state
     for i in range(len(load.contacts)):
         c = offsets.contact + i
-        column.out[state.roots + c] = 0.0
+        destination.out[state.roots + c] = 0.0
         if touches(state.mode[c]):
-            rate = root_rate(column.scene, load.contacts[i], state, column.kappa, c)
-            column.out[state.roots + c] = slope(as_dual(rate))
+            rate = root_rate(destination.scene, load.contacts[i], state, destination.kappa, c)
+            destination.out[state.roots + c] = slope(as_dual(rate))
 
 
 _put_all_root_slopes = map_joints(_put_root_slopes, after_joint)
@@ -350,10 +350,10 @@ def _after_samples(samples, joint):
 
 @inlined
 def _put_gap(joint, gap, samples, destination):
-    values_out, side = destination
-    values = gap_histories(joint, gap, side[samples.offsets.contact])
+    out, journal_sides = destination
+    values = gap_histories(joint, gap, journal_sides[samples.offsets.contact])
     for i in range(len(values)):
-        values_out[samples.column + i] = values[i]
+        out[samples.column + i] = values[i]
 
 
 @kernel
@@ -367,9 +367,9 @@ _put_channels = map_joints(_put_channel, after_number)
 @inlined
 def _put_force(joint, load, samples, destination):
     values = load_histories(joint, load)
-    first = samples.column + history_count_of(joint) - len(values)
+    first_column = samples.column + history_count_of(joint) - len(values)
     for i in range(len(values)):
-        destination[0][first + i] = values[i]
+        destination[0][first_column + i] = values[i]
     extra = extra_channels(load.contacts[0])
     _put_channels(extra, extra, samples.column + history_count_of(joint), destination[0])
 
@@ -377,17 +377,17 @@ def _put_force(joint, load, samples, destination):
 _put_gaps, _put_forces = map_joints(_put_gap, _after_samples), map_joints(_put_force, _after_samples)
 
 
-def sample_entry(scene, y, mode, latched, side, out, channels):
+def sample_entry(scene, y, mode, latched, journal_sides, out, channels):
     """Write the first `channels` time histories at `y` to `out`; forces are those of a joint's most loaded contact."""
     parameters = scene[0]
     contacts, n, latched_count = size_of(parameters)
     values = shaped(out, (channels,))
-    side, y = shaped(side, (contacts,)), shaped(y, (n,))
+    journal_sides, y = shaped(journal_sides, (contacts,)), shaped(y, (n,))
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     pose, relative, loads, motion = evaluate_motion(parameters, y, mode, latched)
     samples = _Samples(first_offsets(parameters.joints, 0), describe(parameters.mechanism, y, pose, motion, values))
-    _put_gaps(parameters.joints, relative, samples, (values, side))
-    _put_forces(parameters.joints, loads, samples, (values, side))
+    _put_gaps(parameters.joints, relative, samples, (values, journal_sides))
+    _put_forces(parameters.joints, loads, samples, (values, journal_sides))
 
 
 def slopes_of(scene, parameters) -> Entry:

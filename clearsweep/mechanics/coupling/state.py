@@ -14,7 +14,7 @@ from ..joint.contract import every_internal_state, internal_rates, internal_stat
 from ..joint.offsets import after_number, form_of, total_counts, with_internal_state
 from ..mechanism.contract import friction_laws, friction_slips, with_friction_laws
 
-NEVER_RESET = -1  # in the place of a contact whose separation resets a number
+NEVER_RESET = -1  # in place of the index of the contact whose separation resets a number
 
 
 class Sliding(NamedTuple):
@@ -24,7 +24,7 @@ class Sliding(NamedTuple):
 
 
 def _state_size(law):
-    """Return how many numbers of internal state a law of a friction load has in the state vector."""
+    """Return the number of a friction load's internal states in the state vector."""
     form = form_of(law)
     return len(form._field_defaults) if is_integrated(form) else 0
 
@@ -34,8 +34,8 @@ def _after(offset, law):
 
 
 @inlined
-def states_of_friction(scene):
-    """Return how many numbers of internal state all friction loads have in the state vector."""
+def friction_state_count(scene):
+    """Return the number of all friction loads' internal states in the state vector."""
     count = 0
     for law in friction_laws(scene.mechanism):
         count += _state_size(law)
@@ -46,7 +46,7 @@ def states_of_friction(scene):
 def size_of(scene):
     """Return the number of contacts, the length of the state vector, and the number of latched values."""
     size = total_counts(scene.joints)
-    count = 2 * len(scene.coordinates) + 1 + size.contact + size.internal + states_of_friction(scene)
+    count = 2 * len(scene.coordinates) + 1 + size.contact + size.internal + friction_state_count(scene)
     return size.contact, count, size.contact + size.latched
 
 
@@ -55,8 +55,8 @@ def every_state(scene) -> list[tuple]:
     form = form_number(scene)
     if form in _STATELESS:
         return []
-    of_joints = every_internal_state(scene.joints) if state_kinds_of(scene).integrated else []
-    states = of_joints + [
+    joint_states = every_internal_state(scene.joints) if state_kinds_of(scene).integrated else []
+    states = joint_states + [
         (NEVER_RESET, declared, initial)
         for law in friction_laws(scene.mechanism)
         if is_integrated(type(law))
@@ -76,20 +76,20 @@ def _first_friction_state(scene):
 
 
 @kernel
-def _current(law, _, offset, y):
+def _with_state(law, _, offset, y):
     return with_internal_state(law, y, offset) if _state_size(law) else law
 
 
-_current_laws = map_joints(_current, _after)
+_with_states = map_joints(_with_state, _after)
 
 
 @inlined
 def with_friction_states(scene, y):
     """Return the scene with the internal states of its friction loads from the state `y`."""
-    if not states_of_friction(scene):
+    if not friction_state_count(scene):
         return scene
     laws = friction_laws(scene.mechanism)
-    laws = _current_laws(laws, laws, _first_friction_state(scene), y)
+    laws = _with_states(laws, laws, _first_friction_state(scene), y)
     return scene._replace(mechanism=with_friction_laws(scene.mechanism, laws))
 
 
@@ -101,18 +101,18 @@ class _Rates(NamedTuple):
 
 
 @kernel
-def _put(rate, _, offset, shared):
-    shared.out[offset] = rate_or_slope(shared.kappa * rate)
+def _put_rate(rate, _, offset, destination):
+    destination.out[offset] = rate_or_slope(destination.kappa * rate)
 
 
-_put_each = map_joints(_put, after_number)
+_put_each = map_joints(_put_rate, after_number)
 
 
 @kernel
-def _put_law(law, slip, offset, shared):
+def _put_law(law, slip, offset, destination):
     if _state_size(law):
         rates = internal_rates(law, Sliding(slip))
-        _put_each(rates, rates, offset, shared)
+        _put_each(rates, rates, offset, destination)
 
 
 _put_laws = map_joints(_put_law, _after)
@@ -120,7 +120,7 @@ _put_laws = map_joints(_put_law, _after)
 
 @inlined
 def put_friction_rates(scene, y, motion, kappa, out):
-    """Put the rates of the internal states of friction loads with respect to tau into `out`, or their slopes."""
-    if states_of_friction(scene):
+    """Write the rates of the internal states of friction loads with respect to tau to `out`, or their slopes."""
+    if friction_state_count(scene):
         laws = friction_laws(with_friction_states(scene, y).mechanism)
         _put_laws(laws, friction_slips(scene.mechanism, motion), _first_friction_state(scene), _Rates(kappa, out))

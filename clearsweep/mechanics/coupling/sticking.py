@@ -20,8 +20,8 @@ from ..joint.offsets import after_joint, after_number, first_offsets, total_coun
 from ..mechanism.contract import accelerate, gap_accelerations
 
 MAX_SWEEPS = 100  # over the grips that stick; coupling between joints is weak, so a dozen suffice
-MIN_ADDED_FORCE = 1.0  # N, least additional force with which rates per force are computed
-CONVERGED = 1e-15  # of the largest force of the surfaces
+MIN_FORCE_INCREMENT = 1.0  # N, least additional force with which rates per force are computed
+FORCE_TOLERANCE = 1e-15  # of the largest force of the surfaces
 
 
 @kernel
@@ -85,13 +85,13 @@ def slip_rates(scene, y, pose, grips, loads):
 
 
 @kernel
-def _side(grip, _, index, mode):
+def _limit_sign(grip, _, index, mode):
     return limit_sign(grip, mode)
 
 
 @kernel
-def _force(grip, side, index, shared):
-    return where(side != 0.0, side * grip.limit, grip.force)
+def _force(grip, limit_sign, index, shared):
+    return where(limit_sign != 0.0, limit_sign * grip.limit, grip.force)
 
 
 @kernel
@@ -125,7 +125,7 @@ def _replaced(_, force, index, shared):
     return value if index == j else force
 
 
-_sides = map_joints(_side, after_number)
+_limit_signs = map_joints(_limit_sign, after_number)
 _forces = map_joints(_force, after_number)  # of grips, and their sides
 _limits, _slips = map_joints(_limit, after_number), map_joints(_slip, after_number)
 _rates_per_force = map_joints(_per_force, after_number)  # of rates with and without an additional force, and that force
@@ -150,11 +150,11 @@ class GainInputs(NamedTuple):
 def _gain(limit, force, index, inputs):
     if limit == 0.0:
         return _no_rates(inputs.rates, inputs.rates, 0, 0)
-    added_force = abs(plain(limit)) + MIN_ADDED_FORCE
-    changed_forces = _replaced_in_one(inputs.forces, inputs.forces, 0, (index, force + added_force))
+    force_increment = abs(plain(limit)) + MIN_FORCE_INCREMENT
+    changed_forces = _replaced_in_one(inputs.forces, inputs.forces, 0, (index, force + force_increment))
     loads = _loads(inputs.grips, inputs.loads, 0, (changed_forces, changed_forces))
     rates = slip_rates(inputs.scene, inputs.y, inputs.pose, inputs.grips, loads)
-    return _rates_per_force(rates, inputs.rates, 0, added_force)
+    return _rates_per_force(rates, inputs.rates, 0, force_increment)
 
 
 _gains = map_joints(_gain, after_number)
@@ -165,7 +165,7 @@ def with_sticking_forces(scene, y, pose, relative, loads, mode):
     """Return the loads with tangential forces that let the sliding speed of sticking joints decay.
 
     The decay rate is `scene.reference_rate`, because the remaining speed is within the band and negligible.  Grips in
-    a mode at their limit have that force; their contacts also say which force they would need.
+    a mode at their limit have that force; their contacts also contain the force that would stop the sliding.
     """
     if not any(type(joint.friction) in static_limit.members for joint in scene.joints if hasattr(joint, "friction")):
         return loads
@@ -175,21 +175,25 @@ def with_sticking_forces(scene, y, pose, relative, loads, mode):
     if sticking_count == 0:
         return loads
     grips = joined(nested)
-    sides, limits, slips = _sides(grips, grips, 0, mode), _limits(grips, grips, 0, mode), _slips(grips, grips, 0, 0)
-    forces = _forces(grips, sides, 0, 0)
+    limit_signs, limits, slips = (
+        _limit_signs(grips, grips, 0, mode),
+        _limits(grips, grips, 0, mode),
+        _slips(grips, grips, 0, 0),
+    )
+    forces = _forces(grips, limit_signs, 0, 0)
     loads = _loads(nested, loads, 0, (forces, forces))
     rates = slip_rates(scene, y, pose, nested, loads)
     gains = _gains(limits, forces, 0, GainInputs(scene, y, pose, nested, loads, forces, rates))
     for _ in range(MAX_SWEEPS if sticking_count > 1 else 1):
         largest_change = 0.0
         for j in range(len(limits)):
-            if (limits[j] == 0.0) | (sides[j] != 0.0):
+            if (limits[j] == 0.0) | (limit_signs[j] != 0.0):
                 continue
             force_change = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
             largest_change = max(largest_change, abs(force_change / limits[j]))
             rates = _changed_rates(rates, gains[j], 0, force_change)
             forces = _replaced_in_one(forces, forces, 0, (j, forces[j] + force_change))
-        if largest_change < CONVERGED:
+        if largest_change < FORCE_TOLERANCE:
             break
     stopping_forces = forces
     for j in range(len(limits)):

@@ -76,12 +76,12 @@ def kappa_of_corners(scene, y, mode):
 
 @kernel
 def _kappa_of_several(scene, y, mode):
-    corners = total_counts(scene.joints).contact > len(scene.joints)
-    return kappa_of_corners(scene, y, mode) if corners else _kappa_of_joints(scene, y, mode)
+    has_corners = total_counts(scene.joints).contact > len(scene.joints)
+    return kappa_of_corners(scene, y, mode) if has_corners else _kappa_of_joints(scene, y, mode)
 
 
 @kernel
 def kappa_over_root(scene, y, mode, kappa, contact):
     """Return kappa over the root of penetration of a touching contact, one of several, s/m^0.5."""
-    corners = total_counts(scene.joints).contact > len(scene.joints)
-    return (_kappa_over_root_of_corners if corners else _kappa_over_root_of_joints)(scene, y, mode, kappa, contact)
+    has_corners = total_counts(scene.joints).contact > len(scene.joints)
+    return (_kappa_over_root_of_corners if has_corners else _kappa_over_root_of_joints)(scene, y, mode, kappa, contact)

@@ -4,7 +4,7 @@ A sweep places the stages in the lanes of a register.  Where registers are narro
 with identical bits.
 """
 
-from ..compiled.choosing import abreast, total_of
+from ..compiled.choosing import lane_range, total_of
 from ..compiled.family import Entry, entry, inlined, shaped
 from ..joint.contract import JointState
 from ..joint.modes import touches
@@ -12,7 +12,7 @@ from ..mechanism.contract import gaps, place
 from ..observe.stages import END, FIRST_IMPLICIT_ROW, ROW_COUNT, STAGES
 from ..solver.accumulate.step_sums import Step
 from ..solver.collocation import A
-from .rates import observed_width, put_error, put_root_rates, rates, turned_gaps
+from .rates import gaps_with_angles, observed_width, put_error, put_root_rates, rates
 from .state import size_of
 from .time_scale import time_scale
 
@@ -28,16 +28,16 @@ def rates_entry(scene, y, mode, latched, k, o, row):
 
 
 @inlined
-def _update_components(scene, first, last, arguments):
-    """Update some components of all stages from their rates; add up the squared change over the allowed error."""
+def _update_components(scene, begin, end, arguments):
+    """Update components `begin` to `end` of all stages from their rates; sum the squared changes over the allowed error."""
     y, weight, k, nodes, h = arguments
     n = nodes.shape[0] - 1
-    for c in range(first, last):
+    for c in range(begin, end):
         initial, inverse_scale = y[c], weight[c]
-        for i in abreast(STAGES):
-            first_terms = (A[0, i] * k[c, 0] + A[1, i] * k[c, 1]) + (A[2, i] * k[c, 2] + A[3, i] * k[c, 3])
-            last_terms = (A[4, i] * k[c, 4] + A[5, i] * k[c, 5]) + (A[6, i] * k[c, 6] + A[7, i] * k[c, 7])
-            predicted = initial + h * (first_terms + last_terms)
+        for i in lane_range(STAGES):
+            early_terms = (A[0, i] * k[c, 0] + A[1, i] * k[c, 1]) + (A[2, i] * k[c, 2] + A[3, i] * k[c, 3])
+            late_terms = (A[4, i] * k[c, 4] + A[5, i] * k[c, 5]) + (A[6, i] * k[c, 6] + A[7, i] * k[c, 7])
+            predicted = initial + h * (early_terms + late_terms)
             scaled_change = (predicted - nodes[c, i]) * inverse_scale
             nodes[c, i] = predicted
             nodes[n, i] = nodes[n, i] + scaled_change * scaled_change
@@ -53,7 +53,7 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     k, nodes = shaped(k, (n, ROW_COUNT)), shaped(nodes, (n + 1, STAGES))
     arguments = y, weight, k, nodes, step.length
     time_index = 2 * coordinate_count
-    for i in abreast(STAGES):
+    for i in lane_range(STAGES):
         rates(parameters, nodes[:, i], mode, latched, k, None, i, False)
         nodes[n, i] = 0.0
     _update_components(parameters, coordinate_count, time_index, arguments)
@@ -62,9 +62,11 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     for c in range(contacts):
         touching = touching | touches(mode[c])
     if touching:
-        for i in abreast(STAGES):
+        for i in lane_range(STAGES):
             state = nodes[:, i]
-            relative = turned_gaps(parameters, state, gaps(parameters.mechanism, place(parameters.mechanism, state)))
+            relative = gaps_with_angles(
+                parameters, state, gaps(parameters.mechanism, place(parameters.mechanism, state))
+            )
             put_root_rates(
                 parameters,
                 relative,
@@ -74,7 +76,7 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
                 i,
             )
         _update_components(parameters, time_index + 1, time_index + 1 + contacts, arguments)
-    for i in abreast(STAGES):
+    for i in lane_range(STAGES):
         kappa = time_scale(parameters, nodes[:, i], mode)
         for c in range(coordinate_count):
             k[c, i] = kappa * nodes[coordinate_count + c, i]
@@ -90,7 +92,7 @@ def observe_entry(scene, nodes, mode, latched, o, _):
     contacts, n, latched_count = size_of(parameters)
     nodes, mode, latched = shaped(nodes, (n + 1, STAGES)), shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     o = shaped(o, (observed_width(parameters), ROW_COUNT))
-    for i in abreast(STAGES):
+    for i in lane_range(STAGES):
         rates(parameters, nodes[:, i], mode, latched, None, o, i)
     put_error(parameters, place(parameters.mechanism, nodes[:, END]), o, END)
 

@@ -1,6 +1,6 @@
 """The wear of a step: contact positions of all joints along it, and the depth removed there."""
 
-from ..compiled.choosing import abreast
+from ..compiled.choosing import lane_range
 from ..compiled.family import Entry, entry, kernel, shaped
 from ..joint.nearest import with_body_angles
 from ..joint.offsets import first_offsets, total_counts
@@ -24,10 +24,10 @@ from ..observe.histogram import PARTS, STATE_POINTS, STEP_VALUE_ROWS
 
 
 @kernel
-def _record_step_positions(scene, between, step):
-    """Record the contact positions of all joints on their bodies at the moments of a step."""
-    for i in abreast(STATE_POINTS):
-        y = between[:, i]
+def _record_step_positions(scene, dense_states, step):
+    """Record the contact positions of all joints on their bodies at the STATE_POINTS points of a step."""
+    for i in lane_range(STATE_POINTS):
+        y = dense_states[:, i]
         pose = place(scene.mechanism, y)
         angles = body_angles(scene.mechanism, y)
         relative = with_body_angles(scene.joints, gaps(scene.mechanism, pose), angles)
@@ -35,31 +35,31 @@ def _record_step_positions(scene, between, step):
         record_positions(scene.joints, instant.gaps, JointCursor(0, first_offsets(scene.joints, 0)), instant)
 
 
-def wear_entry(scene, between, mode, step_values, length, workspace, depths, account, stride):
+def wear_entry(scene, dense_states, mode, step_values, length, workspace, depths, account, stride):
     """Add the wear of a step; arrays are bare pointers; `scene` is a pointer to the Scene.
 
-    between : (2 coordinates + 1, STATE_POINTS) the state within the step; length : of the step, in tau;
+    dense_states : (2 coordinates + 1, STATE_POINTS) the state within the step; length : of the step, in tau;
     workspace : of the size that `workspace_size` returns.
     """
     parameters = scene[0]
     contacts, size = total_counts(parameters.joints).contact, 2 * len(parameters.coordinates) + 1
-    regions, angles = (
+    workspace_array, axial_offset = (
         shaped(workspace, (workspace_size(contacts, stride),)),
         WORKSPACE_SIZE + contacts * (POSITIONS + SLOPES) * STATE_POINTS,
     )
-    axial = angles + contacts * AXIAL_ROWS * STATE_POINTS
-    scratch = axial + STRIP_ROWS * (PARTS + 1)
+    strip_offset = axial_offset + contacts * AXIAL_ROWS * STATE_POINTS
+    buffer_offset = strip_offset + STRIP_ROWS * (PARTS + 1)
     step = Step(
         shaped(step_values, (contacts, STEP_VALUE_ROWS, PARTS + 1)),
         shaped(length, (1,))[0],
         shaped(mode, (contacts,)),
-        regions[WORKSPACE_SIZE:angles].reshape(contacts, POSITIONS + SLOPES, STATE_POINTS),
-        regions[angles:axial].reshape(contacts, AXIAL_ROWS, STATE_POINTS),
-        regions[axial:scratch].reshape(STRIP_ROWS, PARTS + 1),
-        regions[:WORKSPACE_SIZE],
-        regions[scratch:],
+        workspace_array[WORKSPACE_SIZE:axial_offset].reshape(contacts, POSITIONS + SLOPES, STATE_POINTS),
+        workspace_array[axial_offset:strip_offset].reshape(contacts, AXIAL_ROWS, STATE_POINTS),
+        workspace_array[strip_offset:buffer_offset].reshape(STRIP_ROWS, PARTS + 1),
+        workspace_array[:WORKSPACE_SIZE],
+        workspace_array[buffer_offset:],
     )
-    _record_step_positions(parameters, shaped(between, (size, STATE_POINTS)), step)
+    _record_step_positions(parameters, shaped(dense_states, (size, STATE_POINTS)), step)
     worn = Worn(shaped(depths, (2 * contacts * stride,)), stride, shaped(account, (contacts, ACCOUNT)))
     update_wear_of_joints(parameters.joints, parameters.joints, first_offsets(parameters.joints, 0), (step, worn))
 

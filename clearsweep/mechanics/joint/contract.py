@@ -197,15 +197,15 @@ def _guard_quantity_of_contact(contact):
 
 
 @family
-def extra_observables(contact, accurate):
+def extra_observables(contact, is_converged):
     """Return the extra observables of a contact, () by default.
 
-    accurate : whether the state is converged, not an iterate.
+    is_converged : whether the state is converged, not an iterate.
     """
 
 
 @extra_observables.member(None)
-def _default_extra_observables(contact, accurate):
+def _default_extra_observables(contact, is_converged):
     return ()
 
 

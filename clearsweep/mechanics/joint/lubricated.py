@@ -354,9 +354,9 @@ def _guard_quantity_of_film(contact):
 
 
 @extra_observables.member(FilmContact)
-def _extra_observables_film_contact(contact, accurate):
+def _extra_observables_film_contact(contact, is_converged):
     law, motion = contact.pressure_inputs
-    pressure = film_pressure(law, motion) if accurate else 0.0
+    pressure = film_pressure(law, motion) if is_converged else 0.0
     return contact.dry, contact.film_power, contact.dry_friction_power, pressure, contact.speed, contact.pressure_power
 
 

@@ -79,7 +79,7 @@ def _arctangent(square):
 
 
 #: Coefficients of arctan(z) / z in powers of z^2, 0 to 1, to 5e-6: first guess of a search.
-ARCTANGENT = portable.through_points(_arctangent, 5)
+ARCTANGENT = portable.polynomial_through(_arctangent, 5)
 
 
 @inlined

@@ -5,7 +5,7 @@ longer for it than for the forces.
 """
 
 from ..compiled.family import inlined, kernel, kinds, map_joints
-from ..observe.observables import FILM_WIDTH, columns
+from ..observe.observables import FILM_WIDTH, column_count
 from .contract import Offsets, contact_modes, extra_columns, guards, history_count, is_integrated, parts
 
 
@@ -108,7 +108,7 @@ def _extra_counts(joint):
 def observable_count(joints):
     """Return the number of observables of a scene: those of films follow those of all contacts."""
     contacts = counts_of_joints(joints).contact
-    return columns(contacts) + (FILM_WIDTH * contacts if any(_extra_counts(joint)[0] for joint in joints) else 0)
+    return column_count(contacts) + (FILM_WIDTH * contacts if any(_extra_counts(joint)[0] for joint in joints) else 0)
 
 
 def extra_channel_count(joint):

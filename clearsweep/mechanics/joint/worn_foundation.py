@@ -58,7 +58,9 @@ def _force_series(depth_ratio):
 
 
 #: Coefficients of both by powers of the fraction, to 1e-10 and 1e-11.
-ENERGY_SERIES, FORCE_SERIES = (portable.through_points(function, 15) for function in (_energy_series, _force_series))
+ENERGY_SERIES, FORCE_SERIES = (
+    portable.polynomial_through(function, 15) for function in (_energy_series, _force_series)
+)
 
 
 @inlined

@@ -1,14 +1,14 @@
-"""Histogram of a force over time, from its course over each step."""
+"""Histogram of a force over time, from its profile over each step; its quantiles, such as the p99 of a force."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.choosing import abreast, bits_of, number_of, rolled_range, where
+from ..compiled.choosing import bits_of, lane_range, number_of, rolled_range, where
 from ..compiled.family import inlined, kernel, kinds, shaped
 from ..compiled.plain import is_plain
 from ..trace import objects
-from .stages import NODES, SHARES
+from .stages import NODE_FRACTIONS, NODES
 
 # Histogram of the normal force over time: approximately logarithmic bins from the bits of the
 # number: BIN_BITS of the mantissa, so the relative width of a bin is at most 2^-BIN_BITS.
@@ -20,7 +20,7 @@ EDGES = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64) 
 WIDTHS = np.diff(EDGES)  # N
 PARTS = 8  # parts of a step for the histogram and for wear
 QUARTER_POINTS = 3  # quarter points of a step at which positions are evaluated
-STATE_POINTS = 8  # these, both ends, and the last again, to fill the vector lanes
+STATE_POINTS = 8  # quarter points, both ends, and the last end again, to fill the vector lanes
 # Rows of Totals.step_values: N, s, m/s, m, W
 FORCE_ROW, KAPPA_ROW, SLIP_ROW, DEPTH_ROW, FRICTION_POWER_ROW, STEP_VALUE_ROWS = range(6)
 
@@ -36,7 +36,7 @@ def _lagrange(nodes, points):
 
 
 #: (nodes, PARTS): from values at the nodes of a step to those at the ends of its parts.
-TO_PART_ENDS = np.ascontiguousarray(_lagrange(SHARES, np.arange(1, PARTS + 1) / PARTS).T)
+TO_PART_ENDS = np.ascontiguousarray(_lagrange(NODE_FRACTIONS, np.arange(1, PARTS + 1) / PARTS).T)
 
 
 class Ramp(NamedTuple):
@@ -64,30 +64,38 @@ def ramp_of(forces, bins, duration):
     """Return the Ramp of a force between two `forces` (N), not negative, in these `bins`, during `duration` (s)."""
     low, high = min(forces[0], forces[1]), max(forces[0], forces[1])
     lowest_bin, highest_bin = min(bins[0], bins[1]), max(bins[0], bins[1])
-    single_bin, crosses, rises = lowest_bin == highest_bin, highest_bin > lowest_bin + 1, forces[0] < forces[1]
-    density = duration / where(single_bin, 1.0, high - low)
-    lower = where(single_bin, duration, density * (bin_edge(lowest_bin + 1) - low))
+    is_single_bin, crosses_bins, is_rising = (
+        lowest_bin == highest_bin,
+        highest_bin > lowest_bin + 1,
+        forces[0] < forces[1],
+    )
+    density = duration / where(is_single_bin, 1.0, high - low)
+    lower = where(is_single_bin, duration, density * (bin_edge(lowest_bin + 1) - low))
     # without a whole bin in between, a huge density would leave rounding errors
-    upper = where(single_bin, 0.0, density * (high - where(crosses, bin_edge(highest_bin + 1), bin_edge(highest_bin))))
-    crossing_density = where(crosses, density, 0.0)
+    upper = where(
+        is_single_bin, 0.0, density * (high - where(crosses_bins, bin_edge(highest_bin + 1), bin_edge(highest_bin)))
+    )
+    crossing_density = where(crosses_bins, density, 0.0)
     return Ramp(
-        where(rises, lower, upper), where(rises, upper, lower), where(rises, crossing_density, -crossing_density)
+        where(is_rising, lower, upper),
+        where(is_rising, upper, lower),
+        where(is_rising, crossing_density, -crossing_density),
     )
 
 
 @inlined
-def fill(histogram, j, bins, ramps):
+def add_ramps(histogram, j, bins, ramps):
     """Add the Ramps of the PARTS parts of a step, row `j` of three arrays, to histogram `j`, (BINS, 2).
 
     bins : (contacts, PARTS + 1 or more), of the force at the ends of the parts.
     """
-    first_bin_time, ending, density = ramps
+    first_bin_time, last_bin_time, density = ramps
     histogram[j, bins[j, 0], 0] += first_bin_time[j, 0]
     histogram[j, bins[j, 0], 1] += density[j, 0]
     for i in range(1, PARTS):
-        histogram[j, bins[j, i], 0] += ending[j, i - 1] + first_bin_time[j, i]
+        histogram[j, bins[j, i], 0] += last_bin_time[j, i - 1] + first_bin_time[j, i]
         histogram[j, bins[j, i], 1] += density[j, i] - density[j, i - 1]
-    histogram[j, bins[j, PARTS], 0] += ending[j, PARTS - 1]
+    histogram[j, bins[j, PARTS], 0] += last_bin_time[j, PARTS - 1]
     histogram[j, bins[j, PARTS], 1] -= density[j, PARTS - 1]
 
 
@@ -101,11 +109,11 @@ def add_profile(histogram, j, step_values, duration):
     for i in range(PARTS):
         total += step_values[KAPPA_ROW, i] + step_values[KAPPA_ROW, i + 1]
     for i in range(PARTS):
-        first, last = max(step_values[FORCE_ROW, i], 0.0), max(step_values[FORCE_ROW, i + 1], 0.0)
-        if first > 0.0 or last > 0.0:
+        start_force, end_force = max(step_values[FORCE_ROW, i], 0.0), max(step_values[FORCE_ROW, i + 1], 0.0)
+        if start_force > 0.0 or end_force > 0.0:
             duration_of_part = (step_values[KAPPA_ROW, i] + step_values[KAPPA_ROW, i + 1]) * (duration / total)
-            begin_bin, end_bin = force_bin(first), force_bin(last)
-            ramp = ramp_of((first, last), (begin_bin, end_bin), duration_of_part)
+            begin_bin, end_bin = force_bin(start_force), force_bin(end_force)
+            ramp = ramp_of((start_force, end_force), (begin_bin, end_bin), duration_of_part)
             histogram[j, begin_bin, 0] += ramp.first_bin_time
             histogram[j, begin_bin, 1] += ramp.density
             histogram[j, end_bin, 0] += ramp.last_bin_time
@@ -113,8 +121,8 @@ def add_profile(histogram, j, step_values, duration):
 
 
 @kernel
-def _exceeded(histogram, j, highest, duration):
-    """Return the force (N) that histogram `j` exceeds during `duration` (s), 0 if it never does."""
+def _force_quantile(histogram, j, highest, duration):
+    """Return the force (N) that histogram `j` exceeds during `duration` (s), or 0 if contact was shorter."""
     index, higher_time, density, force = highest, 0.0, 0.0, -1.0
     while force < 0.0:  # from the top, as most bins are below the result
         density += histogram[j, index, 1]
@@ -123,8 +131,8 @@ def _exceeded(histogram, j, highest, duration):
         bin_time = histogram[j, index, 0] - bin_time
         higher_time += bin_time
         if higher_time >= duration and bin_time > 0.0:
-            within = (higher_time - duration) / bin_time * width
-            force = bin_edge(index) + within
+            offset = (higher_time - duration) / bin_time * width
+            force = bin_edge(index) + offset
         elif index == 0:
             force = 0.0
         index -= 1
@@ -140,28 +148,28 @@ class _NoParameters(NamedTuple):
 _NO_PARAMETERS = _NoParameters()
 
 
-def _exceeded_entry(scene, histogram, highest, duration, forces, count):
+def _force_quantiles_entry(scene, histogram, highest, duration, forces, count):
     """Write the force that each of `count` histograms exceeds to `forces`; arrays are bare pointers."""
     histogram, duration = shaped(histogram, (count, BINS, 2)), shaped(duration, (1,))[0]
     highest, forces = shaped(highest, (count,)), shaped(forces, (count,))
     for j in rolled_range(count):
-        forces[j] = _exceeded(histogram, j, highest[j], duration)
+        forces[j] = _force_quantile(histogram, j, highest[j], duration)
 
 
-_CODE: list[objects.Code] = []  # of `_exceeded_entry`
+_CODE: list[objects.Code] = []  # of `_force_quantiles_entry`
 
 
-def compile_exceeded() -> objects.Code | None:
-    """Return the machine code that `forces_exceeded` calls, or None if it was not compiled for this machine."""
+def compile_force_quantiles() -> objects.Code | None:
+    """Return the machine code that `force_quantiles` calls, or None if it was not compiled for this machine."""
     if not _CODE:
-        code = objects.compiled(_exceeded_entry, _NO_PARAMETERS, kinds(_NO_PARAMETERS), "fiff")
+        code = objects.compiled_code(_force_quantiles_entry, _NO_PARAMETERS, kinds(_NO_PARAMETERS), "fiff")
         if code is None:
             return None
         _CODE.append(code)
     return _CODE[0]
 
 
-def forces_exceeded(histograms: np.ndarray, highest: np.ndarray, duration: float) -> list[float]:
+def force_quantiles(histograms: np.ndarray, highest: np.ndarray, duration: float) -> list[float]:
     """Return the force (N) that each histogram exceeds during `duration` (s), or 0 if contact was shorter.
 
     histograms : (contacts, BINS, 2), of the Totals; highest : (contacts,) int64, the highest bin of each that may not
@@ -170,16 +178,16 @@ def forces_exceeded(histograms: np.ndarray, highest: np.ndarray, duration: float
     forces, count = np.empty(len(highest)), len(highest)
     arrays = histograms, highest, np.array([duration]), forces
     if is_plain():
-        _exceeded_entry((_NO_PARAMETERS,), *arrays, count)
+        _force_quantiles_entry((_NO_PARAMETERS,), *arrays, count)
     else:
         addresses = [array.ctypes.data for array in arrays]
-        objects.function_at(compile_exceeded().address, len(addresses))(0, *addresses, count)
+        objects.function_at(compile_force_quantiles().address, len(addresses))(0, *addresses, count)
     return forces.tolist()
 
 
-def force_exceeded(histogram: np.ndarray, duration: float) -> float:
+def force_quantile(histogram: np.ndarray, duration: float) -> float:
     """Return the force (N) that one histogram, (BINS, 2), exceeds during `duration` (s)."""
-    return forces_exceeded(np.ascontiguousarray(histogram)[None], np.array([BINS - 1]), duration)[0]
+    return force_quantiles(np.ascontiguousarray(histogram)[None], np.array([BINS - 1]), duration)[0]
 
 
 def time_above(force: float, histogram: np.ndarray) -> float:
@@ -201,7 +209,7 @@ def write_row(o, column, step_values, row):
     The values are from the polynomial through the stages.
     """
     step_values[row, 0] = o[column, NODES[0]]
-    for i in abreast(PARTS):
+    for i in lane_range(PARTS):
         total = TO_PART_ENDS[0, i] * o[column, NODES[0]]
         for m in range(1, NODES.size):
             total += TO_PART_ENDS[m, i] * o[column, NODES[m]]
@@ -209,11 +217,11 @@ def write_row(o, column, step_values, row):
 
 
 @kernel
-def share_beyond(step_values, limit):
+def fraction_above(step_values, limit):
     """Return the fraction of a step's time with a penetration above `limit` (m)."""
-    time_beyond, total = 0.0, 0.0
+    time_at_limit, total = 0.0, 0.0
     for i in range(PARTS + 1):
         total += step_values[KAPPA_ROW, i]
         if step_values[DEPTH_ROW, i] > limit:
-            time_beyond += step_values[KAPPA_ROW, i]
-    return time_beyond / total
+            time_at_limit += step_values[KAPPA_ROW, i]
+    return time_at_limit / total

@@ -34,7 +34,7 @@ class Observed(NamedTuple):
 
 
 @inlined
-def columns(contacts):
+def column_count(contacts):
     """Return the number of observables."""
     return CONTACTS + CONTACT_WIDTH * contacts
 
@@ -52,7 +52,7 @@ def film_column(contacts, contact, quantity):
 
 
 @inlined
-def observed_in(o, row, contact):
+def contact_observables_in(o, row, contact):
     """Return the Observed of a contact in row `row` of `o`; unused fields are not read."""
     block = CONTACTS + CONTACT_WIDTH * contact
     return Observed(
@@ -69,13 +69,13 @@ def observed_in(o, row, contact):
 
 
 @inlined
-def observed(pointer, row, contact):
-    """Return the Observed of a contact in row `row` of the observables of the Work behind `at`."""
-    return observed_in(pointer[0].o, row, contact)
+def contact_observables(pointer, row, contact):
+    """Return the Observed of a contact in row `row` of the observables of the Work behind `pointer`."""
+    return contact_observables_in(pointer[0].o, row, contact)
 
 
 @inlined
-def observe(o, row, contact, contact_values):
+def write_contact_observables(o, row, contact, contact_values):
     """Write the Observed `contact_values` of a contact to row `row` of `o`."""
     block = CONTACTS + CONTACT_WIDTH * contact
     o[block + NORMAL, row] = contact_values.normal

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-#: The stages as shares of the step: Radau's points, zeros of d^7/dx^7 x^7 (x - 1)^8.
+#: The stages as fractions of the step: Radau's points, zeros of d^7/dx^7 x^7 (x - 1)^8.
 POINTS = (
     0.022479386438712497,
     0.11467905316090424,
@@ -17,6 +17,6 @@ STAGES = len(POINTS)
 #: Rows of rates and observables: at the stages, the last of which is the END of the step, at its START, and in any
 #: state on the interpolant; from FIRST_IMPLICIT_ROW on those of the implicit method.
 END, START, SCRATCH, FIRST_IMPLICIT_ROW, ROW_COUNT = 7, 8, 9, 10, 16
-#: The rows at distinct times of a step, in order: its start and its stages; and these times as shares of the step.
+#: The rows at distinct times of a step, in order: its start and its stages; and these times as fractions of the step.
 NODES = np.array([START, *range(STAGES)])
-SHARES = np.array([0.0, *POINTS])
+NODE_FRACTIONS = np.array([0.0, *POINTS])

@@ -15,9 +15,9 @@ from math import comb
 
 import numpy as np
 
-from ..compiled.choosing import abreast
+from ..compiled.choosing import lane_range
 from ..compiled.family import kernel
-from ..observe.stages import SHARES, STAGES
+from ..observe.stages import NODE_FRACTIONS, STAGES
 
 DEGREE = STAGES
 COEFFICIENTS = DEGREE + 1
@@ -60,7 +60,7 @@ def _tail_weights() -> list[list[float]]:
     ]
 
 
-_EXACT = _inverse([_basis(Fraction(x)) for x in SHARES])
+_EXACT = _inverse([_basis(Fraction(x)) for x in NODE_FRACTIONS])
 #: (node, coefficient except the first): from values at the nodes.
 FROM_VALUES = np.array([[float(row[m]) for row in _EXACT[1:]] for m in range(COEFFICIENTS)])
 #: (power, coefficient except the first): from the interpolant, see `collocation.dense_component`, minus the state at
@@ -68,7 +68,7 @@ FROM_VALUES = np.array([[float(row[m]) for row in _EXACT[1:]] for m in range(COE
 FROM_INTERPOLANT = np.array(
     [
         [
-            float(sum(a * Fraction(x) * (2 * Fraction(x) - 1) ** m for a, x in zip(row, SHARES, strict=True)))
+            float(sum(a * Fraction(x) * (2 * Fraction(x) - 1) ** m for a, x in zip(row, NODE_FRACTIONS, strict=True)))
             for row in _EXACT[1:]
         ]
         for m in range(STAGES)
@@ -81,7 +81,7 @@ TAIL_WEIGHTS = np.array(_tail_weights())
 def set_from_values(p):
     """Write the coefficients of the polynomial through VALUES at the nodes to row WHOLE of `p` (ROWS, COEFFICIENTS)."""
     p[WHOLE, 0] = p[VALUES, 0]
-    for i in abreast(STAGES):
+    for i in lane_range(STAGES):
         total = FROM_VALUES[0, i] * p[VALUES, 0]
         for m in range(1, COEFFICIENTS):
             total += FROM_VALUES[m, i] * p[VALUES, m]
@@ -93,7 +93,7 @@ def set_from_values(p):
 def set_from_interpolant(p, start, f, c):
     """Write component `c` of the interpolant `f` (n, STAGES) to row WHOLE of `p`; `start` is its value at the start."""
     p[WHOLE, 0] = start
-    for i in abreast(STAGES):
+    for i in lane_range(STAGES):
         total = FROM_INTERPOLANT[0, i] * f[c, 0]
         for m in range(1, STAGES):
             total += FROM_INTERPOLANT[m, i] * f[c, m]

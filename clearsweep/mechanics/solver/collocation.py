@@ -20,7 +20,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from ..compiled.choosing import abreast
+from ..compiled.choosing import lane_range
 from ..compiled.family import kernel
 from ..observe.stages import POINTS, STAGES, START
 
@@ -88,7 +88,7 @@ def basis_functions(x):
 def interpolate(h, k, f):
     """Write the coefficients of the interpolant over a step of length `h` to `f`; k : (n, ROWS)."""
     for i in range(f.shape[0]):
-        for m in abreast(STAGES):
+        for m in lane_range(STAGES):
             total = DENSE[0, m] * k[i, 0]
             for j in range(1, STAGES):
                 total += DENSE[j, m] * k[i, j]
@@ -107,7 +107,7 @@ def continue_stages(length_ratio, start, y, f, nodes):
         if start != 0.0:
             for m in range(STAGES):
                 position += f[i, m]
-        for m in abreast(STAGES):
+        for m in lane_range(STAGES):
             x = start + length_ratio * C[m]
             u = 2.0 * x - 1.0
             total = f[i, STAGES - 1]
@@ -121,7 +121,7 @@ def begin_stages(h, y, k, nodes):
     """Write the stages according to the rates at the start of a step of length `h` to `nodes`."""
     for i in range(y.size):
         increment = h * k[i, START]
-        for m in abreast(STAGES):
+        for m in lane_range(STAGES):
             nodes[i, m] = y[i] + increment * C[m]
 
 

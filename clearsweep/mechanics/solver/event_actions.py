@@ -6,7 +6,7 @@ from typing import NamedTuple
 from ..compiled.family import kernel
 from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR
 from ..joint.modes import touches
-from ..observe.observables import observed
+from ..observe.observables import contact_observables
 from ..observe.stages import END
 from .integration import EVENT_BUDGET, GOING, GUARD, LEFT_BEARING, LIMIT, NOTHING, OK, ONSET, SEPARATION
 from .step import latch, pass_guard
@@ -18,7 +18,7 @@ ONSET_ROOT = 1e-9  # of sigma: the root of penetration at an onset, so that it i
 def begin_contact(pointer, j, in_window):
     """Latch the onset rate of contact `j` at `work.end` and start its root of penetration."""
     work = pointer[0]
-    totals, contact = work.totals, observed(pointer, END, j)
+    totals, contact = work.totals, contact_observables(pointer, END, j)
     rate = max(contact.rate, 0.0)
     work.mode[j] = work.pressed[j]
     work.latched[j] = max(rate, ONSET_FLOOR)
@@ -37,7 +37,7 @@ def end_contact(pointer, j):
     """Release contact `j` at `work.end` and reset its laws; return the rate of its gap, m/s, closing positive."""
     work = pointer[0]
     totals = work.totals
-    rate = observed(pointer, END, j).rate
+    rate = contact_observables(pointer, END, j).rate
     work.mode[j] = work.apart[j]
     latch(pointer, work.end, j, LEFT, END)
     work.end[work.time + 1 + j] = 0.0

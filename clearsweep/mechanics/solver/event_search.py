@@ -11,7 +11,7 @@ import math
 from ..compiled.family import invoke, kernel
 from ..joint.modes import meets, touches
 from ..observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of
-from ..observe.stages import END, NODES, SCRATCH, SHARES, START
+from ..observe.stages import END, NODE_FRACTIONS, NODES, SCRATCH, START
 from .bernstein import (
     COEFFICIENTS,
     CROSSING_TOLERANCE,
@@ -143,11 +143,11 @@ def bracket_passage(pointer, x, value):
     (a, fa), (b, fb) = (0.0, p[VALUES, 0]), (1.0, p[VALUES, DEGREE])
     if pointer[0].method.current != IMPLICIT:  # whose values between start and end are interpolated themselves
         for m in range(1, COEFFICIENTS):
-            if SHARES[m] <= x and p[VALUES, m] < 0.0:
-                a, fa = SHARES[m], p[VALUES, m]
+            if NODE_FRACTIONS[m] <= x and p[VALUES, m] < 0.0:
+                a, fa = NODE_FRACTIONS[m], p[VALUES, m]
         for m in range(DEGREE, 0, -1):
-            if SHARES[m] > a and p[VALUES, m] > 0.0:
-                b, fb = SHARES[m], p[VALUES, m]
+            if NODE_FRACTIONS[m] > a and p[VALUES, m] > 0.0:
+                b, fb = NODE_FRACTIONS[m], p[VALUES, m]
     if a < x < b and value < 0.0:
         a, fa = x, value
     elif a < x < b:
@@ -227,7 +227,7 @@ def fit_gap_part(pointer, j, begin, width):
     work, column = pointer[0], column_of(j, DEPTH)
     p, size = work.polynomials, work.clearance[j]
     for m in range(COEFFICIENTS):
-        evaluate_dense(pointer, begin + width * SHARES[m])
+        evaluate_dense(pointer, begin + width * NODE_FRACTIONS[m])
         p[VALUES, m] = work.o[column, SCRATCH]
         size = max(size, -p[VALUES, m])
     for m in range(COEFFICIENTS):

@@ -296,7 +296,7 @@ def compile_for(model: Pinned) -> objects.Code | None:
         def integrate_at(address):
             integrate_case(pinned_at(model, address))
 
-        code = objects.compiled_at(integrate_at, f"{layout_of(model.value)}")
+        code = objects.compiled_code_at(integrate_at, f"{layout_of(model.value)}")
         if code is None:  # it was not compiled for this machine
             return None
         _CODE.append(code)

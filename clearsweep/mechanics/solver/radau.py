@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from ..compiled.family import invoke, kernel
-from ..observe.stages import END, FIRST_IMPLICIT_ROW, SCRATCH, SHARES, START
+from ..observe.stages import END, FIRST_IMPLICIT_ROW, NODE_FRACTIONS, SCRATCH, START
 from ..trace.portable import coefficients_through, exact, inverse, powers
 from .collocation import basis_functions, dense_component, dense_state
 from .integration import Choice, Implicit, StepHistory, evaluate
@@ -55,7 +55,7 @@ DENSE = inverse(
     exact(basis_functions(C)[:, :STAGES])
 ).rounded()  # from the stages to the first rows of the dense output
 #: From start and stages to the stages of the explicit method, by the polynomial through all.
-TO_EXPLICIT_STAGES = (powers(SHARES[1 : 1 + END], ORDER) @ coefficients_through(np.append(0.0, C))).rounded()
+TO_EXPLICIT_STAGES = (powers(NODE_FRACTIONS[1 : 1 + END], ORDER) @ coefficients_through(np.append(0.0, C))).rounded()
 ROWS = np.arange(FIRST_IMPLICIT_ROW, FIRST_IMPLICIT_ROW + STAGES)  # rows of the rates and observables of the stages
 STAGE_WEIGHTS = np.zeros(FIRST_IMPLICIT_ROW + STAGES)
 STAGE_WEIGHTS[ROWS] = A[-1]
@@ -339,8 +339,8 @@ def interpolate_nodes(pointer, fraction):
     """Write the states at the stages of the explicit method, from the interpolant over a fraction of its step."""
     work = pointer[0]
     for i in range(work.y.size):
-        for stage in range(SHARES.size - 1):
-            work.nodes[i, stage] = dense_component(fraction * SHARES[1 + stage], i, work.y, work.f)
+        for stage in range(NODE_FRACTIONS.size - 1):
+            work.nodes[i, stage] = dense_component(fraction * NODE_FRACTIONS[1 + stage], i, work.y, work.f)
 
 
 @kernel

@@ -4,7 +4,7 @@ import math
 
 from ..compiled.family import invoke, kernel
 from ..joint.contract import SAME
-from ..observe.observables import KAPPA, observed
+from ..observe.observables import KAPPA, contact_observables
 from ..observe.stages import END, STAGES, START
 from .accumulate.step_sums import write_sums
 from .bernstein import WHOLE, value_and_slope
@@ -183,7 +183,7 @@ def overshoot_of(pointer, event):
     kind, contact, stop = event
     distance, slope = 0.0, 0.0
     if kind == ONSET:
-        contact_values = observed(pointer, END, contact)
+        contact_values = contact_observables(pointer, END, contact)
         distance, slope = contact_values.depth, contact_values.rate * work.o[KAPPA, END]
     elif kind == SEPARATION:
         distance, slope = work.end[work.time + 1 + contact], work.k[work.time + 1 + contact, END]

@@ -26,7 +26,7 @@ class ReturnInLanes(Exception):  # noqa: N818 - not an error: the loop is emitte
 
 
 class LoopExits(NamedTuple):
-    """Exits of a turn of a loop."""
+    """Exits of an iteration of a loop."""
 
     breaks: list[Path]
     continues: list[Path]

@@ -35,7 +35,7 @@ def stamp() -> str:
     return digest.hexdigest()[:16]
 
 
-def prepare() -> Path:
+def prepare_cache() -> Path:
     """Make the compiler use a private, stamped directory, and return it.
 
     It is in NUMBA_CACHE_DIR if that is set, else in the user's cache.  If that cannot be written, or is not
@@ -43,25 +43,25 @@ def prepare() -> Path:
     """
     source_stamp = stamp()
     configured = os.environ.get("NUMBA_CACHE_DIR")
-    if configured and Path(configured).name == source_stamp and not why_not_private(Path(configured)):
+    if configured and Path(configured).name == source_stamp and not privacy_problem(Path(configured)):
         return Path(configured)  # inherited from the process that prepared it
     parent = Path(configured or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "clearsweep")
     directory = parent / source_stamp
     try:
         directory.mkdir(mode=0o700, parents=True, exist_ok=True)
         is_writable = os.access(directory, os.W_OK | os.X_OK)
-        trouble = why_not_private(directory) or ("" if is_writable else "it cannot be written")
+        reason = privacy_problem(directory) or ("" if is_writable else "it cannot be written")
     except OSError as error:
-        trouble = f"it cannot be made ({error.strerror})"
-    if trouble:
-        print(f"compiled code is not kept in {parent}: {trouble}", file=sys.stderr)
+        reason = f"it cannot be made ({error.strerror})"
+    if reason:
+        print(f"compiled code is not kept in {parent}: {reason}", file=sys.stderr)
         directory = _temporary_directory() / source_stamp
         directory.mkdir(mode=0o700)
     os.environ["NUMBA_CACHE_DIR"] = str(directory)
     return directory
 
 
-def why_not_private(directory: Path) -> str:
+def privacy_problem(directory: Path) -> str:
     """Return why another user could have written to a directory or replaced it, or '' if nobody could."""
     if not hasattr(os, "geteuid"):
         return ""
@@ -71,11 +71,11 @@ def why_not_private(directory: Path) -> str:
     real = directory.resolve()
     for path in (real, *real.parents):
         status = path.stat()
-        ours = status.st_uid == os.geteuid()
-        if not ours and (path == real or status.st_uid != 0):
+        is_own = status.st_uid == os.geteuid()
+        if not is_own and (path == real or status.st_uid != 0):
             return f"{path} belongs to another user"
-        shared = status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
-        if shared and (path == real or not status.st_mode & stat.S_ISVTX):
+        is_writable_by_others = status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+        if is_writable_by_others and (path == real or not status.st_mode & stat.S_ISVTX):
             return f"{path} can be written by other users"
     return ""
 
@@ -110,7 +110,7 @@ def _report_damage(path: str) -> dict:
 # ---------------------------------------------------------------------------------------------- plain objects
 
 
-def kept(name: str) -> bytes | None:
+def load(name: str) -> bytes | None:
     """Return the valid content stored under a name or shipped with the package, or None."""
     directory = Path(os.environ["NUMBA_CACHE_DIR"])
     for path in (directory / "traced" / name, SHIPPED / directory.name / name):
@@ -140,7 +140,7 @@ def stored_in_package() -> Iterator[Path]:
         _PACKAGE_DIRECTORY.pop()
 
 
-def keep(name: str, content: bytes) -> None:
+def store(name: str, content: bytes) -> None:
     """Store content under a name; on failure, store nothing."""
     directory = _PACKAGE_DIRECTORY[-1] if _PACKAGE_DIRECTORY else Path(os.environ["NUMBA_CACHE_DIR"]) / "traced"
     partial = directory / f"{name}.{secrets.token_hex(8)}"

@@ -9,8 +9,18 @@ from typing import Any, NamedTuple
 from . import symbols
 from .activation import RETURNED, Activation, syntax_tree, untraceable_error
 from .lanes import all_of, none_of
-from .memory import View, rebased
-from .paths import Path, join_paths, leaves, map_leaves, passed_values, rebuilt, received, type_key, with_common_slopes
+from .memory import View, rebase
+from .paths import (
+    Path,
+    join_paths,
+    leaves,
+    map_leaves,
+    passed_values,
+    rebuild,
+    receive_values,
+    type_key,
+    with_common_slopes,
+)
 from .primitives import BODIES, PRIMITIVES, SEPARATE
 from .symbols import Boolean, NotTraceableError, Symbol, is_symbol, trace
 
@@ -19,7 +29,7 @@ RUNNERS: list[Callable] = []  # runs bodies; registers itself, since it calls fu
 
 def run(function: Any, *operands: Any, **named: Any) -> Any:
     """Return the result of a function, emitting its operations on symbols."""
-    return run_bound(function, _bound(function, operands, named))
+    return run_bound(function, _bind_arguments(function, operands, named))
 
 
 def run_bound(function: Any, names: dict[str, Any]) -> Any:
@@ -53,7 +63,7 @@ def run_bound(function: Any, names: dict[str, Any]) -> Any:
         active_trace.lanes = caller_lanes
 
 
-def _bound(function: Any, operands: tuple, named: dict[str, Any]) -> dict[str, Any]:
+def _bind_arguments(function: Any, operands: tuple, named: dict[str, Any]) -> dict[str, Any]:
     code = function.__code__
     count = code.co_argcount
     names = code.co_varnames[:count]
@@ -107,7 +117,7 @@ class _Returned:
 def _call_separate(function: Any, operands: tuple, named: dict[str, Any]) -> Any:
     """Return the result of a function that is compiled separately, once for each form of arguments."""
     active_trace = trace()
-    arguments = {name: map_leaves(value, rebased) for name, value in _bound(function, operands, named).items()}
+    arguments = {name: map_leaves(value, rebase) for name, value in _bind_arguments(function, operands, named).items()}
     try:
         lanes = active_trace.lanes()
         key = (function, lanes is None, *((name, type_key(value)) for name, value in arguments.items()))
@@ -132,7 +142,7 @@ def _call_separate(function: Any, operands: tuple, named: dict[str, Any]) -> Any
 
 def _compile(function: Any, arguments: dict[str, Any], lanes: Any) -> _Function | None:
     """Return the machine code function for arguments of these forms, or None if it returns arrays."""
-    active_trace, outside, caller_lanes = trace(), trace().builder, trace().lanes
+    active_trace, outer_builder, caller_lanes = trace(), trace().builder, trace().lanes
     llvm_operands = [x for value in (lanes, *arguments.values()) for x in passed_values(value)]
     kinds = [x.type for x in llvm_operands]
     name = active_trace.module.get_unique_name(function.__name__)
@@ -141,9 +151,9 @@ def _compile(function: Any, arguments: dict[str, Any], lanes: Any) -> _Function 
     )
     active_trace.builder = symbols.ir.IRBuilder(machine_function.append_basic_block())
     received_values = iter(machine_function.args)
-    active_lanes = received(lanes, received_values)
+    active_lanes = receive_values(lanes, received_values)
     active_trace.lanes = lambda: active_lanes
-    parameters = {name: received(value, received_values) for name, value in arguments.items()}
+    parameters = {name: receive_values(value, received_values) for name, value in arguments.items()}
     try:
         symbolic_result = run_bound(function, parameters)
         items = list(leaves(symbolic_result))
@@ -157,7 +167,7 @@ def _compile(function: Any, arguments: dict[str, Any], lanes: Any) -> _Function 
             value = active_trace.builder.insert_value(value, x.value, position)
         active_trace.builder.ret(value)
     finally:
-        active_trace.builder, active_trace.lanes = outside, caller_lanes
+        active_trace.builder, active_trace.lanes = outer_builder, caller_lanes
     kind = symbols.ir.FunctionType(return_type, kinds)
     machine_function.ftype, machine_function.type = kind, kind.as_pointer()
     machine_function.return_value = type(machine_function.return_value)(machine_function, return_type)
@@ -183,44 +193,44 @@ def _call_each(function: Any, items: tuple, partners: tuple, position: Any, shar
     return tuple(results)
 
 
-def _select_call(first: Any, second: Any, condition: Any, operands: tuple) -> Any:
-    """Return `first(*given)` where the condition is true, else `second(*given)`."""
+def _select_call(if_true: Any, if_false: Any, condition: Any, operands: tuple) -> Any:
+    """Return `if_true(*arguments)` where the condition is true, else `if_false(*arguments)`."""
     if not is_symbol(condition):
-        return call_body(first if condition else second, operands, {})
+        return call_body(if_true if condition else if_false, operands, {})
     if condition.width > 1:
-        return _select_call_in_lanes(first, second, condition, operands)
+        return _select_call_in_lanes(if_true, if_false, condition, operands)
     builder, active_trace = trace().builder, trace()
     true_block, false_block = active_trace.block(), active_trace.block()
     builder.cbranch(condition.value, true_block, false_block)
     paths = []
-    for block, body in ((true_block, first), (false_block, second)):
+    for block, body in ((true_block, if_true), (false_block, if_false)):
         builder.position_at_end(block)
         value = call_body(body, operands, {})
         paths.append(Path(builder.block, value))
     return join_paths(paths)
 
 
-def _select_call_in_lanes(first: Any, second: Any, condition: Boolean, operands: tuple) -> Any:
+def _select_call_in_lanes(if_true: Any, if_false: Any, condition: Boolean, operands: tuple) -> Any:
     """Return the result of `_select_call` by lane: only one function runs if all lanes agree, otherwise both."""
     builder, active_trace = trace().builder, trace()
-    true_block, other_block, mixed_block = active_trace.block(), active_trace.block(), active_trace.block()
-    builder.cbranch(all_of(condition).value, true_block, other_block)
+    true_block, not_all_block, mixed_block = active_trace.block(), active_trace.block(), active_trace.block()
+    builder.cbranch(all_of(condition).value, true_block, not_all_block)
     builder.position_at_end(true_block)
-    value = call_body(first, operands, {})
+    value = call_body(if_true, operands, {})
     paths = [Path(builder.block, value)]
-    builder.position_at_end(other_block)
-    second_value = call_body(second, operands, {})
+    builder.position_at_end(not_all_block)
+    second_value = call_body(if_false, operands, {})
     paths.append(Path(builder.block, second_value))
     end = active_trace.block()
     builder.cbranch(none_of(condition).value, end, mixed_block)
     builder.position_at_end(end)
     paths[-1] = Path(end, second_value)
     builder.position_at_end(mixed_block)
-    value = call_body(first, operands, {})
+    value = call_body(if_true, operands, {})
     value, second_value = with_common_slopes([value, second_value])
     pairs = zip(leaves(value), leaves(second_value), strict=True)
-    blended_items = [a if a is b else symbols.selected(condition, a, b) for a, b in pairs]
-    paths.append(Path(builder.block, rebuilt(value, iter(blended_items))))
+    blended_items = [a if a is b else symbols.select(condition, a, b) for a, b in pairs]
+    paths.append(Path(builder.block, rebuild(value, iter(blended_items))))
     return join_paths(paths)
 
 

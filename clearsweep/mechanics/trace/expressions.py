@@ -10,9 +10,9 @@ from . import symbols
 from .activation import Activation
 from .calls import Lambda, call, run
 from .fields import Fields
-from .lanes import blended
-from .memory import gathered, table_of
-from .paths import Path, join_paths, leaves, rebuilt, with_common_slopes
+from .lanes import blend
+from .memory import gather, table_of
+from .paths import Path, join_paths, leaves, rebuild, with_common_slopes
 from .primitives import RULES, slope_rule
 from .symbols import Boolean, Integer, NotTraceableError, Number, is_symbol, trace
 
@@ -24,8 +24,8 @@ for _syntax, _name, _on_floats, _emit in (
     (ast.Add, "__add__", lambda a, b: a + b, symbols.plus),
     (ast.Sub, "__sub__", lambda a, b: a - b, symbols.minus),
     (ast.Mult, "__mul__", lambda a, b: a * b, symbols.times),
-    (ast.Div, "__truediv__", lambda a, b: a / b, symbols.divided),
-    (ast.FloorDiv, "__floordiv__", lambda a, b: a // b, symbols.floor_divided),
+    (ast.Div, "__truediv__", lambda a, b: a / b, symbols.divide),
+    (ast.FloorDiv, "__floordiv__", lambda a, b: a // b, symbols.floor_divide),
     (ast.Mod, "__mod__", lambda a, b: a % b, symbols.remainder),
     (ast.BitAnd, "__and__", lambda a, b: a & b, symbols.bit_and),
     (ast.BitOr, "__or__", lambda a, b: a | b, symbols.bit_or),
@@ -50,7 +50,7 @@ def _has_slope(*operands: Any) -> bool:
 
 def as_boolean(x: Any) -> Any:
     """Return the truth value of a symbol; known values unchanged."""
-    return symbols.compared("!=", x, 0) if isinstance(x, (Number, Integer)) else x
+    return symbols.compare("!=", x, 0) if isinstance(x, (Number, Integer)) else x
 
 
 def _select_item(items: Any, index: Any) -> Any:
@@ -59,9 +59,9 @@ def _select_item(items: Any, index: Any) -> Any:
     for position in range(len(items) - 2, -1, -1):
         values = with_common_slopes([items[position], value])
         pairs = zip(leaves(values[0]), leaves(values[1]), strict=True)
-        is_chosen = symbols.compared("==", index, position)
-        selected_items = [a if a is b else symbols.selected(is_chosen, a, b) for a, b in pairs]
-        value = rebuilt(values[0], iter(selected_items))
+        is_chosen = symbols.compare("==", index, position)
+        selected_items = [a if a is b else symbols.select(is_chosen, a, b) for a, b in pairs]
+        value = rebuild(values[0], iter(selected_items))
     return value
 
 
@@ -73,29 +73,29 @@ class Expressions:
 
     def value(self, node: Any) -> Any:
         """Return the value of an expression."""
-        return getattr(self, f"see_{type(node).__name__}", self.refuse_expression)(node)
+        return getattr(self, f"visit_{type(node).__name__}", self.refuse_expression)(node)
 
     def refuse_expression(self, node: Any) -> Any:
         """Raise the error for an unsupported expression."""
         raise NotTraceableError(f"has an unsupported expression ({type(node).__name__})")
 
-    def see_Constant(self, node: Any) -> Any:  # noqa: N802
+    def visit_Constant(self, node: Any) -> Any:  # noqa: N802
         """Return a constant."""
         return node.value
 
-    def see_Name(self, node: Any) -> Any:  # noqa: N802
+    def visit_Name(self, node: Any) -> Any:  # noqa: N802
         """Return the value of a name."""
         return self.activation.look_up(node.id)
 
-    def see_Attribute(self, node: Any) -> Any:  # noqa: N802
+    def visit_Attribute(self, node: Any) -> Any:  # noqa: N802
         """Return an attribute."""
         return getattr(self.value(node.value), node.attr)
 
-    def see_Tuple(self, node: Any) -> Any:  # noqa: N802
+    def visit_Tuple(self, node: Any) -> Any:  # noqa: N802
         """Return a tuple."""
         return tuple(self.items(node.elts))
 
-    def see_List(self, node: Any) -> Any:  # noqa: N802
+    def visit_List(self, node: Any) -> Any:  # noqa: N802
         """Return a list."""
         return list(self.items(node.elts))
 
@@ -107,7 +107,7 @@ class Expressions:
             else:
                 yield self.value(node)
 
-    def see_JoinedStr(self, node: Any) -> Any:  # noqa: N802
+    def visit_JoinedStr(self, node: Any) -> Any:  # noqa: N802
         """Return a text, which is not used."""
         return ""
 
@@ -120,25 +120,25 @@ class Expressions:
             return tuple(self.index(x) for x in node.elts)
         return self.value(node)
 
-    def see_Subscript(self, node: Any) -> Any:  # noqa: N802
+    def visit_Subscript(self, node: Any) -> Any:  # noqa: N802
         """Return an item, or a part of an array."""
         return self.item(self.value(node.value), self.index(node.slice))
 
-    def item(self, holder: Any, index: Any) -> Any:
+    def item(self, container: Any, index: Any) -> Any:
         """Return an item of an array, a tuple or a state with slopes."""
-        if isinstance(holder, np.ndarray):
+        if isinstance(container, np.ndarray):
             indices = index if isinstance(index, tuple) else (index,)
             if any(map(is_symbol, indices)):
-                return gathered(table_of(holder), indices)
-            value = holder[index]
+                return gather(table_of(container), indices)
+            value = container[index]
             return value if isinstance(value, np.ndarray) else value.item()
-        if hasattr(holder, "traced_item"):
-            return run(holder.traced_item, holder, index)
-        if is_symbol(index) and isinstance(holder, tuple):
-            return _select_item(holder, index)
-        return holder[index]
+        if hasattr(container, "traced_item"):
+            return run(container.traced_item, container, index)
+        if is_symbol(index) and isinstance(container, tuple):
+            return _select_item(container, index)
+        return container[index]
 
-    def see_BinOp(self, node: Any) -> Any:  # noqa: N802
+    def visit_BinOp(self, node: Any) -> Any:  # noqa: N802
         """Return the result of a binary operation."""
         return self.binary(node.op, self.value(node.left), self.value(node.right))
 
@@ -167,7 +167,7 @@ class Expressions:
             return call(pow, a, b)
         return a**b
 
-    def see_UnaryOp(self, node: Any) -> Any:  # noqa: N802
+    def visit_UnaryOp(self, node: Any) -> Any:  # noqa: N802
         """Return the result of a unary operation."""
         x = self.value(node.operand)
         if isinstance(node.op, ast.Not):
@@ -176,14 +176,14 @@ class Expressions:
         if isinstance(node.op, ast.USub):
             if _has_slope(x):
                 return run(RULES["__neg__"], x)
-            return symbols.negative(x) if is_symbol(x) else -x
+            return symbols.negate(x) if is_symbol(x) else -x
         if isinstance(node.op, ast.Invert):
             return symbols.bit_xor(x, -1) if is_symbol(x) else ~x
         if isinstance(node.op, ast.UAdd):
             return x
         raise NotTraceableError("has an unsupported operation")
 
-    def see_Compare(self, node: Any) -> Any:  # noqa: N802
+    def visit_Compare(self, node: Any) -> Any:  # noqa: N802
         """Return the result of a comparison or of a chain of comparisons."""
         left, result = self.value(node.left), None
         for operation, operand_node in zip(node.ops, node.comparators, strict=True):
@@ -221,10 +221,10 @@ class Expressions:
         if _has_slope(a, b):
             return run(RULES[rule], a, b)
         if is_symbol(a) or is_symbol(b):
-            return symbols.compared(sign, a, b)
+            return symbols.compare(sign, a, b)
         return on_floats(a, b)
 
-    def see_BoolOp(self, node: Any) -> Any:  # noqa: N802
+    def visit_BoolOp(self, node: Any) -> Any:  # noqa: N802
         """Return the result of `and` or `or`, with short-circuit evaluation."""
         is_and, result = isinstance(node.op, ast.And), None
         for position, operand_node in enumerate(node.values):
@@ -260,7 +260,7 @@ class Expressions:
         x = as_boolean(self.value(node))
         return x if is_symbol(x) else bool(x)
 
-    def see_IfExp(self, node: Any) -> Any:  # noqa: N802
+    def visit_IfExp(self, node: Any) -> Any:  # noqa: N802
         """Return one of two values."""
         condition = self.condition_value(node.test)
         if not is_symbol(condition):
@@ -271,24 +271,24 @@ class Expressions:
         true_block, false_block = active_trace.block(), active_trace.block()
         builder.cbranch(condition.value, true_block, false_block)
         paths = []
-        for block, side in ((true_block, node.body), (false_block, node.orelse)):
+        for block, branch in ((true_block, node.body), (false_block, node.orelse)):
             builder.position_at_end(block)
-            value = self.value(side)
+            value = self.value(branch)
             paths.append(Path(builder.block, value))
         return join_paths(paths)
 
     def select_in_lanes(self, condition: Boolean, node: Any) -> Any:
         """Return one of two values in each lane."""
         outer, values = self.activation.mask, []
-        for side_lanes, side in ((condition, node.body), (symbols.logical_not(condition), node.orelse)):
-            self.activation.mask = side_lanes if outer is None else symbols.bit_and(outer, side_lanes)
-            values.append(self.value(side))
+        for branch_lanes, branch in ((condition, node.body), (symbols.logical_not(condition), node.orelse)):
+            self.activation.mask = branch_lanes if outer is None else symbols.bit_and(outer, branch_lanes)
+            values.append(self.value(branch))
         self.activation.mask = outer
         a, b = with_common_slopes(values)
         pairs = zip(leaves(a), leaves(b), strict=True)
-        return rebuilt(a, iter([x if x is y else symbols.selected(condition, x, y) for x, y in pairs]))
+        return rebuild(a, iter([x if x is y else symbols.select(condition, x, y) for x, y in pairs]))
 
-    def see_Call(self, node: Any) -> Any:  # noqa: N802
+    def visit_Call(self, node: Any) -> Any:  # noqa: N802
         """Return the result of a call."""
         function = self.value(node.func)
         operands = list(self.items(node.args))
@@ -302,15 +302,15 @@ class Expressions:
             return run(rule, *operands)
         return call(function, *operands, **named)
 
-    def see_Lambda(self, node: Any) -> Any:  # noqa: N802
+    def visit_Lambda(self, node: Any) -> Any:  # noqa: N802
         """Return a function."""
         return Lambda(node, self.activation)
 
-    def see_GeneratorExp(self, node: Any) -> Any:  # noqa: N802
+    def visit_GeneratorExp(self, node: Any) -> Any:  # noqa: N802
         """Return the items of a comprehension."""
         return list(self.comprehended(node, 0))
 
-    see_ListComp = see_GeneratorExp  # noqa: N815
+    visit_ListComp = visit_GeneratorExp  # noqa: N815
 
     def comprehended(self, node: Any, level: int) -> Iterator[Any]:
         """Yield the items."""
@@ -332,7 +332,7 @@ class Expressions:
             if lanes is None:
                 self.activation.names[target.id] = value
             else:
-                self.keep(target.id, value, lanes)
+                self.assign_in_lanes(target.id, value, lanes)
         elif isinstance(target, (ast.Tuple, ast.List)):
             items = list(value)
             if len(items) != len(target.elts):
@@ -351,7 +351,7 @@ class Expressions:
             raise NotTraceableError("assigns an attribute that is no number in memory")
         return holder
 
-    def keep(self, name: str, value: Any, lanes: Any) -> None:
+    def assign_in_lanes(self, name: str, value: Any, lanes: Any) -> None:
         """Assign a value to a variable in some lanes."""
         names = self.activation.names
-        names[name] = blended(lanes, value, names[name]) if name in names else value
+        names[name] = blend(lanes, value, names[name]) if name in names else value

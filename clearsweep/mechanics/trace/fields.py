@@ -81,7 +81,7 @@ class Fields:
 
     @classmethod
     def zeros(cls, *rows: int, zeros: Callable[..., np.ndarray] = np.zeros) -> Self:
-        """Return Fields of zeros, or `rows` rows of them; `zeros` allocates the array."""
+        """Return Fields of zeros, or `row_count` rows of them; `zeros` allocates the array."""
         return cls(zeros((*rows, cls.SIZE), dtype=cls.DTYPE))
 
     @classmethod

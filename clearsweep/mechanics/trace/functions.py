@@ -70,7 +70,7 @@ def product(a: Any, b: Any) -> Any:
 # ---------------------------------------------------------------------------------------------- exponentials
 
 
-def _reduced(x: Any, low: Any) -> tuple[Any, Any, Any]:
+def _reduce_exponent(x: Any, low: Any) -> tuple[Any, Any, Any]:
     """Return n + SHIFT and two words of r with x + low = n ln 2 + r, |r| <= ln(2) / 2."""
     shifted = fma(x, LOG2_E, SHIFT)
     n = shifted - SHIFT
@@ -80,12 +80,12 @@ def _reduced(x: Any, low: Any) -> tuple[Any, Any, Any]:
     return shifted, r, (r_high - r) + correction
 
 
-def _beyond_linear(r: Any, r_low: Any) -> Any:
+def _exp_remainder(r: Any, r_low: Any) -> Any:
     """Return e^(r + r_low) - 1 - r."""
     return fma(r * r, polynomial(r, EXPONENTIAL), fma(r_low, r, r_low))
 
 
-def _scaled(x: Any, shifted: Any) -> Any:
+def _scale_by_power(x: Any, shifted: Any) -> Any:
     """Return x 2^n in two steps, as 2^n may overflow or underflow where the result does not; -2048 <= n < 2048."""
     shifted_bits = (bits_of(shifted) + 2048) & 4095  # n + 2048
     half = shifted_bits >> 1
@@ -94,12 +94,12 @@ def _scaled(x: Any, shifted: Any) -> Any:
 
 def _exp_of_sum(x: Any, low: Any) -> Any:
     """Return e^(x + low) for LEAST <= x <= MOST, |low| < 1e-12."""
-    shifted, r, r_low = _reduced(x, low)
+    shifted, r, r_low = _reduce_exponent(x, low)
     high = 1.0 + r
-    return _scaled(high + (((1.0 - high) + r) + _beyond_linear(r, r_low)), shifted)
+    return _scale_by_power(high + (((1.0 - high) + r) + _exp_remainder(r, r_low)), shifted)
 
 
-def _clamped(x: Any, lower: float, upper: float) -> Any:
+def _clamp(x: Any, lower: float, upper: float) -> Any:
     """Return x within limits; nan stays."""
     x = where(x > upper, upper, x)
     return where(x < lower, lower, x)
@@ -107,12 +107,12 @@ def _clamped(x: Any, lower: float, upper: float) -> Any:
 
 def exp(x: Any) -> Any:
     """Return e^x."""
-    return _exp_of_sum(_clamped(x, MIN_EXPONENT, MAX_EXPONENT), 0.0)
+    return _exp_of_sum(_clamp(x, MIN_EXPONENT, MAX_EXPONENT), 0.0)
 
 
 def _expm1_words(x: Any, down: int) -> tuple[Any, Any]:
     """Return two words whose sum is (e^x - 1) / 2^down, -40 <= x <= MAX_EXPONENT or, for down = 2, MAX_HYPERBOLIC."""
-    shifted, r, r_low = _reduced(x, 0.0)
+    shifted, r, r_low = _reduce_exponent(x, 0.0)
     scale = number_of((bits_of(shifted) + (1023 - down)) << 52)
     unit = 0.5**down
     a, b = scale - unit, scale * r
@@ -128,7 +128,7 @@ def _expm1_words(x: Any, down: int) -> tuple[Any, Any]:
 
 def expm1(x: Any) -> Any:
     """Return e^x - 1."""
-    high, low = _expm1_words(_clamped(x, -40.0, MAX_EXPONENT), 1)
+    high, low = _expm1_words(_clamp(x, -40.0, MAX_EXPONENT), 1)
     half = high + low
     return where(abs(x) < 2.0**-54, x, half + half)
 
@@ -169,10 +169,10 @@ def sinh(x: Any) -> Any:
 def cosh(x: Any) -> Any:
     """Return the hyperbolic cosine of x."""
     size = abs(x)
-    shifted, r, r_low = _reduced(where(size > MAX_HYPERBOLIC, MAX_HYPERBOLIC, size), 0.0)
+    shifted, r, r_low = _reduce_exponent(where(size > MAX_HYPERBOLIC, MAX_HYPERBOLIC, size), 0.0)
     scale = number_of((bits_of(shifted) + 1021) << 52)
     rounded = 1.0 + r
-    remaining = ((1.0 - rounded) + r) + _beyond_linear(r, r_low)
+    remaining = ((1.0 - rounded) + r) + _exp_remainder(r, r_low)
     high = rounded + remaining
     u, u_low = scale * high, scale * ((rounded - high) + remaining)  # exp |x| / 4
     capped = where(size > 40.0, 2.0**60, u)
@@ -281,7 +281,7 @@ def pow(x: Any, y: Any) -> Any:
     exponent = y * high
     remaining = fma(y, low, fma(y, high, -exponent))
     value = _exp_of_sum(
-        _clamped(exponent, MIN_EXPONENT, MAX_EXPONENT), where(abs(exponent) < -MIN_EXPONENT, remaining, 0.0)
+        _clamp(exponent, MIN_EXPONENT, MAX_EXPONENT), where(abs(exponent) < -MIN_EXPONENT, remaining, 0.0)
     )
 
     at_infinity = where(y > 0.0, math.inf, where(y < 0.0, 0.0, y))
@@ -318,14 +318,14 @@ def cos_and_sin(x: Any) -> tuple[Any, Any]:
     half_square_low = fma(0.5 * r, r, -half_square)
     cosine = high + (((1.0 - high) - half_square) + fma(z * z, polynomial(z, COSINE), fma(-r, r_low, -half_square_low)))
 
-    turns = bits_of(shifted)
-    crossed = turns & 1 == 1
-    sine, cosine = where(crossed, cosine, sine), where(crossed, sine, cosine)
-    sine = where(turns & 2 == 2, -sine, sine)
-    cosine = where((turns + 1) & 2 == 2, -cosine, cosine)
-    inside = abs(x) <= MAX_ANGLE
+    quarter_turns = bits_of(shifted)
+    is_swapped = quarter_turns & 1 == 1
+    sine, cosine = where(is_swapped, cosine, sine), where(is_swapped, sine, cosine)
+    sine = where(quarter_turns & 2 == 2, -sine, sine)
+    cosine = where((quarter_turns + 1) & 2 == 2, -cosine, cosine)
+    is_in_range = abs(x) <= MAX_ANGLE
     sine = where(abs(x) < 2.0**-27, x, sine)
-    return where(inside, cosine, math.nan), where(inside, sine, math.nan)
+    return where(is_in_range, cosine, math.nan), where(is_in_range, sine, math.nan)
 
 
 def sin(x: Any) -> Any:
@@ -341,8 +341,8 @@ def cos(x: Any) -> Any:
 def atan2(y: Any, x: Any) -> Any:
     """Return the angle (rad) of the point (x, y), from -pi to pi, as C's atan2 does."""
     width, height = abs(x), abs(y)
-    steep = height > width
-    larger, smaller = where(steep, height, width), where(steep, width, height)
+    is_steep = height > width
+    larger, smaller = where(is_steep, height, width), where(is_steep, width, height)
     scale = where(larger > 2.0**400, 2.0**-24, 2.0**600)  # no sum or inverse overflows, no remainder underflows
     is_infinite = larger == math.inf
     smaller = where(is_infinite, where(smaller == math.inf, 1.0, 0.0), smaller * scale)
@@ -361,10 +361,10 @@ def atan2(y: Any, x: Any) -> Any:
 
     # the angle is j pi / 4 + t + remaining, mirrored at the diagonal and at the vertical
     j = where(is_middle, 1.0, 0.0)
-    left = copysign(1.0, x) < 0.0
-    j = where(steep, 2.0 - j, j)
-    j = where(left, 4.0 - j, j)
-    mirrored = where(steep, -1.0, 1.0) * where(left, -1.0, 1.0)
+    is_left = copysign(1.0, x) < 0.0
+    j = where(is_steep, 2.0 - j, j)
+    j = where(is_left, 4.0 - j, j)
+    mirrored = where(is_steep, -1.0, 1.0) * where(is_left, -1.0, 1.0)
     t, remaining = mirrored * t, mirrored * remaining
     high = fma(j, QUARTER_PI, t)
     rounding_error = t - fma(-j, QUARTER_PI, high)

@@ -22,31 +22,31 @@ RUNNERS.append(Loops)
 
 def _absolute(x: Any) -> Any:
     if isinstance(x, Integer):
-        return symbols.selected(symbols.compared("<", x, 0), symbols.negative(x), x)
-    return symbols.intrinsic("fabs", x)
+        return symbols.select(symbols.compare("<", x, 0), symbols.negate(x), x)
+    return symbols.call_intrinsic("fabs", x)
 
 
-for_symbols(max, symbols.extreme(">"))
-for_symbols(min, symbols.extreme("<"))
+for_symbols(max, symbols.extremum_emitter(">"))
+for_symbols(min, symbols.extremum_emitter("<"))
 for_symbols(abs, _absolute)
-for_symbols(int, symbols.truncated)
-for_symbols(float, symbols.number)
+for_symbols(int, symbols.truncate)
+for_symbols(float, symbols.as_number)
 for_symbols(bool, lambda x: x)
-for_symbols(math.sqrt, lambda x: symbols.intrinsic("sqrt", x))
-for_symbols(math.copysign, lambda a, b: symbols.intrinsic("copysign", a, b))
-for_symbols(math.floor, lambda x: symbols.truncated(symbols.floor_number(x)))
-for_symbols(math.isfinite, lambda x: symbols.compared("<", symbols.intrinsic("fabs", x), math.inf))
+for_symbols(math.sqrt, lambda x: symbols.call_intrinsic("sqrt", x))
+for_symbols(math.copysign, lambda a, b: symbols.call_intrinsic("copysign", a, b))
+for_symbols(math.floor, lambda x: symbols.truncate(symbols.floor_number(x)))
+for_symbols(math.isfinite, lambda x: symbols.compare("<", symbols.call_intrinsic("fabs", x), math.inf))
 
 
 def _where(condition: Any, a: Any, b: Any) -> Any:
     if not is_symbol(condition):
         return a if condition else b
-    return symbols.selected(condition, a, b)
+    return symbols.select(condition, a, b)
 
 
 PRIMITIVES[operations.where] = _where
 for_symbols(operations.fma, symbols.fma)
-for_symbols(operations.copysign, lambda a, b: symbols.intrinsic("copysign", a, b))
+for_symbols(operations.copysign, lambda a, b: symbols.call_intrinsic("copysign", a, b))
 for_symbols(operations.bits_of, symbols.bits_of)
 for_symbols(operations.number_of, symbols.number_of)
 

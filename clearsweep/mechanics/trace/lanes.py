@@ -3,7 +3,7 @@
 from typing import Any
 
 from . import symbols
-from .paths import leaves, rebuilt, with_common_slopes
+from .paths import leaves, rebuild, with_common_slopes
 from .symbols import Boolean, NotTraceableError, is_symbol, trace
 
 
@@ -29,22 +29,22 @@ def none_of(condition: Any) -> Any:
 
 def all_lanes(width: int) -> Boolean:
     """Return a condition that is true in every lane."""
-    return Boolean(symbols.constant(symbols.BOOL, True, width), width)
+    return Boolean(symbols.llvm_constant(symbols.BOOL, True, width), width)
 
 
 def undefined_like(x: Any) -> Any:
     """Return an undefined value of the kind of a symbol; a known value is returned unchanged."""
-    return type(x)(symbols.constant(x.item, 0, x.width), x.width) if is_symbol(x) else x
+    return type(x)(symbols.llvm_constant(x.item, 0, x.width), x.width) if is_symbol(x) else x
 
 
-def blended(lanes: Any, new_value: Any, old_value: Any) -> Any:
+def blend(lanes: Any, new_value: Any, old_value: Any) -> Any:
     """Return the new value in some lanes and the old one in the others, or the new value if their forms differ."""
     if new_value is old_value:
         return new_value
     try:
         new_value, old_value = with_common_slopes([new_value, old_value])
         pairs = list(zip(leaves(new_value), leaves(old_value), strict=True))
-        results = [a if a is b else symbols.selected(lanes, a, b) for a, b in pairs]
+        results = [a if a is b else symbols.select(lanes, a, b) for a, b in pairs]
     except (NotTraceableError, ValueError, TypeError):
         return new_value
-    return rebuilt(new_value, iter(results))
+    return rebuild(new_value, iter(results))

@@ -1,7 +1,7 @@
-"""Loops: unrolled if the number of turns is known, otherwise a loop of blocks.
+"""Loops: unrolled if the number of iterations is known, otherwise a loop of blocks.
 
 Each variable that a loop of blocks changes needs a phi node.  Its kind (number, integer, in lanes or not) is known only
-after a turn has been emitted.  If a narrower kind was assumed, the loop is removed and emitted again.
+after an iteration has been emitted.  If a narrower kind was assumed, the loop is removed and emitted again.
 """
 
 import ast
@@ -13,7 +13,7 @@ from . import symbols
 from .activation import LANES, RETURNED, Activation, LoopExits, ReturnInLanes, assigned_names, contains
 from .lanes import all_lanes, none_of, undefined_like
 from .memory import View
-from .paths import Path, leaves, map_leaves, rebuilt
+from .paths import Path, leaves, map_leaves, rebuild
 from .primitives import LANE_LOOPS, LOOPS
 from .statements import Statements
 from .symbols import WIDTH, Integer, LaneIndices, NotTraceableError, Symbol, is_symbol, trace
@@ -55,84 +55,92 @@ class _Checkpoint:
 
 
 class _Variable:
-    """A variable shared by the turns of a loop."""
+    """A variable shared by the iterations of a loop."""
 
-    def __init__(self, first: Any, kind: type, width: int):
+    def __init__(self, initial: Any, kind: type, width: int):
         self.kind, self.width = kind, width
-        self.first = symbols.as_kind(first, kind, width)
+        self.initial = symbols.as_kind(initial, kind, width)
         self.phi: Any = None
 
-    def begin(self, previous: Any) -> Symbol:
-        """Emit the phi node of the variable; return its value within a turn."""
+    def begin(self, preceding_block: Any) -> Symbol:
+        """Emit the phi node of the variable; return its value within an iteration."""
         self.phi = trace().builder.phi(symbols.llvm_type(self.kind.item, self.width))  # type: ignore[attr-defined]
-        self.phi.add_incoming(self.first, previous)
+        self.phi.add_incoming(self.initial, preceding_block)
         phi_node: Symbol = self.kind(self.phi, self.width)
         return phi_node
 
-    def wider(self, last: Any) -> tuple[type, int] | None:
-        """Return the kind and width required for its value at the end of a turn, or None if they are unchanged."""
-        required = symbols.kind_of(self.kind(None), last), max(self.width, symbols.width_of(last))
+    def required_kind(self, final_value: Any) -> tuple[type, int] | None:
+        """Return the kind and width its value needs at the end of an iteration, or None if they are unchanged."""
+        required = symbols.kind_of(self.kind(None), final_value), max(self.width, symbols.width_of(final_value))
         return None if required == (self.kind, self.width) else required
 
-    def close(self, last: Any) -> None:
-        """Set the value of the variable in the next turn to its value at the end of this one."""
-        value = symbols.as_kind(last, self.kind, self.width)
+    def close(self, final_value: Any) -> None:
+        """Set the value of the variable in the next iteration to its value at the end of this one."""
+        value = symbols.as_kind(final_value, self.kind, self.width)
         self.phi.add_incoming(value, trace().builder.block)
 
 
-class _Carried:
+class _LoopVariables:
     """The variables that a loop changes in an activation; `kinds` : those determined so far, by name and place."""
 
     def __init__(self, activation: Activation, names: list[str], kinds: dict[Any, Any]):
-        self.activation, self.parts = activation, {}
+        self.activation, self.initial_values = activation, {}
         self.variables: dict[tuple[str, int], _Variable] = {}
         for name in names:
-            if name in kinds:  # its structure changes from turn to turn, so it has no value at the start of a turn
+            if (
+                name in kinds
+            ):  # its structure changes from iteration to iteration, so it has no value at the start of an iteration
                 del activation.names[name]
                 continue
-            parts = list(leaves(activation.names[name]))
-            if all(isinstance(x, (Symbol, int, float, np.number, np.bool_, View)) for x in parts):
-                self.parts[name] = parts
-        for name, parts in self.parts.items():
-            for position, x in enumerate(parts):
+            values = list(leaves(activation.names[name]))
+            if all(isinstance(x, (Symbol, int, float, np.number, np.bool_, View)) for x in values):
+                self.initial_values[name] = values
+        for name, values in self.initial_values.items():
+            for position, x in enumerate(values):
                 if not isinstance(x, View):
                     kind = kinds.get((name, position)) or (symbols.kind_of(x), symbols.width_of(x))
                     self.variables[name, position] = _Variable(x, *kind)
 
-    def begin(self, previous: Any) -> None:
+    def begin(self, preceding_block: Any) -> None:
         """Emit the phi nodes of all variables; bind their values in the activation."""
-        for name, parts in self.parts.items():
+        for name, initial_values in self.initial_values.items():
             phi_values = [
-                x if isinstance(x, View) else self.variables[name, position].begin(previous)
-                for position, x in enumerate(parts)
+                x if isinstance(x, View) else self.variables[name, position].begin(preceding_block)
+                for position, x in enumerate(initial_values)
             ]
-            self.activation.names[name] = rebuilt(self.activation.names[name], iter(phi_values))
+            self.activation.names[name] = rebuild(self.activation.names[name], iter(phi_values))
 
     def close(self) -> dict[Any, Any]:
-        """Set the values for the next turn; return the kinds of the variables whose kind was too narrow."""
+        """Set the values for the next iteration; return the kinds of the variables whose kind was too narrow."""
         too_narrow: dict[Any, Any] = {}
-        last: dict[tuple[str, int], Any] = {}
-        for name, parts in self.parts.items():
-            rows = list(leaves(self.activation.names.get(name)))
-            if name not in self.activation.names or len(rows) != len(parts) or not _same_arrays(rows, parts):
+        final_values: dict[tuple[str, int], Any] = {}
+        for name, initial_values in self.initial_values.items():
+            values = list(leaves(self.activation.names.get(name)))
+            if (
+                name not in self.activation.names
+                or len(values) != len(initial_values)
+                or not _same_arrays(values, initial_values)
+            ):
                 too_narrow[name] = None
                 continue
-            last |= {(name, position): x for position, x in enumerate(rows) if not isinstance(x, View)}
-        too_narrow |= {key: kind for key, x in last.items() if (kind := self.variables[key].wider(x))}
+            final_values |= {(name, position): x for position, x in enumerate(values) if not isinstance(x, View)}
+        too_narrow |= {key: kind for key, x in final_values.items() if (kind := self.variables[key].required_kind(x))}
         if not too_narrow:
-            for key, x in last.items():
+            for key, x in final_values.items():
                 self.variables[key].close(x)
         return too_narrow
 
 
-def _same_arrays(rows: list[Any], others: list[Any]) -> bool:
-    return all(x is y for x, y in zip(rows, others, strict=True) if isinstance(x, View) or isinstance(y, View))
+def _same_arrays(values: list[Any], initial_values: list[Any]) -> bool:
+    return all(
+        x is y for x, y in zip(values, initial_values, strict=True) if isinstance(x, View) or isinstance(y, View)
+    )
 
 
 class Loops(Statements):
     """Runs the loops of an activation."""
 
-    def do_For(self, node: Any) -> bool:  # noqa: N802 - named by the syntax
+    def execute_For(self, node: Any) -> bool:  # noqa: N802 - named by the syntax
         """Run a loop over known values, over integers, or over the items of an array."""
         if node.orelse:
             raise NotTraceableError("has a loop with an else block")
@@ -144,24 +152,24 @@ class Loops(Statements):
             range_arguments = [self.value(item) for item in iterable.args]
             if any(map(is_symbol, range_arguments)):
                 return self.loop(node, self.bounds(range_arguments))
-            turns: Any = range(*[int(x) for x in range_arguments])
+            iterations: Any = range(*[int(x) for x in range_arguments])
             unused = isinstance(node.target, ast.Name) and node.target.id == "_"
-            if len(turns) > 1 and (unused or self.activation.look_up(iterable.func.id) is not range):
-                return self.loop(node, Bounds(turns.start, turns.stop, turns.step))
+            if len(iterations) > 1 and (unused or self.activation.look_up(iterable.func.id) is not range):
+                return self.loop(node, Bounds(iterations.start, iterations.stop, iterations.step))
         else:
-            turns = self.value(iterable)
-            if isinstance(turns, View):
-                return self.loop(node, Bounds(0, turns.shape[0], source=turns))
-            turns = turns.tolist() if isinstance(turns, np.ndarray) else turns
-        return self.unrolled(node, list(turns))
+            iterations = self.value(iterable)
+            if isinstance(iterations, View):
+                return self.loop(node, Bounds(0, iterations.shape[0], source=iterations))
+            iterations = iterations.tolist() if isinstance(iterations, np.ndarray) else iterations
+        return self.unroll(node, list(iterations))
 
     def run_in_lanes(self, node: Any, count: Any) -> bool:
-        """Run all turns of a loop simultaneously, each in a lane."""
+        """Run all iterations of a loop simultaneously, each in a lane."""
         active_trace = trace()
         if count != WIDTH or active_trace.width != 1:
             raise NotTraceableError(f"runs other than {WIDTH} turns at once, or in a nested loop")
         active_trace.width = WIDTH
-        has_ended = self.unrolled(node, [LaneIndices(0)])
+        has_ended = self.unroll(node, [LaneIndices(0)])
         active_trace.width = 1
         return has_ended
 
@@ -172,20 +180,20 @@ class Loops(Statements):
             raise NotTraceableError("has a step that is known only at run time")
         return Bounds(start, stop, int(step))
 
-    def do_While(self, node: Any) -> bool:  # noqa: N802
+    def execute_While(self, node: Any) -> bool:  # noqa: N802
         """Run a loop for as long as a condition is true."""
         return self.loop(node, Bounds(None))
 
     # ------------------------------------------------------------------------------------------ turns
 
-    def unrolled(self, node: Any, turns: list[Any]) -> bool:
+    def unroll(self, node: Any, iterations: list[Any]) -> bool:
         """Unroll a loop."""
         exits = LoopExits([], [])
         loop_mask = self.begin_loop(node)
-        for item in turns:
+        for item in iterations:
             self.assign(node.target, item)
             exits.continues.clear()
-            if self.turn(node, exits):
+            if self.run_iteration(node, exits):
                 return self.join([Path(path.block, _without(path.value, loop_mask)) for path in exits.breaks])
         self.activation.names.pop(loop_mask, None)
         if exits.breaks:
@@ -199,12 +207,12 @@ class Loops(Statements):
             self.activation.names[loop_mask] = all_lanes(trace().width)
         return loop_mask
 
-    def turn(self, node: Any, exits: LoopExits) -> bool:
-        """Run a turn of a loop; return whether no path continues after it."""
+    def run_iteration(self, node: Any, exits: LoopExits) -> bool:
+        """Run an iteration of a loop; return whether no path continues after it."""
         self.activation.loops.append(exits)
-        turn_mask = f"{LANES}of turn {len(self.activation.loops)}"
+        iteration_mask = f"{LANES}of turn {len(self.activation.loops)}"
         if trace().width > 1 and contains(node, ast.Continue):
-            self.activation.names[turn_mask] = all_lanes(trace().width)
+            self.activation.names[iteration_mask] = all_lanes(trace().width)
         has_ended = self.block(node.body)
         self.activation.loops.pop()
         paths = list(exits.continues)
@@ -212,7 +220,7 @@ class Loops(Statements):
             paths.append(Path(trace().builder.block, self.activation.names))
         if self.join(paths):
             return True
-        self.activation.names.pop(turn_mask, None)
+        self.activation.names.pop(iteration_mask, None)
         return False
 
     # ------------------------------------------------------------------------------------------ loops of blocks
@@ -240,39 +248,41 @@ class Loops(Statements):
         checkpoint, kinds = _Checkpoint(self.activation), dict[Any, Any]()
         while True:
             exits: list[Path] = []
-            too_narrow = self.emitted_with(node, bounds, _Carried(self.activation, names, kinds), exits)
+            too_narrow = self.emit_with(node, bounds, _LoopVariables(self.activation, names, kinds), exits)
             if not too_narrow:
                 return self.join(exits)
             kinds |= too_narrow
             checkpoint.restore()
 
-    def emitted_with(self, node: Any, bounds: Bounds, loop_carried: _Carried, loop_exits: list[Path]) -> dict[Any, Any]:
+    def emit_with(
+        self, node: Any, bounds: Bounds, loop_variables: _LoopVariables, loop_exits: list[Path]
+    ) -> dict[Any, Any]:
         """Emit a loop with these variables and record its exits; return the kinds of those that were too narrow."""
         builder, active_trace = trace().builder, trace()
-        previous, header = builder.block, active_trace.block()
+        preceding_block, header = builder.block, active_trace.block()
         counter = _Variable(bounds.start, Integer, 1) if bounds.start is not None else None
         builder.branch(header)
         builder.position_at_end(header)
-        position = counter.begin(previous) if counter else None
-        loop_carried.begin(previous)
-        self.enter_turn(self.has_next_turn(node, bounds, position), loop_exits)
+        position = counter.begin(preceding_block) if counter else None
+        loop_variables.begin(preceding_block)
+        self.enter_iteration(self.has_next_iteration(node, bounds, position), loop_exits)
         if position is not None:
             self.assign(node.target, position if bounds.source is None else bounds.source[position])
-        turn_exits = LoopExits([], [])
-        if not self.turn(node, turn_exits):
-            too_narrow = loop_carried.close()
+        iteration_exits = LoopExits([], [])
+        if not self.run_iteration(node, iteration_exits):
+            too_narrow = loop_variables.close()
             if too_narrow:
                 return too_narrow
             if counter:
                 counter.close(symbols.plus(position, bounds.step))
             builder.branch(header)
-        loop_exits += turn_exits.breaks
+        loop_exits += iteration_exits.breaks
         return {}
 
-    def has_next_turn(self, node: Any, bounds: Bounds, position: Any) -> Any:
-        """Return whether a loop has another turn, in any lane."""
+    def has_next_iteration(self, node: Any, bounds: Bounds, position: Any) -> Any:
+        """Return whether a loop has another iteration, in any lane."""
         if position is not None:
-            condition = symbols.compared("<" if bounds.step > 0 else ">", position, bounds.stop)
+            condition = symbols.compare("<" if bounds.step > 0 else ">", position, bounds.stop)
         else:
             condition = self.condition_value(node.test)
         loop_mask = f"{LANES}of loop {len(self.activation.loops) + 1}"
@@ -283,8 +293,8 @@ class Loops(Statements):
             condition = symbols.bit_and(condition, symbols.logical_not(none_of(self.activation.lanes_in_all())))
         return condition
 
-    def enter_turn(self, condition: Any, loop_exits: list[Path]) -> None:
-        """Continue in the body of a turn, if there is another turn."""
+    def enter_iteration(self, condition: Any, loop_exits: list[Path]) -> None:
+        """Continue in the body of an iteration, if there is another iteration."""
         builder, body = trace().builder, trace().block()
         if is_symbol(condition):
             exit_block = trace().block()

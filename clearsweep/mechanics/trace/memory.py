@@ -16,12 +16,12 @@ from .symbols import (
     NotTraceableError,
     Number,
     as_kind,
+    as_number,
     is_symbol,
     llvm_type,
     minus,
-    number,
     plus,
-    selected,
+    select,
     times,
     trace,
     width_of,
@@ -61,7 +61,7 @@ def call_at(code: Any, parameters: Any, arrays: tuple, integer: Any) -> None:
 class View:
     """An array in memory, or a part of one, with `strides` in units of eight bytes.
 
-    width : number of adjacent values at each place; WIDTH if they belong to lanes.
+    width : number of adjacent values at each position; WIDTH if they belong to lanes.
     """
 
     __slots__ = ("base", "item", "offset", "shape", "strides", "width")
@@ -82,14 +82,14 @@ class View:
             strides.append(strides[-1] * count)
         return View(self.base, self.item, shape, tuple(reversed(strides)), self.width, self.offset)
 
-    def _part(self, index: Any) -> "View":
+    def _subview(self, index: Any) -> "View":
         indices = index if isinstance(index, tuple) else (index,)
         offset, shape, strides = self.offset, [], []
         for axis, axis_index in enumerate(indices):
             if isinstance(axis_index, slice):
                 start = 0 if axis_index.start is None else axis_index.start
                 stop = self.shape[axis] if axis_index.stop is None else axis_index.stop
-                offset = _moved(offset, start, self.strides[axis])
+                offset = _advance_offset(offset, start, self.strides[axis])
                 shape.append(stop - start if not (is_symbol(stop) or is_symbol(start)) else minus(stop, start))
                 strides.append(self.strides[axis])
                 continue
@@ -101,7 +101,7 @@ class View:
                 if is_constant
                 else axis_index
             )
-            offset = _moved(offset, item_index, self.strides[axis])
+            offset = _advance_offset(offset, item_index, self.strides[axis])
         count = len(indices)
         return View(
             self.base,
@@ -126,7 +126,7 @@ class View:
         return trace().builder.bitcast(pointer, llvm_type(self.item, self.offset.width).as_pointer())
 
     def __getitem__(self, index: Any) -> Any:
-        item = self._part(index)
+        item = self._subview(index)
         if item.shape:
             return item
         if isinstance(item.offset, LaneIndices) and item.width == 1:
@@ -138,10 +138,10 @@ class View:
         return (Number if self.item is DOUBLE else Integer)(value, self.width)
 
     def _each_lane(self) -> Any:
-        """Emit the values at places that differ between lanes."""
+        """Emit the values at positions that differ between lanes."""
         builder, offset, lanes = trace().builder, self.offset, trace().lanes()
         if lanes is not None:  # the addresses of inactive lanes may be invalid
-            offset = selected(lanes, offset, 0)
+            offset = select(lanes, offset, 0)
         vector = ir.Constant(llvm_type(self.item, offset.width), ir.Undefined)
         for lane in range(offset.width):
             item_offset = Integer(builder.extract_element(offset.value, INT64(lane)))
@@ -151,41 +151,41 @@ class View:
         return (Number if self.item is DOUBLE else Integer)(vector, offset.width)
 
     def __setitem__(self, index: Any, x: Any) -> None:
-        item = self._part(index)
+        item = self._subview(index)
         if item.shape:
             raise NotTraceableError("assigns to a part of an array")
         kind, lanes = Number if self.item is DOUBLE else Integer, trace().lanes()
         if isinstance(item.offset, LaneIndices) and item.width == 1:
-            x = x if lanes is None else selected(lanes, x, item[()])
+            x = x if lanes is None else select(lanes, x, item[()])
             trace().builder.store(as_kind(x, kind, item.offset.width), item.lane_address(), align=8)
             return
         if lanes is not None:
             if self.width == 1:
                 raise NotTraceableError("stores values of several lanes at one address")
-            x = selected(lanes, x, item[()])
+            x = select(lanes, x, item[()])
         trace().builder.store(as_kind(x, kind, self.width), item.address(), align=8 * self.width)
 
 
-def viewed(array: Any, shape: tuple, stride: int = 1, width: int = 1) -> View:
+def view_at(array: Any, shape: tuple, stride: int = 1, width: int = 1) -> View:
     """Return a bare pointer as an array of a shape, with a stride of `stride` numbers."""
     strides: list[Any] = [stride]
     for count in reversed(shape[1:]):
-        strides.append(_multiplied(strides[-1], count))
+        strides.append(_multiply(strides[-1], count))
     return View(array.base, array.item, tuple(shape), tuple(reversed(strides)), width)
 
 
-def _multiplied(a: Any, b: Any) -> Any:
+def _multiply(a: Any, b: Any) -> Any:
     return times(a, b) if is_symbol(a) or is_symbol(b) else a * b
 
 
 def _product(shape: tuple) -> Any:
-    return functools.reduce(_multiplied, shape, 1)
+    return functools.reduce(_multiply, shape, 1)
 
 
-def _moved(offset: Any, index: Any, stride: Any) -> Any:
+def _advance_offset(offset: Any, index: Any, stride: Any) -> Any:
     if not is_symbol(index) and index == 0:
         return offset
-    increment = index if not is_symbol(stride) and stride == 1 else _multiplied(index, stride)
+    increment = index if not is_symbol(stride) and stride == 1 else _multiply(index, stride)
     if not is_symbol(offset) and offset == 0:
         return increment
     return plus(offset, increment) if is_symbol(offset) or is_symbol(increment) else offset + increment
@@ -209,13 +209,13 @@ def table_of(array: np.ndarray) -> View:
     return View(active_trace.tables[id(array)], item, array.shape, strides)
 
 
-def gathered(view: View, index: tuple) -> Number:
-    """Emit the values of an array at places that differ between lanes."""
+def gather(view: View, index: tuple) -> Number:
+    """Emit the values of an array at positions that differ between lanes."""
     width, lanes = width_of(*index), trace().lanes()
-    if width == 1 or isinstance(view._part(index).offset, LaneIndices):
+    if width == 1 or isinstance(view._subview(index).offset, LaneIndices):
         return view[index]
     if lanes is not None:  # the addresses of inactive lanes may be invalid
-        index = tuple(selected(lanes, x, 0) if is_symbol(x) else x for x in index)
+        index = tuple(select(lanes, x, 0) if is_symbol(x) else x for x in index)
     builder = trace().builder
     vector = ir.Constant(llvm_type(view.item, width), ir.Undefined)
     for lane in range(width):
@@ -235,10 +235,10 @@ def at_address(address: Number, position: Any) -> Number:
         return builder.load(builder.gep(numbers, [position]), align=8)
 
     if width == 1:
-        return Number(load(number(address).value, as_kind(position, Integer)))
+        return Number(load(as_number(address).value, as_kind(position, Integer)))
     lanes = trace().lanes()
     if lanes is not None:  # the addresses of inactive lanes may be invalid
-        position = selected(lanes, position, 0)
+        position = select(lanes, position, 0)
     addresses, positions = as_kind(address, Number, width), as_kind(position, Integer, width)
     vector = ir.Constant(llvm_type(DOUBLE, width), ir.Undefined)
     for lane in range(width):
@@ -247,7 +247,7 @@ def at_address(address: Number, position: Any) -> Number:
     return Number(vector, width)
 
 
-def rebased(value: Any) -> Any:
+def rebase(value: Any) -> Any:
     """Return a View with its offset in its base, so that parts of an array share a function; other values unchanged."""
     is_global = isinstance(value, View) and isinstance(value.base, ir.GlobalVariable)
     if not isinstance(value, View) or is_global or value.offset == 0 or width_of(value.offset) > 1:

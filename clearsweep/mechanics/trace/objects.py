@@ -17,7 +17,7 @@ from llvmlite import ir
 from ...language import phases
 from . import cache, interpreter, symbols  # noqa: F401 - the interpreter registers itself
 from .calls import call_body, run
-from .memory import Pointer, View, viewed
+from .memory import Pointer, View, view_at
 from .paths import leaves, map_leaves
 from .symbols import ADDRESS, DOUBLE, INT64, Integer, Trace
 
@@ -52,11 +52,11 @@ def compiling_for_package(name: str) -> Iterator[Path]:
 def _own_level() -> str:
     """Return the level of this machine's processor; its own name if it is below all levels or of another kind."""
     if platform.machine().lower() in ("x86_64", "amd64"):
-        has = llvm.get_host_cpu_features()
+        host_features = llvm.get_host_cpu_features()
         required: tuple[str, ...] = ()
         for name, features in reversed(LEVELS.items()):
             required += features
-            if not all(has.get(feature) for feature in required):
+            if not all(host_features.get(feature) for feature in required):
                 break
             best = name
         else:
@@ -87,7 +87,7 @@ def _triple() -> str:
     return OTHER_PROCESSORS[level()][0] if level() in OTHER_PROCESSORS else str(llvm.get_process_triple())
 
 
-def traced(function: Callable, scene: Any, items: str) -> ir.Module:
+def trace_module(function: Callable, scene: Any, items: str) -> ir.Module:
     """Return the module of `function(scene pointer, *arrays, integer)`.
 
     items : a letter per array, 'f' for float64, 'i' for int64.
@@ -119,7 +119,7 @@ def _module(body: Callable, items: str, width: int = 1) -> ir.Module:
     return active_trace.module
 
 
-def optimised(module: ir.Module) -> Any:
+def optimise(module: ir.Module) -> Any:
     """Return the module, optimised by LLVM."""
     parsed = llvm.parse_assembly(str(module))
     parsed.verify()
@@ -131,7 +131,7 @@ def optimised(module: ir.Module) -> Any:
 
 def object_of(module: ir.Module) -> bytes:
     """Return a module as a plain object."""
-    return _machine().emit_object(optimised(module))
+    return _machine().emit_object(optimise(module))
 
 
 _LOADED = itertools.count()  # objects
@@ -144,7 +144,7 @@ class Code(NamedTuple):
     engine: Any  # owner of the code
 
 
-def loaded(content: bytes) -> Code:
+def load_object(content: bytes) -> Code:
     """Return the machine code of an object."""
     library = llvm.JITLibraryBuilder().add_object_img(content).add_current_process().export_symbol("entry")
     tracker = library.link(_linker(), f"code {next(_LOADED)}")
@@ -160,12 +160,12 @@ def _linker() -> Any:
     return llvm.create_lljit_compiler(_machine(), use_jit_link=True)
 
 
-def compiled(function: Callable, scene: Any, kinds: tuple, items: str) -> Code | None:
-    """Return the machine code of `function` for scenes of these kinds, compiled or from the cache; see `traced`."""
-    return code_of(function, f"{_text(kinds)} {items}", lambda: traced(function, scene, items))
+def compiled_code(function: Callable, scene: Any, kinds: tuple, items: str) -> Code | None:
+    """Return the machine code of `function` for scenes of these kinds, compiled or cached; see `trace_module`."""
+    return code_of(function, f"{_kinds_text(kinds)} {items}", lambda: trace_module(function, scene, items))
 
 
-def compiled_at(function: Callable, cache_key: str) -> Code | None:
+def compiled_code_at(function: Callable, cache_key: str) -> Code | None:
     """Return the machine code of `function(address)`; cache_key : everything the code depends on except its sources."""
 
     def body(numbers: Pointer, _: Any) -> None:
@@ -178,12 +178,12 @@ def code_of(function: Callable, description: str, module: Callable[[], ir.Module
     """Return the machine code of a module of a function, or of its stored object, or None if it is not available."""
     description = f"{function.__module__}.{function.__qualname__} {description} {level()}"
     name = f"{function.__name__}-{hashlib.sha256(description.encode()).hexdigest()[:32]}.o"
-    content = None if _LEVELS_FOR_PACKAGE else cache.kept(name)
+    content = None if _LEVELS_FOR_PACKAGE else cache.load(name)
     if content is None:
         with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)):
             content = object_of(module())
-        cache.keep(name, content)
-    return loaded(content) if content and not _LEVELS_FOR_PACKAGE else None
+        cache.store(name, content)
+    return load_object(content) if content and not _LEVELS_FOR_PACKAGE else None
 
 
 @functools.cache
@@ -206,7 +206,7 @@ def machine_code(function: Callable) -> Callable:
         numbers = np.array([float(x) for x in leaves(operands) if isinstance(x, float)] or [0.0])
         key = _argument_key(operands)
         if key not in compiled_forms:
-            compiled_forms[key] = _of_numbers(function, operands)
+            compiled_forms[key] = _compile_for_numbers(function, operands)
         code, result, count = compiled_forms[key]
         results = np.empty(max(count, 1))
         contiguous = [np.ascontiguousarray(array) for array in arrays]
@@ -234,7 +234,7 @@ def _argument_key(operands: Any) -> Any:
     return float if isinstance(operands, float) else operands
 
 
-def _of_numbers(function: Callable, operands: tuple) -> tuple[Code, Any, int]:
+def _compile_for_numbers(function: Callable, operands: tuple) -> tuple[Code, Any, int]:
     """Return machine code for arguments of the form of `operands`, its result without numbers, and their count."""
     outcome: list[Any] = []
     kinds = "".join(x.dtype.kind for x in leaves(operands) if isinstance(x, np.ndarray))
@@ -246,7 +246,7 @@ def _of_numbers(function: Callable, operands: tuple) -> tuple[Code, Any, int]:
 
         def parameter(x: Any) -> Any:
             if isinstance(x, np.ndarray):
-                return viewed(next(arrays), x.shape)
+                return view_at(next(arrays), x.shape)
             return view[next(indices)] if isinstance(x, float) else x
 
         value = call_body(function, map_leaves(operands, parameter), {})
@@ -258,11 +258,11 @@ def _of_numbers(function: Callable, operands: tuple) -> tuple[Code, Any, int]:
         outcome.append(next(out_indices))
 
     content = object_of(_module(body, f"{kinds}f"))
-    return loaded(content), *outcome
+    return load_object(content), *outcome
 
 
-def _text(kinds: Any) -> str:
+def _kinds_text(kinds: Any) -> str:
     """Return nested tuples of types as a text that is the same in every process."""
     if isinstance(kinds, tuple):
-        return f"({' '.join(map(_text, kinds))})"
+        return f"({' '.join(map(_kinds_text, kinds))})"
     return f"{kinds.__module__}.{kinds.__qualname__}"

@@ -32,7 +32,7 @@ class Path(NamedTuple):
 
 def map_leaves(x: Any, change: Callable) -> Any:
     """Return nested tuples with every item changed."""
-    return rebuilt(x, iter([change(item) for item in leaves(x)]))
+    return rebuild(x, iter([change(item) for item in leaves(x)]))
 
 
 def type_key(x: Any) -> Any:
@@ -73,7 +73,7 @@ def passed_values(x: Any) -> list[Any]:
     return values
 
 
-def received(x: Any, arguments: Iterator[Any]) -> Any:
+def receive_values(x: Any, arguments: Iterator[Any]) -> Any:
     """Return a value as a function of machine code receives it."""
 
     def receive(item: Any) -> Any:
@@ -102,13 +102,13 @@ def leaves(x: Any) -> Iterator[Any]:
         yield x
 
 
-def rebuilt(x: Any, values: Iterator[Any]) -> Any:
+def rebuild(x: Any, values: Iterator[Any]) -> Any:
     """Return nested tuples with their items replaced."""
     if isinstance(x, tuple):
-        parts = [rebuilt(item, values) for item in x]
+        parts = [rebuild(item, values) for item in x]
         return type(x)(*parts) if hasattr(x, "_fields") else tuple(parts)
     if hasattr(x, "traced_parts"):
-        new_parts = [rebuilt(item, values) for item in x.traced_parts()]
+        new_parts = [rebuild(item, values) for item in x.traced_parts()]
         return x.with_traced_parts(new_parts) if hasattr(x, "with_traced_parts") else type(x)(*new_parts)
     return next(values)
 
@@ -120,8 +120,8 @@ def with_common_slopes(values: list[Any]) -> list[Any]:
         if any(len(x) != len(first) or type(x) is not type(first) for x in values):
             raise NotTraceableError("returns tuples of different forms")
         columns = [with_common_slopes(list(column)) for column in zip(*values, strict=True)]
-        rows: Any = zip(*columns, strict=True) if columns else [() for _ in values]
-        return [type(first)(*row) if hasattr(first, "_fields") else tuple(row) for row in rows]
+        leaf_rows: Any = zip(*columns, strict=True) if columns else [() for _ in values]
+        return [type(first)(*row) if hasattr(first, "_fields") else tuple(row) for row in leaf_rows]
     slopes = [x for x in values if hasattr(x, "parts")]
     if slopes and len(slopes) < len(values):
         return [x if hasattr(x, "parts") else type(slopes[0])(x, 0.0) for x in values]
@@ -139,24 +139,26 @@ def join_paths(paths: list[Path]) -> Any:
         return paths[0].value
     end = trace().block()
     values = with_common_slopes([path.value for path in paths])
-    rows = [list(leaves(value)) for value in values]
-    if len({len(row) for row in rows}) != 1:
+    leaf_rows = [list(leaves(value)) for value in values]
+    if len({len(row) for row in leaf_rows}) != 1:
         raise NotTraceableError("gives different forms on different paths")
-    results = [merged([path.block for path in paths], list(column), end) for column in zip(*rows, strict=True)]
+    results = [
+        merge_values([path.block for path in paths], list(column), end) for column in zip(*leaf_rows, strict=True)
+    ]
     for path in paths:
         builder.position_at_end(path.block)
         builder.branch(end)
     builder.position_at_end(end)
-    return rebuilt(values[0], iter(results))
+    return rebuild(values[0], iter(results))
 
 
-def merged(blocks: list[Any], column: list[Any], end: Any) -> Any:
+def merge_values(blocks: list[Any], column: list[Any], end: Any) -> Any:
     """Return the merged values in the block where other blocks end."""
     first, builder = column[0], trace().builder
     if all(x is first for x in column):
         return first
     if any(isinstance(x, (View, np.ndarray)) for x in column):
-        return _merged_view(blocks, [table_of(x) if isinstance(x, np.ndarray) else x for x in column], end)
+        return _merge_views(blocks, [table_of(x) if isinstance(x, np.ndarray) else x for x in column], end)
     if not all(isinstance(x, (Symbol, int, float, np.number, np.bool_)) for x in column):
         if all(type(x) is type(first) and x == first for x in column):
             return first
@@ -177,25 +179,25 @@ def merged(blocks: list[Any], column: list[Any], end: Any) -> Any:
     return kind(phi, width)
 
 
-def _merged_view(blocks: list[Any], column: list[Any], end: Any) -> View:
+def _merge_views(blocks: list[Any], column: list[Any], end: Any) -> View:
     first, base = column[0], column[0].base
-    same = all(
+    is_same_form = all(
         isinstance(x, View) and (x.item, x.width, len(x.shape)) == (first.item, first.width, len(first.shape))
         for x in column
     )
-    if not same:
+    if not is_same_form:
         raise NotTraceableError("gives different arrays on different paths")
     if any(x.base is not base for x in column):
-        base = _merged_address(blocks, [x.base for x in column], end)
+        base = _merge_addresses(blocks, [x.base for x in column], end)
     extents = [
-        merged(blocks, list(sizes), end)
+        merge_values(blocks, list(sizes), end)
         for sizes in zip(*((*x.shape, *x.strides, x.offset) for x in column), strict=True)
     ]
     count = len(first.shape)
     return View(base, first.item, tuple(extents[:count]), tuple(extents[count:-1]), first.width, extents[-1])
 
 
-def _merged_address(blocks: list[Any], bases: list[Any], end: Any) -> Any:
+def _merge_addresses(blocks: list[Any], bases: list[Any], end: Any) -> Any:
     """Return the address of one of several arrays in the block where other blocks end."""
     builder, addresses = trace().builder, []
     for block, base in zip(blocks, bases, strict=True):

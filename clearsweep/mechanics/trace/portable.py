@@ -64,16 +64,16 @@ def inverse(matrix: Exact) -> Exact:
     """Return the inverse of a square matrix by elimination without fractions (Bareiss 1968, Math. Comput. 22:565)."""
     size = len(matrix.rows)
     rows = [[*row, *(int(i == j) for j in range(size))] for i, row in enumerate(matrix.rows)]
-    previous = 1
+    previous_pivot = 1
     for k in range(size):
         pivot = next(i for i in range(k, size) if rows[i][k] != 0)
         rows[k], rows[pivot] = rows[pivot], rows[k]
         for i in range(size):
             if i != k:
                 factor, divisor = rows[i][k], rows[k][k]
-                rows[i] = [(divisor * a - factor * b) // previous for a, b in zip(rows[i], rows[k], strict=True)]
-        previous = rows[k][k]
-    return Exact([[number * matrix.denominator for number in row[size:]] for row in rows], previous)
+                rows[i] = [(divisor * a - factor * b) // previous_pivot for a, b in zip(rows[i], rows[k], strict=True)]
+        previous_pivot = rows[k][k]
+    return Exact([[number * matrix.denominator for number in row[size:]] for row in rows], previous_pivot)
 
 
 def least_squares(matrix: Exact) -> Exact:
@@ -102,7 +102,7 @@ def coefficients_through(points: Any) -> Exact:
         for c in full_product[-2:0:-1]:
             quotient.append((c + n * quotient[-1]) // unit)
         polynomials.append(quotient[::-1])
-        scales.append(math.prod(n - other for other in row if other != n))
+        scales.append(math.prod(n - other_node for other_node in row if other_node != n))
     denominator = math.lcm(*scales)
     columns = [
         [c * (denominator // scale) for c in quotient] for quotient, scale in zip(polynomials, scales, strict=True)
@@ -110,7 +110,7 @@ def coefficients_through(points: Any) -> Exact:
     return Exact(columns, denominator).transposed
 
 
-def through_points(function: Callable, degree: int) -> np.ndarray:
+def polynomial_through(function: Callable, degree: int) -> np.ndarray:
     """Return the coefficients, by powers, of the polynomial through a function at `chebyshev_points`."""
     points = chebyshev_points(degree + 1)
     return (coefficients_through(points) @ exact(function(points)[:, None])).rounded()[:, 0]
@@ -126,10 +126,10 @@ def chebyshev_points(count: int) -> np.ndarray:
 
 def _legendre(degree: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return Legendre's polynomial and its slope at points between -1 and 1."""
-    previous, value = np.zeros(x.size), np.ones(x.size)
+    previous_value, value = np.zeros(x.size), np.ones(x.size)
     for n in range(degree):
-        previous, value = value, ((2 * n + 1) * x * value - n * previous) / (n + 1)
-    return value, degree * (previous - x * value) / (1.0 - x * x)
+        previous_value, value = value, ((2 * n + 1) * x * value - n * previous_value) / (n + 1)
+    return value, degree * (previous_value - x * value) / (1.0 - x * x)
 
 
 def gauss_rule(count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -153,8 +153,10 @@ def lobatto_rule(count: int) -> tuple[np.ndarray, np.ndarray]:
         inner = inner - slope / curvature
         inner = 0.5 * (inner - inner[::-1])
     value, _ = _legendre(degree, inner)
-    ends = np.ones(1)
-    return np.concatenate([-ends, inner, ends]), 2.0 / (degree * count * np.concatenate([ends, value**2, ends]))
+    end_nodes = np.ones(1)
+    return np.concatenate([-end_nodes, inner, end_nodes]), 2.0 / (
+        degree * count * np.concatenate([end_nodes, value**2, end_nodes])
+    )
 
 
 def line_through(x: np.ndarray, y: np.ndarray, weights: np.ndarray) -> tuple[float, float]:

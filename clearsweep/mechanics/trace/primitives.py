@@ -9,7 +9,7 @@ PRIMITIVES: dict[Any, Callable] = {}  # functions that are not emitted from thei
 RULES: dict[str, Callable] = {}  # Python operation -> its rule for numbers with slopes
 _SLOPE_RULES: dict[Any, Callable] = {}  # function -> its rule for numbers with slopes
 LOOPS: list[Any] = [range]  # functions that return loop indices; all but the first are never unrolled
-LANE_LOOPS: list[Any] = []  # functions that return loop indices whose turns run simultaneously, one per lane
+LANE_LOOPS: list[Any] = []  # functions that return loop indices whose iterations run simultaneously, one per lane
 BODIES = "__traced__"  # attribute of a function whose body is traced at every call, SEPARATE or INLINED
 SEPARATE, INLINED = "on its own", "inside"  # as a separate machine code function, or inlined in its caller
 
@@ -43,9 +43,9 @@ def slope_rule(function: Any) -> Callable | None:
         return None
 
 
-def traceable(function: Any, how: str = INLINED) -> Any:
+def traceable(function: Any, mode: str = INLINED) -> Any:
     """Return a function marked as traceable."""
-    setattr(function, BODIES, how)
+    setattr(function, BODIES, mode)
     return function
 
 

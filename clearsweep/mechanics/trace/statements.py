@@ -6,8 +6,8 @@ from typing import Any
 from . import symbols
 from .activation import LANES, RETURNED, ReturnInLanes
 from .expressions import Expressions
-from .lanes import all_lanes, blended, none_of, undefined_like
-from .paths import Path, leaves, map_leaves, merged, rebuilt, with_common_slopes
+from .lanes import all_lanes, blend, none_of, undefined_like
+from .paths import Path, leaves, map_leaves, merge_values, rebuild, with_common_slopes
 from .symbols import Boolean, NotTraceableError, is_symbol, trace
 
 
@@ -18,7 +18,7 @@ class Statements(Expressions):
         """Run statements; return whether no path continues after them."""
         for statement in statements:
             self.activation.node = statement
-            if getattr(self, f"do_{type(statement).__name__}", self.refuse_statement)(statement):
+            if getattr(self, f"execute_{type(statement).__name__}", self.refuse_statement)(statement):
                 return True
         return False
 
@@ -26,21 +26,21 @@ class Statements(Expressions):
         """Raise the error for an unsupported statement."""
         raise NotTraceableError(f"has an unsupported statement ({type(node).__name__})")
 
-    def do_Expr(self, node: Any) -> bool:  # noqa: N802 - named by the syntax, as all that follow
+    def execute_Expr(self, node: Any) -> bool:  # noqa: N802 - named by the syntax, as all that follow
         """Evaluate an expression for its effect."""
         if not isinstance(node.value, ast.Constant):
             self.value(node.value)
         return False
 
-    def do_Pass(self, node: Any) -> bool:  # noqa: N802
+    def execute_Pass(self, node: Any) -> bool:  # noqa: N802
         """Do nothing."""
         return False
 
-    def do_Assert(self, node: Any) -> bool:  # noqa: N802
+    def execute_Assert(self, node: Any) -> bool:  # noqa: N802
         """Do nothing."""
         return False
 
-    def do_Return(self, node: Any) -> bool:  # noqa: N802
+    def execute_Return(self, node: Any) -> bool:  # noqa: N802
         """End this path of the function."""
         value = self.value(node.value) if node.value else None
         lanes = self.activation.lanes()
@@ -51,14 +51,14 @@ class Statements(Expressions):
         elif self.activation.loops and RETURNED not in self.activation.names:
             raise ReturnInLanes(value)
         else:
-            self.keep(RETURNED, value, lanes)
+            self.assign_in_lanes(RETURNED, value, lanes)
             self.stop(LANES, lanes)
         return True
 
     def leave(self, value: Any) -> None:
         """End this path of the function for all lanes; lanes that ended before keep their returned values."""
         if RETURNED in self.activation.names:
-            value = blended(self.activation.names[LANES], value, self.activation.names[RETURNED])
+            value = blend(self.activation.names[LANES], value, self.activation.names[RETURNED])
         self.activation.returns.append(Path(trace().builder.block, value))
 
     def stop(self, name: str, lanes: Any) -> None:
@@ -66,20 +66,20 @@ class Statements(Expressions):
         is_running = self.activation.names.get(name, True)
         self.activation.names[name] = symbols.bit_and(is_running, symbols.logical_not(lanes))
 
-    def do_Assign(self, node: Any) -> bool:  # noqa: N802
+    def execute_Assign(self, node: Any) -> bool:  # noqa: N802
         """Assign a value to names, items or places in arrays."""
         assigned = self.value(node.value)
         for target in node.targets:
             self.assign(target, assigned)
         return False
 
-    def do_AnnAssign(self, node: Any) -> bool:  # noqa: N802
+    def execute_AnnAssign(self, node: Any) -> bool:  # noqa: N802
         """Assign a value to an annotated name."""
         if node.value:
             self.assign(node.target, self.value(node.value))
         return False
 
-    def do_AugAssign(self, node: Any) -> bool:  # noqa: N802
+    def execute_AugAssign(self, node: Any) -> bool:  # noqa: N802
         """Change a value in place."""
         target = node.target
         if isinstance(target, ast.Name):
@@ -94,20 +94,20 @@ class Statements(Expressions):
         array[index] = self.binary(node.op, old_value, self.value(node.value))
         return False
 
-    def do_If(self, node: Any) -> bool:  # noqa: N802
+    def execute_If(self, node: Any) -> bool:  # noqa: N802
         """Run one branch, or both if the condition is a symbol."""
         condition = self.condition_value(node.test)
         if not is_symbol(condition):
             return self.block(node.body if condition else node.orelse)
         if condition.width > 1:
             return self.run_branches_in_lanes(condition, node)
-        builder, active_trace, previous = trace().builder, trace(), self.activation.names
-        sides = (active_trace.block(), node.body), (active_trace.block(), node.orelse)
-        builder.cbranch(condition.value, sides[0][0], sides[1][0])
+        builder, active_trace, names_before = trace().builder, trace(), self.activation.names
+        branches = (active_trace.block(), node.body), (active_trace.block(), node.orelse)
+        builder.cbranch(condition.value, branches[0][0], branches[1][0])
         paths = []
-        for begin, statements in sides:
+        for begin, statements in branches:
             builder.position_at_end(begin)
-            self.activation.names = dict(previous)
+            self.activation.names = dict(names_before)
             if not self.block(statements):
                 paths.append(Path(builder.block, self.activation.names))
         return self.join(paths)
@@ -154,14 +154,14 @@ class Statements(Expressions):
                 continue
             try:
                 column = with_common_slopes(column)
-                rows = [list(leaves(x)) for x in column]
-                if len({len(row) for row in rows}) != 1:
+                leaf_rows = [list(leaves(x)) for x in column]
+                if len({len(row) for row in leaf_rows}) != 1:
                     continue
                 blocks = [path.block for path in paths]
-                results = [merged(blocks, list(items), end) for items in zip(*rows, strict=True)]
+                results = [merge_values(blocks, list(items), end) for items in zip(*leaf_rows, strict=True)]
             except NotTraceableError:
                 continue  # a name with different structures has no value from here on
-            merged_names[name] = rebuilt(column[0], iter(results))
+            merged_names[name] = rebuild(column[0], iter(results))
         for path in paths:
             builder.position_at_end(path.block)
             builder.branch(end)
@@ -169,7 +169,7 @@ class Statements(Expressions):
         self.activation.names = merged_names
         return False
 
-    def do_Break(self, node: Any) -> bool:  # noqa: N802
+    def execute_Break(self, node: Any) -> bool:  # noqa: N802
         """Leave a loop."""
         lanes = self.activation.lanes()
         if lanes is not None:
@@ -178,8 +178,8 @@ class Statements(Expressions):
         self.activation.loops[-1].breaks.append(Path(trace().builder.block, dict(self.activation.names)))
         return True
 
-    def do_Continue(self, node: Any) -> bool:  # noqa: N802
-        """End a turn of a loop."""
+    def execute_Continue(self, node: Any) -> bool:  # noqa: N802
+        """End an iteration of a loop."""
         lanes = self.activation.lanes()
         if lanes is not None:
             self.stop(f"{LANES}of turn {len(self.activation.loops)}", lanes)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 
-#: Number of loop turns that run simultaneously: as many numbers as the widest registers contain.
+#: Number of loop iterations that run simultaneously: as many numbers as the widest registers contain.
 WIDTH = 8
 DOUBLE, INT64, BOOL = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 ADDRESS = ir.IntType(8).as_pointer()
@@ -26,7 +26,7 @@ class Trace:
     """A module under construction, and the builder that emits its code."""
 
     def __init__(self, width: int = 1):
-        self.width = width  # current width: WIDTH in turns that run simultaneously
+        self.width = width  # current width: WIDTH in iterations that run simultaneously
         self.module = ir.Module("scene")
         self.builder: Any = None
         self.lanes: Callable[[], Any] = lambda: None  # returns the active lanes; None: all
@@ -91,13 +91,13 @@ class Symbol:
         return times(other, self)
 
     def __truediv__(self, other: Any) -> Any:
-        return divided(self, other)
+        return divide(self, other)
 
     def __rtruediv__(self, other: Any) -> Any:
-        return divided(other, self)
+        return divide(other, self)
 
     def __neg__(self) -> Any:
-        return negative(self)
+        return negate(self)
 
 
 class Number(Symbol):
@@ -140,7 +140,7 @@ def llvm_type(item: Any, width: int) -> Any:
     return item if width == 1 else ir.VectorType(item, width)
 
 
-def constant(item: Any, number: Any, width: int = 1) -> Any:
+def llvm_constant(item: Any, number: Any, width: int = 1) -> Any:
     """Return a constant of LLVM."""
     if item is not BOOL:
         number = float(number) if item is DOUBLE else int(number)
@@ -163,7 +163,7 @@ def as_kind(x: Any, kind: type, width: int = 1) -> Any:
     if not isinstance(x, Symbol):
         if kind is Boolean:
             x = bool(x)
-        return constant(kind.item, x, width)  # type: ignore[attr-defined]
+        return llvm_constant(kind.item, x, width)  # type: ignore[attr-defined]
     value = x.value
     if kind is Number and not isinstance(x, Number):
         convert = b.uitofp if isinstance(x, Boolean) else b.sitofp
@@ -181,13 +181,13 @@ def as_kind(x: Any, kind: type, width: int = 1) -> Any:
     return value
 
 
-def number(x: Any, width: int = 1) -> Number:
+def as_number(x: Any, width: int = 1) -> Number:
     """Return a value as a Number."""
     width = max(width, width_of(x))
     return x if isinstance(x, Number) and x.width == width else Number(as_kind(x, Number, width), width)
 
 
-def intrinsic(name: str, *operands: Any) -> Number:
+def call_intrinsic(name: str, *operands: Any) -> Number:
     """Emit an LLVM intrinsic of numbers."""
     width = width_of(*operands)
     kind = llvm_type(DOUBLE, width)
@@ -206,7 +206,7 @@ def _is_float(*operands: Any) -> bool:
     return any(isinstance(x, (Number, float)) for x in operands)
 
 
-def _emitted(kind: type, instruction: str, a: Any, b: Any, product: Any = None) -> Any:
+def _emit(kind: type, instruction: str, a: Any, b: Any, product: Any = None) -> Any:
     width = width_of(a, b)
     emit = getattr(trace().builder, instruction)
     return kind(emit(as_kind(a, kind, width), as_kind(b, kind, width)), width, product)
@@ -215,27 +215,27 @@ def _emitted(kind: type, instruction: str, a: Any, b: Any, product: Any = None) 
 def plus(a: Any, b: Any, origin: Any = None) -> Any:
     """Emit a + b; `origin` : current place, see `fused`."""
     if _is_float(a, b):
-        fused = _fused(a, b, origin, ())
-        return _emitted(Number, "fadd", a, b) if fused is None else fused
+        fused = _fuse(a, b, origin, ())
+        return _emit(Number, "fadd", a, b) if fused is None else fused
     for indices, offset in ((a, b), (b, a)):
         if isinstance(indices, LaneIndices) and width_of(offset) == 1:
             return LaneIndices(
                 plus(indices.first, offset) if is_symbol(indices.first) or is_symbol(offset) else indices.first + offset
             )
-    return _emitted(Integer, "add", a, b)
+    return _emit(Integer, "add", a, b)
 
 
 def minus(a: Any, b: Any, origin: Any = None) -> Any:
     """Emit a - b."""
     if _is_float(a, b):
-        fused = _fused(a, b, origin, (1,))
-        return _emitted(Number, "fsub", a, b) if fused is None else fused
+        fused = _fuse(a, b, origin, (1,))
+        return _emit(Number, "fsub", a, b) if fused is None else fused
     if isinstance(a, LaneIndices) and width_of(b) == 1:
-        return plus(a, negative(b) if is_symbol(b) else -b)
-    return _emitted(Integer, "sub", a, b)
+        return plus(a, negate(b) if is_symbol(b) else -b)
+    return _emit(Integer, "sub", a, b)
 
 
-def _fused(a: Any, b: Any, origin: Any, negated: tuple[int, ...]) -> Any:
+def _fuse(a: Any, b: Any, origin: Any, negated: tuple[int, ...]) -> Any:
     """Emit a sum with a single rounding if one side is a product of the same origin; else return None."""
     if origin is None:
         return None
@@ -256,29 +256,29 @@ def _fused(a: Any, b: Any, origin: Any, negated: tuple[int, ...]) -> Any:
 
 def fma(a: Any, b: Any, c: Any) -> Number:
     """Emit a b + c with a single rounding."""
-    return intrinsic("fma", a, b, c)
+    return call_intrinsic("fma", a, b, c)
 
 
 def times(a: Any, b: Any, origin: Any = None) -> Any:
     """Emit a b."""
     if _is_float(a, b):
-        return _emitted(Number, "fmul", a, b, origin)
-    return _emitted(Integer, "mul", a, b)
+        return _emit(Number, "fmul", a, b, origin)
+    return _emit(Integer, "mul", a, b)
 
 
-def divided(a: Any, b: Any, origin: Any = None) -> Any:
+def divide(a: Any, b: Any, origin: Any = None) -> Any:
     """Emit a / b."""
-    return _emitted(Number, "fdiv", number(a), number(b))
+    return _emit(Number, "fdiv", as_number(a), as_number(b))
 
 
-def floor_divided(a: Any, b: Any, origin: Any = None) -> Any:
+def floor_divide(a: Any, b: Any, origin: Any = None) -> Any:
     """Emit a // b of integers, b > 0."""
     if _is_float(a, b):
-        return floor_number(divided(a, b))
+        return floor_number(divide(a, b))
     builder, width = trace().builder, width_of(a, b)
     x, y = as_kind(a, Integer, width), as_kind(b, Integer, width)
     remainder_value = builder.srem(x, y)
-    is_negative = builder.icmp_signed("<", remainder_value, constant(INT64, 0, width))
+    is_negative = builder.icmp_signed("<", remainder_value, llvm_constant(INT64, 0, width))
     return Integer(builder.sub(builder.sdiv(x, y), builder.zext(is_negative, llvm_type(INT64, width))), width)
 
 
@@ -289,29 +289,29 @@ def remainder(a: Any, b: Any, origin: Any = None) -> Any:
     builder, width = trace().builder, width_of(a, b)
     x, y = as_kind(a, Integer, width), as_kind(b, Integer, width)
     remainder_value = builder.srem(x, y)
-    is_negative = builder.icmp_signed("<", remainder_value, constant(INT64, 0, width))
+    is_negative = builder.icmp_signed("<", remainder_value, llvm_constant(INT64, 0, width))
     return Integer(builder.select(is_negative, builder.add(remainder_value, y), remainder_value), width)
 
 
-def negative(a: Any) -> Any:
+def negate(a: Any) -> Any:
     """Emit -a."""
     if isinstance(a, Number):
         return Number(trace().builder.fneg(a.value), a.width)
     return minus(0, a)
 
 
-def bitwise(name: str) -> Any:
+def bitwise_emitter(name: str) -> Any:
     """Return the emitter of a bitwise operation on integers or truth values."""
 
     def emit(a: Any, b: Any, origin: Any = None) -> Any:
         are_booleans = all(isinstance(x, (Boolean, bool, np.bool_)) for x in (a, b))
-        return _emitted(Boolean if are_booleans else Integer, name, a, b)
+        return _emit(Boolean if are_booleans else Integer, name, a, b)
 
     return emit
 
 
-bit_and, bit_or, bit_xor = bitwise("and_"), bitwise("or_"), bitwise("xor")
-shift_right, shift_left = bitwise("ashr"), bitwise("shl")
+bit_and, bit_or, bit_xor = bitwise_emitter("and_"), bitwise_emitter("or_"), bitwise_emitter("xor")
+shift_right, shift_left = bitwise_emitter("ashr"), bitwise_emitter("shl")
 
 
 def logical_not(a: Any) -> Any:
@@ -319,7 +319,7 @@ def logical_not(a: Any) -> Any:
     return bit_xor(a, True)
 
 
-def compared(sign: str, a: Any, b: Any) -> Any:
+def compare(sign: str, a: Any, b: Any) -> Any:
     """Emit a comparison."""
     width, builder = width_of(a, b), trace().builder
     if _is_float(a, b):
@@ -338,14 +338,14 @@ def kind_of(*operands: Any) -> type:
     return Number if _is_float(*operands) else Integer
 
 
-def selected(condition: Boolean, a: Any, b: Any) -> Any:
+def select(condition: Boolean, a: Any, b: Any) -> Any:
     """Emit `a` where the condition is true, else `b`."""
     kind, width = kind_of(a, b), width_of(condition, a, b)
     mask = as_kind(condition, Boolean, width if condition.width > 1 else 1)
     return kind(trace().builder.select(mask, as_kind(a, kind, width), as_kind(b, kind, width)), width)
 
 
-def extreme(sign: str) -> Any:
+def extremum_emitter(sign: str) -> Any:
     """Return the emitter of Python's `max` or `min` of several numbers."""
 
     def emit(*operands: Any) -> Any:
@@ -354,7 +354,7 @@ def extreme(sign: str) -> Any:
         best = operands[0]
         for x in operands[1:]:
             if is_symbol(best) or is_symbol(x):
-                best = selected(compared(sign, x, best), x, best)
+                best = select(compare(sign, x, best), x, best)
             else:
                 best = max(best, x) if sign == ">" else min(best, x)
         return best
@@ -362,7 +362,7 @@ def extreme(sign: str) -> Any:
     return emit
 
 
-def truncated(x: Any) -> Any:
+def truncate(x: Any) -> Any:
     """Emit a number truncated to an integer; nan gives 0.
 
     So a trial step with invalid numbers still reads within a table.
@@ -380,7 +380,7 @@ def truncated(x: Any) -> Any:
 
 def floor_number(x: Any) -> Number:
     """Emit the largest integer not above x, as a Number."""
-    return intrinsic("floor", x)
+    return call_intrinsic("floor", x)
 
 
 def bits_of(x: Number) -> Integer:

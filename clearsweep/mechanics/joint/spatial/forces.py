@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from ....contracts.catalogue import Channel
 from ...compiled import calculus as math
-from ...compiled.attitude import in_fixed
+from ...compiled.attitude import to_fixed_frame
 from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel
 from ...compiled.vector import Vector, cross, dot, minus, plus, plus_scaled, times
@@ -268,7 +268,7 @@ def _histories_flanged(joint):
 @gap_histories.member(Through)
 @gap_histories.member(Flanged)
 def _gap_histories_through_or_flanged(joint, gap, side):
-    position, velocity = in_fixed(gap.frame, gap.middle), in_fixed(gap.frame, gap.velocity)
+    position, velocity = to_fixed_frame(gap.frame, gap.middle), to_fixed_frame(gap.frame, gap.velocity)
     return position.x, position.y, position.z, velocity.x, velocity.y, velocity.z, tilt_of(gap.axis)
 
 

@@ -11,7 +11,7 @@ Within the part of a step between two reversals of sliding, the time is counted 
 
 import numpy as np
 
-from ...compiled.choosing import abreast, rolled_range, where
+from ...compiled.choosing import lane_range, rolled_range, where
 from ...compiled.family import family, inlined, kernel
 from ...observe.histogram import DEPTH_ROW, FORCE_ROW, FRICTION_POWER_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
 from ...trace.portable import coefficients_through, gauss_rule, least_squares, lobatto_rule, powers
@@ -138,7 +138,7 @@ def evaluate_arc(joint, workspace, length, low, high):
     """
     arc_middle, half_width, pressure = 0.5 * (low + high), 0.5 * (high - low), joint.wear.pressure
     on_bearing, on_journal = length * half_width / joint.bearing_radius, length * half_width / joint.journal_radius
-    for i in abreast(POINTS):
+    for i in lane_range(POINTS):
         x = arc_middle + half_width * NODES[i]
         sliding = sliding_contact_at(joint, workspace, x)
         bearing, journal = wear_rate(joint.wear, sliding)
@@ -175,7 +175,7 @@ def range_of_row(workspace, row):
 @inlined
 def fit_row(workspace, row, values, weights):
     """Write the coefficients over the time of the polynomial through `row` times `weights` to the row `values`."""
-    for i in abreast(POINTS):
+    for i in lane_range(POINTS):
         total = 0.0
         for k in range(PAIRS):
             late_value = workspace[row * POINTS + PAIRS + k] * weights[PAIRS + k]
@@ -217,7 +217,7 @@ def write_passing_times(workspace, end, edge, width):
     remaining error enters squared at most, as the load is zero at the ends.
     """
     row = START if end < 0.0 else STOP
-    for i in abreast(POINTS):
+    for i in lane_range(POINTS):
         previous_angle = workspace[
             row * POINTS + i - 1
         ]  # before the first point is the previous row, which is not used
@@ -229,10 +229,10 @@ def write_passing_times(workspace, end, edge, width):
         workspace[END_POLYNOMIAL * POINTS + i] = (
             workspace[MIDDLE_POLYNOMIAL * POINTS + i] + end * workspace[HALF_POLYNOMIAL * POINTS + i]
         )
-    for i in abreast(POINTS):
+    for i in lane_range(POINTS):
         workspace[END_SLOPE * POINTS + i] = POWERS[i] * workspace[END_POLYNOMIAL * POINTS + i + 1]
     workspace[END_SLOPE * POINTS + POINTS - 1] = 0.0  # the value after the last coefficient is undefined
-    for k in abreast(POINTS):
+    for k in lane_range(POINTS):
         angle, x = edge + INDICES[k] * width, NODES[0]
         for i in range(1, POINTS):
             change = (angle - workspace[END * POINTS + i]) * workspace[TIME_PER_ANGLE * POINTS + i]
@@ -265,7 +265,7 @@ def write_wear_before_passed_edges(pressure, workspace, end, edge, width):
 def _default_write_wear_before_passed_edges(pressure, workspace, end, edge, width):
     end_time = inside_time(workspace, end)
     total_area = row_sum(workspace, AREA) if end > 0.0 else 0.0
-    for k in abreast(POINTS):
+    for k in lane_range(POINTS):
         time_passed, angle, total = workspace[PASSINGS * POINTS + k], edge + INDICES[k] * width, 0.0
         for j in rolled_range(SMOOTHED_NODES.size):
             x = time_passed + (end_time - time_passed) * SMOOTHED_NODES[j]
@@ -311,7 +311,7 @@ def _default_wear_before_edge_in_span(pressure, workspace, edge, region, span):
     low, length = span[0], span[1] - span[0]
     if region < 0 or length <= 0.0:
         return 0.0
-    for i in abreast(POINTS):
+    for i in lane_range(POINTS):
         position = low + length * SMOOTHED_NODES[i]
         half_angle = max(evaluate_polynomial(workspace, HALF_POLYNOMIAL, position), SMALLEST_HALF_ANGLE)
         fraction = cumulative_pressure(

@@ -7,7 +7,7 @@ The load of the arc before the edge of a bin is integrated over the step for eve
 import math
 from typing import NamedTuple
 
-from ...compiled.choosing import abreast, rolled_range
+from ...compiled.choosing import lane_range, rolled_range
 from ...compiled.family import family, inlined, kernel
 from ...observe.histogram import PARTS, SLIP_ROW
 from .arc_over_step import (
@@ -60,7 +60,7 @@ def edges_of(pressure, workspace, width):
     passed_by_start, passed_by_stop = math.floor(start / width), math.floor(stop_edge / width)
     near_start, near_stop = passed_by_start, passed_by_stop
     if smooth_range(pressure) < 1.0:
-        for i in abreast(POINTS):
+        for i in lane_range(POINTS):
             margin = (1.0 - smooth_range(pressure)) * workspace[HALF * POINTS + i]
             workspace[TERM * POINTS + i] = workspace[START * POINTS + i] + margin
             workspace[(TERM + 1) * POINTS + i] = workspace[STOP * POINTS + i] - margin
@@ -132,7 +132,7 @@ def _default_update_bins_inside_arc(pressure, workspace, bins, span, cursor):
 @kernel
 def write_wear_before_inner_edges(pressure, workspace, edge, width):
     """Write the wear before edges, `width` (rad) apart, that are within the arc at all points, to WORN."""
-    for k in abreast(POINTS):
+    for k in lane_range(POINTS):
         angle, total = edge + INDICES[k] * width, 0.0
         for i in range(POINTS):
             x = (angle - workspace[MIDDLE * POINTS + i]) * workspace[PER_HALF * POINTS + i]

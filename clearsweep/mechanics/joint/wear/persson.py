@@ -13,7 +13,7 @@ import numpy as np
 from ....contracts.case import Joint
 from ....contracts.catalogue import Law
 from ...trace import portable
-from ...trace.portable import coefficients_through, exact, through_points
+from ...trace.portable import coefficients_through, exact, polynomial_through
 from ..elastic.conformal import MAX_B2, half_angle_at_load
 from ..recipe import register
 from .contract import cumulative_pressure, half_arc, peak_over_mean, smooth_range, sum_over_load
@@ -84,11 +84,11 @@ def _tail_coefficients(degree, square_degree):
     return (rows @ exact(_tail_fractions(edge_distances, squares)) @ columns.transposed).rounded()
 
 
-ARC = through_points(_arc, 14)  # by powers of z, to 2e-11
-SUM = through_points(
+ARC = polynomial_through(_arc, 14)  # by powers of z, to 2e-11
+SUM = polynomial_through(
     _over_squared_half_angles(lambda half_angle: 2.0 * _pressure_beyond(0.0, half_angle)), 8
 )  # by powers of the squared half-angle, to 1e-13
-PEAK = through_points(
+PEAK = polynomial_through(
     _over_squared_half_angles(
         lambda half_angle: pressure_over_load(0.0, half_angle) * half_angle / _pressure_beyond(0.0, half_angle)
     ),

@@ -35,7 +35,7 @@ def _tail_fraction(edge_distance):
 
 
 #: Its coefficients by powers of `rest`, to 1e-9: avoids an arcsine in the most frequent evaluation.
-TAIL = portable.through_points(_tail_fraction, 9)
+TAIL = portable.polynomial_through(_tail_fraction, 9)
 
 
 @cumulative_pressure.member(HertzLine)
@@ -105,7 +105,7 @@ def _arctangent(square):
 
 
 #: Its coefficients by powers of the square, 0 to 1, to 1e-11: a library function takes one number per call.
-ARCTANGENT = portable.through_points(_arctangent, 14)
+ARCTANGENT = portable.polynomial_through(_arctangent, 14)
 
 
 class Mean(NamedTuple):

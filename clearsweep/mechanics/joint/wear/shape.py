@@ -24,7 +24,7 @@ import numpy as np
 from ...compiled.array_handle import array_handle, load_item
 from ...compiled.choosing import bits_of
 from ...compiled.direction import SHIFT
-from ...compiled.dual import chained, plain
+from ...compiled.dual import chain_rule, plain
 from ...compiled.family import inlined
 from ...trace import portable
 
@@ -127,7 +127,7 @@ def wear_depth_at(table, angle):
     slope = (b + x * (2.0 * c + 3.0 * x * d)) * KNOTS_PER_RADIAN
     second_derivative = (2.0 * c + 6.0 * x * d) * (KNOTS_PER_RADIAN * KNOTS_PER_RADIAN)
     third_derivative = 6.0 * d * (KNOTS_PER_RADIAN * KNOTS_PER_RADIAN * KNOTS_PER_RADIAN)
-    return chained(h, slope, angle), chained(slope, second_derivative, angle), second_derivative, third_derivative
+    return chain_rule(h, slope, angle), chain_rule(slope, second_derivative, angle), second_derivative, third_derivative
 
 
 @inlined

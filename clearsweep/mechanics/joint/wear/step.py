@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.choosing import abreast, rolled_range
+from ...compiled.choosing import lane_range, rolled_range
 from ...compiled.family import family, kernel, map_joints
 from ...observe.histogram import (
     DEPTH_ROW,
@@ -150,7 +150,7 @@ record_positions = map_joints(_record_joint, _after)
 def fit_profiles(workspace, step_values, length):
     """Write the coefficients of the profiles of a contact, its forces per `length` (m), to `workspace`."""
     per_length = 1.0 / length
-    for i in abreast(POINTS):
+    for i in lane_range(POINTS):
         for row in range(STEP_VALUE_ROWS):
             total = 0.0
             for k in range(PARTS + 1):
@@ -171,7 +171,7 @@ def unwrap_angles(angles):
 @kernel
 def fit_positions(workspace, positions):
     """Write the coefficients of the profiles of the position of a contact to `workspace`."""
-    for i in abreast(POINTS):
+    for i in lane_range(POINTS):
         for row in range(POSITIONS):
             total = 0.0
             for k in range(QUARTER_POINTS + 2):
@@ -232,7 +232,7 @@ def accumulate_pressure(joint, step, j, account):
         FIRST_BODY + 2 * POINTS,
     )  # in the workspace used by the bodies later
     for batch_start in range(2):  # the first places, as many as are processed at once, then the last
-        for i in abreast(POINTS):
+        for i in lane_range(POINTS):
             workspace[means_offset + batch_start + i], workspace[peaks_offset + batch_start + i] = pressure_on(
                 joint, step, j, batch_start + i
             )

@@ -7,7 +7,7 @@ rate / 2, rate (m - m0) / (2 h) and rate / (2 h), so no edge needs a quadrature 
 
 import math
 
-from ...compiled.choosing import abreast
+from ...compiled.choosing import lane_range
 from ...compiled.family import inlined, kernel
 from .arc_over_step import (
     AREA,
@@ -61,14 +61,14 @@ def _per_arc(workspace, i):
 @fit_arc.member(Mean)
 def _fit_arc_mean(pressure, workspace):
     origin = _origin(workspace)
-    for i in abreast(POINTS):  # the rows of an end are free until `write_passing_times`
+    for i in lane_range(POINTS):  # the rows of an end are free until `write_passing_times`
         half_rate, per_arc = 0.5 * workspace[AREA * POINTS + i], _per_arc(workspace, i)
         workspace[END * POINTS + i], workspace[END_SLOPE * POINTS + i] = half_rate, per_arc
         workspace[END_POLYNOMIAL * POINTS + i] = per_arc * (workspace[MIDDLE * POINTS + i] - origin)
     fit_row(workspace, END, HALF_RATE, INVERSE_WEIGHTS)
     fit_row(workspace, END_POLYNOMIAL, MOMENT, INVERSE_WEIGHTS)
     fit_row(workspace, END_SLOPE, PER_ARC, INVERSE_WEIGHTS)
-    for i in abreast(POINTS):
+    for i in lane_range(POINTS):
         workspace[HALF_RATE * POINTS + i] *= PER_POWER[i]
         workspace[MOMENT * POINTS + i] *= PER_POWER[i]
         workspace[PER_ARC * POINTS + i] *= PER_POWER[i]
@@ -90,7 +90,7 @@ def _load_integral(workspace, end, angle, x):
 def _write_wear_before_passed_edges_mean(pressure, workspace, end, edge, width):
     end_time, first_angle = inside_time(workspace, end), edge - _origin(workspace)
     total_area = row_sum(workspace, AREA) if end > 0.0 else 0.0
-    for k in abreast(POINTS):
+    for k in lane_range(POINTS):
         angle = first_angle + INDICES[k] * width
         wear_inside = _load_integral(workspace, end, angle, end_time) - _load_integral(
             workspace, end, angle, workspace[PASSINGS * POINTS + k]
@@ -115,7 +115,7 @@ def _wear_before_edge_in_span_mean(pressure, workspace, edge, region, span):
 @kernel
 def _wear_before_inner_edge(workspace, edge):
     """Return the wear before an `edge` (rad) that is within the arc at all points, and its slope."""
-    for i in abreast(POINTS):
+    for i in lane_range(POINTS):
         per_arc = _per_arc(workspace, i)
         workspace[END * POINTS + i] = per_arc
         workspace[TIME_PER_ANGLE * POINTS + i] = per_arc * (edge - workspace[MIDDLE * POINTS + i])

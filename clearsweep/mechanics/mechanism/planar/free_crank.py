@@ -12,7 +12,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from ....contracts.machine import Motor
-from ...compiled.choosing import abreast
+from ...compiled.choosing import lane_range
 from ...compiled.family import entry, flatten, invoke, kernel, shaped
 from ...observe.stages import POINTS, STAGES
 from ...trace.portable import Exact, coefficients_through, exact, inverse, powers
@@ -50,13 +50,13 @@ def _sweep(mechanism, y, h, nodes, rates, weight):
     y : angle (rad) and rate (rad/s) at the start; nodes : (3, STAGES) the same and the time (s) at the stages; rates :
     (4, STAGES) their rates, and their changes; weight : 1 / allowed error of both.
     """
-    for i in abreast(STAGES):
+    for i in lane_range(STAGES):
         rates[1, i] = accelerate(mechanism, place(mechanism, nodes[:, i]), ()).accelerations[0]
     for row in (1, 0):  # the rate first, then the angle from it
-        for i in abreast(STAGES):
+        for i in lane_range(STAGES):
             if row == 0:
                 rates[0, i] = nodes[1, i]
-        for i in abreast(STAGES):
+        for i in lane_range(STAGES):
             total = A[0, i] * rates[row, 0]
             for j in range(1, STAGES):
                 total += A[j, i] * rates[row, j]
@@ -95,7 +95,7 @@ def _solve_step(mechanism, y, h, nodes, rates, weight):
 
     y : angle (rad), rate (rad/s), time (s).
     """
-    for i in abreast(STAGES):
+    for i in lane_range(STAGES):
         nodes[1, i] = y[1] + 0.0 * C[i]
         nodes[0, i] = y[0] + h * C[i] * y[1]
         nodes[2, i] = y[2] + h * C[i]
@@ -132,7 +132,7 @@ def motion_entry(machine, settings, y, nodes, rates, times, states, powers, capa
             factor = min(max(SAFETY / math.sqrt(math.sqrt(math.sqrt(max(error, 1e-10)))), SHRINK), GROW)
         if error < 1.0:
             for row in range(2):
-                for m in abreast(STAGES):
+                for m in lane_range(STAGES):
                     total = RISE[0, m] * rates[row, 0]
                     for j in range(1, STAGES):
                         total += RISE[j, m] * rates[row, j]

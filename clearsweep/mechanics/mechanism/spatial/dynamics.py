@@ -141,14 +141,14 @@ class Dynamics(PosedTreeCode):
         for j, (bearing, journal) in enumerate(self.tree.openings):
             opening = f"mechanism.openings[{j}]"
             frame = self.frame(journal)
-            force = self.call("in_fixed", frame, f"loads[{j}].force")
+            force = self.call("to_fixed_frame", frame, f"loads[{j}].force")
             for body, point, joint_force, couple in (
                 (journal, "at_journal", force, "on_journal"),
                 (bearing, "at_bearing", -force, "on_bearing"),
             ):
                 if body:
                     self.force[body].append(joint_force)
-                    moment = self.call("in_fixed", frame, f"loads[{j}].{couple}")
+                    moment = self.call("to_fixed_frame", frame, f"loads[{j}].{couple}")
                     moment += self.arm(body, f"{opening}.{point}").cross(joint_force)
                     self.moment[body].append(self.in_body(body, moment))
 
@@ -193,7 +193,7 @@ class Dynamics(PosedTreeCode):
             if part.turns_freely:
                 body, angular = i + 1, f"Vector({', '.join(map(str, own_values[:3]))})"
                 spin = self.in_body(body, self.spin(body))
-                quaternion = self.code.call("accelerated", f"pose.turnings[{i}]", str(spin), angular, "mechanism.speed")
+                quaternion = self.code.call("quaternion_accelerations", f"pose.turnings[{i}]", str(spin), angular, "mechanism.speed")
                 values += [self.code.expression(f"{quaternion}[{k}]") for k in range(4)]
                 own_values = own_values[3:]
             values += own_values

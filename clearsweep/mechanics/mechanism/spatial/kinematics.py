@@ -22,7 +22,7 @@ def place(tree: MachineType) -> str:
 
 
 def _write_attitude(tree_code: TreeCode, body: int) -> None:
-    """Write frame `f` and angular velocity `w` of a body, and its Turning `t` if it has a quaternion."""
+    """Write frame `f` and angular velocity `w` of a body, and its QuaternionMotion `t` if it has a quaternion."""
     tree, write, n = tree_code.tree, tree_code.code.write, tree_code.tree.coordinates
     part = tree.part(body)
     k, parent = part.coordinate, part.parent
@@ -33,9 +33,9 @@ def _write_attitude(tree_code: TreeCode, body: int) -> None:
         write(f"w{body} = Vector(0.0, 0.0, mechanism.speed)")
     elif part.turns_freely:
         values = [f"y[{k + j}]" for j in range(4)] + [f"y[{n + k + j}]" for j in range(4)]
-        write(f"t{body} = Turning({', '.join(values)})")
+        write(f"t{body} = QuaternionMotion({', '.join(values)})")
         write(f"f{body} = frame_of({', '.join(values[:4])})")
-        write(f"w{body} = in_fixed(f{body}, spin_of(t{body}))")
+        write(f"w{body} = to_fixed_frame(f{body}, spin_of(t{body}))")
     elif part.form is Slide:
         write(f"f{body} = {f'f{parent}' if parent else 'on_ground(1.0, 0.0)'}")
         write(f"w{body} = {f'w{parent}' if parent else NO_VECTOR}")

@@ -18,7 +18,7 @@ class Pose(NamedTuple):
     spins: tuple  # rad/s, Vector in the fixed frame
     centres_of_mass: tuple  # m, Vector in the fixed frame
     velocities: tuple  # m/s
-    turnings: tuple  # Turning of each body with a quaternion, () for the others
+    turnings: tuple  # QuaternionMotion of each body with a quaternion, () for the others
 
 
 @inlined
@@ -76,7 +76,7 @@ def transported(acceleration, alpha, spin, arm):
 
 @inlined
 def quaternion_of(orientation):
-    """Return the quaternion of a Turning, w x y z, of length 1."""
+    """Return the quaternion of a QuaternionMotion, w x y z, of length 1."""
     w, x, y, z = orientation.w, orientation.x, orientation.y, orientation.z
     inverse = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
     return w * inverse, x * inverse, y * inverse, z * inverse

@@ -11,7 +11,7 @@ class TreeCode:
 
     def __init__(self, tree: MachineType, *arguments: str):
         self.tree, self.code = tree, FunctionCode(*arguments)
-        self.up = self.vector("Vector(0.0, 0.0, 1.0)")
+        self.vertical = self.vector("Vector(0.0, 0.0, 1.0)")
 
     def vector(self, text: str) -> SpatialVector:
         """Return code as a vector without assigning it to a variable."""
@@ -27,15 +27,15 @@ class TreeCode:
 
     def in_fixed(self, body: int, vector: SpatialVector) -> SpatialVector:
         """Return a vector of a body's frame, or of the ground's, in the fixed frame."""
-        return self.call("in_fixed", self.frame(body), vector) if body else vector
+        return self.call("to_fixed_frame", self.frame(body), vector) if body else vector
 
     def in_body(self, body: int, vector: SpatialVector) -> SpatialVector:
         """Return a vector of the fixed frame in that of a body."""
-        return self.call("in_body", self.frame(body), vector)
+        return self.call("to_body_frame", self.frame(body), vector)
 
     def z_axis(self, body: int) -> SpatialVector:
         """Return the z axis of a body or the ground."""
-        return self.up if self.tree.up(body) else self.call("axis_z", self.frame(body))
+        return self.vertical if self.tree.is_vertical(body) else self.call("axis_z", self.frame(body))
 
     def arm(self, body: int, point: str) -> SpatialVector:
         """Return a point, given in the frame of its body, from the centre of mass."""

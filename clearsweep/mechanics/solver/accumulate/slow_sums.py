@@ -13,8 +13,8 @@ from ...observe.histogram import (
     PARTS,
     SLIP_ROW,
     add_profile,
-    fill,
-    share_beyond,
+    add_ramps,
+    fraction_above,
     write_row,
 )
 from ...observe.observables import (
@@ -74,7 +74,7 @@ def add_profiles(pointer):
     for j in range(work.mode.size):
         if acts(work.mode[j]):
             part_times = totals.part_times
-            fill(
+            add_ramps(
                 totals.histogram,
                 j,
                 totals.bins,
@@ -102,10 +102,10 @@ def add_contact_profile(pointer, j, duration):
             put_friction_power(work.o, NODES[m], j)
         write_row(work.o, column_of(j, FRICTION_POWER), step_values, FRICTION_POWER_ROW)
     if has_limit:
-        totals.joint[j].beyond_time += share_beyond(step_values, work.limit_depth[j]) * duration
+        totals.joint[j].beyond_time += fraction_above(step_values, work.limit_depth[j]) * duration
     if has_film:
-        totals.joint[j].clamped_time += share_beyond(step_values, work.film[j, 1]) * duration
-        is_dry = share_beyond(step_values, work.film[j, 0]) > 0.0
+        totals.joint[j].clamped_time += fraction_above(step_values, work.film[j, 1]) * duration
+        is_dry = fraction_above(step_values, work.film[j, 0]) > 0.0
         if is_dry or has_wear:
             write_row(
                 work.o, film_column(work.mode.size, j, DRY_FORCE), step_values, FORCE_ROW

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.choosing import abreast
+from ...compiled.choosing import lane_range
 from ...compiled.family import inlined
 from ...joint.modes import acts, meets
 from ...observe.histogram import PARTS, TO_PART_ENDS
@@ -25,7 +25,7 @@ from ...observe.observables import (
     TORQUE,
     column_of,
 )
-from ...observe.stages import END, NODES, SHARES, STAGES, START
+from ...observe.stages import END, NODE_FRACTIONS, NODES, STAGES, START
 from ...trace.fields import Fields
 
 
@@ -148,7 +148,7 @@ def write_profiles(trial):
 def write_profile(o, column, profile):
     """Write the profile of an observable to `profile` (PARTS + 1,)."""
     profile[0] = o[column, START]
-    for i in abreast(PARTS):
+    for i in lane_range(PARTS):
         total = TO_PART_ENDS[0, i] * o[column, NODES[0]]
         for m in range(1, NODES.size):
             total += TO_PART_ENDS[m, i] * o[column, NODES[m]]
@@ -224,4 +224,7 @@ def _slope_weights(nodes, point):
 
 
 START_NODES, END_NODES = np.array([0, 2, 3]), np.array([5, 6, 8])  # of NODES, some tenths of the step apart
-START_SLOPE, END_SLOPE = _slope_weights(SHARES[START_NODES], -0.1), _slope_weights(SHARES[END_NODES], 1.1)
+START_SLOPE, END_SLOPE = (
+    _slope_weights(NODE_FRACTIONS[START_NODES], -0.1),
+    _slope_weights(NODE_FRACTIONS[END_NODES], 1.1),
+)

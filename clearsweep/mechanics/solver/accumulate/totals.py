@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.choosing import abreast, total_of, where
+from ...compiled.choosing import lane_range, total_of, where
 from ...compiled.family import inlined
 from ...joint.modes import acts, touches
 from ...observe.histogram import PARTS, force_bin, ramp_of
@@ -237,10 +237,10 @@ def add_force_profile(accumulators, j, duration):
     """Distribute the step's time (s) over bins by the profile of contact `j`'s force, all parts of the step at once."""
     part_times, bins, film = accumulators.part_times, accumulators.bins, accumulators.film[j, 1] < math.inf
     kappa, force = accumulators.profiles[0], accumulators.profiles[1 + j]
-    for i in abreast(PARTS):
+    for i in lane_range(PARTS):
         part_times[j, RELATIVE_DURATION, i] = max(kappa[i], 0.0) + max(kappa[i + 1], 0.0)
     scale = duration / total_of(part_times[j, RELATIVE_DURATION])
-    for i in abreast(PARTS):
+    for i in lane_range(PARTS):
         start_value, end_value = force[i], force[i + 1]
         duration_of_part = part_times[j, RELATIVE_DURATION, i] * scale
         changes_sign = (

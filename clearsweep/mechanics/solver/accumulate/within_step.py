@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.choosing import abreast
+from ...compiled.choosing import lane_range
 from ...compiled.family import invoke, invoke_each, kernel
 from ...observe.histogram import QUARTER_POINTS, STATE_POINTS
 from ...observe.observables import NORMAL, column_of, put_load
-from ...observe.stages import END, NODES, SCRATCH, SHARES, STAGES
+from ...observe.stages import END, NODE_FRACTIONS, NODES, SCRATCH, STAGES
 from ..collocation import dense_component, dense_state
 from ..integration import evaluate_dense
 
@@ -23,7 +23,7 @@ def evaluate_dense_states(pointer, dense_states):
     """
     y, end_value, f = pointer[0].y, pointer[0].end, pointer[0].f
     for i in range(dense_states.shape[0]):
-        for index in abreast(STATE_POINTS):
+        for index in lane_range(STATE_POINTS):
             x = POINT_FRACTIONS[index]
             u = 2.0 * x - 1.0
             total = f[i, STAGES - 1]
@@ -59,7 +59,7 @@ def observable_at(pointer, x, column):
 def refine_peak(pointer, column, sign, node):
     """Return the largest value of the observable times `sign` near the stage `node`, by successive parabolas."""
     m = min(max(node, 1), NODES.size - 2)
-    a, b, c = SHARES[m - 1], SHARES[m], SHARES[m + 1]
+    a, b, c = NODE_FRACTIONS[m - 1], NODE_FRACTIONS[m], NODE_FRACTIONS[m + 1]
     fa = sign * observable_at(pointer, a, column)
     fb = sign * observable_at(pointer, b, column)
     fc = sign * observable_at(pointer, c, column)
