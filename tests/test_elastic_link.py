@@ -13,7 +13,7 @@ from mechanism_cases import JOINT, slider_crank
 import clearsweep
 from clearsweep.contracts.machine import Elastic
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.mechanism.planar.segments import axial_rate, in_segments
+from clearsweep.mechanics.mechanism.planar.segments import axial_rate, with_segments
 
 STIFFNESS = 3.9e8  # N/m: a steel rod of 190 mm^2 and 0.12 m between its pins has 3.3e8
 SPEED = 5000.0 * math.pi / 30.0  # rad/s
@@ -72,7 +72,7 @@ def test_a_steel_rod_halves_the_first_peak():
 
 def test_a_machine_without_elastic_links_is_left_as_it_is():
     made = planar_machines.slider_crank()
-    assert in_segments(made) is made
+    assert with_segments(made) is made
 
 
 @pytest.mark.compiled
@@ -87,7 +87,7 @@ def test_mass_centre_and_inertia_are_as_given_where_nothing_is_stretched():
     made = planar_machines.slider_crank()
     points = {"big": (0.01, 0.02), "small": (0.11, -0.03)}
     rod = made.bodies["rod"]._replace(center=(0.04, 0.03), points=points, elastic=Elastic("big", "small", 1e8, 3, 0.1))
-    split = in_segments(made._replace(bodies={**made.bodies, "rod": rod}))
+    split = with_segments(made._replace(bodies={**made.bodies, "rod": rod}))
     masses = [body for name, body in split.bodies.items() if name.startswith("rod")]
     assert len(masses) == 4
     assert sum(body.mass for body in masses) == pytest.approx(rod.mass, rel=1e-14)
@@ -100,7 +100,7 @@ def test_mass_centre_and_inertia_are_as_given_where_nothing_is_stretched():
 def test_the_damping_is_that_of_the_first_axial_mode():
     made = planar_machines.slider_crank()
     rod = made.bodies["rod"]._replace(elastic=Elastic("big", "small", STIFFNESS, 12, 0.05))
-    split = in_segments(made._replace(bodies={**made.bodies, "rod": rod}))
+    split = with_segments(made._replace(bodies={**made.bodies, "rod": rod}))
     springs = [joint for joint in split.joints if joint.name.startswith("rod~")]
     mass = np.diag([body.mass for name, body in split.bodies.items() if name.startswith("rod")])
     pull = np.zeros((13, 13))

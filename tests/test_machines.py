@@ -11,7 +11,7 @@ from clearsweep import grid, simulation
 from clearsweep.contracts.machine import Motor, Push, Schedule, Spring, Tabled
 from clearsweep.contracts.outline import LoadOutline
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.mechanism.loads import keys
+from clearsweep.mechanics.mechanism.loads import load_keys
 from clearsweep.mechanics.mechanism.planar.form import Planar
 from clearsweep.report.one_case import mechanism as pictures
 from clearsweep.simulation.crank_clock import scheduled_clock
@@ -327,9 +327,9 @@ def test_the_keys_say_where_a_spring_holds_its_second_body_and_it_does():
     made = machine_of(source)
     far = {spring.name: made.bodies[spring.name].points[spring.second.point] for spring in made.loads}
     assert far == {"rod": made.bodies["rod"].center, "slider": (0.0, 0.0)}  # the slider's frame is at its pin
-    messages_of = keys(LoadOutline("rod", "spring", "rod"), {"ground": (), "rod": (), "slider": ()}, ())
+    messages_of = load_keys(LoadOutline("rod", "spring", "rod"), {"ground": (), "rod": (), "slider": ()}, ())
     (section,) = (each for each in messages_of if each.path.endswith(".between"))
     assert "on the second at its pin if that body is a slider, otherwise at its centre of mass" in section.text
-    planar = keys(LoadOutline("rod", "spring", "rod"), {"ground": ("rail",), "rod": ("big",)}, ())
+    planar = load_keys(LoadOutline("rod", "spring", "rod"), {"ground": ("rail",), "rod": ("big",)}, ())
     words = {choice.name: choice.text for each in planar for choice in each.words}
     assert words["point"] == "point of the body at which the load acts; center: the centre of mass"

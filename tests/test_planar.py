@@ -160,7 +160,7 @@ def test_the_ideal_machine_is_the_one_without_open_joints(drive):
     built = planar.build(machine, {}, {})
     ideal_machine, angle = planar.ideal_of(machine), np.array([0.9])
     time, rate = ideal_machine.crank_passage(angle, lambda: built.value)
-    acceleration, *_ = ideal_machine.balance(ideal_machine.at(angle), rate, time)
+    acceleration, *_ = ideal_machine.balance(ideal_machine.states_at(angle), rate, time)
     free = len(built.lengths)
     y = np.array([*(angle if free else ()), *(rate if free else ()), time[0]])
     pose = contract.place(built.value, y)
@@ -179,8 +179,8 @@ def test_a_free_crank_without_clearance_has_the_energy_that_its_torque_gave_it()
     machine = machine._replace(bodies=machine.bodies | {"slider": machine.bodies["slider"]._replace(inertia=0.0)})
     ideal_machine, angles = planar.ideal_of(machine), np.array([0.2, 1.0, 3.0, 9.0, 20.0])
     _, rate = ideal_machine.crank_passage(angles, lambda: planar.build(machine, {}, {}).value)
-    there = ideal_machine.at(angles)
-    energy = 0.5 * (there.first**2 @ masses) * rate**2 + 9.81 * (there.q[:, 1::3] @ masses[1::3])
+    there = ideal_machine.states_at(angles)
+    energy = 0.5 * (there.derivative**2 @ masses) * rate**2 + 9.81 * (there.q[:, 1::3] @ masses[1::3])
     assert energy - energy[0] == pytest.approx(torque * (angles - 0.2), rel=1e-8, abs=1e-9)
     braked = machine._replace(drive=Motor(-torque, math.inf, 30.0, 0.0, 0.2))
     assert np.isnan(planar.ideal(braked, np.array([0.2, 40.0])).velocity).tolist() == [False, True]
@@ -192,11 +192,11 @@ def test_a_free_crank_without_clearance_has_the_energy_that_its_torque_gave_it()
 def test_a_four_bar_moves_as_published():
     """Physics of a four-bar with a = 0.05, b = 0.12, c = 0.1, d = 0.13 m at 60 degrees and 10 rad/s."""
     machine = four_bar(Constant(10.0))
-    turn = planar.ideal_of(machine).at(np.array([math.pi / 3.0]))
+    turn = planar.ideal_of(machine).states_at(np.array([math.pi / 3.0]))
     coupler, rocker = 5, 8
     assert turn.q[0, [coupler, rocker]] == pytest.approx((0.49208579, 1.56317708), abs=1e-8)
-    assert 10.0 * turn.first[0, [coupler, rocker]] == pytest.approx((-2.34217099, 3.00230095), abs=1e-8)
-    assert 100.0 * turn.second[0, [coupler, rocker]] == pytest.approx((35.727821, 50.990836), abs=1e-6)
+    assert 10.0 * turn.derivative[0, [coupler, rocker]] == pytest.approx((-2.34217099, 3.00230095), abs=1e-8)
+    assert 100.0 * turn.second_derivative[0, [coupler, rocker]] == pytest.approx((35.727821, 50.990836), abs=1e-6)
 
 
 def test_the_ideal_slider_crank_is_the_closed_form():

@@ -43,7 +43,7 @@ def ideal_peaks(case: Case, machine: Machine | None = None) -> Mapping[str, floa
     if not mechanism.machine:
         return {}
     machine, turn_range = machine or mechanism.machine(case), _turn_range(case)
-    return _cached_peaks(planar.key_of(machine), turn_range, _knots(case, turn_range), planar.Alike(machine))
+    return _cached_peaks(planar.key_of(machine), turn_range, _knots(case, turn_range), planar.AlwaysEqual(machine))
 
 
 def _turn_range(case: Case) -> tuple[float, float]:
@@ -78,7 +78,7 @@ def _knots(case: Case, turn_range: tuple[float, float]) -> tuple[float, ...]:
 
 @functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
 def _cached_peaks(
-    key: bytes, turn_range: tuple[float, float], knots: tuple[float, ...], machine: planar.Alike
+    key: bytes, turn_range: tuple[float, float], knots: tuple[float, ...], machine: planar.AlwaysEqual
 ) -> Mapping[str, float]:
     start = machine.value.drive.start_angle
     return peaks(lambda angles: planar.ideal(machine.value, start + angles), turn_range, knots)

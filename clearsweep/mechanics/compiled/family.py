@@ -36,8 +36,8 @@ def family(stub):
 
     `@stub.member(cls)` registers the code for `cls`, a NamedTuple; for None, the default for other types.  Keywords
     restrict the code to values in which a field, a plain tuple, has items of given types: `member(cls, field=(A,
-    None))` needs an item of type `A` and one of any type.  The first match is used.  In compiled code the choice takes no time and only the chosen body is compiled; with
-    NUMBA_DISABLE_JIT=1 the same bodies run as plain Python.
+    None))` needs an item of type `A` and one of any type.  The first match is used.  In compiled code the choice takes
+    no time and only the chosen body is compiled; with NUMBA_DISABLE_JIT=1 the same bodies run as plain Python.
     """
     members = {}
     fields, bodies = {}, {}  # fields that narrow a class; cache of bodies by class and types in these fields

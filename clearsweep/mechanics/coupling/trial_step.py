@@ -29,7 +29,7 @@ def rates_entry(scene, y, mode, latched, k, o, row):
 
 @inlined
 def _update_components(scene, begin, end, arguments):
-    """Update components `begin` to `end` of all stages from their rates; sum the squared changes over the allowed error."""
+    """Update components `begin` to `end` of all stages from their rates; sum squared relative changes."""
     y, weight, k, nodes, h = arguments
     n = nodes.shape[0] - 1
     for c in range(begin, end):

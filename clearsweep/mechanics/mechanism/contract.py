@@ -188,7 +188,7 @@ def gap_accelerations(mechanism, y, motion):
 
 
 @kernel
-def _slope(gap, _, place, shared):
+def _slope(gap, _, index, shared):
     """Return the GapAcceleration of a Gap of Duals; all its numbers have the same type."""
     ax = slope(gap.vx)
     return GapAcceleration(

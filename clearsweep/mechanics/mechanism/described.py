@@ -20,11 +20,11 @@ def keys_of(outline: Outline, points: Mapping[str, tuple[str, ...]], joints: tup
 
     points : points of each body, or () if none can be chosen; joints : their names
     """
-    sections = [*drives.keys(outline)]
+    sections = [*drives.drive_keys(outline)]
     if outline.loads:
         sections.append(Keys("loads", "what acts on the mechanism from outside", need="optional"))
     for load in outline.loads:
-        sections += loads.keys(load, points, joints)
+        sections += loads.load_keys(load, points, joints)
     return tuple(sections)
 
 
@@ -61,13 +61,13 @@ def elastic_keys(path: str, points: tuple[str, ...] = ()) -> tuple[Keys, ...]:
     return elastic, Keys(f"{path}.elastic.between", "the two points of the body that carry its pins", words=labels)
 
 
-def elastic_of(values: Mapping, path: str, ends: tuple[str, str] | None = None) -> Elastic | None:
-    """Return the compliance of a case's link between the points `ends`, by default those written, or None if rigid."""
-    own_values = f"{path}.elastic"
-    if f"{own_values}.axial_stiffness" not in values:
+def elastic_of(values: Mapping, path: str, endpoints: tuple[str, str] | None = None) -> Elastic | None:
+    """Return the compliance of a link between `endpoints`, by default those of the case, or None if it is rigid."""
+    elastic_path = f"{path}.elastic"
+    if f"{elastic_path}.axial_stiffness" not in values:
         return None
-    near_end, far_end = ends or (values[f"{own_values}.between.0"], values[f"{own_values}.between.1"])
-    return Elastic(near_end, far_end, *(values[f"{own_values}.{field.name}"] for field in _ELASTIC))
+    near_end, far_end = endpoints or (values[f"{elastic_path}.between.0"], values[f"{elastic_path}.between.1"])
+    return Elastic(near_end, far_end, *(values[f"{elastic_path}.{field.name}"] for field in _ELASTIC))
 
 
 def channels_of(
@@ -86,12 +86,17 @@ def channels_of(
     if output.unit == "rad":
         texts = (f"angle of the {output.name}, which is its output", *texts[1:])
     moving_bodies = [column_name(body) for body in bodies if body != GROUND]
-    stretched = {column_name(body): (Channel(f"{column_name(body)}/extension", *EXTENSION),) for body in elastic}
+    extension_channels = {
+        column_name(body): (Channel(f"{column_name(body)}/extension", *EXTENSION),) for body in elastic
+    }
     return (
         Channel("crank_angle", "rad", "crank angle, unwrapped"),
         Channel("crank/torque" if "crank" in moving_bodies else "drive/torque", "N*m", "drive torque on the crank"),
-        *(Channel(f"{output.name}/{name}", *remainder) for name, *remainder in zip(names, units, texts, strict=True)),
-        *(channel for body in moving_bodies for channel in (*body_channels(body), *stretched.get(body, ()))),
+        *(
+            Channel(f"{output.name}/{name}", *unit_and_text)
+            for name, *unit_and_text in zip(names, units, texts, strict=True)
+        ),
+        *(channel for body in moving_bodies for channel in (*body_channels(body), *extension_channels.get(body, ()))),
     )
 
 

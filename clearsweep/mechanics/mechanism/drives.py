@@ -8,12 +8,12 @@ from ...contracts import case, machine
 from ...contracts.catalogue import Columns, Field, Keys, Law
 from ...contracts.outline import ANY, Outline
 
-_START = Field("start_angle", "rad", "crank angle at t = 0; default: 0", -math.inf, optional=True)
+_START_ANGLE = Field("start_angle", "rad", "crank angle at t = 0; default: 0", -math.inf, optional=True)
 _FREE = (
     Field("initial_speed", "rad/s", "crank speed at t = 0", low_open=False, default=0.0),
     Field("inertia", "kg*m^2", "inertia of a flywheel, added to that of the crank", low_open=False, default=0.0),
 )
-_COURSE = Columns(
+_SPEED_TABLE = Columns(
     "table",
     "crank speed as a function of time, linear between the rows and constant outside the table",
     (Field("time", "s", "time", -math.inf),),
@@ -29,7 +29,7 @@ DRIVES = {
             "a crank at constant speed",
             "angle = start_angle + speed t",
             "",
-            (Field("speed", "rad/s", "constant crank speed"), _START),
+            (Field("speed", "rad/s", "constant crank speed"), _START_ANGLE),
         ),
         Law(
             "drive",
@@ -37,7 +37,7 @@ DRIVES = {
             "a crank whose speed follows a table over time",
             "angle = start_angle + integral of speed, exactly; speed straight between rows, constant beyond them",
             "",
-            (_START,),
+            (_START_ANGLE,),
             notes="Written speed: {table: runup.csv}, a file with the columns `time [s]` and `speed [rpm]`.",
         ),
         Law(
@@ -46,7 +46,7 @@ DRIVES = {
             "a free crank under a constant torque",
             "torque = constant; the crank's angle is a coordinate",
             "",
-            (Field("torque", "N*m", "torque on the crank", -math.inf), *_FREE, _START),
+            (Field("torque", "N*m", "torque on the crank", -math.inf), *_FREE, _START_ANGLE),
         ),
         Law(
             "drive",
@@ -58,25 +58,25 @@ DRIVES = {
                 Field("motor.stall_torque", "N*m", "motor torque at standstill"),
                 Field("motor.no_load_speed", "rad/s", "crank speed at which the motor torque is zero"),
                 *_FREE,
-                _START,
+                _START_ANGLE,
             ),
         ),
     )
 }
 
 
-def keys(outline: Outline) -> tuple[Keys, ...]:
+def drive_keys(outline: Outline) -> tuple[Keys, ...]:
     """Return the section `drive` for the grid's form of drive, or the sections of all forms for ANY."""
     fields: dict[str, Field] = {}
     for law in DRIVES.values() if outline.drive == ANY else (DRIVES[outline.drive],):
         fields |= {field.name: field for field in law.fields}
-    inside = {name.partition(".")[2]: field for name, field in fields.items() if "." in name}
+    motor_fields = {name.partition(".")[2]: field for name, field in fields.items() if "." in name}
     sections = [Keys("drive", "the drive", tuple(fields[name] for name in fields if "." not in name), "implied")]
-    if inside:
-        motor = tuple(field._replace(name=name) for name, field in inside.items())
+    if motor_fields:
+        motor = tuple(field._replace(name=name) for name, field in motor_fields.items())
         sections.append(Keys("drive.motor", "a motor", motor, "optional" if outline.drive == ANY else "required"))
     if outline.drive in ("speed-table", ANY):
-        sections.append(Keys("drive.speed", "the speed over time", tables=(_COURSE,)))
+        sections.append(Keys("drive.speed", "the speed over time", tables=(_SPEED_TABLE,)))
     return tuple(sections)
 
 

@@ -8,7 +8,7 @@ from ...contracts.machine import Aim, At, Body, Machine, Pin
 from ...contracts.outline import Outline
 from . import described
 from .drives import drive_of
-from .loads import Places, loads_of
+from .loads import LoadPoints, loads_of
 
 _LENGTH = Field("length", "m", "distance between the two pins of the body")
 _LINK = (
@@ -31,7 +31,7 @@ _SITES = (
 )
 _BODIES = ("ground", "crank", "coupler", "rocker")
 _OUTPUT = Output("rocker", "rad")
-_MOTION = ("place", "speed", "acceleration")
+_OUTPUT_CHANNELS = ("place", "speed", "acceleration")
 _BRANCH = Choice(
     "branch",
     ("open", "crossed"),
@@ -61,11 +61,11 @@ _KEYS = (
 def outlined(outline: Outline) -> Mechanism:
     """Return the four-bar with the drive and the loads of a grid."""
     sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), tuple(site.name for site in _SITES))
-    channels = described.channels_of(_BODIES, _OUTPUT, _MOTION, outline.elastic)
+    channels = described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS, outline.elastic)
     return MECHANISM._replace(keys=(*_KEYS, *sections), free=outline.free, channels=channels)
 
 
-def closed(values, angle: float) -> tuple[float, float]:
+def closed_angles(values, angle: float) -> tuple[float, float]:
     """Return the angles (rad) of coupler and rocker that close the linkage, or nearly close it, at a crank angle."""
     ground, crank, coupler, rocker = (values[f"{body}.length"] for body in _BODIES)
     x, y = ground - crank * math.cos(angle), -crank * math.sin(angle)  # from the crank pin to the rocker pivot
@@ -96,8 +96,8 @@ def machine(case: Case) -> Machine:
         Pin("coupler-rocker", At("coupler", "second"), At("rocker", "second")),
         Pin("rocker-ground", At("rocker", "first"), At("ground", "second")),
     )
-    coupler, rocker = closed(values, case.drive.start_angle)
-    loads = loads_of(case.loads, Places(bodies, {}))
+    coupler, rocker = closed_angles(values, case.drive.start_angle)
+    loads = loads_of(case.loads, LoadPoints(bodies, {}))
     drive = drive_of(case.drive, case.outline)
     start = {"coupler": coupler, "rocker": rocker}
     return Machine(bodies, pins, "ground-crank", drive, values["gravity"], Aim("rocker"), start, loads)
@@ -112,7 +112,7 @@ MECHANISM = Mechanism(
     bodies=_BODIES,
     joints=_SITES,
     keys=_KEYS,
-    channels=described.channels_of(_BODIES, _OUTPUT, _MOTION),
+    channels=described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS),
     turns=True,
     build=None,
     output=_OUTPUT,

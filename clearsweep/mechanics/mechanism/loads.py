@@ -91,7 +91,7 @@ LOADS = {
 }
 
 
-def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple[str, ...]) -> tuple[Keys, ...]:
+def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple[str, ...]) -> tuple[Keys, ...]:
     """Return the sections of a load.
 
     points : points of each body by name, or () if none can be chosen; joints : their names
@@ -106,54 +106,58 @@ def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple
             CENTER,
         ),
     )
-    on = Choice("on", bodies, "body on which the load acts; with `friction`: the joint")
-    where = (on, *(point_key if body_points else ()))
+    body_key = Choice("on", bodies, "body on which the load acts; with `friction`: the joint")
+    target_keys = (body_key, *(point_key if body_points else ()))
     force = Keys(f"{path}.force", "force along x and y of the fixed frame", _FORCE, "optional")
-    table = Keys(path, LOADS["table"].summary, (_SCALE,), "optional", where, (_TABLE,))
+    table = Keys(path, LOADS["table"].summary, (_SCALE,), "optional", target_keys, (_TABLE,))
     body_keys = tuple(Choice(str(k), tuple(points), f"the {label} body") for k, label in enumerate(("first", "second")))
-    where_second = (
+    second_point_text = (
         f"at `point`, by default the {MASS}"
         if body_points
         else f"at its pin if that body is a slider, otherwise at its {MASS}"
     )
     between = Keys(
         f"{path}.between",
-        f"the two bodies that the spring connects; it acts on the first at `anchor`, on the second {where_second}",
+        f"the two bodies that the spring connects; it acts on the first at `anchor`, on the second {second_point_text}",
         words=body_keys,
     )
     anchor = Keys(
         f"{path}.anchor", "point of the first body at which the spring acts, in the frame of that body", _ANCHOR
     )
-    rubbing = Keys(f"{path}.friction", "friction in the joint on which the load acts", (_RADIUS,), family="friction")
-    braking = {
+    friction_keys = Keys(
+        f"{path}.friction", "friction in the joint on which the load acts", (_RADIUS,), family="friction"
+    )
+    given_friction_keys = {
         size: Keys(f"{path}.friction", f"friction of a given {size}", family="friction", given=size) for size in SIZES
     }
-    on_joint = Keys(path, LOADS["friction"].summary, (), "optional", (on._replace(options=joints),))
+    joint_load_keys = Keys(path, LOADS["friction"].summary, (), "optional", (body_key._replace(options=joints),))
     by_form = {
-        "force": (Keys(path, LOADS["force"].summary, (_TORQUE,), "optional", where), force),
+        "force": (Keys(path, LOADS["force"].summary, (_TORQUE,), "optional", target_keys), force),
         "table": (table,),
         "spring": (
             Keys(path, LOADS["spring"].summary, _SPRING, "optional", point_key if body_points else ()),
             between,
             anchor,
         ),
-        "friction": (on_joint, braking.get(load.given, rubbing)),
+        "friction": (joint_load_keys, given_friction_keys.get(load.given, friction_keys)),
     }
     if load.form != ANY:
         return by_form[load.form]
-    load_keys = Keys(path, "a load on the mechanism", (_TORQUE, _SCALE, *_SPRING), "optional", where, (_TABLE,))
-    frictions = (rubbing, *braking.values())
-    return load_keys, force, *(key._replace(need="optional") for key in (between, anchor, *frictions))
+    any_form_keys = Keys(
+        path, "a load on the mechanism", (_TORQUE, _SCALE, *_SPRING), "optional", target_keys, (_TABLE,)
+    )
+    all_friction_keys = (friction_keys, *given_friction_keys.values())
+    return any_form_keys, force, *(key._replace(need="optional") for key in (between, anchor, *all_friction_keys))
 
 
-class Places:
+class LoadPoints:
     """Points at which loads act on the bodies of a machine; loads add points as needed."""
 
     def __init__(self, bodies: dict[str, machine.Body], pins: Mapping[str, str]):
         """Prepare for `bodies`; pins : body -> its default point for loads, otherwise the centre of mass."""
         self.bodies, self.pins = bodies, pins
 
-    def at(self, body: str, values: Mapping) -> machine.At:
+    def point_of_load(self, body: str, values: Mapping) -> machine.At:
         """Return the point of a body at which a load with these values acts."""
         name = values.get("point", self.pins.get(body, CENTER))
         if name not in self.bodies[body].points:
@@ -162,44 +166,46 @@ class Places:
 
     def new(self, body: str, name: str, position: tuple[float, float]) -> machine.At:
         """Return a further point of a body, at `position` (m) in its frame."""
-        body_before = self.bodies[body]
-        self.bodies[body] = body_before._replace(points={**body_before.points, name: position})
+        old_body = self.bodies[body]
+        self.bodies[body] = old_body._replace(points={**old_body.points, name: position})
         return machine.At(body, name)
 
 
-def loads_of(loads: tuple[case.Load, ...], places: Places) -> tuple:
+def loads_of(loads: tuple[case.Load, ...], load_points: LoadPoints) -> tuple:
     """Return the loads as described in a machine."""
-    return tuple(_FORMS[load.form](load, places) for load in loads)
+    return tuple(_FORMS[load.form](load, load_points) for load in loads)
 
 
-def _push(load: case.Load, places: Places) -> machine.Push:
+def _push(load: case.Load, load_points: LoadPoints) -> machine.Push:
     values = load.values
     force = (values.get("force.0", 0.0), values.get("force.1", 0.0))
-    return machine.Push(load.name, places.at(values["on"], values), *force, values.get("torque", 0.0))
+    return machine.Push(load.name, load_points.point_of_load(values["on"], values), *force, values.get("torque", 0.0))
 
 
-def _tabled(load: case.Load, places: Places) -> machine.Tabled:
+def _tabled(load: case.Load, load_points: LoadPoints) -> machine.Tabled:
     table = {name: np.array(column) for name, column in load.table.items()}
     table_variable = "angle" if "crank_angle" in table else "time"
     knots = table["crank_angle" if table_variable == "angle" else "time"]
     columns = [table.get(name, np.zeros(knots.size)) for name in ("fx", "fy", "torque")]
-    endpoint = places.at(load.values["on"], load.values)
+    endpoint = load_points.point_of_load(load.values["on"], load.values)
     return machine.Tabled(load.name, endpoint, table_variable, knots, *columns, load.values["scale"])
 
 
-def _spring(load: case.Load, places: Places) -> machine.Spring:
+def _spring(load: case.Load, load_points: LoadPoints) -> machine.Spring:
     values = load.values
-    anchor_point = places.new(values["between.0"], f"anchor of {load.name}", (values["anchor.0"], values["anchor.1"]))
-    second = places.at(values["between.1"], values)
+    anchor_point = load_points.new(
+        values["between.0"], f"anchor of {load.name}", (values["anchor.0"], values["anchor.1"])
+    )
+    second = load_points.point_of_load(values["between.1"], values)
     return machine.Spring(
         load.name, anchor_point, second, values["stiffness"], values["free_length"], values["damping"]
     )
 
 
-def _rubbing(load: case.Load, places: Places) -> machine.Rubbing | machine.Braking:
-    values_given = next((size for size in SIZES if size in load.friction.values), "")
-    if values_given:
-        names = {values_given: "coefficient", f"static_{values_given}": "static_coefficient"}
+def _rubbing(load: case.Load, load_points: LoadPoints) -> machine.Rubbing | machine.Braking:
+    given_size = next((size for size in SIZES if size in load.friction.values), "")
+    if given_size:
+        names = {given_size: "coefficient", f"static_{given_size}": "static_coefficient"}
         values = {names.get(key, key): value for key, value in load.friction.values.items()}
         term = compiled_term(
             "friction", load.friction.law, load._replace(friction=load.friction._replace(values=values))
@@ -209,7 +215,7 @@ def _rubbing(load: case.Load, places: Places) -> machine.Rubbing | machine.Braki
     return machine.Rubbing(load.name, load.values["on"], term, load.friction.values.get("radius", 0.0))
 
 
-def _preload(load: case.Load, places: Places) -> machine.Braking:
+def _preload(load: case.Load, load_points: LoadPoints) -> machine.Braking:
     term = compiled_term("friction", load.friction.law, load)
     return machine.Braking(load.name, load.values["on"], term, load.values["radius"], load.values["preload"])
 

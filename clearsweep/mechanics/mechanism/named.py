@@ -49,15 +49,18 @@ def output_keys(outline: Outline) -> Iterable[Keys]:
         "implied",
     )
     body = Choice("body", moving_bodies, "body whose motion is the output")
-    all_items = tuple(dict.fromkeys(point for body in outline.bodies for point in body.points))
+    all_points = tuple(dict.fromkeys(point for body in outline.bodies for point in body.points))
     point = Choice(
         "point",
-        all_items,
+        all_points,
         "point of this body whose motion is the output; default: the output is the angle of the body",
     )
-    followed = not outline.rotary
+    is_point_output = not outline.rotary
     yield Keys(
-        "mechanism.output", "the output", (_ALONG,) if followed else (), words=(body, point) if followed else (body,)
+        "mechanism.output",
+        "the output",
+        (_ALONG,) if is_point_output else (),
+        words=(body, point) if is_point_output else (body,),
     )
 
 

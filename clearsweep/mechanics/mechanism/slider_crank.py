@@ -8,7 +8,7 @@ from ...contracts.machine import Aim, At, Body, Guide, Machine, Pin
 from ...contracts.outline import Outline
 from . import described, slider_crank_in_space
 from .drives import drive_of
-from .loads import Places, loads_of
+from .loads import LoadPoints, loads_of
 from .spatial.described import FLAG
 
 _LENGTH = Field("length", "m", "distance between the two pins of the body")
@@ -44,7 +44,7 @@ _SITES = (
 _GUIDE = JointSite("slider-ground", "ground", "slider", "guide")
 _BODIES = ("ground", "crank", "rod", "slider")
 _OUTPUT = Output("slider", "m")
-_COURSE = ("place", "v", "a")
+_OUTPUT_CHANNELS = ("place", "v", "a")
 _KEYS = (
     Keys("mechanism.crank", "the crank", _CRANK),
     *described.elastic_keys("mechanism.crank"),
@@ -66,7 +66,7 @@ def outlined(outline: Outline) -> Mechanism:
         return slider_crank_in_space.mechanism(outline, MECHANISM)
     joints = tuple(site.name for site in MECHANISM.joints)
     sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), joints)
-    channels = described.channels_of(_BODIES, _OUTPUT, _COURSE, outline.elastic)
+    channels = described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS, outline.elastic)
     return MECHANISM._replace(keys=(*_KEYS, *sections), channels=channels, free=outline.free)
 
 
@@ -89,7 +89,7 @@ def machine(case: Case) -> Machine:
     )
     sine = (offset - radius * math.sin(angle)) / length
     start = {"rod": math.asin(min(max(sine, -1.0), 1.0))}
-    loads = loads_of(case.loads, Places(bodies, {"slider": "pin"}))
+    loads = loads_of(case.loads, LoadPoints(bodies, {"slider": "pin"}))
     drive, aim = drive_of(case.drive, case.outline), Aim("slider", "pin", 0.0)
     return Machine(bodies, joints, "ground-crank", drive, values["gravity"], aim, start, loads)
 
@@ -110,7 +110,7 @@ MECHANISM = Mechanism(
     bodies=_BODIES,
     joints=(*_SITES, _GUIDE),
     keys=_KEYS,
-    channels=described.channels_of(_BODIES, _OUTPUT, _COURSE),
+    channels=described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS),
     turns=True,
     build=None,
     output=_OUTPUT,

@@ -9,11 +9,11 @@ from ...contracts.machine import Aim, Body, Initial, Machine
 from ...contracts.outline import ANY, EVERYTHING, GROUND, JointOutline, Outline
 from . import described, topology_in_space
 from .drives import drive_of
-from .loads import Places, loads_of
+from .loads import LoadPoints, loads_of
 from .named import joint_keys, joint_of, output_keys, pair_of
 from .spatial.described import FLAG
 
-_PLACE = tuple(
+_POSITION = tuple(
     Field(str(k), "m", f"{axis} coordinate in the frame of the body", -math.inf) for k, axis in enumerate("xy")
 )
 _BODY = (
@@ -68,7 +68,7 @@ def _keys(outline: Outline) -> Iterable[Keys]:
         fixed = body.name == GROUND
         yield Keys(path, "the fixed body" if fixed else "a body of the mechanism", () if fixed else _BODY)
         if not fixed:
-            center = tuple(field._replace(default=0.0) for field in _PLACE)
+            center = tuple(field._replace(default=0.0) for field in _POSITION)
             yield Keys(f"{path}.center", "centre of mass in the frame of the body", center, "implied")
             text = (
                 "initial state of a body without ideal joints. Without this section, the body starts as in the ideal "
@@ -79,7 +79,7 @@ def _keys(outline: Outline) -> Iterable[Keys]:
         if not fixed:
             yield from described.elastic_keys(path, body.points)
         for point in body.points:
-            yield Keys(f"{path}.points.{point}", "position of the point in the frame of its body", _PLACE)
+            yield Keys(f"{path}.points.{point}", "position of the point in the frame of its body", _POSITION)
     yield Keys("mechanism.joints", "the joints between the bodies, by name")
     endpoints = tuple(f"{body.name}.{point}" for body in outline.bodies for point in body.points)
     for joint in outline.joints:
@@ -102,7 +102,7 @@ def machine(case: Case) -> Machine:
     joints = tuple(joint_of(values, joint) for joint in outline.joints)
     start = {key.removeprefix("start."): angle for key, angle in values.items() if key.startswith("start.")}
     aim = Aim(values["output.body"], values.get("output.point", ""), values.get("output.along", 0.0))
-    loads = loads_of(case.loads, Places(bodies, {}))
+    loads = loads_of(case.loads, LoadPoints(bodies, {}))
     drive = drive_of(case.drive, outline)
     return Machine(bodies, joints, values["driven"], drive, values["gravity"], aim, start, loads)
 

@@ -87,9 +87,7 @@ class _LoopVariables:
         self.activation, self.initial_values = activation, {}
         self.variables: dict[tuple[str, int], _Variable] = {}
         for name in names:
-            if (
-                name in kinds
-            ):  # its structure changes from iteration to iteration, so it has no value at the start of an iteration
+            if name in kinds:  # its structure varies, so an iteration cannot use the value of the previous one
                 del activation.names[name]
                 continue
             values = list(leaves(activation.names[name]))

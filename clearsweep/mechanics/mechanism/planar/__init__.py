@@ -13,21 +13,21 @@ from ...joint.contract import Load
 from ..contract import Built, IdealMotion, Open
 from ..contract import Ideal as Closed
 from . import members  # noqa: F401 - registers the equations of motion
-from .binding import bound_of
+from .binding import choose_dependent
 from .closure import ClosureError, MobilityError, extent
 from .cycle import cycle_of
 from .drive import drive_of, driven
 from .equations import function_of
 from .form import AngleAim, Hinge, Planar, PointAim, Slide, Sprung, direction_of, numbered, point_of
-from .ideal import Ideal, ideal_of, key_of, masses_of, start_of
+from .ideal import Ideal, ideal_of, initial_coordinate, key_of, masses_of
 from .loads import discontinuity_times_of, loads_of
 from .machine_type import kinds_of, machine_type
-from .segments import in_segments
+from .segments import with_segments
 from .spanning_tree import ANGLE, RUN, Coordinate
-from .stations import Alike, geometry_of
+from .stations import AlwaysEqual, geometry_of
 
 __all__ = [
-    "Alike",
+    "AlwaysEqual",
     "ClosureError",
     "MobilityError",
     "build",
@@ -71,18 +71,19 @@ def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
     joints : compiled form of each joint with clearance, by name; offsets : (2,) m, of the distal point of each from the
     proximal one at the start, without relative velocity.  Raises ClosureError, MobilityError.
     """
-    machine = in_segments(machine)
+    machine = with_segments(machine)
     ideal_machine, names = ideal_of(machine), frozenset(joints)
-    if names not in ideal_machine.by_open_joints:
-        ideal_machine.by_open_joints[names] = _compiled(machine, names)
-    compiled = ideal_machine.by_open_joints[names]
-    if compiled.light:
+    if names not in ideal_machine.compiled_by_open_joints:
+        ideal_machine.compiled_by_open_joints[names] = _compile(machine, names)
+    compiled = ideal_machine.compiled_by_open_joints[names]
+    if compiled.massless:
+        names_text = ", ".join(compiled.massless)
         raise MobilityError(
-            f"with these joints open, these bodies move without mass or moment of inertia: {', '.join(compiled.light)}"
+            f"with these joints open, these bodies move without mass or moment of inertia: {names_text}"
         )
     displaced = any(map(any, offsets.values()))
-    start = _start(ideal_machine, compiled.state, offsets) if displaced else compiled.start
-    return Built(compiled.form, start, compiled.lengths, ideal_machine.closure.size, ideal_machine.rate())
+    start = _initial_state(ideal_machine, compiled.state, offsets) if displaced else compiled.start
+    return Built(compiled.form, start, compiled.lengths, ideal_machine.closure.size, ideal_machine.reference_rate())
 
 
 def ideal(machine: Machine, angles) -> IdealMotion:
@@ -90,7 +91,7 @@ def ideal(machine: Machine, angles) -> IdealMotion:
     shape = np.shape(angles)
     ideal_machine = ideal_of(machine)
     motion = ideal_machine.motion(
-        np.asarray(angles, dtype=float).ravel(), lambda: _compiled(ideal_machine.machine, frozenset()).form
+        np.asarray(angles, dtype=float).ravel(), lambda: _compile(ideal_machine.machine, frozenset()).form
     )
     reactions = {name: force.reshape((*shape, 2)) for name, force in motion.reactions.items()}
     torque = np.reshape(motion.torque, shape)
@@ -104,40 +105,40 @@ class _Compiled(NamedTuple):
     state: list[Coordinate]
     lengths: np.ndarray  # m, as in Built
     start: np.ndarray  # as in Built, with zero offsets
-    light: list[str]  # moving bodies without mass or inertia
+    massless: list[str]  # moving bodies without mass or inertia
 
 
-def _compiled(machine: Machine, open_joints: frozenset[str]) -> _Compiled:
+def _compile(machine: Machine, open_joints: frozenset[str]) -> _Compiled:
     """Return the compiled form of a machine with open joints of these names, and its coordinates."""
     ideal_machine, form = ideal_of(machine), _independent_form(machine, open_joints)
     structure = machine_type(kinds_of(form))
-    coordinates = [ideal_machine.coordinate_over_turn(item) for item in structure.spanning_tree.coordinates]
-    output = ideal_machine.output_at(ideal_machine.turn)
+    coordinates = [ideal_machine.coordinate_over_revolution(item) for item in structure.spanning_tree.coordinates]
+    output = ideal_machine.output_at(ideal_machine.revolution)
     form = form._replace(turn=cycle_of([output], machine.drive.start_angle))
-    dependent = _dependent(ideal_machine, form, coordinates) if structure.spanning_tree.loop_joints else ()
+    dependent = _dependent_indices(ideal_machine, form, coordinates) if structure.spanning_tree.loop_joints else ()
     columns = [output, *(coordinates[i] for i in dependent)]
     form = form._replace(
         dependent=tuple(map(numbered, dependent)), turn=cycle_of([*columns], machine.drive.start_angle)
     )
     state = machine_type(kinds_of(form)).state
-    start = _start(ideal_machine, state, {})
+    start = _initial_state(ideal_machine, state, {})
     lengths = np.array([_length(machine, item) for item in state])
-    return _Compiled(form, state, lengths, start, _light(machine, form, start))
+    return _Compiled(form, state, lengths, start, _massless_bodies(machine, form, start))
 
 
-def _dependent(ideal_machine: Ideal, form: Planar, coordinates: list) -> tuple[int, ...]:
+def _dependent_indices(ideal_machine: Ideal, form: Planar, coordinates: list) -> tuple[int, ...]:
     """Return the indices of the dependent coordinates: machines that differ in masses and loads share them."""
     kinds = kinds_of(form)
-    inputs = Alike((form, machine_type(kinds), coordinates))
-    return _shared_dependent(geometry_of(ideal_machine.full_machine), kinds, inputs)
+    inputs = AlwaysEqual((form, machine_type(kinds), coordinates))
+    return _cached_dependent_indices(geometry_of(ideal_machine.full_machine), kinds, inputs)
 
 
 @functools.lru_cache(maxsize=64)
-def _shared_dependent(key: bytes, kinds: tuple, inputs: Alike) -> tuple[int, ...]:
-    return tuple(bound_of(*inputs.value))
+def _cached_dependent_indices(key: bytes, kinds: tuple, inputs: AlwaysEqual) -> tuple[int, ...]:
+    return tuple(choose_dependent(*inputs.value))
 
 
-def _light(machine: Machine, form: Planar, start: np.ndarray) -> list[str]:
+def _massless_bodies(machine: Machine, form: Planar, start: np.ndarray) -> list[str]:
     """Return the moving bodies without mass or moment of inertia, or [] if all accelerations are finite."""
     no_loads = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for joint in form.joints if isinstance(joint.site, Open))
     try:
@@ -154,22 +155,22 @@ def _light(machine: Machine, form: Planar, start: np.ndarray) -> list[str]:
     ] or moving_bodies
 
 
-def _start(ideal_machine: Ideal, state: list[Coordinate], offsets: Mapping) -> np.ndarray:
+def _initial_state(ideal_machine: Ideal, state: list[Coordinate], offsets: Mapping) -> np.ndarray:
     """Return the initial state (2n+1,): n coordinates (m or rad), their rates, time (s).
 
     offsets : as for `build`.  Raises ClosureError if the joints cannot be displaced by them.
     """
     machine, angle = ideal_machine.full_machine, ideal_machine.machine.drive.start_angle
-    turn = ideal_machine.apart(offsets, angle)
-    if not np.all(np.isfinite(turn.q)):
+    displaced_state = ideal_machine.displaced_states(offsets, angle)
+    if not np.all(np.isfinite(displaced_state.q)):
         raise ClosureError("its joints cannot have the specified initial distances", _moving(machine)[0], angle)
-    values = [ideal_machine.coordinate(item, turn) for item in state]
+    values = [ideal_machine.coordinate(item, displaced_state) for item in state]
     speed = crank_speed(machine)
     coordinates, rates = [float(value) for value, _ in values], [speed * float(slope) for _, slope in values]
     for i, item in enumerate(state):
-        initial = None if item.kind == RUN else machine.bodies[_moving(machine)[item.of - 1]].initial
+        initial = None if item.kind == RUN else machine.bodies[_moving(machine)[item.owner - 1]].initial
         if initial is not None:
-            coordinates[i], rates[i] = start_of(initial, item.kind)
+            coordinates[i], rates[i] = initial_coordinate(initial, item.kind)
     return np.array([*coordinates, *rates, 0.0])
 
 
@@ -243,4 +244,4 @@ def _length(machine: Machine, item: Coordinate) -> float:
     """Return the displacement (m) of bodies for a unit of a coordinate."""
     if item.kind != ANGLE:
         return 1.0
-    return extent(machine.bodies[_moving(machine)[item.of - 1]]) or 1.0
+    return extent(machine.bodies[_moving(machine)[item.owner - 1]]) or 1.0

@@ -17,7 +17,7 @@ import numpy as np
 from ....contracts.machine import GROUND, At, Guide, Machine, Slot, Stretch
 from ...trace import portable
 from .component import put_component
-from .turn import Turn, between
+from .turn import MachineStates, interpolate
 
 STATIONS = 720  # of a turn, at which the machine is closed
 FIRST_STATIONS = 24  # of them, found one after the other; the others begin between these
@@ -41,7 +41,7 @@ class MobilityError(ValueError):
     """The machine does not have exactly one degree of freedom, that of its drive."""
 
 
-class End(NamedTuple):
+class PointMotion(NamedTuple):
     """A point of a body, each field a number or (N,)."""
 
     x: Any  # m
@@ -65,8 +65,8 @@ class Closure:
         self.crank = self.index[_driven(machine).distal.body]
         self.springs = [joint for joint in machine.joints if isinstance(joint, Stretch)]  # springs at rest
         sizes = [1 if isinstance(joint, Slot) else 2 for joint in machine.joints]
-        self.first = np.concatenate([[0], np.cumsum(sizes)])  # row of each joint, and of what comes behind them
-        self.rows = int(self.first[-1]) + 1 + len(self.springs)
+        self.first_rows = np.concatenate([[0], np.cumsum(sizes)])  # row of each joint, and of what comes behind them
+        self.rows = int(self.first_rows[-1]) + 1 + len(self.springs)
         if self.rows != 3 * len(self.names):
             freedoms = 3 * len(self.names) - self.rows + 1
             raise MobilityError(
@@ -74,24 +74,24 @@ class Closure:
                 "the drive needs exactly 1"
             )
 
-    def apart(self, offsets: Mapping) -> "Closure":
+    def displaced(self, offsets: Mapping) -> "Closure":
         """Return the constraints with distal points of some joints displaced by `offsets` (2,) m from the proximal."""
         closure = copy.copy(self)
         closure.offsets = offsets
         return closure
 
-    def end(self, endpoint: At, q: np.ndarray, q_rates: np.ndarray) -> End:
+    def point_motion(self, endpoint: At, q: np.ndarray, q_rates: np.ndarray) -> PointMotion:
         """Return a point of a body; q, q_rates : (..., 3 bodies)."""
-        return self._end(endpoint, _columns(q), _columns(q_rates), _turned(_columns(q)))
+        return self._point_motion(endpoint, _columns(q), _columns(q_rates), _directions(_columns(q)))
 
-    def _end(self, endpoint: At, q: list, q_rates: list, directions: list) -> End:
+    def _point_motion(self, endpoint: At, q: list, q_rates: list, directions: list) -> PointMotion:
         x, y = self.machine.bodies[endpoint.body].points[endpoint.point]
         if endpoint.body == GROUND:
-            return End(x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+            return PointMotion(x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         i, center = self.index[endpoint.body], self.machine.bodies[endpoint.body].center
         x, y, (c, s), rate = x - center[0], y - center[1], directions[i], q_rates[3 * i + 2]
         arm_x, arm_y = c * x - s * y, s * x + c * y
-        return End(
+        return PointMotion(
             q[3 * i] + arm_x,
             q[3 * i + 1] + arm_y,
             q_rates[3 * i] - rate * arm_y,
@@ -111,48 +111,48 @@ class Closure:
         """
         q_rates = np.zeros_like(q) if q_rates is None else q_rates
         columns, rates = _columns(q), _columns(q_rates)
-        directions = _turned(columns)
+        directions = _directions(columns)
         values, bias = (np.zeros((*q.shape[:-1], self.rows)) for _ in range(2))
         jacobian = np.zeros((*q.shape[:-1], self.rows, q.shape[-1]))
-        for row, joint in zip(self.first, self.machine.joints, strict=False):
+        for row, joint in zip(self.first_rows, self.machine.joints, strict=False):
             if isinstance(joint, Slot):
                 put_component(self, joint, joint.axis + 0.5 * math.pi, (q, q_rates), (values, jacobian, bias), row)
                 continue
-            near_end, far_end = (
-                self._end(endpoint, columns, rates, directions) for endpoint in (joint.proximal, joint.distal)
+            proximal, distal = (
+                self._point_motion(endpoint, columns, rates, directions) for endpoint in (joint.proximal, joint.distal)
             )
-            signed_ends = ((joint.proximal.body, -1.0, near_end), (joint.distal.body, 1.0, far_end))
-            columns_of_ends = [
-                (3 * self.index[body], sign, body_end) for body, sign, body_end in signed_ends if body != GROUND
+            signed_points = ((joint.proximal.body, -1.0, proximal), (joint.distal.body, 1.0, distal))
+            columns_of_points = [
+                (3 * self.index[body], sign, point) for body, sign, point in signed_points if body != GROUND
             ]
-            gap_x, gap_y = far_end.x - near_end.x, far_end.y - near_end.y
-            bend_x, bend_y = far_end.ddx - near_end.ddx, far_end.ddy - near_end.ddy
+            gap_x, gap_y = distal.x - proximal.x, distal.y - proximal.y
+            curvature_x, curvature_y = distal.ddx - proximal.ddx, distal.ddy - proximal.ddy
             if isinstance(joint, Guide | Stretch):
                 angle, rate = (self.angle(joint.proximal.body, vector) for vector in (q, q_rates))
                 c, s = portable.cos(angle + joint.axis), portable.sin(angle + joint.axis)
                 values[..., row] = self.angle(joint.distal.body, q) - angle
                 values[..., row + 1] = c * gap_y - s * gap_x
-                sliding_rate = c * (far_end.dx - near_end.dx) + s * (far_end.dy - near_end.dy)
+                sliding_rate = c * (distal.dx - proximal.dx) + s * (distal.dy - proximal.dy)
                 bias[..., row + 1] = (
-                    c * bend_y - s * bend_x - 2.0 * rate * sliding_rate - rate**2 * (c * gap_y - s * gap_x)
+                    c * curvature_y - s * curvature_x - 2.0 * rate * sliding_rate - rate**2 * (c * gap_y - s * gap_x)
                 )
-                for i, sign, body_end in columns_of_ends:
+                for i, sign, point in columns_of_points:
                     jacobian[..., row, i + 2] = sign
                     jacobian[..., row + 1, i], jacobian[..., row + 1, i + 1] = -sign * s, sign * c
-                    jacobian[..., row + 1, i + 2] = sign * (c * body_end.lever_y - s * body_end.lever_x)
+                    jacobian[..., row + 1, i + 2] = sign * (c * point.lever_y - s * point.lever_x)
                     if sign < 0.0:
                         jacobian[..., row + 1, i + 2] -= c * gap_x + s * gap_y
             else:
                 x, y = self.offsets.get(joint.name, (0.0, 0.0))
                 values[..., row], values[..., row + 1] = gap_x - x, gap_y - y
-                bias[..., row], bias[..., row + 1] = bend_x, bend_y
-                for i, sign, body_end in columns_of_ends:
+                bias[..., row], bias[..., row + 1] = curvature_x, curvature_y
+                for i, sign, point in columns_of_points:
                     jacobian[..., row, i] = jacobian[..., row + 1, i + 1] = sign
                     jacobian[..., row, i + 2], jacobian[..., row + 1, i + 2] = (
-                        sign * body_end.lever_x,
-                        sign * body_end.lever_y,
+                        sign * point.lever_x,
+                        sign * point.lever_y,
                     )
-        for row, joint in enumerate(self.springs, self.first[-1]):
+        for row, joint in enumerate(self.springs, self.first_rows[-1]):
             put_component(self, joint, joint.axis, (q, q_rates), (values, jacobian, bias), row)
         values[..., -1] = q[..., 3 * self.crank + 2] - angles
         jacobian[..., -1, 3 * self.crank + 2] = 1.0
@@ -183,15 +183,15 @@ class Closure:
     def _singularity(self, jacobian) -> tuple[float, str]:
         """Return the least singular value over the largest, and the body that moves most in its direction."""
         _, values, right_vectors = np.linalg.svd(self._scaled(jacobian))
-        share = np.abs(right_vectors[-1]).reshape(-1, 3).max(axis=1)
-        return values[-1] / values[0], self.names[int(np.argmax(share))]
+        body_motion = np.abs(right_vectors[-1]).reshape(-1, 3).max(axis=1)
+        return values[-1] / values[0], self.names[int(np.argmax(body_motion))]
 
-    def closed(self, q, angles) -> np.ndarray:
+    def close(self, q, angles) -> np.ndarray:
         """Return the coordinates (..., 3 bodies) near `q` that satisfy the constraints; nan if there are none."""
-        return self._closed(q, angles)[0]
+        return self._close(q, angles)[0]
 
-    def _closed(self, q, angles) -> tuple[np.ndarray, np.ndarray]:
-        """Return the result of `closed`, and the derivatives of the constraints there."""
+    def _close(self, q, angles) -> tuple[np.ndarray, np.ndarray]:
+        """Return the result of `close`, and the derivatives of the constraints there."""
         q = q.copy()
         for _ in range(30):
             values, jacobian, _ = self.evaluate(q, angles)
@@ -223,36 +223,36 @@ class Closure:
         """Return the machine closed at an angle of its crank, near the angles given for that.  Raises ClosureError."""
         rng = np.random.default_rng(0)
         solutions: list[tuple[float, np.ndarray]] = []
-        values_given = np.array([self.machine.start.get(name, 0.0) for name in self.names])
+        given_angles = np.array([self.machine.start.get(name, 0.0) for name in self.names])
         is_given = np.array([name in self.machine.start for name in self.names])
         for attempt in range(ATTEMPTS):
             spread = 0.0 if attempt == 0 else 0.1 + 3.0 * attempt / ATTEMPTS
-            angles = values_given + np.where(is_given, 0.2 * spread, spread) * rng.uniform(-1.0, 1.0, values_given.size)
+            angles = given_angles + np.where(is_given, 0.2 * spread, spread) * rng.uniform(-1.0, 1.0, given_angles.size)
             angles[self.crank] = angle
-            q = self._relaxed(self._hung(angles), angle)
+            q = self._close_roughly(self._assemble(angles), angle)
             if np.all(np.isfinite(q)):
-                directions = np.remainder(q[2::3] - values_given + math.pi, 2.0 * math.pi) - math.pi
+                directions = np.remainder(q[2::3] - given_angles + math.pi, 2.0 * math.pi) - math.pi
                 directions[self.crank] = 0.0
                 if attempt == 0 and np.max(np.abs(directions)) < 0.5 * math.pi:
-                    return self._near(q, values_given)
+                    return self._wrap_angles(q, given_angles)
                 solutions.append((float(np.sum(directions**2 * np.where(is_given, 100.0, 1.0))), q))
         if not solutions:
             raise ClosureError(
                 "its loops cannot be closed at the initial crank angle with these lengths",
-                self._farthest(values_given, angle),
+                self._most_open_body(given_angles, angle),
                 angle,
             )
-        return self._near(min(solutions, key=lambda item: item[0])[1], values_given)
+        return self._wrap_angles(min(solutions, key=lambda item: item[0])[1], given_angles)
 
-    def _near(self, q, values_given):
+    def _wrap_angles(self, q, given_angles):
         """Return `q` with all angles, except the crank's, within half a turn of the given ones."""
         q = q.copy()
         for i in range(len(self.names)):
             if i != self.crank:
-                q[3 * i + 2] -= 2.0 * math.pi * np.round((q[3 * i + 2] - values_given[i]) / (2.0 * math.pi))
+                q[3 * i + 2] -= 2.0 * math.pi * np.round((q[3 * i + 2] - given_angles[i]) / (2.0 * math.pi))
         return q
 
-    def _hung(self, angles) -> np.ndarray:
+    def _assemble(self, angles) -> np.ndarray:
         """Return the bodies at given angles, each attached to an already placed one, by a pin if there is one."""
         q = np.zeros(3 * len(self.names))
         q[2::3] = angles
@@ -274,14 +274,16 @@ class Closure:
                 unplaced = next(name for name in self.names if name not in placed)
                 raise MobilityError(f"body {unplaced!r} is not connected to the ground by joints")
             endpoints = (joint.proximal, joint.distal)
-            placed_end, free_end = endpoints if joint.proximal.body in placed else endpoints[::-1]
-            anchor, present = (self.end(endpoint, q, np.zeros_like(q)) for endpoint in (placed_end, free_end))
-            i = 3 * self.index[free_end.body]
-            q[i : i + 2] += anchor.x - present.x, anchor.y - present.y
-            placed.add(free_end.body)
+            placed_endpoint, free_endpoint = endpoints if joint.proximal.body in placed else endpoints[::-1]
+            anchor, free_point = (
+                self.point_motion(endpoint, q, np.zeros_like(q)) for endpoint in (placed_endpoint, free_endpoint)
+            )
+            i = 3 * self.index[free_endpoint.body]
+            q[i : i + 2] += anchor.x - free_point.x, anchor.y - free_point.y
+            placed.add(free_endpoint.body)
         return q
 
-    def _relaxed(self, q, angle) -> np.ndarray:
+    def _close_roughly(self, q, angle) -> np.ndarray:
         """Return the machine closed from a rough guess by the Levenberg-Marquardt method; nan if it fails."""
         damping = 1e-3
         values, jacobian, _ = self.evaluate(q, angle)
@@ -291,9 +293,9 @@ class Closure:
             square = jacobian.T @ jacobian
             scale = np.tile([1.0, 1.0, self.size**2], len(self.names))
             step = np.linalg.solve(square + damping * np.diag(scale), -gradient)
-            trial, derived, _ = self.evaluate(q + step, angle)
+            trial, trial_jacobian, _ = self.evaluate(q + step, angle)
             if np.sum(trial**2) < cost:
-                q, values, jacobian, cost = q + step, trial, derived, float(np.sum(trial**2))
+                q, values, jacobian, cost = q + step, trial, trial_jacobian, float(np.sum(trial**2))
                 damping = max(0.2 * damping, 1e-15)
             else:
                 damping *= 5.0
@@ -301,70 +303,75 @@ class Closure:
                 break
         if cost > 1e-8 * self.size**2:
             return np.full_like(q, math.nan)
-        return self.closed(q, angle)
+        return self.close(q, angle)
 
-    def _farthest(self, values_given, angle) -> str:
+    def _most_open_body(self, given_angles, angle) -> str:
         """Return the body whose joint stays open if a machine does not close."""
-        angles = values_given.copy()
+        angles = given_angles.copy()
         angles[self.crank] = angle
-        values, _, _ = self.evaluate(self._hung(angles), angle)
-        worst_row = int(np.argmax(np.abs(values[: self.first[-1]])))
-        joint = self.machine.joints[int(np.searchsorted(self.first, worst_row, side="right")) - 1]
+        values, _, _ = self.evaluate(self._assemble(angles), angle)
+        worst_row = int(np.argmax(np.abs(values[: self.first_rows[-1]])))
+        joint = self.machine.joints[int(np.searchsorted(self.first_rows, worst_row, side="right")) - 1]
         return joint.distal.body if joint.distal.body != GROUND else joint.proximal.body
 
     # ------------------------------------------------------------------------------------------ one revolution
 
-    def turn(self, start: float) -> Turn:
+    def close_revolution(self, start: float) -> MachineStates:
         """Return a turn of the crank from the angle `start` on, its end included.  Raises ClosureError."""
         angles = start + 2.0 * math.pi * np.arange(STATIONS + 1) / STATIONS
-        all_items = STATIONS // FIRST_STATIONS
+        stride = STATIONS // FIRST_STATIONS
         coarse = np.empty((FIRST_STATIONS + 1, 3 * len(self.names)))
         coarse[0] = self.start(start)
         jacobian = self.evaluate(coarse[0], start)[1]
         self._check(jacobian, start)
         for k in range(FIRST_STATIONS):
-            angle_interval = angles[all_items * k], angles[all_items * (k + 1)]
-            coarse[k + 1], jacobian = self._continued(coarse[k], jacobian, *angle_interval)
-        rough = Turn(angles[::all_items], coarse, *self.derivatives(coarse, angles[::all_items]))
-        q, jacobian = self._closed(between(rough, angles).q, angles)
-        turn = Turn(angles, q, *self.derivatives(q, angles, jacobian))
-        self._check_all(turn, jacobian)
-        return turn
+            angle_interval = angles[stride * k], angles[stride * (k + 1)]
+            coarse[k + 1], jacobian = self._continue_to(coarse[k], jacobian, *angle_interval)
+        coarse_states = MachineStates(angles[::stride], coarse, *self.derivatives(coarse, angles[::stride]))
+        q, jacobian = self._close(interpolate(coarse_states, angles).q, angles)
+        states = MachineStates(angles, q, *self.derivatives(q, angles, jacobian))
+        self._check_all(states, jacobian)
+        return states
 
-    def _continued(self, q, jacobian, start_angle_: float, end_angle: float) -> tuple[np.ndarray, np.ndarray]:
+    def _continue_to(self, q, jacobian, start_angle: float, end_angle: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the machine at another angle of its crank, in as many steps as necessary, with its derivatives."""
-        parts = 1
-        while parts <= FINEST_STEP:
-            position, slopes_here, angle, far_end = q, jacobian, start_angle_, False
-            for step_index in range(parts):
-                following = start_angle_ + (end_angle - start_angle_) * (step_index + 1) / parts
-                q_rates, second = self.derivatives(position, angle, slopes_here)
-                step = following - angle
-                guess = position + q_rates * step + 0.5 * second * step**2
-                pose_at, slopes_there = self._closed(guess, following)
-                far_end = not np.all(np.isfinite(pose_at)) or np.max(np.abs((pose_at - guess)[2::3])) > LARGEST_JUMP
-                if far_end:
+        step_count = 1
+        while step_count <= FINEST_STEP:
+            position, position_jacobian, angle, has_failed = q, jacobian, start_angle, False
+            for step_index in range(step_count):
+                next_angle = start_angle + (end_angle - start_angle) * (step_index + 1) / step_count
+                q_rates, second_derivative = self.derivatives(position, angle, position_jacobian)
+                step = next_angle - angle
+                guess = position + q_rates * step + 0.5 * second_derivative * step**2
+                next_position, next_jacobian = self._close(guess, next_angle)
+                has_failed = (
+                    not np.all(np.isfinite(next_position))
+                    or np.max(np.abs((next_position - guess)[2::3])) > LARGEST_JUMP
+                )
+                if has_failed:
                     break
-                position, slopes_here, angle = pose_at, slopes_there, following
-            if not far_end:
-                self._check(slopes_here, end_angle)
-                return position, slopes_here
-            parts *= 4
-            q, jacobian, start_angle_ = position, slopes_here, angle
-        raise ClosureError("its lengths do not let the crank turn on", self._singularity(slopes_here)[1], angle)
+                position, position_jacobian, angle = next_position, next_jacobian, next_angle
+            if not has_failed:
+                self._check(position_jacobian, end_angle)
+                return position, position_jacobian
+            step_count *= 4
+            q, jacobian, start_angle = position, position_jacobian, angle
+        raise ClosureError("its lengths do not let the crank turn on", self._singularity(position_jacobian)[1], angle)
 
-    def _check_all(self, turn: Turn, jacobian) -> None:
+    def _check_all(self, states: MachineStates, jacobian) -> None:
         """Raise ClosureError if a turn passes a singular position between its stations."""
         signs = np.sign(np.linalg.det(self._scaled(jacobian)))
-        steep = np.max(np.abs(turn.first[:, 2::3]), axis=1) > 1.0 / NEAR_SINGULAR
-        crossed = np.flatnonzero((signs != signs[0]) | steep | ~np.all(np.isfinite(turn.q), axis=1))
-        if crossed.size:
-            angle = float(turn.angles[crossed[0]])
-            raise ClosureError(_SINGULAR, self._singularity(self.evaluate(turn.q[crossed[0] - 1], angle)[1])[1], angle)
+        is_steep = np.max(np.abs(states.derivative[:, 2::3]), axis=1) > 1.0 / NEAR_SINGULAR
+        singular_stations = np.flatnonzero((signs != signs[0]) | is_steep | ~np.all(np.isfinite(states.q), axis=1))
+        if singular_stations.size:
+            angle = float(states.angles[singular_stations[0]])
+            raise ClosureError(
+                _SINGULAR, self._singularity(self.evaluate(states.q[singular_stations[0] - 1], angle)[1])[1], angle
+            )
 
     def _check(self, jacobian, angle: float) -> None:
-        weak, body = self._singularity(jacobian)
-        if weak < NEAR_SINGULAR:
+        ratio, body = self._singularity(jacobian)
+        if ratio < NEAR_SINGULAR:
             raise ClosureError(_SINGULAR, body, angle)
 
 
@@ -383,7 +390,7 @@ def _columns(q: np.ndarray) -> list:
     return q.tolist() if q.ndim == 1 else list(q.T)
 
 
-def _turned(columns: list) -> list:
+def _directions(columns: list) -> list:
     """Return cosine and sine of the angle of each body."""
     cos, sin = (portable.cos, portable.sin) if isinstance(columns[0], np.ndarray) else (math.cos, math.sin)
     return [(cos(angle), sin(angle)) for angle in columns[2::3]]

@@ -13,18 +13,18 @@ def put_component(closure: Any, joint: Slot | Stretch, axis: float, motion: tupl
     `Closure.evaluate`.
     """
     (q, q_rates), (values, jacobian, bias) = motion, out
-    near_end, far_end = (closure.end(endpoint, q, q_rates) for endpoint in (joint.proximal, joint.distal))
+    proximal, distal = (closure.point_motion(endpoint, q, q_rates) for endpoint in (joint.proximal, joint.distal))
     axis_angle, rate = closure.angle(joint.proximal.body, q) + axis, closure.angle(joint.proximal.body, q_rates)
     c, s = portable.cos(axis_angle), portable.sin(axis_angle)
-    x, y, dx, dy = far_end.x - near_end.x, far_end.y - near_end.y, far_end.dx - near_end.dx, far_end.dy - near_end.dy
-    for body, sign, body_end in ((joint.proximal.body, -1.0, near_end), (joint.distal.body, 1.0, far_end)):
+    x, y, dx, dy = distal.x - proximal.x, distal.y - proximal.y, distal.dx - proximal.dx, distal.dy - proximal.dy
+    for body, sign, point in ((joint.proximal.body, -1.0, proximal), (joint.distal.body, 1.0, distal)):
         if body == GROUND:
             continue
         i = 3 * closure.index[body]
         jacobian[..., row, i], jacobian[..., row, i + 1] = sign * c, sign * s
-        jacobian[..., row, i + 2] = sign * (c * body_end.lever_x + s * body_end.lever_y)
+        jacobian[..., row, i + 2] = sign * (c * point.lever_x + s * point.lever_y)
         if sign < 0.0:
             jacobian[..., row, i + 2] += c * y - s * x
     values[..., row] = c * x + s * y
-    axial_curvature = c * (far_end.ddx - near_end.ddx) + s * (far_end.ddy - near_end.ddy)
+    axial_curvature = c * (distal.ddx - proximal.ddx) + s * (distal.ddy - proximal.ddy)
     bias[..., row] = axial_curvature + 2.0 * rate * (c * dy - s * dx) - rate**2 * values[..., row]

@@ -31,25 +31,25 @@ def cycle_of(columns: list[tuple[np.ndarray, np.ndarray, np.ndarray]], start: fl
 
 
 @kernel
-def at_angle(values_given, column, angle):
+def at_angle(cycle, column, angle):
     """Return value and derivative of a column of a Cycle at a crank angle (rad), continuous over turns."""
-    stations, columns = int(values_given.stations), int(values_given.columns)
-    revolutions = (angle - values_given.start) * (0.5 / math.pi)
-    total = math.floor(revolutions)
-    position = (revolutions - total) * stations
+    stations, columns = int(cycle.stations), int(cycle.columns)
+    revolutions = (angle - cycle.start) * (0.5 / math.pi)
+    turns = math.floor(revolutions)
+    position = (revolutions - turns) * stations
     station = min(int(position), stations - 1)
     t, h = position - station, 2.0 * math.pi / stations
-    near_end = WIDTH * (columns * station + column)
-    far_end = near_end + WIDTH * columns
+    start_offset = WIDTH * (columns * station + column)
+    end_offset = start_offset + WIDTH * columns
     f0, d0, s0 = (
-        load_item(values_given.table, near_end),
-        h * load_item(values_given.table, near_end + 1),
-        h * h * load_item(values_given.table, near_end + 2),
+        load_item(cycle.table, start_offset),
+        h * load_item(cycle.table, start_offset + 1),
+        h * h * load_item(cycle.table, start_offset + 2),
     )
     f1, d1, s1 = (
-        load_item(values_given.table, far_end),
-        h * load_item(values_given.table, far_end + 1),
-        h * h * load_item(values_given.table, far_end + 2),
+        load_item(cycle.table, end_offset),
+        h * load_item(cycle.table, end_offset + 1),
+        h * h * load_item(cycle.table, end_offset + 2),
     )
     value_defect = f1 - f0 - d0 - 0.5 * s0
     slope_defect, slope_change = d1 - d0 - s0, s1 - s0
@@ -61,5 +61,5 @@ def at_angle(values_given, column, angle):
     value = f0 + t * (d0 + t * (0.5 * s0 + t * (a3 + t * (a4 + t * a5))))
     slope = d0 + t * (s0 + t * (3.0 * a3 + t * (4.0 * a4 + t * 5.0 * a5)))
     first_offset, last_offset = WIDTH * column, WIDTH * (columns * stations + column)
-    winding = load_item(values_given.table, last_offset) - load_item(values_given.table, first_offset)
-    return value + winding * total, slope / h
+    growth = load_item(cycle.table, last_offset) - load_item(cycle.table, first_offset)
+    return value + growth * turns, slope / h

@@ -24,7 +24,7 @@ class Scheduled(NamedTuple):
     """A speed from a table, linear between its rows, so that the angle is quadratic."""
 
     table: float  # address of (rows, 4): s, rad, rad/s, rad/s^2
-    rows: float
+    row_count: float
 
 
 class Free(NamedTuple):
@@ -46,7 +46,7 @@ def _driven_steady(drive, time):
 
 @driven.member(Scheduled)
 def _driven_scheduled(drive, time):
-    row = row_of(drive.table, _WIDTH, int(drive.rows), plain(time))
+    row = row_of(drive.table, _WIDTH, int(drive.row_count), plain(time))
     elapsed, speed = time - load_item(drive.table, row), load_item(drive.table, row + 2)
     acceleration = load_item(drive.table, row + 3)
     angle = load_item(drive.table, row + 1) + elapsed * (speed + 0.5 * acceleration * elapsed)
@@ -68,14 +68,14 @@ def drive_of(drive: Constant | Schedule | Motor) -> tuple:
     if isinstance(drive, Constant):
         return Steady(drive.speed, drive.start_angle)
     if isinstance(drive, Schedule):
-        rows = schedule(drive)
-        return Scheduled(array_handle(rows), float(len(rows)))
+        table = schedule_table(drive)
+        return Scheduled(array_handle(table), float(len(table)))
     return Free(
         drive.stall_torque, 0.0 if math.isinf(drive.no_load_speed) else drive.stall_torque / drive.no_load_speed
     )
 
 
-def schedule(drive: Schedule) -> np.ndarray:
+def schedule_table(drive: Schedule) -> np.ndarray:
     """Return a speed table as (rows, 4): time (s), angle (rad), speed (rad/s), acceleration (rad/s^2) after the row.
 
     The speed is constant before the first row and after the last; the angle is `start_angle` at time 0.
@@ -86,16 +86,16 @@ def schedule(drive: Schedule) -> np.ndarray:
     steps = np.diff(times)
     angles = np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * steps))
     accelerations = np.append(np.diff(speeds) / steps, 0.0)
-    rows = np.stack([times, angles, speeds, accelerations], -1)
-    first_row, angle, speed, acceleration = rows[max(int(np.searchsorted(times, 0.0, side="right")) - 1, 0)]
-    rows[:, 1] += drive.start_angle - (angle - first_row * (speed - 0.5 * acceleration * first_row))
-    return rows
+    table = np.stack([times, angles, speeds, accelerations], -1)
+    row_time, angle, speed, acceleration = table[max(int(np.searchsorted(times, 0.0, side="right")) - 1, 0)]
+    table[:, 1] += drive.start_angle - (angle - row_time * (speed - 0.5 * acceleration * row_time))
+    return table
 
 
-def when(drive: Schedule, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def scheduled_passage(drive: Schedule, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return time (s), speed (rad/s) and acceleration (rad/s^2) when the crank reaches `angles` (rad)."""
-    rows = schedule(drive)
-    row = rows[np.clip(np.searchsorted(rows[:, 1], angles, side="right") - 1, 0, len(rows) - 1)]
+    table = schedule_table(drive)
+    row = table[np.clip(np.searchsorted(table[:, 1], angles, side="right") - 1, 0, len(table) - 1)]
     travel, speed, acceleration = angles - row[:, 1], row[:, 2], row[:, 3]
     end_speed = np.sqrt(np.maximum(speed**2 + 2.0 * acceleration * travel, 0.0))
     elapsed = np.where(travel == 0.0, 0.0, 2.0 * travel / np.where(speed + end_speed == 0.0, 1.0, speed + end_speed))

@@ -35,14 +35,14 @@ class Dynamics(Bodies):
     def _differentiate_loops(self) -> None:
         """Derive the motion of dependent coordinates from the loop equations."""
         loop_equations = equations(self)
-        rows = [equation.columns for equation in loop_equations]
-        solver = Solver(rows, self.machine.dependent)
+        loop_rows = [equation.columns for equation in loop_equations]
+        solver = Solver(loop_rows, self.machine.dependent)
         self.dependent = {item: {} for item in self.machine.dependent}
         for item in self.independent:
-            if any(item in row for row in rows):
-                for dependent_item, derivative in solver.solved([-row.get(item, ZERO) for row in rows]).items():
+            if any(item in row for row in loop_rows):
+                for dependent_item, derivative in solver.solve([-row.get(item, ZERO) for row in loop_rows]).items():
                     self.dependent[dependent_item][item] = derivative
-        self.dependent_bias = solver.solved([-equation.bias for equation in loop_equations])
+        self.dependent_bias = solver.solve([-equation.bias for equation in loop_equations])
 
     def reduce(self, columns: Columns) -> Columns:
         """Return derivatives by the independent coordinates."""
@@ -54,15 +54,15 @@ class Dynamics(Bodies):
 
     # ------------------------------------------------------------------------------------------ mass matrix
 
-    def entry(self, first: Coordinate, second: Coordinate) -> Expr:
+    def entry(self, row: Coordinate, column: Coordinate) -> Expr:
         """Return an entry of the mass matrix."""
         terms = []
         for body, columns in self.reduced.items():
             mass, inertia = self.inertia_of(body)
-            if first in columns and second in columns:
-                terms.append(mass * self._column_product(body, first, second))
+            if row in columns and column in columns:
+                terms.append(mass * self._column_product(body, row, column))
             spins = self.spins.get(self.spanning_tree.group[body], {})
-            terms.append(inertia * spins.get(first, ZERO) * spins.get(second, ZERO))
+            terms.append(inertia * spins.get(row, ZERO) * spins.get(column, ZERO))
         return sum_of(terms)
 
     def _column_product(self, body: int, first: Coordinate, second: Coordinate) -> Expr:
@@ -72,7 +72,7 @@ class Dynamics(Bodies):
             return columns[first].dot(columns[second])
         if first.kind != ANGLE:
             return ONE
-        arm = self.paths[body].arms[first.of]  # its length is independent of its direction
+        arm = self.paths[body].arms[first.owner]  # its length is independent of its direction
         return arm.dot(arm)
 
     def with_dependent(self, accelerations: Row) -> Row:
@@ -103,29 +103,33 @@ class Dynamics(Bodies):
             for body, point, joint_force, couple in endpoints:
                 force[body].append(joint_force)
                 moment[body] += [assign(f"loads[{i}].{couple}"), self.moment(body, point, joint_force)]
-        for applied in self.applied():
+        for applied in self.applied_loads():
             force[applied.body].append(applied.force)
             moment[applied.body] += [applied.torque, self.moment(applied.body, applied.point, applied.force)]
         return force, moment
 
     def moment(self, body: int, point: PlaneVector, force: PlaneVector) -> Expr:
         """Return the moment about its centre of mass of a force at a point of a body."""
-        return self.in_fixed(self.spanning_tree.group[body], point).cross(force)
+        return self.to_fixed_frame(self.spanning_tree.group[body], point).cross(force)
 
-    def generalised(self, crank_acceleration: Expr) -> Row:
+    def generalised_forces(self, crank_acceleration: Expr) -> Row:
         """Return the generalised forces of all coordinates, minus inertia terms from rates and from a driven crank."""
-        known = self.with_dependent({self.crank: crank_acceleration})  # accelerations before those of the coordinates
+        known_accelerations = self.with_dependent(
+            {self.crank: crank_acceleration}
+        )  # accelerations before those of the coordinates
         force, moment = self.forces()
         terms: dict[Coordinate, list[Expr]] = {item: [] for item in self.independent}
         for body, columns in self.reduced.items():
             mass, inertia = self.inertia_of(body)
-            acceleration = self.bias(self.paths[body]) + combination(self.tree_columns[body], known)
+            acceleration = self.bias(self.paths[body]) + combination(self.tree_columns[body], known_accelerations)
             net_force = vector_sum([*force[body], -(mass * acceleration)])
             for item, column in columns.items():
                 terms[item] += column.products(net_force)
             group = self.spanning_tree.group[body]
             if group != 0:
-                net_moment = sum_of([*moment[body], -(inertia * known.get(Coordinate(ANGLE, group), ZERO))])
+                net_moment = sum_of(
+                    [*moment[body], -(inertia * known_accelerations.get(Coordinate(ANGLE, group), ZERO))]
+                )
                 for item, derivative in self.spins[group].items():
                     terms[item].append(derivative * net_moment)
         for j in self.machine.sprung:
@@ -141,12 +145,12 @@ class Dynamics(Bodies):
         if not (machine.free or machine.steady):
             self.code.write("_, _, alpha = driven(mechanism.drive, pose.time)")
             alpha = self.code.expression("alpha")
-        right_side = self.generalised(alpha)
+        right_side = self.generalised_forces(alpha)
         if machine.free:
             torque = self.code.call("torque_at", "mechanism.drive", self.rate[crank])
-            solution = LDL(self.unknown, self.entry).solved(right_side | {crank: right_side[crank] + torque})
+            solution = LDL(self.unknown, self.entry).solve(right_side | {crank: right_side[crank] + torque})
         else:
-            solution = LDL(self.unknown, self.entry).solved(right_side)
+            solution = LDL(self.unknown, self.entry).solve(right_side)
             inertia_terms = [self.entry(crank, item) * solution[item] for item in self.unknown]
             torque = sum_of([*inertia_terms, -right_side[crank]])
         accelerations = tuple_code(solution[item] for item in self.unknown)

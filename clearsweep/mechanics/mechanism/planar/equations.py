@@ -37,11 +37,11 @@ def function_of(mechanism, name: str) -> Callable:
 def generated(name: str) -> Callable:
     """Return the function `name`, generated for the type of machine at its first call."""
 
-    def dispatch(mechanism, *remainder):
+    def dispatch(mechanism, *arguments):
         number = form_number(mechanism)
         if number not in by_form:
             by_form[number] = function_of(mechanism, name)
-        return by_form[number](mechanism, *remainder)
+        return by_form[number](mechanism, *arguments)
 
     by_form = {}  # faster than by `kinds_of`
     dispatch.body_of = functools.partial(function_of, name=name)
@@ -78,11 +78,11 @@ def _functions(kinds: tuple) -> dict[str, Callable]:
         functions["under_friction"] = kernel(functions["under_friction"])
     if "step" in functions:
         functions["step"], functions["closed"] = inlined(functions["step"]), kernel(functions["closed"])
-        functions["again"] = _again(functions["step"])
+        functions["again"] = _extra_step(functions["step"])
     return functions
 
 
-def _again(step: Callable) -> Callable:
+def _extra_step(step: Callable) -> Callable:
     """Return the extra Newton step `step` for numbers differentiated twice; others need none."""
 
     @kernel
@@ -139,16 +139,16 @@ def _call(function: str, *arguments: Expr) -> str:
 
 def _energy(machine: MachineType) -> str:
     bodies = Bodies(machine, "mechanism", "pose")
-    code, doubled, falling = bodies.code, [], []
+    code, twice_kinetic, vertical_momenta = bodies.code, [], []
     for body in range(1, machine.bodies):
         mass, inertia = bodies.inertia_of(body)
         velocity, spin = bodies.velocity(bodies.path_to(body)), bodies.spin(body)
-        doubled += [mass * component * component for component in velocity]
-        doubled.append(inertia * spin * spin)
-        falling.append(mass * velocity.y)
-    kinetic, momentum = 0.5 * sum_of(doubled), sum_of(falling)
+        twice_kinetic += [mass * component * component for component in velocity]
+        twice_kinetic.append(inertia * spin * spin)
+        vertical_momenta.append(mass * velocity.y)
+    kinetic, momentum = 0.5 * sum_of(twice_kinetic), sum_of(vertical_momenta)
     power = [-(code.expression("mechanism.gravity") * momentum)]
-    for load in bodies.applied():
+    for load in bodies.applied_loads():
         velocity = bodies.velocity(bodies.path_to(load.body, load.point))
         power += [*load.force.products(velocity), load.torque * bodies.spin(load.body)]
     for j in machine.sprung:
@@ -161,7 +161,7 @@ def _describe(machine: MachineType) -> str:
     code, crank = bodies.code, machine.groups.index(machine.spanning_tree.crank)
     position, velocity = _aim(bodies)
     values = ["pose.time", f"pose.turns[{crank}].angle", "motion.torque", position, velocity, "motion.output"]
-    for masses in machine.whole:
+    for masses in machine.whole_bodies:
         group = machine.spanning_tree.group[masses[0]]
         values += _centre_of_mass(bodies, masses)
         values += (

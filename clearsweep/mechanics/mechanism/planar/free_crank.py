@@ -22,11 +22,11 @@ MAX_WAIT = 30.0  # longest wait for a free crank, in times at its nominal speed
 STEPS_PER_TURN = 300  # for a turn of it
 TOLERANCE = 1e-9  # tolerance of a step: of angle (rad) and of rate over the nominal rate
 STAGE_TOLERANCE = 1e-3  # of the tolerance: the iteration has converged where a sweep moves the stages by less
-SWEEPS = 30  # of a step, at most
+MAX_SWEEPS = 30  # of a step, at most
 FIRST_STEP, SHRINK, GROW, SAFETY = 0.01, 0.3, 2.0, 0.8  # first step, in turns at the nominal rate; factors of the step
 MIN_STEP = 1e-12  # turns at the nominal rate: the integration stops where it needs shorter steps
 MAX_ITERATIONS = 60  # most iterations; Newton's method needs five
-SHARE_TOLERANCE = 1e-13  # of a step, of the time at which an angle is passed
+FRACTION_TOLERANCE = 1e-13  # of a step, of the time at which an angle is passed
 
 C = np.array(POINTS)
 _FROM_RATES, _LCM = coefficients_through(C).transposed, math.lcm(*range(1, STAGES + 1))
@@ -73,7 +73,7 @@ def _sweep(mechanism, y, h, nodes, rates, weight):
 @kernel
 def _error(h, rates, weight):
     """Return the error of a step over the allowed one, from how its rates decay in Legendre's polynomials."""
-    last = previous = 0.0
+    last_pair = earlier_pair = 0.0
     for row in range(2):
         for m in range(STAGES - 4, STAGES):
             total = SERIES[0, m] * rates[row, 0]
@@ -81,12 +81,12 @@ def _error(h, rates, weight):
                 total += SERIES[j, m] * rates[row, j]
             size = h * total * weight[row]
             if m >= STAGES - 2:
-                last += size * size
+                last_pair += size * size
             else:
-                previous += size * size
-    if not last + previous < math.inf:
+                earlier_pair += size * size
+    if not last_pair + earlier_pair < math.inf:
         return math.inf
-    return math.sqrt(last) * (last / previous if last < previous else 1.0)
+    return math.sqrt(last_pair) * (last_pair / earlier_pair if last_pair < earlier_pair else 1.0)
 
 
 @kernel
@@ -99,7 +99,7 @@ def _solve_step(mechanism, y, h, nodes, rates, weight):
         nodes[1, i] = y[1] + 0.0 * C[i]
         nodes[0, i] = y[0] + h * C[i] * y[1]
         nodes[2, i] = y[2] + h * C[i]
-    for _ in range(SWEEPS):
+    for _ in range(MAX_SWEEPS):
         change = _sweep(mechanism, y, h, nodes, rates, weight)
         if change < STAGE_TOLERANCE:
             return _error(h, rates, weight)
@@ -159,14 +159,14 @@ class FreeMotion(NamedTuple):
         """Return the function that gives angle and rate (2, m) at shares (m,) of steps (m,)."""
         start, powers = self.states[step].T, np.ascontiguousarray(self.powers[step].transpose(2, 1, 0))
 
-        def at(share: np.ndarray) -> np.ndarray:
+        def evaluate(fraction: np.ndarray) -> np.ndarray:
             values = powers[STAGES - 1]
             for k in range(STAGES - 2, -1, -1):
-                values = values * share + powers[k]
-            predicted: np.ndarray = start + values * share
+                values = values * fraction + powers[k]
+            predicted: np.ndarray = start + values * fraction
             return predicted
 
-        return at
+        return evaluate
 
 
 class CrankPassage:
@@ -176,27 +176,27 @@ class CrankPassage:
         """Integrate; machine : the compiled ideal machine; rate : rad/s, the nominal speed."""
         self.end = end
         self._motion = _free_motion(drive, machine, rate, end)
-        self._reached = np.maximum.accumulate(self._motion.states[:, 0])
+        self._highest_angles = np.maximum.accumulate(self._motion.states[:, 0])
 
-    def at(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def passage_at(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the times (s) at which the crank first passes angles (n,) rad, and its rates; nan if it never does."""
         motion, times = self._motion, np.full((2, len(angles)), math.nan)
-        step = np.searchsorted(self._reached, angles) - 1
-        before_start, passed = step < 0, (step >= 0) & (step < len(motion.times) - 1)
-        times[:, before_start] = np.array([[motion.times[0]], [motion.states[0, 1]]])
-        step, target = step[passed], angles[passed]
+        step = np.searchsorted(self._highest_angles, angles) - 1
+        is_before_start, is_passed = step < 0, (step >= 0) & (step < len(motion.times) - 1)
+        times[:, is_before_start] = np.array([[motion.times[0]], [motion.states[0, 1]]])
+        step, target = step[is_passed], angles[is_passed]
         low, high, state = np.zeros(len(step)), np.ones(len(step)), motion.interpolant(step)
-        share, length = 0.5 * (low + high), np.diff(motion.times)[step]
+        fraction, length = 0.5 * (low + high), np.diff(motion.times)[step]
         for _ in range(MAX_ITERATIONS):
-            angle, rate = state(share)
-            low, high = np.where(angle < target, share, low), np.where(angle < target, high, share)
+            angle, rate = state(fraction)
+            low, high = np.where(angle < target, fraction, low), np.where(angle < target, high, fraction)
             with np.errstate(divide="ignore", invalid="ignore"):
-                newton = share - (angle - target) / (rate * length)
+                newton = fraction - (angle - target) / (rate * length)
             improved = np.where((newton >= low) & (newton <= high), newton, 0.5 * (low + high))
-            change, share = np.max(np.abs(improved - share), initial=0.0), improved
-            if change < SHARE_TOLERANCE:
+            change, fraction = np.max(np.abs(improved - fraction), initial=0.0), improved
+            if change < FRACTION_TOLERANCE:
                 break
-        times[:, passed] = motion.times[step] + share * length, state(share)[1]
+        times[:, is_passed] = motion.times[step] + fraction * length, state(fraction)[1]
         return times[0], times[1]
 
 

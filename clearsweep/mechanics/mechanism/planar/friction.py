@@ -23,11 +23,11 @@ JAM_TOLERANCE = 1e-9  # the same after all sweeps: a larger change means that th
 
 _UNTIL_CONVERGED = """        change, largest = 0.0, 0.0
         for i in range({count}):
-            change = max(change, abs(plain(rub[i]) - plain(before[i])))
-            largest = max(largest, abs(plain(rub[i])))
+            change = max(change, abs(plain(friction[i]) - plain(before[i])))
+            largest = max(largest, abs(plain(friction[i])))
         if change <= {converged} * largest:
             break
-    motion = under_friction(mechanism, pose, loads, rub)[0]
+    motion = under_friction(mechanism, pose, loads, friction)[0]
     valid = 1.0 if change <= {jams} * largest else math.nan
     return FrictionMotion(motion.accelerations, motion.output, motion.torque, {power}, {speeds})
 """
@@ -36,19 +36,19 @@ _UNTIL_CONVERGED = """        change, largest = 0.0, 0.0
 _SOLVED = (
     """def accelerate(mechanism, pose, loads):
     normal = under_friction(mechanism, pose, loads, {zeros})[1]
-    rub = {friction}
+    friction = {friction}
     change, largest = 0.0, 0.0
     for _ in range({sweeps}):
-        normal = under_friction(mechanism, pose, loads, rub)[1]
-        before, rub = rub, {friction}
+        normal = under_friction(mechanism, pose, loads, friction)[1]
+        before, friction = friction, {friction}
 """
     + _UNTIL_CONVERGED
 )
 
 
 _GIVEN = """def accelerate(mechanism, pose, loads):
-    rub = {friction}
-    motion = under_friction(mechanism, pose, loads, rub)[0]
+    friction = {friction}
+    motion = under_friction(mechanism, pose, loads, friction)[0]
     return FrictionMotion(motion.accelerations, motion.output, motion.torque, {power}, {speeds})
 """
 
@@ -57,15 +57,15 @@ _GIVEN = """def accelerate(mechanism, pose, loads):
 #: within its limits, which may depend on reactions; several are iterated (projected Gauss-Seidel).
 _STICKING = (
     """def accelerate(mechanism, pose, loads):
-    _, normal, pace = under_friction(mechanism, pose, loads, {zeros})
-    rub = {friction}
-    _, normal, pace = under_friction(mechanism, pose, loads, rub)
-    yields, stuck, slips = {yields}, {stuck}, {slips}
+    _, normal, slip_rates = under_friction(mechanism, pose, loads, {zeros})
+    friction = {friction}
+    _, normal, slip_rates = under_friction(mechanism, pose, loads, friction)
+    compliances, stuck, slips = {compliances}, {stuck}, {slips}
     change, largest = 0.0, 0.0
     for _ in range({sweeps}):
-        before = rub
-        rub = {sliding}
-{turns}
+        before = friction
+        friction = {sliding}
+{sweep_lines}
 """
     + _UNTIL_CONVERGED
 )
@@ -118,7 +118,7 @@ class FrictionDynamics(Dynamics):
         """Return the terms of the forces on the bodies and of the moments about their centres of mass."""
         force, moment = super().forces()
         for i, friction_load in enumerate(self.machine.friction_loads):
-            j, size = friction_load.joint, self.code.assign(f"rub[{i}]")
+            j, size = friction_load.joint, self.code.assign(f"friction[{i}]")
             link, joint = self.machine.sites[j].link, self.joints[j]
             if not link.slides:
                 moment[link.distal].append(size)
@@ -138,7 +138,7 @@ class FrictionDynamics(Dynamics):
         It is 0 for friction of given size.
         """
         friction_loads = self.machine.friction_loads
-        if all(friction_load.given for friction_load in friction_loads):
+        if all(friction_load.is_given for friction_load in friction_loads):
             return [ZERO] * len(friction_loads)
         force, moment = self._joint_loads(accelerations)
         loop_reactions = self._loop_reactions(force, moment)
@@ -150,7 +150,7 @@ class FrictionDynamics(Dynamics):
         for friction_load in friction_loads:
             j = friction_load.joint
             reaction = loop_reactions[j] if j in loop_reactions else self._tree_reaction(j, force)
-            if friction_load.given:
+            if friction_load.is_given:
                 sizes.append(ZERO)
             elif self.machine.sites[j].link.slides:
                 sizes.append(f"abs({self.axis(j).left().dot(reaction)})")
@@ -196,10 +196,10 @@ class FrictionDynamics(Dynamics):
             for body, columns in self.tree_columns.items():
                 terms += columns[item].products(force[body]) if item in columns else ()
             if item.kind == ANGLE:
-                terms += [moment[body] for body in self.paths if self.spanning_tree.group[body] == item.of]
+                terms += [moment[body] for body in self.paths if self.spanning_tree.group[body] == item.owner]
             right_side[item] = sum_of(terms)
-        rows = [equation.columns for equation in equations(self, with_rates=False)]
-        multipliers = Solver(rows, machine.dependent).transposed(right_side)
+        loop_rows = [equation.columns for equation in equations(self, with_rates=False)]
+        multipliers = Solver(loop_rows, machine.dependent).solve_transposed(right_side)
         reactions: dict[int, PlaneVector] = {}
         row = 0
         for j in self.spanning_tree.loop_joints:
@@ -226,7 +226,7 @@ class FrictionDynamics(Dynamics):
 
 def accelerate(machine: MachineType) -> str:
     """Return the code of `accelerate` for machines with friction in joints without clearance."""
-    dynamics = FrictionDynamics(machine, "mechanism", "pose", "loads", "rub")
+    dynamics = FrictionDynamics(machine, "mechanism", "pose", "loads", "friction")
     motion, accelerations = dynamics.motion()
     normals = dynamics.normals(accelerations)
     slip_rates = [dynamics.slip_rate(load, accelerations) for load in machine.friction_loads if load.sticks]
@@ -234,7 +234,7 @@ def accelerate(machine: MachineType) -> str:
     under_friction = dynamics.code.function("under_friction", tuple_code(returned))
     bodies = Bodies(machine, "mechanism", "pose")
     frictions = [_friction_code(bodies, i, friction_load) for i, friction_load in enumerate(machine.friction_loads)]
-    powers = [f"rub[{i}] * {code.slip}" for i, code in enumerate(frictions)]
+    powers = [f"friction[{i}] * {code.slip}" for i, code in enumerate(frictions)]
     fields = {
         "zeros": tuple_code(["0.0"] * len(frictions)),
         "friction": tuple_code(code.force for code in frictions),
@@ -245,9 +245,9 @@ def accelerate(machine: MachineType) -> str:
         "speeds": tuple_code(code.speed for code in frictions),
     }
     if slip_rates:
-        template, fields = _STICKING, fields | _sticking(machine, frictions)
+        template, fields = _STICKING, fields | _sticking_code(machine, frictions)
     else:
-        template = _GIVEN if all(friction_load.given for friction_load in machine.friction_loads) else _SOLVED
+        template = _GIVEN if all(friction_load.is_given for friction_load in machine.friction_loads) else _SOLVED
     fields["power"] = tuple_code(powers if template is _GIVEN else (f"valid * ({power})" for power in powers))
     header, body = template.split("\n", 1)
     slips = "".join(f"    {line}\n" for line in bodies.code.lines)
@@ -279,39 +279,39 @@ class _FrictionCode(NamedTuple):
 def _friction_code(bodies: Bodies, i: int, friction_load: FrictionLoad) -> _FrictionCode:
     path, slip = f"mechanism.loads[{friction_load.load}]", str(_slip(bodies, friction_load))
     arm = "" if bodies.machine.sites[friction_load.joint].link.slides else f"{path}.radius"
-    normal = f"{path}.normal" if friction_load.given else f"normal[{i}]"
+    normal = f"{path}.normal" if friction_load.is_given else f"normal[{i}]"
     return _FrictionCode(path, arm, normal, slip, f"{arm} * {slip}" if arm else slip)
 
 
-def _sticking(machine: MachineType, frictions: list[_FrictionCode]) -> dict[str, str]:
+def _sticking_code(machine: MachineType, frictions: list[_FrictionCode]) -> dict[str, str]:
     """Return the additional code for a machine whose joints can stick, by field of the template _STICKING."""
     sticking = [i for i, friction_load in enumerate(machine.friction_loads) if friction_load.sticks]
     rate = f"abs(pose.turns[{machine.groups.index(machine.spanning_tree.crank)}].rate)"
 
-    def with_one(i: int, value: str) -> str:
-        return tuple_code([value if j == i else f"rub[{j}]" for j in range(len(frictions))])
+    def with_force(i: int, force: str) -> str:
+        return tuple_code([force if j == i else f"friction[{j}]" for j in range(len(frictions))])
 
-    sliding, yields, stuck, turns = [code.force for code in frictions], [], [], []
+    sliding, compliances, stuck, sweep_lines = [code.force for code in frictions], [], [], []
     for k, i in enumerate(sticking):
-        sliding[i] = f"where(stuck[{k}], rub[{i}], {frictions[i].force})"
-        perturbed = with_one(i, f"rub[{i}] + 1.0")
-        yields.append(f"under_friction(mechanism, pose, loads, {perturbed})[2][{k}] - pace[{k}]")
+        sliding[i] = f"where(stuck[{k}], friction[{i}], {frictions[i].force})"
+        perturbed = with_force(i, f"friction[{i}] + 1.0")
+        compliances.append(f"under_friction(mechanism, pose, loads, {perturbed})[2][{k}] - slip_rates[{k}]")
         stuck.append(f"abs({frictions[i].speed}) < {frictions[i].path}.friction.band")
-        turns += [
-            "_, normal, pace = under_friction(mechanism, pose, loads, rub)",
-            f"there = where(yields[{k}] > {MIN_COMPLIANCE}, yields[{k}], 1.0)",
+        sweep_lines += [
+            "_, normal, slip_rates = under_friction(mechanism, pose, loads, friction)",
+            f"compliance = where(compliances[{k}] > {MIN_COMPLIANCE}, compliances[{k}], 1.0)",
             f"limit = {frictions[i].limit}",
-            f"wanted = rub[{i}] - (pace[{k}] + {rate} * slips[{k}]) / there",
-            "wanted = min(max(wanted, -limit), limit)",
-            f"bounded = where(yields[{k}] > {MIN_COMPLIANCE}, wanted, rub[{i}])",
-            f"rub = {with_one(i, f'where(stuck[{k}], bounded, rub[{i}])')}",
+            f"stopping_force = friction[{i}] - (slip_rates[{k}] + {rate} * slips[{k}]) / compliance",
+            "stopping_force = min(max(stopping_force, -limit), limit)",
+            f"bounded = where(compliances[{k}] > {MIN_COMPLIANCE}, stopping_force, friction[{i}])",
+            f"friction = {with_force(i, f'where(stuck[{k}], bounded, friction[{i}])')}",
         ]
     return {
         "sliding": tuple_code(sliding),
-        "yields": tuple_code(yields),
+        "compliances": tuple_code(compliances),
         "stuck": tuple_code(stuck),
         "slips": tuple_code([frictions[i].slip for i in sticking]),
-        "turns": "\n".join(f"        {turn}" for turn in turns),
+        "sweep_lines": "\n".join(f"        {line}" for line in sweep_lines),
     }
 
 

@@ -29,44 +29,48 @@ from ...joint.friction.contract import friction_force, settled
 from ...trace import portable
 from ..contract import IdealMotion
 from .closure import STATIONS, Closure, MobilityError
-from .drive import drive_of, torque_at, when
+from .drive import drive_of, scheduled_passage, torque_at
 from .form import Mass, Segment
 from .free_crank import CrankPassage
-from .loads import by_rows, table_of
+from .loads import evaluate_table, table_of
 from .spanning_tree import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
-from .stations import Alike, stations_of
-from .turn import Turn, between
+from .stations import AlwaysEqual, stations_of
+from .turn import MachineStates, interpolate
 
 SWEEPS = 200  # iterations over reactions and the friction that they cause
 CONVERGED = 1e-14  # of the largest of these
 
 
 class Ideal:
-    """A machine without clearance, closed over a turn of its crank."""
+    """A machine without clearance, closed at stations of a revolution of its crank."""
 
     def __init__(self, machine: Machine):
-        self.full_machine, self.machine = machine, _without_history(determined(machine))
+        self.full_machine, self.machine = machine, _without_history(without_free_bodies(machine))
         self.closure = Closure(self.machine)
         self.stations = stations_of(self.machine)
-        self.turn = self.stations.turn
+        self.revolution = self.stations.states
         masses = masses_of(self.machine)
         self.inertia = np.concatenate([[body.mass, body.mass, body.inertia] for body in masses])
         self.tables = {load.name: table_of(load) for load in machine.loads if isinstance(load, Tabled)}
-        self.by_open_joints: dict[frozenset[str], Any] = {}  # compiled machine by the names of its open joints
+        self.compiled_by_open_joints: dict[frozenset[str], Any] = {}  # compiled machine by the names of its open joints
         self._passage: CrankPassage | None = None  # motion of a free crank, as far as requested
 
-    def at(self, angles: np.ndarray) -> Turn:
+    def states_at(self, angles: np.ndarray) -> MachineStates:
         """Return the machine at crank angles (N,) rad, unwrapped from its start."""
-        return self._closed(angles) if len(angles) < STATIONS else self.stations.at(angles, self._closed)
+        return (
+            self._closed_states(angles)
+            if len(angles) < STATIONS
+            else self.stations.states_at(angles, self._closed_states)
+        )
 
-    def _closed(self, angles: np.ndarray) -> Turn:
+    def _closed_states(self, angles: np.ndarray) -> MachineStates:
         """Return the machine closed anew at crank angles (N,) rad."""
-        q = self.closure.closed(between(self.turn, angles).q, angles)
-        return Turn(angles, q, *self.closure.derivatives(q, angles))
+        q = self.closure.close(interpolate(self.revolution, angles).q, angles)
+        return MachineStates(angles, q, *self.closure.derivatives(q, angles))
 
-    def output_at(self, turn: Turn) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def output_at(self, states: MachineStates) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the output and its first two derivatives by the crank's angle."""
-        aim, q, derivative, second_derivative = self.machine.aim, turn.q, turn.first, turn.second
+        aim, q, derivative, second_derivative = self.machine.aim, states.q, states.derivative, states.second_derivative
         i = 3 * self.closure.index[aim.body]
         if not aim.point:
             return q[:, i + 2], derivative[:, i + 2], second_derivative[:, i + 2]
@@ -86,56 +90,62 @@ class Ideal:
             - axial * angle_derivative**2,
         )
 
-    def apart(self, offsets: Mapping, angle: float) -> Turn:
+    def displaced_states(self, offsets: Mapping, angle: float) -> MachineStates:
         """Return the machine at a crank angle with joints displaced by `offsets`; nan if that is impossible."""
-        nearest_station, displaced = int(np.argmin(np.abs(self.turn.angles - angle))), self.closure.apart(offsets)
-        q = displaced.closed(self.turn.q[nearest_station], angle)
+        nearest_station, displaced = (
+            int(np.argmin(np.abs(self.revolution.angles - angle))),
+            self.closure.displaced(offsets),
+        )
+        q = displaced.close(self.revolution.q[nearest_station], angle)
         if not np.all(np.isfinite(q)):
-            return Turn(np.array(angle), q, q, q)
-        return Turn(np.array(angle), q, *displaced.derivatives(q, angle))
+            return MachineStates(np.array(angle), q, q, q)
+        return MachineStates(np.array(angle), q, *displaced.derivatives(q, angle))
 
-    def coordinate(self, item: Coordinate, turn: Turn) -> tuple[np.ndarray, np.ndarray]:
+    def coordinate(self, item: Coordinate, states: MachineStates) -> tuple[np.ndarray, np.ndarray]:
         """Return a coordinate of the whole machine and its derivative by the crank's angle, each (...).
 
         A coordinate that the ideal machine does not determine keeps its initial value.
         """
         if item.kind != RUN:
-            name = [name for name in self.full_machine.bodies if name != GROUND][item.of - 1]
+            name = [name for name in self.full_machine.bodies if name != GROUND][item.owner - 1]
             if name not in self.closure.index:
                 initial = self.full_machine.bodies[name].initial
-                return np.full(turn.q.shape[:-1], start_of(initial, item.kind)[0]), np.zeros(turn.q.shape[:-1])
+                return np.full(states.q.shape[:-1], initial_coordinate(initial, item.kind)[0]), np.zeros(
+                    states.q.shape[:-1]
+                )
             i = 3 * self.closure.index[name] + {ANGLE: 2, SHIFT_X: 0, SHIFT_Y: 1}[item.kind]
-            return turn.q[..., i], turn.first[..., i]
-        joint = self.full_machine.joints[item.of]
+            return states.q[..., i], states.derivative[..., i]
+        joint = self.full_machine.joints[item.owner]
         direction, spin = (
-            joint.axis + self.closure.angle(joint.proximal.body, turn.q),
-            self.closure.angle(joint.proximal.body, turn.first),
+            joint.axis + self.closure.angle(joint.proximal.body, states.q),
+            self.closure.angle(joint.proximal.body, states.derivative),
         )
         c, s = portable.cos(direction), portable.sin(direction)
-        near_end, far_end = (
-            self.closure.end(endpoint, turn.q, turn.first) for endpoint in (joint.proximal, joint.distal)
+        proximal, distal = (
+            self.closure.point_motion(endpoint, states.q, states.derivative)
+            for endpoint in (joint.proximal, joint.distal)
         )
         x, y, dx, dy = (
-            far_end.x - near_end.x,
-            far_end.y - near_end.y,
-            far_end.dx - near_end.dx,
-            far_end.dy - near_end.dy,
+            distal.x - proximal.x,
+            distal.y - proximal.y,
+            distal.dx - proximal.dx,
+            distal.dy - proximal.dy,
         )
         return c * x + s * y, c * dx + s * dy + spin * (c * y - s * x)
 
-    def coordinate_over_turn(self, item: Coordinate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return a coordinate over the turn and its derivatives by the crank's angle, the second approximately."""
-        values, slopes = self.coordinate(item, self.turn)
-        return values, slopes, np.gradient(slopes, self.turn.angles, edge_order=2)
+    def coordinate_over_revolution(self, item: Coordinate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return a coordinate at the stations and its derivatives by the crank's angle, the second approximately."""
+        values, slopes = self.coordinate(item, self.revolution)
+        return values, slopes, np.gradient(slopes, self.revolution.angles, edge_order=2)
 
     def motion(self, angles: np.ndarray, form: Callable[[], tuple]) -> IdealMotion:
         """Return the motion of the output and the reactions at crank angles (N,) rad from its start on.
 
         form : returns the compiled form of the machine, for a free crank.
         """
-        turn, (time, rate) = self.at(angles), self.crank_passage(angles, form)
-        position, derivative, second_derivative = self.output_at(turn)
-        acceleration, reactions, torque = self.balance(turn, rate, time)
+        states, (time, rate) = self.states_at(angles), self.crank_passage(angles, form)
+        position, derivative, second_derivative = self.output_at(states)
+        acceleration, reactions, torque = self.balance(states, rate, time)
         return IdealMotion(
             position, derivative * rate, second_derivative * rate**2 + derivative * acceleration, reactions, torque
         )
@@ -149,127 +159,133 @@ class Ideal:
         if isinstance(drive, Constant):
             return (angles - drive.start_angle) / drive.speed, np.full(len(angles), drive.speed)
         if isinstance(drive, Schedule):
-            return when(drive, angles)[:2]
-        far_end = float(np.max(angles))
-        if self._passage is None or self._passage.end < far_end:
-            self._passage = CrankPassage(drive, form(), self.rate(), far_end)
-        return self._passage.at(angles)
+            return scheduled_passage(drive, angles)[:2]
+        last_angle = float(np.max(angles))
+        if self._passage is None or self._passage.end < last_angle:
+            self._passage = CrankPassage(drive, form(), self.reference_rate(), last_angle)
+        return self._passage.passage_at(angles)
 
     # ------------------------------------------------------------------------------------------ forces
 
     def balance(
-        self, turn: Turn, rate: np.ndarray, time: np.ndarray
+        self, states: MachineStates, rate: np.ndarray, time: np.ndarray
     ) -> tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]:
         """Return the crank's angular acceleration (N,), the force (N, 2) N on each joint's distal body, and the torque.
 
         The torque (N,) N m is the drive's on the crank, by virtual work: joints do none as the crank turns.
         """
-        applied_forces = self.applied_forces(turn, rate, time)
-        multipliers_of = self._multipliers(turn)
-        rows = self.closure.first
+        applied_forces = self.applied_forces(states, rate, time)
+        multipliers_of = self._multipliers(states)
+        first_rows = self.closure.first_rows
 
-        def solve(rubbing):
-            acceleration = self.crank_acceleration(turn, rate, time, applied_forces + rubbing)
-            acceleration_of_bodies = turn.second * (rate**2)[:, None] + turn.first * acceleration[:, None]
-            effective_forces = applied_forces + rubbing - self.inertia * acceleration_of_bodies
+        def solve(friction):
+            acceleration = self.crank_acceleration(states, rate, time, applied_forces + friction)
+            acceleration_of_bodies = (
+                states.second_derivative * (rate**2)[:, None] + states.derivative * acceleration[:, None]
+            )
+            effective_forces = applied_forces + friction - self.inertia * acceleration_of_bodies
             multipliers = multipliers_of(effective_forces)
             reactions = {
-                joint.name: self.reaction_of(joint, turn, multipliers[:, first_row:last_row])
-                for joint, first_row, last_row in zip(self.machine.joints, rows, rows[1:], strict=False)
+                joint.name: self.reaction_of(joint, states, multipliers[:, first_row:last_row])
+                for joint, first_row, last_row in zip(self.machine.joints, first_rows, first_rows[1:], strict=False)
             }
             return reactions, acceleration, effective_forces
 
-        reactions, acceleration, effective_forces = self.with_friction(turn, rate, solve)
-        return acceleration, reactions, -np.sum(turn.first * effective_forces, -1)
+        reactions, acceleration, effective_forces = self.with_friction(states, rate, solve)
+        return acceleration, reactions, -np.sum(states.derivative * effective_forces, -1)
 
-    def with_friction(self, turn: Turn, rate: np.ndarray, solve: Callable[[np.ndarray], tuple]) -> tuple:
+    def with_friction(self, states: MachineStates, rate: np.ndarray, solve: Callable[[np.ndarray], tuple]) -> tuple:
         """Iterate over reactions and the friction that they cause; return the last result of `solve`.
 
         solve : returns the reactions by joint, and further results, from forces of friction (N, 3 bodies)
         """
         forces = [load for load in self.machine.loads if isinstance(load, (Rubbing, Braking))]
-        rubbing = np.zeros_like(turn.q)
+        friction = np.zeros_like(states.q)
         for _ in range(SWEEPS):
-            result = solve(rubbing)
+            result = solve(friction)
             if not forces:
                 break
-            previous, rubbing = rubbing, self.friction_forces(forces, turn, rate, result[0])
-            if np.max(np.abs(rubbing - previous)) <= CONVERGED * np.max(np.abs(rubbing)):
+            last_friction, friction = friction, self.friction_forces(forces, states, rate, result[0])
+            if np.max(np.abs(friction - last_friction)) <= CONVERGED * np.max(np.abs(friction)):
                 break
         return result
 
-    def _multipliers(self, turn: Turn) -> Callable[[np.ndarray], np.ndarray]:
-        """Return a function that gives the multipliers (N, rows) of the constraints from forces (N, 3 bodies)."""
-        if len(turn.angles) < STATIONS:
-            angle_derivative = self.closure.evaluate(turn.q, turn.angles)[1].transpose(0, 2, 1)
-            return lambda left_side: np.linalg.solve(angle_derivative, left_side[..., None])[..., 0]
-        inverse = self.stations.inverse_at(self.closure, turn)
-        return lambda left_side: np.einsum("nij,nj->ni", inverse, left_side)
+    def _multipliers(self, states: MachineStates) -> Callable[[np.ndarray], np.ndarray]:
+        """Return a function of forces (N, 3 bodies) that returns the multipliers (N, rows) of the constraints."""
+        if len(states.angles) < STATIONS:
+            transposed_jacobian = self.closure.evaluate(states.q, states.angles)[1].transpose(0, 2, 1)
+            return lambda forces: np.linalg.solve(transposed_jacobian, forces[..., None])[..., 0]
+        inverse = self.stations.inverse_at(self.closure, states)
+        return lambda forces: np.einsum("nij,nj->ni", inverse, forces)
 
-    def applied_forces(self, turn: Turn, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
+    def applied_forces(self, states: MachineStates, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
         """Return the forces (N, 3 bodies) of gravity and of all loads except friction, about the centres of mass."""
-        force = np.zeros_like(turn.q)
+        force = np.zeros_like(states.q)
         force[:, 1::3] -= self.inertia[1::3] * self.machine.gravity
         for load in self.machine.loads:
             if isinstance(load, Spring):
-                self._spring(load, turn, rate, force)
+                self._spring(load, states, rate, force)
             elif isinstance(load, Tabled):
-                parts = by_rows(self.tables[load.name], turn.angles if load.over == "angle" else time)
-                self.add_force(force, turn, load.at, parts[:, :2], parts[:, 2])
+                load_values = evaluate_table(self.tables[load.name], states.angles if load.over == "angle" else time)
+                self.add_force(force, states, load.at, load_values[:, :2], load_values[:, 2])
             elif isinstance(load, Push):
-                load_force = np.tile([load.fx, load.fy], (len(turn.q), 1))
-                self.add_force(force, turn, load.at, load_force, np.full(len(turn.q), load.torque))
+                load_force = np.tile([load.fx, load.fy], (len(states.q), 1))
+                self.add_force(force, states, load.at, load_force, np.full(len(states.q), load.torque))
         return force
 
-    def crank_acceleration(self, turn: Turn, rate, time, force: np.ndarray) -> np.ndarray:
+    def crank_acceleration(self, states: MachineStates, rate, time, force: np.ndarray) -> np.ndarray:
         """Return the crank's angular acceleration (rad/s^2): generalised force over generalised inertia."""
         drive = self.machine.drive
         if isinstance(drive, Constant):
             return np.zeros(len(rate))
         if isinstance(drive, Schedule):
-            return when(drive, turn.angles)[2]
+            return scheduled_passage(drive, states.angles)[2]
         drive_torque = torque_at(drive_of(drive), rate)
-        left_side = force - self.inertia * turn.second * (rate**2)[:, None]
-        mass = np.sum(self.inertia * turn.first**2, -1)
-        return (drive_torque + np.sum(turn.first * left_side, -1)) / mass
+        net_force = force - self.inertia * states.second_derivative * (rate**2)[:, None]
+        mass = np.sum(self.inertia * states.derivative**2, -1)
+        return (drive_torque + np.sum(states.derivative * net_force, -1)) / mass
 
-    def add_force(self, force, turn: Turn, endpoint: At, applied: np.ndarray, torque) -> None:
+    def add_force(self, force, states: MachineStates, endpoint: At, applied: np.ndarray, torque) -> None:
         """Add a force (N, 2) at a point of a body, and a torque (N,), to the forces on all bodies."""
         if endpoint.body == GROUND:
             return
-        i, endpoint_motion = 3 * self.closure.index[endpoint.body], self.closure.end(endpoint, turn.q, turn.first)
+        i, endpoint_motion = (
+            3 * self.closure.index[endpoint.body],
+            self.closure.point_motion(endpoint, states.q, states.derivative),
+        )
         force[:, i : i + 2] += applied
         force[:, i + 2] += endpoint_motion.lever_x * applied[:, 0] + endpoint_motion.lever_y * applied[:, 1] + torque
 
-    def _spring(self, load: Spring, turn: Turn, rate, force) -> None:
-        derivative, second_derivative = (
-            self.closure.end(endpoint, turn.q, turn.first) for endpoint in (load.first, load.second)
+    def _spring(self, load: Spring, states: MachineStates, rate, force) -> None:
+        first_point, second_point = (
+            self.closure.point_motion(endpoint, states.q, states.derivative) for endpoint in (load.first, load.second)
         )
-        x, y = second_derivative.x - derivative.x, second_derivative.y - derivative.y
+        x, y = second_point.x - first_point.x, second_point.y - first_point.y
         length = np.hypot(x, y)
         direction = np.stack([x, y], -1) / length[:, None]
-        opening = (x * (second_derivative.dx - derivative.dx) + y * (second_derivative.dy - derivative.dy)) / length
+        opening = (x * (second_point.dx - first_point.dx) + y * (second_point.dy - first_point.dy)) / length
         tension = load.stiffness * (length - load.free_length) + load.damping * rate * opening
-        self.add_force(force, turn, load.first, tension[:, None] * direction, 0.0)
-        self.add_force(force, turn, load.second, -tension[:, None] * direction, 0.0)
+        self.add_force(force, states, load.first, tension[:, None] * direction, 0.0)
+        self.add_force(force, states, load.second, -tension[:, None] * direction, 0.0)
 
-    def friction_forces(self, forces: list, turn: Turn, rate, reactions) -> np.ndarray:
+    def friction_forces(self, forces: list, states: MachineStates, rate, reactions) -> np.ndarray:
         """Return the forces (N, 3 bodies) of friction in joints under their reactions."""
-        generalized = np.zeros_like(turn.q)
+        forces_on_bodies = np.zeros_like(states.q)
         for load in forces:
             joint = next(joint for joint in self.machine.joints if joint.name == load.joint)
             normal = np.hypot(*reactions[joint.name].T)
             if isinstance(load, Braking):
                 normal = np.full(len(rate), load.normal)
             turning_rates = [
-                self.closure.angle(endpoint.body, turn.first) * rate for endpoint in (joint.distal, joint.proximal)
+                self.closure.angle(endpoint.body, states.derivative) * rate
+                for endpoint in (joint.distal, joint.proximal)
             ]
             slip = load.radius * (turning_rates[0] - turning_rates[1])
             if isinstance(joint, Guide):
-                slip = self.coordinate(Coordinate(RUN, self.machine.joints.index(joint)), turn)[1] * rate
+                slip = self.coordinate(Coordinate(RUN, self.machine.joints.index(joint)), states)[1] * rate
             friction = np.array([friction_force(load.friction, n, v) for n, v in zip(normal, slip, strict=True)])
             direction = (
-                joint.axis + self.closure.angle(joint.proximal.body, turn.q) if isinstance(joint, Guide) else 0.0
+                joint.axis + self.closure.angle(joint.proximal.body, states.q) if isinstance(joint, Guide) else 0.0
             )
             friction_vector = (
                 friction[:, None] * np.stack([np.cos(direction), np.sin(direction)], -1)
@@ -279,19 +295,19 @@ class Ideal:
             for endpoint, sign in ((joint.distal, 1.0), (joint.proximal, -1.0)):
                 zero = np.zeros((len(rate), 2))
                 torque = 0.0 if isinstance(joint, Guide) else sign * load.radius * friction
-                self.add_force(generalized, turn, endpoint, zero + sign * friction_vector, torque)
-        return generalized
+                self.add_force(forces_on_bodies, states, endpoint, zero + sign * friction_vector, torque)
+        return forces_on_bodies
 
-    def reaction_of(self, joint, turn: Turn, multipliers: np.ndarray) -> np.ndarray:
+    def reaction_of(self, joint, states: MachineStates, multipliers: np.ndarray) -> np.ndarray:
         """Return the force (N, 2) N on a joint's distal body from the multipliers of its constraints."""
         if isinstance(joint, Guide | Stretch | Slot):
-            direction = joint.axis + self.closure.angle(joint.proximal.body, turn.q)
+            direction = joint.axis + self.closure.angle(joint.proximal.body, states.q)
             return -multipliers[:, -1:] * np.stack([-np.sin(direction), np.cos(direction)], -1)
         return -multipliers
 
-    def rate(self) -> float:
+    def reference_rate(self) -> float:
         """Return the reference rate (rad/s): speed of the crank, or one that it reaches."""
-        drive, turn = self.machine.drive, self.turn
+        drive, states = self.machine.drive, self.revolution
         if isinstance(drive, Constant):
             return drive.speed
         if isinstance(drive, Schedule):
@@ -301,11 +317,11 @@ class Ideal:
         )
         if given_speed > 0.0:
             return given_speed
-        mass = float(np.mean(np.sum(self.inertia * turn.first**2, -1)))
+        mass = float(np.mean(np.sum(self.inertia * states.derivative**2, -1)))
         return math.sqrt(4.0 * math.pi * abs(drive.stall_torque) / mass) or 1.0
 
 
-def determined(machine: Machine) -> Machine:
+def without_free_bodies(machine: Machine) -> Machine:
     """Return a machine without the free bodies that its joints do not determine; raise MobilityError.
 
     A free body has a given initial state.  Its joints and the loads on it are also removed.
@@ -350,7 +366,7 @@ def _joints_of(load: Any) -> set[str]:
     return {load.joint} if isinstance(load, Rubbing | Braking) else set()
 
 
-def start_of(initial: Initial, kind: int) -> tuple[float, float]:
+def initial_coordinate(initial: Initial, kind: int) -> tuple[float, float]:
     """Return the initial coordinate of a free body and its rate."""
     return {
         ANGLE: (initial.angle, initial.rate),
@@ -362,34 +378,34 @@ def start_of(initial: Initial, kind: int) -> tuple[float, float]:
 def masses_of(machine: Machine) -> list[Mass | Segment]:
     """Return mass and moment of inertia of every moving body; a flywheel turns with the crank."""
     crank = next(joint.distal.body for joint in machine.joints if joint.name == machine.driven)
-    wheel = machine.drive.inertia if isinstance(machine.drive, Motor) else 0.0
+    flywheel_inertia = machine.drive.inertia if isinstance(machine.drive, Motor) else 0.0
     elastic = {joint.distal.body for joint in machine.joints if isinstance(joint, Stretch)}
     return [
-        (Segment if name in elastic else Mass)(body.mass, body.inertia + (wheel if name == crank else 0.0))
+        (Segment if name in elastic else Mass)(body.mass, body.inertia + (flywheel_inertia if name == crank else 0.0))
         for name, body in machine.bodies.items()
         if name != GROUND
     ]
 
 
 @functools.lru_cache(maxsize=64)
-def _cached_ideal(key: bytes, machine: Alike) -> Ideal:
+def _cached_ideal(key: bytes, machine: AlwaysEqual) -> Ideal:
     return Ideal(machine.value)
 
 
 def ideal_of(machine: Machine) -> Ideal:
     """Return the Ideal of a machine; the cases of a sweep share few of them."""
-    return _cached_ideal(key_of(machine), Alike(machine))
+    return _cached_ideal(key_of(machine), AlwaysEqual(machine))
 
 
 def key_of(machine: Machine) -> bytes:
     """Return a key that equal machines share; a machine is pickled only once."""
     cached = _KEYS.get(id(machine))
     if cached is None:
-        if len(_KEYS) >= MOST_KEYS:
+        if len(_KEYS) >= MAX_KEYS:
             _KEYS.clear()
         cached = _KEYS[id(machine)] = machine, pickle.dumps(machine)
     return cached[1]
 
 
-MOST_KEYS = 256
+MAX_KEYS = 256
 _KEYS: dict[int, tuple[Machine, bytes]] = {}  # id of a machine, which stays as long as it is in here -> its key

@@ -63,7 +63,7 @@ class Kinematics:
         for i, g in enumerate(self.machine.groups):
             self.cosine[g], self.sine[g] = (assign(f"pose.turns[{i}].{k}") for k in ("c", "s"))
             self.rate[Coordinate(ANGLE, g)] = assign(f"pose.turns[{i}].rate")
-        runs = [item.of for item in self.spanning_tree.coordinates if item.kind == RUN]
+        runs = [item.owner for item in self.spanning_tree.coordinates if item.kind == RUN]
         for i, j in enumerate(runs):
             self.run[j] = assign(f"pose.runs[{i}][0]")
             self.rate[Coordinate(RUN, j)] = assign(f"pose.runs[{i}][1]")
@@ -96,13 +96,13 @@ class Kinematics:
         arms[group] = arms.get(group, NO_VECTOR) + point
         return Path(arms, runs, roots)
 
-    def between(self, first: Path, second: Path) -> Path:
+    def between(self, start: Path, end: Path) -> Path:
         """Return the path from one point to another."""
-        arms = dict(second.arms)
-        for g, arm in first.arms.items():
+        arms = dict(end.arms)
+        for g, arm in start.arms.items():
             other_arm = arms.get(g, NO_VECTOR)
             arms[g] = NO_VECTOR if arm == other_arm else other_arm - arm
-        return Path(arms, _difference(second.runs, first.runs), _difference(second.roots, first.roots))
+        return Path(arms, _difference(end.runs, start.runs), _difference(end.roots, start.roots))
 
     def gap(self, j: int) -> Path:
         """Return the path from the proximal to the distal point of a joint."""
@@ -120,22 +120,22 @@ class Kinematics:
 
     # ------------------------------------------------------------------------------------------ motion
 
-    def in_fixed(self, group: int, vector: PlaneVector) -> PlaneVector:
+    def to_fixed_frame(self, group: int, vector: PlaneVector) -> PlaneVector:
         """Return a vector fixed in a group, in the fixed frame."""
         return vector.rotated(self.cosine[group], self.sine[group]) if group else vector
 
     def position(self, path: Path) -> PlaneVector:
         """Return the position at the end of a path."""
         shifts = [signed(sign, self.shift[body]) for body, sign in path.roots.items()]
-        return vector_sum([*shifts, *(self.in_fixed(g, arm) for g, arm in path.arms.items())])
+        return vector_sum([*shifts, *(self.to_fixed_frame(g, arm) for g, arm in path.arms.items())])
 
     def axis(self, j: int) -> PlaneVector:
         """Return the direction of a guide in the fixed frame."""
-        return self.in_fixed(self.spanning_tree.group[self.machine.sites[j].link.proximal], self.joints[j].axis)
+        return self.to_fixed_frame(self.spanning_tree.group[self.machine.sites[j].link.proximal], self.joints[j].axis)
 
     def columns(self, path: Path) -> Columns:
         """Return the derivatives of the position at the end of a path."""
-        columns = {Coordinate(ANGLE, g): self.in_fixed(g, arm).left() for g, arm in path.arms.items() if g != 0}
+        columns = {Coordinate(ANGLE, g): self.to_fixed_frame(g, arm).left() for g, arm in path.arms.items() if g != 0}
         for j, sign in path.runs.items():
             columns[Coordinate(RUN, j)] = signed(sign, self.axis(j))
         for body, sign in path.roots.items():
@@ -154,7 +154,7 @@ class Kinematics:
             if g != 0 and arm != NO_VECTOR:
                 rate = self.rate[Coordinate(ANGLE, g)]
                 square = self.code.assign(rate * rate)
-                terms.append(-(square * self.in_fixed(g, arm)))
+                terms.append(-(square * self.to_fixed_frame(g, arm)))
         for j, sign in path.runs.items():
             g = self.spanning_tree.group[self.machine.sites[j].link.proximal]
             if g != 0:
@@ -179,7 +179,7 @@ class Bodies(Kinematics):
         mass, inertia = (self.code.assign(f"mechanism.bodies[{body - 1}].{key}") for key in ("mass", "inertia"))
         return mass, inertia
 
-    def applied(self) -> list[Load]:
+    def applied_loads(self) -> list[Load]:
         """Return every external load except gravity."""
         loads: list[Load] = []
         for i, load in enumerate(self.machine.loads):
@@ -200,7 +200,7 @@ class Bodies(Kinematics):
             if line not in self.code.lines:
                 self.code.write(line)
             fx, fy, torque = map(self.code.expression, names)
-        ((body, point),) = load.ends
+        ((body, point),) = load.points
         return Load(body, self.code.vector(point), PlaneVector(fx, fy), torque)
 
     def tension(self, j: int) -> Expr:
@@ -214,15 +214,17 @@ class Bodies(Kinematics):
         """Return the forces of the load number `i`, a spring and damper, at both ends."""
         path_code = f"mechanism.loads[{i}]"
         stiffness, damping = (self.code.expression(f"{path_code}.{name}") for name in ("stiffness", "damping"))
-        (first, near), (second, far) = ((body, self.code.vector(point)) for body, point in load.ends)
-        path = self.between(self.path_to(first, near), self.path_to(second, far))
+        (first_body, first_point), (second_body, second_point) = (
+            (body, self.code.vector(point)) for body, point in load.points
+        )
+        path = self.between(self.path_to(first_body, first_point), self.path_to(second_body, second_point))
         distance, velocity = self.position(path), self.velocity(path)
         length = self.code.call("math.sqrt", distance.dot(distance))
         unit = (1.0 / length) * distance
         rate = unit.assigned().dot(velocity)
         extension = length - self.code.assign(f"{path_code}.free_length")
         force = ((stiffness * extension + damping * rate) * unit).assigned()
-        return [Load(first, near, force, ZERO), Load(second, far, -force, ZERO)]
+        return [Load(first_body, first_point, force, ZERO), Load(second_body, second_point, -force, ZERO)]
 
 
 def signed(sign: int, vector: PlaneVector) -> PlaneVector:

@@ -33,7 +33,7 @@ class LDL(Generic[Unknown]):
             solution[a] = sum_of([right_side.get(a, ZERO), *eliminated])
         return solution
 
-    def solved(self, right_side: Mapping[Unknown, Expr]) -> dict[Unknown, Expr]:
+    def solve(self, right_side: Mapping[Unknown, Expr]) -> dict[Unknown, Expr]:
         """Return the unknowns for a right-hand side."""
         reduced = self.forward(right_side)  # D L^T times the unknowns
         solution: dict[Unknown, Expr] = {}

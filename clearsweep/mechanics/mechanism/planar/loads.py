@@ -11,9 +11,9 @@ from ...compiled.array_handle import ArrayHandle, array_handle, load_item, row_o
 from ...compiled.dual import plain
 from ...compiled.family import kernel
 
-_PARTS = 3  # quantities in a table: force x, y, torque
+_QUANTITIES = 3  # quantities in a table: force x, y, torque
 _POWERS = 4  # coefficients of the polynomials between its rows
-_WIDTH = 1 + _PARTS * _POWERS  # numbers in a row: knot, then the polynomials after it
+_WIDTH = 1 + _QUANTITIES * _POWERS  # numbers in a row: knot, then the polynomials after it
 
 
 class Pushing(NamedTuple):
@@ -30,7 +30,7 @@ class Table(NamedTuple):
     """Table of force and torque."""
 
     table: ArrayHandle  # address of (rows, _WIDTH) numbers
-    rows: float
+    row_count: float
     span: float  # rad, period; 0: constant beyond its ends
 
 
@@ -80,23 +80,21 @@ class Braked(NamedTuple):
 
 
 @kernel
-def by_table(values_given, argument):
+def by_table(table, argument):
     """Return force x, y (N) and torque (N m) of a Table at an angle (rad) or time (s)."""
-    rows = int(values_given.rows)
-    first, last = load_item(values_given.table, 0), load_item(values_given.table, _WIDTH * (rows - 1))
+    row_count = int(table.row_count)
+    first_knot, last_knot = load_item(table.table, 0), load_item(table.table, _WIDTH * (row_count - 1))
     plain_argument = plain(argument)
-    whole_spans = (
-        values_given.span * math.floor((plain_argument - first) / values_given.span) if values_given.span > 0.0 else 0.0
-    )
-    plain_argument = min(max(plain_argument - whole_spans, first), last)
-    row = row_of(values_given.table, _WIDTH, rows - 1, plain_argument)
-    remaining = argument - (whole_spans + load_item(values_given.table, row))
-    if values_given.span == 0.0 and (plain(argument) < first or plain(argument) > last):
-        remaining = 0.0 * remaining + (plain_argument - load_item(values_given.table, row))
+    shift = table.span * math.floor((plain_argument - first_knot) / table.span) if table.span > 0.0 else 0.0
+    plain_argument = min(max(plain_argument - shift, first_knot), last_knot)
+    row = row_of(table.table, _WIDTH, row_count - 1, plain_argument)
+    remaining = argument - (shift + load_item(table.table, row))
+    if table.span == 0.0 and (plain(argument) < first_knot or plain(argument) > last_knot):
+        remaining = 0.0 * remaining + (plain_argument - load_item(table.table, row))
     return (
-        _polynomial(values_given.table, row + 1, remaining),
-        _polynomial(values_given.table, row + 1 + _POWERS, remaining),
-        _polynomial(values_given.table, row + 1 + 2 * _POWERS, remaining),
+        _polynomial(table.table, row + 1, remaining),
+        _polynomial(table.table, row + 1 + _POWERS, remaining),
+        _polynomial(table.table, row + 1 + 2 * _POWERS, remaining),
     )
 
 
@@ -132,39 +130,41 @@ def _periodic(knots: np.ndarray, columns: np.ndarray) -> np.ndarray:
     return PchipInterpolator(extended, values).c[:, overlap : overlap + len(knots) - 1]
 
 
-def by_rows(values_given: Table, argument: np.ndarray) -> np.ndarray:
+def evaluate_table(table: Table, argument: np.ndarray) -> np.ndarray:
     """Return force x, y (N) and torque (N m) of a Table at angles (N,) rad or times (N,) s."""
-    rows = values_given.table.array.reshape(-1, _WIDTH)
-    first, last = rows[0, 0], rows[-1, 0]
+    rows = table.table.array.reshape(-1, _WIDTH)
+    first_knot, last_knot = rows[0, 0], rows[-1, 0]
     within_span = (
-        first + np.remainder(argument - first, values_given.span)
-        if values_given.span > 0.0
-        else np.clip(argument, first, last)
+        first_knot + np.remainder(argument - first_knot, table.span)
+        if table.span > 0.0
+        else np.clip(argument, first_knot, last_knot)
     )
     row = rows[np.clip(np.searchsorted(rows[:, 0], within_span, side="right") - 1, 0, len(rows) - 2)]
-    remaining, parts = (within_span - row[:, 0])[:, None], row[:, 1:].reshape(-1, _PARTS, _POWERS)
-    return ((parts[..., 0] * remaining + parts[..., 1]) * remaining + parts[..., 2]) * remaining + parts[..., 3]
+    remaining, coefficients = (within_span - row[:, 0])[:, None], row[:, 1:].reshape(-1, _QUANTITIES, _POWERS)
+    return (
+        (coefficients[..., 0] * remaining + coefficients[..., 1]) * remaining + coefficients[..., 2]
+    ) * remaining + coefficients[..., 3]
 
 
-def loads_of(loads: tuple, place: Callable, joint: Callable) -> tuple:
+def loads_of(loads: tuple, locate_point: Callable, joint_number: Callable) -> tuple:
     """Return the compiled forms of loads.
 
-    place : At -> number of the body and compiled point; joint : name of a joint -> its number.
+    locate_point : At -> number of the body and compiled point; joint_number : name of a joint -> its number.
     """
     compiled_loads: list = []
     for load in loads:
         if isinstance(load, Push):
-            compiled_loads.append(Pushing(*place(load.at), load.fx, load.fy, load.torque))
+            compiled_loads.append(Pushing(*locate_point(load.at), load.fx, load.fy, load.torque))
         elif isinstance(load, Tabled):
             form = ByAngle if load.over == "angle" else ByTime
-            compiled_loads.append(form(*place(load.at), table_of(load)))
+            compiled_loads.append(form(*locate_point(load.at), table_of(load)))
         elif isinstance(load, Spring):
-            endpoints = (*place(load.first), *place(load.second))
+            endpoints = (*locate_point(load.first), *locate_point(load.second))
             compiled_loads.append(Springing(*endpoints, load.stiffness, load.free_length, load.damping))
         elif isinstance(load, Rubbing):
-            compiled_loads.append(Rubbed(joint(load.joint), load.friction, load.radius))
+            compiled_loads.append(Rubbed(joint_number(load.joint), load.friction, load.radius))
         elif isinstance(load, Braking):
-            compiled_loads.append(Braked(joint(load.joint), load.friction, load.radius, load.normal))
+            compiled_loads.append(Braked(joint_number(load.joint), load.friction, load.radius, load.normal))
     return tuple(compiled_loads)
 
 

@@ -41,8 +41,8 @@ def _pin(kinematics: Kinematics, j: int, with_rates: bool) -> list[Equation]:
     bias = kinematics.bias(path) if with_rates else NO_VECTOR
     rows = ({item: getattr(column, axis) for item, column in columns.items()} for axis in "xy")
     return [
-        Equation(value, {item: entry for item, entry in row.items() if entry != ZERO}, second)
-        for value, row, second in zip(position, rows, bias, strict=True)
+        Equation(value, {item: entry for item, entry in row.items() if entry != ZERO}, bias_term)
+        for value, row, bias_term in zip(position, rows, bias, strict=True)
     ]
 
 
@@ -97,7 +97,7 @@ class Solver:
         """Return the derivative of an equation by a coordinate."""
         return self.rows[row].get(item, ZERO)
 
-    def solved(self, right_side: Sequence[Expr]) -> Row:
+    def solve(self, right_side: Sequence[Expr]) -> Row:
         """Return the unknowns for right-hand sides, one for each equation."""
         solution: Row = {}
         for block, unknown, inverse in self.blocks:
@@ -109,7 +109,7 @@ class Solver:
                 solution[item] = sum_of(inverse[item, row] * residual[row] for row in block)
         return solution
 
-    def transposed(self, right_side: Mapping[Coordinate, Expr]) -> list[Expr]:
+    def solve_transposed(self, right_side: Mapping[Coordinate, Expr]) -> list[Expr]:
         """Return the multipliers, one for each equation, from the transposed equations."""
         solution: dict[int, Expr] = {}
         for block, unknown, inverse in reversed(self.blocks):

@@ -24,7 +24,7 @@ class LoadKind(NamedTuple):
     """A load and its points of action."""
 
     form: type
-    ends: tuple[tuple[int, Components], ...]  # bodies and points
+    points: tuple[tuple[int, Components], ...]  # bodies and points
 
 
 class FrictionLoad(NamedTuple):
@@ -32,7 +32,7 @@ class FrictionLoad(NamedTuple):
 
     load: int  # its number among the loads
     joint: int
-    given: bool  # it does not depend on the reaction
+    is_given: bool  # it does not depend on the reaction
     sticks: bool = False  # its law sticks
 
 
@@ -76,7 +76,7 @@ class MachineType(NamedTuple):
         return [j for j, site in enumerate(self.sites) if site.link.sprung]
 
     @property
-    def whole(self) -> list[tuple[int, ...]]:
+    def whole_bodies(self) -> list[tuple[int, ...]]:
         """Return the moving bodies, with the masses of an elastic link grouped."""
         chains: list[tuple[int, ...]] = []
         for body in range(1, self.bodies):
@@ -96,20 +96,24 @@ def kinds_of(value: Any) -> Any:
 
 def machine_type(kinds: tuple) -> MachineType:
     """Return the MachineType from the result of `kinds_of` for a Planar."""
-    sites = tuple(_site(kind, f"mechanism.joints[{j}]") for j, kind in enumerate(_of(kinds, "joints")[1:]))
-    crank, drive = _number(_of(kinds, "crank")), _of(kinds, "drive")[0]
-    tree = spanning_tree(len(_of(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive is Free)
+    sites = tuple(_site(kind, f"mechanism.joints[{j}]") for j, kind in enumerate(_kind_of_field(kinds, "joints")[1:]))
+    crank, drive = _number(_kind_of_field(kinds, "crank")), _kind_of_field(kinds, "drive")[0]
+    tree = spanning_tree(
+        len(_kind_of_field(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive is Free
+    )
     friction_loads = tuple(
-        FrictionLoad(i, _number(_of(kind, "joint")), kind[0] is Braked, _of(kind, "friction")[0] is Karnopp)
-        for i, kind in enumerate(_of(kinds, "loads")[1:])
+        FrictionLoad(
+            i, _number(_kind_of_field(kind, "joint")), kind[0] is Braked, _kind_of_field(kind, "friction")[0] is Karnopp
+        )
+        for i, kind in enumerate(_kind_of_field(kinds, "loads")[1:])
         if kind[0] in (Rubbed, Braked)
     )
-    loads = tuple(_load(kind, f"mechanism.loads[{i}]") for i, kind in enumerate(_of(kinds, "loads")[1:]))
-    aim, path = _of(kinds, "aim"), "mechanism.aim"
+    loads = tuple(_load(kind, f"mechanism.loads[{i}]") for i, kind in enumerate(_kind_of_field(kinds, "loads")[1:]))
+    aim, path = _kind_of_field(kinds, "aim"), "mechanism.aim"
     assert kinds[0] is Planar
-    point = _components(_of(aim, "at"), f"{path}.at") if aim[0] is PointAim else None
-    direction = _components(_of(aim, "direction"), f"{path}.direction") if aim[0] is PointAim else None
-    dependent = tuple(tree.coordinates[_number(kind)] for kind in _of(kinds, "dependent")[1:])
+    point = _components(_kind_of_field(aim, "at"), f"{path}.at") if aim[0] is PointAim else None
+    direction = _components(_kind_of_field(aim, "direction"), f"{path}.direction") if aim[0] is PointAim else None
+    dependent = tuple(tree.coordinates[_number(kind)] for kind in _kind_of_field(kinds, "dependent")[1:])
     return MachineType(
         sites,
         tree,
@@ -119,12 +123,12 @@ def machine_type(kinds: tuple) -> MachineType:
         dependent,
         loads,
         friction_loads,
-        (_number(_of(aim, "body")), point, direction),
-        tuple(i for i, kind in enumerate(_of(kinds, "bodies")[1:], start=1) if kind[0] is Segment),
+        (_number(_kind_of_field(aim, "body")), point, direction),
+        tuple(i for i, kind in enumerate(_kind_of_field(kinds, "bodies")[1:], start=1) if kind[0] is Segment),
     )
 
 
-def _of(kinds: tuple, field: str) -> tuple:
+def _kind_of_field(kinds: tuple, field: str) -> tuple:
     return kinds[1 + kinds[0]._fields.index(field)]
 
 
@@ -134,11 +138,17 @@ def _number(kinds: tuple) -> int:
 
 def _site(kinds: tuple, path: str) -> Site:
     slides = kinds[0] is Slide
-    site, bodies = _of(kinds, "site")[0], (_number(_of(kinds, "proximal")), _number(_of(kinds, "distal")))
+    site, bodies = (
+        _kind_of_field(kinds, "site")[0],
+        (_number(_kind_of_field(kinds, "proximal")), _number(_kind_of_field(kinds, "distal"))),
+    )
     link = Link(slides, site is Open, *bodies, site is Sprung)
-    axis = _components(_of(kinds, "axis"), f"{path}.axis") if slides else (None, None)
+    axis = _components(_kind_of_field(kinds, "axis"), f"{path}.axis") if slides else (None, None)
     return Site(
-        link, _components(_of(kinds, "near"), f"{path}.near"), _components(_of(kinds, "far"), f"{path}.far"), axis
+        link,
+        _components(_kind_of_field(kinds, "near"), f"{path}.near"),
+        _components(_kind_of_field(kinds, "far"), f"{path}.far"),
+        axis,
     )
 
 
@@ -147,7 +157,8 @@ def _load(kinds: tuple, path: str) -> LoadKind | None:
         return None
     pairs = (("first", "near"), ("second", "far")) if kinds[0] is Springing else (("body", "at"),)
     endpoints = tuple(
-        (_number(_of(kinds, body)), _components(_of(kinds, point), f"{path}.{point}")) for body, point in pairs
+        (_number(_kind_of_field(kinds, body)), _components(_kind_of_field(kinds, point), f"{path}.{point}"))
+        for body, point in pairs
     )
     return LoadKind(kinds[0], endpoints)
 

@@ -19,7 +19,7 @@ ATTEMPTS = 30
 CONVERGED = 1e-8  # rad or m, size of the last Newton step but one: the last step squares the error
 
 
-class _Placing(Kinematics):
+class _PoseCode(Kinematics):
     """Code generator of a pose."""
 
     def __init__(self, machine: MachineType, *arguments: str):
@@ -27,7 +27,7 @@ class _Placing(Kinematics):
         dependent = machine.dependent
         self.known_groups = [g for g in machine.groups if Coordinate(ANGLE, g) not in dependent]
         self.known_runs = [
-            item.of for item in machine.spanning_tree.coordinates if item.kind == RUN and item not in dependent
+            item.owner for item in machine.spanning_tree.coordinates if item.kind == RUN and item not in dependent
         ]
         self.roots = [
             (kind, body)
@@ -38,9 +38,9 @@ class _Placing(Kinematics):
 
     def name(self, item: Coordinate) -> str:
         """Return the name of a coordinate in the generated code."""
-        return f"{('angle', 'run', 'x', 'y')[item.kind]}{item.of}"
+        return f"{('angle', 'run', 'x', 'y')[item.kind]}{item.owner}"
 
-    def known(self) -> list[str]:
+    def known_names(self) -> list[str]:
         """Return the names of the initial values for closing the loops."""
         direction_names = [name for g in self.known_groups for name in (f"c{g}", f"s{g}")]
         coordinates = [Coordinate(RUN, j) for j in self.known_runs] + [Coordinate(*root) for root in self.roots]
@@ -53,7 +53,7 @@ class _Placing(Kinematics):
             self.cosine[g], self.sine[g] = variable(f"c{g}"), variable(f"s{g}")
         for item in self.spanning_tree.coordinates:
             if item.kind == RUN:
-                self.run[item.of] = variable(self.name(item))
+                self.run[item.owner] = variable(self.name(item))
         for body in self.spanning_tree.roots():
             self.shift[body] = PlaneVector(variable(f"x{body}"), variable(f"y{body}"))
 
@@ -62,12 +62,12 @@ class _Placing(Kinematics):
         for i, item in enumerate(self.machine.dependent):
             self.code.write(f"{self.name(item)} = dependent[{i}]")
             if item.kind == ANGLE:
-                self.code.write(f"c{item.of}, s{item.of} = direction({self.name(item)})")
+                self.code.write(f"c{item.owner}, s{item.owner} = direction({self.name(item)})")
 
 
 def place(machine: MachineType) -> str:
     """Return the code of the family member of that name."""
-    placing, state = _Placing(machine, "mechanism", "y"), machine.state
+    placing, state = _PoseCode(machine, "mechanism", "y"), machine.state
     code, crank = placing.code, Coordinate(ANGLE, machine.spanning_tree.crank)
     code.write(f"time = y[{2 * len(state)}]")
     if not machine.free:
@@ -80,30 +80,30 @@ def place(machine: MachineType) -> str:
         code.write(f"c{g}, s{g} = direction({placing.name(Coordinate(ANGLE, g))})")
     placing.use_names()
     if machine.dependent:
-        _close(placing)
+        _write_closure(placing)
     return code.function("place", _pose(placing))
 
 
-def _close(placing: _Placing) -> None:
+def _write_closure(placing: _PoseCode) -> None:
     """Write the solution for dependent coordinates and their rates."""
-    machine, code, known = placing.machine, placing.code, placing.known()
-    plain_values = tuple_code(f"plain({name})" for name in known)
+    machine, code, known_names = placing.machine, placing.code, placing.known_names()
+    plain_values = tuple_code(f"plain({name})" for name in known_names)
     crank_angle = code.call("plain", placing.name(Coordinate(ANGLE, machine.spanning_tree.crank)))
     guess = tuple_code(f"at_angle(mechanism.turn, {1 + i}, {crank_angle})[0]" for i in range(len(machine.dependent)))
     code.write(f"dependent = closed(mechanism, {plain_values}, {guess})")
-    code.write(f"dependent = step(mechanism, {tuple_code(known)}, dependent)")
-    code.write(f"dependent = again(mechanism, {tuple_code(known)}, dependent)")
+    code.write(f"dependent = step(mechanism, {tuple_code(known_names)}, dependent)")
+    code.write(f"dependent = again(mechanism, {tuple_code(known_names)}, dependent)")
     placing.name_dependent()
-    rows = [equation.columns for equation in equations(placing, with_rates=False)]
-    solver = Solver(rows, machine.dependent)
+    loop_rows = [equation.columns for equation in equations(placing, with_rates=False)]
+    solver = Solver(loop_rows, machine.dependent)
     changes = [
         sum_of(entry * placing.rate[item] for item, entry in row.items() if item not in machine.dependent)
-        for row in rows
+        for row in loop_rows
     ]
-    placing.rate |= solver.solved([-change for change in changes])
+    placing.rate |= solver.solve([-change for change in changes])
 
 
-def _pose(placing: _Placing) -> str:
+def _pose(placing: _PoseCode) -> str:
     """Return the code of the Pose."""
     machine, rate, turns, runs, roots = placing.machine, placing.rate, [], [], []
     for g in machine.groups:
@@ -120,14 +120,14 @@ def _pose(placing: _Placing) -> str:
 
 def step(machine: MachineType) -> str:
     """Return the code of a Newton step towards closed loops."""
-    placing = _Placing(machine, "mechanism", "known", "dependent")
-    for i, name in enumerate(placing.known()):
+    placing = _PoseCode(machine, "mechanism", "known", "dependent")
+    for i, name in enumerate(placing.known_names()):
         placing.code.write(f"{name} = known[{i}]")
     placing.name_dependent()
     placing.use_names()
     loop_equations = equations(placing, with_rates=False)
     solver = Solver([equation.columns for equation in loop_equations], machine.dependent)
-    change = solver.solved([equation.value for equation in loop_equations])
+    change = solver.solve([equation.value for equation in loop_equations])
     updated = [placing.code.expression(placing.name(item)) - change[item] for item in machine.dependent]
     return placing.code.function("step", tuple_code(updated))
 
@@ -145,5 +145,7 @@ def loops(machine: MachineType) -> str:
     kinematics = Kinematics(machine, FunctionCode("mechanism", "pose"))
     kinematics.from_pose()
     coordinates = machine.spanning_tree.coordinates
-    rows = [tuple_code(equation.columns.get(item, ZERO) for item in coordinates) for equation in equations(kinematics)]
-    return kinematics.code.function("loops", tuple_code(rows))
+    loop_rows = [
+        tuple_code(equation.columns.get(item, ZERO) for item in coordinates) for equation in equations(kinematics)
+    ]
+    return kinematics.code.function("loops", tuple_code(loop_rows))

@@ -11,7 +11,7 @@ import numpy as np
 
 from ....contracts.machine import Guide, Machine
 from .ideal import ideal_of
-from .turn import Turn
+from .turn import MachineStates
 
 
 class JointForce(NamedTuple):
@@ -44,33 +44,33 @@ def reactions(machine: Machine, motion: Motion, opened: Mapping[str, JointForce]
     """Return forces and couples of the joints without clearance, and the torque of the drive."""
     ideal_machine = ideal_of(machine)
     closure, joints = ideal_machine.closure, ideal_machine.machine.joints
-    turn = Turn(motion.crank_angle, motion.q, motion.rates, motion.accelerations)
+    states = MachineStates(motion.crank_angle, motion.q, motion.rates, motion.accelerations)
     ones = np.ones(len(motion.time))  # derivatives by time in place of those by the crank's angle
-    applied = ideal_machine.applied_forces(turn, ones, motion.time) - ideal_machine.inertia * motion.accelerations
+    applied = ideal_machine.applied_forces(states, ones, motion.time) - ideal_machine.inertia * motion.accelerations
     given_forces = {name: joint_force.force for name, joint_force in opened.items()}
     for joint in joints:
         if joint.name in opened:
             force, on_distal, on_proximal = opened[joint.name]
-            ideal_machine.add_force(applied, turn, joint.distal, force, on_distal)
-            ideal_machine.add_force(applied, turn, joint.proximal, -force, on_proximal)
-    row_ranges = list(zip(joints, closure.first, closure.first[1:], strict=False))
+            ideal_machine.add_force(applied, states, joint.distal, force, on_distal)
+            ideal_machine.add_force(applied, states, joint.proximal, -force, on_proximal)
+    row_ranges = list(zip(joints, closure.first_rows, closure.first_rows[1:], strict=False))
     is_closed_row = np.ones(closure.rows, bool)
     for joint, begin, end in row_ranges:
         is_closed_row[begin:end] = joint.name not in opened
-    jacobian = closure.evaluate(turn.q, turn.angles)[1][:, is_closed_row]
+    jacobian = closure.evaluate(states.q, states.angles)[1][:, is_closed_row]
     inverse = np.linalg.pinv(np.swapaxes(jacobian, 1, 2))
 
     def solve(friction_forces):
         multipliers = np.zeros((len(ones), closure.rows))
         multipliers[:, is_closed_row] = np.einsum("nij,nj->ni", inverse, applied + friction_forces)
         forces = {
-            joint.name: ideal_machine.reaction_of(joint, turn, multipliers[:, begin:end])
+            joint.name: ideal_machine.reaction_of(joint, states, multipliers[:, begin:end])
             for joint, begin, end in row_ranges
             if joint.name not in opened
         }
         return forces | given_forces, forces, multipliers
 
-    _, forces, multipliers = ideal_machine.with_friction(turn, ones, solve)
+    _, forces, multipliers = ideal_machine.with_friction(states, ones, solve)
     couples = {joint.name: -multipliers[:, begin] for joint, begin, _ in row_ranges if isinstance(joint, Guide)}
     return Reactions(
         forces, {name: joint_force for name, joint_force in couples.items() if name in forces}, -multipliers[:, -1]

@@ -13,7 +13,7 @@ import numpy as np
 from ....contracts.machine import At, Body, Elastic, Machine, Stretch
 
 
-def in_segments(machine: Machine) -> Machine:
+def with_segments(machine: Machine) -> Machine:
     """Return a machine with every elastic link replaced by a chain of masses."""
     links = {name: body.elastic for name, body in machine.bodies.items() if body.elastic}
     if not links:
@@ -24,35 +24,40 @@ def in_segments(machine: Machine) -> Machine:
         bodies |= _chain(name, body, body.elastic) if body.elastic else {name: body}
         stretches += _springs(name, body, body.elastic) if body.elastic else []
 
-    def change(endpoint: At) -> At:
+    def moved_endpoint(endpoint: At) -> At:
         elastic = links.get(endpoint.body)
         return (
-            At(node(endpoint.body, elastic.segments), endpoint.point)
+            At(mass_name(endpoint.body, elastic.segments), endpoint.point)
             if elastic and endpoint.point == elastic.far
             else endpoint
         )
 
     joints = tuple(
-        joint._replace(proximal=change(joint.proximal), distal=change(joint.distal)) for joint in machine.joints
+        joint._replace(proximal=moved_endpoint(joint.proximal), distal=moved_endpoint(joint.distal))
+        for joint in machine.joints
     )
     start = {
         body_name: angle
         for name, angle in machine.start.items()
-        for body_name in ([node(name, i) for i in range(links[name].segments + 1)] if name in links else [name])
+        for body_name in ([mass_name(name, i) for i in range(links[name].segments + 1)] if name in links else [name])
     }
     loads = tuple(
         load._replace(
-            **{field: change(getattr(load, field)) for field in ("at", "first", "second") if hasattr(load, field)}
+            **{
+                field: moved_endpoint(getattr(load, field))
+                for field in ("at", "first", "second")
+                if hasattr(load, field)
+            }
         )
         for load in machine.loads
     )
     aim = machine.aim
     if aim.point:
-        aim = aim._replace(body=change(At(aim.body, aim.point)).body)
+        aim = aim._replace(body=moved_endpoint(At(aim.body, aim.point)).body)
     return machine._replace(bodies=bodies, joints=(*joints, *stretches), start=start, loads=loads, aim=aim)
 
 
-def node(link: str, i: int) -> str:
+def mass_name(link: str, i: int) -> str:
     """Return the name of mass number `i` of a link; the first one has the link's own."""
     return f"{link}~{i}" if i else link
 
@@ -72,20 +77,24 @@ def _line(body: Body, elastic: Elastic) -> tuple[np.ndarray, np.ndarray]:
 def _chain(name: str, body: Body, elastic: Elastic) -> dict[str, Body]:
     """Return the masses of a link by name."""
     (near_end, direction), count = _line(body, elastic), elastic.segments
-    mass_shares = np.full(count + 1, 1.0 / count)
-    mass_shares[[0, -1]] *= 0.5
-    aside = np.array(body.center) - (near_end + 0.5 * direction)  # of the centre of mass from the middle of the line
-    positions = [near_end + direction * (i / count) + aside for i in range(count + 1)]
+    mass_fractions = np.full(count + 1, 1.0 / count)
+    mass_fractions[[0, -1]] *= 0.5
+    centre_offset = np.array(body.center) - (
+        near_end + 0.5 * direction
+    )  # of the centre of mass from the middle of the line
+    positions = [near_end + direction * (i / count) + centre_offset for i in range(count + 1)]
     moment = math.fsum(
-        mass_share * body.mass * float(np.sum((position - body.center) ** 2))
-        for mass_share, position in zip(mass_shares, positions, strict=True)
+        mass_fraction * body.mass * float(np.sum((position - body.center) ** 2))
+        for mass_fraction, position in zip(mass_fractions, positions, strict=True)
     )
     inertia = float(body.inertia - moment) / (count + 1)  # may be negative: the masses rotate together
     joints = {f"~{i}": tuple(map(float, near_end + direction * (i / count))) for i in range(1, count + 1)}
     points = {**body.points, **joints}
     return {
-        node(name, i): Body(float(mass_share) * body.mass, inertia, (float(position[0]), float(position[1])), points)
-        for i, (mass_share, position) in enumerate(zip(mass_shares, positions, strict=True))
+        mass_name(name, i): Body(
+            float(mass_fraction) * body.mass, inertia, (float(position[0]), float(position[1])), points
+        )
+        for i, (mass_fraction, position) in enumerate(zip(mass_fractions, positions, strict=True))
     }
 
 
@@ -96,6 +105,13 @@ def _springs(name: str, body: Body, elastic: Elastic) -> list[Stretch]:
     damping = stiffness * 2.0 * elastic.damping / axial_rate(body)
     axis = math.atan2(direction[1], direction[0])
     return [
-        Stretch(f"{name}~{i}", At(node(name, i - 1), f"~{i}"), At(node(name, i), f"~{i}"), axis, stiffness, damping)
+        Stretch(
+            f"{name}~{i}",
+            At(mass_name(name, i - 1), f"~{i}"),
+            At(mass_name(name, i), f"~{i}"),
+            axis,
+            stiffness,
+            damping,
+        )
         for i in range(1, elastic.segments + 1)
     ]

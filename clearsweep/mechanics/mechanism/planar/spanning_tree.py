@@ -25,7 +25,7 @@ class Coordinate(NamedTuple):
     """A coordinate of the tree."""
 
     kind: int
-    of: int  # number of the group, of the joint, or of the body
+    owner: int  # number of the group, of the joint, or of the body
 
 
 class SpanningTree(NamedTuple):
@@ -49,12 +49,12 @@ def spanning_tree(count: int, links: tuple, crank: int, *, free: bool) -> Spanni
     free : the crank's angle is one of the coordinates.
     """
     group = _groups(count, links)
-    parents, order, used = _tree(count, links)
-    loop_joints = tuple(j for j, link in enumerate(links) if not link.open and j not in used)
+    parents, order, tree_joints = _tree(count, links)
+    loop_joints = tuple(j for j, link in enumerate(links) if not link.open and j not in tree_joints)
     angles = [g for g in dict.fromkeys(group) if g not in (0, group[crank])]
     coordinates = [Coordinate(ANGLE, group[crank])] if free else []
     coordinates += [Coordinate(ANGLE, g) for g in angles]
-    coordinates += [Coordinate(RUN, j) for j, link in enumerate(links) if link.slides and j in used]
+    coordinates += [Coordinate(RUN, j) for j, link in enumerate(links) if link.slides and j in tree_joints]
     for body in order:
         if parents[body] is None:
             coordinates += [Coordinate(SHIFT_X, body), Coordinate(SHIFT_Y, body)]
@@ -74,45 +74,45 @@ def _tree(count: int, links: tuple) -> tuple:
     """Return the parent of each body, the bodies in order, and the tree joints; paths to the ground are shortest."""
     parents: list = [None] * count
     order: list[int] = []
-    used: set[int] = set()
+    tree_joints: set[int] = set()
     for root in range(count):
         if root in order:
             continue
         order.append(root)
-        layer = [root, *_chained(links, root, order, parents, used)]
+        layer = [root, *_attach_link_masses(links, root, order, parents, tree_joints)]
         order += layer[1:]
         while layer:
-            layer = _following(links, layer, order, parents, used)
+            layer = _attach_children(links, layer, order, parents, tree_joints)
             order += layer
-    return tuple(parents), tuple(order[1:]), used
+    return tuple(parents), tuple(order[1:]), tree_joints
 
 
-def _following(links: tuple, layer: list, placed: list, parents: list, used: set) -> list:
-    """Return the children of the bodies in `layer`; record them in `parents`, and their joints in `used`."""
+def _attach_children(links: tuple, layer: list, placed: list, parents: list, tree_joints: set) -> list:
+    """Return the children of the bodies in `layer`; record them in `parents`, and their joints in `tree_joints`."""
     order: list[int] = []
     for j, link in enumerate(links):
-        for near_end, far_end in ((link.proximal, link.distal), (link.distal, link.proximal)):
-            if not link.open and near_end in layer and far_end not in placed and far_end not in order:
-                parents[far_end] = (near_end, j)
-                used.add(j)
-                order.append(far_end)
-                order += _chained(links, far_end, [*placed, *order], parents, used)
+        for placed_body, new_body in ((link.proximal, link.distal), (link.distal, link.proximal)):
+            if not link.open and placed_body in layer and new_body not in placed and new_body not in order:
+                parents[new_body] = (placed_body, j)
+                tree_joints.add(j)
+                order.append(new_body)
+                order += _attach_link_masses(links, new_body, [*placed, *order], parents, tree_joints)
     return order
 
 
-def _chained(links: tuple, body: int, placed: list, parents: list, used: set) -> list:
+def _attach_link_masses(links: tuple, body: int, placed: list, parents: list, tree_joints: set) -> list:
     """Return the masses of the elastic link of `body`, attached in a chain: no spring closes a loop."""
     order: list[int] = []
     pending = [body]
     while pending:
-        near_end = pending.pop()
+        placed_body = pending.pop()
         for j, link in enumerate(links):
-            if not link.sprung or near_end not in (link.proximal, link.distal):
+            if not link.sprung or placed_body not in (link.proximal, link.distal):
                 continue
-            far_end = link.distal if near_end == link.proximal else link.proximal
-            if far_end not in placed and far_end not in order:
-                parents[far_end] = (near_end, j)
-                used.add(j)
-                order.append(far_end)
-                pending.append(far_end)
+            new_body = link.distal if placed_body == link.proximal else link.proximal
+            if new_body not in placed and new_body not in order:
+                parents[new_body] = (placed_body, j)
+                tree_joints.add(j)
+                order.append(new_body)
+                pending.append(new_body)
     return order

@@ -1,6 +1,6 @@
 """Stations of a revolution at which an ideal machine is closed; quantities of its geometry alone are stored for them.
 
-A position repeats with every turn of the crank, so angles at stations of later turns need no new closure.
+A position repeats with every revolution of the crank, so angles at stations of later revolutions need no new closure.
 """
 
 import functools
@@ -12,63 +12,63 @@ import numpy as np
 
 from ....contracts.machine import Machine, Stretch
 from .closure import STATIONS, Closure
-from .turn import Turn, winding_of
+from .turn import MachineStates, growth_per_revolution
 
 ROUNDINGS = 4.0  # roundings of an angle, by which it may differ from that of a station
 
 
-class Alike:
+class AlwaysEqual:
     """A value that equals any other, so a cache finds results by the other parts of a key."""
 
     def __init__(self, value: Any):
         self.value = value
 
-    def __eq__(self, other_item: object) -> bool:
-        return isinstance(other_item, Alike)
+    def __eq__(self, other_value: object) -> bool:
+        return isinstance(other_value, AlwaysEqual)
 
     def __hash__(self) -> int:
         return 0
 
 
 class Stations:
-    """A turn of a machine, and the inverse of its constraints at the stations."""
+    """The states of a machine over a revolution, and the inverses of its constraints at the stations."""
 
     def __init__(self, closure: Closure, start: float):
-        self.turn = closure.turn(start)
+        self.states = closure.close_revolution(start)
         self._closure = closure
 
     @functools.cached_property
     def inverse(self) -> np.ndarray:
         """Return matrices (STATIONS, rows, 3 bodies): forces on the bodies -> multipliers of the constraints."""
-        return inverse_of(self._closure, self.turn.q[:-1], self.turn.angles[:-1])
+        return inverse_of(self._closure, self.states.q[:-1], self.states.angles[:-1])
 
-    def find(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the station (N,) nearest to angles (N,) rad, the turns before it, and a mask of other angles."""
-        start, step = self.turn.angles[0], 2.0 * math.pi / STATIONS
+    def nearest_stations(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the stations (N,) nearest to angles (N,) rad, revolutions before them, and a mask of other angles."""
+        start, step = self.states.angles[0], 2.0 * math.pi / STATIONS
         nearest_station = np.rint((angles - start) / step)
         off_station = np.abs(start + nearest_station * step - angles) > ROUNDINGS * np.spacing(np.max(np.abs(angles)))
-        total = np.floor(nearest_station / STATIONS)
-        return (nearest_station - STATIONS * total).astype(int), total, off_station
+        revolutions = np.floor(nearest_station / STATIONS)
+        return (nearest_station - STATIONS * revolutions).astype(int), revolutions, off_station
 
-    def at(self, angles: np.ndarray, closed: Any) -> Turn:
+    def states_at(self, angles: np.ndarray, close: Any) -> MachineStates:
         """Return the machine at crank angles (N,) rad.
 
-        `closed`, (n,) rad -> Turn, computes those that are no stations.
+        `close`, (n,) rad -> MachineStates, computes those that are not stations.
         """
-        station, total, off_station = self.find(angles)
-        q = self.turn.q[station] + total[:, None] * winding_of(self.turn)
-        turn = Turn(angles, q, self.turn.first[station], self.turn.second[station])
+        station, revolutions, off_station = self.nearest_stations(angles)
+        q = self.states.q[station] + revolutions[:, None] * growth_per_revolution(self.states)
+        states = MachineStates(angles, q, self.states.derivative[station], self.states.second_derivative[station])
         if off_station.any():
-            for values, computed in zip(turn[1:], closed(angles[off_station])[1:], strict=True):
+            for values, computed in zip(states[1:], close(angles[off_station])[1:], strict=True):
                 values[off_station] = computed
-        return turn
+        return states
 
-    def inverse_at(self, closure: Closure, turn: Turn) -> np.ndarray:
-        """Return the inverses (N, rows, 3 bodies) at the angles of a Turn."""
-        station, _, off_station = self.find(turn.angles)
+    def inverse_at(self, closure: Closure, states: MachineStates) -> np.ndarray:
+        """Return the inverses (N, rows, 3 bodies) at the angles of `states`."""
+        station, _, off_station = self.nearest_stations(states.angles)
         inverse = self.inverse[station]
         if off_station.any():
-            inverse[off_station] = inverse_of(closure, turn.q[off_station], turn.angles[off_station])
+            inverse[off_station] = inverse_of(closure, states.q[off_station], states.angles[off_station])
         return inverse
 
 
@@ -79,7 +79,7 @@ def inverse_of(closure: Closure, q: np.ndarray, angles: np.ndarray) -> np.ndarra
 
 def stations_of(machine: Machine) -> Stations:
     """Return the Stations of a machine; cases that differ in masses and loads share them."""
-    return _shared_stations(geometry_of(machine), Alike(machine))
+    return _shared_stations(geometry_of(machine), AlwaysEqual(machine))
 
 
 def geometry_of(machine: Machine) -> bytes:
@@ -92,5 +92,5 @@ def geometry_of(machine: Machine) -> bytes:
 
 
 @functools.lru_cache(maxsize=64)
-def _shared_stations(key: bytes, machine: Alike) -> Stations:
+def _shared_stations(key: bytes, machine: AlwaysEqual) -> Stations:
     return Stations(Closure(machine.value), machine.value.drive.start_angle)

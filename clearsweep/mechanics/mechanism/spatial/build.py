@@ -63,14 +63,14 @@ def build(assembly: Assembly, joints: Mapping) -> Built:
     reported = tuple(numbers[name] for name in machine.bodies if name != GROUND)
     speed = machine.drive.speed
     value = Tree(
-        parts=tuple(_part(assembly.solids[attachment.body]) for attachment in attachments),
+        parts=tuple(_compiled_body(assembly.solids[attachment.body]) for attachment in attachments),
         attachments=tuple(_joint_to_parent(assembly, attachment, numbers) for attachment in attachments),
         openings=tuple(_opening(assembly, name, joint, numbers) for name, joint in joints.items()),
         reported=reported,
         aim=_aim(assembly, numbers),
         speed=speed,
         gravity=Vector(*assembly.gravity),
-        turn=cycle_of([ideal_machine.output_at(ideal_machine.turn)], 0.0),
+        turn=cycle_of([ideal_machine.output_at(ideal_machine.revolution)], 0.0),
     )
     body_poses = _planar_positions(assembly)
     values = [_coordinates(assembly, attachment, body_poses, joints) for attachment in attachments]
@@ -97,7 +97,7 @@ def seats(built: Built, joints: Mapping) -> dict[str, Seat]:
     return {name: Seat(deepest_of(joint, gap), float(overlap_of(joint, gap))) for (name, joint), gap in pairs}
 
 
-def _part(solid: Solid) -> Part:
+def _compiled_body(solid: Solid) -> Part:
     return Part(solid.mass, Vector(*solid.inertia), Vector(*solid.center))
 
 
@@ -109,7 +109,7 @@ def _joint(assembly: Assembly, name: str):
     return next(joint for joint in assembly.machine.joints if joint.name == name)
 
 
-def _ends(assembly: Assembly, attachment: Attachment) -> tuple[At, At]:
+def _endpoints(assembly: Assembly, attachment: Attachment) -> tuple[At, At]:
     """Return the points of the joint that attaches a body, that of its parent first."""
     joint = _joint(assembly, attachment.joint)
     endpoints = (joint.proximal, joint.distal)
@@ -120,7 +120,7 @@ def _joint_to_parent(assembly: Assembly, attachment: Attachment, numbers: Mappin
     """Return the attachment of a body in compiled form."""
     if not attachment.joint:
         return Loose()
-    parent_point, body_point = (_point(assembly, endpoint) for endpoint in _ends(assembly, attachment))
+    parent_point, body_point = (_point(assembly, endpoint) for endpoint in _endpoints(assembly, attachment))
     joint = _joint(assembly, attachment.joint)
     if attachment.joint == assembly.machine.driven:
         return Driven(parent_point, body_point)
@@ -166,10 +166,10 @@ def _aim(assembly: Assembly, numbers: Mapping) -> tuple:
 def _planar_positions(assembly: Assembly) -> dict[str, PlanarPosition]:
     """Return the positions of the bodies."""
     machine, ideal_machine = assembly.machine, ideal_of(assembly.machine)
-    turn, speed = ideal_machine.at(np.array([0.0])), machine.drive.speed
+    states, speed = ideal_machine.states_at(np.array([0.0])), machine.drive.speed
     poses = {GROUND: PlanarPosition(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)}
     for name, i in ideal_machine.closure.index.items():
-        q, derivative = (values[0, 3 * i : 3 * i + 3] for values in (turn.q, turn.first))
+        q, derivative = (values[0, 3 * i : 3 * i + 3] for values in (states.q, states.derivative))
         poses[name] = PlanarPosition(*map(float, q), *(float(speed * slope) for slope in derivative))
     return poses
 
@@ -189,7 +189,7 @@ def _coordinates(assembly: Assembly, attachment: Attachment, body_poses: Mapping
         ]
     kind = assembly.ideal.get(attachment.joint, "")
     if isinstance(_joint(assembly, attachment.joint), Guide):
-        return _along(assembly, attachment, body_poses)
+        return _sliding_coordinates(assembly, attachment, body_poses)
     if kind == SPHERICAL:
         return _quaternion(pose)
     parent_pose = body_poses[attachment.parent]
@@ -202,12 +202,12 @@ def _quaternion(pose: PlanarPosition) -> tuple[list, list]:
     return [c, 0.0, 0.0, s], [-half_spin * s, 0.0, 0.0, half_spin * c]
 
 
-def _along(assembly: Assembly, attachment: Attachment, body_poses: Mapping) -> tuple[list, list]:
+def _sliding_coordinates(assembly: Assembly, attachment: Attachment, body_poses: Mapping) -> tuple[list, list]:
     """Return displacement and speed of a sliding body."""
     axis = body_poses[attachment.parent].angle + _joint(assembly, attachment.joint).axis
     direction = np.array([math.cos(axis), math.sin(axis)])
     (near_end, near_velocity), (far_end, far_velocity) = (
-        _planar_point(assembly, endpoint, body_poses) for endpoint in _ends(assembly, attachment)
+        _planar_point(assembly, endpoint, body_poses) for endpoint in _endpoints(assembly, attachment)
     )
     spin = body_poses[attachment.parent].spin
     axis_rate = spin * np.array([-direction[1], direction[0]])
@@ -254,7 +254,7 @@ def _height_of_point(assembly: Assembly, endpoint: At, joints: Mapping) -> float
     )
     if not attachment.joint:
         return height
-    near_end, far_end = _ends(assembly, attachment)
+    near_end, far_end = _endpoints(assembly, attachment)
     return height - _point(assembly, far_end).z + _height_of_point(assembly, near_end, joints)
 
 

@@ -45,11 +45,11 @@ class Dynamics(PosedTreeCode):
 
     def _derive_loose(self, body: int) -> None:
         """Derive the motion of a body without attachment from the speeds."""
-        first = self.tree.part(body).speed
-        self.angular.append({first + i: self.call(f"axis_{AXES[i]}", self.frame(body)) for i in range(3)})
-        self.own_angular.append({first + i: BodyAxis(i) for i in range(3)})
+        first_speed = self.tree.part(body).speed
+        self.angular.append({first_speed + i: self.call(f"axis_{AXES[i]}", self.frame(body)) for i in range(3)})
+        self.own_angular.append({first_speed + i: BodyAxis(i) for i in range(3)})
         units = [f"Vector({', '.join('1.0' if i == k else '0.0' for k in range(3))})" for i in range(3)]
-        self.linear.append({first + 3 + i: self.vector(unit) for i, unit in enumerate(units)})
+        self.linear.append({first_speed + 3 + i: self.vector(unit) for i, unit in enumerate(units)})
         self.angular_bias.append(NO_VECTOR)
         self.bias.append(NO_VECTOR)
 
@@ -70,7 +70,7 @@ class Dynamics(PosedTreeCode):
             linear[u] = linear.get(u, NO_VECTOR) + spin.cross(own_arm)
         self.angular.append(angular)
         self.linear.append({u: velocity for u, velocity in linear.items() if velocity != NO_VECTOR})
-        self.own_angular.append({u: own_axes.get(u) or self.in_body(body, spin) for u, spin in angular.items()})
+        self.own_angular.append({u: own_axes.get(u) or self.to_body_frame(body, spin) for u, spin in angular.items()})
         angular_bias = self._angular_bias(body)
         self.angular_bias.append(angular_bias)
         if part.form is Slide and not parent:
@@ -80,7 +80,7 @@ class Dynamics(PosedTreeCode):
 
     def _point_bias(self, body: int, arm: SpatialVector) -> SpatialVector:
         """Return the acceleration of a point of a body, without the accelerations of the speeds."""
-        if self.never_turns(body):
+        if self.is_nonrotating(body):
             return self.bias[body]
         return self.call("transported", self.bias[body], self.angular_bias[body], self.spin(body), arm)
 
@@ -90,12 +90,12 @@ class Dynamics(PosedTreeCode):
         if part.turns_freely:
             return NO_VECTOR
         bias = self.angular_bias[parent]
-        if part.form in (Hinge, Sleeve) and not self.tree.up(parent):
+        if part.form in (Hinge, Sleeve) and not self.tree.is_vertical(parent):
             rate = self.code.expression(f"pose.rates[{part.coordinate + (part.form is Sleeve)}]")
             bias += self.spin(parent).cross(rate * self.z_axis(parent))
         return bias
 
-    def never_turns(self, body: int) -> bool:
+    def is_nonrotating(self, body: int) -> bool:
         """Return whether a body, or the ground, does not turn."""
         while body and self.tree.part(body).form is Slide:
             body = self.tree.part(body).parent
@@ -104,20 +104,20 @@ class Dynamics(PosedTreeCode):
     def _add_own_speeds(self, body: int, linear: Vectors, angular: Vectors) -> dict[int, BodyAxis]:
         """Add a body's own speeds at its attachment; return angular velocities that are axes of its frame."""
         part, parent = self.tree.part(body), self.tree.part(body).parent
-        first, axes = part.speed, {}
+        first_speed, axes = part.speed, {}
         if part.form is Driven:
-            angular[self.known], axes[self.known] = self.up, BodyAxis(2)
+            angular[self.known], axes[self.known] = self.vertical, BodyAxis(2)
         elif part.form is Slide:
-            linear[first] = self.axis(body)
+            linear[first_speed] = self.axis(body)
         elif part.form is Ball:
             for i in range(3):
-                angular[first + i] = self.call(f"axis_{AXES[i]}", self.frame(body))
-                axes[first + i] = BodyAxis(i)
+                angular[first_speed + i] = self.call(f"axis_{AXES[i]}", self.frame(body))
+                axes[first_speed + i] = BodyAxis(i)
         else:
             if part.form is Sleeve:
-                linear[first] = self.axis(body)
-            turn = first + (part.form is Sleeve)
-            angular[turn], axes[turn] = self.z_axis(parent), BodyAxis(2)
+                linear[first_speed] = self.axis(body)
+            rotation_speed = first_speed + (part.form is Sleeve)
+            angular[rotation_speed], axes[rotation_speed] = self.z_axis(parent), BodyAxis(2)
         if not part.turns_freely:  # it shares its z axis with its parent
             axes |= {u: axis for u, axis in self.own_angular[parent].items() if axis == BodyAxis(2)}
         return axes
@@ -129,12 +129,12 @@ class Dynamics(PosedTreeCode):
         for body in range(1, len(self.tree.parts) + 1):
             mass, inertia = self.inertia_of(body)
             self.force[body].append(mass * (self.vector("mechanism.gravity") - self.bias[body]))
-            if self.never_turns(body):
+            if self.is_nonrotating(body):
                 continue
-            spin = self.in_body(body, self.spin(body))
+            spin = self.to_body_frame(body, self.spin(body))
             self.moment[body].append(inertia.componentwise(spin).cross(spin))
             if self.angular_bias[body] != NO_VECTOR:
-                self.moment[body].append(-inertia.componentwise(self.in_body(body, self.angular_bias[body])))
+                self.moment[body].append(-inertia.componentwise(self.to_body_frame(body, self.angular_bias[body])))
 
     def _add_joint_loads(self) -> None:
         """Add the loads of the joints with clearance."""
@@ -150,7 +150,7 @@ class Dynamics(PosedTreeCode):
                     self.force[body].append(joint_force)
                     moment = self.call("to_fixed_frame", frame, f"loads[{j}].{couple}")
                     moment += self.arm(body, f"{opening}.{point}").cross(joint_force)
-                    self.moment[body].append(self.in_body(body, moment))
+                    self.moment[body].append(self.to_body_frame(body, moment))
 
     def inertia_of(self, body: int) -> tuple[Expr, SpatialVector]:
         """Return mass and principal moments of inertia of a body."""
@@ -171,16 +171,16 @@ class Dynamics(PosedTreeCode):
 
     # ------------------------------------------------------------------------------------------ mass matrix
 
-    def entry(self, first: int, second: int) -> Expr:
+    def entry(self, row: int, column: int) -> Expr:
         """Return an entry of the mass matrix."""
         terms = []
         for body in range(1, len(self.tree.parts) + 1):
             mass, inertia = self.inertia_of(body)
             linear, angular = self.linear[body], self.own_angular[body]
-            if first in linear and second in linear:
-                terms.append(mass * linear[first].dot(linear[second]))
-            if first in angular and second in angular:
-                terms.append(_inertia_product(inertia, angular[first], angular[second]))
+            if row in linear and column in linear:
+                terms.append(mass * linear[row].dot(linear[column]))
+            if row in angular and column in angular:
+                terms.append(_inertia_product(inertia, angular[row], angular[column]))
         return sum_of(terms)
 
     # ------------------------------------------------------------------------------------------ motion
@@ -192,8 +192,10 @@ class Dynamics(PosedTreeCode):
             own_values = [accelerations[part.speed + k] for k in range(SPEEDS[part.form])]
             if part.turns_freely:
                 body, angular = i + 1, f"Vector({', '.join(map(str, own_values[:3]))})"
-                spin = self.in_body(body, self.spin(body))
-                quaternion = self.code.call("quaternion_accelerations", f"pose.turnings[{i}]", str(spin), angular, "mechanism.speed")
+                spin = self.to_body_frame(body, self.spin(body))
+                quaternion = self.code.call(
+                    "quaternion_accelerations", f"pose.turnings[{i}]", str(spin), angular, "mechanism.speed"
+                )
                 values += [self.code.expression(f"{quaternion}[{k}]") for k in range(4)]
                 own_values = own_values[3:]
             values += own_values
@@ -214,21 +216,21 @@ class Dynamics(PosedTreeCode):
         return sum_of(terms)
 
 
-def _inertia_product(inertia: SpatialVector, first: BodyAxis | SpatialVector, second: BodyAxis | SpatialVector) -> Expr:
+def _inertia_product(inertia: SpatialVector, a: BodyAxis | SpatialVector, b: BodyAxis | SpatialVector) -> Expr:
     """Return first . I second for two angular velocities in the frame of the principal moments I."""
-    if isinstance(first, BodyAxis) and isinstance(second, BodyAxis):
-        return inertia[first.axis] if first == second else ZERO
-    if isinstance(first, BodyAxis):
-        return inertia[first.axis] * second[first.axis]
-    if isinstance(second, BodyAxis):
-        return inertia[second.axis] * first[second.axis]
-    return first.dot(inertia.componentwise(second))
+    if isinstance(a, BodyAxis) and isinstance(b, BodyAxis):
+        return inertia[a.axis] if a == b else ZERO
+    if isinstance(a, BodyAxis):
+        return inertia[a.axis] * b[a.axis]
+    if isinstance(b, BodyAxis):
+        return inertia[b.axis] * a[b.axis]
+    return a.dot(inertia.componentwise(b))
 
 
 def accelerate(tree: MachineType) -> str:
     """Return the code of the family member of that name."""
     dynamics, speeds = Dynamics(tree), range(tree.speeds)
-    solution = LDL(speeds, dynamics.entry).solved({u: dynamics.generalised(u) for u in speeds})
+    solution = LDL(speeds, dynamics.entry).solve({u: dynamics.generalised(u) for u in speeds})
     inertia_terms = [dynamics.entry(dynamics.known, u) * solution[u] for u in speeds]
     torque = sum_of([*inertia_terms, -dynamics.generalised(dynamics.known)])
     accelerations = tuple_code(dynamics.coordinates(solution))

@@ -20,8 +20,8 @@ def generated(name: str) -> Callable:
     def body_of(mechanism):
         return _functions(kinds_of(mechanism))[name]
 
-    def dispatch(mechanism, *remainder):
-        return body_of(mechanism)(mechanism, *remainder)
+    def dispatch(mechanism, *arguments):
+        return body_of(mechanism)(mechanism, *arguments)
 
     dispatch.body_of = body_of
     return dispatch

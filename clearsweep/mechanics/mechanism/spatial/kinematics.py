@@ -40,10 +40,10 @@ def _write_attitude(tree_code: TreeCode, body: int) -> None:
         write(f"f{body} = {f'f{parent}' if parent else 'on_ground(1.0, 0.0)'}")
         write(f"w{body} = {f'w{parent}' if parent else NO_VECTOR}")
     else:
-        turn = k + (part.form is Sleeve)
-        write(f"c{body}, s{body} = direction(y[{turn}])")
+        rotation_index = k + (part.form is Sleeve)
+        write(f"c{body}, s{body} = direction(y[{rotation_index}])")
         write(f"f{body} = " + (f"turned_about_z(f{parent}, " if parent else "on_ground(") + f"c{body}, s{body})")
-        rotation = tree_code.code.expression(f"y[{n + turn}]") * tree_code.z_axis(parent)
+        rotation = tree_code.code.expression(f"y[{n + rotation_index}]") * tree_code.z_axis(parent)
         write(f"w{body} = {tree_code.vector(f'w{parent}') + rotation if parent else rotation}")
 
 
@@ -79,11 +79,11 @@ def gaps(tree: MachineType) -> str:
         observed = (
             journal_position - bearing_position,
             journal_velocity - bearing_velocity,
-            tree_code.in_fixed(bearing, tree_code.vector(f"{opening}.axis")),
+            tree_code.to_fixed_frame(bearing, tree_code.vector(f"{opening}.axis")),
             tree_code.spin(bearing),
             tree_code.spin(journal),
         )
-        in_journal = ", ".join(str(tree_code.in_body(journal, vector)) for vector in observed)
+        in_journal = ", ".join(str(tree_code.to_body_frame(journal, vector)) for vector in observed)
         items.append(f"SpatialGap({in_journal}, {tree_code.frame(journal)})")
     return tree_code.code.function("gaps", tuple_code(items))
 
@@ -99,7 +99,9 @@ def across(tree: MachineType) -> str:
     tree_code = PosedTreeCode(tree, "mechanism", "pose")
     axes = [
         str(
-            tree_code.in_body(journal, tree_code.in_fixed(bearing, tree_code.vector(f"mechanism.openings[{j}].across")))
+            tree_code.to_body_frame(
+                journal, tree_code.to_fixed_frame(bearing, tree_code.vector(f"mechanism.openings[{j}].across"))
+            )
         )
         for j, (bearing, journal) in enumerate(tree.openings)
     ]
@@ -112,7 +114,7 @@ def energy(tree: MachineType) -> str:
     for body in range(1, len(tree.parts) + 1):
         part, velocity = f"mechanism.parts[{body - 1}]", tree_code.velocity(body)
         mass, inertia = tree_code.code.expression(f"{part}.mass"), tree_code.vector(f"{part}.inertia")
-        spin = tree_code.in_body(body, tree_code.spin(body))
+        spin = tree_code.to_body_frame(body, tree_code.spin(body))
         twice_kinetic += [mass * velocity.dot(velocity), spin.dot(inertia.componentwise(spin))]
         gravity_powers.append(mass * velocity.dot(tree_code.vector("mechanism.gravity")))
     return tree_code.code.function("energy", f"{0.5 * sum_of(twice_kinetic)}, {sum_of(gravity_powers)}")
@@ -121,7 +123,7 @@ def energy(tree: MachineType) -> str:
 def describe(tree: MachineType) -> str:
     """Return the code of the family member of that name."""
     tree_code = PosedTreeCode(tree, "mechanism", "y", "pose", "motion", "out")
-    output, rate = aim(tree_code)
+    output, rate = output_motion(tree_code)
     values = [f"y[{2 * tree.coordinates}]", "pose.angle", "motion.torque", output, rate, "motion.output"]
     for body in tree.reported:
         position, velocity, spin = tree_code.centre(body), tree_code.velocity(body), tree_code.spin(body)
@@ -141,11 +143,11 @@ def _quaternion(tree: MachineType, body: int) -> str:
     parent_quaternion = _quaternion(tree, part.parent) if part.parent else "(1.0, 0.0, 0.0, 0.0)"
     if part.form is Slide:
         return parent_quaternion
-    turn = "pose.angle" if part.form is Driven else f"pose.q[{part.coordinate + (part.form is Sleeve)}]"
-    return f"turned_quaternion({parent_quaternion}, {turn})"
+    rotation = "pose.angle" if part.form is Driven else f"pose.q[{part.coordinate + (part.form is Sleeve)}]"
+    return f"turned_quaternion({parent_quaternion}, {rotation})"
 
 
-def aim(tree_code: PosedTreeCode) -> tuple[Expr, Expr]:
+def output_motion(tree_code: PosedTreeCode) -> tuple[Expr, Expr]:
     """Return the output's position and its rate."""
     tree, body, expression = tree_code.tree, tree_code.tree.aimed, tree_code.code.expression
     if tree.aim is AngleAim:
@@ -156,9 +158,9 @@ def aim(tree_code: PosedTreeCode) -> tuple[Expr, Expr]:
                 angles.append(expression("pose.angle"))
                 rates.append(expression("mechanism.speed"))
             elif part.form is not Slide:
-                turn = part.coordinate + (part.form is Sleeve)
-                angles.append(expression(f"pose.q[{turn}]"))
-                rates.append(expression(f"pose.rates[{turn}]"))
+                rotation_index = part.coordinate + (part.form is Sleeve)
+                angles.append(expression(f"pose.q[{rotation_index}]"))
+                rates.append(expression(f"pose.rates[{rotation_index}]"))
             body = part.parent
         return sum_of(angles), sum_of(rates)
     position, velocity = _point_motion(tree_code, body, "mechanism.aim.at")
@@ -169,5 +171,5 @@ def aim(tree_code: PosedTreeCode) -> tuple[Expr, Expr]:
 def output(tree: MachineType) -> str:
     """Return the code of a function of a pose: place and rate of the output."""
     tree_code = PosedTreeCode(tree, "mechanism", "pose")
-    position, rate = aim(tree_code)
+    position, rate = output_motion(tree_code)
     return tree_code.code.function("output", f"{position}, {rate}")

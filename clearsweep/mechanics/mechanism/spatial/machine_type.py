@@ -40,7 +40,7 @@ class MachineType:
         """Return a body that moves by its number."""
         return self.parts[body - 1]
 
-    def up(self, body: int) -> bool:
+    def is_vertical(self, body: int) -> bool:
         """Return whether the z axis of a body is that of the fixed frame."""
         while body and self.part(body).form in (Driven, Hinge, Slide, Sleeve):
             body = self.part(body).parent

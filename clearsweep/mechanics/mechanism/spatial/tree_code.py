@@ -25,11 +25,11 @@ class TreeCode:
         """Return the Frame of a body."""
         return f"f{body}"
 
-    def in_fixed(self, body: int, vector: SpatialVector) -> SpatialVector:
+    def to_fixed_frame(self, body: int, vector: SpatialVector) -> SpatialVector:
         """Return a vector of a body's frame, or of the ground's, in the fixed frame."""
         return self.call("to_fixed_frame", self.frame(body), vector) if body else vector
 
-    def in_body(self, body: int, vector: SpatialVector) -> SpatialVector:
+    def to_body_frame(self, body: int, vector: SpatialVector) -> SpatialVector:
         """Return a vector of the fixed frame in that of a body."""
         return self.call("to_body_frame", self.frame(body), vector)
 
@@ -41,7 +41,7 @@ class TreeCode:
         """Return a point, given in the frame of its body, from the centre of mass."""
         if body == 0:
             return self.vector(point)
-        return self.in_fixed(body, self.vector(point) - self.vector(f"mechanism.parts[{body - 1}].center"))
+        return self.to_fixed_frame(body, self.vector(point) - self.vector(f"mechanism.parts[{body - 1}].center"))
 
     def near_arm(self, body: int) -> SpatialVector:
         """Return the attachment point of a body from the centre of mass of its parent."""
@@ -50,7 +50,7 @@ class TreeCode:
     def own_arm(self, body: int) -> SpatialVector:
         """Return the centre of mass of a body from its attachment point."""
         center = self.vector(f"mechanism.parts[{body - 1}].center")
-        return self.in_fixed(body, center - self.vector(f"mechanism.attachments[{body - 1}].far"))
+        return self.to_fixed_frame(body, center - self.vector(f"mechanism.attachments[{body - 1}].far"))
 
     def along_axis(self, body: int, amount: str) -> SpatialVector:
         """Return the vector of this length along the axis on which a body slides; zero for one that does not."""
@@ -63,7 +63,7 @@ class TreeCode:
         part = self.tree.part(body)
         if part.form is Sleeve:
             return self.z_axis(part.parent)
-        return self.in_fixed(part.parent, self.vector(f"mechanism.attachments[{body - 1}].axis"))
+        return self.to_fixed_frame(part.parent, self.vector(f"mechanism.attachments[{body - 1}].axis"))
 
 
 class PosedTreeCode(TreeCode):
