@@ -16,7 +16,6 @@ __all__ = ["correlations", "driver_sentences", "is_clear", "is_one_sample", "sen
 MIN_CASES = 8  # cases: correlations of fewer are meaningless
 QUANTILES = (0.05, 0.5, 0.95)
 PERIOD = "period"  # column
-MEDIAN_WEAR = "In the median case, the wear per 1000 h"
 EXTREME_SUFFIXES = ("_peak", "_max", "_min", "_ratio")  # ends of figures that are extremes of a window
 QUARTILE = 0.25  # of the cases: those with the lowest and with the highest values of a variable
 
@@ -166,8 +165,3 @@ def spread(subject: str, texts: Sequence[str], interval: str = "") -> str:
     """Return the sentence on the spread of a figure; subject : 'Force peak: median'; texts : its QUANTILES in words."""
     low, median, high = texts
     return f"{subject} {median}{interval}; 90 % of the cases are between {low} and {high}."
-
-
-def drawn_of(record: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """Return the drawn values of a sample in run.json."""
-    return {path: np.asarray(values, float) for path, values in record["sample"]["drawn"].items()}
