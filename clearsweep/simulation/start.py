@@ -13,6 +13,7 @@ from ..mechanics.coupling.state import every_state
 from ..mechanics.joint import registry
 from ..mechanics.joint.contract import (
     ONSET_FLOOR,
+    contact_modes,
     every_contact,
     every_latched,
     states_of,
@@ -143,7 +144,7 @@ class ContactInputs(NamedTuple):
 def _contact_inputs(scene: Scene) -> list[ContactInputs]:
     """Return the inputs of all contacts."""
     contacts: list[ContactInputs] = []
-    for joint, case_joint, joint_layout in zip(scene.value.joints, scene.case.joints, scene.layout.joints, strict=True):
+    for joint, case_joint in zip(scene.value.joints, scene.case.joints, strict=True):
         earlier_wear = scene.worn.get(case_joint.name)
         inputs = ContactInputs(
             side=joint.side,
@@ -153,7 +154,7 @@ def _contact_inputs(scene: Scene) -> list[ContactInputs]:
             has_friction=case_joint.friction is not None or case_joint.film is not None,
             sliding_distance=earlier_wear.sliding_distance if earlier_wear else 0.0,
         )
-        contacts += [inputs] * len(joint_layout.contacts)
+        contacts += [inputs] * len(contact_modes(joint))
     return contacts
 
 
