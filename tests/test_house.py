@@ -1,6 +1,7 @@
 """The rooms of the package and the direction of imports between them: one the wrong way, or in a circle, is found."""
 
 import ast
+import collections
 import functools
 import os
 import re
@@ -160,6 +161,36 @@ def test_everything_public_says_what_it_is():
 
 def test_every_module_says_what_it_is():
     assert [str(path) for path, tree in sources().items() if not ast.get_docstring(tree)] == []
+
+
+def unused(trees: dict, texts: list[str]) -> list[str]:
+    """Return the functions, classes and constants of modules that no other word of `texts` names.
+
+    A decorator may register what it decorates, and several constants in one assignment are an enumeration.
+    """
+    words = collections.Counter(word for text in texts for word in re.findall(r"[A-Za-z_]\w*", text))
+    found = []
+    for path, tree in trees.items():
+        for node in tree.body:
+            if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.decorator_list:
+                names = [node.name]
+            elif isinstance(node, ast.Assign):
+                names = [target.id for target in node.targets if isinstance(target, ast.Name)]
+            else:
+                names = []
+            found += [f"{place(path, node)}: {name}" for name in names if words[name] < 2 and name[:2] != "__"]
+    return found
+
+
+def test_everything_that_a_module_defines_is_used():
+    files = [*sources(), *(ROOT / "tests").rglob("*.py"), ROOT / "pyproject.toml"]
+    assert unused(sources(), [path.read_text(encoding="utf-8") for path in files]) == []
+
+
+def test_a_planted_function_that_nobody_uses_is_found():
+    planted = "def helper():\n    return SIZE\n\n\nSIZE, LEFT = 3, 4\nLENGTH = 2\n"
+    path = ROOT / "clearsweep" / "planted.py"
+    assert [line.split()[1] for line in unused({path: ast.parse(planted)}, [planted])] == ["helper", "LENGTH"]
 
 
 def test_no_file_exceeds_400_lines():

@@ -230,8 +230,3 @@ def spread(subject: str, texts: Sequence[str], interval: str = "") -> str:
     """Return the sentence on the spread of a figure; subject : 'Force peak: median'; texts : its QUANTILES in words."""
     low, median, high = texts
     return f"{subject} {median}{interval}; 90 % of the cases are between {low} and {high}."
-
-
-def drawn_of(record: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """Return the drawn values of a sample in run.json."""
-    return {path: np.asarray(values, float) for path, values in record["sample"]["drawn"].items()}

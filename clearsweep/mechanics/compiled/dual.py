@@ -225,7 +225,6 @@ RULES = {  # Python's name of the operation -> (function, rule)
     "__ne__": (operator.ne, _unequal),
 }
 REFLECTED = {"__radd__": _add, "__rsub__": _subtract, "__rmul__": _multiply, "__rtruediv__": _divide}
-IN_PLACE = {operator.iadd: _add, operator.isub: _subtract, operator.imul: _multiply, operator.itruediv: _divide}
 FUNCTIONS = {
     "sqrt": _sqrt,
     "sin": _sin,

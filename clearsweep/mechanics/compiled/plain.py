@@ -2,15 +2,9 @@
 
 import os
 
-_PLAIN = [os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")]
+_PLAIN = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 
 
 def is_plain() -> bool:
     """Return whether nothing is compiled."""
-    return _PLAIN[0]
-
-
-def run_plain(is_plain: bool) -> bool:
-    """Switch compilation off or on from now on; return the previous setting."""
-    previous, _PLAIN[0] = _PLAIN[0], is_plain
-    return previous
+    return _PLAIN

@@ -200,8 +200,3 @@ def _slope(gap, _, place, shared):
 
 
 _slopes = map_joints(_slope, after_number)
-
-
-def at_open(sites, values):
-    """Return the items of `values`, one for each of `sites`, that belong to open joints."""
-    return tuple(item for site, item in zip(sites, values, strict=True) if isinstance(site, Open))
