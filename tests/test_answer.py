@@ -108,6 +108,12 @@ def test_a_fit_whose_largest_clearance_was_not_covered_is_to_be_run_with_it():
     fits[1]["high"] = 2.5
     columns = {FIT: np.array([1.0, 1.0, 2.0, 2.0]), SPEED: [7, 8] * 2, MARGIN: np.full(4, 0.5)}
     chosen, counted, *_ = limited(columns, (FIT, SPEED), LIMITED | {"fits": {FIT: fits}})
+    assert chosen.startswith("a meets the limits up to its largest clearance, which lies below one that meets them")
+    assert "At their mean clearances, the load peak is at most 1." in chosen
+    assert "down to 0 µm, were not run." in chosen
+    assert "add 0 µm" not in chosen  # that is no clearance
+    fits[0]["low"] = 1.0
+    chosen, *_ = limited(columns, (FIT, SPEED), LIMITED | {"fits": {FIT: fits}})
     assert chosen.startswith("a meets the limits over its whole tolerance: its largest clearance lies below one")
     assert "b is open: its largest clearance, 2.5e+06 µm, lies above 2e+06 µm (met), the largest" in chosen
     assert counted.startswith("At the mean clearances of the fits, all designs meet the limits at every crank speed")
@@ -124,9 +130,16 @@ def test_the_open_end_and_the_end_that_nobody_ran_are_named():
     columns = {FIT: np.array([1.0, 2.0, 3.0]), SPEED: [7] * 3, MARGIN: np.array([0.5, 0.4, -0.5])}
     chosen, *_ = limited(columns, (FIT,), LIMITED | {"fits": {FIT: fits}})
     assert "To decide, add 2.5e+06 µm to the sweep." in chosen
-    assert chosen.endswith("Not run: clearances below 1e+06 µm; these tolerances reach 5e+05 µm.")
+    assert chosen.startswith("a meets the limits up to its largest clearance, which lies below one that meets them")
+    assert chosen.endswith(
+        "Clearances below 1e+06 µm, down to 5e+05 µm, were not run. The margin does not shrink towards them; to check "
+        "them, add 5e+05 µm to the sweep."
+    )
+    columns[MARGIN][0] = 0.3
+    shrinking = limited(columns, (FIT,), LIMITED | {"fits": {FIT: fits}})[0]
+    assert shrinking.endswith("were not run. To check them, add 5e+05 µm to the sweep.")
     fits[0]["low"] = 1.0
-    assert "Not run" not in limited(columns, (FIT,), LIMITED | {"fits": {FIT: fits}})[0]
+    assert "not run" not in limited(columns, (FIT,), LIMITED | {"fits": {FIT: fits}})[0]
 
 
 def test_of_a_limit_that_small_clearances_exceed_the_smallest_clearance_of_a_fit_decides():
@@ -135,7 +148,8 @@ def test_of_a_limit_that_small_clearances_exceed_the_smallest_clearance_of_a_fit
     ]
     columns = {FIT: np.array([1.5, 2.0, 3.0]), SPEED: [7, 7, 7], MARGIN: np.array([-0.1, 0.1, 0.2])}
     chosen, *_ = limited(columns, (FIT,), LIMITED | {"fits": {FIT: fits}})
-    assert chosen.startswith("b meets the limits over its whole tolerance: its smallest clearance lies above one")
+    assert chosen.startswith("b meets the limits down to its smallest clearance, which lies above one that meets them")
+    assert "Clearances above 3e+06 µm, up to 9e+06 µm, were not run." in chosen
     assert "a is open: its smallest clearance, 1e+06 µm, lies below 1.5e+06 µm (exceeded)" in chosen
     ends = [fit | {"mean": fit["mean"] + 0.25} for fit in fits]  # none of them ran
     assert not any("fit" in said for said in limited(columns, (FIT,), LIMITED | {"fits": {FIT: ends}}))
@@ -157,9 +171,21 @@ def test_a_probability_is_that_of_the_counted_revolutions_and_grows_with_longer_
     made = cases(columns, (SPEED,), record=record, figures=("force_peak",))
     period = Column("period", "1", "")
     made = made._replace(layout=made.layout._replace(columns=(*made.layout.columns, period)))
-    first, *_ = sampled.sentences(made)
-    assert first.startswith(
-        "2 of 3 motions did not become periodic within the run: longer runs exceed limits on peaks more"
+    first, second = sampled.sentences(made)
+    assert first == (
+        "2 of 3 motions did not become periodic within the run: longer runs exceed limits on peaks more often. "
+        "The order of the drivers may change, too. Double simulate.revolutions, to 8 next, until the probability of "
+        "any exceedance stays within 9.4 to 99 %: then they are enough."
+    )
+    assert second.startswith(
+        "Force peak at most 3.5: exceeded with a probability of 67 % (95 %: 9.4 to 99 %); the worst is 5 at speed 3. "
+        "Its median is"
+    )
+    columns["pin_force_peak_median"] = np.array([1.0, 2.0, 4.0])
+    typical = cases(columns, (SPEED,), record=record, figures=("force_peak", "force_peak_median"))
+    assert "speed 3. In the median revolution, 1 of 3 cases exceeds it. Its" in sampled.sentences(typical)[0]
+    assert "to 8 next" not in sampled.longer_run_warning(
+        made._replace(axes=("simulate.revolutions",)), ["pin_force_peak"]
     )
     columns["period"] = np.ones(3)
     assert not any("longer runs" in sentence for sentence in sampled.sentences(made))
@@ -173,13 +199,43 @@ def test_a_start_that_was_cut_off_is_no_rival_of_one_that_reached_its_speed():
     made = cases(columns, (SPEED,), lead, record, ("force_peak",))
     started = (Column("start_up_time", "s", ""), Column("crank_speed_max", "rad/s", ""))
     made = made._replace(layout=made.layout._replace(columns=(*made.layout.columns, *started)))
-    first, second, *_ = said = answer.sentences(made)
-    assert first.startswith("1 of 3 cases was cut off after 8 revolutions, before 142.5: at most 99 at speed 3.")
-    assert "set simulate.revolutions to 16 or more" in first
-    assert second.startswith("2 of 3 cases reach 142.5, 95 % of the motor's no-load speed of 150, for the first time")
-    assert any("Largest normal force of the started cases: 5 at speed 2 (case 0000000" in each for each in said)
+    first, second, force = answer.sentences(made)
+    assert first.startswith(
+        "2 of 3 cases reach 142.5, 95 % of the motor's no-load speed of 150, for the first time after 0.1 to 0.3. "
+        "Every case with speed 1 or 2 does."
+    )
+    fraction = 99.0 / 150.0
+    needed = 8.0 * (-np.log(0.05) - 0.95) / (-np.log(1.0 - fraction) - fraction)
+    assert second == (
+        f"No case with speed 3 reaches it within 8 revolutions: at most 99. This case needs about {needed:.0f} by the "
+        f"motor's torque: set simulate.revolutions to {np.ceil(1.25 * needed):.0f} or more."
+    )
+    assert force.startswith("Largest normal force of the started cases: 5 at speed 2 (case 0000000")
+    assert force.endswith("The peak is unknown with speed 3: at least 9 until the end of the run.")
+    loaded = answer.sentences(made._replace(record=record | {"loads": {"pump": {}}}))[1]
+    assert loaded.endswith("To see whether it is reached later, set simulate.revolutions to 16 or more.")
+    (card, *_) = start_up.cards(made)
+    assert card == ("Cases that reach 142.5", "2 of 3", "after 0.1 to 0.3; not with speed 3 within 8 revolutions")
     columns["start_up_time"][2] = 0.9
     assert "Largest normal force: 9 at speed 3" in " ".join(answer.sentences(made))
+    columns["start_up_time"][:] = [np.nan] * 3
+    columns["crank_speed_max"][:] = [90.0, 91.0, 92.0]
+    assert answer.sentences(made)[0].startswith(
+        "No case reaches 142.5, 95 % of the motor's no-load speed of 150, within 8 revolutions: at most 92 at speed 3."
+    )
+
+
+def test_starts_are_only_blamed_on_values_that_explain_all_of_them():
+    columns = {"start_up_time": [0.1, np.nan, np.nan, 0.2], "crank_speed_max": [160.0, 99.0, 98.0, 155.0]}
+    columns |= {SPEED: [1, 1, 2, 2], FIT: [3, 4, 3, 4]}
+    made = cases(columns, (SPEED, FIT), record={"drive": {"motor": {"no_load_speed": 150.0}}})
+    started = tuple(Column(name, "1", "") for name in ("start_up_time", "crank_speed_max"))
+    made = made._replace(layout=made.layout._replace(columns=(*made.layout.columns, *started)))
+    first, second = start_up.sentences(made)
+    assert "does" not in first
+    assert second.startswith("2 of 4 cases do not reach it within its run: at most 99 at speed 1, clearance 4. To see")
+    columns["start_up_time"][:] = [0.1, 0.2, np.nan, np.nan]
+    assert start_up.sentences(made)[1].startswith("No case with speed 2 reaches it")
 
 
 def test_a_first_touch_of_the_speed_is_not_steady_running_and_the_force_until_then_is_not_that_of_the_run():
@@ -192,15 +248,17 @@ def test_a_first_touch_of_the_speed_is_not_steady_running_and_the_force_until_th
     made = made._replace(layout=made.layout._replace(columns=(*made.layout.columns, *started)))
     _, swing, force = (text.replace("\u00a0", " ") for text in answer.sentences(made))
     assert swing == (
-        "After that, the speed swings between 100 and 180, up to 20 % above no load at speed 1, the largest swing. "
-        "2 of 2 started cases fall below 142.5 again."
+        "After that, the speed swings around 140 to 146, the middle of its extremes. The largest swing is ±29 %, "
+        "between 100 and 180, up to 20 % above no load at speed 1. Swing falls from 80 to 10 as speed grows from 1 "
+        "to 2. 2 of 2 started cases fall below 142.5 again."
     )
     assert force.startswith("Largest normal force, in the whole run: 5 at speed 2")
     assert force.endswith("Until the start-up time: 2 at speed 1.")
     columns["crank_speed_after"][:] = [143.0, 144.0]
     assert "No started case falls below 142.5 again." in answer.sentences(made)[1]
-    names = [name for name, *_ in start_up.cards(made)]
-    assert names == ["Start-up time", "Speed after that"]
+    first, second = start_up.cards(made)
+    assert first[0] == "Start-up time"
+    assert second == ("Speed after that", "143 to 180", "largest swing, around 161.5, speed 1")
 
 
 @pytest.mark.parametrize(
@@ -304,6 +362,10 @@ def test_the_safest_combination_is_the_one_with_the_thickest_film_at_every_speed
     )
     assert "No roughness is given: compare the films with 3 times the combined roughness of the surfaces." in first
     assert first.endswith(" Unsafe: clearance 0.0005, viscosity 3 (1 of 2 cases).")
+    assert films.sentences(lubricated())[1] == (
+        "Also safe: clearance 0.0002, viscosity 3: film at least 5, loss at most 20. Clearance 0.0005, viscosity 4: "
+        "film at least 3, loss at most 50."
+    )
     dear, *_ = films.sentences(lubricated(film_loss=[1.0] * 5 + [30.0, 40.0, 20.0]))
     assert "its loss at most 30. It is at the end" in dear  # another safe one loses less
     none, *_ = films.sentences(lubricated(film_limit_fraction=[0.1] * 8))
@@ -468,9 +530,10 @@ def test_a_start_up_is_answered_in_the_last_lines_and_at_the_top_of_the_page(sta
     run, output = started
     last = "\n".join(output.splitlines()[-10:])
     assert "1 of 2 cases reaches 1425 rpm, 95 % of the motor's no-load speed of 1500 rpm, for the first time" in last
-    assert "1 of 2 cases was cut off after 5 revolutions, before 1425 rpm: at most" in last
-    sentences = answers(study.prepare(run))
-    assert "cut off after 5 revolutions" in sentences[0]
+    missing = "No case with drive inertia 0.02 kg*m^2 reaches it within 5 revolutions: at most"
+    assert missing in last
+    sentences = [text.replace("\u00a0", " ") for text in answers(study.prepare(run))]
+    assert sentences[1].startswith(missing.replace("kg*m^2", "kg m²"))
     page = report.page_of(run)
     (summary,) = (part for part in page.sections if part.key == "summary")
     assert summary.blocks[0].cards[0][:2] == ("Cases that reach 1425\u00a0rpm", "1 of 2")
@@ -490,7 +553,7 @@ def test_the_causes_of_a_spread_are_those_of_clear_correlations():
     text = " ".join(sampled.driver_sentences(drawn, values, names, lambda numbers: [f"{each:.2g}" for each in numbers]))
     low, high = np.quantile(drawn["a"], [0.25, 0.75])
     low, high = (np.median(values[where]) for where in (drawn["a"] <= low, drawn["a"] >= high))
-    assert text.startswith("It rises most with play (partial rank correlation 1.0")
+    assert text.startswith("It rises most with play (strength 1.0)")
     assert text.endswith(f"median {low:.2g} in its lowest quarter, {high:.2g} in its highest.")
     assert "colour" not in text
     assert sampled.correlations(drawn, np.ones(60)) == []
@@ -516,6 +579,20 @@ def test_wear_beyond_the_clearance_is_no_forecast():
     (said,) = wear.remark(made, joint, 0, 3.6e-3)
     assert "after 28 h the wear reaches the clearance of 0.100" in said  # 1000 h * 0.1 mm / 3.6 mm
     assert wear.remark(made, joint, 1, 3.6e-6) == []
+
+
+def test_a_sample_that_wears_beyond_its_clearance_has_hours_instead_of_a_depth():
+    rates = np.geomspace(1e-10, 4e-10, 20)
+    columns = {"pin_wear_rate_max": rates, "pin_wear_depth_max": np.ones(20), FIT: np.full(20, 1e-4)}
+    columns["joints.pin.wear.coefficient"] = rates
+    axes = (FIT, "joints.pin.wear.coefficient")
+    made = cases(columns, axes, figures=("wear_rate_max", "wear_depth_max"))
+    worn = sampled.sentences(made)[-1].replace("\u00a0", " ")
+    assert worn.startswith("Hours until the wear equals the clearance, at the rate of the run: median 139 h; 90 %")
+    assert "so no depth is forecast. It falls most with coefficient (strength 1.0): median 240 h in its" in worn
+    assert "per 1000 h" not in worn
+    columns["pin_wear_rate_max"] = 1e-3 * rates
+    assert sampled.sentences(made)[-1].startswith("Wear depth per 1000 h: median 0.720")
 
 
 def test_the_figures_of_a_grid_are_answered_with_the_cases_at_their_ends():

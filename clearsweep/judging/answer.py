@@ -45,6 +45,9 @@ def start_forces(cases: Cases) -> list[str]:
     force_until_start = start_up.until_start(of_started, worst[2]) if worst is not None else ""
     if force_until_start:
         lines[0] = f"{lines[0].replace(': ', ', in the whole run: ', 1)} Until the start-up time: {force_until_start}."
+    unknown_text = start_up.force_of_cut_off(cases, worst[1][0]) if worst is not None else ""
+    if unknown_text and len(of_started.case_ids) < len(cases.case_ids):
+        lines[0] += f" The peak is {unknown_text} until the end of the run."
     return lines
 
 

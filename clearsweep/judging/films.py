@@ -12,6 +12,7 @@ from .cases import Cases
 ROUGHNESSES = 3.0  # combined roughnesses of both surfaces that a film should exceed to separate them
 NOT_MODELLED = "not modelled"
 LISTED_OUTSIDE = LISTED_UNSAFE = 2  # cases outside the range of their law, unsafe combinations that a sentence names
+LISTED_SAFE = 4  # other safe combinations that have a sentence
 THICKNESS, SHARE, LOSS, OUTSIDE = "film_thickness_min", "dry_load_share", "film_loss", "film_limit_fraction"
 
 
@@ -28,6 +29,16 @@ class Choice(NamedTuple):
     safe: int  # number of safe combinations
     total: int  # number of combinations
     unsafe: tuple[int, ...]  # index of a case of each unsafe combination
+    others: tuple["SafeFilm", ...]  # the other safe combinations, the thickest film first
+
+
+class SafeFilm(NamedTuple):
+    """A safe combination of design values."""
+
+    thinnest: int  # index of the case with its thinnest film
+    thickness: float  # m, its least film
+    joint: str  # joint with this film
+    loss: float  # W, its largest loss of all films; NaN: unknown
 
 
 def sentences(cases: Cases) -> list[str]:
@@ -76,22 +87,22 @@ def choice(cases: Cases) -> Choice | None:
     safe = [group for group in groups if is_safe[group].all() and len(group) == complete]
     if not safe or len(groups) == 1:
         return None
-    best = max(safe, key=lambda group: float(least[group].min()))
-    thinnest = best[int(np.argmin(least[best]))]
-    largest = [float(loss[group].max()) for group in safe]
-    most = float(loss[best].max())
-    joint = joints[int(np.argmin(films[:, thinnest]))]
+    ranked = sorted(safe, key=lambda group: -float(least[group].min()))
+    safe_films = []
+    for group in ranked:
+        thinnest = group[int(np.argmin(least[group]))]
+        joint = joints[int(np.argmin(films[:, thinnest]))]
+        safe_films.append(SafeFilm(thinnest, float(least[thinnest]), joint, float(loss[group].max())))
+    best, *others = safe_films
     return Choice(
         paths,
         conditions,
-        thinnest,
-        float(least[thinnest]),
-        joint,
-        most,
-        most <= min(largest),
+        *best,
+        best.loss <= min(film.loss for film in safe_films),
         len(safe),
         len(groups),
         tuple(group[0] for group in groups if group not in safe),
+        tuple(others),
     )
 
 
@@ -187,7 +198,23 @@ def _chosen(cases: Cases) -> list[str]:
     count = f"{chosen.safe} of {wording.count(chosen.total, 'combination')} {'is' if chosen.safe == 1 else 'are'} safe"
     unsafe = [f"{cases.setting(index, chosen.paths)}{_unsafe_where(cases, index, chosen)}" for index in chosen.unsafe]
     others = f" Unsafe: {'; '.join(unsafe)}." if 0 < len(unsafe) <= LISTED_UNSAFE else ""
-    return [f"{text} {count}{every_condition(chosen)}: {meaning}.{others}"]
+    return [f"{text} {count}{every_condition(chosen)}: {meaning}.{others}", *_other_safe(cases, chosen)]
+
+
+def _other_safe(cases: Cases, chosen: Choice) -> list[str]:
+    """Return a sentence on each of the other safe combinations, or [] if there is none."""
+    sentences: list[str] = []
+    for film in chosen.others[:LISTED_SAFE]:
+        (thickness,) = cases.texts(f"{film.joint}_{THICKNESS}", [film.thickness])
+        loss_text = (
+            f", loss at most {cases.texts(f'{film.joint}_{LOSS}', [film.loss])[0]}" if np.isfinite(film.loss) else ""
+        )
+        setting = cases.setting(film.thinnest, chosen.paths)
+        sentences.append(f"{labels.capital(setting) if sentences else setting}: film at least {thickness}{loss_text}.")
+    more = len(chosen.others) - LISTED_SAFE
+    if more > 0:
+        sentences.append(f"{more} more {'is' if more == 1 else 'are'} safe with thinner films.")
+    return [" ".join(["Also safe:", *sentences])] if sentences else []
 
 
 def title(chosen: Choice) -> str:

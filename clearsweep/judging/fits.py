@@ -1,4 +1,4 @@
-"""Fits of a joint against limits: which meet them over their whole tolerance, and which are undecided."""
+"""Fits of a joint against limits: which meet them over their tolerance, their loads, and which are undecided."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -8,7 +8,7 @@ import numpy as np
 
 from ..language import wording
 from .cases import Cases
-from .verdict import MARGIN
+from .verdict import MARGIN, Limit
 
 MAX_LISTED = 4  # fits in one sentence
 
@@ -24,6 +24,7 @@ class ClassifiedFits(NamedTuple):
     rejected: tuple[Mapping[str, Any], ...]  # exceed a limit at their mean clearance
     safe_clearances: tuple[float, ...]  # clearances (m) that meet the limits in every case, ascending
     unsafe_clearances: tuple[float, ...]  # the other clearances (m), ascending
+    margins: Mapping[float, float]  # clearance (m) -> smallest margin of its cases, ascending
 
     @property
     def total(self) -> int:
@@ -49,6 +50,7 @@ def of_cases(cases: Cases) -> ClassifiedFits | None:
         tuple(fit for fit in listed if not meets_limits[fit["mean"]]),
         tuple(value for value, meets in meets_limits.items() if meets),
         tuple(value for value, meets in meets_limits.items() if not meets),
+        {value: float(margins[values == value].min()) for value in meets_limits},
     )
 
 
@@ -73,6 +75,7 @@ def sentences(cases: Cases) -> list[str]:
         return []
     lines = [
         _accepted_sentence(classified),
+        *_load_sentences(cases, classified),
         *(_undecided_sentence(classified, fit) for fit in classified.undecided[:MAX_LISTED]),
     ]
     if classified.rejected:
@@ -95,36 +98,71 @@ def _critical_end(classified: ClassifiedFits, fit: Mapping[str, Any]) -> float:
     return float(fit["low"] if _fails_below(classified) else fit["high"])
 
 
-def _unchecked_ends(classified: ClassifiedFits) -> list[str]:
-    """Return a sentence on the other ends of the accepted tolerances if they lie beyond all clearances run, or []."""
-    run_clearances = (*classified.safe_clearances, *classified.unsafe_clearances)
-    if not classified.accepted or not run_clearances:
-        return []
+def _unchecked_end(classified: ClassifiedFits) -> tuple[float, float] | None:
+    """Return the other end (m) of the accepted tolerances and the nearest clearance run (m), or None if it was run."""
+    run_clearances = tuple(classified.margins)
+    if not classified.accepted:
+        return None
     if _fails_below(classified):
-        end, outermost_run, word = max(fit["high"] for fit in classified.accepted), max(run_clearances), "above"
-        is_beyond = end > outermost_run
-    else:
-        end, outermost_run, word = min(fit["low"] for fit in classified.accepted), min(run_clearances), "below"
-        is_beyond = end < outermost_run
-    if not is_beyond:
+        end, outermost_run = max(fit["high"] for fit in classified.accepted), max(run_clearances)
+        return (end, outermost_run) if end > outermost_run else None
+    end, outermost_run = min(fit["low"] for fit in classified.accepted), min(run_clearances)
+    return (end, outermost_run) if end < outermost_run else None
+
+
+def _unchecked_ends(classified: ClassifiedFits) -> list[str]:
+    """Return sentences on the other ends of the accepted tolerances if they lie beyond all clearances run, or []."""
+    unchecked = _unchecked_end(classified)
+    if unchecked is None:
         return []
-    return [f"Not run: clearances {word} {_micrometres(outermost_run)}; these tolerances reach {_micrometres(end)}."]
+    end, outermost_run = unchecked
+    word, direction = ("above", "up to") if _fails_below(classified) else ("below", "down to")
+    texts = [_micrometres(length) for length in (outermost_run, end)]
+    lines = [f"Clearances {word} {texts[0]}, {direction} {texts[1]}, were not run."]
+    margins = list(classified.margins.values())[:: -1 if _fails_below(classified) else 1]
+    trend = "The margin does not shrink towards them; to" if len(margins) > 1 and margins[0] >= margins[1] else "To"
+    return [*lines, f"{trend} check them, add {texts[1]} to the sweep."] if end > 0.0 else lines
 
 
 def _accepted_sentence(classified: ClassifiedFits) -> str:
+    """Return which fits meet the limits, over the whole tolerance or, where one end was not run, at the other end."""
     if not classified.accepted:
         return "No fit is known to meet the limits over its whole tolerance."
-    verb, possessive = ("meets", "its") if len(classified.accepted) == 1 else ("meet", "their")
-    statement = f"{_names(classified.accepted)} {verb} the limits over {possessive} whole tolerance"
-    if _fails_below(classified):
-        return (
-            f"{statement}: {possessive} smallest clearance lies above one that meets them "
-            f"({_micrometres(classified.safe_clearances[0])})."
-        )
-    return (
-        f"{statement}: {possessive} largest clearance lies below one that meets them "
-        f"({_micrometres(classified.safe_clearances[-1])})."
+    adjective, side, nearest = (
+        ("smallest", "above", classified.safe_clearances[0])
+        if _fails_below(classified)
+        else ("largest", "below", classified.safe_clearances[-1])
     )
+    verb, possessive = ("meets", "its") if len(classified.accepted) == 1 else ("meet", "their")
+    subject, clearance_text = f"{_names(classified.accepted)} {verb} the limits", f"{possessive} {adjective} clearance"
+    reason = f"lies {side} one that meets them ({_micrometres(nearest)})."
+    if _unchecked_end(classified):
+        return f"{subject} {'down' if side == 'above' else 'up'} to {clearance_text}, which {reason}"
+    return f"{subject} over {possessive} whole tolerance: {clearance_text} {reason}"
+
+
+def _load_sentences(cases: Cases, classified: ClassifiedFits) -> list[str]:
+    """Return a sentence on the limited figures of the accepted fits at their mean clearances, or []."""
+    loads = accepted_loads(cases, classified)
+    return [f"At their mean clearances, {wording.sentence_list(loads)}."] if loads else []
+
+
+def accepted_loads(cases: Cases, classified: ClassifiedFits) -> list[str]:
+    """Return the worst value of each limited figure of the accepted fits: ['load peak is at most 41.9 kN']."""
+    means = [fit["mean"] for fit in classified.accepted]
+    is_accepted = np.isin(cases.column(classified.path).astype(float), means)
+    return [
+        f"the {cases.label(limit.column)} is {limit.kind.replace('_', ' ')} {_worst_text(cases, limit, is_accepted)}"
+        for limit in cases.limits
+        if is_accepted.any() and np.isfinite(cases.column(limit.column).astype(float)[is_accepted]).any()
+    ][:MAX_LISTED]
+
+
+def _worst_text(cases: Cases, limit: Limit, is_member: np.ndarray) -> str:
+    """Return the value nearest to a limit among some cases in words; is_member : (n,)."""
+    values = cases.column(limit.column).astype(float)[is_member]
+    worst = np.nanmax(values) if limit.kind == "at_most" else np.nanmin(values)
+    return cases.texts(limit.column, [float(worst)])[0]
 
 
 def _undecided_sentence(classified: ClassifiedFits, fit: Mapping[str, Any]) -> str:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from ..language import wording
 from .validity import WIDE_SMOOTHING
 
+FASTER_WEAR = 3.0  # lower end of the usual uncertainty of a wear coefficient, a factor
 INTERVAL_DIGITS = (3, 4, 5)  # digits: as few as distinguish the ends of an interval
 MIN_RELATIVE_WIDTH = 1e-5  # of a life: a smaller interval is reported as below this
 
@@ -50,6 +51,21 @@ def hours_text(life: Lifetime) -> str:
     return f"{wording.plain(life.hours)} h"
 
 
+def faster_wear_sentences(life: Lifetime) -> list[str]:
+    """Return the sentence on a larger wear coefficient, which ends a life sooner; [] if its uncertainty is known."""
+    if math.isfinite(life.low_uncertain) or math.isfinite(life.high_uncertain):
+        return []
+    return [
+        f"With wear {FASTER_WEAR:g} times as fast, within the usual uncertainty of its coefficient, it is about "
+        f"{faster_wear_text(life.hours)}."
+    ]
+
+
+def faster_wear_text(hours: float) -> str:
+    """Return a life in hours with the wear FASTER_WEAR times as fast."""
+    return f"{wording.plain(hours / FASTER_WEAR)}{wording.BLANK}h"
+
+
 def interval_sentences(life: Lifetime) -> list[str]:
     """Return sentences on the intervals of a life: from numerics, from uncertain coefficients, and what they omit."""
     sentences = [f"95{wording.BLANK}% interval of the numerics alone: {_numerical_interval(life)}."]
@@ -62,7 +78,10 @@ def interval_sentences(life: Lifetime) -> list[str]:
         range_text = " ".join(bounds).removeprefix("from ") if len(bounds) == 2 else f"{bounds[0]}, other end unknown"
         sentences.append(f"With the uncertain wear coefficients: {range_text}.")
     if life.smoothing > WIDE_SMOOTHING:
-        sentences.append(f"Not included: the effect of smoothing the worn shapes over {_degrees(life.smoothing)}.")
+        sentences.append(
+            f"Not included: the effect of smoothing the worn shapes over {_degrees(life.smoothing)}, which is unknown: "
+            "take the hours as an estimate."
+        )
     return sentences
 
 

@@ -83,10 +83,19 @@ def starting_clearance(cases: Cases, name: str) -> str:
     return wording.in_common_unit([value], "m")[0] if isinstance(value, float) and value > 0.0 else ""
 
 
-def _clearance(cases: Cases, joint: JointLayout, index: int) -> float | None:
-    """Return the clearance (m) of a joint in a case, or None if it is not a fixed number."""
+def clearances(cases: Cases, joint: JointLayout) -> np.ndarray | None:
+    """Return the clearance (m) of a joint in each case (n,), or None if one is not a number above zero."""
     title = wording.joint_name(joint.name)
     path = f"joints.{title}.clearance"
     section: Mapping = (cases.record.get("joints") or {}).get(title) or {}
-    value = float(cases.column(path)[index]) if path in cases.axes else section.get("clearance")
-    return value if isinstance(value, float) and value > 0.0 else None
+    value = cases.column(path) if path in cases.axes else section.get("clearance")
+    if not isinstance(value, float | np.ndarray):
+        return None
+    sizes = np.broadcast_to(np.asarray(value, float), (len(cases.case_ids),))
+    return sizes if (sizes > 0.0).all() else None
+
+
+def _clearance(cases: Cases, joint: JointLayout, index: int) -> float | None:
+    """Return the clearance (m) of a joint in a case, or None if it is not a fixed number."""
+    sizes = clearances(cases, joint)
+    return None if sizes is None else float(sizes[index])

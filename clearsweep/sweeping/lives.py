@@ -46,7 +46,7 @@ class LifeExtremes:
                     self.extremes[key] = describe(index) | {
                         "hours": life.hours,
                         "text": lifetime.hours_text(life),
-                        "remarks": lifetime.interval_sentences(life),
+                        "remarks": [*lifetime.faster_wear_sentences(life), *lifetime.interval_sentences(life)],
                     }
 
     def facts(self) -> dict[str, Any] | None:

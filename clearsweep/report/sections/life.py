@@ -53,7 +53,8 @@ def _extreme_life_sentences(study: Study, joint: Joint) -> list[str]:
             life = _lifetime(study, joint, case_id)
             life_sentence = f"{word} {criterion_text}: {lifetime.hours_text(life)}{setting_text}."
             revolutions_sentence = f"This is {wording.plain(life.revolutions)} revolutions."
-            points.append(" ".join([life_sentence, revolutions_sentence, *lifetime.interval_sentences(life)]))
+            remarks = [*lifetime.faster_wear_sentences(life), *lifetime.interval_sentences(life)]
+            points.append(" ".join([life_sentence, revolutions_sentence, *remarks]))
     unreached_count = int(study.cases[hours].isna().sum())
     if unreached_count:
         points.append(

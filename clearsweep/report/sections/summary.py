@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...judging import designs, films, fits, probability, sampled, start_up, verdict, wear
+from ...judging import designs, films, fits, lifetime, probability, sampled, start_up, verdict, wear
 from ...judging.case_ranking import Candidate
 from ...language import wording
 from ..blocks.section import Cards, Section
@@ -67,15 +67,19 @@ def _largest_cards(study: Study, figure: str, name: str, suffix: str) -> list[tu
         and joint
         and (hours := _hours_to_clearance(study, joint, row, float(values[row])))
     ):
-        return [(name, "no forecast", f"at this rate the wear of the worst case reaches its clearance after {hours}")]
+        return [
+            (
+                "Wear equals the clearance",
+                f"after {hours}".replace(" ", wording.BLANK),
+                "in the worst case, at the wear rate of the window",
+            )
+        ]
     start_note = "of the started cases" if leaves_out(study, column) else ""
     if figure == PEAK.figure and joint and question(study).question == "start-up":
         force_until_start = start_up.until_start(start_up.started(answer_cases(study)), joint.name)
-        start_note = "; ".join(
-            filter(
-                None, ("in the whole run", start_note, force_until_start and f"until the start: {force_until_start}")
-            )
-        )
+        until_note = force_until_start and f"until the start: {force_until_start}"
+        unknown_note = start_up.force_of_cut_off(answer_cases(study), column) if start_note else ""
+        start_note = "; ".join(filter(None, ("in the whole run", start_note, until_note, unknown_note)))
     elastic_note = elastic_range.remark(study, joint, worst) if joint and figure == ONSET_FIGURE else ""
     note = "; ".join(filter(None, (joint_text, suffix, start_note, elastic_note))) or (
         f"joint {joint.title}" if joint else ""
@@ -106,7 +110,11 @@ def _worst_case_cards(study: Study) -> list[tuple[str, str, str]]:
     value = float(study.cases.at[case_id, candidate.columns[0]])
     setting_text = _setting_text(study, case_id)
     if ranking.question == "life":
-        condition_note = "" if study.run.grid.get("uncertain") else "; for the given wear coefficient"
+        faster = lifetime.faster_wear_text(value)
+        condition_note = (
+            "; for the given wear coefficient, " + faster + f" if wear is {lifetime.FASTER_WEAR:g} times as fast"
+        )
+        condition_note = "" if study.run.grid.get("uncertain") else condition_note
         return [
             (
                 "Shortest life",
@@ -176,8 +184,8 @@ def _design_cards(study: Study) -> list[tuple[str, str, str]]:
             wording.sentence_list([fit["name"] for fit in group])
             for group in (classified.accepted, classified.undecided)
         )
-        parts = (accepted_names, open_names and f"open: {open_names}")
-        note = "; ".join([*filter(None, parts), f"at every {names}"])
+        parts = (accepted_names, open_names and f"open: {open_names}", f"at every {names}")
+        note = "; ".join(filter(None, [*parts, *fits.accepted_loads(cases, classified)]))
         return [("Fits within the limits", f"{len(classified.accepted)} of {classified.total}", note)]
     return [("Designs within the limits", f"{accepted} of {len(design_groups.margins)}", f"at every {names}")]
 
