@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from clearsweep.contracts.layout import Column, Layout
-from clearsweep.judging.lifetime import COLUMNS, Lifetime, hours_text, interval_sentences
+from clearsweep.judging.lifetime import COLUMNS, Lifetime, faster_wear_sentences, hours_text, interval_sentences
 from clearsweep.sweeping.lives import LifeExtremes, life_lines
 
 
@@ -52,14 +52,19 @@ def test_an_end_that_is_not_known_is_not_said_to_be_endless():
 
 
 def test_an_uncertain_coefficient_is_reported_next_to_the_numerics():
-    text = sentences(life(0.02, low_uncertain=1000.0 / 3.0, high_uncertain=3100.0))[-1]
+    known = life(0.02, low_uncertain=1000.0 / 3.0, high_uncertain=3100.0)
+    assert faster_wear_sentences(known) == []  # its uncertainty is known
+    text = sentences(known)[-1]
     assert text == "With the uncertain wear coefficients: 28.5 h to 265 h."
     assert "uncertain" not in " ".join(sentences(life(0.02)))
 
 
 def test_wide_smoothing_is_reported_next_to_the_interval():
     last = sentences(life(0.02, smoothing=math.radians(11.0)))[-1]
-    assert last == "Not included: the effect of smoothing the worn shapes over 11 deg."
+    assert last == (
+        "Not included: the effect of smoothing the worn shapes over 11 deg, which is unknown: take the hours as an "
+        "estimate."
+    )
     assert len(sentences(life(0.02, smoothing=math.radians(3.0)))) == 1
 
 
@@ -83,6 +88,7 @@ def test_the_closing_lines_name_the_shortest_and_the_longest_life():
     assert lines[1] == "Answer"
     assert lines[2] == (
         "  Shortest life of pin, until wear of one body reaches 20.0 \u00b5m: 20.0 h at speed 3 (case 33333333). "
+        "With wear 3 times as fast, within the usual uncertainty of its coefficient, it is about 6.67 h. "
         "95 % interval of the numerics alone: 19.8 h to 20.2 h."
     )
     assert lines[3].startswith("  Longest life: 85.5 h")

@@ -104,7 +104,7 @@ def test_the_steps_lead_to_a_decision_with_made_up_forces(tmp_path):
     over = run.summary[CLEARANCE] * run.summary["drive.speed"] / (4.0 * np.pi) > SAFE
     assert f"Limits: {int(over.sum())} of 30 cases exceed at least one" in message
     assert run.worst == run.summary.nlargest(3, "rod_slider_force_peak_ratio")["case_id"].tolist()
-    assert run.summary["hours_to_50_um"].tolist() == pytest.approx([1000.0] * 30, rel=1e-12)
+    assert run.summary["hours_to_50_um_wear"].tolist() == pytest.approx([1000.0] * 30, rel=1e-12)
     (part,) = peak_revolution.sections(study.prepare(run))
     assert [block.case_id for block in part.blocks[1:]] == run.worst
     largest = read("press_joint_largest")
@@ -149,6 +149,6 @@ def test_the_commands_lead_to_the_decision(tmp_path, monkeypatch):
     assert laws["margin"].min() == pytest.approx(0.32, abs=0.05, rel=0.0)
     lives = clearsweep.open("results/press-joint-life").summary.sort_values("drive.speed")["rod_slider_life_hours"]
     assert lives.tolist() == pytest.approx([3064, 1012, 478], rel=0.05, abs=0.0)
-    hours = laws.groupby("drive.speed")["hours_to_50_um"].mean()
+    hours = laws.groupby("drive.speed")["hours_to_50_um_wear"].mean()
     assert hours.iloc[0] == pytest.approx(11_800, rel=0.05, abs=0.0)
     assert hours.iloc[-1] == pytest.approx(1_700, rel=0.05, abs=0.0)

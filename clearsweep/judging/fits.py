@@ -1,4 +1,4 @@
-"""Fits of a joint against limits: which meet them over their whole tolerance, and which are undecided."""
+"""Fits of a joint against limits: which meet them over their tolerance, their loads, and which are undecided."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -8,7 +8,7 @@ import numpy as np
 
 from ..language import wording
 from .cases import Cases
-from .verdict import MARGIN
+from .verdict import MARGIN, Limit
 
 MAX_LISTED = 4  # fits in one sentence
 
@@ -24,6 +24,7 @@ class ClassifiedFits(NamedTuple):
     rejected: tuple[Mapping[str, Any], ...]  # exceed a limit at their mean clearance
     safe_clearances: tuple[float, ...]  # clearances (m) that meet the limits in every case, ascending
     unsafe_clearances: tuple[float, ...]  # the other clearances (m), ascending
+    margins: Mapping[float, float]  # clearance (m) -> smallest margin of its cases, ascending
 
     @property
     def total(self) -> int:
@@ -31,24 +32,25 @@ class ClassifiedFits(NamedTuple):
         return len(self.accepted) + len(self.undecided) + len(self.rejected)
 
 
-def of_cases(cases: Cases) -> ClassifiedFits | None:
+def classify_fits(cases: Cases) -> ClassifiedFits | None:
     """Return the classified fits of the first varied path with fits; None without such a path or without limits."""
     path = next((path for path in cases.record.get("fits") or {} if path in cases.axes), None)
     if path is None or not cases.record.get("limits") or (cases.record.get("sample") or {}).get("drawn", {}).get(path):
         return None
     values, margins = cases.column(path).astype(float), cases.column(MARGIN).astype(float)
     meets_limits = {value: bool((margins[values == value] >= 0.0).all()) for value in np.unique(values).tolist()}
-    listed: Sequence[Mapping[str, Any]] = [fit for fit in cases.record["fits"][path] if fit["mean"] in meets_limits]
-    meeting = [fit for fit in listed if meets_limits[fit["mean"]]]
-    if not listed:  # a search runs the ends of fits, not their means
+    run_fits: Sequence[Mapping[str, Any]] = [fit for fit in cases.record["fits"][path] if fit["mean"] in meets_limits]
+    accepted_at_mean = [fit for fit in run_fits if meets_limits[fit["mean"]]]
+    if not run_fits:  # a search runs the ends of fits, not their means
         return None
     return ClassifiedFits(
         path,
-        tuple(fit for fit in meeting if _is_covered(fit, meets_limits)),
-        tuple(fit for fit in meeting if not _is_covered(fit, meets_limits)),
-        tuple(fit for fit in listed if not meets_limits[fit["mean"]]),
+        tuple(fit for fit in accepted_at_mean if _is_covered(fit, meets_limits)),
+        tuple(fit for fit in accepted_at_mean if not _is_covered(fit, meets_limits)),
+        tuple(fit for fit in run_fits if not meets_limits[fit["mean"]]),
         tuple(value for value, meets in meets_limits.items() if meets),
         tuple(value for value, meets in meets_limits.items() if not meets),
+        {value: float(margins[values == value].min()) for value in meets_limits},
     )
 
 
@@ -68,19 +70,22 @@ def _is_covered(fit: Mapping[str, Any], meets_limits: Mapping[float, bool]) -> b
 
 def sentences(cases: Cases) -> list[str]:
     """Return sentences on the accepted, the undecided and the rejected fits; [] without fits."""
-    classified = of_cases(cases)
+    classified = classify_fits(cases)
     if classified is None:
         return []
     lines = [
         _accepted_sentence(classified),
+        *_load_sentences(cases, classified),
         *(_undecided_sentence(classified, fit) for fit in classified.undecided[:MAX_LISTED]),
     ]
     if classified.rejected:
-        lines.append(f"Exceeding a limit at the mean clearance: {_names(classified.rejected)}.")
+        lines.append(f"Exceeding a limit at the mean clearance: {_names_text(classified.rejected)}.")
     if classified.undecided:
-        ends = dict.fromkeys(_micrometres(_critical_end(classified, fit)) for fit in classified.undecided)
-        lines.append(f"To decide, add {wording.sentence_list(list(ends))} to the sweep.")
-    lines += _unchecked_ends(classified)
+        clearance_texts = dict.fromkeys(
+            _micrometres_text(_critical_clearance(classified, fit)) for fit in classified.undecided
+        )
+        lines.append(f"To decide, add {wording.sentence_list(list(clearance_texts))} to the sweep.")
+    lines += _unchecked_end_sentences(classified)
     return [" ".join(lines)]
 
 
@@ -90,46 +95,85 @@ def _fails_below(classified: ClassifiedFits) -> bool:
     return bool(unsafe and safe and unsafe[0] < safe[0])
 
 
-def _critical_end(classified: ClassifiedFits, fit: Mapping[str, Any]) -> float:
+def _critical_clearance(classified: ClassifiedFits, fit: Mapping[str, Any]) -> float:
     """Return the end of a fit's clearances (m) towards the limit."""
     return float(fit["low"] if _fails_below(classified) else fit["high"])
 
 
-def _unchecked_ends(classified: ClassifiedFits) -> list[str]:
-    """Return a sentence on the other ends of the accepted tolerances if they lie beyond all clearances run, or []."""
-    run_clearances = (*classified.safe_clearances, *classified.unsafe_clearances)
-    if not classified.accepted or not run_clearances:
-        return []
+def _unchecked_end(classified: ClassifiedFits) -> tuple[float, float] | None:
+    """Return the other end (m) of the accepted tolerances and the nearest clearance run (m), or None if it was run."""
+    run_clearances = tuple(classified.margins)
+    if not classified.accepted:
+        return None
     if _fails_below(classified):
-        end, outermost_run, word = max(fit["high"] for fit in classified.accepted), max(run_clearances), "above"
-        is_beyond = end > outermost_run
-    else:
-        end, outermost_run, word = min(fit["low"] for fit in classified.accepted), min(run_clearances), "below"
-        is_beyond = end < outermost_run
-    if not is_beyond:
+        end, outermost_run = max(fit["high"] for fit in classified.accepted), max(run_clearances)
+        return (end, outermost_run) if end > outermost_run else None
+    end, outermost_run = min(fit["low"] for fit in classified.accepted), min(run_clearances)
+    return (end, outermost_run) if end < outermost_run else None
+
+
+def _unchecked_end_sentences(classified: ClassifiedFits) -> list[str]:
+    """Return sentences on the other ends of the accepted tolerances if they lie beyond all clearances run, or []."""
+    unchecked = _unchecked_end(classified)
+    if unchecked is None:
         return []
-    return [f"Not run: clearances {word} {_micrometres(outermost_run)}; these tolerances reach {_micrometres(end)}."]
+    extreme_clearance, extreme_run = unchecked
+    preposition, direction = ("above", "up to") if _fails_below(classified) else ("below", "down to")
+    texts = [_micrometres_text(length) for length in (extreme_run, extreme_clearance)]
+    lines = [f"Clearances {preposition} {texts[0]}, {direction} {texts[1]}, were not run."]
+    margins = list(classified.margins.values())[:: -1 if _fails_below(classified) else 1]
+    trend = "The margin does not shrink towards them; to" if len(margins) > 1 and margins[0] >= margins[1] else "To"
+    return [*lines, f"{trend} check them, add {texts[1]} to the sweep."] if extreme_clearance > 0.0 else lines
 
 
 def _accepted_sentence(classified: ClassifiedFits) -> str:
+    """Return which fits meet the limits, over the whole tolerance or, where one end was not run, at the other end."""
     if not classified.accepted:
         return "No fit is known to meet the limits over its whole tolerance."
-    verb, possessive = ("meets", "its") if len(classified.accepted) == 1 else ("meet", "their")
-    statement = f"{_names(classified.accepted)} {verb} the limits over {possessive} whole tolerance"
-    if _fails_below(classified):
-        return (
-            f"{statement}: {possessive} smallest clearance lies above one that meets them "
-            f"({_micrometres(classified.safe_clearances[0])})."
-        )
-    return (
-        f"{statement}: {possessive} largest clearance lies below one that meets them "
-        f"({_micrometres(classified.safe_clearances[-1])})."
+    adjective, side, nearest = (
+        ("smallest", "above", classified.safe_clearances[0])
+        if _fails_below(classified)
+        else ("largest", "below", classified.safe_clearances[-1])
     )
+    verb, possessive = ("meets", "its") if len(classified.accepted) == 1 else ("meet", "their")
+    subject, clearance_text = (
+        f"{_names_text(classified.accepted)} {verb} the limits",
+        f"{possessive} {adjective} clearance",
+    )
+    reason = f"lies {side} one that meets them ({_micrometres_text(nearest)})."
+    if _unchecked_end(classified):
+        return f"{subject} {'down' if side == 'above' else 'up'} to {clearance_text}, which {reason}"
+    return f"{subject} over {possessive} whole tolerance: {clearance_text} {reason}"
+
+
+def _load_sentences(cases: Cases, classified: ClassifiedFits) -> list[str]:
+    """Return a sentence on the limited figures of the accepted fits at their mean clearances, or []."""
+    loads = accepted_loads(cases, classified)
+    return [f"At their mean clearances, {wording.sentence_list(loads)}."] if loads else []
+
+
+def accepted_loads(cases: Cases, classified: ClassifiedFits) -> list[str]:
+    """Return the worst value of each limited figure of the accepted fits: ['load peak is at most 41.9 kN']."""
+    means = [fit["mean"] for fit in classified.accepted]
+    is_accepted = np.isin(cases.column(classified.path).astype(float), means)
+    return [
+        f"the {cases.column_label(limit.column)} is {limit.kind.replace('_', ' ')} "
+        f"{_worst_text(cases, limit, is_accepted)}"
+        for limit in cases.limits
+        if is_accepted.any() and np.isfinite(cases.column(limit.column).astype(float)[is_accepted]).any()
+    ][:MAX_LISTED]
+
+
+def _worst_text(cases: Cases, limit: Limit, is_member: np.ndarray) -> str:
+    """Return the value nearest to a limit among some cases in words; is_member : (n,)."""
+    values = cases.column(limit.column).astype(float)[is_member]
+    worst = np.nanmax(values) if limit.kind == "at_most" else np.nanmin(values)
+    return cases.format_values(limit.column, [float(worst)])[0]
 
 
 def _undecided_sentence(classified: ClassifiedFits, fit: Mapping[str, Any]) -> str:
     """Return why a fit is undecided: the limit of its tolerance that no run covers, and the nearest clearances run."""
-    adjective, clearance = "smallest" if _fails_below(classified) else "largest", _critical_end(classified, fit)
+    adjective, clearance = "smallest" if _fails_below(classified) else "largest", _critical_clearance(classified, fit)
     next_smaller = max(
         (value for value in (*classified.safe_clearances, *classified.unsafe_clearances) if value <= clearance),
         default=None,
@@ -139,7 +183,7 @@ def _undecided_sentence(classified: ClassifiedFits, fit: Mapping[str, Any]) -> s
         default=None,
     )
     neighbours = [
-        f"{_micrometres(value)} ({'met' if value in classified.safe_clearances else 'exceeded'})"
+        f"{_micrometres_text(value)} ({'met' if value in classified.safe_clearances else 'exceeded'})"
         for value in (next_smaller, next_larger)
         if value
     ]
@@ -147,13 +191,13 @@ def _undecided_sentence(classified: ClassifiedFits, fit: Mapping[str, Any]) -> s
         location = f"lies between {neighbours[0]} and {neighbours[1]}"
     else:
         location = f"lies {'above' if next_larger is None else 'below'} {neighbours[0]}, the {adjective} that was run"
-    return f"{fit['name']} is open: its {adjective} clearance, {_micrometres(clearance)}, {location}."
+    return f"{fit['name']} is open: its {adjective} clearance, {_micrometres_text(clearance)}, {location}."
 
 
-def _names(fits: Sequence[Mapping[str, Any]]) -> str:
+def _names_text(fits: Sequence[Mapping[str, Any]]) -> str:
     return wording.sentence_list([fit["name"] for fit in fits])
 
 
-def _micrometres(clearance: float) -> str:
+def _micrometres_text(clearance: float) -> str:
     """Return a clearance (m) in micrometres."""
     return f"{1e6 * clearance:.4g}{wording.BLANK}\u00b5m"

@@ -11,18 +11,31 @@ from . import labels, probability, ranks, verdict, wear
 from .cases import Cases
 from .probability import Estimate, is_one_sample
 
-__all__ = ["correlations", "driver_sentences", "is_clear", "is_one_sample", "sentences", "spread"]
+__all__ = [
+    "direction_verb",
+    "driver_sentences",
+    "is_clear",
+    "is_one_sample",
+    "sentences",
+    "spread_sentence",
+    "variable_correlations",
+]
 
 MIN_CASES = 8  # cases: correlations of fewer are meaningless
 QUANTILES = (0.05, 0.5, 0.95)
 PERIOD = "period"  # column
+NO_DRIVER = "No variable has a clear effect on it."
+STRENGTH_NOTE = (
+    "Strength is the size of the partial rank correlation: 0 means no trend, 1 a strict one with the other variables "
+    "fixed."
+)
 EXTREME_SUFFIXES = ("_peak", "_max", "_min", "_ratio")  # ends of figures that are extremes of a window
 QUARTILE = 0.25  # of the cases: those with the lowest and with the highest values of a variable
 
-Texts = Callable[[Sequence[float]], list[str]]
+ValueFormatter = Callable[[Sequence[float]], list[str]]
 
 
-def correlations(drawn: Mapping[str, np.ndarray], values: np.ndarray) -> list[tuple[str, Estimate, Estimate]]:
+def variable_correlations(drawn: Mapping[str, np.ndarray], values: np.ndarray) -> list[tuple[str, Estimate, Estimate]]:
     """Return variable, rank correlation with a figure, and partial rank correlation, the strongest first.
 
     Return [] if there are too few cases or the figure is constant.
@@ -35,8 +48,8 @@ def correlations(drawn: Mapping[str, np.ndarray], values: np.ndarray) -> list[tu
     rows, known_values = [], {path: np.asarray(column_values, float)[is_known] for path, column_values in drawn.items()}
     for path, variable in known_values.items():
         others = [other for name, other in known_values.items() if name != path]
-        simple = ranks.rank_correlation(variable, values[is_known])
-        rows.append((path, simple, ranks.partial_rank_correlation(variable, values[is_known], others)))
+        simple_correlation = ranks.rank_correlation(variable, values[is_known])
+        rows.append((path, simple_correlation, ranks.partial_rank_correlation(variable, values[is_known], others)))
     return sorted(rows, key=lambda row: -abs(np.nan_to_num(row[2].value)))
 
 
@@ -46,39 +59,42 @@ def is_clear(correlation: Estimate) -> bool:
 
 
 def driver_sentences(
-    drawn: Mapping[str, np.ndarray], values: np.ndarray, names: Mapping[str, str], format_values: Texts
+    drawn: Mapping[str, np.ndarray], values: np.ndarray, names: Mapping[str, str], format_values: ValueFormatter
 ) -> list[str]:
     """Return sentences on the drivers of a figure, called 'it', with direction and size of the strongest.
 
     Return [] if there are too few cases.
 
-    drawn, values : as for `correlations`; names : path -> words; format_values : values of the figure -> words
+    drawn, values : as for `variable_correlations`; names : path -> words; format_values : values of the figure -> words
     """
-    ranked = correlations(drawn, values)
+    ranked = variable_correlations(drawn, values)
     clear = [
         (path, partial_correlation.value)
         for path, _simple, partial_correlation in ranked
         if is_clear(partial_correlation)
     ]
     if not clear:
-        return ["No variable has a clear effect on it."] if ranked else []
+        return [NO_DRIVER] if ranked else []
     (path, strongest), *others = clear
-    low, high = format_values(_quarters(np.asarray(drawn[path], float), values))
+    low, high = format_values(_quarter_medians(np.asarray(drawn[path], float), values))
     lines = [
-        f"It {_verb(strongest)} most with {names[path]} (partial rank correlation {wording.plain(strongest, 2)}): "
+        f"It {direction_verb(strongest)} most with {names[path]} (strength {wording.plain(abs(strongest), 2)}): "
         f"median {low} in its lowest quarter, {high} in its highest."
     ]
     if others:
-        listed = [f"{_verb(value)} with {names[path]} ({wording.plain(value, 2)})" for path, value in others[:3]]
+        listed = [
+            f"{direction_verb(value)} with {names[path]} ({wording.plain(abs(value), 2)})" for path, value in others[:3]
+        ]
         lines.append(f"It also {wording.sentence_list(listed)}.")
     return lines
 
 
-def _verb(correlation: float) -> str:
+def direction_verb(correlation: float) -> str:
+    """Return 'rises' or 'falls', the trend of a figure with a variable."""
     return "rises" if correlation > 0.0 else "falls"
 
 
-def _quarters(x: np.ndarray, values: np.ndarray) -> list[float]:
+def _quarter_medians(x: np.ndarray, values: np.ndarray) -> list[float]:
     """Return the medians of a figure over the lowest and over the highest quarter of a variable."""
     is_known = np.isfinite(values)
     x, y = x[is_known], values[is_known]
@@ -90,24 +106,35 @@ def sentences(cases: Cases) -> list[str]:
     """Return sentences on chance, spread and drivers of the limited figures, or of the leading one, and on wear."""
     limits = cases.limits
     columns = list(dict.fromkeys(limit.column for limit in limits if cases.has(limit.column)))
-    worst_case = None if columns else cases.worst()
+    worst_case = None if columns else cases.worst_case()
     columns += [worst_case[1][0]] if worst_case else []
-    lines = longer_run_warning(cases, columns) if limits else []
-    for name in columns:
-        values = cases.column(name).astype(float)
-        probabilities = [_exceedance(cases, limit) for limit in limits if limit.column == name]
-        texts = cases.texts(name, np.nanquantile(values[np.isfinite(values)], QUANTILES).tolist())
-        drivers = _drivers(cases, values, partial(cases.texts, name))
-        subject = "Its median is" if probabilities else f"{labels.capital(cases.label(name))}: median"
-        lines.append(" ".join([*probabilities, spread(subject, texts), *drivers]))
+    lines = [" ".join(longer_run_warning(cases, columns))] if limits else []
+    has_drivers = False
+    for column_name in columns:
+        values = cases.column(column_name).astype(float)
+        probability_sentences = [_exceedance_sentence(cases, limit) for limit in limits if limit.column == column_name]
+        quantile_texts = cases.format_values(
+            column_name, np.nanquantile(values[np.isfinite(values)], QUANTILES).tolist()
+        )
+        driver_lines = _sentences_on_drivers(cases, values, partial(cases.format_values, column_name))
+        subject = (
+            "Its median is"
+            if probability_sentences
+            else f"{labels.capitalise(cases.column_label(column_name))}: median"
+        )
+        note = [] if has_drivers or driver_lines in ([], [NO_DRIVER]) else [STRENGTH_NOTE]
+        has_drivers |= bool(note)
+        lines.append(" ".join([*probability_sentences, spread_sentence(subject, quantile_texts), *driver_lines, *note]))
     for joint in cases.layout.joints:
         if (depths := wear.depth_in_1000_hours(cases, joint)) is not None:
-            lines.append(_wear(cases, joint, depths))
-    return lines
+            lines.append(_wear_text(cases, joint, depths))
+    return [line for line in lines if line]
 
 
 def longer_run_warning(cases: Cases, limited_columns: Sequence[str]) -> list[str]:
-    """Return a sentence that longer runs exceed limits on extremes more often; [] if all motions are periodic.
+    """Return sentences that longer runs exceed limits on extremes more often, and on the revolutions that suffice.
+
+    Return [] if all motions are periodic.
 
     limited_columns : columns
     """
@@ -122,46 +149,105 @@ def longer_run_warning(cases: Cases, limited_columns: Sequence[str]) -> list[str
         return []
     return [
         f"{irregular} of {wording.count(total, 'motion')} did not become periodic within the run: longer "
-        "runs exceed limits on peaks more often. The order of the drivers may change, too. "
-        "To count more revolutions, raise simulate.revolutions."
+        "runs exceed limits on peaks more often.",
+        "The order of the drivers may change, too.",
+        _enough_revolutions(cases),
     ]
 
 
-def _wear(cases: Cases, joint: Any, depths: np.ndarray) -> str:
-    """Return the spread of the wear depth in 1000 hours of a joint, whether it is a forecast, and its drivers."""
-    known_cases = np.flatnonzero(np.isfinite(depths))
-    quantiles = np.quantile(depths[known_cases], QUANTILES).tolist()
-    median_case = int(known_cases[np.argsort(depths[known_cases])[(len(known_cases) - 1) // 2]])
-    texts = wording.in_common_unit(quantiles, "m")
+def _enough_revolutions(cases: Cases) -> str:
+    """Return a sentence on the revolutions that suffice: a run of twice as many has a probability in the interval."""
+    fails = np.any([_is_exceeded(cases, limit) for limit in cases.limits], axis=0)
+    _, low, high = probability.binomial_interval(int(fails.sum()), len(fails))
+    revolutions = (cases.record.get("simulate") or {}).get("revolutions")
+    is_varied = "simulate.revolutions" in cases.axes
+    next_text = f", to {2.0 * revolutions:g} next," if isinstance(revolutions, int | float) and not is_varied else ""
+    return (
+        f"Double simulate.revolutions{next_text} until the probability of any exceedance stays within "
+        f"{100.0 * low:.2g} to {100.0 * high:.2g} %: then they are enough."
+    )
+
+
+def _wear_text(cases: Cases, joint: Any, depths: np.ndarray) -> str:
+    """Return the spread and the drivers of the wear of a joint: its depth in 1000 hours, or the hours to the clearance.
+
+    A depth beyond the clearance is no forecast.
+    """
+    clearances = wear.clearances(cases, joint)
+    if clearances is not None and np.nanmedian(depths / clearances) > 1.0:
+        hours = 1000.0 * clearances / np.where(depths > 0.0, depths, np.nan)
+        subject = (
+            f"Hours until the wear{cases.joint_text(joint.name)} equals the clearance, at the rate of the run: median"
+        )
+        return " ".join(
+            [
+                spread_sentence(subject, _hours_texts(np.nanquantile(hours, QUANTILES).tolist())),
+                "After that the rate changes, so no depth is forecast.",
+                *_sentences_on_drivers(cases, hours, _hours_texts),
+            ]
+        )
+    quantile_texts = wording.in_common_unit(np.nanquantile(depths, QUANTILES).tolist(), "m")
     return " ".join(
         [
-            *wear.remark(
-                cases, joint, median_case, float(depths[median_case]), "In the median case, the wear per 1000 h"
-            ),
-            spread(f"Wear depth per 1000 h{cases.joint_text(joint.name)}: median", texts),
-            *_drivers(cases, depths, lambda numbers: wording.in_common_unit(numbers, "m")),
+            spread_sentence(f"Wear depth per 1000 h{cases.joint_text(joint.name)}: median", quantile_texts),
+            *_sentences_on_drivers(cases, depths, lambda numbers: wording.in_common_unit(numbers, "m")),
         ]
     )
 
 
-def _drivers(cases: Cases, values: np.ndarray, format_values: Texts) -> list[str]:
+def _hours_texts(hours: Sequence[float]) -> list[str]:
+    return [f"{wording.plain(value, 2)}{wording.BLANK}h" for value in hours]
+
+
+def _sentences_on_drivers(cases: Cases, values: np.ndarray, format_values: ValueFormatter) -> list[str]:
     drawn = {path: cases.column(path).astype(float) for path in cases.axes}
-    pairs = {path: cases.named_value(0, path) for path in cases.axes}
+    names_and_values = {path: cases.named_value(0, path) for path in cases.axes}
     return driver_sentences(
-        drawn, values, {path: pair[0] if pair else path for path, pair in pairs.items()}, format_values
+        drawn,
+        values,
+        {path: name_and_value[0] if name_and_value else path for path, name_and_value in names_and_values.items()},
+        format_values,
     )
 
 
-def _exceedance(cases: Cases, limit: verdict.Limit) -> str:
-    """Return a sentence with the probability that a limit is exceeded."""
-    columns = {name: cases.column(name).astype(float) for name in (limit.column, limit.times) if name}
-    is_exceeded = limit.fails(columns)
-    words = labels.capital(cases.limit_label(limit))
-    probability_text = probability.percentages(probability.binomial_interval(int(is_exceeded.sum()), len(is_exceeded)))
-    return f"{words}: exceeded with a probability of {probability_text}."
+def _exceedance_sentence(cases: Cases, limit: verdict.Limit) -> str:
+    """Return sentences with the probability that a limit is exceeded, the worst value, and typical revolutions."""
+    is_exceeded = _is_exceeded(cases, limit)
+    limit_text = labels.capitalise(cases.limit_label(limit))
+    probability_text = probability.percentage_text(
+        probability.binomial_interval(int(is_exceeded.sum()), len(is_exceeded))
+    )
+    margins = limit.margin(_limit_columns(cases, limit))
+    text = f"{limit_text}: exceeded with a probability of {probability_text}"
+    if np.isfinite(margins).any():
+        worst = int(np.nanargmin(margins))
+        text += f"; the worst is {cases.figure_text(limit.column, worst)}{cases.setting_text(worst)}"
+    return f"{text}.{_typical_revolution(cases, limit)}"
 
 
-def spread(subject: str, texts: Sequence[str], interval: str = "") -> str:
+def _typical_revolution(cases: Cases, limit: verdict.Limit) -> str:
+    """Return ' In a typical revolution ...': how many median peaks exceed a limit on peaks; '' if it is unknown.
+
+    Unlike a largest peak, the median peak does not grow with the run.
+    """
+    median = f"{limit.column}_median"
+    if limit.times or not limit.column.endswith("_peak") or not cases.has(median):
+        return ""
+    exceeding = int(limit._replace(column=median).is_exceeded({median: cases.column(median).astype(float)}).sum())
+    verb = "exceeds" if exceeding == 1 else "exceed"
+    return f" In the median revolution, {exceeding} of {wording.count(len(cases.case_ids), 'case')} {verb} it."
+
+
+def _limit_columns(cases: Cases, limit: verdict.Limit) -> dict[str, np.ndarray]:
+    return {name: cases.column(name).astype(float) for name in (limit.column, limit.times) if name}
+
+
+def _is_exceeded(cases: Cases, limit: verdict.Limit) -> np.ndarray:
+    """Return which cases (n,) exceed a limit."""
+    return limit.is_exceeded(_limit_columns(cases, limit))
+
+
+def spread_sentence(subject: str, quantile_texts: Sequence[str], interval: str = "") -> str:
     """Return the sentence on the spread of a figure; subject : 'Force peak: median'; texts : its QUANTILES in words."""
-    low, median, high = texts
+    low, median, high = quantile_texts
     return f"{subject} {median}{interval}; 90 % of the cases are between {low} and {high}."

@@ -118,7 +118,7 @@ def _frames(machine: Machine) -> dict[str, tuple[np.ndarray, float]]:
     except (planar.ClosureError, planar.MobilityError) as error:
         raise InputError(f"mechanism: {error}") from error
     frames = {GROUND: (np.zeros(2), 0.0)}
-    poses = dict(zip(ideal_machine.closure.names, ideal_machine.turn.q[0].reshape(-1, 3), strict=True))
+    poses = dict(zip(ideal_machine.closure.names, ideal_machine.revolution.q[0].reshape(-1, 3), strict=True))
     poses |= {name: body.initial[:3] for name, body in machine.bodies.items() if body.initial}
     for name, (x, y, angle) in poses.items():
         c, s = math.cos(angle), math.sin(angle)

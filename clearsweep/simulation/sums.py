@@ -47,7 +47,7 @@ def _mean(times: np.ndarray, sums: Sequence[Any]) -> tuple[float, float]:
 class Mean(NamedTuple):
     """A mean over time, from an integral over time."""
 
-    name: str  # of a field of ContactTotals or WholeTotals
+    name: str  # of a field of ContactTotals or MechanismTotals
 
     def take(self, totals: Totals | Summed, index: int | None) -> Any:
         """Return the integral."""
@@ -87,7 +87,7 @@ def figure_of_joint(figure: Figure, layout: Layout, joint: str) -> Figure:
 class Ratio(NamedTuple):
     """The ratio of two integrals over time."""
 
-    numerator: str  # field of ContactTotals or WholeTotals
+    numerator: str  # field of ContactTotals or MechanismTotals
     denominator: str  # likewise
 
     def take(self, totals: Totals | Summed, index: int | None) -> Any:
@@ -120,7 +120,7 @@ class DryLoadRatio(Ratio):
 class RootMean(NamedTuple):
     """A root mean square, from the integral of the square over time."""
 
-    name: str  # of a field of ContactTotals or WholeTotals
+    name: str  # of a field of ContactTotals or MechanismTotals
 
     def take(self, totals: Totals | Summed, index: int | None) -> Any:
         """Return the integral of the square."""
@@ -140,7 +140,7 @@ class RootMean(NamedTuple):
 class PerRevolution(NamedTuple):
     """A mean over revolutions, from a count."""
 
-    name: str  # of a field of ContactTotals or WholeTotals
+    name: str  # of a field of ContactTotals or MechanismTotals
 
     def take(self, totals: Totals | Summed, index: int | None) -> Any:
         """Return the count."""

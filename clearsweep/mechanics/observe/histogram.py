@@ -1,5 +1,6 @@
 """Histogram of a force over time, from its profile over each step; its quantiles, such as the p99 of a force."""
 
+import ctypes
 from typing import NamedTuple
 
 import numpy as np
@@ -169,25 +170,25 @@ def compile_force_quantiles() -> objects.Code | None:
     return _CODE[0]
 
 
-def force_quantiles(histograms: np.ndarray, highest: np.ndarray, duration: float) -> list[float]:
+def force_quantiles(histograms: np.ndarray, highest: list[int], duration: float) -> list[float]:
     """Return the force (N) that each histogram exceeds during `duration` (s), or 0 if contact was shorter.
 
-    histograms : (contacts, BINS, 2), of the Totals; highest : (contacts,) int64, the highest bin of each that may not
-    be empty.
+    histograms : (contacts, BINS, 2), of the Totals; highest : by contact, the highest bin that may not be empty.
     """
-    forces, count = np.empty(len(highest)), len(highest)
-    arrays = histograms, highest, np.array([duration]), forces
+    count = len(highest)
+    forces = (ctypes.c_double * count)()
+    arrays = (ctypes.c_int64 * count)(*highest), (ctypes.c_double * 1)(duration), forces
     if is_plain():
-        _force_quantiles_entry((_NO_PARAMETERS,), *arrays, count)
+        _force_quantiles_entry((_NO_PARAMETERS,), histograms, *arrays, count)
     else:
-        addresses = [array.ctypes.data for array in arrays]
-        objects.function_at(compile_force_quantiles().address, len(addresses))(0, *addresses, count)
-    return forces.tolist()
+        addresses = map(ctypes.addressof, (ctypes.c_double.from_buffer(histograms), *arrays))
+        objects.function_at(compile_force_quantiles().address, 4)(0, *addresses, count)
+    return list(forces)
 
 
 def force_quantile(histogram: np.ndarray, duration: float) -> float:
     """Return the force (N) that one histogram, (BINS, 2), exceeds during `duration` (s)."""
-    return force_quantiles(np.ascontiguousarray(histogram)[None], np.array([BINS - 1]), duration)[0]
+    return force_quantiles(np.ascontiguousarray(histogram)[None], [BINS - 1], duration)[0]
 
 
 def time_above(force: float, histogram: np.ndarray) -> float:

@@ -30,8 +30,8 @@ MAX_HISTOGRAMS = 12  # drawn at most
 MAX_SCATTER_PLOTS = 4  # seen at once
 MAX_SCATTERED = 3  # figures, and variables of each, that are drawn
 SCATTER_NOTE = (
-    "Each picture shows a figure over one of the variables with the highest correlation. Brackets contain the 95 % "
-    "interval. The dashed line is the limit, if one is set."
+    "Each picture shows a figure over one of the variables with the strongest effect. "
+    f"{sampled.STRENGTH_NOTE} The dashed line is the limit, if one is set."
 )
 NOTE = (
     "Bars show the share of the cases. Dotted lines are the 5 %, 50 % and 95 % quantiles, the red line is the limit, "
@@ -116,7 +116,7 @@ def _spread_sentence(study: Study, sample: Sample, figure: LimitedFigure, values
     interval_text = f" (95 %: {' to '.join(texts_of[3:])})" if len(texts_of) == 5 else ""
     settings = [f"{name} {text}" for name, text in _axis_values(study, sample)]
     setting_text = f" at {', '.join(settings)}" if settings else ""
-    return sampled.spread(f"{capital(figure.name)}{setting_text}: median", texts_of[:3], interval_text)
+    return sampled.spread_sentence(f"{capital(figure.name)}{setting_text}: median", texts_of[:3], interval_text)
 
 
 def _axis_values(study: Study, sample: Sample) -> list[tuple[str, str]]:
@@ -190,8 +190,7 @@ def _scatter_plot(study: Study, sample: Sample, figure: LimitedFigure, path: str
     axis = next(axis for axis in study.axes if axis.path == path)
     scale = study.scale(figure.column)
     bounds = [limit.value / scale.factor for limit in figure.limits if not limit.times]
-    low, high = (wording.plain(end, 2) for end in correlation[1:])
-    caption = f"The partial rank correlation is {wording.plain(correlation.value, 2)} ({low} to {high})."
+    caption = _strength_text(correlation)
 
     def paint(ax: Axes) -> None:
         comparison.draw_cloud(ax, x, y, None, (axis.name, figure.name), (axis.scale, scale))
@@ -200,6 +199,16 @@ def _scatter_plot(study: Study, sample: Sample, figure: LimitedFigure, path: str
 
     title = f"{capital(figure.name)} over {axis.name}"
     return Picture(title, caption, f"{title}, {len(y)} cases. {caption}", paint, size=(3.3, 2.8))
+
+
+def _strength_text(correlation: Estimate) -> str:
+    """Return the trend of a figure with a variable in words, with the interval of its strength."""
+    ends = [wording.plain(end, 2) for end in correlation[1:]]
+    if not sampled.is_clear(correlation):
+        return f"No clear trend: partial rank correlation {ends[0]} to {ends[1]} (95 %)."
+    low, high = sorted(abs(end) for end in correlation[1:])
+    strength, *ends = (wording.plain(size, 2) for size in (abs(correlation.value), low, high))
+    return f"It {sampled.direction_verb(correlation.value)}, strength {strength} (95 %: {ends[0]} to {ends[1]})."
 
 
 def _histograms(study: Study, samples: list[Sample]) -> list[Picture]:

@@ -1,11 +1,13 @@
 """Wear: the deepest places of each joint, and the wear in every finished case."""
 
 from ... import simulation
+from ...judging import wear
 from ...language import wording
 from ..blocks.case_table import case_table
 from ..blocks.picture import Picture
 from ..blocks.section import Block, Detail, Gallery, Note, Section, Sentences, without_empty
 from ..blocks.table import Table
+from ..data.answered import answer_cases
 from ..data.study import WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES, Joint, Study
 from ..data.table_columns import columns_in_table
 from ..one_case import worn
@@ -25,6 +27,7 @@ DETAIL_FIGURES = (  # of one case
     ("pressure_peak", "peak"),
     ("pv_peak", "pV peak"),
 )
+EXTRAPOLATED = (WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES)  # no forecasts beyond the clearance
 MAPPED_FIGURES = (
     (WEAR_PER_1000_HOURS, "wear depth per 1000 h"),
     ("pressure_peak", "pressure peak"),
@@ -99,17 +102,35 @@ def _deepest(study: Study, joint: Joint) -> list[Block]:
     if not study.has(column):
         return []
     case_id = study.cases[column].idxmax()
-    figures = [(name, joint.column(figure)) for figure, name in DETAIL_FIGURES if study.has(joint.column(figure))]
+    hours = _hours_to_clearance(study, joint, case_id)
+    figures = [
+        (name, joint.column(figure))
+        for figure, name in DETAIL_FIGURES
+        if study.has(joint.column(figure)) and not (hours and figure in EXTRAPOLATED)
+    ]
     deepest = Detail(
         f"Fastest wear, joint {joint.title}",
         case_id,
         study.setting(case_id),
-        [(name, study.text(case_id, figure)) for name, figure in figures],
+        [
+            *([("reaches the clearance after", hours)] if hours else []),
+            *((name, study.text(case_id, figure)) for name, figure in figures),
+        ],
         worn.pictures(study, joint, case_id, study.run.wear(case_id)[joint.name]),
         key=f"wear-{joint.name}",
     )
     selector = worn.selectable_cases(study, joint)
     return [deepest, selector] if selector else [deepest]
+
+
+def _hours_to_clearance(study: Study, joint: Joint, case_id: str) -> str:
+    """Return the hours after which the wear of a case equals its clearance; '' unless it does within 1000 hours."""
+    layout = next(joint_layout for joint_layout in study.run.layout.joints if joint_layout.name == joint.name)
+    per_1000_hours = joint.column(WEAR_PER_1000_HOURS)
+    if per_1000_hours not in study.cases:
+        return ""
+    row, depth = int(study.cases.index.get_loc(case_id)), float(study.cases.at[case_id, per_1000_hours])
+    return wear.clearance_hours_text(answer_cases(study), layout, row, depth)
 
 
 def _maps(study: Study, joint: Joint) -> list[Picture]:

@@ -19,7 +19,7 @@ from .start_up import CRANK_SPEED_AFTER, FORCE_PEAK_START, START_UP_TIME
 
 
 def field_of_totals(name: str, of: str = "joint") -> Callable[[Window, int], float]:
-    """Return the formula of a figure that is itself a field of ContactTotals or WholeTotals."""
+    """Return the formula of a figure that is itself a field of ContactTotals or MechanismTotals."""
     if of == "joint":
         return lambda window, index: getattr(window.totals.joint[index], name)
     return lambda window, _: getattr(window.totals.mechanism, name)
