@@ -54,7 +54,7 @@ def test_a_brake_takes_its_torque_times_the_angle_it_turns():
     brake = Braking("blade", "rocker-ground", Ambrosio(3.0, 1e-9, 1e-6))
     free, braked = (planar.ideal(four_bar(drive=Constant(1.0), loads=loads), ANGLES) for loads in ((), (brake,)))
     work = np.trapezoid(braked.torque - free.torque, ANGLES)
-    swing = np.ptp(planar.ideal(four_bar(drive=Constant(1.0)), ANGLES).place)
+    swing = np.ptp(planar.ideal(four_bar(drive=Constant(1.0)), ANGLES).position)
     assert work == pytest.approx(3.0 * 2.0 * swing, rel=1e-4)
 
 

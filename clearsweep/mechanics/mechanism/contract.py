@@ -5,10 +5,10 @@ of the families below for its compiled type.  Nothing else refers to it: its nam
 read from that description, and the types in the compiled form choose the code.
 
 Joints without clearance are types too: a compiled form has a tuple with `Ideal()` or `Open()` for each joint site,
-and if the equations depend on which joints are open, members are chosen by that tuple (`slider_crank`).  A
-four-bar is one such file; the planar mechanism of any topology is another, whose sites are as many as its joints and
-with a single body of `accelerate` that eliminates the constraints of ideal joints; a free crank is a further coordinate
-and `turns` as before; loads on bodies are further values of the compiled form that `accelerate` reads.
+and if the equations depend on which joints are open, members are chosen by that tuple (`slider_crank`).  The
+planar mechanism of any topology has a site for each of its joints; its `accelerate` is generated and eliminates the
+constraints of ideal joints.  A free crank is a further coordinate.  Loads on bodies are further values of the compiled
+form, which `accelerate` reads.
 """
 
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ from ..joint.offsets import after_number
 class IdealMotion(NamedTuple):
     """An ideal mechanism at drive angles, as arrays of any shape (...)."""
 
-    place: np.ndarray  # of the output, in the unit of its catalogue.Output: m, or rad where it turns
+    position: np.ndarray  # of the output, in the unit of its catalogue.Output, m or rad
     velocity: np.ndarray  # the unit of the output per s
     acceleration: np.ndarray  # the unit of the output per s^2
     reactions: Mapping[str, np.ndarray]  # joint -> (..., 2) N, force on its distal body
@@ -38,7 +38,7 @@ class Built(NamedTuple):
     value: tuple  # compiled form
     start: np.ndarray  # (2 n + 1,) coordinates, their rates, time, with the distal pins at the requested offsets
     lengths: np.ndarray  # (n,) m: displacement of the bodies for a unit of each coordinate
-    size: float  # m, size of the whole, which determines the rounding of positions
+    size: float  # m, size of the machine, which determines the rounding of positions
     rate: float  # rad/s, time scale: speed of the crank, or approach speed over clearance
 
 

@@ -167,7 +167,7 @@ def _output_pictures(study: Study, case_id: str, history: History) -> list[Pictu
         title = f"{capital(output)} acceleration against the ideal mechanism"
         output_pictures.append(Picture(title, "", alt, paint, FLAT_SIZE, played=True))
     if unit in name_by_unit and ideal:
-        error = history.values(name_by_unit[unit]) - ideal.place
+        error = history.values(name_by_unit[unit]) - ideal.position
         output_pictures.append(
             Picture(
                 f"{capital(output)} position error",

@@ -16,7 +16,8 @@ EXAMINED_ANGLES = 36  # crank angles that are examined
 def choose_dependent(value: Planar, machine: MachineType, profiles: list) -> list[int]:
     """Return the indices of the coordinates that, taken as dependent, keep the loops furthest from singular.
 
-    value : a machine without dependent coordinates; courses : of all coordinates in the ideal machine.
+    value : a machine without dependent coordinates; profiles : (values, slopes, ...) of each coordinate at
+    equidistant angles over a revolution of the ideal machine.
     """
     from scipy.linalg import qr
 

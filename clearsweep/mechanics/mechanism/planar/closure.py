@@ -1,4 +1,4 @@
-"""A planar machine without clearance in absolute coordinates, over a turn of its crank.
+"""A planar machine without clearance in absolute coordinates, over a revolution of its crank.
 
 The coordinates are x, y of the centre of mass and the angle of every body; the constraints those of all joints and the
 angle of the crank, so that positions follow from Newton's method, velocities and accelerations from linear equations,
@@ -19,8 +19,8 @@ from ...trace import portable
 from .component import put_component
 from .turn import MachineStates, interpolate
 
-STATIONS = 720  # of a turn, at which the machine is closed
-FIRST_STATIONS = 24  # of them, found one after the other; the others begin between these
+STATIONS = 720  # of a revolution, at which the machine is closed
+FIRST_STATIONS = 24  # of them, closed in sequence; interpolation between these gives guesses for the others
 FINEST_STEP = 4**6  # most parts into which an interval between stations is divided
 LARGEST_JUMP = 0.1  # rad, by which an angle may differ from the parabola through the last station
 NEAR_SINGULAR = 1e-7  # least singular value of the constraints over the largest, lengths measured by the machine's size
@@ -200,7 +200,7 @@ class Closure:
             except np.linalg.LinAlgError:
                 step = (np.linalg.pinv(jacobian) @ values[..., None])[..., 0]
             q -= step
-            # what a step of Newton's method leaves is as its square
+            # the error after a step of Newton's method is of the order of its square
             if np.max(np.abs(step)) < QUADRATIC_STEP * min(self.size, 1.0) or not np.all(np.isfinite(q)):
                 break
         values, jacobian, _ = self.evaluate(q, angles)
@@ -245,7 +245,7 @@ class Closure:
         return self._wrap_angles(min(solutions, key=lambda item: item[0])[1], given_angles)
 
     def _wrap_angles(self, q, given_angles):
-        """Return `q` with all angles, except the crank's, within half a turn of the given ones."""
+        """Return `q` with all angles, except the crank's, within half a revolution of the given ones."""
         q = q.copy()
         for i in range(len(self.names)):
             if i != self.crank:
@@ -317,7 +317,7 @@ class Closure:
     # ------------------------------------------------------------------------------------------ one revolution
 
     def close_revolution(self, start: float) -> MachineStates:
-        """Return a turn of the crank from the angle `start` on, its end included.  Raises ClosureError."""
+        """Return a revolution of the crank from the angle `start` (rad), with both ends.  Raises ClosureError."""
         angles = start + 2.0 * math.pi * np.arange(STATIONS + 1) / STATIONS
         stride = STATIONS // FIRST_STATIONS
         coarse = np.empty((FIRST_STATIONS + 1, 3 * len(self.names)))
@@ -359,7 +359,7 @@ class Closure:
         raise ClosureError("its lengths do not let the crank turn on", self._singularity(position_jacobian)[1], angle)
 
     def _check_all(self, states: MachineStates, jacobian) -> None:
-        """Raise ClosureError if a turn passes a singular position between its stations."""
+        """Raise ClosureError if a revolution passes a singular position between its stations."""
         signs = np.sign(np.linalg.det(self._scaled(jacobian)))
         is_steep = np.max(np.abs(states.derivative[:, 2::3]), axis=1) > 1.0 / NEAR_SINGULAR
         singular_stations = np.flatnonzero((signs != signs[0]) | is_steep | ~np.all(np.isfinite(states.q), axis=1))

@@ -1,4 +1,4 @@
-"""Compiled tables of the ideal machine's motion over a turn of its crank.
+"""Compiled tables of the ideal machine's motion over a revolution of its crank.
 
 Between stations a polynomial of degree five matches values and two derivatives at both ends; with 720
 stations this is as accurate as the stations themselves.
@@ -16,7 +16,7 @@ WIDTH = 3  # numbers at a station: value and its first two derivatives by the cr
 
 
 class Cycle(NamedTuple):
-    """Quantities over a turn: columns of (value, derivative, second derivative) at equidistant stations."""
+    """Quantities over a revolution: columns of (value, derivative, second derivative) at equidistant stations."""
 
     table: float  # address of (stations + 1, columns, WIDTH) numbers
     stations: float
@@ -32,7 +32,7 @@ def cycle_of(columns: list[tuple[np.ndarray, np.ndarray, np.ndarray]], start: fl
 
 @kernel
 def at_angle(cycle, column, angle):
-    """Return value and derivative of a column of a Cycle at a crank angle (rad), continuous over turns."""
+    """Return value and derivative of a column of a Cycle at a crank angle (rad), continuous over revolutions."""
     stations, columns = int(cycle.stations), int(cycle.columns)
     revolutions = (angle - cycle.start) * (0.5 / math.pi)
     turns = math.floor(revolutions)

@@ -47,7 +47,7 @@ class FunctionCode:
         return self.assign(f"{function}({', '.join(map(str, arguments))})")
 
     def function(self, name: str, result: "Expr | str") -> str:
-        """Return the code of the whole function."""
+        """Return the code of the complete function."""
         body = "".join(f"    {line}\n" for line in [*self.lines, f"return {result}"])
         return f"def {name}({', '.join(self.arguments)}):\n{body}"
 

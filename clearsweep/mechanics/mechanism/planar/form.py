@@ -79,7 +79,7 @@ class Slide(NamedTuple):
 
 
 class PointAim(NamedTuple):
-    """The output is the place of a point along a direction of the fixed frame."""
+    """The output is the position of a point along a direction of the fixed frame."""
 
     body: tuple
     at: tuple

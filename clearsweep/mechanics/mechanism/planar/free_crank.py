@@ -19,7 +19,7 @@ from ...trace.portable import Exact, coefficients_through, exact, inverse, power
 from ..contract import accelerate, place
 
 MAX_WAIT = 30.0  # longest wait for a free crank, in times at its nominal speed
-STEPS_PER_TURN = 300  # for a turn of it
+STEPS_PER_TURN = 300  # capacity, steps per revolution
 TOLERANCE = 1e-9  # tolerance of a step: of angle (rad) and of rate over the nominal rate
 STAGE_TOLERANCE = 1e-3  # of the tolerance: the iteration has converged where a sweep moves the stages by less
 MAX_SWEEPS = 30  # of a step, at most
@@ -153,10 +153,10 @@ class FreeMotion(NamedTuple):
 
     times: np.ndarray  # (n + 1,) s
     states: np.ndarray  # (n + 1, 2)
-    powers: np.ndarray  # (n, 2, STAGES) of the rise over a share of a step, divided by the share
+    powers: np.ndarray  # (n, 2, STAGES) of the change over a fraction of a step, divided by the fraction
 
     def interpolant(self, step: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-        """Return the function that gives angle and rate (2, m) at shares (m,) of steps (m,)."""
+        """Return the function that gives angle and rate (2, m) at fractions (m,) of steps (m,)."""
         start, powers = self.states[step].T, np.ascontiguousarray(self.powers[step].transpose(2, 1, 0))
 
         def evaluate(fraction: np.ndarray) -> np.ndarray:

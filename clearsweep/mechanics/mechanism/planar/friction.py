@@ -53,8 +53,8 @@ _GIVEN = """def accelerate(mechanism, pose, loads):
 """
 
 
-#: Karnopp 1985: below the band each couple or force makes the slip decay with the rate of the crank,
-#: within its limits, which may depend on reactions; several are iterated (projected Gauss-Seidel).
+#: Karnopp 1985: while the slip is below the band, each couple or force makes it decay at the rate of
+#: the crank, within its limits, which may depend on reactions; several are iterated (projected Gauss-Seidel).
 _STICKING = (
     """def accelerate(mechanism, pose, loads):
     _, normal, slip_rates = under_friction(mechanism, pose, loads, {zeros})
@@ -316,7 +316,7 @@ def _sticking_code(machine: MachineType, frictions: list[_FrictionCode]) -> dict
 
 
 def _slip(bodies: Bodies, friction_load: FrictionLoad) -> Expr:
-    """Return the rate at which the distal body turns or slides on the proximal one."""
+    """Return the rate at which the distal body rotates or slides on the proximal one."""
     j = friction_load.joint
     link = bodies.machine.sites[j].link
     if not link.slides:

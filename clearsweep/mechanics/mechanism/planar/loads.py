@@ -100,7 +100,7 @@ def by_table(table, argument):
 
 @kernel
 def _polynomial(table, index, x):
-    """Return the value of the cubic with coefficients, highest first, from index `index` on."""
+    """Return the value of the cubic whose coefficients, highest power first, begin at `index`."""
     value = load_item(table, index) * x + load_item(table, index + 1)
     return (value * x + load_item(table, index + 2)) * x + load_item(table, index + 3)
 

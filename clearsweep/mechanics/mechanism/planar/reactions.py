@@ -45,7 +45,7 @@ def reactions(machine: Machine, motion: Motion, opened: Mapping[str, JointForce]
     ideal_machine = ideal_of(machine)
     closure, joints = ideal_machine.closure, ideal_machine.machine.joints
     states = MachineStates(motion.crank_angle, motion.q, motion.rates, motion.accelerations)
-    ones = np.ones(len(motion.time))  # derivatives by time in place of those by the crank's angle
+    ones = np.ones(len(motion.time))  # derivatives by time instead of those by the crank's angle
     applied = ideal_machine.applied_forces(states, ones, motion.time) - ideal_machine.inertia * motion.accelerations
     given_forces = {name: joint_force.force for name, joint_force in opened.items()}
     for joint in joints:

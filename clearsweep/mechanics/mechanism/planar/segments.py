@@ -1,7 +1,7 @@
 """Elastic links as chains of masses: each segment of a uniform bar is a spring between two of them.
 
 The masses are at the ends of the segments (m / 2n at the ends of the bar, m / n between them), the springs have n
-times the stiffness of the whole: the lumped bar of Craig & Kurdila 2006, "Fundamentals of Structural Dynamics", 2nd
+times the stiffness of the bar: the lumped bar of Craig & Kurdila 2006, "Fundamentals of Structural Dynamics", 2nd
 ed., section 9.1.  All masses rotate together, so mass, centre of mass and moment of inertia of the link are as given
 without stretch: the difference from the masses on the line is distributed evenly.
 """
@@ -79,9 +79,8 @@ def _chain(name: str, body: Body, elastic: Elastic) -> dict[str, Body]:
     (near_end, direction), count = _line(body, elastic), elastic.segments
     mass_fractions = np.full(count + 1, 1.0 / count)
     mass_fractions[[0, -1]] *= 0.5
-    centre_offset = np.array(body.center) - (
-        near_end + 0.5 * direction
-    )  # of the centre of mass from the middle of the line
+    line_centre = near_end + 0.5 * direction
+    centre_offset = np.array(body.center) - line_centre  # of the centre of mass
     positions = [near_end + direction * (i / count) + centre_offset for i in range(count + 1)]
     moment = math.fsum(
         mass_fraction * body.mass * float(np.sum((position - body.center) ** 2))

@@ -35,7 +35,7 @@ class SpanningTree(NamedTuple):
     parents: tuple  # parent (body, joint) of each body; None for the ground and floating bodies
     order: tuple  # bodies after their parents, without the ground
     loop_joints: tuple  # joints that close loops
-    crank: int  # group that the drive turns
+    crank: int  # group that the drive rotates
     coordinates: tuple  # in the order of the state; a free crank's angle first
 
     def roots(self) -> tuple:

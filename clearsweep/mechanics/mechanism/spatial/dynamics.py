@@ -96,7 +96,7 @@ class Dynamics(PosedTreeCode):
         return bias
 
     def is_nonrotating(self, body: int) -> bool:
-        """Return whether a body, or the ground, does not turn."""
+        """Return whether a body, or the ground, never rotates."""
         while body and self.tree.part(body).form is Slide:
             body = self.tree.part(body).parent
         return body == 0

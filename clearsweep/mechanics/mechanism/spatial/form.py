@@ -18,7 +18,7 @@ class Part(NamedTuple):
 
 
 class Driven(NamedTuple):
-    """The crank, which turns on the ground at constant speed."""
+    """The crank, which rotates on the ground at constant speed."""
 
     near: Vector  # m, pin on the ground
     far: Vector  # m, on the crank
@@ -73,7 +73,7 @@ class Opening(NamedTuple):
 
 
 class PointAim(NamedTuple):
-    """The output is the place of a point along a direction of the fixed frame."""
+    """The output is the position of a point along a direction of the fixed frame."""
 
     body: tuple
     at: Vector  # m
@@ -81,7 +81,7 @@ class PointAim(NamedTuple):
 
 
 class AngleAim(NamedTuple):
-    """The output is the angle of a body that turns only about z."""
+    """The output is the angle of a body that rotates only about z."""
 
     body: tuple
 

@@ -169,7 +169,7 @@ def output_motion(tree_code: PosedTreeCode) -> tuple[Expr, Expr]:
 
 
 def output(tree: MachineType) -> str:
-    """Return the code of a function of a pose: place and rate of the output."""
+    """Return the code of a function of a pose: position and rate of the output."""
     tree_code = PosedTreeCode(tree, "mechanism", "pose")
     position, rate = output_motion(tree_code)
     return tree_code.code.function("output", f"{position}, {rate}")
