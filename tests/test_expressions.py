@@ -85,7 +85,7 @@ def test_ldl_factors_solve_a_symmetric_system():
     matrix = [[sum(a * b for a, b in zip(p, q, strict=True)) + (p is q) for q in root] for p in root]
     code = FunctionCode("m", "r")
     factors = LDL(range(size), lambda i, j: code.expression(f"m[{i}][{j}]"))
-    solution = factors.solved({i: code.expression(f"r[{i}]") for i in range(size)})
+    solution = factors.solve({i: code.expression(f"r[{i}]") for i in range(size)})
     functions = {}
     exec(code.function("f", f"({', '.join(str(solution[i]) for i in range(size))})"), functions)
     right = [draw.uniform(-1.0, 1.0) for _ in range(size)]

@@ -57,13 +57,9 @@ class Ideal:
 
     def states_at(self, angles: np.ndarray) -> MachineStates:
         """Return the machine at crank angles (N,) rad, unwrapped from its start."""
-        return (
-            self._closed_states(angles)
-            if len(angles) < STATIONS
-            else self.stations.states_at(angles, self._closed_states)
-        )
+        return self._close(angles) if len(angles) < STATIONS else self.stations.states_at(angles, self._close)
 
-    def _closed_states(self, angles: np.ndarray) -> MachineStates:
+    def _close(self, angles: np.ndarray) -> MachineStates:
         """Return the machine closed anew at crank angles (N,) rad."""
         q = self.closure.close(interpolate(self.revolution, angles).q, angles)
         return MachineStates(angles, q, *self.closure.derivatives(q, angles))
@@ -125,12 +121,7 @@ class Ideal:
             self.closure.point_motion(endpoint, states.q, states.derivative)
             for endpoint in (joint.proximal, joint.distal)
         )
-        x, y, dx, dy = (
-            distal.x - proximal.x,
-            distal.y - proximal.y,
-            distal.dx - proximal.dx,
-            distal.dy - proximal.dy,
-        )
+        x, y, dx, dy = (distal.x - proximal.x, distal.y - proximal.y, distal.dx - proximal.dx, distal.dy - proximal.dy)
         return c * x + s * y, c * dx + s * dy + spin * (c * y - s * x)
 
     def coordinate_over_revolution(self, item: Coordinate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -249,12 +240,12 @@ class Ideal:
         """Add a force (N, 2) at a point of a body, and a torque (N,), to the forces on all bodies."""
         if endpoint.body == GROUND:
             return
-        i, endpoint_motion = (
+        i, motion = (
             3 * self.closure.index[endpoint.body],
             self.closure.point_motion(endpoint, states.q, states.derivative),
         )
         force[:, i : i + 2] += applied
-        force[:, i + 2] += endpoint_motion.lever_x * applied[:, 0] + endpoint_motion.lever_y * applied[:, 1] + torque
+        force[:, i + 2] += motion.lever_x * applied[:, 0] + motion.lever_y * applied[:, 1] + torque
 
     def _spring(self, load: Spring, states: MachineStates, rate, force) -> None:
         first_point, second_point = (
@@ -368,11 +359,9 @@ def _joints_of(load: Any) -> set[str]:
 
 def initial_coordinate(initial: Initial, kind: int) -> tuple[float, float]:
     """Return the initial coordinate of a free body and its rate."""
-    return {
-        ANGLE: (initial.angle, initial.rate),
-        SHIFT_X: (initial.x, initial.vx),
-        SHIFT_Y: (initial.y, initial.vy),
-    }[kind]
+    return {ANGLE: (initial.angle, initial.rate), SHIFT_X: (initial.x, initial.vx), SHIFT_Y: (initial.y, initial.vy)}[
+        kind
+    ]
 
 
 def masses_of(machine: Machine) -> list[Mass | Segment]:
