@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from clearsweep.simulation.extrapolation import StepControl, extrapolated_life, redistributed_share
+from clearsweep.simulation.extrapolation import StepControl, extrapolated_life, redistributed_fraction
 from clearsweep.simulation.first_touch import first_touch
 
 SCALE, RATE = 0.3, 1e-6  # m, over which the made-up rates change; m per revolution
@@ -210,9 +210,9 @@ def test_a_pit_that_wanders_is_followed():
 def test_a_rate_that_moves_elsewhere_is_seen_though_its_sum_stays():
     here, there = BlockRecord([1.0, 0.0]), BlockRecord([0.0, 1.0])
     here.block = here
-    assert redistributed_share(here, there, (slice(0, 2),)) == 1.0
-    assert redistributed_share(here, here, (slice(0, 2),)) == 0.0
-    assert redistributed_share(here, there, (slice(0, 0),)) == 0.0
+    assert redistributed_fraction(here, there, (slice(0, 2),)) == 1.0
+    assert redistributed_fraction(here, here, (slice(0, 2),)) == 0.0
+    assert redistributed_fraction(here, there, (slice(0, 0),)) == 0.0
 
 
 def test_a_life_that_does_not_come_to_its_end_is_as_long_as_it_was_run():

@@ -108,7 +108,7 @@ def lever(time):
 def test_the_machine_without_clearance_moves_and_presses_as_the_closed_form_says():
     times, h = np.linspace(0.0, 0.5, 51), 1e-4
     result = planar.ideal(machine(), SPEED * times)
-    np.testing.assert_allclose(result.place, lever(times), rtol=1e-12)
+    np.testing.assert_allclose(result.position, lever(times), rtol=1e-12)
     spun = (lever(times - h) - 2.0 * lever(times) + lever(times + h)) / h**2
     inertia = 2e-3 + 0.4 * 0.12**2
     x, y = CRANK_LENGTH * np.cos(SPEED * times), CRANK_LENGTH * np.sin(SPEED * times) - FOOT

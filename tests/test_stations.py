@@ -38,9 +38,9 @@ def test_only_angles_that_are_no_stations_are_closed(monkeypatch):
     machine, closed = case(), []
     known = planar.ideal_of(machine)
     angles = machine.drive.start_angle + np.linspace(0.0, 4.0 * math.pi, 2 * STATIONS + 1)
-    anew = type(known)._closed
-    monkeypatch.setattr(type(known), "_closed", lambda self, at: closed.extend(at) or anew(self, at))
-    known.at(np.append(angles, [0.12345, 9.87654]))
+    anew = type(known)._close
+    monkeypatch.setattr(type(known), "_close", lambda self, at: closed.extend(at) or anew(self, at))
+    known.states_at(np.append(angles, [0.12345, 9.87654]))
     assert closed == [0.12345, 9.87654]
 
 

@@ -129,9 +129,9 @@ def _doubts(law: Law, joint: Joint, load: float | None) -> list[str]:
     slenderness = joint.length / (2.0 * joint.bearing_radius) if joint.length and joint.bearing_radius else None
     case_values = {"arc": _half_contact_arc(joint, load), "length": joint.length, "length / diameter": slenderness}
     limits_and_values = [(limit, case_values[limit.path]) for limit in law.trusted]
-    outside = [limit for limit, value in limits_and_values if value is not None and not limit.contains(value)]
-    ranges = [f" (trusted for {limit.path} {limit.allowed()})" if limit.high else "" for limit in outside]
-    doubts = [f"{limit.reason}{trusted_range}" for limit, trusted_range in zip(outside, ranges, strict=True)]
+    violated_limits = [limit for limit, value in limits_and_values if value is not None and not limit.contains(value)]
+    ranges = [f" (trusted for {limit.path} {limit.allowed()})" if limit.high else "" for limit in violated_limits]
+    doubts = [f"{limit.reason}{trusted_range}" for limit, trusted_range in zip(violated_limits, ranges, strict=True)]
     return ([law.unsound] if law.unsound else []) + doubts
 
 
@@ -180,9 +180,9 @@ def _film_verdicts(joint: Joint, load: float | None) -> Iterator[Verdict]:
         assert joint.length is not None  # a film needs both
         assert joint.bearing_radius is not None
         slenderness = joint.length / (2.0 * joint.bearing_radius)
-        outside = [limit for limit in law.ranges if not limit.contains(slenderness)]
+        violated_limits = [limit for limit in law.ranges if not limit.contains(slenderness)]
         doubts = _doubts(law, joint, load)
-        objection = "; ".join(f"{limit.path} {limit.allowed()}: {limit.reason}" for limit in outside)
+        objection = "; ".join(f"{limit.path} {limit.allowed()}: {limit.reason}" for limit in violated_limits)
         rating = UNSUITABLE if objection else DOUBTFUL if doubts else SUITABLE
         yield Verdict("film", law.name, rating, objection or "; ".join(doubts) or NO_OBJECTION)
 

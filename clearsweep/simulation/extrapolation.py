@@ -115,7 +115,7 @@ def extrapolated_life(
         blocks += 1
         if next_block is None:
             return None
-        redistributed = redistributed_share(node, next_block, settings.groups)
+        redistributed = redistributed_fraction(node, next_block, settings.groups)
         if redistributed > settings.tolerance and jump > settings.min_jump:
             jump *= MIN_JUMP_RATIO
             continue
@@ -139,18 +139,18 @@ def extrapolated_life(
     return Life(tuple(nodes), reached=False, low=low, high=math.inf, jump_error=math.nan, blocks=blocks)
 
 
-def _corrected(before: np.ndarray, after: np.ndarray, slope: np.ndarray) -> np.ndarray:
-    """Return the rates at the corrected end of a jump, from those `before` and `after` the predicted jump.
+def _corrected(old_rate: np.ndarray, new_rate: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """Return the rates at the corrected end of a jump, from those before and after the predicted jump.
 
     slope : (n,) derivatives of the limited quantity
     """
-    rate_before, rate_after = float(slope @ before), float(slope @ after)
+    rate_before, rate_after = float(slope @ old_rate), float(slope @ new_rate)
     half_change = (
         min(max(0.5 * (rate_after - rate_before) / rate_before, -MAX_RATE_CORRECTION), MAX_RATE_CORRECTION)
         if rate_before > 0.0
         else 0.0
     )
-    rate: np.ndarray = np.maximum(before + (after - before) / (1.0 - half_change), 0.0)
+    rate: np.ndarray = np.maximum(old_rate + (new_rate - old_rate) / (1.0 - half_change), 0.0)
     return rate
 
 
@@ -169,15 +169,15 @@ def _node_at_limit(limit: float, criterion: LimitedQuantity, start: Node, end: N
     )
 
 
-def redistributed_share(node: Node, next_block: Block, groups: tuple[slice, ...]) -> float:
+def redistributed_fraction(node: Node, next_block: Block, groups: tuple[slice, ...]) -> float:
     """Return the share of the wear that two rates distribute differently, in the worst group."""
     explained = np.hypot(*(np.where(np.isfinite(block.width), block.width, 0.0) for block in (node.block, next_block)))
     shifted = np.maximum(np.abs(next_block.rate - node.rate) - explained, 0.0)
-    shares = [0.0]
+    fractions = [0.0]
     for group in groups:
         total = float((node.rate + next_block.rate)[group].sum())
-        shares.append(float(shifted[group].sum()) / total if total else 0.0)
-    return max(shares)
+        fractions.append(float(shifted[group].sum()) / total if total else 0.0)
+    return max(fractions)
 
 
 def revolutions_to(limit: float, criterion: LimitedQuantity, node: Node, largest_rate: float) -> float:
@@ -271,12 +271,12 @@ def _change_without_every_other(nodes: list[Node], slopes: list[np.ndarray], gro
 
     slopes, growth_rates : derivatives of the limited quantity at the end of each jump, and its rate at each node
     """
-    last = len(nodes) - 1
-    remaining_nodes = sorted({0, *range(last, -1, -2)})
+    last_index = len(nodes) - 1
+    remaining_nodes = sorted({0, *range(last_index, -1, -2)})
     total = 0.0
     for start, end in itertools.pairwise(remaining_nodes):
         node, next_node = nodes[start], nodes[end]
-        rates = node.rate + (next_node.rate if last > 1 else node.rate)
+        rates = node.rate + (next_node.rate if last_index > 1 else node.rate)
         change = 0.5 * (next_node.revolutions - node.revolutions) * rates - (next_node.state - node.state)
         total += float(slopes[end - 1] @ change) / growth_rates[end]
     return total

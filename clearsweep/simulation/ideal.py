@@ -108,7 +108,9 @@ def peaks(
         names[:] = reactions
         return np.array([np.hypot(force[:, 0], force[:, 1]) for force in reactions.values()])
 
-    first, last = (2.0 * math.pi * turns for turns in turn_range)
-    equidistant = np.linspace(first, last, max(round(SAMPLES_PER_TURN * (turn_range[1] - turn_range[0])), 2) + 1)
+    start_angle, end_angle = (2.0 * math.pi * turns for turns in turn_range)
+    equidistant = np.linspace(
+        start_angle, end_angle, max(round(SAMPLES_PER_TURN * (turn_range[1] - turn_range[0])), 2) + 1
+    )
     largest_values = largest(magnitudes, np.union1d(equidistant, knots))
     return dict(zip(names, largest_values.tolist(), strict=True))

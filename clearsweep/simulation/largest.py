@@ -38,7 +38,7 @@ def largest(functions: Functions, points: np.ndarray) -> np.ndarray:
 
 def _merged(samples: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
     """Return samples, points (n,) and values (m, n), merged in increasing order."""
-    points, values = (np.concatenate(parts, axis=-1) for parts in zip(*samples, strict=True))
+    points, values = (np.concatenate(arrays, axis=-1) for arrays in zip(*samples, strict=True))
     order = np.argsort(points, kind="stable")
     return points[order], values[:, order]
 
@@ -57,27 +57,27 @@ def _jumps(functions: Functions, points: np.ndarray, values: np.ndarray) -> list
     np.maximum.at(steep, columns, np.where(slope[rows, columns] > STEEPNESS * median_slope, change[rows, columns], 0.0))
     columns = np.flatnonzero(steep)
     columns = columns[np.argsort(-steep[columns], kind="stable")[:MAX_REFINED]]
-    low, high, left, right = points[columns], points[columns + 1], values[:, columns], values[:, columns + 1]
+    low, high, low_value, high_value = points[columns], points[columns + 1], values[:, columns], values[:, columns + 1]
     jumps = []
     for _ in range(MAX_ROUNDS):
         centre = 0.5 * (low + high)
-        is_open = (low < centre) & (centre < high) & (np.abs(right - left) > ACCURACY * scale).any(axis=0)
+        is_open = (low < centre) & (centre < high) & (np.abs(high_value - low_value) > ACCURACY * scale).any(axis=0)
         if not is_open.any():
             break
-        low, high, left, right, centre = (
+        low, high, low_value, high_value, centre = (
             low[is_open],
             high[is_open],
-            left[:, is_open],
-            right[:, is_open],
+            low_value[:, is_open],
+            high_value[:, is_open],
             centre[is_open],
         )
         value_at_centre = functions(centre)
         jumps.append((centre, value_at_centre))
-        jump_is_right = (np.abs(right - value_at_centre) / scale).sum(axis=0) > (
-            np.abs(value_at_centre - left) / scale
+        jump_is_right = (np.abs(high_value - value_at_centre) / scale).sum(axis=0) > (
+            np.abs(value_at_centre - low_value) / scale
         ).sum(axis=0)
-        low, left = np.where(jump_is_right, centre, low), np.where(jump_is_right, value_at_centre, left)
-        high, right = np.where(jump_is_right, high, centre), np.where(jump_is_right, right, value_at_centre)
+        low, low_value = np.where(jump_is_right, centre, low), np.where(jump_is_right, value_at_centre, low_value)
+        high, high_value = np.where(jump_is_right, high, centre), np.where(jump_is_right, high_value, value_at_centre)
     return jumps
 
 

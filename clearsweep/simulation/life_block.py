@@ -173,10 +173,10 @@ class Log(Protocol):
 def encoded(records: Sequence[BlockRecord]) -> bytes:
     """Return the results of blocks as bytes; `read` restores them to the last bit."""
     content = io.BytesIO()
-    rows: dict[str, Any] = {
+    arrays: dict[str, Any] = {
         name: np.array([getattr(record, name) for record in records]) for name in BlockRecord._fields
     }
-    np.savez(content, **rows)
+    np.savez(content, **arrays)
     return content.getvalue()
 
 
@@ -186,7 +186,7 @@ def decoded(content: bytes | None, size: int) -> list[BlockRecord]:
         return []
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
-            rows = [file[name] for name in BlockRecord._fields]
+            arrays = [file[name] for name in BlockRecord._fields]
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return []
-    return [BlockRecord(*row) for row in zip(*rows, strict=True)] if rows[0].shape[1:] == (size,) else []
+    return [BlockRecord(*row) for row in zip(*arrays, strict=True)] if arrays[0].shape[1:] == (size,) else []

@@ -37,20 +37,22 @@ def peak_revolution(case: Case, joint: int, revolutions: float) -> Peak:
     run = integration_of(scene, np.empty(0), end, in_angles=crank_is_free, marks=marks)
     peaks, window = peaks_of(scene, marks, run.work.revolutions), marks.turns[marks.window]
     peak_index = int(peaks[:, joint].argmax()) if len(peaks) else 0
-    first, last = (
+    begin_revolution, end_revolution = (
         window[peak_index : peak_index + 2].tolist() if len(peaks) else (max(revolutions - 1.0, 0.0), revolutions)
     )
     samples, density = case.save.samples, max(min(REFINEMENT, MAX_SAMPLES // case.save.samples), 1)
-    sample_numbers = np.arange(round(first * samples) * density, round(last * samples) * density + 1)
+    sample_numbers = np.arange(
+        round(begin_revolution * samples) * density, round(end_revolution * samples) * density + 1
+    )
     times = np.minimum([value_after(count / (density * samples)) for count in sample_numbers.tolist()], end)
     trajectory = trajectory_of(scene, integration_of(scene, times, end, in_angles=crank_is_free, marks=marks), end)
     if trajectory.status != "ok":
-        return Peak(first, trajectory)
+        return Peak(begin_revolution, trajectory)
     largest = int(trajectory[f"joints/{case.joints[joint].column}/force_normal"].argmax())
     is_kept = (sample_numbers % density == 0) | (
         np.abs(np.arange(len(sample_numbers)) - largest) <= REFINED_SAMPLES * density
     )
     return Peak(
-        first,
+        begin_revolution,
         dataclasses.replace(trajectory, channels={name: trajectory[name][is_kept] for name in trajectory.channels}),
     )

@@ -32,8 +32,8 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
     beyond_limit, rubbing_powers, balls, sizes, wearing = [], [], [], [], []
     for layout, joint in zip(scene.layout.joints, scene.case.joints, strict=True):
         name, radius = layout.name, joint.bearing_radius
-        if share := summary[f"{name}_law_limit_fraction"]:
-            beyond_limit.append((joint.name, joint.elastic_name, registry.penetration_limit(joint), share))
+        if fraction := summary[f"{name}_law_limit_fraction"]:
+            beyond_limit.append((joint.name, joint.elastic_name, registry.penetration_limit(joint), fraction))
         if layout.friction and not layout.film:
             conductance = joint.thermal.conductance if joint.thermal else None
             rubbing_powers.append((joint.name, summary[f"{name}_friction_power"], conductance))

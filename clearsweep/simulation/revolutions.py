@@ -51,10 +51,10 @@ def _marks(discard: float, revolutions: float, phase: float | None) -> Marks:
     return Marks(np.minimum(turns, revolutions), _nearest(turns, window), _nearest(turns, sections))
 
 
-def _consecutive(first: float, last: float) -> np.ndarray:
-    """Return first, first + 1, ... up to `last`; if there are many, only the last ones."""
-    count = max(math.floor(last - first + MARK_TOLERANCE) + 1, 0)
-    return first + np.arange(max(count - MOST_REVOLUTIONS - 1, 0), count)
+def _consecutive(start: float, end: float) -> np.ndarray:
+    """Return start, start + 1, ... up to `end`; if there are many, only the last ones."""
+    count = max(math.floor(end - start + MARK_TOLERANCE) + 1, 0)
+    return start + np.arange(max(count - MOST_REVOLUTIONS - 1, 0), count)
 
 
 def start_turns(scene: Scene) -> float:
@@ -120,8 +120,8 @@ def peaks_of(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
     window = marks_reached(marks.window, revolutions)
     if len(window) < 2:
         return np.zeros((0, len(scene.layout.joints)))
-    first, last = int(window[0]) + 1, int(window[-1]) + 1
-    peaks: np.ndarray = revolutions.peaks[first:last]
+    begin, end = int(window[0]) + 1, int(window[-1]) + 1
+    peaks: np.ndarray = revolutions.peaks[begin:end]
     if len(peaks) != len(window) - 1:
         peaks = np.maximum.reduceat(peaks, window[:-1] - window[0])
     if len(scene.layout.joints) == peaks.shape[1]:
@@ -164,14 +164,14 @@ def period_of(returns: np.ndarray, angle_period: np.ndarray | None = None) -> in
 
 def periods_of(returns: np.ndarray, angle_period: np.ndarray | None = None) -> list[int | None]:
     """Return the periods of several motions, (motions, revolutions, columns); angle_period : (motions, 1, angles)."""
-    periods, rows = np.zeros(len(returns), int), returns.shape[1]
-    for period in range(1, min(LONGEST_PERIOD, rows // (MIN_REPEATS + 1)) + 1):
+    periods, row_count = np.zeros(len(returns), int), returns.shape[1]
+    for period in range(1, min(LONGEST_PERIOD, row_count // (MIN_REPEATS + 1)) + 1):
         undecided = np.flatnonzero(periods == 0)
         if not undecided.size:
             break
         differences = (
-            returns[undecided, rows - MIN_REPEATS * period :]
-            - returns[undecided, rows - (MIN_REPEATS + 1) * period : -period]
+            returns[undecided, row_count - MIN_REPEATS * period :]
+            - returns[undecided, row_count - (MIN_REPEATS + 1) * period : -period]
         )
         if angle_period is not None:
             angles = differences[..., : angle_period.shape[-1]]

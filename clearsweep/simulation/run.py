@@ -100,7 +100,7 @@ class Run:
             reset_by=np.array(
                 [-1 if state.survives_separation else contact for contact, state, _ in internal], dtype=np.int64
             ),
-            initial_internal=inputs.began,
+            initial_internal=inputs.initial_values,
             guards=guards_of(value, self.parameters, zeros),
             limit_depth=inputs.limit_depth,
             counts=integration.Counts.zeros(zeros=zeros),
@@ -206,10 +206,10 @@ class Run:
         self.events = log
         self.counts.numbers[:] += self.work.counts.numbers
 
-    def add_cost(self, other: "Run") -> None:
+    def add_cost(self, other_run: "Run") -> None:
         """Add the work counts of another run."""
-        self.counts.numbers[:] += other.counts.numbers
-        self.duration += other.duration
+        self.counts.numbers[:] += other_run.counts.numbers
+        self.duration += other_run.duration
 
 
 _released_runs: list[Run] = []  # the last released run: creating one takes four times as long as restarting one

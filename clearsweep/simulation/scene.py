@@ -88,7 +88,9 @@ def layout_of(case: Case) -> Layout:
     """Return the layout of a case; cases with the same features share one, since creating it takes 70 us."""
     features, sources = features_of(case), (figures.FIGURES, MECHANISMS[case.mechanism.type])
     stored = _LAYOUTS.get(features)
-    if stored is None or any(previous is not current for previous, current in zip(stored[0], sources, strict=True)):
+    if stored is None or any(
+        stored_source is not source for stored_source, source in zip(stored[0], sources, strict=True)
+    ):
         stored = _LAYOUTS[features] = sources, Layout.with_features(features, catalogue())
     return stored[1]
 
@@ -229,8 +231,8 @@ def signature(case: Case) -> tuple:
 
 def _type_text(term: tuple) -> str:
     """Return the name of a compiled type with those of the types in it: 'Archard(Mean)'."""
-    parts = ", ".join(_type_text(field_value) for field_value in term if isinstance(field_value, tuple))
-    return f"{type(term).__name__}({parts})" if parts else type(term).__name__
+    field_texts = ", ".join(_type_text(field_value) for field_value in term if isinstance(field_value, tuple))
+    return f"{type(term).__name__}({field_texts})" if field_texts else type(term).__name__
 
 
 def derived(case: Case) -> dict[str, tuple[float, str]]:

@@ -58,7 +58,7 @@ class RunInputs(NamedTuple):
     times: np.ndarray
     marks: np.ndarray
     knots: np.ndarray
-    began: np.ndarray
+    initial_values: np.ndarray
     side: np.ndarray
     limit_depth: np.ndarray
 
@@ -66,7 +66,7 @@ class RunInputs(NamedTuple):
 def inputs_of(values: np.ndarray, batch_key: BatchKey, contacts: int, internal: int) -> RunInputs:
     """Return views of the inputs in one array, for a number of contacts and `internal` states."""
     sizes = batch_key.samples, batch_key.marks, batch_key.knots, internal, contacts, contacts
-    return RunInputs._make(values[first:end] for first, end in pairwise(accumulate(sizes, initial=0)))
+    return RunInputs._make(values[begin:end] for begin, end in pairwise(accumulate(sizes, initial=0)))
 
 
 class InitialState(NamedTuple):

@@ -190,8 +190,8 @@ class ForceExceeded(NamedTuple):
         """
         difference, duration = histograms[-1] - histograms[0], times[-1] - times[0]
 
-        def force(share: float) -> float:
-            return histogram.force_quantile(difference, min(max(share, 0.0), 1.0) * duration)
+        def force(fraction: float) -> float:
+            return histogram.force_quantile(difference, min(max(fraction, 0.0), 1.0) * duration)
 
         value = force(RARE_SHARE)
         time_above = np.array([histogram.time_above(value, forces) for forces in histograms])
@@ -216,8 +216,8 @@ class DryTime(NamedTuple):
         """Return the share and its half-width, with the mean load of all blocks."""
         histograms, loads = zip(*sums, strict=True)
         threshold = DRY_FORCE_THRESHOLD * (loads[-1] - loads[0]) / (times[-1] - times[0])
-        share, width = _mean(times, [histogram.time_above(threshold, forces) for forces in histograms])
-        return self._share(share), width
+        fraction, width = _mean(times, [histogram.time_above(threshold, forces) for forces in histograms])
+        return self._share(fraction), width
 
-    def _share(self, share: float) -> float:
-        return share if self.above else 1.0 - share
+    def _share(self, fraction: float) -> float:
+        return fraction if self.above else 1.0 - fraction

@@ -171,8 +171,8 @@ def horizon_of(scene: Scene, times: ArrayLike | None = None) -> Horizon:
     elif scene.case.save.orbits == "none":
         sample_times = NO_TIMES
     elif not scene.mechanism.turns:  # its duration is unknown before the run
-        last = integration_of(scene, NO_TIMES, end)
-        sample_times = np.linspace(0.0, last.work.end[last.work.time], scene.case.save.samples + 1)
+        full_run = integration_of(scene, NO_TIMES, end)
+        sample_times = np.linspace(0.0, full_run.work.end[full_run.work.time], scene.case.save.samples + 1)
     else:
         check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
         sample_times = sampling_times(scene)
@@ -195,10 +195,10 @@ def finish_samples(scene: Scene, run: Run) -> None:
 
     Raises InputError for times beyond it.
     """
-    last, times = float(run.work.end[run.work.time]), run.record.times
-    if times.size and times[-1] > last * (1.0 + 1e-9):
-        raise InputError(f"times: found {times[-1]:.6g} s; the run lasts from 0 to {last:.6g} s")
-    times[:] = np.minimum(times, last)
+    end_time, times = float(run.work.end[run.work.time]), run.record.times
+    if times.size and times[-1] > end_time * (1.0 + 1e-9):
+        raise InputError(f"times: found {times[-1]:.6g} s; the run lasts from 0 to {end_time:.6g} s")
+    times[:] = np.minimum(times, end_time)
     run.work.y[:] = run.work.end
     run.work.stepper.next_length = 0.0
     run.advance(control_of(scene, math.inf, keep_events=False)._replace(window=math.inf, step_budget=0))
@@ -236,8 +236,8 @@ def _converged_trajectory(
     end = value_after(observer.revolutions)
     if times is not None or orbits != "none":
         check_memory(0.0 if times is not None else history_bytes(scene.layout, scene.case.save, observer.revolutions))
-        last = math.inf if scene.crank_clock.free else end
-        sample_times = sampling_times(final_scene) if times is None else checked_times(times, last)
+        end_time = math.inf if scene.crank_clock.free else end
+        sample_times = sampling_times(final_scene) if times is None else checked_times(times, end_time)
         second_run = Run(start_of(scene, sample_times), in_angles=times is None)
         _record_samples(final_scene, run, second_run, end, observer.snapshots)
     return trajectory_of(final_scene, run, end)

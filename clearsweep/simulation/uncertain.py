@@ -80,9 +80,9 @@ def _scaled(life_run: LifeRun, case: Case) -> BlockRecord:
     return record._replace(rate=record.rate * factors, width=record.width * factors)
 
 
-def _ratio(case: Case, other: Case, worn: WornJoint, body: str) -> float:
+def _ratio(case: Case, other_case: Case, worn: WornJoint, body: str) -> float:
     """Return the ratio of a body's wear coefficients in two cases; 1 if it does not wear."""
-    coefficient, other_coefficient = (_coefficient(of_case, worn, body) for of_case in (case, other))
+    coefficient, other_coefficient = (_coefficient(of_case, worn, body) for of_case in (case, other_case))
     return other_coefficient / coefficient if coefficient else 1.0
 
 
@@ -105,8 +105,10 @@ def failures(lives: dict[str, BoundingLife]) -> tuple[str, ...]:
 
 def figures(column: str, lives: dict[str, BoundingLife]) -> dict[str, float | None]:
     """Return both ends of a joint's life by column, with None for unknown ones; more wear means a shorter life."""
-    ends = {"low": lives[HIGH].life, "high": lives[LOW].life}
-    revolutions_at = {end: life.revolutions if life and life.reached else math.nan for end, life in ends.items()}
+    lives_by_side = {"low": lives[HIGH].life, "high": lives[LOW].life}
+    revolutions_at = {
+        end: life.revolutions if life and life.reached else math.nan for end, life in lives_by_side.items()
+    }
     return {
         f"{column}_life_{end}_uncertain": life_turns if math.isfinite(life_turns) else None
         for end, life_turns in revolutions_at.items()

@@ -18,8 +18,8 @@ ReadResults = Callable[[Grid, int], store.CaseResults | None]
 class Search(Protocol):
     """A search that chooses the next cases."""
 
-    def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Record how the cases of a grid, from the index `first` on, compare with its limits."""
+    def learn(self, grid: Grid, first_index: int, results: store.CaseResults) -> None:
+        """Record how the cases of a grid, from the index `first_index` on, compare with its limits."""
 
     def next_points(self) -> Sequence[Point]:
         """Return the points of the next cases; none if no more are needed."""
@@ -27,10 +27,10 @@ class Search(Protocol):
 
 def run(grid: Grid, search: Search, read_results: ReadResults) -> tuple[Grid, bool]:
     """Run a grid and the cases that a search adds; return the extended grid, and whether it completed."""
-    grid, first = grid.without_added(), 0
-    while results := read_results(grid, first):
-        search.learn(grid, first, results)
-        first = len(grid)
+    grid, begin = grid.without_added(), 0
+    while results := read_results(grid, begin):
+        search.learn(grid, begin, results)
+        begin = len(grid)
         points = search.next_points()
         if not points:
             return grid, True

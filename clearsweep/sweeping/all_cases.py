@@ -36,6 +36,6 @@ def complete_run(directory: str | Path, simulator: Simulator = SIMULATION) -> It
         with target.open_for(grid), CaseRunner(target, Options(), simulator) as case_runner:
             target.take_batches(source)
             derived, warnings = facts(grid, simulator)
-            known = {"source": record.get("source"), "derived": derived, "warnings": warnings}
-            conclude(case_runner, grid, target.rows()["id"], start=record.get("start"), **known)
+            outcome_facts = {"source": record.get("source"), "derived": derived, "warnings": warnings}
+            conclude(case_runner, grid, target.rows()["id"], start=record.get("start"), **outcome_facts)
         yield store.open(target.path)

@@ -44,27 +44,29 @@ class Answer(NamedTuple):
     no_limits: str = ""  # suggested limit for a grid without limits, or ''
 
 
-def of_run(run: StoredRun, lead: CaseRanking, checks: LawCheckResults, facts: dict[str, Any]) -> Answer:
+def of_run(run: StoredRun, ranking: CaseRanking, checks: LawCheckResults, facts: dict[str, Any]) -> Answer:
     """Return the answer to the question of a grid; it is empty if the question has last lines of its own.
 
     For a run in blocks with more than MOST_READ cases, only the sentences on extremes are returned, since its sample
     contains the extreme cases.
     facts : as for `setting_text`
     """
-    if lead.question not in ("life", "limits", *CONTENT_QUESTIONS) or not len(run):
+    if ranking.question not in ("life", "limits", *CONTENT_QUESTIONS) or not len(run):
         return Answer([])
     sample = SampledRun(run) if isinstance(run, BlockedRun) and len(run) > MOST_READ else None
     columns = _Columns(sample or run, checks)
     if not len(columns.rows):
         return Answer([])
-    cases = _cases(run, lead, columns, facts)
+    cases = _cases(run, ranking, columns, facts)
     cases = cases._replace(is_complete=sample is None)
     worn = [] if sampled.is_one_sample(cases.record) else wear.sentences(cases)
-    said = answer.extreme_sentences(cases) if sample else answer.sentences(cases)
-    return Answer([*said, *worn], advice.suggest_limit(cases) if lead.question in CONTENT_QUESTIONS else "")
+    answer_sentences = answer.extreme_sentences(cases) if sample else answer.sentences(cases)
+    return Answer(
+        [*answer_sentences, *worn], advice.suggest_limit(cases) if ranking.question in CONTENT_QUESTIONS else ""
+    )
 
 
-def _cases(run: StoredRun, lead: CaseRanking, columns: _Columns, facts: dict[str, Any]) -> Cases:
+def _cases(run: StoredRun, ranking: CaseRanking, columns: _Columns, facts: dict[str, Any]) -> Cases:
     units = {column.name: column.unit for column in run.layout.columns} | units_of(run.grid)
 
     def varies(path: str) -> bool:
@@ -82,4 +84,4 @@ def _cases(run: StoredRun, lead: CaseRanking, columns: _Columns, facts: dict[str
 
     checked = grids.base_laws(run.grid)
     axes = tuple(path for path in run.grid["units"] if path not in checked and varies(path))
-    return Cases(run.grid, run.layout, lead, axes, columns("case_id").tolist(), columns, texts, named_value)
+    return Cases(run.grid, run.layout, ranking, axes, columns("case_id").tolist(), columns, texts, named_value)

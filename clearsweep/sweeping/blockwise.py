@@ -179,9 +179,9 @@ class BlockRunner:
         if self.earlier_run is None or self._earlier_ids is None:
             return
         numbers = np.unique(self._earlier_ids["batch"][is_common(self._earlier_ids["id"], np.sort(ids))])
-        previous = store.RunDirectory(self.earlier_run.path)
-        previous.batches = [self.earlier_run.batches[number] for number in numbers.tolist()]
-        directory.take_batches(previous)
+        earlier_directory = store.RunDirectory(self.earlier_run.path)
+        earlier_directory.batches = [self.earlier_run.batches[number] for number in numbers.tolist()]
+        directory.take_batches(earlier_directory)
 
     def _submit(self, number: int, block: store.Block, requested: np.ndarray) -> None:
         task = Job(self.job.directory, self.job.grid, self.job.simulator, None)

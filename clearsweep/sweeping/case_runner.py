@@ -122,15 +122,15 @@ class CaseRunner:
         ids = case_ids(grid)
         if not self.run(grid, ids, np.sort(ids)):
             return None
-        rows = self.directory.rows()
+        stored_rows = self.directory.rows()
         names = grid.optimise.columns([column.name for column in grid.layout.columns]) if grid.optimise else []
         names = [*case_ranking.ranking_of(grid.layout, grid.verdict.limits).columns] if grid.checked_laws else names
-        positions = np.searchsorted(rows["id"], ids[first:])
-        new_results = store.read_results(self.directory, store.ResultSchema.of(grid), rows[positions], names)
+        positions = np.searchsorted(stored_rows["id"], ids[first:])
+        new_results = store.read_results(self.directory, store.ResultSchema.of(grid), stored_rows[positions], names)
         if grid.identify is None:
             return new_results
         channels = ["t", "crank_angle", *(signal.channel for signal in grid.identify.signals)]
-        histories = store.histories(self.directory, store.ResultSchema.of(grid), rows[positions], channels)
+        histories = store.histories(self.directory, store.ResultSchema.of(grid), stored_rows[positions], channels)
         return new_results._replace(histories=tuple(histories))
 
     def peaks(self, grid: grids.Grid, worst_cases: Sequence[store.Worst]) -> list[Peak | None]:
@@ -220,13 +220,13 @@ def missing_indices(ids: np.ndarray, requested: np.ndarray, rows: np.ndarray, *,
     return np.sort(order[is_missing])
 
 
-def is_common(values: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return a mask of the values that are in `others` (ascending); it needs a fifth of the memory of np.isin."""
-    if not len(others):
+def is_common(values: np.ndarray, sorted_values: np.ndarray) -> np.ndarray:
+    """Return a mask of the values that are in `sorted_values` (ascending), with a fifth of the memory of np.isin."""
+    if not len(sorted_values):
         return np.zeros(len(values), bool)
-    positions = np.searchsorted(others, values)
-    positions[positions == len(others)] = 0
-    mask: np.ndarray = others[positions] == values
+    positions = np.searchsorted(sorted_values, values)
+    positions[positions == len(sorted_values)] = 0
+    mask: np.ndarray = sorted_values[positions] == values
     return mask
 
 
@@ -259,18 +259,16 @@ def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simul
 
     Errors are ignored here: they occur again when the case is run, and are recorded then.
     """
-    parts = [(simulator.compile_loop, cases[0]), *((simulator.compile_for, case) for case in cases)]
-    progress_files = [store.Working(directory, secrets.token_hex(8)) for _ in parts]
+    jobs = [(simulator.compile_loop, cases[0]), *((simulator.compile_for, case) for case in cases)]
+    progress_files = [store.Working(directory, secrets.token_hex(8)) for _ in jobs]
 
     def read_progress() -> list[phases.Progress]:
         return [results for working in progress_files if (results := working.read())]
 
     try:
-        compiling = progress.Compiling(len(parts), read_progress)
+        compiling = progress.Compiling(len(jobs), read_progress)
         with phases.phase(compiling):
-            tasks = [
-                workers.submit(prepare, working, *part) for working, part in zip(progress_files, parts, strict=True)
-            ]
+            tasks = [workers.submit(prepare, working, *job) for working, job in zip(progress_files, jobs, strict=True)]
             failures, seconds = [], 0.0
             for task in tasks:
                 failures.append(_failure(task))

@@ -80,9 +80,9 @@ class Batches:
         self.handed_out_count += size
         return new_batch(Tasks(self.pending[selection], self.ids[selection]))
 
-    def _drop(self, done: np.ndarray) -> None:
+    def _drop(self, finished_ids: np.ndarray) -> None:
         """Drop finished cases from those not handed out yet."""
-        is_left = ~np.isin(self.ids[self.handed_out_count :], done)
+        is_left = ~np.isin(self.ids[self.handed_out_count :], finished_ids)
         self.pending, self.ids, self.handed_out_count = (
             self.pending[self.handed_out_count :][is_left],
             self.ids[self.handed_out_count :][is_left],
@@ -197,8 +197,8 @@ class Driver:
         self.failed += manifest.failed
         self.case_seconds += manifest.seconds
         self.progress.advance(manifest.done, self.failed)
-        if left := batch.cases.part(manifest.done):
-            self.batches.requeued.append(new_batch(left))  # its worker was asked to stop
+        if remaining_cases := batch.cases.part(manifest.done):
+            self.batches.requeued.append(new_batch(remaining_cases))  # its worker was asked to stop
 
     def _was_committed(self, batch: Batch) -> bool:
         """Return whether a worker committed this batch before it died; if so, record it."""

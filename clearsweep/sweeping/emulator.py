@@ -203,11 +203,11 @@ class Posterior(NamedTuple):
         """Return the effective number of points."""
         return float(1.0 / (self.weights**2).sum())
 
-    def quantiles(self, column: int, shares: tuple[float, ...]) -> list[float]:
+    def quantiles(self, column: int, probabilities: tuple[float, ...]) -> list[float]:
         """Return quantiles of an input."""
         order = np.argsort(self.points[:, column], kind="stable")
         cumulated = np.cumsum(self.weights[order]) - 0.5 * self.weights[order]
-        return [float(value) for value in np.interp(shares, cumulated, self.points[order, column])]
+        return [float(value) for value in np.interp(probabilities, cumulated, self.points[order, column])]
 
 
 def sample(likelihood: LikelihoodModel, inputs: int, rng: np.random.Generator, size: int, iterations: int) -> Posterior:

@@ -321,11 +321,15 @@ def _time_cases(
     return results
 
 
-def _combine_attempts(first: CaseTime, second: CaseTime) -> CaseTime:
+def _combine_attempts(first_attempt: CaseTime, second_attempt: CaseTime) -> CaseTime:
     """Return the time of a case from two attempts, of which the first did not finish compiling."""
-    setup = first.elapsed if first.seconds is None and first.compiling <= RETIMED_COMPILE_SECONDS else 0.0
-    seconds = None if second.seconds is None else second.seconds + setup
-    return second._replace(seconds=seconds, elapsed=first.elapsed + second.elapsed)
+    setup = (
+        first_attempt.elapsed
+        if first_attempt.seconds is None and first_attempt.compiling <= RETIMED_COMPILE_SECONDS
+        else 0.0
+    )
+    seconds = None if second_attempt.seconds is None else second_attempt.seconds + setup
+    return second_attempt._replace(seconds=seconds, elapsed=first_attempt.elapsed + second_attempt.elapsed)
 
 
 def _case_bytes(grid: Grid, events: float) -> float:

@@ -116,9 +116,11 @@ class Identification:
         )  # narrowed ranges
         self.narrowed_at = 0  # cases at the last narrowing
 
-    def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Record the results of a grid's cases from the index `first` on."""
-        for index, status, history in zip(range(first, len(grid)), results.status, results.histories, strict=True):
+    def learn(self, grid: Grid, first_index: int, results: store.CaseResults) -> None:
+        """Record the results of a grid's cases from the index `first_index` on."""
+        for index, status, history in zip(
+            range(first_index, len(grid)), results.status, results.histories, strict=True
+        ):
             self.looked_at += 1
             if status != "ok":
                 continue
@@ -145,7 +147,7 @@ class Identification:
             return [self.identify.point(fractions) for fractions in uniform]
         with _reproducible():
             rng = np.random.default_rng([self.identify.seed, self.looked_at])
-            posterior = self._posterior(rng, last=False)[1]
+            posterior = self._posterior(rng, is_last=False)[1]
             weights = emulator.flattened(posterior)
             if self.looked_at >= self.narrowed_at + CASES_PER_NARROWING:
                 self._narrow(posterior._replace(weights=weights))
@@ -159,7 +161,7 @@ class Identification:
             return None
         with _reproducible():
             rng = np.random.default_rng([self.identify.seed, self.looked_at])
-            return self._result_of_posterior(*self._posterior(rng, last=True))
+            return self._result_of_posterior(*self._posterior(rng, is_last=True))
 
     @property
     def too_few_text(self) -> str:
@@ -194,7 +196,7 @@ class Identification:
         )
 
     def _posterior(
-        self, rng: np.random.Generator, *, last: bool
+        self, rng: np.random.Generator, *, is_last: bool
     ) -> tuple[emulator.LikelihoodModel, emulator.Posterior, np.ndarray]:
         """Return the likelihood on the narrowed ranges, a sample of the posterior, and its most likely point.
 
@@ -207,12 +209,12 @@ class Identification:
         ranges = np.hstack([self.narrowed_ranges, np.array([[0.0], [1.0]]).repeat(points.shape[1] - key_count, axis=1)])
         points = (points - ranges[0]) / (ranges[1] - ranges[0])
         trained_count, kernels = self.trained
-        must_train = last or kernels is None or len(points) >= 2 * trained_count
+        must_train = is_last or kernels is None or len(points) >= 2 * trained_count
         emulated = emulator.fit(points, values, None if must_train else kernels)
         if must_train:
             self.trained = (len(points), emulated.kernels)
         likelihood = emulator.LikelihoodModel(emulated, self.observation.values, self.observation.covariance)
-        inputs, size, iterations = points.shape[1], SAMPLE_SIZES[last], SAMPLE_ITERATIONS[last]
+        inputs, size, iterations = points.shape[1], SAMPLE_SIZES[is_last], SAMPLE_ITERATIONS[is_last]
         posterior = emulator.sample(likelihood, inputs, rng, size, iterations)
         smallest = float(posterior.squares.min()) / len(self.observation.values)
         if smallest > 1.0:  # errors exceed the assumed ones
@@ -235,13 +237,13 @@ class Identification:
             determined = (
                 "well" if width <= WELL_DETERMINED_WIDTH else "weakly" if width <= WEAKLY_DETERMINED_WIDTH else "not"
             )
-            ends = [
+            reached_ends = [
                 end
                 for end, is_at_end in (("lower", low < END_TOLERANCE), ("upper", high > 1.0 - END_TOLERANCE))
                 if is_at_end
             ]
             values = (choice.value_at(median), choice.value_at(low), choice.value_at(high))
-            parameters.append(Parameter(path, *values, determined, tuple(ends)))
+            parameters.append(Parameter(path, *values, determined, tuple(reached_ends)))
         names, weights = list(over), posterior.weights
         correlated = _correlations(posterior.points[:, : len(names)], weights)
         traded = [

@@ -21,7 +21,7 @@ class LawCheckSearch:
         self.simulator, self.points, self.is_done = simulator, list[Point](), False
         self.ranking = case_ranking.ranking_of(grid.layout, grid.verdict.limits)
 
-    def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
+    def learn(self, grid: Grid, first_index: int, results: store.CaseResults) -> None:
         """Find the worst case of the grid, which decides, and the other laws that are suitable for its joints."""
         if self.is_done or not self.ranking.candidates or not len(results.status):
             self.points = []
@@ -31,7 +31,7 @@ class LawCheckSearch:
         badness = self.ranking.badness(values)
         if np.isneginf(badness).all():
             return
-        index = first + int(np.flatnonzero(badness == badness.max())[-1])
+        index = first_index + int(np.flatnonzero(badness == badness.max())[-1])
         point, case = grid.point(index), grid.case(index)
         for path, laws in self.simulator.alternatives(case).items():
             variants = [point | {path: law} for law in laws if path in grid.checked_laws]
@@ -50,9 +50,9 @@ def _used_paths(grid: Grid, point: Point) -> set[str]:
 class LawCheckResults:
     """Separates the cases that check laws from those of the grid, and keeps the results of these checks."""
 
-    def __init__(self, base: dict[str, str], lead: case_ranking.CaseRanking):
+    def __init__(self, base: dict[str, str], ranking: case_ranking.CaseRanking):
         """Prepare with the law of the grid by path (`base`, {} if no law is checked) and the ranking of the cases."""
-        self.base, self.ranking = base, lead
+        self.base, self.ranking = base, ranking
         self.rows: list[law_check.LawResult] = []
 
     def of_grid(self, block: Mapping[str, np.ndarray]) -> np.ndarray:

@@ -177,15 +177,17 @@ def _read_records_of_same_grid(paths: list[Path]) -> list[dict[str, Any]]:
             )
         if "merged" in record and "blocks" not in record:
             store.verify(source, record)
-    first = _deciding_settings(records[0])
+    first_settings = _deciding_settings(records[0])
     for source, record in zip(paths[1:], records[1:], strict=True):
-        other = _deciding_settings(record)
-        differing = [path for path in sorted({*first, *other}) if first.get(path) != other.get(path)]
+        settings = _deciding_settings(record)
+        differing = [
+            path for path in sorted({*first_settings, *settings}) if first_settings.get(path) != settings.get(path)
+        ]
         if differing:
-            lines = "".join(
-                f"\n  {path}: {_short_text(first.get(path))} in the first, {_short_text(other.get(path))} in this one"
-                for path in differing
-            )
+            texts = {
+                path: [_short_text(values.get(path)) for values in (first_settings, settings)] for path in differing
+            }
+            lines = "".join(f"\n  {path}: {a} in the first, {b} in this one" for path, (a, b) in texts.items())
             raise DirectoryError(
                 f"{source}: contains results of another grid than {paths[0]}; "
                 f"only shards of one grid can be merged; differences:{lines}"

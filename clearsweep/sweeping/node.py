@@ -94,9 +94,9 @@ class _OtherCommits:
         if self.node.must_stop():
             raise _StoppedError
         names = {path.name for path in self.directory.summaries.glob("*.parquet")} - self.read_names
-        parts = [self.directory.done_in(name) for name in sorted(names)]
+        id_arrays = [self.directory.done_in(name) for name in sorted(names)]
         self.read_names |= names
-        self.ids = np.unique(np.concatenate([self.ids, *parts]))
+        self.ids = np.unique(np.concatenate([self.ids, *id_arrays]))
         return self.ids
 
 
@@ -113,7 +113,7 @@ def help_block(token: str, content: bytes, number: int) -> NodeReport:
 def _run(token: str, content: bytes, number: int, most_failures: int | None, *, is_helping: bool) -> NodeReport:
     node, address = _node_driver(token, content), _address()
     case_runner, runner = node.case_runner, node.runner
-    before = case_runner.ran, case_runner.failed, case_runner.case_seconds
+    counts_before = case_runner.ran, case_runner.failed, case_runner.case_seconds
     error_text, complete = "", True
     try:
         with phases.show_progress(enabled=False):
@@ -134,9 +134,9 @@ def _run(token: str, content: bytes, number: int, most_failures: int | None, *, 
         error_text = str(error)
     return NodeReport(
         address,
-        case_runner.ran - before[0],
-        case_runner.failed - before[1],
-        case_runner.case_seconds - before[2],
+        case_runner.ran - counts_before[0],
+        case_runner.failed - counts_before[1],
+        case_runner.case_seconds - counts_before[2],
         complete=complete,
         refused=error_text,
     )

@@ -52,12 +52,15 @@ class ObservedSignal(NamedTuple):
         return phase_shift - features.TURN * (phase_shift > features.TURN / 2.0)
 
     def statistics(
-        self, history: Mapping[str, np.ndarray], share: float, rng: np.random.Generator
+        self, history: Mapping[str, np.ndarray], noise_ratio: float, rng: np.random.Generator
     ) -> features.RevolutionStatistics:
-        """Return the statistics of a case at the measured crank angle, with noise of `share` times the measured rms."""
+        """Return the statistics of a case at the measured crank angle.
+
+        noise_ratio : rms of the added noise over the measured rms
+        """
         computed = self._computed(history)
         lag = features.find_lag(self.revolutions.mean(axis=0), computed.mean(axis=0), ALIGNED_ORDERS)
-        noisy = computed + share * self.rms * features.white_noise(rng, computed, self.orders)
+        noisy = computed + noise_ratio * self.rms * features.white_noise(rng, computed, self.orders)
         return features.revolution_statistics(np.roll(noisy.ravel(), lag).reshape(computed.shape))
 
     def _computed(self, history: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -76,11 +79,11 @@ class Observation(NamedTuple):
 
     def of_case(self, history: Mapping[str, np.ndarray], noise: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return the feature vector (features,) of a case; noise : (signals,) shares of the signals' rms."""
-        parts = []
-        for observed, share in zip(self.signals, noise.tolist(), strict=True):
-            features_of_case = observed.statistics(history, share, rng).features()
-            parts.append(feature_vector(features_of_case, observed.orders, self.feature_names))
-        return np.concatenate(parts)
+        vectors = []
+        for observed, noise_ratio in zip(self.signals, noise.tolist(), strict=True):
+            features_of_case = observed.statistics(history, noise_ratio, rng).features()
+            vectors.append(feature_vector(features_of_case, observed.orders, self.feature_names))
+        return np.concatenate(vectors)
 
 
 def observe(identify: Identify, history: Mapping[str, np.ndarray]) -> Observation:
@@ -116,13 +119,13 @@ def observe(identify: Identify, history: Mapping[str, np.ndarray]) -> Observatio
 
 def feature_vector(measured: features.Features, orders: float, names: tuple[str, ...]) -> np.ndarray:
     """Return the chosen features, transformed so that relative errors have a uniform effect."""
-    parts: dict[str, list[float]] = {
+    values_by_feature: dict[str, list[float]] = {
         "rms": [np.log(measured.rms)],
         "peaks": [np.log(measured.peak_median), np.log(measured.peak_p95)],
         "spectrum": [np.log(measured.spectrum[k] + SPECTRUM_FLOOR * measured.rms) for k in _band_edges(orders)],
         "impacts": [np.log1p(measured.impacts), *measured.phases],
     }
-    return np.array([number for name in names for number in parts[name]])
+    return np.array([number for name in names for number in values_by_feature[name]])
 
 
 def _band_edges(orders: float) -> list[int]:
@@ -139,9 +142,9 @@ def _labels(index: int, observed: ObservedSignal, names: tuple[str, ...]) -> Ite
         "impacts": [
             ("impacts a revolution", "1"),
             *(
-                (f"phase of impacts, harmonic {k}, {part}", "")
+                (f"phase of impacts, harmonic {k}, {component}", "")
                 for k in range(1, features.HARMONICS + 1)
-                for part in ("cosine", "sine")
+                for component in ("cosine", "sine")
             ),
         ],
     }
@@ -155,8 +158,10 @@ def _signal_covariance(
     """Return the covariance of a signal's features, without the emulator's part."""
     count = len(statistics.peak)
     rng = np.random.default_rng([identify.seed, count])
-    rows = rng.integers(count, size=(BOOTSTRAP_DRAWS, count))
-    vectors = np.array([feature_vector(statistics.features(row), observed.orders, identify.features) for row in rows])
+    sample_indices = rng.integers(count, size=(BOOTSTRAP_DRAWS, count))
+    vectors = np.array(
+        [feature_vector(statistics.features(row), observed.orders, identify.features) for row in sample_indices]
+    )
     gain = np.array([GAIN * (label.kind != "impacts") for label in labels])
     model_covariance = np.diag([MODEL_ERRORS[label.kind if label.unit else "phases"] ** 2 for label in labels])
     covariance: np.ndarray = np.cov(vectors.T) * count / (count - 1.0) + np.outer(gain, gain) + model_covariance

@@ -64,11 +64,11 @@ class Optimisation:
         self.trials: list[_Trial] = []
         self.seen_points: set[tuple[Any, ...]] = set()
 
-    def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Record the results of a grid's cases from the index `first` on."""
+    def learn(self, grid: Grid, first_index: int, results: store.CaseResults) -> None:
+        """Record the results of a grid's cases from the index `first_index` on."""
         names = [column for column, _ in self.optimise.objectives]
-        for index in range(first, len(grid)):
-            k = index - first
+        for index in range(first_index, len(grid)):
+            k = index - first_index
             point, failed = grid.point(index), results.status[k] != "ok"
             values = {name: float(results.columns[name][k]) for name in names}
             if not failed and not all(map(math.isfinite, values.values())):
@@ -172,10 +172,10 @@ class Optimisation:
         objective = np.array([sign * trial.values[name] for trial in trials])
         objective[np.isnan(objective)] = np.nanmax(objective)  # failed cases
         margins = np.array([[-1.0 if trial.failed else trial.margins[key] for key in best.margins] for trial in trials])
-        rows = surrogate.better_points(fractions, objective, np.nan_to_num(margins, nan=-1.0), count, rng)
+        points = surrogate.better_points(fractions, objective, np.nan_to_num(margins, nan=-1.0), count, rng)
         proposals = [
             {path: _clipped_value(choices[path], fraction) for path, fraction in zip(choices, row, strict=True)}
-            for row in rows.tolist()
+            for row in points.tolist()
         ]
         return [{path: (fixed | point)[path] for path in self.optimise.over} for point in proposals]
 

@@ -59,9 +59,9 @@ class Cases(phases.Phase):
         self.rate.left(self.done, self.total)
 
     def _words(self) -> str:
-        done = min(self.done + self.running_cases()[0], self.total)
-        self.share = done / max(self.total, 1)
-        return f"{self.title}{done:,} of {self.total:,} cases, {self.failed:,} failed"
+        done_count = min(self.done + self.running_cases()[0], self.total)
+        self.share = done_count / max(self.total, 1)
+        return f"{self.title}{done_count:,} of {self.total:,} cases, {self.failed:,} failed"
 
     def left(self, now: float) -> float | None:
         """Return the time (s) left: from the mean pace of cases, or from the progress of running ones."""

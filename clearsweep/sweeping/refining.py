@@ -44,17 +44,17 @@ class _Axis:
         k, remainder = divmod(position, STEP)
         if not remainder:
             return self.values[k]
-        (low, high), (first, last) = self.values[k : k + 2], (0, STEP)
+        (low, high), (begin, end) = self.values[k : k + 2], (0, STEP)
         while True:
-            centre = (first + last) // 2
+            centre = (begin + end) // 2
             between = math.sqrt(low) * math.sqrt(high) if self.is_geometric else 0.5 * low + 0.5 * high
             if centre == remainder:
                 self.positions[between] = position
                 return between
             if remainder < centre:
-                high, last = between, centre
+                high, end = between, centre
             else:
-                low, first = between, centre
+                low, begin = between, centre
 
 
 def _is_geometric(values: Sequence[float]) -> bool:
@@ -108,11 +108,11 @@ class Refinement:
         self.halved: list[tuple[_Box, int]] = []  # boxes whose halves must be examined, and the axis of halving
         self.crossed, self.added_count, self.is_incomplete = 0, 0, False
 
-    def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Record how the cases of a grid, from the index `first` on, compare to its limits."""
-        keys = [self._key(grid.point(index)) for index in range(first, len(grid))]
+    def learn(self, grid: Grid, first_index: int, results: store.CaseResults) -> None:
+        """Record how the cases of a grid, from the index `first_index` on, compare to its limits."""
+        keys = [self._key(grid.point(index)) for index in range(first_index, len(grid))]
         is_good = [status == "ok" and not names for status, names in zip(results.status, results.exceeded, strict=True)]
-        if first:
+        if first_index:
             self.added_is_good |= dict(zip(keys, is_good, strict=True))
             self._keep_crossed_halves()
         else:
@@ -169,7 +169,7 @@ class Refinement:
             low, high = ((slice(None),) * axis + (selection,) for selection in (slice(None, -1), slice(1, None)))
             all_good, any_good = all_good[low] & all_good[high], any_good[low] | any_good[high]
         crossed = np.argwhere(any_good & ~all_good).tolist()
-        return [_Box(j, tuple(STEP * k for k in places), (STEP,) * len(places)) for j, *places in crossed]
+        return [_Box(j, tuple(STEP * k for k in corner), (STEP,) * len(corner)) for j, *corner in crossed]
 
     def _differ(self, box: _Box, axis: int) -> bool:
         """Return whether the ends of an edge along an axis differ."""

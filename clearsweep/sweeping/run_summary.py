@@ -84,7 +84,7 @@ def _limit_labels(layout: Layout, limits: Iterable[Limit], units: Mapping[str, s
     texts: dict[str, list[str]] = {}
     for limit in limits:
         texts.setdefault(limit.column, []).append(labels.limit_label(layout, limit, units.get(limit.column, "1")))
-    return {column: " and ".join(each) for column, each in texts.items()}
+    return {column: " and ".join(limit_texts) for column, limit_texts in texts.items()}
 
 
 def _limit_lines(facts: dict[str, Any]) -> list[str]:
@@ -181,8 +181,8 @@ def _answer_lines(facts: dict[str, Any]) -> list[str]:
     return [*lines, *seek_lines(facts), *optimise_lines(facts), *identified.identify_lines(facts)]
 
 
-def derived_lines(derived: dict[str, dict[str, Any]], most: int | None = None) -> list[str]:
-    """Return a line for each derived value with its range, or for both clearances of a fit; at most `most` lines."""
+def derived_lines(derived: dict[str, dict[str, Any]], max_lines: int | None = None) -> list[str]:
+    """Return at most `max_lines` lines: one for each derived value with its range, or for both clearances of a fit."""
     lines = []
     for name, value in derived.items():
         diametral, scatter = name.replace(RADIAL, DIAMETRAL), name.removesuffix(")") + SCATTER
@@ -196,8 +196,8 @@ def derived_lines(derived: dict[str, dict[str, Any]], most: int | None = None) -
         else:
             spread = f" ({_range(derived[scatter])})" if scatter in derived else ""
             lines.append(f"derived: {name} = {_range(value)}{spread}")
-    if most is not None and len(lines) > most:
-        lines[most - 1 :] = [f"derived: {len(lines) - most + 1} more values, which run --dry-run lists"]
+    if max_lines is not None and len(lines) > max_lines:
+        lines[max_lines - 1 :] = [f"derived: {len(lines) - max_lines + 1} more values, which run --dry-run lists"]
     return lines
 
 
@@ -264,16 +264,16 @@ def _defined_lines(defined: dict[str, dict[str, Any]]) -> list[str]:
 def _case_lines(case: dict[str, Any]) -> list[str]:
     """Return the values of a case: a line for each section, then a line for each column of a table."""
     sections: dict[str, list[str]] = {}
-    rows: dict[str, list[float]] = {}
+    columns: dict[str, list[float]] = {}
     for path, value in case["values"].items():
         section, _, key = path.rpartition(".")
         if ".table." in path:
-            rows.setdefault(section, []).append(value)
+            columns.setdefault(section, []).append(value)
         number = isinstance(value, int | float) and not isinstance(value, bool)
         text = given_text(path, value, case["units"].get(path, "1"), case["written_units"]) if number else str(value)
         sections.setdefault(section, []).append(f"{key} {text}")
-    lines = [f"  {section}: {', '.join(texts)}" for section, texts in sections.items() if section not in rows]
-    lines += [f"  {path}: {len(row)} values in SI, {min(row):.4g} to {max(row):.4g}" for path, row in rows.items()]
+    lines = [f"  {section}: {', '.join(texts)}" for section, texts in sections.items() if section not in columns]
+    lines += [f"  {path}: {len(row)} values in SI, {min(row):.4g} to {max(row):.4g}" for path, row in columns.items()]
     return [f"the first case ({wording.short_id(case['case_id'])}), with every default:", *lines]
 
 
@@ -289,8 +289,12 @@ def plain(text: str) -> str:
 
 def _listed_paths(facts: dict[str, Any]) -> list[str]:
     """Return the swept paths with a column in the summary table; if there are many, those whose values differ in it."""
-    rows = [entry["swept"] for entry in facts["worst"]]
-    return [path for path in rows[0] if len(rows[0]) <= MANY_AXES or len({row[path] for row in rows}) > 1]
+    varied_values = [entry["swept"] for entry in facts["worst"]]
+    return [
+        path
+        for path in varied_values[0]
+        if len(varied_values[0]) <= MANY_AXES or len({row[path] for row in varied_values}) > 1
+    ]
 
 
 def _shared(facts: dict[str, Any]) -> str:

@@ -49,12 +49,12 @@ class SeekSearch:
     def _first_indices(self) -> tuple[int, ...]:
         return tuple(range(self.seek.last_index + 1)) if self.seek.fits else scan_indices(self.seek.last_index)
 
-    def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Record how the cases of a grid, from the index `first` on, compare to its limits."""
-        for index in range(first, len(grid)):
+    def learn(self, grid: Grid, first_index: int, results: store.CaseResults) -> None:
+        """Record how the cases of a grid, from the index `first_index` on, compare to its limits."""
+        for index in range(first_index, len(grid)):
             point = grid.point(index)
             value_index = self.indices[[point.pop(path) for path in self.seek.paths].pop()]
-            self.probes[self.index_of[tuple(point.values())]][value_index] = _probe(results, index - first)
+            self.probes[self.index_of[tuple(point.values())]][value_index] = _probe(results, index - first_index)
 
     def next_points(self) -> list[Point]:
         """Return the points of the next cases."""
@@ -123,20 +123,22 @@ class SeekSearch:
         }
 
 
-def _deciding_index(outcomes: dict[int, bool], border: Border, last: int) -> int:
+def _deciding_index(outcomes: dict[int, bool], border: Border, last_index: int) -> int:
     """Return the index that determines the limiting column: the first bad one beyond the border."""
     if border.last_good is None:
         return min((index for index, is_good in outcomes.items() if not is_good), default=0)
-    return min((index for index, is_good in outcomes.items() if index > border.last_good and not is_good), default=last)
+    return min(
+        (index for index, is_good in outcomes.items() if index > border.last_good and not is_good), default=last_index
+    )
 
 
-def border_of_all(outcomes: Mapping[int, bool], last: int) -> Border:
-    """Return the border if all indices of 0 to `last` are known: it is before the first bad one."""
-    first_good = next((index for index in range(last + 1) if outcomes[index]), None)
+def border_of_all(outcomes: Mapping[int, bool], last_index: int) -> Border:
+    """Return the border if all indices from 0 to `last_index` are known: it is before the first bad one."""
+    first_good = next((index for index in range(last_index + 1) if outcomes[index]), None)
     if first_good is None:
         return Border(None, 0)
-    first_bad = next((index for index in range(first_good, last + 1) if not outcomes[index]), None)
-    return Border(last if first_bad is None else first_bad - 1, first_bad)
+    first_bad = next((index for index in range(first_good, last_index + 1) if not outcomes[index]), None)
+    return Border(last_index if first_bad is None else first_bad - 1, first_bad)
 
 
 def _other_points(grid: Grid, seek: Seek) -> list[Point]:

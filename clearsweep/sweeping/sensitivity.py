@@ -54,9 +54,9 @@ def effects(
     if not paths:
         return []
     point_values = {path: value for path, value in _numbers(grid, point).items() if path in perturbed}
-    rows = [point_values, *(point_values | {path: value} for path, values in perturbed.items() for value in values)]
-    columns = {path: [value] * len(rows) for path, value in point.items()}
-    columns |= {path: [row[path] for row in rows] for path in paths}
+    points = [point_values, *(point_values | {path: value} for path, values in perturbed.items() for value in values)]
+    columns = {path: [value] * len(points) for path, value in point.items()}
+    columns |= {path: [row[path] for row in points] for path in paths}
     name = hashlib.sha256(" ".join(sorted(columns)).encode()).hexdigest()[:8]
     out = directory / f"{FOLDER}-{name}"
     run(fixed | {"cases": columns}, out)
@@ -124,5 +124,5 @@ def _is_possible(source: dict[str, Any], simulator: Simulator) -> bool:
 def _margins(run: store.StoredRun, paths: list[str]) -> dict[tuple[float, ...], float]:
     """Return values of some keys -> margin of the case with them."""
     table = run.summary
-    rows = table[[*paths, MARGIN]].dropna().to_numpy(float).tolist()
-    return {tuple(values): margin for *values, margin in rows}
+    values_with_margin = table[[*paths, MARGIN]].dropna().to_numpy(float).tolist()
+    return {tuple(values): margin for *values, margin in values_with_margin}

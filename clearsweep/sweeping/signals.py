@@ -43,11 +43,11 @@ def end_with_run() -> None:
 @contextlib.contextmanager
 def patience() -> Iterator[None]:
     """Only record the first signal in this context, where the code checks requested() itself."""
-    previous, _Request.patient = _Request.patient, True
+    was_patient, _Request.patient = _Request.patient, True
     try:
         yield
     finally:
-        _Request.patient = previous
+        _Request.patient = was_patient
 
 
 @contextlib.contextmanager
@@ -63,7 +63,7 @@ def catching() -> Iterator[None]:
         return
     nohup = signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
     handled = [signum for signum in SIGNALS if signum != signal.SIGHUP or not nohup]
-    previous = {signum: signal.signal(signum, _in_parent) for signum in handled}
+    old_handlers = {signum: signal.signal(signum, _in_parent) for signum in handled}
     try:
         yield
     except ClearsweepError:
@@ -73,7 +73,7 @@ def catching() -> Iterator[None]:
             raise Stopped(_Request.signum) from error
         raise
     finally:
-        for signum, handler in previous.items():
+        for signum, handler in old_handlers.items():
             signal.signal(signum, signal.SIG_IGN if _Request.last and _Request.leaving else handler)
 
 
@@ -91,13 +91,13 @@ def shielded() -> Iterator[None]:
     """Block all of these signals for threads and processes started in this context: Ctrl-C must not reach them."""
     from multiprocessing import resource_tracker
 
-    previous = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
+    old_mask = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     resource_tracker.ensure_running()  # otherwise it would start with the first worker, and unblock two signals
     signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, previous)
+        signal.pthread_sigmask(signal.SIG_SETMASK, old_mask)
 
 
 def _in_parent(signum: int, _frame: FrameType | None) -> None:

@@ -19,46 +19,52 @@ INFEASIBILITY_PENALTY = 10.0  # penalty for exceeded limits, in ranges of the ob
 
 
 def better_points(
-    known: np.ndarray, objective: np.ndarray, margins: np.ndarray, count: int, rng: np.random.Generator
+    known_points: np.ndarray, objective: np.ndarray, margins: np.ndarray, count: int, rng: np.random.Generator
 ) -> np.ndarray:
     """Return points (count, keys) of the unit cube, (0, keys) if there are too few cases.
 
-    known : (n, keys) in order of merit
+    known_points : (n, keys) in order of merit
     objective : (n,) to be minimised
     margins : (n, limits) to their limits, negative beyond a limit
     """
     from scipy.interpolate import RBFInterpolator
     from scipy.spatial.distance import cdist
 
-    keys = known.shape[1]
-    neighbours = np.sort(np.argsort(np.linalg.norm(known - known[0], axis=1), kind="stable")[:MAX_NEIGHBOURS])
-    known, objective = (
-        known[neighbours],
+    keys = known_points.shape[1]
+    neighbours = np.sort(
+        np.argsort(np.linalg.norm(known_points - known_points[0], axis=1), kind="stable")[:MAX_NEIGHBOURS]
+    )
+    known_points, objective = (
+        known_points[neighbours],
         np.minimum(objective[neighbours], np.percentile(objective[neighbours], CLIP_PERCENTILE)),
     )
-    if len(known) < MIN_CASES[0] + MIN_CASES[1] * keys:
+    if len(known_points) < MIN_CASES[0] + MIN_CASES[1] * keys:
         return np.empty((0, keys))
     scaled = (objective - objective.min()) / max(np.ptp(objective), np.finfo(float).tiny)
     try:
-        model = RBFInterpolator(known, np.column_stack([scaled, margins[neighbours].clip(-1.0, 1.0)]), kernel="cubic")
+        model = RBFInterpolator(
+            known_points, np.column_stack([scaled, margins[neighbours].clip(-1.0, 1.0)]), kernel="cubic"
+        )
     except np.linalg.LinAlgError:  # all cases have the same value of a key
         return np.empty((0, keys))
-    existing = known
+    existing = known_points
     for position in range(count):
         weight = WEIGHTS[position % len(WEIGHTS)]
-        candidates = rng.random((CANDIDATE_COUNT, keys)) if weight == WEIGHTS[0] else _candidates_near(known, rng)
+        candidates = (
+            rng.random((CANDIDATE_COUNT, keys)) if weight == WEIGHTS[0] else _candidates_near(known_points, rng)
+        )
         expected = model(candidates)
         exceeded = np.maximum(-expected[:, 1:], 0.0).sum(axis=1)
         merit = expected[:, 0] + (exceeded > 0.0) * (INFEASIBILITY_PENALTY + exceeded)
         distances = cdist(candidates, existing).min(axis=1)
         selected = np.argmin(weight * _ranks(merit) + (1.0 - weight) * _ranks(-distances))
         existing = np.vstack([existing, candidates[selected]])
-    return existing[len(known) :]
+    return existing[len(known_points) :]
 
 
-def _candidates_near(known: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def _candidates_near(known_points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Return candidates around cases in order of merit: half around the first, a quarter around the next."""
-    centres = known[np.minimum(rng.geometric(0.5, CANDIDATE_COUNT), len(known)) - 1]
+    centres = known_points[np.minimum(rng.geometric(0.5, CANDIDATE_COUNT), len(known_points)) - 1]
     steps = LARGEST_STEP * 0.5 ** rng.integers(HALVINGS, size=(CANDIDATE_COUNT, 1))
     is_changed = rng.random(centres.shape) < CHANGE_PROBABILITY
     is_changed[np.arange(CANDIDATE_COUNT), rng.integers(centres.shape[1], size=CANDIDATE_COUNT)] = True

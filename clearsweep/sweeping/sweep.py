@@ -345,8 +345,10 @@ def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, A
     for index in np.unique(np.linspace(0, len(grid) - 1, SAMPLED_CASES).round().astype(int)).tolist():
         case = grid.case(index)
         for name, (value, unit) in simulator.derived(case).items():
-            same = ranges.get(name, {"unit": unit})["unit"] == unit  # laws may give one name different dimensions
-            key = name if same else f"{name} [{unit}]"
+            has_same_unit = (
+                ranges.get(name, {"unit": unit})["unit"] == unit
+            )  # laws may give one name different dimensions
+            key = name if has_same_unit else f"{name} [{unit}]"
             known_range = ranges.get(key, {"min": value, "max": value})
             ranges[key] = {"unit": unit, "min": min(known_range["min"], value), "max": max(known_range["max"], value)}
         sentences.update(dict.fromkeys(simulator.warnings(case)))

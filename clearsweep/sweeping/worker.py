@@ -216,8 +216,8 @@ def run_packed(content: bytes) -> Any:
 def run_batch(job: Job, batch: Batch) -> Manifest:
     """Compute the cases of a batch and commit them; on a request to stop, commit the finished ones."""
     signals.exit_if_requested()
-    first = batch.cases[0]
-    if job.grid.case_id(first.grid_index) != first.case_id:
+    first_task = batch.cases[0]
+    if job.grid.case_id(first_task.grid_index) != first_task.case_id:
         raise ClearsweepError(
             f"the worker on {platform.node()} has another version of clearsweep than the main "
             "program; install the same version everywhere"
@@ -279,8 +279,8 @@ def _in_bulk(job: Job, batch: Batch, note: "_NoteWriter", logs: list[store.Unfin
 
 def _cases(grid: Grid, batch: Batch) -> Iterator[tuple[Task, dict[str, Any], Case]]:
     """Yield tasks, points and cases; several are created at once, in a third of the time."""
-    for first in range(0, len(batch.cases), CHUNK_SIZE):
-        tasks = batch.cases.part(first, first + CHUNK_SIZE).listed()
+    for begin in range(0, len(batch.cases), CHUNK_SIZE):
+        tasks = batch.cases.part(begin, begin + CHUNK_SIZE).listed()
         points = [grid.point(task.grid_index) for task in tasks]
         yield from zip(tasks, points, [grid.case_at(point) for point in points], strict=True)
 

@@ -14,10 +14,10 @@ WORST_CASES = 5
 class WorstCases:
     """Keeps the worst finished cases, updated block by block."""
 
-    def __init__(self, lead: CaseRanking, joints: list[str], limits: tuple[Limit, ...]):
+    def __init__(self, ranking: CaseRanking, joints: list[str], limits: tuple[Limit, ...]):
         """Prepare with the ranking, the joints whose force peaks each entry contains, and the limits of the grid."""
-        self.ranking, self.joints, self.limits = lead, joints, limits
-        self.columns = [*dict.fromkeys((*lead.columns, *(f"{joint}_force_peak" for joint in joints)))]
+        self.ranking, self.joints, self.limits = ranking, joints, limits
+        self.columns = [*dict.fromkeys((*ranking.columns, *(f"{joint}_force_peak" for joint in joints)))]
         self.entries: list[dict[str, Any]] = []  # the worst first
 
     def add(self, block: Mapping[str, np.ndarray], describe: Callable[[int], dict[str, Any]]) -> None:
@@ -26,8 +26,8 @@ class WorstCases:
             return
         values, candidate_numbers = self.ranking.worst_values(block)
         badness = self.ranking.badness(values)
-        least = np.partition(badness, -WORST_CASES)[-WORST_CASES] if len(badness) > WORST_CASES else -np.inf
-        worst = np.flatnonzero(badness >= least)
+        least_badness = np.partition(badness, -WORST_CASES)[-WORST_CASES] if len(badness) > WORST_CASES else -np.inf
+        worst = np.flatnonzero(badness >= least_badness)
         worst = worst[np.lexsort((block["case_id"][worst], badness[worst]))[-WORST_CASES:]]
         entries = [
             describe(index) | self._figures(block, index, int(candidate_numbers[index])) for index in worst.tolist()

@@ -110,7 +110,7 @@ def _check_below(reader: Reader, low: str, high: str, reason: str, *, equal: boo
         if not invalid:
             return
         lows, highs = zip(*invalid[:1], strict=True)
-    reported_path = low if low in reader.swept or low in reader.written else high
+    reported_path = low if low in reader.written_axes or low in reader.written else high
     comparison = "at most" if equal else "below"
     reader.problems.add(
         reader.position_of(reported_path),
@@ -267,9 +267,9 @@ def _check_common_or_each(reader: Reader, wear: str, key: str, overriding: tuple
     if not reader.is_given(f"{wear}.{key}") and not is_overridden:
         sentence = f"is missing; for example: {example} for both bodies, or {' and '.join(overriding)}"
         reader.problems.add(reader.position_of(wear), f"{wear}.{key}", sentence)
-    if f"{wear}.{key}" in reader.swept and is_overridden:
+    if f"{wear}.{key}" in reader.written_axes and is_overridden:
         sentence = f"is swept but not in use: {' and '.join(overriding)} override it"
-        reader.problems.add(reader.swept[f"{wear}.{key}"], f"{wear}.{key}", sentence)
+        reader.problems.add(reader.written_axes[f"{wear}.{key}"], f"{wear}.{key}", sentence)
 
 
 def _check_wear_magnitude(reader: Reader, wear: str) -> None:

@@ -25,10 +25,10 @@ from ..sections.variations import (
     VARYING_SECTIONS,
     check_dependents,
     check_variations,
-    find_optimised,
-    find_seek,
-    find_variations,
     keys_of_definitions,
+    record_optimised_axes,
+    record_seek_axes,
+    record_variations,
     replace_label_axes,
     report_column_names,
 )
@@ -70,14 +70,14 @@ def read_keys(
     _read_section(reader, root, "", key_table)
     reader.written |= written_material_names(materials, root)
     _select_keys_in_use(reader, key_table)
-    find_variations(reader, root, key_table, fixed)
-    find_optimised(reader, root, key_table)
+    record_variations(reader, root, key_table, fixed)
+    record_optimised_axes(reader, root, key_table)
     replace_label_axes(reader)
     read_check_laws(reader, root)
     replace_fits_by_clearances(reader, lambda path: values_before_reading(reader, path))
     reader.library_numbers = {item.path: item for item in library_numbers if item.path not in reader.varied_numbers}
     set_wear_units(reader)
-    find_seek(reader, root, key_table, lambda path: values_before_reading(reader, path))
+    record_seek_axes(reader, root, key_table, lambda path: values_before_reading(reader, path))
     find_added_cases(reader, root, (*_SEARCHES, CHECK_LAWS))
     for path, node in reader.shape.items():
         if isinstance(node, Word):
@@ -90,7 +90,7 @@ def read_keys(
             read_table_key(reader, path, node)
         elif isinstance(node, NameList):
             read_channels(reader, path)
-    reader.axes = {path: reader.axes[path] for path in reader.swept if path in reader.axes}
+    reader.axes = {path: reader.axes[path] for path in reader.written_axes if path in reader.axes}
     check_variations(reader)
     check_dependents(reader)
     read_uncertain(reader, root)

@@ -47,14 +47,14 @@ def read_word_key(reader: Reader, path: str, node: Word) -> None:
         values = (
             node.conditional_default.word if node.conditional_default and has_conditional_default else node.default,
         )
-    if path in reader.swept:
+    if path in reader.written_axes:
         _record_axis(reader, path, ValueReader(read_word, ""))
         values = reader.axes.get(path, ())
     elif values:
         reader.values[path] = values[0]
     if not values:
         reader.unread_laws.add(path)
-        if path not in reader.written and path not in reader.swept:
+        if path not in reader.written and path not in reader.written_axes:
             reader.problems.add(
                 reader.position_of(path), path, f"is missing; write one of {', '.join(node.options)} ({node.text})"
             )
@@ -112,12 +112,12 @@ def read_number(reader: Reader, path: str, node: Number) -> None:
     if _depends_on_unreadable(reader, node):  # which meaning applies is unknown; any that fits will do
         silent_reader = Reader(Problems(), reader.mechanism, reader.outline)
         written = reader.written.get(path)
-        if path in reader.swept or (
+        if path in reader.written_axes or (
             written and any(_read_quantity(silent_reader, path, written, [meaning]) is not None for meaning in meanings)
         ):
             return
         meanings = meanings[:1]
-    if path in reader.swept:
+    if path in reader.written_axes:
         possible_fields = tuple(field for field, _ in meanings)
         unit = meanings[0][1][0]
         _record_axis(
@@ -127,9 +127,9 @@ def read_number(reader: Reader, path: str, node: Number) -> None:
         )
     if path in reader.written:
         value = _read_quantity(reader, path, reader.written[path], meanings)
-        if value is not None and path not in reader.swept:
+        if value is not None and path not in reader.written_axes:
             reader.values[path] = value
-    elif path not in reader.swept and not _depends_on_unreadable(reader, node):
+    elif path not in reader.written_axes and not _depends_on_unreadable(reader, node):
         for field in fields:
             if field.default is None and not field.optional and not _follows_from_material(reader, path, field):
                 _report_missing(reader, path, node, field)
@@ -197,11 +197,11 @@ def values_before_reading(reader: Reader, path: str) -> tuple[float, ...]:
         reader.shape,
         reader.sections,
         reader.written,
-        reader.swept,
+        reader.written_axes,
         reader.names,
         varied_by=reader.varied_by,
     )
-    if isinstance(node, Number) and (path in reader.written or path in reader.swept):
+    if isinstance(node, Number) and (path in reader.written or path in reader.written_axes):
         read_number(silent_reader, path, node)
     return silent_reader.values_of(path)
 
@@ -224,8 +224,8 @@ def _depends_on_unreadable(reader: Reader, node: Word | Number | Table) -> bool:
 
 def _seems_used(reader: Reader, path: str, node: Word | Number | Table) -> bool:
     """Return whether an unused key was written as if it were used; it may belong to another law that is swept."""
-    has_swept_law = any(chooser in reader.swept for chooser in node.deciding_paths())
-    is_written = path in reader.swept or (path in reader.written and not has_swept_law)
+    has_swept_law = any(chooser in reader.written_axes for chooser in node.deciding_paths())
+    is_written = path in reader.written_axes or (path in reader.written and not has_swept_law)
     return is_written and not _depends_on_unreadable(reader, node)
 
 
@@ -280,7 +280,9 @@ def _times_sign(written: WrittenValue, factor: int) -> WrittenValue:
 def assumed_units(reader: Reader) -> tuple[str, ...]:
     """Return the paths of quantities and axes that need a unit but are written without one."""
     numbers = (path for path, node in reader.shape.items() if isinstance(node, Number) and _has_unit(reader, node))
-    return tuple(path for path in numbers if _contains_bare_number(reader.swept.get(path) or reader.written.get(path)))
+    return tuple(
+        path for path in numbers if _contains_bare_number(reader.written_axes.get(path) or reader.written.get(path))
+    )
 
 
 def _has_unit(reader: Reader, node: Number) -> bool:
@@ -313,7 +315,7 @@ def written_units(reader: Reader) -> dict[str, WrittenUnit]:
         {path for path, variation in reader.varied_by.items() if variation == "seek"} if reader.searched_fits else set()
     )
     for path, node in reader.shape.items():
-        written = reader.swept.get(path) or reader.written.get(path)
+        written = reader.written_axes.get(path) or reader.written.get(path)
         if not isinstance(node, Number) or not node.fields(reader.names) or written is None:
             continue
         if path in reader.fits or path in seek_paths:
@@ -355,7 +357,7 @@ def set_wear_units(reader: Reader) -> None:
     """Set, for each joint with wear, whether its coefficients are dimensionless, unless the grid contains this."""
     for path in [path for path in reader.shape if path.endswith(".wear.coefficient_unit")]:
         wear = path.rpartition(".")[0]
-        entries = reader.swept | reader.written
+        entries = reader.written_axes | reader.written
         coefficients = [entries[f"{wear}.{key}"] for key in COEFFICIENTS if f"{wear}.{key}" in entries]
         if (
             path not in reader.written

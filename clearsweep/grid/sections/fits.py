@@ -23,7 +23,7 @@ def replace_fits_by_clearances(grid_reader: Reader, values_of: Callable[[str], t
     for path, node in list(grid_reader.shape.items()):
         if not isinstance(node, Number) or not node.uses[0].field.fit:
             continue
-        for entries in (grid_reader.written, grid_reader.swept):
+        for entries in (grid_reader.written, grid_reader.written_axes):
             if path not in entries or not _has_fit(entries[path]):
                 continue
             reader = _FitReader(grid_reader, path, values_of)
@@ -36,11 +36,11 @@ def replace_fits_by_clearances(grid_reader: Reader, values_of: Callable[[str], t
                     grid_reader.problems.add(error.written, path, str(error))
                 for mapping in (
                     grid_reader.shape,
-                    grid_reader.swept,
+                    grid_reader.written_axes,
                     grid_reader.written,
                 ):  # its problem is reported already
                     mapping.pop(path, None)
-            if entries is grid_reader.written and path in grid_reader.swept:
+            if entries is grid_reader.written and path in grid_reader.written_axes:
                 grid_reader.fits.pop(path, None)  # a value next to an axis belongs to no case
 
 
@@ -97,7 +97,9 @@ class _FitReader:
 
     def read_value(self, written: WrittenValue) -> WrittenValue:
         """Return a value outside all axes with its fit replaced by a radial clearance (m)."""
-        return self._mean_clearance(written, self.radii[:1] if self.path in self.grid_reader.swept else self.radii)
+        return self._mean_clearance(
+            written, self.radii[:1] if self.path in self.grid_reader.written_axes else self.radii
+        )
 
     def read_axis(self, written: WrittenValue) -> WrittenValue:
         """Return a written axis with its fits replaced by radial clearances (m)."""
@@ -108,7 +110,7 @@ class _FitReader:
             if set(items) != {"fits"} or not isinstance(items["fits"].value, list):
                 raise _WrongFitError(written, f"found {quoted(items)}; expected {{fits: [H7/g6, H7/f7]}}")
             items = [_at_position_of(item, {"fit": item}) for item in items["fits"].value]
-        is_in_step = self.radius_path in self.grid_reader.swept and self.grid_reader.vary_in_step(
+        is_in_step = self.radius_path in self.grid_reader.written_axes and self.grid_reader.vary_in_step(
             self.path, self.radius_path
         )
         radii = [self.radii[row : row + 1] if is_in_step else self.radii for row in range(len(items))]
@@ -144,7 +146,8 @@ class _FitReader:
                 f"{self.radius_path} is varied: vary both together under `zip`, the fit once for each radius"
             )
             is_varied = (
-                self.radius_path in self.grid_reader.swept or self.radius_path in self.grid_reader.defined.dependents
+                self.radius_path in self.grid_reader.written_axes
+                or self.radius_path in self.grid_reader.defined.dependents
             )
             raise _WrongFitError(name, sentence if is_varied else "")
         if not isinstance(name.value, str):

@@ -144,7 +144,7 @@ def read_identify(reader: Reader, root: WrittenValue) -> Identify | None:
     problems_before = len(reader.problems)
     for path in reader.axes.keys() & {*paths}:
         check_range(reader, path, IDENTIFY)
-        check_always_used(reader, reader.swept[path], IDENTIFY, path)
+        check_always_used(reader, reader.written_axes[path], IDENTIFY, path)
     signals = _read_signals_section(reader, section)
     features, cases, seed = (
         IDENTIFY_SECTION.value(reader.problems, section, key) for key in ("features", "cases", "seed")

@@ -168,7 +168,7 @@ def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue)
 def _has_strength(reader: Reader, joint: str) -> bool:
     """Return whether a joint with contact has a yield strength or a hardness."""
     prefix = f"joints.{joint}."
-    known_paths = [path for path in (*reader.written, *reader.swept) if path.startswith(prefix)]
+    known_paths = [path for path in (*reader.written, *reader.written_axes) if path.startswith(prefix)]
     return f"{prefix}contact" in reader.shape and any(
         path.endswith(".yield_strength") or path in (f"{prefix}wear.hardness", f"{prefix}roughness.hardness")
         for path in known_paths

@@ -182,7 +182,7 @@ def read_optimise(reader: Reader, root: WrittenValue) -> Optimise | None:
     problems_before = len(reader.problems)
     for path in reader.axes.keys() & {*paths}:
         check_range(reader, path, OPTIMISE)
-        check_always_used(reader, reader.swept[path], OPTIMISE, path)
+        check_always_used(reader, reader.written_axes[path], OPTIMISE, path)
     objectives = _read_objectives(reader, section)
     cases, seed = (OPTIMISE_SECTION.value(reader.problems, section, key) for key in ("cases", "seed"))
     if cases is None or seed is None or not objectives or len(reader.problems) > problems_before:
@@ -198,10 +198,10 @@ def check_range(reader: Reader, path: str, section: str) -> None:
     values = reader.axes[path]
     if reader.choices[path] != AMONG and values[0] >= values[-1]:
         sentence = "the first value is not below the second; swap them"
-        reader.problems.add(reader.swept[path], f"{section}.over.{path}", sentence)
+        reader.problems.add(reader.written_axes[path], f"{section}.over.{path}", sentence)
     if path.endswith(".exponent"):
         sentence = f"cannot vary under `{section}`, because units of other keys depend on it"
-        reader.problems.add(reader.swept[path], f"{section}.over.{path}", sentence)
+        reader.problems.add(reader.written_axes[path], f"{section}.over.{path}", sentence)
 
 
 def _read_objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, bool], ...]:

@@ -32,7 +32,7 @@ class Reader:
     shape: KeyTable = field(default_factory=dict)  # the keys in use: sections that are left out are missing
     sections: dict[str, WrittenValue] = field(default_factory=dict)
     written: dict[str, WrittenValue] = field(default_factory=dict)  # values of the keys in `shape`
-    swept: dict[str, WrittenValue] = field(default_factory=dict)
+    written_axes: dict[str, WrittenValue] = field(default_factory=dict)
     names: dict[str, frozenset[str]] = field(default_factory=dict)  # path of a law's name -> names in use
     unread_laws: set[str] = field(default_factory=set)  # paths of law names that could not be read
     unread_sections: set[str] = field(default_factory=set)  # paths of sections that could not be read
@@ -66,15 +66,15 @@ class Reader:
 
     def position_of(self, path: str) -> WrittenValue:
         """Return the value whose position locates a mistake at `path`: itself, or the section that lacks it."""
-        while path and path not in self.swept and path not in self.written and path not in self.sections:
+        while path and path not in self.written_axes and path not in self.written and path not in self.sections:
             path = path.rpartition(".")[0]
-        return self.swept.get(path) or self.written.get(path) or self.sections[path]
+        return self.written_axes.get(path) or self.written.get(path) or self.sections[path]
 
     def text(self, path: str, value: Any) -> str:
         """Return a value of `path` as it was written, or in SI if it follows from other values."""
         node = self.shape.get(path)
         unit = node.fields(self.names)[0].unit if isinstance(node, Number) and node.is_used(self.names) else "1"
-        entry = self.swept.get(path) or self.written.get(path)
+        entry = self.written_axes.get(path) or self.written.get(path)
         items = [] if entry is None else entry.value if isinstance(entry.value, list) else [entry]
         for item in items:
             with suppress(InputError):
@@ -85,11 +85,11 @@ class Reader:
     @property
     def varied_numbers(self) -> set[str]:
         """Return the paths on an axis, and the paths of numbers that follow from the name of a varied material."""
-        return {*self.swept, *(path for material in self.materials.values() for path in material.library_keys)}
+        return {*self.written_axes, *(path for material in self.materials.values() for path in material.library_keys)}
 
     def is_given(self, path: str) -> bool:
         """Return whether a value or a section is written or swept."""
-        return path in self.written or path in self.swept or path in self.sections
+        return path in self.written or path in self.written_axes or path in self.sections
 
     def vary_in_step(self, *paths: str) -> bool:
         """Return whether these paths vary in step, row by row."""
@@ -101,7 +101,7 @@ class Reader:
 
     def values_of(self, path: str) -> tuple[Any, ...]:
         """Return every value of `path`: its axis, written value or default, or () if unknown or left out."""
-        if path in self.swept:
+        if path in self.written_axes:
             return self.axes.get(path, ())
         if path in self.defined.dependents:
             return self.defined.possible_values(path, self.axes, self.varied_by)
@@ -195,9 +195,14 @@ def read_check_laws(reader: Reader, root: WrittenValue) -> None:
 
 def make_law_axis(reader: Reader, path: str) -> None:
     """Turn the law at `path`, which is read and not swept, into an axis, so that other laws can be added."""
-    if reader.check_laws and path.endswith(_CHECKED_SUFFIXES) and path not in reader.swept and path in reader.values:
+    if (
+        reader.check_laws
+        and path.endswith(_CHECKED_SUFFIXES)
+        and path not in reader.written_axes
+        and path in reader.values
+    ):
         position = reader.position_of(path)
-        reader.swept[path] = WrittenValue(reader.values[path], position.origin, position.line, position.column)
+        reader.written_axes[path] = WrittenValue(reader.values[path], position.origin, position.line, position.column)
         reader.varied_by[path] = "sweep"
         reader.axes[path] = (reader.values.pop(path),)
         if path in reader.added_written:

@@ -26,7 +26,7 @@ from .section import (
 
 SEEK = "seek"
 SEEK_DIRECTIONS, SEEK_SCOPES = ("largest", "smallest"), ("each", "all")
-MAX_HALVINGS = 40  # times a range can be halved: what is left is near the rounding of floats
+MAX_HALVINGS = 40  # of a range: then its width is near the rounding of floats
 FIRST_INTERVALS = 4  # of the range, whose ends are tried first
 _SEEK_EXAMPLE = "{largest: joints.rod-slider.clearance, between: [5 um, 200 um], within: 1 um}"
 _PATH_NOUN = "dotted path"
@@ -74,7 +74,7 @@ SEEK_SECTION = KeySection(
     ),
     {
         "anyOf": [{"required": ["between", "within"]}, {"required": ["among"]}],
-        "oneOf": [{"required": [end]} for end in SEEK_DIRECTIONS],
+        "oneOf": [{"required": [direction]} for direction in SEEK_DIRECTIONS],
     },
 )
 
@@ -107,7 +107,7 @@ class Seek(NamedTuple):
         """Return the value at an index from 0 to `last_index`, counted from the safer end."""
         if self.fits:
             return self.fit(index).high
-        low, high = (Fraction(end) for end in self.between)
+        low, high = (Fraction(limit) for limit in self.between)
         k = index if self.direction == SEEK_DIRECTIONS[0] else self.last_index - index
         return float(low + (high - low) * k / self.last_index)
 
@@ -145,10 +145,10 @@ def read_seek_range(
         return None
     directions = [direction for direction in SEEK_DIRECTIONS if direction in section.value]
     if len(directions) != 1:
-        problem = (
+        sentence = (
             "has both largest and smallest; write one of them" if directions else "is missing; write the path to vary"
         )
-        reader.problems.add(section, f"{SEEK}.{SEEK_DIRECTIONS[0]}", f"{problem}, such as {_SEEK_EXAMPLE}")
+        reader.problems.add(section, f"{SEEK}.{SEEK_DIRECTIONS[0]}", f"{sentence}, such as {_SEEK_EXAMPLE}")
         return None
     paths = SEEK_SECTION.value(reader.problems, section, directions[0])
     if paths is None:
@@ -195,11 +195,11 @@ def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> 
     low, high = reader.axes[path][0], reader.axes[path][-1]
     for other_path in paths[1:]:
         if _unit_of_path(reader, other_path) != _unit_of_path(reader, path):
-            units = f"in {_unit_of_path(reader, other_path)}, {path} in {_unit_of_path(reader, path)}"
+            units_text = f"in {_unit_of_path(reader, other_path)}, {path} in {_unit_of_path(reader, path)}"
             reader.problems.add(
                 entries[direction],
                 f"{SEEK}.{direction}",
-                (f"{other_path} is {units}; paths that vary together need the same unit"),
+                (f"{other_path} is {units_text}; paths that vary together need the same unit"),
             )
     if low >= high and not reader.searched_fits:
         reader.problems.add(entries["between"], f"{SEEK}.between", "the first value is not below the second; swap them")

@@ -1,4 +1,4 @@
-"""Finds what a grid varies: combined (`sweep`), in step (`zip`, `cases`) or drawn (`sample`); labels of values."""
+"""Reads what a grid varies: combined (`sweep`), in step (`zip`, `cases`) or drawn (`sample`); labels of values."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -26,7 +26,7 @@ VARYING_SECTIONS = ("sweep", "zip", "cases", "sample")
 MAY_BE_UNUSED = ("sweep", SEEK, OPTIMISE, IDENTIFY)
 
 
-def find_variations(reader: Reader, root: WrittenValue, key_table: KeyTable, fixed: frozenset[str]) -> None:
+def record_variations(reader: Reader, root: WrittenValue, key_table: KeyTable, fixed: frozenset[str]) -> None:
     """Record the varied values; report paths that cannot vary.  Paths in `fixed` no longer vary."""
     for variation in VARYING_SECTIONS:
         section = root.value.get(variation) if isinstance(root.value, dict) else None
@@ -56,12 +56,12 @@ def find_variations(reader: Reader, root: WrittenValue, key_table: KeyTable, fix
             if path not in fixed:
                 _record_axis(reader, variation, path, written.key_position(path), values, key_table)
         if variation == "sample":
-            drawn_paths = [path for path in reader.swept if reader.varied_by[path] == "sample"]
+            drawn_paths = [path for path in reader.written_axes if reader.varied_by[path] == "sample"]
             reader.drawn = tuple(drawn_paths)
             reader.sample = read_sample(reader.problems, section, len(drawn_paths)) if drawn_paths else None
 
 
-def find_optimised(reader: Reader, root: WrittenValue, key_table: KeyTable) -> None:
+def record_optimised_axes(reader: Reader, root: WrittenValue, key_table: KeyTable) -> None:
     """Record the values that `optimise` and `identify` may choose."""
     for path, (position, values) in find_optimise_axes(reader, root).items():
         _record_axis(reader, OPTIMISE, path, position, values, key_table)
@@ -69,7 +69,7 @@ def find_optimised(reader: Reader, root: WrittenValue, key_table: KeyTable) -> N
         _record_axis(reader, IDENTIFY, path, position, values, key_table)
 
 
-def find_seek(
+def record_seek_axes(
     reader: Reader, root: WrittenValue, key_table: KeyTable, values_of: Callable[[str], tuple[float, ...]]
 ) -> None:
     """Record the range of a search, as an axis of its two ends or of all values to try."""
@@ -97,12 +97,12 @@ def _record_seek_axis(
 def _record_axis(
     reader: Reader, variation: str, path: str, position: WrittenValue, values: WrittenValue, key_table: KeyTable
 ) -> None:
-    """Record the values of one path, or report a mistake; `key` is the position of the path itself."""
+    """Record the values of one path, or report a mistake; `position` is where the path itself is written."""
     path = name_path(path, reader.shape)
     key_path = _axis_key_path(variation, path)
     sweepable_paths = [path for path, node in reader.shape.items() if not isinstance(node, Section) and node.sweep]
     parent, node = path.rpartition(".")[0], reader.shape.get(path)
-    if path in reader.swept:
+    if path in reader.written_axes:
         sentence = f"is under '{reader.varied_by[path]}' already; a value varies in one way only; remove one of the two"
         reader.problems.add(position, key_path, sentence)
     elif path in sweepable_paths and variation == "sample" and isinstance(node, Word):
@@ -119,7 +119,7 @@ def _record_axis(
             position, key_path, "cannot be drawn, because units of other keys depend on it; write it under `sweep`"
         )
     elif path in sweepable_paths:
-        reader.swept[path], reader.varied_by[path] = values, variation
+        reader.written_axes[path], reader.varied_by[path] = values, variation
     elif isinstance(node, Section):
         paths_inside = [other_path for other_path in sweepable_paths if other_path.startswith(f"{path}.")]
         is_named = isinstance(key_table.get(f"{path}.name"), Name) and path.rpartition(".")[2] in (*BODIES, "material")
@@ -130,15 +130,15 @@ def _record_axis(
             (f"is a section, not a value; write a key in it, such as {', '.join(paths_inside[:3])}{remedy}"),
         )
     elif node is not None:
-        remedy_text = f"cannot be swept; write it outside `{variation}`, and a grid for each of its values"
-        reader.problems.add(position, key_path, remedy_text)
+        sentence = f"cannot be swept; write it outside `{variation}`, and a grid for each of its values"
+        reader.problems.add(position, key_path, sentence)
     elif path in key_table:
         missing = next(section for section in _enclosing_paths(path) if section not in reader.shape)
         sentence = f"there is no section '{missing}'; write it before a value in it is swept"
         reader.problems.add(position, key_path, sentence)
     elif path.startswith(DEFINE_PREFIX):
         name, allowed = path.removeprefix(DEFINE_PREFIX), [*reader.defined.texts]
-        if name not in reader.defined.invalid:  # what is wrong there is said there
+        if name not in reader.defined.invalid:  # a mistake in the definition is reported elsewhere
             hint_text = f"{did_you_mean(name, allowed)} (known: {', '.join(allowed) or 'none'})"
             reader.problems.add(position, key_path, f"'{name}' is not defined under `define`{hint_text}")
     else:
@@ -158,13 +158,13 @@ def _axis_key_path(variation: str, path: str) -> str:
 
 def _enclosing_paths(path: str) -> list[str]:
     """Return the paths that lead to `path`, outermost first, itself last."""
-    parts = path.split(".")
-    return [".".join(parts[: k + 1]) for k in range(len(parts))]
+    keys = path.split(".")
+    return [".".join(keys[: k + 1]) for k in range(len(keys))]
 
 
 def values_of_axis(reader: Reader, path: str, reading: ValueReader) -> list[Any] | None:
     """Return the values of a varied path, or None if they are invalid."""
-    variation, written = reader.varied_by[path], reader.swept[path]
+    variation, written = reader.varied_by[path], reader.written_axes[path]
     key_path = _axis_key_path(variation, path)
     if path in reader.added_written:
         added_values = read_axis(
@@ -205,17 +205,19 @@ def check_variations(reader: Reader) -> None:
         variation, first_path = reader.varied_by[paths[0]], paths[0]
         unequal_paths = [path for path in paths if len(reader.axes[path]) != len(reader.axes[first_path])]
         for path in unequal_paths:
-            line_text = f" (line {reader.swept[first_path].line})" if reader.swept[first_path].line else ""
+            line_text = (
+                f" (line {reader.written_axes[first_path].line})" if reader.written_axes[first_path].line else ""
+            )
             sentence = (
                 f"found {len(reader.axes[path])} values, but {first_path} has "
                 f"{len(reader.axes[first_path])}{line_text}; "
                 "axes that vary together need equally many values"
             )
-            reader.problems.add(reader.swept[path], _axis_key_path(variation, path), sentence)
+            reader.problems.add(reader.written_axes[path], _axis_key_path(variation, path), sentence)
         if not unequal_paths and variation != "sample":
             _report_repeated_rows(reader, variation, paths)
     for path in reader.axes:
-        _report_unused_rows(reader, path)
+        _report_unused_values(reader, path)
 
 
 def _report_repeated_rows(reader: Reader, variation: str, paths: tuple[str, ...]) -> None:
@@ -223,25 +225,27 @@ def _report_repeated_rows(reader: Reader, variation: str, paths: tuple[str, ...]
     first_rows: dict[tuple[Any, ...], int] = {}
     for row, values in enumerate(zip(*(reader.axes[path] for path in paths), strict=True)):
         if values in first_rows:
-            written = reader.swept[paths[0]]
+            written = reader.written_axes[paths[0]]
             item = written.value[row] if isinstance(written.value, list) else written
             sentence = f"row {row + 1} has the values of row {first_rows[values] + 1}; each case may occur only once"
             reader.problems.add(item, variation, sentence)
         first_rows.setdefault(values, row)
 
 
-def _report_unused_rows(reader: Reader, path: str) -> None:
+def _report_unused_values(reader: Reader, path: str) -> None:
     """Report a value in step that some varied law names do not use, because it would be unclear which rows count."""
     node = value_key(reader.shape, path)
-    varied_choosers = [other_path for other_path in node.deciding_paths() if other_path in reader.axes]
-    if all(reader.varied_by[other_path] in MAY_BE_UNUSED for other_path in (path, *varied_choosers)):
+    varied_law_paths = [other_path for other_path in node.deciding_paths() if other_path in reader.axes]
+    if all(reader.varied_by[other_path] in MAY_BE_UNUSED for other_path in (path, *varied_law_paths)):
         return
-    for choice in product(*(sorted(reader.names[other_path]) for other_path in varied_choosers)):
-        names = reader.names | {other_path: {name} for other_path, name in zip(varied_choosers, choice, strict=True)}
+    for law_names in product(*(sorted(reader.names[other_path]) for other_path in varied_law_paths)):
+        names = reader.names | {
+            other_path: {name} for other_path, name in zip(varied_law_paths, law_names, strict=True)
+        }
         if not node.is_used(names):
             required = "every tried law must use a value that is drawn or varies together with others"
-            sentence = f"is not used by {' and '.join(choice)}; {required}"
-            reader.problems.add(reader.swept[path], _axis_key_path(reader.varied_by[path], path), sentence)
+            sentence = f"is not used by {' and '.join(law_names)}; {required}"
+            reader.problems.add(reader.written_axes[path], _axis_key_path(reader.varied_by[path], path), sentence)
             return
 
 
@@ -259,7 +263,7 @@ def first_values(reader: Reader) -> dict[str, tuple[Any, ...]]:
     return values
 
 
-MAX_LABEL_LENGTH = 40  # characters of a label: it is the head of rows and the end of sentences
+MAX_LABEL_LENGTH = 40  # characters of a label: it heads rows and ends sentences
 #: Words that say how values are made; no label may be one of them.
 RESERVED_LABELS = (*SPACING_FORMS, "fits", "fit", *DISTRIBUTIONS, "among", "whole", "factor")
 _LABELLED_SECTIONS = ("sweep", "zip", "cases")  # sections whose axes may have labels
@@ -267,7 +271,7 @@ _LABELLED_SECTIONS = ("sweep", "zip", "cases")  # sections whose axes may have l
 
 def replace_label_axes(reader: Reader) -> None:
     """Replace each axis with labels by the list of its values, and record the labels."""
-    for path, written in list(reader.swept.items()):
+    for path, written in list(reader.written_axes.items()):
         if reader.varied_by[path] in _LABELLED_SECTIONS and _has_labels(written):
             _replace_by_list(reader, path, written)
 
@@ -295,7 +299,7 @@ def _replace_by_list(reader: Reader, path: str, written: WrittenValue) -> None:
     for name, sentence in invalid.items():
         reader.problems.add(written.key_position(name), key_path, sentence)
     items = [item for name, item in written.value.items() if name not in invalid]
-    reader.swept[path] = WrittenValue(items, written.origin, written.line, written.column)
+    reader.written_axes[path] = WrittenValue(items, written.origin, written.line, written.column)
     if not invalid:
         reader.labels[path] = tuple(written.value)
 
@@ -331,7 +335,7 @@ def labels_of_axes(reader: Reader) -> dict[str, dict[str, Any]]:
         labels[path] = dict(zip(names, values, strict=False))
         if len(set(labels[path].values())) < len(names):  # of axes in step, whose values may repeat
             sentence = "has two labels for one value; write repeated values as a list without labels"
-            reader.problems.add(reader.swept[path], f"{reader.varied_by[path]}.{path}", sentence)
+            reader.problems.add(reader.written_axes[path], f"{reader.varied_by[path]}.{path}", sentence)
     return labels
 
 
@@ -372,7 +376,7 @@ def check_dependents(reader: Reader) -> None:
         invalid = [(field, value) for value in reader.values_of(path) for field in fields if not field.contains(value)]
         for field, value in invalid[:1]:
             sentence = f"= {text} gives {value:.6g}, out of range; allowed: {field.allowed(value)}"
-            reader.problems.add(reader.swept[f"{DEFINE_PREFIX}{name}"], path, sentence)
+            reader.problems.add(reader.written_axes[f"{DEFINE_PREFIX}{name}"], path, sentence)
 
 
 def report_column_names(reader: Reader, section: WrittenValue | None) -> None:

@@ -1,4 +1,4 @@
-"""The start of a mechanism by a motor: its time, the speed after it, and the largest force in it."""
+"""Figures of a start by a motor: its duration, the least speed after it, and the largest forces during it."""
 
 import math
 
@@ -6,17 +6,17 @@ from ...contracts.catalogue import Figure, Shown
 from ..window import Window
 
 
-def speed_after(window: Window, _: int) -> float | None:
+def min_speed_after_start(window: Window, _: int) -> float | None:
     """Return the least speed (rad/s) of a free crank after its start-up time, or None if it did not start."""
     speed = float(window.totals.mechanism.min_speed_after_target)
     return speed if math.isfinite(speed) else None
 
 
-def force_until(window: Window, index: int) -> float | None:
+def max_force_to_start(window: Window, index: int) -> float | None:
     """Return the largest normal force (N) in a joint until the start-up time, or None if this is not in the window."""
-    whole = window.totals.mechanism
-    started = whole.target_time > whole.window_start
-    return float(window.totals.joint[index].force_max_to_target) if started else None
+    mechanism_totals = window.totals.mechanism
+    has_started = mechanism_totals.target_time > mechanism_totals.window_start
+    return float(window.totals.joint[index].force_max_to_target) if has_started else None
 
 
 START_UP_TIME = Figure(
@@ -33,7 +33,7 @@ CRANK_SPEED_AFTER = Figure(
     "rad/s",
     "least speed of a free crank after `start_up_time`; null: not reached, or no such speed",
     needs=("free",),
-    value=speed_after,
+    value=min_speed_after_start,
     differs=False,
     shown=(Shown("output", "least crank speed after the start", 7),),
 )
@@ -43,6 +43,6 @@ FORCE_PEAK_START = Figure(
     "largest normal force until `start_up_time`, to the end of this step; null: not reached, or before the window",
     of="joint",
     needs=("free",),
-    value=force_until,
+    value=max_force_to_start,
     differs=False,
 )
