@@ -99,9 +99,9 @@ def scheduled_clock(schedule: Schedule) -> ScheduledClock:
     return ScheduledClock(times, speeds, angles)
 
 
-def knots_of(machine: Machine | None) -> np.ndarray:
+def knots_of(machine: Machine | None) -> list[float]:
     """Return the times (s) at which an acceleration or the slope of a load jumps; empty for a free crank."""
-    return np.array([] if machine is None or isinstance(machine.drive, Motor) else planar.discontinuity_times(machine))
+    return [] if machine is None or isinstance(machine.drive, Motor) else planar.discontinuity_times(machine)
 
 
 def start_up_speed(machine: Machine | None) -> float:

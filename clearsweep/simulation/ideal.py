@@ -3,6 +3,7 @@
 import functools
 import math
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -39,30 +40,47 @@ def ideal_peaks(case: Case, machine: Machine | None = None) -> Mapping[str, floa
 
     machine : the machine of the case, if it is already built
     """
-    mechanism = mechanism_of(case)
-    if not mechanism.machine:
-        return {}
-    machine, turn_range = machine or mechanism.machine(case), _turn_range(case)
-    return _cached_peaks(planar.key_of(machine), turn_range, _knots(case, turn_range), planar.Alike(machine))
-
-
-def _turn_range(case: Case) -> tuple[float, float]:
-    """Return the revolutions over which the ideal mechanism is evaluated: one period, or else the window."""
+    if machine is None:
+        mechanism = mechanism_of(case)
+        if not mechanism.machine:
+            return {}
+        machine = mechanism.machine(case)
     tables = [load.table for load in case.loads if load.table]
+    turn_range = _turn_range(case, tables)
+    knots = _knots(case, tables, turn_range)
+    key = planar.key_of(machine), turn_range, knots
+    if key not in _PEAKS:
+        if len(_PEAKS) >= MAX_PEAKS:
+            _PEAKS.clear()
+        drive: Any = machine.drive  # a table of speeds has an angle, too
+        start = drive.start_angle
+        _PEAKS[key] = peaks(lambda angles: planar.ideal(machine, start + angles), turn_range, knots)
+    return _PEAKS[key]
+
+
+MAX_PEAKS = 256
+_PEAKS: dict[tuple, Mapping[str, float]] = {}  # the cases of a sweep share few mechanisms and speeds
+
+
+def _turn_range(case: Case, tables: list[Mapping[str, Any]]) -> tuple[float, float]:
+    """Return the revolutions over which the ideal mechanism is evaluated: one period, or else the window.
+
+    tables : load tables of the case
+    """
     is_free = case.outline.free or (case.drive is not None and case.drive.table is not None)
     is_periodic = not is_free and not any("time" in table for table in tables)
     if not is_periodic:
         return case.simulate.discard, case.simulate.revolutions
     spans = [table["crank_angle"][-1] - table["crank_angle"][0] for table in tables]
-    return 0.0, float(max([1, *(round(span / (2.0 * math.pi)) for span in spans)]))
+    return 0.0, float(max([1, *[round(span / (2.0 * math.pi)) for span in spans]]))
 
 
-def _knots(case: Case, turn_range: tuple[float, float]) -> tuple[float, ...]:
+def _knots(case: Case, tables: list[Mapping[str, Any]], turn_range: tuple[float, float]) -> tuple[float, ...]:
     """Return the crank angles (rad from the start) of rows in load tables."""
     assert case.drive is not None  # a machine has an ideal motion
-    begin, end = (2.0 * math.pi * turns for turns in turn_range)
+    begin, end = 2.0 * math.pi * turn_range[0], 2.0 * math.pi * turn_range[1]
     knots: list[float] = []
-    for table in [load.table for load in case.loads if load.table]:
+    for table in tables:
         if "crank_angle" in table:
             row_angles = np.array(table["crank_angle"]) - case.drive.start_angle
             span = row_angles[-1] - row_angles[0]
@@ -74,14 +92,6 @@ def _knots(case: Case, turn_range: tuple[float, float]) -> tuple[float, ...]:
             row_angles = case.drive.speed * np.array(table["time"])
         knots += row_angles[(row_angles > begin) & (row_angles < end)].tolist()
     return tuple(knots)
-
-
-@functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
-def _cached_peaks(
-    key: bytes, turn_range: tuple[float, float], knots: tuple[float, ...], machine: planar.Alike
-) -> Mapping[str, float]:
-    start = machine.value.drive.start_angle
-    return peaks(lambda angles: planar.ideal(machine.value, start + angles), turn_range, knots)
 
 
 def peaks(

@@ -8,23 +8,24 @@ import numpy as np
 
 from ..contracts.layout import SECTION_COUNT, Layout
 from ..contracts.results import EVENT_DTYPE, Trajectory
-from ..judging.validity import message_of
+from ..judging.validity import join_remarks
 from ..mechanics.observe.histogram import forces_exceeded, time_above
 from ..mechanics.solver import integration
-from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, ContactTotals, Totals, WholeTotals
+from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, Totals
 from ..mechanics.solver.accumulate.within_step import Record, sample_states
 from ..mechanics.solver.integration import Counts
 from .figures.catalogue import figures_of, layout_formulas
 from .ideal import ideal_peaks
 from .remarks import remarks
 from .revolutions import Marks, marks_reached, peak_spreads, periods_in, start_turns
-from .run import TIME_BUDGET, FinalContacts, Run, onset_rates
+from .run import TIME_BUDGET, Run, onset_rates
 from .scene import Scene
 from .start import control_of
-from .window import DRY_FORCE_THRESHOLD, RARE_SHARE, Summed, Window, by_joint, wear_depths_of
+from .window import DRY_FORCE_THRESHOLD, RARE_SHARE, Summed, Window, by_joint, summed_of, wear_depths_of
 from .yield_speed import yield_speeds
 
 LEFT_BEARING = "left-bearing"
+NO_EVENT_RECORDS = np.empty(0, EVENT_DTYPE)
 _STATUS = {
     integration.OK: ("ok", ""),
     integration.STEP_BUDGET: (
@@ -90,16 +91,12 @@ class Outcome(NamedTuple):
     scene: Scene
     status: str
     message: str  # why it failed, or ''
-    whole: WholeTotals  # Totals by joint, as are the next four
-    joint: ContactTotals
-    wear: np.ndarray
-    account: np.ndarray
-    friction: np.ndarray
+    totals: Summed
     exceeded_forces: list[float]  # by joint, see `Window`; empty if it failed, as sums may then be infinite
     dry_times: list[float]  # likewise
     revolutions: Any  # RevolutionMarks
     marks: Marks
-    final_contacts: FinalContacts
+    onset_rates: list[float]  # m/s, by joint, see `Window`
     events: int  # events located without a search
     counts: Counts  # of the whole integration
     seconds: float  # s, processor time
@@ -115,21 +112,18 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
     revolutions: Any = run.work.revolutions  # mypy takes it for a tuple of anything
     failed, duration = run.status != integration.OK, _duration(scene, run, end)
     totals = by_joint(run.totals, scene.layout)
+    sums = summed_of(totals)
     status, message = _failure_of(scene, run, end) if failed else _STATUS[integration.OK]
     return Outcome(
         scene=scene,
         status=status,
         message=message,
-        whole=totals.whole.copy(),
-        joint=totals.joint.copy(),
-        wear=totals.wear.copy(),
-        account=totals.account.copy(),
-        friction=totals.friction.copy(),
+        totals=sums,
         exceeded_forces=[] if failed else _exceeded_forces(totals, RARE_SHARE * duration),
-        dry_times=_dry_times(totals, scene.layout, duration),
+        dry_times=_dry_times(totals.dry, sums, scene.layout, duration),
         revolutions=revolutions._make([array.copy() for array in revolutions]),
         marks=run.marks,
-        final_contacts=run.final_contacts(),
+        onset_rates=onset_rates(run),
         events=int(run.work.counts.events),
         counts=run.counts,
         seconds=run.duration,
@@ -143,14 +137,18 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
 
 def _exceeded_forces(totals: Totals, duration: float) -> list[float]:
     """Return the force (N) that each joint exceeds during `duration` (s); totals : by joint."""
-    return forces_exceeded(totals.histogram, np.ascontiguousarray(totals.bins[:, HIGHEST_BIN]), duration)
+    return forces_exceeded(totals.histogram, totals.bins[:, HIGHEST_BIN].tolist(), duration)
 
 
-def _dry_times(totals: Totals, layout: Layout, duration: float) -> list[float]:
-    """Return the time (s) in which each joint's dry contact carries load in a window of `duration` (s)."""
-    threshold = DRY_FORCE_THRESHOLD * totals.joint.column("load_time") / duration
+def _dry_times(histograms: np.ndarray, sums: Summed, layout: Layout, duration: float) -> list[float]:
+    """Return the time (s) in which each joint's dry contact carries load in a window of `duration` (s).
+
+    histograms : of the dry forces, by joint; empty without films
+    """
     return [
-        time_above(threshold[index], totals.dry[index]) if joint.film else 0.0
+        time_above(DRY_FORCE_THRESHOLD * sums.joint[index].load_time / duration, histograms[index])
+        if joint.film
+        else 0.0
         for index, joint in enumerate(layout.joints)
     ]
 
@@ -171,7 +169,7 @@ def to_trajectory(outcome: Outcome, period: int | None) -> Trajectory:
         return Trajectory(outcome.status, outcome.message, summary, events=log_rows, units=units)
     summary |= outcome.figures
     summary |= yield_speeds(scene)
-    message = message_of(*remarks(scene, window, summary))
+    message = join_remarks(*remarks(scene, window, summary))
     return Trajectory(outcome.status, message, summary, outcome.channels, log, window.wear, outcome.sections, units)
 
 
@@ -243,10 +241,9 @@ def _histories_of(layout: Layout, record: Record) -> dict[str, np.ndarray]:
 
 def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
     """Return the event log of a run, (events, 5), as a structured array."""
-    records = np.empty(len(log), EVENT_DTYPE)
     if not len(log):
-        return records
-    names = np.array(layout.contacts)
+        return NO_EVENT_RECORDS
+    records, names = np.empty(len(log), EVENT_DTYPE), np.array(layout.contacts)
     records["t"], records["rate"], records["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
     records["joint"] = names[log[:, 1].astype(int)]
     records["kind"] = np.where(log[:, 2] == integration.ONSET, "on", "off")
@@ -256,17 +253,16 @@ def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
 def window_of(outcome: Outcome, period: int | None) -> Window:
     """Return the Window from which figures are computed."""
     scene, settings = outcome.scene, outcome.scene.case.simulate
-    totals = Summed(outcome.whole, outcome.joint, outcome.wear, outcome.account, outcome.friction)
     return Window(
         case=scene.case,
         mechanism=scene.mechanism,
         layout=scene.layout,
         joints=scene.value.joints,
-        totals=totals,
+        totals=outcome.totals,
         exceeded_force=outcome.exceeded_forces,
         dry_time=outcome.dry_times,
         ideal=ideal_peaks(scene.case, scene.machine) if scene.mechanism.turns and outcome.status == "ok" else {},
-        wear=wear_depths_of(scene.layout, totals),
+        wear=wear_depths_of(scene.layout, outcome.totals),
         counts=outcome.counts,
         events=outcome.events,
         integration_time=outcome.seconds,
@@ -277,7 +273,7 @@ def window_of(outcome: Outcome, period: int | None) -> Window:
         sliding_distance=[
             scene.worn[joint.name].sliding_distance if joint.name in scene.worn else 0.0 for joint in scene.case.joints
         ],
-        onset_rate=onset_rates(outcome.final_contacts),
+        onset_rate=outcome.onset_rates,
     )
 
 

@@ -10,16 +10,16 @@ from ..judging.validity import (
     FilmState,
     PenetrationAndWear,
     RubbingJoint,
-    ball_stiffness,
-    films,
-    friction_heat,
-    imbalance,
-    lasting_onsets,
-    outside_law_range,
-    pv_high,
-    too_deep,
-    worn_away,
-    worn_through,
+    ball_stiffness_remark,
+    film_remarks,
+    friction_heat_remark,
+    imbalance_remark,
+    law_range_remark,
+    onset_remark,
+    penetration_remark,
+    pv_remark,
+    wear_depth_remark,
+    wear_rate_remark,
 )
 from ..mechanics.joint import registry
 from ..mechanics.joint.film import reynolds
@@ -29,42 +29,49 @@ from .window import Window
 
 def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the remarks on a finished case; '' replaces each remark that does not apply."""
-    pairs = list(zip(scene.layout.joints, scene.case.joints, strict=True))
-    limit_shares = [(joint, summary[f"{layout.name}_law_limit_fraction"]) for layout, joint in pairs]
-    range_remark = outside_law_range(
-        [
-            (joint.name, joint.elastic_name, registry.penetration_limit(joint), share)
-            for joint, share in limit_shares
-            if share
-        ]
-    )
-    film_remarks = films(_film_states(scene, window, summary)) if any(layout.film for layout, _ in pairs) else ()
-    dry_pairs = [(layout, joint) for layout, joint in pairs if layout.friction and not layout.film]
-    conductances = [joint.thermal.conductance if joint.thermal else None for _, joint in dry_pairs]
-    dry_powers = [(joint.name, summary[f"{layout.name}_friction_power"]) for layout, joint in dry_pairs]
-    ideal_powers = [
-        (name, summary[f"{column_name(name)}_{FRICTION_POWER}"], None) for name in _ideal_joints_with_friction(scene)
-    ]
-    heat_remark = friction_heat(
-        [*((*power, conductance) for power, conductance in zip(dry_powers, conductances, strict=True)), *ideal_powers]
-    )
-    ball_remark = ball_stiffness(
-        [joint.name for _, joint in pairs if scene.mechanism.turns and registry.is_ball(joint)]
-    )
+    beyond_limit, rubbing_powers, balls, sizes, wearing = [], [], [], [], []
+    for layout, joint in zip(scene.layout.joints, scene.case.joints, strict=True):
+        name, radius = layout.name, joint.bearing_radius
+        if share := summary[f"{name}_law_limit_fraction"]:
+            beyond_limit.append((joint.name, joint.elastic_name, registry.penetration_limit(joint), share))
+        if layout.friction and not layout.film:
+            conductance = joint.thermal.conductance if joint.thermal else None
+            rubbing_powers.append((joint.name, summary[f"{name}_friction_power"], conductance))
+        if scene.mechanism.turns and registry.is_ball(joint):
+            balls.append(joint.name)
+        penetration = summary[f"{name}_penetration_max"] if joint.is_dry else 0.0
+        wear_depth = summary[f"{name}_wear_depth_max"] if layout.wear_bins else 0.0
+        sizes.append(PenetrationAndWear(joint.name, penetration, wear_depth, joint.clearance, radius))
+        if layout.wear_bins:
+            rate, pv = summary[f"{name}_wear_rate_max"], summary[f"{name}_pv_mean"]
+            wearing.append(RubbingJoint(joint.name, rate, pv, radius or 0.0, joint.film is not None))
+    rubbing_powers += _powers_without_clearance(scene, summary)
+    has_film = any(joint.film for joint in scene.layout.joints)
+    settings = scene.case.simulate
     return (
-        range_remark,
-        lasting_onsets(_lasting_contacts(scene, window)),
-        *film_remarks,
-        heat_remark,
-        ball_remark,
-        *_implausible_remarks(scene, window, summary),
+        law_range_remark(beyond_limit),
+        onset_remark(_lasting_contacts(scene, window)),
+        *(film_remarks(_film_states(scene, window, summary)) if has_film else ()),
+        friction_heat_remark(rubbing_powers),
+        ball_stiffness_remark(balls),
+        penetration_remark(sizes),
+        wear_depth_remark(sizes),
+        wear_rate_remark(wearing),
+        pv_remark(wearing),
+        imbalance_remark(
+            summary["energy_residual"], settings.tolerance, 0.5 * window.events + max(settings.revolutions, 1.0)
+        ),
     )
 
 
-def _ideal_joints_with_friction(scene: Scene) -> list[str]:
-    """Return the names of joints without clearance that have friction."""
-    names = dict.fromkeys(load.values["on"] for load in scene.case.loads if load.friction)
-    return [name for name in names if column_name(name) in scene.layout.rubbing]
+def _powers_without_clearance(scene: Scene, summary: Mapping[str, Any]) -> list[tuple[str, float, None]]:
+    """Return the name and the friction power (W) of joints without clearance; their conductance (None) is unknown."""
+    names = dict.fromkeys([load.values["on"] for load in scene.case.loads if load.friction])
+    return [
+        (name, summary[f"{column_name(name)}_{FRICTION_POWER}"], None)
+        for name in names
+        if column_name(name) in scene.layout.rubbing
+    ]
 
 
 def _lasting_contacts(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
@@ -101,31 +108,3 @@ def passive_film(joint: Joint) -> str:
     if slenderness < reynolds.SHORTEST:
         return "short"
     return "reynolds" if slenderness <= reynolds.LONGEST else "long"
-
-
-def _implausible_remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the remarks on implausible figures of a finished case; '' replaces each remark that does not apply."""
-    joints = [
-        PenetrationAndWear(
-            joint.name,
-            summary[f"{layout.name}_penetration_max"] if joint.is_dry else 0.0,
-            summary[f"{layout.name}_wear_depth_max"] if layout.wear_bins else 0.0,
-            joint.clearance,
-            joint.bearing_radius,
-        )
-        for layout, joint in zip(scene.layout.joints, scene.case.joints, strict=True)
-    ]
-    count = 0.5 * window.events + max(scene.case.simulate.revolutions, 1.0)
-    energy_remark = imbalance(summary["energy_residual"], scene.case.simulate.tolerance, count)
-    rubbing_joints = [
-        RubbingJoint(
-            joint.name,
-            summary[f"{layout.name}_wear_rate_max"],
-            summary[f"{layout.name}_pv_mean"],
-            joint.bearing_radius or 0.0,
-            joint.film is not None,
-        )
-        for layout, joint in zip(scene.layout.joints, scene.case.joints, strict=True)
-        if layout.wear_bins
-    ]
-    return too_deep(joints), worn_through(joints), worn_away(rubbing_joints), pv_high(rubbing_joints), energy_remark

@@ -5,7 +5,7 @@ import itertools
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from ..mechanics.coupling.rates import samples_of, slopes_of
 from ..mechanics.coupling.state import every_state
 from ..mechanics.coupling.trial_step import rates_of, stage_observables_of, sweep_of
 from ..mechanics.coupling.wear import wear_of, workspace_size
-from ..mechanics.joint.contract import contact_modes, every_contact, every_latched
+from ..mechanics.joint.contract import every_contact, every_latched
 from ..mechanics.joint.loss.contract import needs_mass, needs_onset_rate
 from ..mechanics.joint.modes import touches
 from ..mechanics.joint.offsets import Offsets, after_joint, first_offsets, with_current_state
@@ -61,16 +61,6 @@ def _accumulators_of(
         account=zeros((contacts, ACCOUNT)),
         friction=zeros(len(friction_laws(scene.value.mechanism))),
     )
-
-
-class FinalContacts(NamedTuple):
-    """State of the joints' contacts at the end of an integration, as a copy."""
-
-    joints: tuple
-    offsets: list[Offsets]  # numbers of the joints
-    mode: np.ndarray  # this and the next as in Work
-    latched: np.ndarray
-    state: np.ndarray  # (n,)
 
 
 class Run:
@@ -152,7 +142,7 @@ class Run:
         )
         put_numbers(value, start.initial_values[: self.parameters.size], self.parameters)
         self.totals.whole.speed_awaited = start_up_speed(scene.machine)
-        if start.sliding_distance:
+        if scene.worn:
             self.totals.account[:, SLIDING_DISTANCE] = start.sliding_distance
         self.pinned.put(reference_rate=value.reference_rate, sigma=value.sigma, longest=start.max_step)
         self.work = self.pinned.value
@@ -211,11 +201,6 @@ class Run:
         """Return the events, (events, 5), since `control` was set."""
         return np.concatenate(self.logs) if self.logs else NO_EVENTS
 
-    def final_contacts(self) -> FinalContacts:
-        """Return the state of the contacts at the end of this run."""
-        work = self.work
-        return FinalContacts(self.value.joints, self.offsets, work.mode.copy(), work.latched.copy(), work.end.copy())
-
     def conclude(self, log: np.ndarray) -> None:
         """Record all events and the work counts of the integration."""
         self.events = log
@@ -253,20 +238,21 @@ def release(run: Run) -> None:
         _released_runs[:] = [run]
 
 
-def onset_rates(final: FinalContacts) -> list[float]:
-    """Return the onset rate (m/s) that each joint's law uses at the end of an integration, or nan if it uses none."""
-    rates, contact = [math.nan] * len(final.joints), 0
-    for j, joint in enumerate(final.joints):
-        if touches(final.mode.item(contact)) and needs_onset_rate(_law_at_end(final, j)):
-            rates[j] = final.latched.item(contact)
-        contact += len(contact_modes(joint))
+def onset_rates(run: Run) -> list[float]:
+    """Return the onset rate (m/s) that each joint's law uses at the end of a run, or nan if it uses none."""
+    work: Any = run.work  # mypy takes its parts for tuples of anything
+    rates = [math.nan] * len(run.value.joints)
+    for j, offsets in enumerate(run.offsets[:-1]):
+        if touches(work.mode.item(offsets.contact)) and needs_onset_rate(_law_at_end(run, j)):
+            rates[j] = work.latched.item(offsets.contact)
     return rates
 
 
-def _law_at_end(final: FinalContacts, index: int) -> Any:
-    """Return the law of a joint with its internal state at the end of an integration."""
-    law: Any = final.joints[index].law  # mypy takes it for a tuple of anything
-    return with_current_state(law, final.state, final.latched, final.offsets[index]) if law._field_defaults else law
+def _law_at_end(run: Run, index: int) -> Any:
+    """Return the law of a joint with its internal state at the end of a run."""
+    law: Any = run.value.joints[index].law  # mypy takes it for a tuple of anything
+    work: Any = run.work
+    return with_current_state(law, work.end, work.latched, run.offsets[index]) if law._field_defaults else law
 
 
 def _branches(scene: Scene) -> Branches:

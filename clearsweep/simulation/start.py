@@ -1,6 +1,7 @@
 """Initial state and inputs of an integration, as arrays prepared for many cases before the first is run."""
 
 import math
+from collections.abc import Sequence
 from itertools import accumulate, chain, pairwise
 from typing import Any, NamedTuple
 
@@ -87,8 +88,8 @@ class Start(NamedTuple):
     marks: Marks
     inputs: np.ndarray  # the arrays of a RunInputs, concatenated
     initial_values: np.ndarray  # the arrays of an InitialState, concatenated
-    has_friction: list[bool]  # by contact
-    sliding_distance: list[float]  # m, earlier wear by contact, or []
+    has_friction: Sequence[bool]  # by contact
+    sliding_distance: Sequence[float]  # m, by contact: of earlier wear
     max_step: float  # s, longest step
 
     @property
@@ -99,39 +100,62 @@ class Start(NamedTuple):
 
 def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
     """Return the Start of a scene with results at `times` and these `marks`."""
-    joint_pairs = zip(scene.value.joints, scene.case.joints, strict=True)
-    contacts = [pair for pair in joint_pairs for _ in contact_modes(pair[0])]
+    contacts = ContactInputs(*zip(*_contact_inputs(scene), strict=True))
     internal, latched = _internal_states(scene)
     knots = knots_of(scene.machine)
     inputs = [  # in the order of RunInputs
-        *map(scene.crank_clock.value_after, marks.turns.tolist()),
+        *scene.crank_clock.values_after(marks.turns).tolist(),
         *knots,
         *[began for _, _, began in internal],
-        *[joint.side for joint, _ in contacts],
-        *[registry.penetration_limit(case_joint) for _, case_joint in contacts],
+        *contacts.side,
+        *contacts.limit_depth,
     ]
     initial = InitialState(
         parameters=numbers_of(scene.value),
         y=scene.start.tolist(),
-        weight=[1.0 / error for error in _error_scale(scene, len(contacts), [state.scale for _, state, _ in internal])],
-        latched=[ONSET_FLOOR] * len(contacts) + [began for _, began in latched],
-        clearance=[joint.clearance for joint, _ in contacts],
-        film=chain.from_iterable([film_depths(joint) for joint, _ in contacts]),
+        weight=_weights(scene, len(contacts.side), [state.scale for _, state, _ in internal]),
+        latched=[ONSET_FLOOR] * len(contacts.side) + [began for _, began in latched],
+        clearance=contacts.clearance,
+        film=chain.from_iterable(contacts.film),
     )
     return Start(
         scene=scene,
-        batch_key=BatchKey(scene.layout, times.size, marks.turns.size, knots.size),
+        batch_key=BatchKey(scene.layout, times.size, marks.turns.size, len(knots)),
         marks=marks,
         inputs=np.concatenate([times, inputs]),
         initial_values=np.array(list(chain.from_iterable(initial))),
-        has_friction=[case_joint.friction is not None or case_joint.film is not None for _, case_joint in contacts],
-        sliding_distance=[
-            scene.worn[part.name].sliding_distance if part.name in scene.worn else 0.0
-            for _, part in contacts
-            if scene.worn
-        ],
+        has_friction=contacts.has_friction,
+        sliding_distance=contacts.sliding_distance,
         max_step=MAX_STEP_TURNS * period(scene) if scene.mechanism.turns else math.inf,
     )
+
+
+class ContactInputs(NamedTuple):
+    """Inputs that a contact has from its joint, or those of all contacts by field."""
+
+    side: Any  # of the joint, see `dry.Joint`
+    limit_depth: Any  # m, to which its elastic law is valid
+    clearance: Any  # m
+    film: Any  # m, see `film_depths`
+    has_friction: Any  # whether there may be a tangential force
+    sliding_distance: Any  # m, of earlier wear
+
+
+def _contact_inputs(scene: Scene) -> list[ContactInputs]:
+    """Return the inputs of all contacts."""
+    contacts: list[ContactInputs] = []
+    for joint, case_joint in zip(scene.value.joints, scene.case.joints, strict=True):
+        earlier_wear = scene.worn.get(case_joint.name)
+        inputs = ContactInputs(
+            side=joint.side,
+            limit_depth=registry.penetration_limit(case_joint),
+            clearance=joint.clearance,
+            film=film_depths(joint),
+            has_friction=case_joint.friction is not None or case_joint.film is not None,
+            sliding_distance=earlier_wear.sliding_distance if earlier_wear else 0.0,
+        )
+        contacts += [inputs] * len(contact_modes(joint))
+    return contacts
 
 
 def initial_shapes(scene: Scene) -> dict[str, tuple[int, ...]]:
@@ -146,19 +170,24 @@ def _internal_states(scene: Scene) -> tuple[list, list]:
     return every_state(scene.value), every_latched(scene.value.joints) if states_of(scene.value).latched else []
 
 
-def _error_scale(scene: Scene, contacts: int, internal: list[float]) -> list[float]:
-    """Return the allowed error (n,) of one step in each component of the state; `internal`: scales of its laws."""
+def _weights(scene: Scene, contacts: int, internal: list[float]) -> list[float]:
+    """Return one over the allowed error of one step in each component of the state; `internal`: scales of its laws."""
     value, tolerance = scene.value, scene.case.simulate.tolerance
     clearance, mechanism_size = min([joint.clearance for joint in value.joints]), scene.built.size
-    lengths = scene.built.lengths.tolist()
-    has_film = any(joint.film for joint in scene.layout.joints)
+    lengths, has_film = scene.built.lengths.tolist(), any(joint.film for joint in scene.layout.joints)
     rate_weight = FILM_RATE_FACTOR * RATE_WEIGHT if has_film else RATE_WEIGHT
     length_error = max(POSITION_WEIGHT * tolerance * clearance, ROUNDING * mechanism_size)
     rate_error = max(rate_weight * tolerance * clearance, ROUNDING * mechanism_size) * value.reference_rate
     time_error = max(POSITION_WEIGHT * tolerance, ROUNDING) / value.reference_rate
     root_error = ROOT_WEIGHT * tolerance * math.sqrt(clearance)
-    scales = [*(length_error / length for length in lengths), *(rate_error / length for length in lengths), time_error]
-    return [*scales, *[root_error] * contacts, *(tolerance * scale for scale in internal)]
+    allowed_errors = [
+        *[length_error / length for length in lengths],
+        *[rate_error / length for length in lengths],
+        time_error,
+        *[root_error] * contacts,
+        *[tolerance * scale for scale in internal],
+    ]
+    return [1.0 / error for error in allowed_errors]
 
 
 def control_of(scene: Scene, end: float, *, keep_events: bool) -> integration.Control:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,11 +19,7 @@ from ..mechanics.joint.wear.contract import (
     PV_MAX,
     SLIDING_DISTANCE,
 )
-from ..mechanics.solver.accumulate.totals import (
-    ContactTotals,
-    Totals,
-    WholeTotals,
-)
+from ..mechanics.solver.accumulate.totals import ContactTotals, Totals
 from ..mechanics.solver.integration import Counts
 from .spread import Spread
 
@@ -55,11 +51,22 @@ class JointTotals(ContactTotals):
 class Summed(NamedTuple):
     """Sums and maxima of one integration by joint: a Totals without histograms and scratch arrays."""
 
-    whole: WholeTotals
-    joint: ContactTotals  # (joints,), JointTotals where a joint has several contacts
+    whole: Any  # WholeTotals.VALUES
+    joint: list[Any]  # ContactTotals.VALUES by joint, JointTotals.VALUES where a joint has several contacts
     wear: np.ndarray
     account: np.ndarray
-    friction: np.ndarray  # (joints without clearance that have friction,) J
+    friction: list[float]  # J, by joint without clearance that has friction
+
+
+def summed_of(totals: Totals) -> Summed:
+    """Return a copy of the sums by joint."""
+    return Summed(
+        totals.whole.values(),
+        totals.joint.values(),
+        totals.wear.copy(),
+        totals.account.copy(),
+        totals.friction.tolist(),
+    )
 
 
 class Window(NamedTuple):

@@ -315,10 +315,10 @@ def beyond_hertz(joint: Joint) -> bool:
 
 def is_ball(joint: Joint) -> bool:
     """Return whether the stiffness of a joint is that of a ball in a socket and another law could replace it."""
-    contact, elastic = joint.contact, _elastic(joint)
-    from_material = elastic is not None and contact.material is not None and "stiffness" not in contact.values
-    needs_hertz = joint.is_dry and "hertz" in RECIPES["law", contact.law].law.needs
-    return from_material and contact.elastic == "power" and not needs_hertz and not joint.is_guide
+    contact = joint.contact
+    if contact.elastic != "power" or contact.material is None or "stiffness" in contact.values or joint.is_guide:
+        return False
+    return _elastic(joint) is not None and "hertz" not in RECIPES["law", contact.law].law.needs
 
 
 def pulls(joint: Joint) -> bool:

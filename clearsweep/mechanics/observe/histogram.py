@@ -1,5 +1,6 @@
 """Histogram of a force over time, from its course over each step."""
 
+import ctypes
 from typing import NamedTuple
 
 import numpy as np
@@ -161,25 +162,25 @@ def compile_exceeded() -> objects.Code | None:
     return _CODE[0]
 
 
-def forces_exceeded(histograms: np.ndarray, highest: np.ndarray, duration: float) -> list[float]:
+def forces_exceeded(histograms: np.ndarray, highest: list[int], duration: float) -> list[float]:
     """Return the force (N) that each histogram exceeds during `duration` (s), or 0 if contact was shorter.
 
-    histograms : (contacts, BINS, 2), of the Totals; highest : (contacts,) int64, the highest bin of each that may not
-    be empty.
+    histograms : (contacts, BINS, 2), of the Totals; highest : by contact, the highest bin that may not be empty.
     """
-    forces, count = np.empty(len(highest)), len(highest)
-    arrays = histograms, highest, np.array([duration]), forces
+    count = len(highest)
+    forces = (ctypes.c_double * count)()
+    arrays = (ctypes.c_int64 * count)(*highest), (ctypes.c_double * 1)(duration), forces
     if is_plain():
-        _exceeded_entry((_NO_PARAMETERS,), *arrays, count)
+        _exceeded_entry((_NO_PARAMETERS,), histograms, *arrays, count)
     else:
-        addresses = [array.ctypes.data for array in arrays]
-        objects.function_at(compile_exceeded().address, len(addresses))(0, *addresses, count)
-    return forces.tolist()
+        addresses = map(ctypes.addressof, (ctypes.c_double.from_buffer(histograms), *arrays))
+        objects.function_at(compile_exceeded().address, 4)(0, *addresses, count)
+    return list(forces)
 
 
 def force_exceeded(histogram: np.ndarray, duration: float) -> float:
     """Return the force (N) that one histogram, (BINS, 2), exceeds during `duration` (s)."""
-    return forces_exceeded(np.ascontiguousarray(histogram)[None], np.array([BINS - 1]), duration)[0]
+    return forces_exceeded(np.ascontiguousarray(histogram)[None], [BINS - 1], duration)[0]
 
 
 def time_above(force: float, histogram: np.ndarray) -> float:

@@ -1,5 +1,6 @@
 """Arrays whose numbers have names: declared once, read and written as attributes by traced and by plain code."""
 
+from collections import namedtuple
 from collections.abc import Callable
 from typing import Any, ClassVar, Self
 
@@ -21,7 +22,14 @@ class _Field:
         record.of_one_row()[self.index] = value
 
 
-class Fields:
+class _WithoutDictionary(type):
+    """Makes instances of all subclasses reject attributes that are no field."""
+
+    def __new__(cls, name: str, bases: tuple[type, ...], namespace: dict[str, Any], **known: Any) -> type:
+        return super().__new__(cls, name, bases, {"__slots__": ()} | namespace, **known)
+
+
+class Fields(metaclass=_WithoutDictionary):
     """Named numbers in an array, all float64 or all int64, or rows of them.
 
     A subclass declares a number by an annotation, with unit and meaning in a comment; the order of the declarations is
@@ -33,6 +41,7 @@ class Fields:
     DECLARED: ClassVar[dict[str, type]]  # fields
     SIZE: ClassVar[int]  # their number
     DTYPE: ClassVar[type]
+    VALUES: ClassVar[Any]  # NamedTuple with these fields
     __slots__ = ("numbers",)
     numbers: Any
 
@@ -43,16 +52,12 @@ class Fields:
         declared = getattr(cls, "DECLARED", {}) | own
         cls.DECLARED = declared
         cls.SIZE, (cls.DTYPE,) = len(declared), set(declared.values())
+        cls.VALUES = namedtuple(f"{cls.__name__}Values", declared)
         for index, name in enumerate(declared):
             setattr(cls, name, _Field(index))
 
     def __init__(self, numbers: np.ndarray | View):
         self.numbers = numbers
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if not hasattr(type(self), name):
-            raise AttributeError(f"{type(self).__name__} has no number called {name!r}")
-        object.__setattr__(self, name, value)
 
     def __len__(self) -> int:
         return len(self.numbers)
@@ -70,6 +75,11 @@ class Fields:
         """Return the numbers of a field in all rows, as a view."""
         column: np.ndarray = self.numbers[:, self.index_of(name)]
         return column
+
+    def values(self) -> Any:
+        """Return the numbers as a NamedTuple of Python numbers, whose fields read faster, or a list of one per row."""
+        numbers = self.numbers.tolist()
+        return self.VALUES._make(numbers) if self.numbers.ndim == 1 else list(map(self.VALUES._make, numbers))
 
     def traced_parts(self) -> tuple[Any, ...]:
         """Return the parts unknown while tracing."""

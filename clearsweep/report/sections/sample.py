@@ -120,7 +120,7 @@ def _spread_sentence(study: Study, sample: Sample, figure: LimitedFigure, values
     interval_text = f" (95 %: {' to '.join(texts_of[3:])})" if len(texts_of) == 5 else ""
     settings = [f"{name} {text}" for name, text in _axis_values(study, sample)]
     setting_text = f" at {', '.join(settings)}" if settings else ""
-    return sampled.spread(f"{capital(figure.name)}{setting_text}: median", texts_of[:3], interval_text)
+    return sampled.spread_sentence(f"{capital(figure.name)}{setting_text}: median", texts_of[:3], interval_text)
 
 
 def _axis_values(study: Study, sample: Sample) -> list[tuple[str, str]]:
@@ -212,7 +212,7 @@ def _strength_text(correlation: Estimate) -> str:
         return f"No clear trend: partial rank correlation {ends[0]} to {ends[1]} (95 %)."
     low, high = sorted(abs(end) for end in correlation[1:])
     strength, *ends = (wording.plain(size, 2) for size in (abs(correlation.value), low, high))
-    return f"It {sampled.verb(correlation.value)}, strength {strength} (95 %: {ends[0]} to {ends[1]})."
+    return f"It {sampled.direction_verb(correlation.value)}, strength {strength} (95 %: {ends[0]} to {ends[1]})."
 
 
 def _histograms(study: Study, samples: list[Sample]) -> list[Picture]:

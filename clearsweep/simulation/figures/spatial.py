@@ -5,7 +5,7 @@ import math
 from ...contracts.catalogue import ENDLESS, Figure, Shown
 from ...mechanics.joint.spatial import jam_angle
 from ..sums import PerRevolution
-from ..window import JointTotals, Window
+from ..window import Window
 
 
 def tilt_limit(window: Window, index: int) -> float | None:
@@ -14,16 +14,9 @@ def tilt_limit(window: Window, index: int) -> float | None:
     return angle if math.isfinite(angle) else None
 
 
-def in_space(window: Window, index: int) -> JointTotals:
-    """Return the figures of a spatial joint."""
-    joint = window.totals.joint[index]
-    assert isinstance(joint, JointTotals)
-    return joint
-
-
 def edge_load_share(window: Window, index: int) -> float:
     """Return the imbalance of wall loads: difference of normal forces over their sum, both averaged over time."""
-    joint = in_space(window, index)
+    joint = window.totals.joint[index]
     return float(joint.uneven_time / joint.force_time) if joint.force_time else 0.0
 
 
@@ -34,7 +27,7 @@ SPATIAL = (
         "largest angle between the axes of bearing and journal",
         of="joint",
         needs=("spatial",),
-        value=lambda window, index: in_space(window, index).tilt_max,
+        value=lambda window, index: window.totals.joint[index].tilt_max,
         shown=(Shown("forces", "tilt", 20),),
     ),
     Figure(
@@ -63,7 +56,7 @@ SPATIAL = (
         "largest normal force at a flange, located",
         of="joint",
         needs=("spatial", "axial"),
-        value=lambda window, index: in_space(window, index).axial_force_max,
+        value=lambda window, index: window.totals.joint[index].axial_force_max,
         shown=(Shown("forces", "axial force peak", 23),),
     ),
     Figure(
