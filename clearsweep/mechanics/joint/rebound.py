@@ -44,28 +44,28 @@ def root(function: Callable[[float], float], low: float, high: float, xtol: floa
         return before if f_before == 0.0 else now
     if (f_before < 0.0) == (f_now < 0.0):
         raise ValueError(f"the function has one sign at {low:g} and {high:g}")
-    bracket, f_bracket, step, step_before = before, f_before, now - before, now - before
+    opposite, f_opposite, step, step_before = before, f_before, now - before, now - before
     for _ in range(MAX_ITERATIONS):
         if (f_before < 0.0) != (f_now < 0.0):
-            bracket, f_bracket, step, step_before = before, f_before, now - before, now - before
-        if abs(f_bracket) < abs(f_now):
-            before, now, bracket = now, bracket, now
-            f_before, f_now, f_bracket = f_now, f_bracket, f_now
-        tolerance, half = 0.5 * (xtol + rtol * abs(now)), 0.5 * (bracket - now)
+            opposite, f_opposite, step, step_before = before, f_before, now - before, now - before
+        if abs(f_opposite) < abs(f_now):
+            before, now, opposite = now, opposite, now
+            f_before, f_now, f_opposite = f_now, f_opposite, f_now
+        tolerance, half = 0.5 * (xtol + rtol * abs(now)), 0.5 * (opposite - now)
         if f_now == 0.0 or abs(half) < tolerance:
             return now
         last_steps = step_before, step
         step_before = step = half
         if abs(last_steps[0]) > tolerance and abs(f_now) < abs(f_before):
-            if before == bracket:  # secant
+            if before == opposite:  # secant
                 trial = -f_now * (now - before) / (f_now - f_before)
             else:  # inverse quadratic interpolation
                 slope = (f_before - f_now) / (before - now)
-                slope_bracket = (f_bracket - f_now) / (bracket - now)
+                slope_opposite = (f_opposite - f_now) / (opposite - now)
                 trial = (
                     -f_now
-                    * (f_bracket * slope_bracket - f_before * slope)
-                    / (slope_bracket * slope * (f_bracket - f_before))
+                    * (f_opposite * slope_opposite - f_before * slope)
+                    / (slope_opposite * slope * (f_opposite - f_before))
                 )
             if 2.0 * abs(trial) < min(abs(last_steps[0]), 3.0 * abs(half) - tolerance):
                 step_before, step = last_steps[1], trial
