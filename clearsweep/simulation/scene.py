@@ -30,7 +30,7 @@ from ..mechanics.mechanism.contract import Built, body_angles, gaps, place
 from ..mechanics.mechanism.spatial import seats
 from . import crank_clock, links
 from .figures import catalogue as figures
-from .ideal import ideal_motion, mechanism_of
+from .ideal import ideal_motion, machine_of, mechanism_of
 
 _LAYOUTS: dict[CaseFeatures, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with their sources
 SEAT_ITERATIONS = 3  # iterations on worn shapes: body angles depend slightly on the seats
@@ -100,7 +100,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     """
     begin, worn = time.perf_counter(), dict(worn or {})
     mechanism = mechanism_of(case)
-    machine = mechanism.machine(case) if mechanism.machine and not mechanism.build else None
+    machine = None if mechanism.build else machine_of(mechanism, case)
     joints = {
         joint.name: registry.joint_term(joint, mechanism.site(joint.name).distal, worn.get(joint.name))
         for joint in case.joints
