@@ -16,8 +16,8 @@ from ..mechanics.solver.accumulate.step_sums import ContactStep, Step
 from ..mechanics.solver.bernstein import COEFFICIENTS, ROWS
 from ..mechanics.trace.fields import Fields
 from ..mechanics.trace.symbols import WIDTH
+from .initial import initial_shapes
 from .scene import Scene
-from .start import initial_shapes
 
 BLOCK_BYTES = 16384  # bytes: need of a short motion without histograms
 
