@@ -1,10 +1,16 @@
 """Inputs of all runs of a scene: its initial state, error scales, and numbers of its contacts."""
 
 import math
+from collections.abc import Mapping
 from itertools import chain
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from ..contracts.case import Case
+from ..contracts.machine import Machine
 from ..mechanics.compiled.family import flatten, numbers_of
+from ..mechanics.coupling import rates
 from ..mechanics.coupling.state import every_state
 from ..mechanics.joint import registry
 from ..mechanics.joint.contract import (
@@ -15,10 +21,9 @@ from ..mechanics.joint.contract import (
     states_of,
 )
 from ..mechanics.joint.lubricated import film_depths
+from ..mechanics.joint.wear.contract import Worn
+from ..mechanics.mechanism.contract import Built
 from .crank_clock import knots_of
-
-if TYPE_CHECKING:
-    from .scene import Scene  # which has these inputs
 
 #: Allowed error of one step, per tolerance: of coordinates in clearances, of rates in clearances times
 #: crank speed, of roots of penetration in roots of the clearance.  Errors of coordinates rotate the contact force a
@@ -50,15 +55,17 @@ class SceneInputs(NamedTuple):
     sliding_distance: tuple[float, ...]  # m, by contact: of earlier wear
 
 
-def scene_inputs(scene: "Scene") -> SceneInputs:
-    """Return the inputs that all runs of a scene share."""
-    contacts = ContactInputs(*zip(*_contact_inputs(scene), strict=True))
-    internal, latched = _internal_states(scene)
-    knots = knots_of(scene.machine)
+def scene_inputs(
+    case: Case, built: Built, value: rates.Scene, start: np.ndarray, machine: Machine | None, worn: Mapping[str, Worn]
+) -> SceneInputs:
+    """Return the inputs that all runs of a scene share, from its parts."""
+    contacts = ContactInputs(*zip(*_contact_inputs(case, value, worn), strict=True))
+    internal, latched = _internal_states(value)
+    knots = knots_of(machine)
     initial = InitialState(
-        parameters=numbers_of(scene.value),
-        y=scene.start.tolist(),
-        weight=_weights(scene, len(contacts.side), [state.scale for _, state, _ in internal]),
+        parameters=numbers_of(value),
+        y=start.tolist(),
+        weight=_weights(case, built, value, len(contacts.side), [state.scale for _, state, _ in internal]),
         latched=[ONSET_FLOOR] * len(contacts.side) + [began for _, began in latched],
         clearance=contacts.clearance,
         film=chain.from_iterable(contacts.film),
@@ -83,11 +90,11 @@ class ContactInputs(NamedTuple):
     sliding_distance: Any  # m, of earlier wear
 
 
-def _contact_inputs(scene: "Scene") -> list[ContactInputs]:
+def _contact_inputs(case: Case, value: rates.Scene, worn: Mapping[str, Worn]) -> list[ContactInputs]:
     """Return the inputs of all contacts."""
     contacts: list[ContactInputs] = []
-    for joint, case_joint in zip(scene.value.joints, scene.case.joints, strict=True):
-        earlier_wear = scene.worn.get(case_joint.name)
+    for joint, case_joint in zip(value.joints, case.joints, strict=True):
+        earlier_wear = worn.get(case_joint.name)
         inputs = ContactInputs(
             side=joint.side,
             limit_depth=registry.penetration_limit(case_joint),
@@ -100,23 +107,22 @@ def _contact_inputs(scene: "Scene") -> list[ContactInputs]:
     return contacts
 
 
-def initial_shapes(scene: "Scene") -> dict[str, tuple[int, ...]]:
+def initial_shapes(value: rates.Scene, start: np.ndarray) -> dict[str, tuple[int, ...]]:
     """Return the shapes of the arrays of an InitialState."""
-    contacts, latched = len(every_contact(scene.value.joints)), _internal_states(scene)[1]
-    shapes = flatten(scene.value).shape, scene.start.shape, scene.start.shape, (contacts + len(latched),)
+    contacts, latched = len(every_contact(value.joints)), _internal_states(value)[1]
+    shapes = flatten(value).shape, start.shape, start.shape, (contacts + len(latched),)
     return InitialState(*shapes, (contacts,), (contacts, 2))._asdict()
 
 
-def _internal_states(scene: "Scene") -> tuple[list, list]:
+def _internal_states(value: rates.Scene) -> tuple[list, list]:
     """Return the internal state of a scene's laws: the integrated part and the latched part."""
-    return every_state(scene.value), every_latched(scene.value.joints) if states_of(scene.value).latched else []
+    return every_state(value), every_latched(value.joints) if states_of(value).latched else []
 
 
-def _weights(scene: "Scene", contacts: int, internal: list[float]) -> list[float]:
+def _weights(case: Case, built: Built, value: rates.Scene, contacts: int, internal: list[float]) -> list[float]:
     """Return one over the allowed error of one step in each component of the state; `internal`: scales of its laws."""
-    value, tolerance = scene.value, scene.case.simulate.tolerance
-    clearance, mechanism_size = min([joint.clearance for joint in value.joints]), scene.built.size
-    lengths, has_film = scene.built.lengths.tolist(), any(joint.film for joint in scene.layout.joints)
+    tolerance, mechanism_size, lengths = case.simulate.tolerance, built.size, built.lengths.tolist()
+    clearance, has_film = min([joint.clearance for joint in value.joints]), any(joint.film for joint in case.joints)
     rate_weight = FILM_RATE_FACTOR * RATE_WEIGHT if has_film else RATE_WEIGHT
     length_error = max(POSITION_WEIGHT * tolerance * clearance, ROUNDING * mechanism_size)
     rate_error = max(rate_weight * tolerance * clearance, ROUNDING * mechanism_size) * value.reference_rate

@@ -60,7 +60,7 @@ class Scene:
     @cached_property
     def inputs(self) -> SceneInputs:
         """Return the inputs that all its runs share."""
-        return scene_inputs(self)
+        return scene_inputs(self.case, self.built, self.value, self.start, self.machine, self.worn)
 
     def with_deadline(self, deadline: float) -> "Scene":
         """Return the scene with another deadline (s).
