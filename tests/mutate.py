@@ -559,7 +559,7 @@ MUTATIONS = (
     ),
     Mutation(
         "judging/validity.py",
-        "films",
+        "film_remarks",
         "if joint.energy_gain > MIN_ENERGY_GAIN",
         "if joint.energy_gain < MIN_ENERGY_GAIN",
         "tests/test_film.py -k remarks",

@@ -97,7 +97,7 @@ def test_cases_without_designs_are_counted_with_the_boundary_of_their_only_axis(
 @pytest.mark.parametrize("axes", [(FIT,), (SPEED,)])
 def test_there_are_no_designs_without_conditions_and_none_without_designs(axes):
     columns = {FIT: [1, 2, 3], SPEED: [1, 2, 3], MARGIN: [0.1, 0.2, 0.3]}
-    assert designs.of_cases(axes, columns.__getitem__, 3) is None
+    assert designs.designs_of(axes, columns.__getitem__, 3) is None
 
 
 def test_a_fit_whose_largest_clearance_was_not_covered_is_to_be_run_with_it():
@@ -161,12 +161,12 @@ def test_of_a_limit_that_small_clearances_exceed_the_smallest_clearance_of_a_fit
 
 def test_a_probability_is_that_of_the_counted_revolutions_and_grows_with_longer_runs():
     record = {"simulate": {"revolutions": 4.0, "discard": 1.0, "until": None}, "limits": {"pin_force_peak": 3.5}}
-    assert " within the 3 counted revolutions. " in probability.sentence((0.2, 0.1, 0.3), record)
+    assert " within the 3 counted revolutions. " in probability.exceedance_sentence((0.2, 0.1, 0.3), record)
     for changed in (
         {"simulate": {"revolutions": 4.0, "until": {"column": "x"}}},
         {"units": {"simulate.revolutions": "1"}},
     ):
-        assert "within the counted revolutions" in probability.sentence((0.2, 0.1, 0.3), record | changed)
+        assert "within the counted revolutions" in probability.exceedance_sentence((0.2, 0.1, 0.3), record | changed)
     columns = {"pin_force_peak": [3.0, 4.0, 5.0], "period": np.array([1.0, np.nan, np.nan]), SPEED: [1, 2, 3]}
     made = cases(columns, (SPEED,), record=record, figures=("force_peak",))
     period = Column("period", "1", "")
@@ -214,7 +214,7 @@ def test_a_start_that_was_cut_off_is_no_rival_of_one_that_reached_its_speed():
     assert force.endswith("The peak is unknown with speed 3: at least 9 until the end of the run.")
     loaded = answer.sentences(made._replace(record=record | {"loads": {"pump": {}}}))[1]
     assert loaded.endswith("To see whether it is reached later, set simulate.revolutions to 16 or more.")
-    (card, *_) = start_up.cards(made)
+    (card, *_) = start_up.start_up_cards(made)
     assert card == ("Cases that reach 142.5", "2 of 3", "after 0.1 to 0.3; not with speed 3 within 8 revolutions")
     columns["start_up_time"][2] = 0.9
     assert "Largest normal force: 9 at speed 3" in " ".join(answer.sentences(made))
@@ -256,7 +256,7 @@ def test_a_first_touch_of_the_speed_is_not_steady_running_and_the_force_until_th
     assert force.endswith("Until the start-up time: 2 at speed 1.")
     columns["crank_speed_after"][:] = [143.0, 144.0]
     assert "No started case falls below 142.5 again." in answer.sentences(made)[1]
-    first, second = start_up.cards(made)
+    first, second = start_up.start_up_cards(made)
     assert first[0] == "Start-up time"
     assert second == ("Speed after that", "143 to 180", "largest swing, around 161.5, speed 1")
 
@@ -303,8 +303,8 @@ def test_a_unit_is_written_once_in_a_range_and_is_that_of_the_column():
 
 def test_columns_have_the_same_label_on_the_page_and_in_the_closing_lines():
     made = layout("film_thickness_min", "load_peak")
-    assert labels.label(made, "pin_film_thickness_min") == "least film"
-    assert labels.label(made, "hours_to_50_um") == "hours to 50 µm"
+    assert labels.column_label(made, "pin_film_thickness_min") == "least film"
+    assert labels.column_label(made, "hours_to_50_um") == "hours to 50 µm"
     limit = Limit("pin_load_peak", "at_most", 2.0, "pin_film_thickness_min")
     assert labels.limit_label(made, limit, "N") == "load peak at most 2 times the least film"
 
@@ -378,26 +378,26 @@ ROUGH = {"joints": {PIN: {"film": {"limit": 0.99, "transition": {"roughness": 2.
 def test_a_film_thinner_than_three_roughnesses_is_not_safe_and_the_suggested_limit_follows_them():
     first, *_ = films.sentences(lubricated(ROUGH))
     assert "1 of 4 combinations is safe at every crank speed: within the range of the film law and above 3" in first
-    assert "limits: {pin_film_thickness_min: {at_least: 6000000 um}}" in advice.no_limits(lubricated(ROUGH))
-    smooth = advice.no_limits(lubricated({"joints": {PIN: {"film": {"limit": 0.99}}}}))
+    assert "limits: {pin_film_thickness_min: {at_least: 6000000 um}}" in advice.suggest_limit(lubricated(ROUGH))
+    smooth = advice.suggest_limit(lubricated({"joints": {PIN: {"film": {"limit": 0.99}}}}))
     assert "No roughness is given: a film should exceed 3 times the combined roughness of the surfaces." in smooth
     assert "ends at 5 um for the largest clearance" in smooth  # (1 - 0.99) times 0.5 mm
     assert smooth.endswith("limits: {pin_film_thickness_min: {at_least: 5 um}}")
-    assert "add to the grid" not in advice.no_limits(lubricated())  # neither roughness nor limit
+    assert "add to the grid" not in advice.suggest_limit(lubricated())  # neither roughness nor limit
 
 
 def test_effects_that_cancel_over_another_value_are_said_to_be_opposite():
     columns = {SPEED: np.array([1, 2, 1, 2]), FIT: np.array([1, 1, 2, 2])}
     made, values = cases(columns, (SPEED, FIT)), np.array([1.0, 4.0, 8.0, 2.0])
     words = (made, SPEED, "loss", values, lambda known: [f"{value:g}" for value in known])
-    assert interactions.sentence(*words) == (
+    assert interactions.opposite_effects_sentence(*words) == (
         "Opposite effects: as speed grows, loss rises in 1 of 2 combinations of the other values and falls in 1. "
         "In the medians, at clearance 1 it rises from 1 to 4; at clearance 2 it falls from 8 to 2."
     )
     values[:] = [1.0, 4.0, 2.0, 8.0]
-    assert interactions.sentence(*words) == ""
+    assert interactions.opposite_effects_sentence(*words) == ""
     values[:] = [1.0, 1.01, 2.0, 1.0]  # no clear rise
-    assert interactions.sentence(*words) == ""
+    assert interactions.opposite_effects_sentence(*words) == ""
 
 
 def test_clearances_are_compared_at_equal_other_values():
@@ -426,8 +426,8 @@ def test_the_lengths_of_runs_until_a_figure_is_known_are_part_of_the_answer(sett
     known = layout()._replace(columns=(Column("revolutions_run", "1", ""), Column("settled", "1", "")))
     columns = {"revolutions_run": [6.0, 300.0], "settled": settled, SPEED: [1, 2]}
     made = cases(columns, (SPEED,))._replace(layout=known)
-    assert answer.run_lengths(made) == [f"A case ran 6 to 300 revolutions. {words}"]
-    assert answer.run_lengths(cases(columns, (SPEED,))) == []
+    assert answer.run_length_sentences(made) == [f"A case ran 6 to 300 revolutions. {words}"]
+    assert answer.run_length_sentences(cases(columns, (SPEED,))) == []
 
 
 def test_sentences_of_the_answer_have_at_most_25_words():
@@ -436,16 +436,25 @@ def test_sentences_of_the_answer_have_at_most_25_words():
     columns = {f"{PIN}_{name}": np.array([1.5, 2.5]) for name in figures} | {"headroom": [3.5, 4.5]}
     columns |= {path: [1.25, 2.25] for path in paths}
     made = cases(columns, paths, figures=figures, record={"figures": {"headroom": ""}})
-    said = [*answer.largest_force(made), *films.sentences(made), *wear.sentences(made), *answer.figure_ranges(made)]
+    said = [
+        *answer.largest_force_sentences(made),
+        *films.sentences(made),
+        *wear.sentences(made),
+        *answer.figure_range_sentences(made),
+    ]
     assert len(said) == 9
-    said += [*films.sentences(lubricated()), *films.sentences(lubricated(ROUGH)), advice.no_limits(lubricated(ROUGH))]
+    said += [
+        *films.sentences(lubricated()),
+        *films.sentences(lubricated(ROUGH)),
+        advice.suggest_limit(lubricated(ROUGH)),
+    ]
     for sentence in " ".join(said).split(". "):
         assert len(sentence.split()) <= 25, sentence
 
 
 def test_a_dry_share_without_contact_is_not_part_of_the_answer():
     assert not any("ry load share" in text for text in film(dry_load_share=[np.nan] * 3))
-    assert films.share_words(np.nan) == "not modelled"
+    assert films.dry_share_text(np.nan) == "not modelled"
 
 
 def test_the_position_error_is_part_of_the_answer_on_forces():
@@ -460,20 +469,22 @@ def test_the_position_error_is_part_of_the_answer_on_forces():
         "Force peak is smallest, 3, at speed 1 and largest, 5, at 2.",
         "Largest rocker error: 0.4 at speed 3. It rises from 0.1 to 0.4 as speed grows from 1 to 3.",
     ]
-    assert answer.position_error(cases(columns, (SPEED,))) == []  # no output body
+    assert answer.position_error_sentences(cases(columns, (SPEED,))) == []  # no output body
 
 
 def test_a_measured_restitution_is_compared_with_the_requested_one_where_this_varies():
     path = f"joints.{PIN}.contact.restitution"
     columns = {"pin_force_peak": [1.0, 2.0], "pin_restitution": [0.48, 0.89], path: [0.5, 0.9]}
     figures = ("force_peak", "restitution")
-    first, _, last = answer.largest_force(
+    first, _, last = answer.largest_force_sentences(
         cases(columns, (path,), figures=figures, lead=ranking_of(layout(*figures), ()))
     )
     assert first.startswith("Largest normal force: 2")
     assert last == "Measured restitution differs from the requested one by at most 0.020: 0.480 at restitution 0.5."
     columns[SPEED] = [1, 2]
-    said = answer.largest_force(cases(columns, (SPEED,), figures=figures, lead=ranking_of(layout(*figures), ())))
+    said = answer.largest_force_sentences(
+        cases(columns, (SPEED,), figures=figures, lead=ranking_of(layout(*figures), ()))
+    )
     assert not any("Measured" in sentence for sentence in said)
 
 
@@ -546,7 +557,7 @@ def test_a_start_up_is_answered_in_the_last_lines_and_at_the_top_of_the_page(sta
 def test_the_causes_of_a_spread_are_those_of_clear_correlations():
     random = np.random.default_rng(3)
     drawn = {"a": random.normal(size=60), "b": random.normal(size=60)}
-    known = sampled.correlations(drawn, drawn["a"] + 0.01 * random.normal(size=60))
+    known = sampled.variable_correlations(drawn, drawn["a"] + 0.01 * random.normal(size=60))
     values = drawn["a"] + 0.01 * random.normal(size=60)
     assert [path for path, *_ in known] == ["a", "b"]
     names = {"a": "play", "b": "colour"}
@@ -556,8 +567,8 @@ def test_the_causes_of_a_spread_are_those_of_clear_correlations():
     assert text.startswith("It rises most with play (strength 1.0)")
     assert text.endswith(f"median {low:.2g} in its lowest quarter, {high:.2g} in its highest.")
     assert "colour" not in text
-    assert sampled.correlations(drawn, np.ones(60)) == []
-    assert sampled.correlations({"a": np.arange(5.0)}, np.arange(5.0)) == []  # too few
+    assert sampled.variable_correlations(drawn, np.ones(60)) == []
+    assert sampled.variable_correlations({"a": np.arange(5.0)}, np.arange(5.0)) == []  # too few
 
 
 def test_wear_is_that_of_the_fastest_rate_not_of_the_deepest_window():
@@ -576,9 +587,9 @@ def test_wear_beyond_the_clearance_is_no_forecast():
     }
     made = cases(columns, (FIT,), figures=("wear_rate_max", "wear_depth_max"))
     (joint,) = made.layout.joints
-    (said,) = wear.remark(made, joint, 0, 3.6e-3)
+    (said,) = wear.forecast_remark(made, joint, 0, 3.6e-3)
     assert "after 28 h the wear reaches the clearance of 0.100" in said  # 1000 h * 0.1 mm / 3.6 mm
-    assert wear.remark(made, joint, 1, 3.6e-6) == []
+    assert wear.forecast_remark(made, joint, 1, 3.6e-6) == []
 
 
 def test_a_sample_that_wears_beyond_its_clearance_has_hours_instead_of_a_depth():
@@ -597,7 +608,7 @@ def test_a_sample_that_wears_beyond_its_clearance_has_hours_instead_of_a_depth()
 
 def test_the_figures_of_a_grid_are_answered_with_the_cases_at_their_ends():
     columns = {"headroom": [2.0, 5.0, 3.0], SPEED: [1, 2, 3]}
-    (sentence,) = answer.figure_ranges(cases(columns, (SPEED,), record={"figures": {"headroom": ""}}))
+    (sentence,) = answer.figure_range_sentences(cases(columns, (SPEED,), record={"figures": {"headroom": ""}}))
     assert sentence == "Headroom: 2 to 5. It is smallest, 2, at speed 1 and largest, 5, at 2."
 
 
@@ -605,14 +616,14 @@ def test_a_figure_also_has_its_range_in_the_designs_that_meet_the_limits():
     columns = {"hours": [9.0, 7.0, 2.0, 8.0], FIT: [1, 1, 2, 2], SPEED: [1, 2, 1, 2], MARGIN: [0.1, 0.2, -0.1, 0.3]}
     columns |= {"pin_load_peak": np.ones(4)}
     made = cases(columns, (FIT, SPEED), record=LIMITED | {"figures": {"hours": ""}}, figures=("load_peak",))
-    (sentence,) = answer.figure_ranges(made)
+    (sentence,) = answer.figure_range_sentences(made)
     assert sentence.startswith("Hours: 2 to 9. Where the limits are met: 7 to 9.")
     columns[MARGIN] = [0.1, 0.2, 0.1, 0.3]
-    assert "Where the limits" not in answer.figure_ranges(made)[0]
+    assert "Where the limits" not in answer.figure_range_sentences(made)[0]
 
 
 def test_the_advice_on_wide_smoothing_is_text_of_the_grid_that_loads():
-    advice_text = validity.smoothed([("rod-slider", 1.0)])
+    advice_text = validity.smoothing_remark([("rod-slider", 1.0)])
     source = yaml.safe_load(MOTOR)
     joint = source["joints"]["rod-slider"]
     joint |= {"length": "20 mm", "wear": {"law": "archard", "coefficient": "1e-16 m^2/N"}}
@@ -633,5 +644,5 @@ def test_a_life_says_the_clearance_at_its_start():
     record = {"joints": {PIN: {"clearance": 45e-6}}}
     made = cases({hours.name: np.array([3.0, 9.0]), SPEED: [2, 1]}, (SPEED,), ranking_of(known, ()), record)
     made = made._replace(layout=known)
-    assert any("The clearance at the start is 45.0" in said for said in answer.life_effects(made))
-    assert not any("at the start" in said for said in answer.life_effects(made._replace(record={})))
+    assert any("The clearance at the start is 45.0" in said for said in answer.life_effect_sentences(made))
+    assert not any("at the start" in said for said in answer.life_effect_sentences(made._replace(record={})))

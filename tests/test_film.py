@@ -306,7 +306,7 @@ def test_an_oil_or_asperities_that_cannot_be_are_refused(changes, sentence):
 
 
 def test_the_remarks_on_films_name_joint_and_figures():
-    contents, beyond, flow, fed = validity.films(
+    contents, beyond, flow, fed = validity.film_remarks(
         [validity.FilmState("rod-slider", 0.99, 0.25, 1.05, False, 62.0, 0.02)]
     )
     assert "rod-slider exceeds the eccentricity ratio 0.99" in contents
@@ -315,10 +315,15 @@ def test_the_remarks_on_films_name_joint_and_figures():
     assert "Taylor number of 62" in flow
     assert "the film of rod-slider returns 2 % of the energy that it takes" in fed
     assert fed.endswith("choose film.law: reynolds")
-    assert validity.films([validity.FilmState("rod-slider", 0.99, 0.0, 0.9, False, 5.0, 1e-5)]) == ("", "", "", "")
-    assert validity.films([validity.FilmState("rod-slider", 0.99, 0.0, 1.1, True, 5.0)])[1] == ""
+    assert validity.film_remarks([validity.FilmState("rod-slider", 0.99, 0.0, 0.9, False, 5.0, 1e-5)]) == (
+        "",
+        "",
+        "",
+        "",
+    )
+    assert validity.film_remarks([validity.FilmState("rod-slider", 0.99, 0.0, 1.1, True, 5.0)])[1] == ""
     short = validity.FilmState("rod-slider", 0.99, 0.0, 0.9, False, 5.0, 0.02, "short")
-    assert validity.films([short])[3].endswith("choose film.law: short")
+    assert validity.film_remarks([short])[3].endswith("choose film.law: short")
 
 
 @pytest.mark.parametrize(("length", "law"), [(6e-3, "short"), (9e-3, "reynolds"), (79e-3, "reynolds"), (81e-3, "long")])

@@ -91,10 +91,10 @@ def test_a_temperature_is_flagged_where_it_is_known_less_than_a_tenth_of_its_ris
 
 
 def test_the_remark_says_how_far_the_temperature_is_known():
-    remark = validity.uncertain_films([("the film of rod-slider", 348.83, 36.2, 35.68)])
+    remark = validity.film_temperature_remark([("the film of rod-slider", 348.83, 36.2, 35.68)])
     assert "the film of rod-slider is at 348.83 K, 35.7 K above ambient, uncertain by 36.2 K (95 %)" in remark
-    assert "too few revolutions" in validity.uncertain_films([("rod-slider", 348.83, math.inf, 35.68)])
-    assert validity.uncertain_films([]) == ""
+    assert "too few revolutions" in validity.film_temperature_remark([("rod-slider", 348.83, math.inf, 35.68)])
+    assert validity.film_temperature_remark([]) == ""
 
 
 @pytest.mark.slow

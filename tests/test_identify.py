@@ -181,7 +181,7 @@ def test_what_no_case_explains_is_called_a_misfit(tmp_path, monkeypatch):
 def test_a_signal_over_time_of_a_slowly_varying_speed_is_taken_to_the_crank_angle():
     times = np.linspace(0.0, 1.0, 20_000)
     angle = 300.0 * times + 3.0 * np.sin(2.0 * times)
-    result = features.angle_of_time(times, motion(angle, 0.4), 296.0)
+    result = features.track_crank_angle(times, motion(angle, 0.4), 296.0)
     off = result - angle
     assert np.ptp(off[2000:-2000]) < 0.02
 

@@ -105,7 +105,7 @@ def plain(_, value):
 
 
 def test_a_verdict_that_all_laws_share_is_said_to_stand():
-    said = law_check.sentence(row("", 0.2), [row("x", 0.1), row("y", 0.3)], plain)
+    said = law_check.law_check_sentence(row("", 0.2), [row("x", 0.1), row("y", 0.3)], plain)
     assert said.endswith(
         "under 2 other valid laws: margin 10 % (x) to 30 % (y); 20 % under the laws of the grid. "
         "No law changes the verdict."
@@ -113,13 +113,13 @@ def test_a_verdict_that_all_laws_share_is_said_to_stand():
 
 
 def test_without_limits_the_figure_is_compared():
-    said = law_check.sentence(row("", 10.0, "a_life_hours"), [row("x", 5.0, "a_life_hours")], plain)
+    said = law_check.law_check_sentence(row("", 10.0, "a_life_hours"), [row("x", 5.0, "a_life_hours")], plain)
     assert "They give 0.500 times the figure under the laws of the grid" in said
 
 
 def test_joints_are_named_where_there_are_several_and_nulls_are_left_out():
     rows = [row("x", float("nan")), row("x", -0.1, joint="b"), row("y", 0.1)]
-    said = law_check.sentence(row("", 0.2), rows, plain)
+    said = law_check.law_check_sentence(row("", 0.2), rows, plain)
     assert "(x, b) to" in said
     assert "exceeds a limit with x, b" in said
 

@@ -5,7 +5,14 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep.judging.validity import LIMIT_SHARE, ONSET_RATE, YIELD_SPEED, Remarks, columns, outside_law_range
+from clearsweep.judging.validity import (
+    LIMIT_SHARE,
+    ONSET_RATE,
+    YIELD_SPEED,
+    Remarks,
+    law_range_remark,
+    required_columns,
+)
 from clearsweep.mechanics.joint import registry
 from clearsweep.simulation import scene
 
@@ -46,7 +53,7 @@ def test_a_run_tells_how_many_cases_leave_what_their_laws_are_made_for_and_the_w
     messages.add(columns_of_case({"case_id": "a", "message": "", **zero, "rod_slider_onset_rate_max": 0.5}))
     messages.add(columns_of_case({"case_id": "b", "message": "", **zero, "crank_rod_onset_rate_max": 0.4}))
     messages.add(columns_of_case({"case_id": "c", "message": "", **zero, "rod_slider_onset_rate_max": 5.0}))
-    message = outside_law_range([("crank-rod", "liu", np.inf, 0.0), ("rod-slider", "johnson", 2e-4, 0.125)])
+    message = law_range_remark([("crank-rod", "liu", np.inf, 0.0), ("rod-slider", "johnson", 2e-4, 0.125)])
     messages.add(columns_of_case({"case_id": "d", "message": message, **zero, "rod_slider_law_limit_fraction": 0.125}))
     messages.add(columns_of_case({"case_id": "e", "message": None, **zero, "rod_slider_law_limit_fraction": None}))
     fast, deep = messages.sentences()
@@ -73,7 +80,7 @@ def test_contacts_of_unknown_strength_are_not_blamed():
     (fast,) = message.sentences()
     assert "in 1 of 3 cases: the fastest approaches at 0.2 m/s, 2 times the 0.1 m/s" in fast
     assert "(case b, crank-rod)" in fast
-    assert columns(message.joints, rows)[-1] == f"crank_rod_{YIELD_SPEED}"
+    assert required_columns(message.joints, rows)[-1] == f"crank_rod_{YIELD_SPEED}"
 
 
 def test_a_run_within_what_its_laws_are_made_for_has_nothing_to_tell():
@@ -82,7 +89,7 @@ def test_a_run_within_what_its_laws_are_made_for_has_nothing_to_tell():
         columns_of_case({"case_id": "a", "message": "", "pair_onset_rate_max": 0.0, "pair_law_limit_fraction": 0.0})
     )
     assert message.sentences() == []
-    assert outside_law_range([("pair", "johnson", 1e-4, 0.0)]) == ""
+    assert law_range_remark([("pair", "johnson", 1e-4, 0.0)]) == ""
 
 
 @pytest.mark.parametrize(("law", "pulls"), [("tsuji", True), ("exact", False)])

@@ -282,7 +282,7 @@ def test_until_cannot_judge_an_own_figure():
 
 def test_margins_far_beyond_a_bound_from_above_are_reported_as_its_multiples():
     force, film = verdict.Limit("force", "at_most", 5.0), verdict.Limit("film", "at_least", 2.0)
-    words = verdict.margin_words
+    words = verdict.margin_text
     assert words(1.0 - 31.4, (force, film), "force") == "\u22123040\u00a0% (31 times the limit)"
     assert words(-0.5, (force, film), "force") == "\u221250\u00a0%"
     assert words(0.32, (force,), "") == "32\u00a0%"

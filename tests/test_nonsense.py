@@ -14,12 +14,12 @@ from clearsweep.judging.validity import (
     PenetrationAndWear,
     Remarks,
     RubbingJoint,
-    imbalance,
-    message_of,
-    pv_high,
-    too_deep,
-    worn_away,
-    worn_through,
+    imbalance_remark,
+    join_remarks,
+    penetration_remark,
+    pv_remark,
+    wear_depth_remark,
+    wear_rate_remark,
 )
 from clearsweep.simulation import catalogue, scene
 from clearsweep.sweeping import sweep
@@ -74,11 +74,13 @@ def test_wear_deeper_than_the_clearance_is_named():
 def test_wear_and_pressure_times_speed_that_no_bush_bears_are_flagged_with_what_is_usual():
     radius, thousand_hours = 0.01, 1000.0 * 3600.0
     hard = RubbingJoint("pin", 0.59 / thousand_hours, 12e6, radius)
-    assert worn_away([hard]).startswith("worn-away: pin wears by 590 mm in 1000 h, and its bearing radius is 10 mm. ")
-    assert "mean pV of 12 MPa m/s. Dry bushes allow 1 to 3 MPa m/s" in pv_high([hard])
+    assert wear_rate_remark([hard]).startswith(
+        "worn-away: pin wears by 590 mm in 1000 h, and its bearing radius is 10 mm. "
+    )
+    assert "mean pV of 12 MPa m/s. Dry bushes allow 1 to 3 MPa m/s" in pv_remark([hard])
     usual = RubbingJoint("pin", 0.9 * radius / thousand_hours, 3e6, radius)
-    assert worn_away([usual]) == pv_high([usual]) == ""
-    assert pv_high([hard._replace(is_lubricated=True)]) == ""
+    assert wear_rate_remark([usual]) == pv_remark([usual]) == ""
+    assert pv_remark([hard._replace(is_lubricated=True)]) == ""
 
 
 @pytest.mark.compiled
@@ -109,20 +111,22 @@ def test_the_mean_pressure_times_speed_is_that_of_the_histories():
     ],
 )
 def test_a_penetration_is_too_deep_where_no_bearing_bears_it(penetration, clearance, radius, text):
-    assert bool(too_deep([PenetrationAndWear("pair", penetration, 0.0, clearance, radius)])) == text
+    assert bool(penetration_remark([PenetrationAndWear("pair", penetration, 0.0, clearance, radius)])) == text
 
 
 def test_a_residual_is_remarked_upon_where_the_tolerance_does_not_explain_it():
-    assert imbalance(9e-7, 1e-9, 100.0) == ""
-    assert "is 1.1e-06, but a tolerance of 1e-09 explains at most 1e-06" in imbalance(1.1e-6, 1e-9, 100.0)
-    assert imbalance(9e-10, 1e-13, 1.0) == ""  # rounding
-    assert "explains at most 0.01" in imbalance(0.024, 1e-3, 1e4)
+    assert imbalance_remark(9e-7, 1e-9, 100.0) == ""
+    assert "is 1.1e-06, but a tolerance of 1e-09 explains at most 1e-06" in imbalance_remark(1.1e-6, 1e-9, 100.0)
+    assert imbalance_remark(9e-10, 1e-13, 1.0) == ""  # rounding
+    assert "explains at most 0.01" in imbalance_remark(0.024, 1e-3, 1e4)
 
 
 def test_a_run_counts_the_cases_whose_figures_cannot_be_meant_and_names_one():
     messages, nothing = Remarks(["pair"]), {"pair_onset_rate_max": [0.0] * 2, "pair_law_limit_fraction": [0.0] * 2}
     joint = PenetrationAndWear("pair", 0.6e-3, 0.7e-3, 0.5e-3, 0.01)
-    message = message_of("", too_deep([joint]), worn_through([joint]), imbalance(0.024, 1e-8, 10.0))
+    message = join_remarks(
+        "", penetration_remark([joint]), wear_depth_remark([joint]), imbalance_remark(0.024, 1e-8, 10.0)
+    )
     messages.add({"case_id": ["a", "b"], "message": ["", message], **nothing})
     deep, worn, unbalanced = messages.sentences()
     assert "implausibly large in 1 of 2 cases, such as case b: pair is penetrated by 0.6 mm" in deep

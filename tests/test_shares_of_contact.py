@@ -179,7 +179,7 @@ def test_the_default_elastic_law_is_that_of_a_journal_where_it_can_be(contact, l
     (joint,) = clearsweep.load_case(source).case.joints
     assert joint.contact.elastic == elastic
     assert registry.is_ball(joint) == flagged
-    remark = validity.ball_stiffness([joint.name] if flagged else [])
+    remark = validity.ball_stiffness_remark([joint.name] if flagged else [])
     assert ("rod-slider has the stiffness of a ball in a socket" in remark) == flagged
 
 
@@ -205,8 +205,8 @@ def test_a_joint_without_friction_has_no_power_of_it():
 
 
 def test_friction_that_would_heat_a_dry_joint_by_more_than_100_k_is_flagged():
-    assert validity.friction_heat([("rod-slider", 99.9, None)]) == ""
-    remark = validity.friction_heat([("crank-rod", 5.0, None), ("rod-slider", 124.2, None)])
+    assert validity.friction_heat_remark([("rod-slider", 99.9, None)]) == ""
+    remark = validity.friction_heat_remark([("crank-rod", 5.0, None), ("rod-slider", 124.2, None)])
     assert remark == "friction-heat: rod-slider: friction power 124 W would heat a dry joint by some 124 K at 1 W/K"
     result = validity.Remarks(["rod_slider"])
     result.add(

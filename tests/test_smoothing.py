@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from clearsweep.contracts.case import Contact, Joint, Wear
-from clearsweep.judging.validity import smoothed
+from clearsweep.judging.validity import smoothing_remark
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.wear.contract import Worn
 
@@ -28,11 +28,11 @@ def test_the_width_of_the_smoothing_is_the_least_that_keeps_one_point_of_contact
 
 
 def test_wide_smoothing_is_reported_and_narrow_is_not():
-    message = smoothed([("big", math.radians(11.0)), ("small", math.radians(3.9)), ("fixed", None)])
+    message = smoothing_remark([("big", math.radians(11.0)), ("small", math.radians(3.9)), ("fixed", None)])
     assert message.startswith(
         "smoothed: the worn shapes of big are smoothed over 11 deg at the end, at first over 2 deg. "
     )
     assert "small" not in message
     assert "life is unknown and not part of its interval" in message
     assert "12 %" not in message  # of another case
-    assert smoothed([("small", math.radians(3.9)), ("fixed", None)]) == ""
+    assert smoothing_remark([("small", math.radians(3.9)), ("fixed", None)]) == ""

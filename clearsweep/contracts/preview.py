@@ -12,7 +12,9 @@ SIZE, MARGIN = 200, 6  # size of a drawing and margin around it, px
 MAX_POINTS = 2000  # points of a curve
 
 
-def page(heading: str, channels: Mapping[str, np.ndarray], summary: Mapping[str, Any], units: Mapping[str, str]) -> str:
+def preview_html(
+    heading: str, channels: Mapping[str, np.ndarray], summary: Mapping[str, Any], units: Mapping[str, str]
+) -> str:
     """Return the HTML preview of time histories and figures, both by name, with the SI `units` of figures."""
     joints = [name.split("/")[1] for name in channels if name.endswith("/force_normal")]
     drawings = "".join(drawing for joint in joints for drawing in _joint_drawings(channels, joint))
@@ -20,8 +22,8 @@ def page(heading: str, channels: Mapping[str, np.ndarray], summary: Mapping[str,
         f"<tr><td>{html.escape(name)}</td><td>{_figure_text(value, units.get(name, '1'))}</td></tr>"
         for name, value in summary.items()
     )
-    figures = f"<details><summary>{len(summary)} figures</summary><table>{rows}</table></details>"
-    return f"<p><code>{html.escape(heading)}</code></p><div>{drawings}</div>{figures}"
+    figure_table = f"<details><summary>{len(summary)} figures</summary><table>{rows}</table></details>"
+    return f"<p><code>{html.escape(heading)}</code></p><div>{drawings}</div>{figure_table}"
 
 
 def _figure_text(value: object, unit: str) -> str:
@@ -30,23 +32,23 @@ def _figure_text(value: object, unit: str) -> str:
 
 def _joint_drawings(channels: Mapping[str, np.ndarray], joint: str) -> list[str]:
     """Return drawings of a joint's journal orbit and of its normal force over time."""
-    title, force = wording.joint_name(joint), channels[f"joints/{joint}/force_normal"]
+    joint_name, force = wording.joint_name(joint), channels[f"joints/{joint}/force_normal"]
     x, y = channels[f"joints/{joint}/x"], channels[f"joints/{joint}/y"]
     eccentricity_text, force_text = (
         wording.text(float(np.hypot(x, y).max()), "m"),
         wording.text(float(force.max()), "N"),
     )
-    force_title = f"{title}: normal force over time, up to {force_text}"
+    force_title = f"{joint_name}: normal force over time, up to {force_text}"
     return [
-        _curve(x, y, f"{title}: orbit, up to {eccentricity_text}", equal=True),
-        _curve(channels["t"], force, force_title, width=2 * SIZE),
+        _curve_svg(x, y, f"{joint_name}: orbit, up to {eccentricity_text}", equal=True),
+        _curve_svg(channels["t"], force, force_title, width=2 * SIZE),
     ]
 
 
-def _curve(x: np.ndarray, y: np.ndarray, title: str, *, width: int = SIZE, equal: bool = False) -> str:
+def _curve_svg(x: np.ndarray, y: np.ndarray, caption: str, *, width: int = SIZE, equal: bool = False) -> str:
     """Return a curve with its title as SVG; `equal`: both axes have the same scale."""
-    step = max(1, len(x) // MAX_POINTS)
-    x, y = np.asarray(x[::step]), np.asarray(y[::step])
+    stride = max(1, len(x) // MAX_POINTS)
+    x, y = np.asarray(x[::stride]), np.asarray(y[::stride])
     centres, half_ranges = (
         [(values.max() + values.min()) / 2.0 for values in (x, y)],
         [np.ptp(x) / 2.0, np.ptp(y) / 2.0],
@@ -54,9 +56,9 @@ def _curve(x: np.ndarray, y: np.ndarray, title: str, *, width: int = SIZE, equal
     half_ranges = [max(half_ranges)] * 2 if equal else half_ranges
     x_pixels = width / 2 + (width / 2 - MARGIN) * (x - centres[0]) / (half_ranges[0] or 1.0)
     y_pixels = SIZE / 2 - (SIZE / 2 - MARGIN) * (y - centres[1]) / (half_ranges[1] or 1.0)
-    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x_pixels, y_pixels, strict=True))
+    point_list = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x_pixels, y_pixels, strict=True))
     return (
-        f'<figure style="display:inline-block;margin:0 1em 0 0"><figcaption>{html.escape(title)}</figcaption>'
-        f'<svg width="{width}" height="{SIZE}" role="img" aria-label="{html.escape(title)}">'
-        f'<polyline fill="none" stroke="#0072B2" stroke-width="0.8" points="{points}"/></svg></figure>'
+        f'<figure style="display:inline-block;margin:0 1em 0 0"><figcaption>{html.escape(caption)}</figcaption>'
+        f'<svg width="{width}" height="{SIZE}" role="img" aria-label="{html.escape(caption)}">'
+        f'<polyline fill="none" stroke="#0072B2" stroke-width="0.8" points="{point_list}"/></svg></figure>'
     )

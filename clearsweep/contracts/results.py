@@ -65,9 +65,9 @@ class Trajectory:
 
     def _repr_html_(self) -> str:
         """Return the preview for a notebook: orbits and normal forces of the joints, and figures with units."""
-        from .preview import page
+        from .preview import preview_html
 
-        return page(repr(self), self.channels, self.summary, self.units)
+        return preview_html(repr(self), self.channels, self.summary, self.units)
 
     def to_xarray(self) -> "xarray.Dataset":
         """Return the time histories as an xarray.Dataset over `t` (s), unit of each and figures in `attrs`.

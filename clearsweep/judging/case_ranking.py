@@ -12,7 +12,7 @@ from .verdict import MARGIN, Limit
 #: The questions of a grid in order of precedence.  Start-up, film and force studies are recognised by their content,
 #: if there is no other question.
 QUESTIONS = ("life", "seek", "optimise", "identify", "limits", "start-up", "film", "force")
-BY_CONTENT = ("start-up", "film", "force")
+CONTENT_QUESTIONS = ("start-up", "film", "force")
 SEARCHES = ("seek", "optimise", "identify")  # questions that are sections of a grid which choose cases
 SENSES = ("minimise", "maximise")
 START_UP, MAX_SPEED, SPEED_AFTER_START = "start_up_time", "crank_speed_max", "crank_speed_after"  # columns
@@ -42,7 +42,7 @@ class CaseRanking(NamedTuple):
         """Return all columns that the ranking needs."""
         return tuple(dict.fromkeys(name for candidate in self.candidates for name in candidate.columns))
 
-    def worst(self, columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    def worst_values(self, columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Return the worst value of each case over the candidates, NaN if all are null, and the candidate's index.
 
         columns : (n,) each, NaN for null
@@ -70,37 +70,39 @@ def ranking_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] 
     """
     search = next((name for name in SEARCHES if (grid or {}).get(name)), "")
     column_names = {column.name for column in layout.columns}
-    if (hours := f"{layout.life}_life_hours") in column_names:
-        return CaseRanking("life", "Shortest life", ("life",), _SMALLEST_IS_WORST, (Candidate(layout.life, (hours,)),))
-    limited = tuple(dict.fromkeys(limit.column for limit in limits))
+    if (life_column := f"{layout.life}_life_hours") in column_names:
+        return CaseRanking(
+            "life", "Shortest life", ("life",), _SMALLEST_IS_WORST, (Candidate(layout.life, (life_column,)),)
+        )
+    limited_columns = tuple(dict.fromkeys(limit.column for limit in limits))
     if search == "optimise":
-        return _optimised((grid or {})["optimise"], limited)
+        return _objective_ranking((grid or {})["optimise"], limited_columns)
     if search == "identify":
         return CaseRanking("identify", "", (), _LARGEST_IS_WORST, ())
-    if limited:
-        names = (MARGIN, *dict.fromkeys((*limited, *((grid or {}).get("figures") or {}))))
-        headings = tuple(labels.label(layout, name) for name in names)
+    if limited_columns:
+        names = (MARGIN, *dict.fromkeys((*limited_columns, *((grid or {}).get("figures") or {}))))
+        headings = tuple(labels.column_label(layout, name) for name in names)
         return CaseRanking(search or "limits", "Smallest margin", headings, _SMALLEST_IS_WORST, (Candidate("", names),))
     if {START_UP, MAX_SPEED} <= column_names and _is_start_up(grid or {}):
-        words = {
+        label_by_name = {
             START_UP: "start-up time",
             MAX_SPEED: "highest speed",
             SPEED_AFTER_START: "lowest speed after the start",
         }
-        names = tuple(name for name in words if name in column_names)
+        names = tuple(name for name in label_by_name if name in column_names)
         return CaseRanking(
             "start-up",
             "Slowest start-up",
-            tuple(words[name] for name in names),
+            tuple(label_by_name[name] for name in names),
             _LARGEST_IS_WORST,
             (Candidate("", names),),
         )
-    return _by_content(layout, [question for question, *_ in _FIGURES])
+    return _content_ranking(layout, [question for question, *_ in _CONTENT_FIGURES])
 
 
 def force_ranking(layout: Layout) -> CaseRanking:
     """Return the ranking of cases by their largest force, whatever the question."""
-    return _by_content(layout, ["force"])
+    return _content_ranking(layout, ["force"])
 
 
 def _is_start_up(grid: Mapping[str, Any]) -> bool:
@@ -109,38 +111,38 @@ def _is_start_up(grid: Mapping[str, Any]) -> bool:
     return "no_load_speed" in motor and (grid.get("simulate") or {}).get("discard") == 0.0
 
 
-def _by_content(layout: Layout, questions: list[str]) -> CaseRanking:
+def _content_ranking(layout: Layout, questions: list[str]) -> CaseRanking:
     """Return the ranking by the first of the questions for which the layout has figures."""
     column_names = {column.name for column in layout.columns}
     joints = [joint.name for joint in layout.joints]
-    for question, title, smallest, headings_of_figures in _FIGURES:
+    for question, table_title, is_smallest_worst, headings_of_figures in _CONTENT_FIGURES:
         if question not in questions:
             continue
-        matching = [name for name in joints if f"{name}_{next(iter(headings_of_figures))}" in column_names]
+        joints_with_figures = [name for name in joints if f"{name}_{next(iter(headings_of_figures))}" in column_names]
         common_figures = {
             figure: heading
             for figure, heading in headings_of_figures.items()
-            if all(f"{name}_{figure}" in column_names for name in matching)
+            if all(f"{name}_{figure}" in column_names for name in joints_with_figures)
         }
-        if matching:
+        if joints_with_figures:
             candidates = tuple(
-                Candidate(name, tuple(f"{name}_{figure}" for figure in common_figures)) for name in matching
+                Candidate(name, tuple(f"{name}_{figure}" for figure in common_figures)) for name in joints_with_figures
             )
-            return CaseRanking(question, title, tuple(common_figures.values()), smallest, candidates)
+            return CaseRanking(question, table_title, tuple(common_figures.values()), is_smallest_worst, candidates)
     return CaseRanking("force", "", (), _LARGEST_IS_WORST, ())
 
 
-def _optimised(section: Mapping[str, Any], limited: tuple[str, ...]) -> CaseRanking:
+def _objective_ranking(section: Mapping[str, Any], limited_columns: tuple[str, ...]) -> CaseRanking:
     """Return the ranking by the objectives of `optimise`."""
     objectives_of_sense = {sense: section.get(sense) or [] for sense in SENSES}
     objectives = [
         name for names in objectives_of_sense.values() for name in ([names] if isinstance(names, str) else names)
     ]
-    names = (*objectives, *((MARGIN,) if limited else ()))
+    names = (*objectives, *((MARGIN,) if limited_columns else ()))
     return CaseRanking("optimise", "Best cases", names, bool(objectives_of_sense["minimise"]), (Candidate("", names),))
 
 
-_FIGURES: tuple[tuple[str, str, bool, dict[str, str]], ...] = (
+_CONTENT_FIGURES: tuple[tuple[str, str, bool, dict[str, str]], ...] = (
     (
         "film",
         "Thinnest film",

@@ -27,11 +27,11 @@ class Cases(NamedTuple):
     axes: tuple[str, ...]  # varied paths
     case_ids: Sequence[str]
     column: Callable[[str], np.ndarray]  # values (n,) of a column or a path; SI, NaN for null
-    texts: Callable[[str, Sequence[float]], list[str]]  # column and values -> words, in the unit of the column
+    format_values: Callable[[str, Sequence[float]], list[str]]  # column and values -> words, in the unit of the column
     named_value: Callable[[int, str], tuple[str, str] | None]  # index, path -> name and value in words; None: unused
     is_complete: bool = True  # whether these are all cases, so that medians over varied values are known
 
-    def setting(self, index: int, paths: Sequence[str]) -> str:
+    def values_text(self, index: int, paths: Sequence[str]) -> str:
         """Return the values of a case at some paths in words: 'crank speed 60 rpm, clearance 0.1 mm'."""
         pairs = [self.named_value(index, path) for path in paths]
         return ", ".join(f"{name} {value}" for name, value in filter(None, pairs))
@@ -40,26 +40,26 @@ class Cases(NamedTuple):
         """Return ' at crank speed 60 rpm', or the identity if many values vary; '' if nothing varies."""
         if len(self.axes) > MAX_NAMED_AXES:
             return f" in case {wording.short_id(self.case_ids[index])}"
-        setting = self.setting(index, self.axes)
+        setting = self.values_text(index, self.axes)
         return f" at {setting}" if setting else ""
 
-    def at_difference(self, index: int, other: int) -> str:
+    def difference_text(self, index: int, other: int) -> str:
         """Return the values of a case that differ from those of the case mentioned before, ' at crank speed 60 rpm'."""
         if len(self.axes) > MAX_NAMED_AXES:
             return self.setting_text(index)
         if index == other:
             return " in the same case" if self.axes else ""
         paths = [path for path in self.axes if self.column(path)[index] != self.column(path)[other]]
-        rest = ", otherwise the same" if len(paths) < len(self.axes) else ""
-        return f" at {self.setting(index, paths)}{rest}"
+        unchanged_text = ", otherwise the same" if len(paths) < len(self.axes) else ""
+        return f" at {self.values_text(index, paths)}{unchanged_text}"
 
     def case_text(self, index: int) -> str:
         """Return ' (case 1a7fc708)', or '' if `setting_text` returns the identity already."""
         return "" if len(self.axes) > MAX_NAMED_AXES else f" (case {wording.short_id(self.case_ids[index])})"
 
-    def text(self, column: str, index: int) -> str:
+    def figure_text(self, column: str, index: int) -> str:
         """Return a figure of a case in words."""
-        return self.texts(column, [float(self.column(column)[index])])[0]
+        return self.format_values(column, [float(self.column(column)[index])])[0]
 
     def has(self, column: str) -> bool:
         """Return whether any case has a figure."""
@@ -78,21 +78,21 @@ class Cases(NamedTuple):
         units |= {figure.name: figure.unit for figure in figures_of(self.record.get("figures") or {}, units)}
         return labels.limit_label(self.layout, limit, units.get(limit.column, "1"))
 
-    def label(self, column: str) -> str:
+    def column_label(self, column: str) -> str:
         """Return the label of a column."""
-        return labels.label(self.layout, column)
+        return labels.column_label(self.layout, column)
 
-    def extremes(self, column: str) -> tuple[int, int]:
+    def extreme_cases(self, column: str) -> tuple[int, int]:
         """Return the cases with the smallest and the largest value of a figure that some case has."""
         values = self.column(column)
         return int(np.nanargmin(values)), int(np.nanargmax(values))
 
-    def worst(self, ranking: CaseRanking | None = None) -> tuple[int, tuple[str, ...], str] | None:
+    def worst_case(self, ranking: CaseRanking | None = None) -> tuple[int, tuple[str, ...], str] | None:
         """Return index, columns and joint of the worst case by a ranking, default `ranking`; None if all are null."""
         ranking = ranking or self.ranking
         if not ranking.candidates:
             return None
-        values, candidate_indices = ranking.worst({name: self.column(name) for name in ranking.columns})
+        values, candidate_indices = ranking.worst_values({name: self.column(name) for name in ranking.columns})
         badness = ranking.badness(values)
         if np.isneginf(badness).all():
             return None

@@ -9,41 +9,53 @@ from .cases import Cases
 CaseByClearance = dict[float, int]  # clearance (m) -> index of the case with it
 
 
-def sentences(cases: Cases, thickness: str, loss: str) -> list[str]:
+def sentences(cases: Cases, thickness_column: str, loss_column: str) -> list[str]:
     """Return sentences on the clearance with the thickest film in most combinations of the other values; [] if none.
 
     thickness, loss : columns
     """
-    path = next((path for path in cases.axes if path.endswith(".clearance")), None)
-    if path is None or len(cases.axes) < 2 or path in (cases.record.get("sample") or {}).get("drawn", {}):
+    clearance_path = next(
+        (clearance_path for clearance_path in cases.axes if clearance_path.endswith(".clearance")), None
+    )
+    if (
+        clearance_path is None
+        or len(cases.axes) < 2
+        or clearance_path in (cases.record.get("sample") or {}).get("drawn", {})
+    ):
         return []
-    groups = _groups(cases, path)
-    thicknesses = cases.column(thickness).astype(float)
+    groups = _comparable_groups(cases, clearance_path)
+    thicknesses = cases.column(thickness_column).astype(float)
     groups = [group for group in groups if np.isfinite(thicknesses[list(group.values())]).all()]
     if not groups:
         return []
-    thickest = [max(group, key=lambda clearance: thicknesses[group[clearance]]) for group in groups]
-    best_clearance = max(sorted(set(thickest)), key=thickest.count)
-    total = len(groups)
-    setting = labels.capital(cases.setting(groups[0][best_clearance], (path,)))
-    combinations = wording.count(total, "combination")
-    text = f"{setting} has the thickest film in {thickest.count(best_clearance)} of {combinations} of the other values"
-    if cases.has(loss):
-        losses = cases.column(loss).astype(float)
+    thickest_clearances = [max(group, key=lambda clearance: thicknesses[group[clearance]]) for group in groups]
+    best_clearance = max(sorted(set(thickest_clearances)), key=thickest_clearances.count)
+    group_count = len(groups)
+    clearance_text = labels.capitalise(cases.values_text(groups[0][best_clearance], (clearance_path,)))
+    combinations = wording.count(group_count, "combination")
+    text = (
+        f"{clearance_text} has the thickest film in {thickest_clearances.count(best_clearance)} of {combinations} of "
+        "the other values"
+    )
+    if cases.has(loss_column):
+        losses = cases.column(loss_column).astype(float)
         least_loss_count = sum(
             bool(losses[group[best_clearance]] <= min(losses[index] for index in group.values())) for group in groups
         )
-        text += f", and the least loss in {least_loss_count} of {total}"
+        text += f", and the least loss in {least_loss_count} of {group_count}"
     return [f"{text}."]
 
 
-def _groups(cases: Cases, path: str) -> list[CaseByClearance]:
+def _comparable_groups(cases: Cases, clearance_path: str) -> list[CaseByClearance]:
     """Return the cases with equal other values, where these have all values of a path and there are several."""
-    values, others = cases.column(path), [cases.column(other) for other in cases.axes if other != path]
+    clearances, other_columns = (
+        cases.column(clearance_path),
+        [cases.column(other) for other in cases.axes if other != clearance_path],
+    )
     groups: dict[tuple, CaseByClearance] = {}
     for index in range(len(cases.case_ids)):
-        groups.setdefault(tuple(str(column_values[index]) for column_values in others), {})[float(values[index])] = (
-            index
-        )
-    count = len({float(value) for value in values})
+        groups.setdefault(tuple(str(column_values[index]) for column_values in other_columns), {})[
+            float(clearances[index])
+        ] = index
+    count = len({float(value) for value in clearances})
     return [group for group in groups.values() if len(group) == count > 1]

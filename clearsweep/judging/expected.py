@@ -16,18 +16,18 @@ class ExpectedPeak(NamedTuple):
     case_id: str
     joint: str  # as in columns
     value: float
-    high: float  # exceeded with a probability of 2.5 %
-    seen: float
+    upper_bound: float  # exceeded with a probability of 2.5 %
+    window_peak: float
 
 
-def columns(joints: list[str]) -> list[str]:
+def required_columns(joints: list[str]) -> list[str]:
     """Return the columns of the summary that the prediction needs."""
-    return [name for joint in joints for name in (*_predicted(joint), f"{joint}_force_peak")] + ["period"]
+    return [name for joint in joints for name in (*_prediction_columns(joint), f"{joint}_force_peak")] + ["period"]
 
 
-def worst(table: Mapping[str, np.ndarray], joints: list[str]) -> ExpectedPeak | None:
+def largest_expected_peak(table: Mapping[str, np.ndarray], joints: list[str]) -> ExpectedPeak | None:
     """Return the largest peak to expect among finished non-periodic motions, or None if there is none."""
-    largest: ExpectedPeak | None = None
+    largest_peak: ExpectedPeak | None = None
     is_irregular = np.isnan(np.asarray(table["period"], float)) if "period" in table else np.zeros(0, bool)
     for joint in joints:
         if f"{joint}_{FIGURE}" not in table or not is_irregular.any():
@@ -36,24 +36,25 @@ def worst(table: Mapping[str, np.ndarray], joints: list[str]) -> ExpectedPeak | 
         if np.isnan(values).all():
             continue
         index = int(np.nanargmax(values))
-        figures = (float(table[name][index]) for name in (*_predicted(joint), f"{joint}_force_peak"))
+        figures = (float(table[name][index]) for name in (*_prediction_columns(joint), f"{joint}_force_peak"))
         candidate = ExpectedPeak(str(table["case_id"][index]), joint, *figures)
-        largest = candidate if largest is None or candidate.value > largest.value else largest
-    return largest
+        largest_peak = candidate if largest_peak is None or candidate.value > largest_peak.value else largest_peak
+    return largest_peak
 
 
-def sentence(figures: list[str], location: str) -> str:
+def expected_peak_sentence(peak_texts: list[str], location: str) -> str:
     """Return a sentence with the expected peak.
 
     figures : value, upper end, and largest peak of the window, as texts
     location : ' in joint ... at ...'
     """
-    value, upper_bound, largest = figures
+    value_text, bound_text, window_text = peak_texts
     return (
-        f"The largest force peak in 10⁶ revolutions is estimated at {value}, at most {upper_bound} (97.5 %){location}. "
-        f"The largest peak in the window is {largest}."
+        f"The largest force peak in 10⁶ revolutions is estimated at {value_text}, at most {bound_text} (97.5 "
+        f"%){location}. "
+        f"The largest peak in the window is {window_text}."
     )
 
 
-def _predicted(joint: str) -> list[str]:
+def _prediction_columns(joint: str) -> list[str]:
     return [f"{joint}_{FIGURE}{suffix}" for suffix in BOUND_SUFFIXES]

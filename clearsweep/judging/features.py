@@ -60,10 +60,10 @@ class RevolutionStatistics(NamedTuple):
 
 def features_of(revolutions: "np.ndarray") -> Features:
     """Return the features of a signal from whole `revolutions`, (revolutions, samples)."""
-    return statistics(revolutions).features()
+    return revolution_statistics(revolutions).features()
 
 
-def statistics(revolutions: "np.ndarray") -> RevolutionStatistics:
+def revolution_statistics(revolutions: "np.ndarray") -> RevolutionStatistics:
     """Return the statistics of each of the `revolutions` (revolutions, samples) of a signal."""
     import numpy as np
 
@@ -77,11 +77,15 @@ def statistics(revolutions: "np.ndarray") -> RevolutionStatistics:
     )
     energy = np.fft.rfft(fast_part**2, axis=1)[:, : HARMONICS + 1] / samples
     return RevolutionStatistics(
-        (deviations**2).mean(axis=1), np.abs(deviations).max(axis=1), bands, _count_impacts(np.abs(fast_part)), energy
+        (deviations**2).mean(axis=1),
+        np.abs(deviations).max(axis=1),
+        bands,
+        _count_impact_onsets(np.abs(fast_part)),
+        energy,
     )
 
 
-def _count_impacts(magnitude: "np.ndarray") -> "np.ndarray":
+def _count_impact_onsets(magnitude: "np.ndarray") -> "np.ndarray":
     """Return how many impacts begin in each revolution from the `magnitude` (revolutions, samples) of the fast part."""
     import numpy as np
 
@@ -107,7 +111,7 @@ def _band_limited(values: "np.ndarray", highest_order: float, count: int) -> "np
     return filtered
 
 
-def noise(rng: "np.random.Generator", revolutions: "np.ndarray", highest_order: float) -> "np.ndarray":
+def white_noise(rng: "np.random.Generator", revolutions: "np.ndarray", highest_order: float) -> "np.ndarray":
     """Return white noise up to an order, with rms 1, in the shape of `revolutions` (revolutions, samples)."""
     import numpy as np
 
@@ -123,9 +127,9 @@ def samples_per_revolution(angle: "np.ndarray") -> float:
     return float(TURN / np.median(np.diff(angle)))
 
 
-def common_band(*densities: float) -> float:
+def highest_common_order(*sampling_rates: float) -> float:
     """Return the highest order at which signals with these numbers of samples per revolution can be compared."""
-    return USED_BAND * min(*densities, MAX_SAMPLES) / 2.0
+    return USED_BAND * min(*sampling_rates, MAX_SAMPLES) / 2.0
 
 
 def samples_for_band(highest_order: float) -> int:
@@ -148,12 +152,12 @@ def split_revolutions(
     """
     import numpy as np
 
-    own_density = samples_per_revolution(angle)
-    highest_order = common_band(own_density) if highest_order is None else highest_order
+    sampling_rate = samples_per_revolution(angle)
+    highest_order = highest_common_order(sampling_rate) if highest_order is None else highest_order
     samples = samples_for_band(highest_order)
     first_angle = angle[0] if start is None else start + TURN * np.ceil((angle[0] - start) / TURN - 1e-9)
     count = int(np.floor((angle[-1] - first_angle) / TURN + 1e-6))
-    fine_samples = samples * max(int(np.ceil(4.0 * own_density / samples)), 1)
+    fine_samples = samples * max(int(np.ceil(4.0 * sampling_rate / samples)), 1)
     interpolated: np.ndarray = np.interp(
         first_angle + TURN * np.arange(count * fine_samples) / fine_samples, angle, values
     )
@@ -165,7 +169,7 @@ def split_revolutions(
     return resampled
 
 
-def lag_of(measured: "np.ndarray", computed: "np.ndarray", highest_order: int | None = None) -> int:
+def find_lag(measured: "np.ndarray", computed: "np.ndarray", highest_order: int | None = None) -> int:
     """Return the lag (samples, from 0 on) of a measured revolution behind the computed one.
 
     Both are means over revolutions, (samples,); the lag maximises their circular correlation.
@@ -181,7 +185,7 @@ def lag_of(measured: "np.ndarray", computed: "np.ndarray", highest_order: int | 
     return int(np.argmax(np.fft.irfft(spectra[0] * np.conj(spectra[1]), len(measured))))
 
 
-def angle_of_time(times: "np.ndarray", values: "np.ndarray", nominal_rate: float) -> "np.ndarray":
+def track_crank_angle(times: "np.ndarray", values: "np.ndarray", nominal_rate: float) -> "np.ndarray":
     """Return the crank angles (rad, from 0) of samples at times (s) for mean crank speed near `nominal_rate` (rad/s).
 
     The speed maximises the power of orders 1 to 4 within 5 % of `nominal_rate`.  Its slow variation is taken from
@@ -226,9 +230,9 @@ def _moving_average(times: "np.ndarray", values: "np.ndarray", width: float) -> 
     cumulative = np.concatenate([[0.0], np.cumsum(values)])
     half_width = min(width, times[-1] - times[0]) / 2.0
     centres = np.clip(times, times[0] + half_width, times[-1] - half_width)  # full width also at both ends
-    first, last = (
+    first_index, end_index = (
         np.searchsorted(times, centres - half_width),
         np.searchsorted(times, centres + half_width, side="right"),
     )
-    averages: np.ndarray = (cumulative[last] - cumulative[first]) / np.maximum(last - first, 1)
+    averages: np.ndarray = (cumulative[end_index] - cumulative[first_index]) / np.maximum(end_index - first_index, 1)
     return averages

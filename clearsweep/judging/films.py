@@ -13,29 +13,29 @@ ROUGHNESSES = 3.0  # combined roughnesses of both surfaces that a film should ex
 NOT_MODELLED = "not modelled"
 LISTED_OUTSIDE = LISTED_UNSAFE = 2  # cases outside the range of their law, unsafe combinations that a sentence names
 LISTED_SAFE = 4  # other safe combinations that have a sentence
-THICKNESS, SHARE, LOSS, OUTSIDE = "film_thickness_min", "dry_load_share", "film_loss", "film_limit_fraction"
+THICKNESS, DRY_SHARE, LOSS, LIMIT_FRACTION = "film_thickness_min", "dry_load_share", "film_loss", "film_limit_fraction"
 
 
-class Choice(NamedTuple):
+class BestDesign(NamedTuple):
     """The combination of design values with the thickest film of those that are safe under every condition."""
 
-    paths: tuple[str, ...]  # varied paths of a combination
-    conditions: tuple[str, ...]  # the other varied paths
-    thinnest: int  # index of the case with its thinnest film
+    design_paths: tuple[str, ...]  # varied paths of a combination
+    condition_paths: tuple[str, ...]  # the other varied paths
+    thinnest_case: int  # index of the case with its thinnest film
     thickness: float  # m, its least film
     joint: str  # joint with this film
     loss: float  # W, its largest loss of all films; NaN: unknown
     has_least_loss: bool  # whether no other safe combination has a smaller largest loss
-    safe: int  # number of safe combinations
-    total: int  # number of combinations
-    unsafe: tuple[int, ...]  # index of a case of each unsafe combination
+    safe_count: int  # number of safe combinations
+    total_count: int  # number of combinations
+    unsafe_examples: tuple[int, ...]  # index of a case of each unsafe combination
     others: tuple["SafeFilm", ...]  # the other safe combinations, the thickest film first
 
 
 class SafeFilm(NamedTuple):
     """A safe combination of design values."""
 
-    thinnest: int  # index of the case with its thinnest film
+    thinnest_case: int  # index of the case with its thinnest film
     thickness: float  # m, its least film
     joint: str  # joint with this film
     loss: float  # W, its largest loss of all films; NaN: unknown
@@ -43,223 +43,251 @@ class SafeFilm(NamedTuple):
 
 def sentences(cases: Cases) -> list[str]:
     """Return sentences on a safe combination, on the thinnest film and the range of its law, on drivers and on loss."""
-    worst = cases.worst()
+    worst = cases.worst_case()
     if worst is None:
         return []
     index, (thinnest, *_), joint = worst
-    head = (
+    thinnest_sentence = (
         f"Thinnest film{cases.joint_text(joint)}: "
-        f"{cases.text(thinnest, index)}{cases.setting_text(index)}{cases.case_text(index)}."
+        f"{cases.figure_text(thinnest, index)}{cases.setting_text(index)}{cases.case_text(index)}."
     )
-    lines = [*_chosen(cases), " ".join([head, *_range_of_law(cases, index, thinnest, joint)])]
-    moved = effects.sentences(
-        cases, cases.label(thinnest), cases.column(thinnest).astype(float), partial(cases.texts, thinnest)
+    lines = [
+        *_best_design_sentences(cases),
+        " ".join([thinnest_sentence, *_law_range_sentences(cases, index, thinnest, joint)]),
+    ]
+    effect_sentences = effects.sentences(
+        cases,
+        cases.column_label(thinnest),
+        cases.column(thinnest).astype(float),
+        partial(cases.format_values, thinnest),
     )
-    lines += [" ".join(moved)] if moved else []
-    lines += [*dominance.sentences(cases, thinnest, f"{joint}_{LOSS}"), *_loss(cases, joint)]
-    if not np.isnan(figure := float(cases.column(f"{joint}_{SHARE}")[index])):
-        lines.append(f"Dry load share in the case of the thinnest film: {share_words(figure)}.")
+    lines += [" ".join(effect_sentences)] if effect_sentences else []
+    lines += [*dominance.sentences(cases, thinnest, f"{joint}_{LOSS}"), *_loss_sentences(cases, joint)]
+    if not np.isnan(dry_share := float(cases.column(f"{joint}_{DRY_SHARE}")[index])):
+        lines.append(f"Dry load share in the case of the thinnest film: {dry_share_text(dry_share)}.")
     return lines
 
 
-def losses(cases: Cases) -> list[str]:
+def all_loss_sentences(cases: Cases) -> list[str]:
     """Return sentences on the loss of each film, for a grid whose limits lead."""
-    return [line for joint in _joints(cases) for line in _loss(cases, joint)]
+    return [line for joint in _film_joints(cases) for line in _loss_sentences(cases, joint)]
 
 
-def choice(cases: Cases) -> Choice | None:
+def find_best_design(cases: Cases) -> BestDesign | None:
     """Return the safe combination with the thickest film; None if no combination is safe, or only one was tried.
 
     A combination is safe if its film stays within the range of its law in all of its cases, and above ROUGHNESSES
     times the combined roughness of the surfaces if this is known.
     """
-    joints, count = _joints(cases), len(cases.case_ids)
+    joints, count = _film_joints(cases), len(cases.case_ids)
     if not joints or cases.record.get("sample"):
         return None
-    paths, conditions = designs.divided(cases.axes)
-    groups = designs.groups(paths, cases.column, count)
-    films = np.array([cases.column(f"{joint}_{THICKNESS}").astype(float) for joint in joints])
-    least = np.where(np.isnan(films).any(axis=0), -np.inf, films.min(axis=0))
-    is_safe = (least > 0.0) & ~_unsafe(cases, joints)
-    lossy = sum(np.asarray(cases.column(f"{joint}_{LOSS}"), float) for joint in joints if cases.has(f"{joint}_{LOSS}"))
-    loss = np.broadcast_to(np.nan if isinstance(lossy, int) else lossy, (count,))
-    complete = max(map(len, groups))
-    safe = [group for group in groups if is_safe[group].all() and len(group) == complete]
-    if not safe or len(groups) == 1:
+    paths, conditions = designs.split_axes(cases.axes)
+    groups = designs.group_cases(paths, cases.column, count)
+    thicknesses = np.array([cases.column(f"{joint}_{THICKNESS}").astype(float) for joint in joints])
+    least_thicknesses = np.where(np.isnan(thicknesses).any(axis=0), -np.inf, thicknesses.min(axis=0))
+    is_safe = (least_thicknesses > 0.0) & ~_is_unsafe(cases, joints)
+    loss_sums = sum(
+        np.asarray(cases.column(f"{joint}_{LOSS}"), float) for joint in joints if cases.has(f"{joint}_{LOSS}")
+    )
+    losses = np.broadcast_to(np.nan if isinstance(loss_sums, int) else loss_sums, (count,))
+    complete_size = max(map(len, groups))
+    safe_groups = [group for group in groups if is_safe[group].all() and len(group) == complete_size]
+    if not safe_groups or len(groups) == 1:
         return None
-    ranked = sorted(safe, key=lambda group: -float(least[group].min()))
+    ranked = sorted(safe_groups, key=lambda group: -float(least_thicknesses[group].min()))
     safe_films = []
     for group in ranked:
-        thinnest = group[int(np.argmin(least[group]))]
-        joint = joints[int(np.argmin(films[:, thinnest]))]
-        safe_films.append(SafeFilm(thinnest, float(least[thinnest]), joint, float(loss[group].max())))
-    best, *others = safe_films
-    return Choice(
+        thinnest_case = group[int(np.argmin(least_thicknesses[group]))]
+        joint = joints[int(np.argmin(thicknesses[:, thinnest_case]))]
+        safe_films.append(
+            SafeFilm(thinnest_case, float(least_thicknesses[thinnest_case]), joint, float(losses[group].max()))
+        )
+    best_group, *others = safe_films
+    return BestDesign(
         paths,
         conditions,
-        *best,
-        best.loss <= min(film.loss for film in safe_films),
-        len(safe),
+        *best_group,
+        best_group.loss <= min(film.loss for film in safe_films),
+        len(safe_groups),
         len(groups),
-        tuple(group[0] for group in groups if group not in safe),
+        tuple(group[0] for group in groups if group not in safe_groups),
         tuple(others),
     )
 
 
-def setting_of(cases: Cases, chosen: Choice) -> str:
+def design_text(cases: Cases, best: BestDesign) -> str:
     """Return the values of a chosen combination in words."""
-    return cases.setting(chosen.thinnest, chosen.paths)
+    return cases.values_text(best.thinnest_case, best.design_paths)
 
 
-def every_condition(chosen: Choice) -> str:
+def conditions_text(best: BestDesign) -> str:
     """Return ' at every crank speed', or '' if no operating condition varies."""
-    names = wording.sentence_list([wording.axis_name(path) for path in chosen.conditions])
+    names = wording.sentence_list([wording.axis_name(path) for path in best.condition_paths])
     return f" at every {names}" if names else ""
 
 
-def needed(cases: Cases, joint: str) -> np.ndarray | None:
+def required_thickness(cases: Cases, joint: str) -> np.ndarray | None:
     """Return ROUGHNESSES times the combined roughness (m) of a joint's surfaces in each case; None if it is unknown."""
     path = f"joints.{wording.joint_name(joint)}.film.transition.roughness"
     if path in cases.axes:
         return ROUGHNESSES * cases.column(path).astype(float)
-    value = _at(cases, path)
+    value = _grid_value(cases, path)
     return np.full(len(cases.case_ids), ROUGHNESSES * value) if isinstance(value, float) else None
 
 
-def end_of_law(cases: Cases, joint: str) -> float | None:
+def law_end_thickness(cases: Cases, joint: str) -> float | None:
     """Return the largest film (m) at which the law of a joint's film ends; None if the grid does not state it."""
-    clearance, limit = (f"joints.{wording.joint_name(joint)}.{key}" for key in ("clearance", "film.limit"))
-    sizes, ratios = (
-        cases.column(path).astype(float) if path in cases.axes else _at(cases, path) for path in (clearance, limit)
+    clearance_path, limit_path = (f"joints.{wording.joint_name(joint)}.{key}" for key in ("clearance", "film.limit"))
+    clearances, limit_ratios = (
+        cases.column(path).astype(float) if path in cases.axes else _grid_value(cases, path)
+        for path in (clearance_path, limit_path)
     )
-    if sizes is None or ratios is None:
+    if clearances is None or limit_ratios is None:
         return None
-    ends = np.asarray(sizes, float) * (1.0 - np.asarray(ratios, float))
-    return float(np.nanmax(ends)) if np.isfinite(ends).any() else None
+    thicknesses = np.asarray(clearances, float) * (1.0 - np.asarray(limit_ratios, float))
+    return float(np.nanmax(thicknesses)) if np.isfinite(thicknesses).any() else None
 
 
-def outside_law(cases: Cases) -> tuple[np.ndarray, int]:
+def find_cases_outside_law(cases: Cases) -> tuple[np.ndarray, int]:
     """Return the indices of the cases outside the range of their film law, and the number of all cases."""
-    outside = np.zeros(len(cases.case_ids), bool)
-    for joint in _joints(cases):
-        outside |= cases.column(f"{joint}_{OUTSIDE}").astype(float) > 0.0
-    return np.flatnonzero(outside), len(outside)
+    is_outside = np.zeros(len(cases.case_ids), bool)
+    for joint in _film_joints(cases):
+        is_outside |= cases.column(f"{joint}_{LIMIT_FRACTION}").astype(float) > 0.0
+    return np.flatnonzero(is_outside), len(is_outside)
 
 
-def beyond_law(share: float) -> str:
+def beyond_law_text(share: float) -> str:
     """Return the remark on a film that is thinner than its law covers for a share of the time."""
-    return f"thinner than its law covers for {_percent(share)} of the time"
+    return f"thinner than its law covers for {_percent_text(share)} of the time"
 
 
-def share_words(share: float) -> str:
+def dry_share_text(share: float) -> str:
     """Return a dry load share in words; NaN means that no contact behind the film is modelled."""
-    return NOT_MODELLED if np.isnan(share) else _percent(share)
+    return NOT_MODELLED if np.isnan(share) else _percent_text(share)
 
 
-def _at(cases: Cases, path: str) -> object:
+def _grid_value(cases: Cases, path: str) -> object:
     value: object = cases.record
     for key in path.split("."):
         value = value.get(key) if isinstance(value, dict) else None
     return value
 
 
-def _joints(cases: Cases) -> list[str]:
+def _film_joints(cases: Cases) -> list[str]:
     return [joint.name for joint in cases.layout.joints if cases.has(f"{joint.name}_{THICKNESS}")]
 
 
-def _unsafe(cases: Cases, joints: list[str]) -> np.ndarray:
+def _is_unsafe(cases: Cases, joints: list[str]) -> np.ndarray:
     """Return which cases (n,) leave the range of a film law or are too thin for the surfaces' roughness."""
-    unsafe = np.zeros(len(cases.case_ids), bool)
-    unsafe[outside_law(cases)[0]] = True
+    is_unsafe = np.zeros(len(cases.case_ids), bool)
+    is_unsafe[find_cases_outside_law(cases)[0]] = True
     for joint in joints:
-        least = needed(cases, joint)
-        if least is not None:
-            unsafe |= cases.column(f"{joint}_{THICKNESS}").astype(float) < least
-    return unsafe
+        required = required_thickness(cases, joint)
+        if required is not None:
+            is_unsafe |= cases.column(f"{joint}_{THICKNESS}").astype(float) < required
+    return is_unsafe
 
 
-def _chosen(cases: Cases) -> list[str]:
+def _best_design_sentences(cases: Cases) -> list[str]:
     """Return sentences on the safe combination with the thickest film, its loss, and the meaning of safe."""
-    chosen = choice(cases)
-    if chosen is None:
-        return _none_safe(cases)
-    (film,) = cases.texts(f"{chosen.joint}_{THICKNESS}", [chosen.thickness])
-    text = f"{title(chosen)}: {setting_of(cases, chosen)}. Its film is at least {film}"
-    if np.isfinite(chosen.loss):
-        (loss,) = cases.texts(f"{chosen.joint}_{LOSS}", [chosen.loss])
-        text += f", its loss at most {loss}"
+    best = find_best_design(cases)
+    if best is None:
+        return _no_safe_design_sentences(cases)
+    (film_text,) = cases.format_values(f"{best.joint}_{THICKNESS}", [best.thickness])
+    text = f"{heading(best)}: {design_text(cases, best)}. Its film is at least {film_text}"
+    if np.isfinite(best.loss):
+        (loss_text,) = cases.format_values(f"{best.joint}_{LOSS}", [best.loss])
+        text += f", its loss at most {loss_text}"
     text += "."
-    if chosen.has_least_loss and chosen.safe > 1:
+    if best.has_least_loss and best.safe_count > 1:
         text += " No other safe combination has a smaller largest loss."
-    edges = _edges(cases, chosen)
-    if edges:
-        text += f" It is at the end of the range of {wording.sentence_list(edges)}: a better one may lie outside."
-    meaning = _meaning(cases, chosen.joint)
-    count = f"{chosen.safe} of {wording.count(chosen.total, 'combination')} {'is' if chosen.safe == 1 else 'are'} safe"
-    unsafe = [f"{cases.setting(index, chosen.paths)}{_unsafe_where(cases, index, chosen)}" for index in chosen.unsafe]
-    others = f" Unsafe: {'; '.join(unsafe)}." if 0 < len(unsafe) <= LISTED_UNSAFE else ""
-    return [f"{text} {count}{every_condition(chosen)}: {meaning}.{others}", *_other_safe(cases, chosen)]
+    axes_at_end = _axes_at_range_end(cases, best)
+    if axes_at_end:
+        text += f" It is at the end of the range of {wording.sentence_list(axes_at_end)}: a better one may lie outside."
+    criteria = _safety_criteria_text(cases, best.joint)
+    count_text = (
+        f"{best.safe_count} of {wording.count(best.total_count, 'combination')} "
+        f"{'is' if best.safe_count == 1 else 'are'} safe"
+    )
+    unsafe_texts = [
+        f"{cases.values_text(index, best.design_paths)}{_unsafe_count_text(cases, index, best)}"
+        for index in best.unsafe_examples
+    ]
+    unsafe_sentence = f" Unsafe: {'; '.join(unsafe_texts)}." if 0 < len(unsafe_texts) <= LISTED_UNSAFE else ""
+    return [f"{text} {count_text}{conditions_text(best)}: {criteria}.{unsafe_sentence}", *_other_safe(cases, best)]
 
 
-def _other_safe(cases: Cases, chosen: Choice) -> list[str]:
+def _other_safe(cases: Cases, best: BestDesign) -> list[str]:
     """Return a sentence on each of the other safe combinations, or [] if there is none."""
     sentences: list[str] = []
-    for film in chosen.others[:LISTED_SAFE]:
-        (thickness,) = cases.texts(f"{film.joint}_{THICKNESS}", [film.thickness])
+    for film in best.others[:LISTED_SAFE]:
+        (thickness,) = cases.format_values(f"{film.joint}_{THICKNESS}", [film.thickness])
         loss_text = (
-            f", loss at most {cases.texts(f'{film.joint}_{LOSS}', [film.loss])[0]}" if np.isfinite(film.loss) else ""
+            f", loss at most {cases.format_values(f'{film.joint}_{LOSS}', [film.loss])[0]}"
+            if np.isfinite(film.loss)
+            else ""
         )
-        setting = cases.setting(film.thinnest, chosen.paths)
-        sentences.append(f"{labels.capital(setting) if sentences else setting}: film at least {thickness}{loss_text}.")
-    more = len(chosen.others) - LISTED_SAFE
+        setting = cases.values_text(film.thinnest_case, best.design_paths)
+        sentences.append(
+            f"{labels.capitalise(setting) if sentences else setting}: film at least {thickness}{loss_text}."
+        )
+    more = len(best.others) - LISTED_SAFE
     if more > 0:
         sentences.append(f"{more} more {'is' if more == 1 else 'are'} safe with thinner films.")
     return [" ".join(["Also safe:", *sentences])] if sentences else []
 
 
-def title(chosen: Choice) -> str:
+def heading(best: BestDesign) -> str:
     """Return the heading of a chosen combination: 'Thickest film at the worst crank speed'."""
-    names = wording.sentence_list([wording.axis_name(path) for path in chosen.conditions])
+    names = wording.sentence_list([wording.axis_name(path) for path in best.condition_paths])
     return f"Thickest film at the worst {names}" if names else "Thickest film"
 
 
-def _edges(cases: Cases, chosen: Choice) -> list[str]:
+def _axes_at_range_end(cases: Cases, best: BestDesign) -> list[str]:
     """Return the names of the paths whose chosen value is the smallest or largest of at least two numbers."""
-    edges = []
-    for path in chosen.paths:
+    names = []
+    for path in best.design_paths:
         values = cases.column(path)
-        if isinstance(values[chosen.thinnest], str) or len(set(values.tolist())) < 2:
+        if isinstance(values[best.thinnest_case], str) or len(set(values.tolist())) < 2:
             continue
-        if float(values[chosen.thinnest]) in (float(np.min(values)), float(np.max(values))):
-            edges.append(wording.axis_name(path))
-    return edges
+        if float(values[best.thinnest_case]) in (float(np.min(values)), float(np.max(values))):
+            names.append(wording.axis_name(path))
+    return names
 
 
-def _unsafe_where(cases: Cases, index: int, chosen: Choice) -> str:
+def _unsafe_count_text(cases: Cases, index: int, best: BestDesign) -> str:
     """Return ' (1 of 3 cases)': how many cases of the combination of a case are unsafe; '' if all are."""
-    groups = designs.groups(chosen.paths, cases.column, len(cases.case_ids))
-    members = next(group for group in groups if index in group)
-    unsafe = int(_unsafe(cases, _joints(cases))[members].sum())
-    return f" ({unsafe} of {len(members)} cases)" if unsafe < len(members) else ""
+    groups = designs.group_cases(best.design_paths, cases.column, len(cases.case_ids))
+    case_indices = next(group for group in groups if index in group)
+    unsafe_count = int(_is_unsafe(cases, _film_joints(cases))[case_indices].sum())
+    return f" ({unsafe_count} of {len(case_indices)} cases)" if unsafe_count < len(case_indices) else ""
 
 
-def _none_safe(cases: Cases) -> list[str]:
+def _no_safe_design_sentences(cases: Cases) -> list[str]:
     """Return a sentence if no combination of several is safe; [] if there is only one combination or a sample."""
-    joints = _joints(cases)
+    joints = _film_joints(cases)
     if not joints or len(cases.case_ids) < 2 or cases.record.get("sample"):
         return []
-    paths, conditions = designs.divided(cases.axes)
-    if len(designs.groups(paths, cases.column, len(cases.case_ids))) == 1:
+    paths, conditions = designs.split_axes(cases.axes)
+    if len(designs.group_cases(paths, cases.column, len(cases.case_ids))) == 1:
         names = wording.sentence_list([wording.axis_name(path) for path in conditions])
-        unsafe = int(_unsafe(cases, joints).sum())
-        said = f"unsafe in {unsafe} of {wording.count(len(cases.case_ids), 'case')}" if unsafe else "safe in every case"
-        return [f"Over {names}, the film is {said}. Safe means {_meaning(cases, joints[0])}."]
-    return [f"No combination of the values is safe under every condition. Safe means {_meaning(cases, joints[0])}."]
+        unsafe_count = int(_is_unsafe(cases, joints).sum())
+        safety_text = (
+            f"unsafe in {unsafe_count} of {wording.count(len(cases.case_ids), 'case')}"
+            if unsafe_count
+            else "safe in every case"
+        )
+        return [f"Over {names}, the film is {safety_text}. Safe means {_safety_criteria_text(cases, joints[0])}."]
+    return [
+        "No combination of the values is safe under every condition. Safe means "
+        f"{_safety_criteria_text(cases, joints[0])}."
+    ]
 
 
-def _meaning(cases: Cases, joint: str) -> str:
+def _safety_criteria_text(cases: Cases, joint: str) -> str:
     """Return the criteria of a safe film: within its law, and thicker than the roughness if this is known."""
-    if needed(cases, joint) is None:
+    if required_thickness(cases, joint) is None:
         return (
             "within the range of the film law. No roughness is given: compare the films with "
             f"{ROUGHNESSES:g} times the combined roughness of the surfaces"
@@ -267,51 +295,67 @@ def _meaning(cases: Cases, joint: str) -> str:
     return f"within the range of the film law and above {ROUGHNESSES:g} times the combined roughness"
 
 
-def _range_of_law(cases: Cases, index: int, thinnest: str, joint: str) -> list[str]:
+def _law_range_sentences(cases: Cases, index: int, thickness_column: str, joint: str) -> list[str]:
     """Return sentences on the cases that leave the range of their law, and on the thinnest film within it."""
-    outside, count = outside_law(cases)
-    if not len(outside):
+    outside_cases, count = find_cases_outside_law(cases)
+    if not len(outside_cases):
         return ["Every case is within the range of the film law."] if count > 1 else []
-    share, said = float(cases.column(f"{joint}_{OUTSIDE}")[index]), []
+    share, lines = float(cases.column(f"{joint}_{LIMIT_FRACTION}")[index]), []
     if share > 0.0:
-        said.append(f"It is {beyond_law(share)}: do not rely on it.")
-    of_cases = wording.count(count, "case")
-    said.append(f"{count - len(outside)} of {of_cases} {'is' if count - len(outside) == 1 else 'are'} within the law.")
-    others = [place for place in outside.tolist() if place != index]
+        lines.append(f"It is {beyond_law_text(share)}: do not rely on it.")
+    total_text = wording.count(count, "case")
+    lines.append(
+        f"{count - len(outside_cases)} of {total_text} {'is' if count - len(outside_cases) == 1 else 'are'} within "
+        "the law."
+    )
+    others = [other for other in outside_cases.tolist() if other != index]
     if others:
-        listed = "; ".join(cases.setting_text(place).removeprefix(" at ").removeprefix(" in ") for place in others)
-        said.append(f"Outside, too: {listed}." if len(others) <= LISTED_OUTSIDE else _many_outside(cases, outside))
-    films = cases.column(thinnest).astype(float).copy()
-    films[outside] = np.nan
-    if np.isfinite(films).any():
-        least = int(np.nanargmin(films))
-        at = cases.at_difference(least, index)
-        said.append(f"The thinnest that its law covers: {cases.text(thinnest, least)}{at}.")
-    return said
+        settings_text = "; ".join(
+            cases.setting_text(other).removeprefix(" at ").removeprefix(" in ") for other in others
+        )
+        lines.append(
+            f"Outside, too: {settings_text}."
+            if len(others) <= LISTED_OUTSIDE
+            else _outside_sentence(cases, outside_cases)
+        )
+    thicknesses = cases.column(thickness_column).astype(float).copy()
+    thicknesses[outside_cases] = np.nan
+    if np.isfinite(thicknesses).any():
+        thinnest_case = int(np.nanargmin(thicknesses))
+        location = cases.difference_text(thinnest_case, index)
+        lines.append(
+            f"The thinnest that its law covers: {cases.figure_text(thickness_column, thinnest_case)}{location}."
+        )
+    return lines
 
 
-def _many_outside(cases: Cases, outside: np.ndarray) -> str:
+def _outside_sentence(cases: Cases, outside_cases: np.ndarray) -> str:
     """Return a sentence with the values that the cases outside the range of their law share, or with their number."""
-    shared = [path for path in cases.axes if len({str(cases.column(path)[place]) for place in outside}) == 1]
+    shared = [path for path in cases.axes if len({str(cases.column(path)[case]) for case in outside_cases}) == 1]
     if not shared:
-        return f"The {len(outside)} others leave it."
-    return f"All {len(outside)} outside have {cases.setting(int(outside[0]), shared)}."
+        return f"The {len(outside_cases)} others leave it."
+    return f"All {len(outside_cases)} outside have {cases.values_text(int(outside_cases[0]), shared)}."
 
 
-def _loss(cases: Cases, joint: str) -> list[str]:
+def _loss_sentences(cases: Cases, joint: str) -> list[str]:
     """Return sentences on the range of a film's loss and the effects on it."""
-    loss = f"{joint}_{LOSS}"
-    if not cases.has(loss):
+    loss_column = f"{joint}_{LOSS}"
+    if not cases.has(loss_column):
         return []
-    least, largest = cases.extremes(loss)
-    low, high = cases.text(loss, least), cases.text(loss, largest)
-    name = labels.capital(cases.label(loss))
-    if low == high:
-        return [f"{name}: {high}."]
-    text = f"{name}: {low} to {high}. It is largest{cases.setting_text(largest)}."
-    moved = effects.sentences(cases, cases.label(loss), cases.column(loss).astype(float), partial(cases.texts, loss))
-    return [" ".join([text, *moved])]
+    least_case, largest_case = cases.extreme_cases(loss_column)
+    least_text, largest_text = cases.figure_text(loss_column, least_case), cases.figure_text(loss_column, largest_case)
+    name = labels.capitalise(cases.column_label(loss_column))
+    if least_text == largest_text:
+        return [f"{name}: {largest_text}."]
+    text = f"{name}: {least_text} to {largest_text}. It is largest{cases.setting_text(largest_case)}."
+    effect_sentences = effects.sentences(
+        cases,
+        cases.column_label(loss_column),
+        cases.column(loss_column).astype(float),
+        partial(cases.format_values, loss_column),
+    )
+    return [" ".join([text, *effect_sentences])]
 
 
-def _percent(share: float) -> str:
+def _percent_text(share: float) -> str:
     return f"{wording.short(100.0 * share, 3)}{wording.BLANK}%"

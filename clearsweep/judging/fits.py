@@ -32,22 +32,22 @@ class ClassifiedFits(NamedTuple):
         return len(self.accepted) + len(self.undecided) + len(self.rejected)
 
 
-def of_cases(cases: Cases) -> ClassifiedFits | None:
+def classify_fits(cases: Cases) -> ClassifiedFits | None:
     """Return the classified fits of the first varied path with fits; None without such a path or without limits."""
     path = next((path for path in cases.record.get("fits") or {} if path in cases.axes), None)
     if path is None or not cases.record.get("limits") or (cases.record.get("sample") or {}).get("drawn", {}).get(path):
         return None
     values, margins = cases.column(path).astype(float), cases.column(MARGIN).astype(float)
     meets_limits = {value: bool((margins[values == value] >= 0.0).all()) for value in np.unique(values).tolist()}
-    listed: Sequence[Mapping[str, Any]] = [fit for fit in cases.record["fits"][path] if fit["mean"] in meets_limits]
-    meeting = [fit for fit in listed if meets_limits[fit["mean"]]]
-    if not listed:  # a search runs the ends of fits, not their means
+    run_fits: Sequence[Mapping[str, Any]] = [fit for fit in cases.record["fits"][path] if fit["mean"] in meets_limits]
+    accepted_at_mean = [fit for fit in run_fits if meets_limits[fit["mean"]]]
+    if not run_fits:  # a search runs the ends of fits, not their means
         return None
     return ClassifiedFits(
         path,
-        tuple(fit for fit in meeting if _is_covered(fit, meets_limits)),
-        tuple(fit for fit in meeting if not _is_covered(fit, meets_limits)),
-        tuple(fit for fit in listed if not meets_limits[fit["mean"]]),
+        tuple(fit for fit in accepted_at_mean if _is_covered(fit, meets_limits)),
+        tuple(fit for fit in accepted_at_mean if not _is_covered(fit, meets_limits)),
+        tuple(fit for fit in run_fits if not meets_limits[fit["mean"]]),
         tuple(value for value, meets in meets_limits.items() if meets),
         tuple(value for value, meets in meets_limits.items() if not meets),
         {value: float(margins[values == value].min()) for value in meets_limits},
@@ -70,7 +70,7 @@ def _is_covered(fit: Mapping[str, Any], meets_limits: Mapping[float, bool]) -> b
 
 def sentences(cases: Cases) -> list[str]:
     """Return sentences on the accepted, the undecided and the rejected fits; [] without fits."""
-    classified = of_cases(cases)
+    classified = classify_fits(cases)
     if classified is None:
         return []
     lines = [
@@ -79,11 +79,13 @@ def sentences(cases: Cases) -> list[str]:
         *(_undecided_sentence(classified, fit) for fit in classified.undecided[:MAX_LISTED]),
     ]
     if classified.rejected:
-        lines.append(f"Exceeding a limit at the mean clearance: {_names(classified.rejected)}.")
+        lines.append(f"Exceeding a limit at the mean clearance: {_names_text(classified.rejected)}.")
     if classified.undecided:
-        ends = dict.fromkeys(_micrometres(_critical_end(classified, fit)) for fit in classified.undecided)
-        lines.append(f"To decide, add {wording.sentence_list(list(ends))} to the sweep.")
-    lines += _unchecked_ends(classified)
+        clearance_texts = dict.fromkeys(
+            _micrometres_text(_critical_clearance(classified, fit)) for fit in classified.undecided
+        )
+        lines.append(f"To decide, add {wording.sentence_list(list(clearance_texts))} to the sweep.")
+    lines += _unchecked_end_sentences(classified)
     return [" ".join(lines)]
 
 
@@ -93,7 +95,7 @@ def _fails_below(classified: ClassifiedFits) -> bool:
     return bool(unsafe and safe and unsafe[0] < safe[0])
 
 
-def _critical_end(classified: ClassifiedFits, fit: Mapping[str, Any]) -> float:
+def _critical_clearance(classified: ClassifiedFits, fit: Mapping[str, Any]) -> float:
     """Return the end of a fit's clearances (m) towards the limit."""
     return float(fit["low"] if _fails_below(classified) else fit["high"])
 
@@ -110,18 +112,18 @@ def _unchecked_end(classified: ClassifiedFits) -> tuple[float, float] | None:
     return (end, outermost_run) if end < outermost_run else None
 
 
-def _unchecked_ends(classified: ClassifiedFits) -> list[str]:
+def _unchecked_end_sentences(classified: ClassifiedFits) -> list[str]:
     """Return sentences on the other ends of the accepted tolerances if they lie beyond all clearances run, or []."""
     unchecked = _unchecked_end(classified)
     if unchecked is None:
         return []
-    end, outermost_run = unchecked
-    word, direction = ("above", "up to") if _fails_below(classified) else ("below", "down to")
-    texts = [_micrometres(length) for length in (outermost_run, end)]
-    lines = [f"Clearances {word} {texts[0]}, {direction} {texts[1]}, were not run."]
+    extreme_clearance, extreme_run = unchecked
+    preposition, direction = ("above", "up to") if _fails_below(classified) else ("below", "down to")
+    texts = [_micrometres_text(length) for length in (extreme_run, extreme_clearance)]
+    lines = [f"Clearances {preposition} {texts[0]}, {direction} {texts[1]}, were not run."]
     margins = list(classified.margins.values())[:: -1 if _fails_below(classified) else 1]
     trend = "The margin does not shrink towards them; to" if len(margins) > 1 and margins[0] >= margins[1] else "To"
-    return [*lines, f"{trend} check them, add {texts[1]} to the sweep."] if end > 0.0 else lines
+    return [*lines, f"{trend} check them, add {texts[1]} to the sweep."] if extreme_clearance > 0.0 else lines
 
 
 def _accepted_sentence(classified: ClassifiedFits) -> str:
@@ -134,8 +136,11 @@ def _accepted_sentence(classified: ClassifiedFits) -> str:
         else ("largest", "below", classified.safe_clearances[-1])
     )
     verb, possessive = ("meets", "its") if len(classified.accepted) == 1 else ("meet", "their")
-    subject, clearance_text = f"{_names(classified.accepted)} {verb} the limits", f"{possessive} {adjective} clearance"
-    reason = f"lies {side} one that meets them ({_micrometres(nearest)})."
+    subject, clearance_text = (
+        f"{_names_text(classified.accepted)} {verb} the limits",
+        f"{possessive} {adjective} clearance",
+    )
+    reason = f"lies {side} one that meets them ({_micrometres_text(nearest)})."
     if _unchecked_end(classified):
         return f"{subject} {'down' if side == 'above' else 'up'} to {clearance_text}, which {reason}"
     return f"{subject} over {possessive} whole tolerance: {clearance_text} {reason}"
@@ -152,7 +157,8 @@ def accepted_loads(cases: Cases, classified: ClassifiedFits) -> list[str]:
     means = [fit["mean"] for fit in classified.accepted]
     is_accepted = np.isin(cases.column(classified.path).astype(float), means)
     return [
-        f"the {cases.label(limit.column)} is {limit.kind.replace('_', ' ')} {_worst_text(cases, limit, is_accepted)}"
+        f"the {cases.column_label(limit.column)} is {limit.kind.replace('_', ' ')} "
+        f"{_worst_text(cases, limit, is_accepted)}"
         for limit in cases.limits
         if is_accepted.any() and np.isfinite(cases.column(limit.column).astype(float)[is_accepted]).any()
     ][:MAX_LISTED]
@@ -162,12 +168,12 @@ def _worst_text(cases: Cases, limit: Limit, is_member: np.ndarray) -> str:
     """Return the value nearest to a limit among some cases in words; is_member : (n,)."""
     values = cases.column(limit.column).astype(float)[is_member]
     worst = np.nanmax(values) if limit.kind == "at_most" else np.nanmin(values)
-    return cases.texts(limit.column, [float(worst)])[0]
+    return cases.format_values(limit.column, [float(worst)])[0]
 
 
 def _undecided_sentence(classified: ClassifiedFits, fit: Mapping[str, Any]) -> str:
     """Return why a fit is undecided: the limit of its tolerance that no run covers, and the nearest clearances run."""
-    adjective, clearance = "smallest" if _fails_below(classified) else "largest", _critical_end(classified, fit)
+    adjective, clearance = "smallest" if _fails_below(classified) else "largest", _critical_clearance(classified, fit)
     next_smaller = max(
         (value for value in (*classified.safe_clearances, *classified.unsafe_clearances) if value <= clearance),
         default=None,
@@ -177,7 +183,7 @@ def _undecided_sentence(classified: ClassifiedFits, fit: Mapping[str, Any]) -> s
         default=None,
     )
     neighbours = [
-        f"{_micrometres(value)} ({'met' if value in classified.safe_clearances else 'exceeded'})"
+        f"{_micrometres_text(value)} ({'met' if value in classified.safe_clearances else 'exceeded'})"
         for value in (next_smaller, next_larger)
         if value
     ]
@@ -185,13 +191,13 @@ def _undecided_sentence(classified: ClassifiedFits, fit: Mapping[str, Any]) -> s
         location = f"lies between {neighbours[0]} and {neighbours[1]}"
     else:
         location = f"lies {'above' if next_larger is None else 'below'} {neighbours[0]}, the {adjective} that was run"
-    return f"{fit['name']} is open: its {adjective} clearance, {_micrometres(clearance)}, {location}."
+    return f"{fit['name']} is open: its {adjective} clearance, {_micrometres_text(clearance)}, {location}."
 
 
-def _names(fits: Sequence[Mapping[str, Any]]) -> str:
+def _names_text(fits: Sequence[Mapping[str, Any]]) -> str:
     return wording.sentence_list([fit["name"] for fit in fits])
 
 
-def _micrometres(clearance: float) -> str:
+def _micrometres_text(clearance: float) -> str:
     """Return a clearance (m) in micrometres."""
     return f"{1e6 * clearance:.4g}{wording.BLANK}\u00b5m"

@@ -11,7 +11,7 @@ MAX_SPEED_DEVIATION = 0.01  # relative difference of measured and computed speed
 MAX_NAMED_FEATURES = 4  # most features mentioned
 
 
-def certainty(parameter: Mapping[str, Any]) -> str:
+def certainty_text(parameter: Mapping[str, Any]) -> str:
     """Return the remark on an interval: the data hardly determine the value, or the interval ends at the range."""
     remarks = {"not": "the data do not determine it", "weakly": "the data determine it weakly"}
     statements = [remarks[parameter["determined"]]] if parameter["determined"] in remarks else []
@@ -22,7 +22,7 @@ def certainty(parameter: Mapping[str, Any]) -> str:
     return f"; {', '.join(statements)}" if statements else ""
 
 
-def difference(fit: Mapping[str, Any]) -> str:
+def difference_text(fit: Mapping[str, Any]) -> str:
     """Return the difference between a computed and a measured feature in words."""
     if not fit["measured"]:
         return ""
@@ -32,16 +32,16 @@ def difference(fit: Mapping[str, Any]) -> str:
 
 def sentences(identified: Mapping[str, Any], joint_count: int) -> list[str]:
     """Return the sentences on misfit, keys that trade off, priors and treatment of the signals."""
-    lines = [_misfit(identified)]
-    for first, second, correlation in identified["traded"]:
-        names = f"{wording.axis_name(first, joint_count)} and {wording.axis_name(second, joint_count)}"
+    lines = [_misfit_sentence(identified)]
+    for first_key, second_key, correlation in identified["traded"]:
+        names = f"{wording.axis_name(first_key, joint_count)} and {wording.axis_name(second_key, joint_count)}"
         lines.append(f"{names} trade off (correlation {correlation:.2f}): the data determine a combination of them.")
     for signal in identified["signals"]:
-        noise, low, high = (f"{100.0 * noise_share:.2g}" for noise_share in signal["noise"])
+        noise_text, low_text, high_text = (f"{100.0 * noise_share:.2g}" for noise_share in signal["noise"])
         lines.append(
             f"{signal['channel']} of {signal['file']}: {signal['revolutions']} revolutions of {signal['samples']:.4g} "
             f"samples, compared up to order {signal['orders']:.3g}; crank angle {math.degrees(signal['angle']):.3g} "
-            f"deg in advance, noise {noise} % of the rms (95 %: {low} to {high} %)."
+            f"deg in advance, noise {noise_text} % of the rms (95 %: {low_text} to {high_text} %)."
         )
         speed, computed_speed = signal["speed"], identified["computed_speed"]
         if speed and abs(speed / computed_speed - 1.0) > MAX_SPEED_DEVIATION:
@@ -60,7 +60,7 @@ def sentences(identified: Mapping[str, Any], joint_count: int) -> list[str]:
     return lines
 
 
-def _misfit(identified: Mapping[str, Any]) -> str:
+def _misfit_sentence(identified: Mapping[str, Any]) -> str:
     """Return the sentence on whether the model explains the measurement."""
     if identified["explained"]:
         return "The model explains the measurement within the assumed errors; smaller model errors are not detected."
@@ -68,7 +68,9 @@ def _misfit(identified: Mapping[str, Any]) -> str:
         (fit for fit in identified["fits"] if abs(fit["deviations"]) > MAX_DEVIATION),
         key=lambda fit: -abs(fit["deviations"]),
     )
-    descriptions = [f"{fit['channel']}, {fit['feature']}{difference(fit)}" for fit in deviating[:MAX_NAMED_FEATURES]]
+    descriptions = [
+        f"{fit['channel']}, {fit['feature']}{difference_text(fit)}" for fit in deviating[:MAX_NAMED_FEATURES]
+    ]
     location = f"; largest differences: {wording.sentence_list(descriptions)}" if descriptions else ""
     return (
         f"Misfit: no values of these keys explain the measurement{location}. Errors are "

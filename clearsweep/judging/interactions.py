@@ -8,44 +8,51 @@ from ..language import wording
 from .cases import Cases, range_text
 from .variance import CLEAR_FACTOR, largest_over_smallest
 
-MOST_LEVELS = 6  # values of the other axis above which its levels are not compared
+MAX_OTHER_LEVELS = 6  # values of the other axis above which its levels are not compared
 
 
-Texts = Callable[[Sequence[float]], list[str]]
+ValueFormatter = Callable[[Sequence[float]], list[str]]
 
 
-def sentence(cases: Cases, path: str, label: str, values: np.ndarray, texts: Texts) -> str:
+def opposite_effects_sentence(
+    cases: Cases, path: str, label: str, values: np.ndarray, format_values: ValueFormatter
+) -> str:
     """Return a sentence on the opposite effects of a number on a figure, or '' if it has none.
 
     path : of the number; label : name of the figure; values : (n,) SI, NaN for null; texts : returns them in words
     """
-    rising, falling = _counts(cases, path, values)
-    split = _split(cases, path, values, texts) if min(rising, falling) > 0 else []
-    if not split:  # scatter without a cause
-        return ""
-    pair = cases.named_value(0, path)
-    name, combinations = pair[0] if pair else path, wording.count(rising + falling, "combination")
-    text = (
-        f"Opposite effects: as {name} grows, {label} rises in {rising} of {combinations} of the other values and "
-        f"falls in {falling}."
+    rising_count, falling_count = _count_trends(cases, path, values)
+    trend_sentences = (
+        _opposite_trend_sentences(cases, path, values, format_values) if min(rising_count, falling_count) > 0 else []
     )
-    return " ".join([text, *split])
+    if not trend_sentences:  # scatter without a cause
+        return ""
+    name_and_value = cases.named_value(0, path)
+    name, combinations = (
+        name_and_value[0] if name_and_value else path,
+        wording.count(rising_count + falling_count, "combination"),
+    )
+    text = (
+        f"Opposite effects: as {name} grows, {label} rises in {rising_count} of {combinations} of the other values and "
+        f"falls in {falling_count}."
+    )
+    return " ".join([text, *trend_sentences])
 
 
-def _counts(cases: Cases, path: str, values: np.ndarray) -> tuple[int, int]:
+def _count_trends(cases: Cases, path: str, values: np.ndarray) -> tuple[int, int]:
     """Return the numbers of combinations of the other values in which a figure clearly rises and falls with a path."""
-    trends = [_trend(cases.column(path)[group], values[group]) for group in _groups(cases, path, None)]
+    trends = [_trend(cases.column(path)[group], values[group]) for group in _group_cases(cases, path, None)]
     return sum(trend > 0 for trend in trends), sum(trend < 0 for trend in trends)
 
 
-def _groups(cases: Cases, path: str, by: str | None) -> list[np.ndarray]:
+def _group_cases(cases: Cases, path: str, group_axis: str | None) -> list[np.ndarray]:
     """Return the cases with equal values at all axes but `path`, or at the axis `by` only, in order of appearance.
 
     Cases without a value at `path` are left out.
     """
     is_used = ~np.isnan(cases.column(path).astype(float))
-    others = [by] if by else [axis for axis in cases.axes if axis != path]
-    columns = [cases.column(other) for other in others]
+    equal_axes = [group_axis] if group_axis else [axis for axis in cases.axes if axis != path]
+    columns = [cases.column(other) for other in equal_axes]
     groups: dict[tuple, list[int]] = {}
     for index in np.flatnonzero(is_used).tolist():
         groups.setdefault(tuple(str(column[index]) for column in columns), []).append(index)
@@ -54,8 +61,8 @@ def _groups(cases: Cases, path: str, by: str | None) -> list[np.ndarray]:
 
 def _medians(numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return the median of the known values (n,) at each distinct number (n,), numbers ascending."""
-    known = np.isfinite(values)
-    return np.array([np.median(values[known & (numbers == each)]) for each in np.unique(numbers[known])])
+    is_known = np.isfinite(values)
+    return np.array([np.median(values[is_known & (numbers == number)]) for number in np.unique(numbers[is_known])])
 
 
 def _trend(numbers: np.ndarray, values: np.ndarray) -> int:
@@ -66,21 +73,21 @@ def _trend(numbers: np.ndarray, values: np.ndarray) -> int:
     return 1 if medians[-1] > medians[0] else -1
 
 
-def _split(cases: Cases, path: str, values: np.ndarray, texts: Texts) -> list[str]:
+def _opposite_trend_sentences(cases: Cases, path: str, values: np.ndarray, format_values: ValueFormatter) -> list[str]:
     """Return a sentence on an axis at whose smallest and largest value the medians have opposite trends, or []."""
-    for other in cases.axes:
-        column = cases.column(other)
-        if other == path or isinstance(column[0], str) or len(np.unique(column)) > MOST_LEVELS:
+    for other_axis in cases.axes:
+        column = cases.column(other_axis)
+        if other_axis == path or isinstance(column[0], str) or len(np.unique(column)) > MAX_OTHER_LEVELS:
             continue
-        groups = sorted(_groups(cases, path, other), key=lambda group: float(column[group[0]]))
-        ends = [groups[0], groups[-1]]
-        trends = [_trend(cases.column(path)[group], values[group]) for group in ends]
+        groups = sorted(_group_cases(cases, path, other_axis), key=lambda group: float(column[group[0]]))
+        outer_groups = [groups[0], groups[-1]]
+        trends = [_trend(cases.column(path)[group], values[group]) for group in outer_groups]
         if trends[0] * trends[1] == -1:
-            said = []
-            for group, trend in zip(ends, trends, strict=True):
+            clauses = []
+            for group, trend in zip(outer_groups, trends, strict=True):
                 medians = _medians(cases.column(path)[group], values[group])
-                span = range_text(*texts([float(medians[0]), float(medians[-1])]))
-                setting = cases.setting(int(group[0]), (other,))
-                said.append(f"at {setting} it {'rises' if trend > 0 else 'falls'} {span}")
-            return [f"In the medians, {said[0]}; {said[1]}."]
+                medians_text = range_text(*format_values([float(medians[0]), float(medians[-1])]))
+                setting_text = cases.values_text(int(group[0]), (other_axis,))
+                clauses.append(f"at {setting_text} it {'rises' if trend > 0 else 'falls'} {medians_text}")
+            return [f"In the medians, {clauses[0]}; {clauses[1]}."]
     return []

@@ -25,24 +25,24 @@ _LABELS = {
 }
 
 
-def label(layout: Layout, name: str) -> str:
+def column_label(layout: Layout, name: str) -> str:
     """Return the label of a column, with its joint if there are several; for a user-defined figure, its name."""
     column = next((column for column in layout.columns if column.name == name), None)
     if column is None or not column.figure:
         return re.sub(r"\bum\b", "\u00b5m", name.replace("_", " "))
-    words = _LABELS.get(column.figure, column.figure.replace("_", " ")).format(output=layout.output)
-    several = column.joint and len(layout.joints) > 1
-    return f"{words} ({wording.joint_name(column.joint)})" if several else words
+    label_text = _LABELS.get(column.figure, column.figure.replace("_", " ")).format(output=layout.output)
+    is_joint_named = column.joint and len(layout.joints) > 1
+    return f"{label_text} ({wording.joint_name(column.joint)})" if is_joint_named else label_text
 
 
 def limit_label(layout: Layout, limit: Limit, unit: str) -> str:
     """Return a limit in words: 'force peak at most 60 kN', 'load peak at most 2 times the ideal peak'."""
-    threshold = limit.words(unit)
+    bound_text = limit.bound_text(unit)
     if limit.times:
-        threshold = threshold.replace(limit.times, f"the {label(layout, limit.times)}")
-    return f"{label(layout, limit.column)} {threshold}"
+        bound_text = bound_text.replace(limit.times, f"the {column_label(layout, limit.times)}")
+    return f"{column_label(layout, limit.column)} {bound_text}"
 
 
-def capital(text: str) -> str:
+def capitalise(text: str) -> str:
     """Return a text with a capital first letter."""
     return text[:1].upper() + text[1:]

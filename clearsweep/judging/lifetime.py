@@ -13,14 +13,14 @@ MIN_RELATIVE_WIDTH = 1e-5  # of a life: a smaller interval is reported as below 
 
 
 class Lifetime(NamedTuple):
-    """The columns of a life in revolutions, except hours; nan for missing values."""
+    """The life of a joint: time and revolutions until its limit, with 95 % intervals; NaN for missing values."""
 
     hours: float  # h
-    revolutions: float
-    low: float
-    high: float  # inf or nan: unbounded
-    low_uncertain: float = math.nan
-    high_uncertain: float = math.nan
+    revolutions: float  # until the limit, as all following bounds
+    low: float  # lower bound from the numerical error
+    high: float  # upper bound; inf or NaN: unbounded
+    low_uncertain: float = math.nan  # lower bound from the uncertain wear coefficients
+    high_uncertain: float = math.nan  # upper bound from them
     smoothing: float = math.nan  # rad, smoothing width of worn shapes at its end
 
 
@@ -28,8 +28,8 @@ class Lifetime(NamedTuple):
 COLUMNS = {f"life_{name}": name for name in Lifetime._fields[:-1]} | {"wear_smoothing": "smoothing"}
 
 
-def lifetime_of(columns: Mapping[str, float]) -> Lifetime:
-    """Return a life from its columns, without the joint's name; missing columns are nan."""
+def read_lifetime(columns: Mapping[str, float]) -> Lifetime:
+    """Return a life from `columns`, whose names lack the joint; missing columns are NaN."""
     return Lifetime(**{field: columns.get(name, math.nan) for name, field in COLUMNS.items()})
 
 
@@ -37,7 +37,7 @@ def lifetime_of(columns: Mapping[str, float]) -> Lifetime:
 _CRITERIA = {"wear_depth_max": "wear of one body reaches", "clearance_growth": "the clearance has grown by"}
 
 
-def criterion(section: Mapping[str, Any]) -> str:
+def criterion_text(section: Mapping[str, Any]) -> str:
     """Return the condition at which a life ends as 'until ...', or ''; section : `life` of a grid."""
     if not section:
         return ""
@@ -68,10 +68,10 @@ def faster_wear_text(hours: float) -> str:
 
 def interval_sentences(life: Lifetime) -> list[str]:
     """Return sentences on the intervals of a life: from numerics, from uncertain coefficients, and what they omit."""
-    sentences = [f"95{wording.BLANK}% interval of the numerics alone: {_numerical_interval(life)}."]
+    sentences = [f"95{wording.BLANK}% interval of the numerics alone: {_numerical_interval_text(life)}."]
     if math.isfinite(life.low_uncertain) or math.isfinite(life.high_uncertain):
         bounds = [
-            f"{preposition}{_hours(life, revolutions, INTERVAL_DIGITS[0])}"
+            f"{preposition}{_interval_end_text(life, revolutions, INTERVAL_DIGITS[0])}"
             for preposition, revolutions in (("from ", life.low_uncertain), ("to ", life.high_uncertain))
             if math.isfinite(revolutions)
         ]
@@ -79,27 +79,31 @@ def interval_sentences(life: Lifetime) -> list[str]:
         sentences.append(f"With the uncertain wear coefficients: {range_text}.")
     if life.smoothing > WIDE_SMOOTHING:
         sentences.append(
-            f"Not included: the effect of smoothing the worn shapes over {_degrees(life.smoothing)}, which is unknown: "
+            f"Not included: the effect of smoothing the worn shapes over {_degrees_text(life.smoothing)}, which is "
+            "unknown: "
             "take the hours as an estimate."
         )
     return sentences
 
 
-def _degrees(angle: float) -> str:
+def _degrees_text(angle: float) -> str:
+    """Return an angle (rad) in degrees."""
     return f"{math.degrees(angle):.2g} deg"
 
 
-def _hours(life: Lifetime, revolutions: float, digits: int) -> str:
-    """Return an end of an interval (revolutions) in hours."""
+def _interval_end_text(life: Lifetime, revolutions: float, digits: int) -> str:
+    """Return an end of an interval (revolutions) in hours, rounded to `digits`."""
     return f"{wording.plain(life.hours * revolutions / life.revolutions, digits)} h"
 
 
-def _numerical_interval(life: Lifetime) -> str:
+def _numerical_interval_text(life: Lifetime) -> str:
     """Return the numerical 95 % interval: its ends if five digits distinguish them, else its half-width."""
     if not math.isfinite(life.high):
-        return f"at least {_hours(life, life.low, INTERVAL_DIGITS[0])}"
+        return f"at least {_interval_end_text(life, life.low, INTERVAL_DIGITS[0])}"
     for digits in INTERVAL_DIGITS:
-        texts = [_hours(life, revolutions, digits) for revolutions in (life.low, life.revolutions, life.high)]
+        texts = [
+            _interval_end_text(life, revolutions, digits) for revolutions in (life.low, life.revolutions, life.high)
+        ]
         if len({*texts}) == len(texts):
             return f"{texts[0]} to {texts[2]}"
     relative_half_width = 0.5 * (life.high - life.low) / life.revolutions

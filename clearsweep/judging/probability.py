@@ -31,26 +31,30 @@ def is_one_sample(record: Mapping[str, Any]) -> bool:
     return sample.get("method") in RANDOM_METHODS and set(record.get("units", {})) == set(drawn)
 
 
-def percentages(probability: tuple[float, float, float]) -> str:
+def percentage_text(probability: tuple[float, float, float]) -> str:
     """Return a probability with its interval: '22 % (95 %: 12 to 34 %)'."""
-    value, low, high = (f"{100.0 * value:.2g}" for value in probability)
-    return f"{value} % (95 %: {low} to {high} %)"
+    value_text, low, high = (f"{100.0 * value_text:.2g}" for value_text in probability)
+    return f"{value_text} % (95 %: {low} to {high} %)"
 
 
 def window_text(record: Mapping[str, Any]) -> str:
     """Return ' within the 3 counted revolutions', without the number where a run ends by itself or varies it."""
-    section = record.get("simulate") or {}
-    revolutions, discard = section.get("revolutions"), section.get("discard", 0.0)
-    is_fixed = isinstance(revolutions, int | float) and isinstance(discard, int | float) and not section.get("until")
+    simulate = record.get("simulate") or {}
+    revolutions, discard = simulate.get("revolutions"), simulate.get("discard", 0.0)
+    is_fixed = isinstance(revolutions, int | float) and isinstance(discard, int | float) and not simulate.get("until")
     if not is_fixed or {"simulate.revolutions", "simulate.discard"} & set(record.get("units", {})):
         return " within the counted revolutions"
-    counted = revolutions - discard
-    return f" within the {counted:g} counted revolutions" if counted != 1.0 else " within one revolution"
+    counted_revolutions = revolutions - discard
+    return (
+        f" within the {counted_revolutions:g} counted revolutions"
+        if counted_revolutions != 1.0
+        else " within one revolution"
+    )
 
 
-def sentence(probability: tuple[float, float, float], record: Mapping[str, Any]) -> str:
+def exceedance_sentence(probability: tuple[float, float, float], record: Mapping[str, Any]) -> str:
     """Return the probability that any limit is exceeded in the counted revolutions, in words; record : run.json."""
     return (
-        f"At least one limit is exceeded with a probability of {percentages(probability)}{window_text(record)}. "
+        f"At least one limit is exceeded with a probability of {percentage_text(probability)}{window_text(record)}. "
         "The interval is that of the number of cases alone."
     )

@@ -12,7 +12,7 @@ from .probability import Estimate
 NORMAL_QUANTILE = 1.959963984540054  # standard deviations: 95 % of a normal distribution are within
 
 
-def ranks(values: np.ndarray) -> np.ndarray:
+def rank_values(values: np.ndarray) -> np.ndarray:
     """Return the ranks of values (n,); equal values share a rank."""
     from scipy.stats import rankdata
 
@@ -25,7 +25,7 @@ def rank_correlation(x: np.ndarray, y: np.ndarray) -> Estimate:
 
     The result is NaN if one of them is constant, or with fewer than five values.
     """
-    return _with_interval(_correlation(ranks(x), ranks(y)), len(x), 0)
+    return _with_interval(_correlation(rank_values(x), rank_values(y)), len(x), 0)
 
 
 def partial_rank_correlation(x: np.ndarray, y: np.ndarray, others: list[np.ndarray]) -> Estimate:
@@ -33,9 +33,9 @@ def partial_rank_correlation(x: np.ndarray, y: np.ndarray, others: list[np.ndarr
 
     Iman, Shortencarier & Johnson 1985 (SAND85-0044): PRCC.
     """
-    regressors = np.column_stack([np.ones(len(x)), *(ranks(other) for other in others)])
+    regressors = np.column_stack([np.ones(len(x)), *(rank_values(other) for other in others)])
     residuals = []
-    for values in (ranks(x), ranks(y)):
+    for values in (rank_values(x), rank_values(y)):
         fitted = regressors @ np.linalg.lstsq(regressors, values, rcond=None)[0]
         residual = values - fitted
         residuals.append(np.where(np.abs(residual) > 1e-9 * len(x), residual, 0.0))  # below this it is rounding
@@ -48,12 +48,14 @@ def _correlation(x: np.ndarray, y: np.ndarray) -> float:
     return min(max(float(x @ y) / norm, -1.0), 1.0) if norm > 0.0 else math.nan
 
 
-def _with_interval(r: float, count: int, controlled: int) -> Estimate:
+def _with_interval(correlation: float, count: int, controlled_count: int) -> Estimate:
     """Return a correlation and its interval by Fisher's transformation."""
-    degrees_of_freedom = count - controlled - 3
-    if math.isnan(r) or degrees_of_freedom < 2:
-        return Estimate(r if degrees_of_freedom >= 2 else math.nan, math.nan, math.nan)
-    if abs(r) >= 1.0:
-        return Estimate(r, r, r)
-    half_width = NORMAL_QUANTILE * math.sqrt((1.0 + 0.5 * r * r) / degrees_of_freedom)
-    return Estimate(r, math.tanh(math.atanh(r) - half_width), math.tanh(math.atanh(r) + half_width))
+    degrees_of_freedom = count - controlled_count - 3
+    if math.isnan(correlation) or degrees_of_freedom < 2:
+        return Estimate(correlation if degrees_of_freedom >= 2 else math.nan, math.nan, math.nan)
+    if abs(correlation) >= 1.0:
+        return Estimate(correlation, correlation, correlation)
+    half_width = NORMAL_QUANTILE * math.sqrt((1.0 + 0.5 * correlation * correlation) / degrees_of_freedom)
+    return Estimate(
+        correlation, math.tanh(math.atanh(correlation) - half_width), math.tanh(math.atanh(correlation) + half_width)
+    )

@@ -11,7 +11,15 @@ from . import labels, probability, ranks, verdict, wear
 from .cases import Cases
 from .probability import Estimate, is_one_sample
 
-__all__ = ["correlations", "driver_sentences", "is_clear", "is_one_sample", "sentences", "spread", "verb"]
+__all__ = [
+    "direction_verb",
+    "driver_sentences",
+    "is_clear",
+    "is_one_sample",
+    "sentences",
+    "spread_sentence",
+    "variable_correlations",
+]
 
 MIN_CASES = 8  # cases: correlations of fewer are meaningless
 QUANTILES = (0.05, 0.5, 0.95)
@@ -24,10 +32,10 @@ STRENGTH_NOTE = (
 EXTREME_SUFFIXES = ("_peak", "_max", "_min", "_ratio")  # ends of figures that are extremes of a window
 QUARTILE = 0.25  # of the cases: those with the lowest and with the highest values of a variable
 
-Texts = Callable[[Sequence[float]], list[str]]
+ValueFormatter = Callable[[Sequence[float]], list[str]]
 
 
-def correlations(drawn: Mapping[str, np.ndarray], values: np.ndarray) -> list[tuple[str, Estimate, Estimate]]:
+def variable_correlations(drawn: Mapping[str, np.ndarray], values: np.ndarray) -> list[tuple[str, Estimate, Estimate]]:
     """Return variable, rank correlation with a figure, and partial rank correlation, the strongest first.
 
     Return [] if there are too few cases or the figure is constant.
@@ -40,8 +48,8 @@ def correlations(drawn: Mapping[str, np.ndarray], values: np.ndarray) -> list[tu
     rows, known_values = [], {path: np.asarray(column_values, float)[is_known] for path, column_values in drawn.items()}
     for path, variable in known_values.items():
         others = [other for name, other in known_values.items() if name != path]
-        simple = ranks.rank_correlation(variable, values[is_known])
-        rows.append((path, simple, ranks.partial_rank_correlation(variable, values[is_known], others)))
+        simple_correlation = ranks.rank_correlation(variable, values[is_known])
+        rows.append((path, simple_correlation, ranks.partial_rank_correlation(variable, values[is_known], others)))
     return sorted(rows, key=lambda row: -abs(np.nan_to_num(row[2].value)))
 
 
@@ -51,15 +59,15 @@ def is_clear(correlation: Estimate) -> bool:
 
 
 def driver_sentences(
-    drawn: Mapping[str, np.ndarray], values: np.ndarray, names: Mapping[str, str], format_values: Texts
+    drawn: Mapping[str, np.ndarray], values: np.ndarray, names: Mapping[str, str], format_values: ValueFormatter
 ) -> list[str]:
     """Return sentences on the drivers of a figure, called 'it', with direction and size of the strongest.
 
     Return [] if there are too few cases.
 
-    drawn, values : as for `correlations`; names : path -> words; format_values : values of the figure -> words
+    drawn, values : as for `variable_correlations`; names : path -> words; format_values : values of the figure -> words
     """
-    ranked = correlations(drawn, values)
+    ranked = variable_correlations(drawn, values)
     clear = [
         (path, partial_correlation.value)
         for path, _simple, partial_correlation in ranked
@@ -68,23 +76,25 @@ def driver_sentences(
     if not clear:
         return [NO_DRIVER] if ranked else []
     (path, strongest), *others = clear
-    low, high = format_values(_quarters(np.asarray(drawn[path], float), values))
+    low, high = format_values(_quarter_medians(np.asarray(drawn[path], float), values))
     lines = [
-        f"It {verb(strongest)} most with {names[path]} (strength {wording.plain(abs(strongest), 2)}): "
+        f"It {direction_verb(strongest)} most with {names[path]} (strength {wording.plain(abs(strongest), 2)}): "
         f"median {low} in its lowest quarter, {high} in its highest."
     ]
     if others:
-        listed = [f"{verb(value)} with {names[path]} ({wording.plain(abs(value), 2)})" for path, value in others[:3]]
+        listed = [
+            f"{direction_verb(value)} with {names[path]} ({wording.plain(abs(value), 2)})" for path, value in others[:3]
+        ]
         lines.append(f"It also {wording.sentence_list(listed)}.")
     return lines
 
 
-def verb(correlation: float) -> str:
+def direction_verb(correlation: float) -> str:
     """Return 'rises' or 'falls', the trend of a figure with a variable."""
     return "rises" if correlation > 0.0 else "falls"
 
 
-def _quarters(x: np.ndarray, values: np.ndarray) -> list[float]:
+def _quarter_medians(x: np.ndarray, values: np.ndarray) -> list[float]:
     """Return the medians of a figure over the lowest and over the highest quarter of a variable."""
     is_known = np.isfinite(values)
     x, y = x[is_known], values[is_known]
@@ -96,22 +106,28 @@ def sentences(cases: Cases) -> list[str]:
     """Return sentences on chance, spread and drivers of the limited figures, or of the leading one, and on wear."""
     limits = cases.limits
     columns = list(dict.fromkeys(limit.column for limit in limits if cases.has(limit.column)))
-    worst_case = None if columns else cases.worst()
+    worst_case = None if columns else cases.worst_case()
     columns += [worst_case[1][0]] if worst_case else []
     lines = [" ".join(longer_run_warning(cases, columns))] if limits else []
     has_drivers = False
-    for name in columns:
-        values = cases.column(name).astype(float)
-        probabilities = [_exceedance(cases, limit) for limit in limits if limit.column == name]
-        texts = cases.texts(name, np.nanquantile(values[np.isfinite(values)], QUANTILES).tolist())
-        drivers = _drivers(cases, values, partial(cases.texts, name))
-        subject = "Its median is" if probabilities else f"{labels.capital(cases.label(name))}: median"
-        note = [] if has_drivers or drivers in ([], [NO_DRIVER]) else [STRENGTH_NOTE]
+    for column_name in columns:
+        values = cases.column(column_name).astype(float)
+        probability_sentences = [_exceedance_sentence(cases, limit) for limit in limits if limit.column == column_name]
+        quantile_texts = cases.format_values(
+            column_name, np.nanquantile(values[np.isfinite(values)], QUANTILES).tolist()
+        )
+        driver_lines = _sentences_on_drivers(cases, values, partial(cases.format_values, column_name))
+        subject = (
+            "Its median is"
+            if probability_sentences
+            else f"{labels.capitalise(cases.column_label(column_name))}: median"
+        )
+        note = [] if has_drivers or driver_lines in ([], [NO_DRIVER]) else [STRENGTH_NOTE]
         has_drivers |= bool(note)
-        lines.append(" ".join([*probabilities, spread(subject, texts), *drivers, *note]))
+        lines.append(" ".join([*probability_sentences, spread_sentence(subject, quantile_texts), *driver_lines, *note]))
     for joint in cases.layout.joints:
         if (depths := wear.depth_in_1000_hours(cases, joint)) is not None:
-            lines.append(_wear(cases, joint, depths))
+            lines.append(_wear_text(cases, joint, depths))
     return [line for line in lines if line]
 
 
@@ -152,7 +168,7 @@ def _enough_revolutions(cases: Cases) -> str:
     )
 
 
-def _wear(cases: Cases, joint: Any, depths: np.ndarray) -> str:
+def _wear_text(cases: Cases, joint: Any, depths: np.ndarray) -> str:
     """Return the spread and the drivers of the wear of a joint: its depth in 1000 hours, or the hours to the clearance.
 
     A depth beyond the clearance is no forecast.
@@ -165,16 +181,16 @@ def _wear(cases: Cases, joint: Any, depths: np.ndarray) -> str:
         )
         return " ".join(
             [
-                spread(subject, _hours_texts(np.nanquantile(hours, QUANTILES).tolist())),
+                spread_sentence(subject, _hours_texts(np.nanquantile(hours, QUANTILES).tolist())),
                 "After that the rate changes, so no depth is forecast.",
-                *_drivers(cases, hours, _hours_texts),
+                *_sentences_on_drivers(cases, hours, _hours_texts),
             ]
         )
-    texts = wording.in_common_unit(np.nanquantile(depths, QUANTILES).tolist(), "m")
+    quantile_texts = wording.in_common_unit(np.nanquantile(depths, QUANTILES).tolist(), "m")
     return " ".join(
         [
-            spread(f"Wear depth per 1000 h{cases.joint_text(joint.name)}: median", texts),
-            *_drivers(cases, depths, lambda numbers: wording.in_common_unit(numbers, "m")),
+            spread_sentence(f"Wear depth per 1000 h{cases.joint_text(joint.name)}: median", quantile_texts),
+            *_sentences_on_drivers(cases, depths, lambda numbers: wording.in_common_unit(numbers, "m")),
         ]
     )
 
@@ -183,24 +199,29 @@ def _hours_texts(hours: Sequence[float]) -> list[str]:
     return [f"{wording.plain(value, 2)}{wording.BLANK}h" for value in hours]
 
 
-def _drivers(cases: Cases, values: np.ndarray, format_values: Texts) -> list[str]:
+def _sentences_on_drivers(cases: Cases, values: np.ndarray, format_values: ValueFormatter) -> list[str]:
     drawn = {path: cases.column(path).astype(float) for path in cases.axes}
-    pairs = {path: cases.named_value(0, path) for path in cases.axes}
+    names_and_values = {path: cases.named_value(0, path) for path in cases.axes}
     return driver_sentences(
-        drawn, values, {path: pair[0] if pair else path for path, pair in pairs.items()}, format_values
+        drawn,
+        values,
+        {path: name_and_value[0] if name_and_value else path for path, name_and_value in names_and_values.items()},
+        format_values,
     )
 
 
-def _exceedance(cases: Cases, limit: verdict.Limit) -> str:
+def _exceedance_sentence(cases: Cases, limit: verdict.Limit) -> str:
     """Return sentences with the probability that a limit is exceeded, the worst value, and typical revolutions."""
     is_exceeded = _is_exceeded(cases, limit)
-    words = labels.capital(cases.limit_label(limit))
-    probability_text = probability.percentages(probability.binomial_interval(int(is_exceeded.sum()), len(is_exceeded)))
+    limit_text = labels.capitalise(cases.limit_label(limit))
+    probability_text = probability.percentage_text(
+        probability.binomial_interval(int(is_exceeded.sum()), len(is_exceeded))
+    )
     margins = limit.margin(_limit_columns(cases, limit))
-    text = f"{words}: exceeded with a probability of {probability_text}"
+    text = f"{limit_text}: exceeded with a probability of {probability_text}"
     if np.isfinite(margins).any():
         worst = int(np.nanargmin(margins))
-        text += f"; the worst is {cases.text(limit.column, worst)}{cases.setting_text(worst)}"
+        text += f"; the worst is {cases.figure_text(limit.column, worst)}{cases.setting_text(worst)}"
     return f"{text}.{_typical_revolution(cases, limit)}"
 
 
@@ -212,7 +233,7 @@ def _typical_revolution(cases: Cases, limit: verdict.Limit) -> str:
     median = f"{limit.column}_median"
     if limit.times or not limit.column.endswith("_peak") or not cases.has(median):
         return ""
-    exceeding = int(limit._replace(column=median).fails({median: cases.column(median).astype(float)}).sum())
+    exceeding = int(limit._replace(column=median).is_exceeded({median: cases.column(median).astype(float)}).sum())
     verb = "exceeds" if exceeding == 1 else "exceed"
     return f" In the median revolution, {exceeding} of {wording.count(len(cases.case_ids), 'case')} {verb} it."
 
@@ -223,10 +244,10 @@ def _limit_columns(cases: Cases, limit: verdict.Limit) -> dict[str, np.ndarray]:
 
 def _is_exceeded(cases: Cases, limit: verdict.Limit) -> np.ndarray:
     """Return which cases (n,) exceed a limit."""
-    return limit.fails(_limit_columns(cases, limit))
+    return limit.is_exceeded(_limit_columns(cases, limit))
 
 
-def spread(subject: str, texts: Sequence[str], interval: str = "") -> str:
+def spread_sentence(subject: str, quantile_texts: Sequence[str], interval: str = "") -> str:
     """Return the sentence on the spread of a figure; subject : 'Force peak: median'; texts : its QUANTILES in words."""
-    low, median, high = texts
+    low, median, high = quantile_texts
     return f"{subject} {median}{interval}; 90 % of the cases are between {low} and {high}."

@@ -19,38 +19,40 @@ STARTED_FRACTION = 0.95  # of the no-load speed, as in simulation.crank_clock
 
 def sentences(cases: Cases) -> list[str]:
     """Return sentences on the start-up time and its drivers, on starts that were cut off, and on the speed after it."""
-    no_load = _no_load_speed(cases)
-    if no_load is None:
+    no_load_speed = _no_load_speed(cases)
+    if no_load_speed is None:
         return []
-    target, no_load_text = cases.texts(MAX_SPEED, [STARTED_FRACTION * no_load, no_load])
+    target, no_load_text = cases.format_values(MAX_SPEED, [STARTED_FRACTION * no_load_speed, no_load_speed])
     target_text = f"{target}, 95 % of the motor's no-load speed of {no_load_text}"
     return [
         *_time_sentences(cases, target_text),
-        *_cut_off_sentences(cases, target_text, no_load),
-        *_swing_sentences(cases, target, no_load),
+        *_cut_off_sentences(cases, target_text, no_load_speed),
+        *_swing_sentences(cases, target, no_load_speed),
     ]
 
 
 def _time_sentences(cases: Cases, target_text: str) -> list[str]:
     """Return sentences on the time until the crank first reaches the speed, its drivers, and values that reach it."""
     times = cases.column(START_UP)
-    reached = int(np.isfinite(times).sum())
-    if not reached:
+    reached_count = int(np.isfinite(times).sum())
+    if not reached_count:
         return []
-    ends = cases.texts(START_UP, [float(np.nanmin(times)), float(np.nanmax(times))])
-    time_range = " to ".join(dict.fromkeys(ends))
-    count = f"{reached} of {wording.count(len(times), 'case')}" if len(times) > 1 else "The case"
-    verb = "reach" if reached > 1 else "reaches"
-    text = f"{count} {verb} {target_text}, for the first time after {time_range}."
+    range_texts = cases.format_values(START_UP, [float(np.nanmin(times)), float(np.nanmax(times))])
+    time_range = " to ".join(dict.fromkeys(range_texts))
+    count_text = f"{reached_count} of {wording.count(len(times), 'case')}" if len(times) > 1 else "The case"
+    verb = "reach" if reached_count > 1 else "reaches"
+    text = f"{count_text} {verb} {target_text}, for the first time after {time_range}."
     effect_sentences = (
-        effects.sentences(cases, "start-up time", times, partial(cases.texts, START_UP)) if _varies(times) else []
+        effects.sentences(cases, "start-up time", times, partial(cases.format_values, START_UP))
+        if _is_varied(times)
+        else []
     )
     reaching = _settings_text(cases, _shared_values(cases, np.isfinite(times)))
     reaching_sentences = [f"Every case with {reaching} does."] if reaching else []
     return [" ".join([text, *reaching_sentences, *effect_sentences])]
 
 
-def _swing_sentences(cases: Cases, target: str, no_load: float) -> list[str]:
+def _swing_sentences(cases: Cases, target: str, no_load_speed: float) -> list[str]:
     """Return sentences on the speed after the start-up time: its middle, its largest swing, and its drivers."""
     widest = _widest_swing(cases)
     if widest is None:
@@ -58,18 +60,18 @@ def _swing_sentences(cases: Cases, target: str, no_load: float) -> list[str]:
     lowest, highest = (cases.column(name).astype(float) for name in SWING_ENDS)
     middles, swings = 0.5 * (lowest + highest), highest - lowest
     middle_ends = [float(np.nanmin(middles)), float(np.nanmax(middles))]
-    middle_text = " to ".join(dict.fromkeys(cases.texts(MAX_SPEED, middle_ends)))
+    middle_text = " to ".join(dict.fromkeys(cases.format_values(MAX_SPEED, middle_ends)))
     low, high = _swing_texts(cases, widest)
-    overshoot = float(highest[widest]) / no_load - 1.0
+    overshoot = float(highest[widest]) / no_load_speed - 1.0
     overshoot_text = f", up to {wording.percent(overshoot)} above no load" if overshoot > 0.0 else ""
     half_width = wording.percent(0.5 * float(swings[widest] / middles[widest]))
     swing_text = f"\u00b1{half_width}, between {low} and {high}{overshoot_text}"
     swing_sentence = f"The largest swing is {swing_text}{cases.setting_text(widest)}."
     effect_sentences = effects.sentences(
-        cases, "swing", np.where(np.isfinite(lowest), swings, np.nan), partial(cases.texts, MAX_SPEED), 1
+        cases, "swing", np.where(np.isfinite(lowest), swings, np.nan), partial(cases.format_values, MAX_SPEED), 1
     )
     text = f"After that, the speed swings around {middle_text}, the middle of its extremes."
-    return [" ".join([text, swing_sentence, *effect_sentences, _below_sentence(lowest, target, no_load)])]
+    return [" ".join([text, swing_sentence, *effect_sentences, _below_sentence(lowest, target, no_load_speed)])]
 
 
 def _below_sentence(lowest: np.ndarray, target: str, no_load: float) -> str:
@@ -90,56 +92,62 @@ def _widest_swing(cases: Cases) -> int | None:
 
 
 def _swing_texts(cases: Cases, index: int) -> list[str]:
-    return cases.texts(MAX_SPEED, [float(cases.column(name)[index]) for name in SWING_ENDS])
+    return cases.format_values(MAX_SPEED, [float(cases.column(name)[index]) for name in SWING_ENDS])
 
 
-def cards(cases: Cases) -> list[tuple[str, str, str]]:
+def start_up_cards(cases: Cases) -> list[tuple[str, str, str]]:
     """Return the cards on the start-up time, cut-off starts, and the speed after the start; [] without a motor."""
-    no_load = _no_load_speed(cases)
-    if no_load is None:
+    no_load_speed = _no_load_speed(cases)
+    if no_load_speed is None:
         return []
     times = cases.column(START_UP)
-    cut_count, known = int(np.isnan(times).sum()), times[np.isfinite(times)]
-    (target_text,) = cases.texts(MAX_SPEED, [STARTED_FRACTION * no_load])
+    cut_off_count, known_times = int(np.isnan(times).sum()), times[np.isfinite(times)]
+    (target_text,) = cases.format_values(MAX_SPEED, [STARTED_FRACTION * no_load_speed])
     within = _within_revolutions_text(cases)
-    cut = f"; not reached{within}" if cut_count else ""
-    ends = dict.fromkeys(cases.texts(START_UP, [float(known.min()), float(known.max())])) if known.size else ["none"]
-    cards_shown = [("Start-up time", " to ".join(ends), f"until the speed first reaches {target_text}{cut}")]
-    if cut_count and known.size:
+    cut_off_text = f"; not reached{within}" if cut_off_count else ""
+    range_texts = (
+        dict.fromkeys(cases.format_values(START_UP, [float(known_times.min()), float(known_times.max())]))
+        if known_times.size
+        else ["none"]
+    )
+    cards = [("Start-up time", " to ".join(range_texts), f"until the speed first reaches {target_text}{cut_off_text}")]
+    if cut_off_count and known_times.size:
         missing = _missing_text(cases, np.isnan(times))
-        time_range = f"after {' to '.join(ends)}; not {missing or 'the others'}{within}"
-        cards_shown = [(f"Cases that reach {target_text}", f"{known.size} of {len(times)}", time_range)]
+        time_range = f"after {' to '.join(range_texts)}; not {missing or 'the others'}{within}"
+        cards = [(f"Cases that reach {target_text}", f"{known_times.size} of {len(times)}", time_range)]
     widest = _widest_swing(cases)
     if widest is not None:
         swing = " to ".join(_swing_texts(cases, widest)).replace(f"{wording.BLANK}rpm to", " to")
-        (middle_text,) = cases.texts(MAX_SPEED, [float(np.mean([cases.column(name)[widest] for name in SWING_ENDS]))])
+        (middle_text,) = cases.format_values(
+            MAX_SPEED, [float(np.mean([cases.column(name)[widest] for name in SWING_ENDS]))]
+        )
         setting = cases.setting_text(widest).removeprefix(" at ")
         note = ", ".join(filter(None, (f"largest swing, around {middle_text}", setting)))
-        cards_shown.append(("Speed after that", swing, note))
-    return cards_shown
+        cards.append(("Speed after that", swing, note))
+    return cards
 
 
-def until_start(cases: Cases, joint: str) -> str:
+def start_force_text(cases: Cases, joint: str) -> str:
     """Return the largest force of a joint until the start-up time in words, with its case; '' if it is unknown."""
-    name = f"{joint}_{FORCE_DURING_START}"
-    if not cases.has(name):
+    column_name = f"{joint}_{FORCE_DURING_START}"
+    if not cases.has(column_name):
         return ""
-    largest = cases.extremes(name)[1]
-    return f"{cases.text(name, largest)}{cases.setting_text(largest)}"
+    largest_case = cases.extreme_cases(column_name)[1]
+    return f"{cases.figure_text(column_name, largest_case)}{cases.setting_text(largest_case)}"
 
 
 def _no_load_speed(cases: Cases) -> float | None:
     """Return the no-load speed (rad/s) that all cases share, or None if there is none."""
     motor = (cases.record.get("drive") or {}).get("motor") or {}
-    no_load = motor.get("no_load_speed")
-    if not isinstance(no_load, float) or "drive.motor.no_load_speed" in cases.axes or not cases.has(MAX_SPEED):
+    speed = motor.get("no_load_speed")
+    if not isinstance(speed, float) or "drive.motor.no_load_speed" in cases.axes or not cases.has(MAX_SPEED):
         return None
-    return no_load
+    return speed
 
 
-def _varies(times: np.ndarray) -> bool:
-    known = times[np.isfinite(times)]
-    return bool(known.size > 1 and np.ptp(known) > 0.0)
+def _is_varied(times: np.ndarray) -> bool:
+    known_times = times[np.isfinite(times)]
+    return bool(known_times.size > 1 and np.ptp(known_times) > 0.0)
 
 
 def _cut_off_sentences(cases: Cases, target_text: str, no_load: float) -> list[str]:
@@ -147,18 +155,18 @@ def _cut_off_sentences(cases: Cases, target_text: str, no_load: float) -> list[s
     is_cut_off, speeds = np.isnan(cases.column(START_UP)), cases.column(MAX_SPEED)
     if not is_cut_off.any():
         return []
-    highest = int(np.argmax(np.where(is_cut_off, speeds, -np.inf)))
-    fastest, within = cases.text(MAX_SPEED, highest), _within_revolutions_text(cases)
+    fastest_case = int(np.argmax(np.where(is_cut_off, speeds, -np.inf)))
+    fastest, within = cases.figure_text(MAX_SPEED, fastest_case), _within_revolutions_text(cases)
     if is_cut_off.all():
         subject = "No case reaches" if len(speeds) > 1 else "The case does not reach"
-        text = f"{subject} {target_text},{within}: at most {fastest}{cases.setting_text(highest)}."
+        text = f"{subject} {target_text},{within}: at most {fastest}{cases.setting_text(fastest_case)}."
     elif missing := _missing_text(cases, is_cut_off):
         text = f"No case {missing} reaches it{within}: at most {fastest}."
     else:
-        count = f"{int(is_cut_off.sum())} of {wording.count(len(speeds), 'case')}"
+        count_text = f"{int(is_cut_off.sum())} of {wording.count(len(speeds), 'case')}"
         verb = "does" if is_cut_off.sum() == 1 else "do"
-        text = f"{count} {verb} not reach it{within}: at most {fastest}{cases.setting_text(highest)}."
-    return [f"{text} {_remedy(cases, float(speeds[highest]) / no_load, is_cut_off)}"]
+        text = f"{count_text} {verb} not reach it{within}: at most {fastest}{cases.setting_text(fastest_case)}."
+    return [f"{text} {_remedy(cases, float(speeds[fastest_case]) / no_load, is_cut_off)}"]
 
 
 def _missing_text(cases: Cases, is_cut_off: np.ndarray) -> str:
@@ -180,7 +188,7 @@ def _settings_text(cases: Cases, shared: list[tuple[str, np.ndarray]]) -> str:
 
 def _remedy(cases: Cases, speed_fraction: float, is_cut_off: np.ndarray) -> str:
     """Return the sentences on the revolutions to set; speed_fraction : highest speed over that without load."""
-    revolutions = _revolutions(cases)
+    revolutions = _fixed_revolutions(cases)
     if not revolutions:
         return "To see whether it is reached later, raise simulate.revolutions."
     needed = _needed_revolutions(cases, revolutions, speed_fraction)
@@ -204,7 +212,7 @@ def _needed_revolutions(cases: Cases, revolutions: float, speed_fraction: float)
     return revolutions * angles[0] / angles[1]
 
 
-def _revolutions(cases: Cases) -> float | None:
+def _fixed_revolutions(cases: Cases) -> float | None:
     """Return the revolutions of a run, or None where they vary or are unknown."""
     revolutions = (cases.record.get("simulate") or {}).get("revolutions")
     return revolutions if isinstance(revolutions, float) and "simulate.revolutions" not in cases.axes else None
@@ -212,7 +220,7 @@ def _revolutions(cases: Cases) -> float | None:
 
 def _within_revolutions_text(cases: Cases) -> str:
     """Return ' within 8 revolutions', or ' within its run' where their number varies."""
-    revolutions = _revolutions(cases)
+    revolutions = _fixed_revolutions(cases)
     if not revolutions:
         return " within its run"
     return f" within {revolutions:g} revolution{'' if revolutions == 1.0 else 's'}"
@@ -228,23 +236,23 @@ def force_of_cut_off(cases: Cases, column: str) -> str:
         return ""
     force = float(cases.column(column)[is_cut_off].max())
     subject = _missing_text(cases, is_cut_off) or "of the starts that were cut off"
-    return f"unknown {subject}: at least {cases.texts(column, [force])[0]}"
+    return f"unknown {subject}: at least {cases.format_values(column, [force])[0]}"
 
 
-def started(cases: Cases) -> Cases:
+def started_cases(cases: Cases) -> Cases:
     """Return the starts that reached the motor's speed, for their forces; all cases where nothing starts or none did.
 
     A start that was cut off lacks the rest of its forces, so that its peak cannot be compared.
     """
     if cases.ranking.question != "start-up" or _no_load_speed(cases) is None:
         return cases
-    reached = np.flatnonzero(np.isfinite(cases.column(START_UP)))
-    if len(reached) in (0, len(cases.case_ids)):
+    started = np.flatnonzero(np.isfinite(cases.column(START_UP)))
+    if len(started) in (0, len(cases.case_ids)):
         return cases
     return cases._replace(
-        case_ids=[cases.case_ids[index] for index in reached.tolist()],
-        column=lambda name: cases.column(name)[reached],
-        named_value=lambda index, path: cases.named_value(int(reached[index]), path),
+        case_ids=[cases.case_ids[index] for index in started.tolist()],
+        column=lambda name: cases.column(name)[started],
+        named_value=lambda index, path: cases.named_value(int(started[index]), path),
     )
 
 

@@ -14,7 +14,7 @@ from ..language.wording import joint_name, short_id
 
 #: Figures of a joint.  The first is compared with the second, the approach speed at first yield.
 ONSET_RATE, YIELD_SPEED, LIMIT_SHARE = "onset_rate_max", "yield_speed", "law_limit_fraction"
-_FIGURES = {ONSET_RATE: 1.0, LIMIT_SHARE: 0.0}  # figure -> value above which there is a remark
+_FIGURE_THRESHOLDS = {ONSET_RATE: 1.0, LIMIT_SHARE: 0.0}  # figure -> value above which there is a remark
 #: Keywords of the remarks in a message: a law beyond its range, a contact that never ends and keeps its onset rate,
 #: implausible results.
 LAW_LIMIT, ONSET_KEPT = "law-limit: ", "onset-kept: "
@@ -32,7 +32,7 @@ LIFE_UNREACHED = "unreached: "  # its life did not reach the limit
 LIFE_FAILED = "life-failed: "  # a life at one end of the wear coefficients' intervals
 SMOOTHED = "smoothed: "  # its worn shapes were smoothed more widely than a contact arc
 WIDE_SMOOTHING = math.radians(4.0)
-SEPARATOR = " | "  # most remarks in a message
+SEPARATOR = " | "  # between the remarks of a message
 #: Of the bearing radius.  Beyond MAX_DEPTH a contact is not a small deformation.  Up to TOLERATED_DEPTH, a strain of
 #: about 1 %, a penetration may exceed the clearance, as it does in tight fits.
 MAX_DEPTH, TOLERATED_DEPTH = 0.1, 0.01
@@ -46,13 +46,13 @@ MAX_PV = 3.6e6
 EXPLAINED_RESIDUAL, MIN_RESIDUAL, MAX_RESIDUAL = 10.0, 1e-9, 1e-2
 
 
-def columns(joints: Iterable[str], available: Collection[str]) -> list[str]:
+def required_columns(joints: Iterable[str], available: Collection[str]) -> list[str]:
     """Return the columns of the summary that the remarks on some joints ('rod_slider') need.
 
     available : all columns; a joint of unknown strength has no `yield_speed` and gets no remark on yield.
     """
-    required = [f"{joint}_{figure}" for figure in (*_FIGURES, YIELD_SPEED) for joint in joints]
-    return ["case_id", "message", *(name for name in required if name in available)]
+    names = [f"{joint}_{figure}" for figure in (*_FIGURE_THRESHOLDS, YIELD_SPEED) for joint in joints]
+    return ["case_id", "message", *(name for name in names if name in available)]
 
 
 class _WorstCase(NamedTuple):
@@ -72,27 +72,27 @@ class Remarks:
         """Prepare for joints ('rod_slider')."""
         self.joints = list(joints)
         self.cases = 0
-        self.counts = dict.fromkeys((*_FIGURES, *_REMARKS), 0)
+        self.counts = dict.fromkeys((*_FIGURE_THRESHOLDS, *_REMARK_TEXTS), 0)
         self.examples: dict[str, tuple[str, str]] = {}  # keyword of _REMARKS -> case_id, remark
-        self.example_ids: set[str] = set()  # identities of the cases in `first`
-        self.worst = dict.fromkeys(_FIGURES, _WorstCase(0.0, "", "", ""))
+        self.example_ids: set[str] = set()  # identities of the cases in `examples`
+        self.worst = dict.fromkeys(_FIGURE_THRESHOLDS, _WorstCase(0.0, "", "", ""))
 
     def add(self, cases: Mapping[str, Sequence[Any] | np.ndarray]) -> None:
-        """Add finished cases: column of the summary -> its values, with at least `columns`."""
+        """Add finished cases: column of the summary -> its values, with at least those of `required_columns`."""
         ids, messages = cases["case_id"], cases["message"]
         self.cases += len(ids)
         for index in np.flatnonzero(np.asarray(messages, object)).tolist():
-            for keyword in _REMARKS:
-                if remark := _remark(messages[index], keyword):
+            for keyword in _REMARK_TEXTS:
+                if remark := _find_remark(messages[index], keyword):
                     self.counts[keyword] += 1
                     if keyword not in self.examples:
                         self.examples[keyword] = short_id(ids[index]), remark
                         self.example_ids.add(ids[index])
         if not self.joints or not len(ids):
             return
-        yield_speeds = np.array([_numbers(cases, f"{joint}_{YIELD_SPEED}", len(ids)) for joint in self.joints])
-        for figure, threshold in _FIGURES.items():
-            values = np.array([_numbers(cases, f"{joint}_{figure}", len(ids)) for joint in self.joints])
+        yield_speeds = np.array([_column_values(cases, f"{joint}_{YIELD_SPEED}", len(ids)) for joint in self.joints])
+        for figure, threshold in _FIGURE_THRESHOLDS.items():
+            values = np.array([_column_values(cases, f"{joint}_{figure}", len(ids)) for joint in self.joints])
             values = np.nan_to_num(values / yield_speeds if figure == ONSET_RATE else values)
             largest = values.max(axis=0)
             self.counts[figure] += int(np.count_nonzero(largest > threshold))
@@ -120,10 +120,10 @@ class Remarks:
         """Return the remarks on all cases, one or two sentences for each kind."""
         sentence_makers = {ONSET_RATE: self._yield_sentence, LIMIT_SHARE: self._law_limit_sentence}
         return [
-            *(sentence_makers[figure](self.worst[figure]) for figure in _FIGURES if self.counts[figure]),
+            *(sentence_makers[figure](self.worst[figure]) for figure in _FIGURE_THRESHOLDS if self.counts[figure]),
             *(
                 "{} in {}, such as case {}: {}.".format(text, self._count_text(keyword), *self.examples[keyword])
-                for keyword, text in _REMARKS.items()
+                for keyword, text in _REMARK_TEXTS.items()
                 if keyword in self.examples
             ),
         ]
@@ -138,7 +138,7 @@ class Remarks:
         )
 
     def _law_limit_sentence(self, worst: _WorstCase) -> str:
-        remark = _remark(worst.message, LAW_LIMIT) or f"{worst.joint}, {_percent(worst.value)} of the time"
+        remark = _find_remark(worst.message, LAW_LIMIT) or f"{worst.joint}, {_percent_text(worst.value)} of the time"
         return (
             f"Contacts exceed the valid range of their elastic law in {self._count_text(LIMIT_SHARE)}, longest in case "
             f"{short_id(worst.case_id)}: {remark}"
@@ -149,7 +149,7 @@ class Remarks:
         return f"{self.counts[figure]:,} of {self.cases:,} case{'s' * (self.cases != 1)}"
 
 
-_REMARKS = {
+_REMARK_TEXTS = {
     ONSET_KEPT: "A contact never ends and keeps the onset rate of its first touch, so the start of the run affects all "
     "forces,",
     TOO_DEEP: "The penetration is implausibly large",
@@ -173,17 +173,17 @@ _REMARKS = {
 }
 
 
-def _numbers(cases: Mapping[str, Any], column: str, count: int) -> np.ndarray:
+def _column_values(cases: Mapping[str, Any], column: str, count: int) -> np.ndarray:
     """Return the values of a column, (count,), nan if it is missing."""
     return np.array(cases[column], float) if column in cases else np.full(count, math.nan)
 
 
-def message_of(*remarks: str) -> str:
+def join_remarks(*remarks: str) -> str:
     """Return the message of a finished case from its remarks, or '' if there are none."""
     return SEPARATOR.join(remark for remark in remarks if remark)
 
 
-def _remark(message: str | None, keyword: str) -> str:
+def _find_remark(message: str | None, keyword: str) -> str:
     """Return the remark in a message that begins with `keyword`, without it, or ''."""
     remarks = str(message or "").split(SEPARATOR)
     return next((remark.removeprefix(keyword) for remark in remarks if remark.startswith(keyword)), "")
@@ -199,25 +199,25 @@ class PenetrationAndWear(NamedTuple):
     bearing_radius: float | None  # m
 
 
-def too_deep(joints: Iterable[PenetrationAndWear]) -> str:
+def penetration_remark(joints: Iterable[PenetrationAndWear]) -> str:
     """Return the remark on penetrations above clearance and TOLERATED_DEPTH, or above MAX_DEPTH."""
     remarks = []
     for joint in joints:
         radius = joint.bearing_radius
         limit = min(max(joint.clearance, TOLERATED_DEPTH * radius), MAX_DEPTH * radius) if radius else joint.clearance
         if joint.penetration > limit:
-            sizes = f"a clearance of {_mm(joint.clearance)}" + (
-                f" and a bearing radius of {_mm(joint.bearing_radius)}" if joint.bearing_radius else ""
+            sizes = f"a clearance of {_mm_text(joint.clearance)}" + (
+                f" and a bearing radius of {_mm_text(joint.bearing_radius)}" if joint.bearing_radius else ""
             )
-            remarks.append(f"{joint.joint} is penetrated by {_mm(joint.penetration)} at {sizes}")
+            remarks.append(f"{joint.joint} is penetrated by {_mm_text(joint.penetration)} at {sizes}")
     hint = "; no contact law is valid there: check the units of stiffness, mass and speed"
     return TOO_DEEP + "; ".join(remarks) + hint if remarks else ""
 
 
-def worn_through(joints: Iterable[PenetrationAndWear]) -> str:
+def wear_depth_remark(joints: Iterable[PenetrationAndWear]) -> str:
     """Return the remark on wear deeper than the clearance."""
     remarks = [
-        f"{joint.joint} is worn {_mm(joint.wear_depth)} deep at a clearance of {_mm(joint.clearance)}"
+        f"{joint.joint} is worn {_mm_text(joint.wear_depth)} deep at a clearance of {_mm_text(joint.clearance)}"
         for joint in joints
         if joint.wear_depth > joint.clearance
     ]
@@ -235,11 +235,11 @@ class RubbingJoint(NamedTuple):
     is_lubricated: bool = False  # a film carries most of its load
 
 
-def worn_away(joints: Iterable[RubbingJoint]) -> str:
+def wear_rate_remark(joints: Iterable[RubbingJoint]) -> str:
     """Return the remark on wear that reaches the bearing radius within 1000 h."""
     remarks = [
-        f"{joint.joint} wears by {_mm(THOUSAND_HOURS * joint.wear_rate)} in 1000 h, and its bearing radius is "
-        f"{_mm(joint.bearing_radius)}"
+        f"{joint.joint} wears by {_mm_text(THOUSAND_HOURS * joint.wear_rate)} in 1000 h, and its bearing radius is "
+        f"{_mm_text(joint.bearing_radius)}"
         for joint in joints
         if THOUSAND_HOURS * joint.wear_rate > joint.bearing_radius
     ]
@@ -250,7 +250,7 @@ def worn_away(joints: Iterable[RubbingJoint]) -> str:
     return WORN_AWAY + "; ".join(remarks) + hint if remarks else ""
 
 
-def pv_high(joints: Iterable[RubbingJoint]) -> str:
+def pv_remark(joints: Iterable[RubbingJoint]) -> str:
     """Return the remark on a mean pressure times speed beyond the limit of dry bushes."""
     remarks = [
         f"{joint.joint} has a mean pV of {1e-6 * joint.pv:.3g} MPa m/s"
@@ -261,7 +261,7 @@ def pv_high(joints: Iterable[RubbingJoint]) -> str:
     return PV_HIGH + "; ".join(remarks) + hint if remarks else ""
 
 
-def smoothed(widths: Iterable[tuple[str, float | None]]) -> str:
+def smoothing_remark(widths: Iterable[tuple[str, float | None]]) -> str:
     """Return the remark on joints with worn shapes smoothed by more than WIDE_SMOOTHING; widths in rad."""
     remarks = [
         f"the worn shapes of {joint} are smoothed over {math.degrees(width):.3g} deg at the end, at first over 2 deg"
@@ -289,12 +289,12 @@ class FilmState(NamedTuple):
     passive_law: str = "reynolds"  # a passive film law that is valid for its length over diameter
 
 
-def films(joints: Iterable[FilmState]) -> tuple[str, ...]:
+def film_remarks(joints: Iterable[FilmState]) -> tuple[str, ...]:
     """Return the remarks on films: beyond their limit, squeezed out, not laminar, generating energy."""
     joints = list(joints)
     share_beyond = [
         f"{joint.joint} exceeds the eccentricity ratio {joint.eccentricity_limit:g} for "
-        f"{_percent(joint.share_beyond)} of the "
+        f"{_percent_text(joint.share_beyond)} of the "
         f"time and reaches {joint.eccentricity_ratio:.4g}; the film is then evaluated at {joint.eccentricity_limit:g}"
         for joint in joints
         if joint.share_beyond > 0.0
@@ -304,14 +304,14 @@ def films(joints: Iterable[FilmState]) -> tuple[str, ...]:
         for joint in joints
         if joint.eccentricity_ratio > 1.0 and not joint.has_dry_contact
     ]
-    flow = [
+    turbulent = [
         f"{joint.joint} has a Taylor number of {joint.taylor_number:.3g}, vortices begin at {CRITICAL_TAYLOR:g}; "
         "laminar laws understate its losses"
         for joint in joints
         if joint.taylor_number > CRITICAL_TAYLOR
     ]
-    gain = [
-        f"the film of {joint.joint} returns {_percent(joint.energy_gain)} of the energy that it takes, which no "
+    active = [
+        f"the film of {joint.joint} returns {_percent_text(joint.energy_gain)} of the energy that it takes, which no "
         f"real film does; choose film.law: {joint.passive_law}"
         for joint in joints
         if joint.energy_gain > MIN_ENERGY_GAIN
@@ -320,12 +320,12 @@ def films(joints: Iterable[FilmState]) -> tuple[str, ...]:
     return (
         FILM_LIMIT + "; ".join(share_beyond) if share_beyond else "",
         FILM_BEYOND + "; ".join(beyond_limit) + hint if beyond_limit else "",
-        FILM_FLOW + "; ".join(flow) if flow else "",
-        FILM_GAIN + "; ".join(gain) if gain else "",
+        FILM_FLOW + "; ".join(turbulent) if turbulent else "",
+        FILM_GAIN + "; ".join(active) if active else "",
     )
 
 
-def uncertain_films(joints: Iterable[tuple[str, float, float, float]]) -> str:
+def film_temperature_remark(joints: Iterable[tuple[str, float, float, float]]) -> str:
     """Return the remark on inaccurate film temperatures: (joint, temperature, half-width of 95 %, rise), in K."""
     descriptions = [
         f"{joint} is at {temperature:.2f} K, {rise:.3g} K above ambient, "
@@ -335,7 +335,7 @@ def uncertain_films(joints: Iterable[tuple[str, float, float, float]]) -> str:
     return f"{FILM_UNCERTAIN}{'; '.join(descriptions)}; more simulate.revolutions narrow it" if descriptions else ""
 
 
-def friction_heat(joints: Iterable[tuple[str, float, float | None]]) -> str:
+def friction_heat_remark(joints: Iterable[tuple[str, float, float | None]]) -> str:
     """Return the remark on dry joints heated by friction by more than MAX_HEATING: (joint, W, W/K or None)."""
     remarks = [
         f"{joint}: friction power {power:.3g} W {'heats' if conductance else 'would heat'} a dry joint by "
@@ -347,7 +347,7 @@ def friction_heat(joints: Iterable[tuple[str, float, float | None]]) -> str:
     return FRICTION_HEAT + "; ".join(remarks) if remarks else ""
 
 
-def ball_stiffness(joints: Iterable[str]) -> str:
+def ball_stiffness_remark(joints: Iterable[str]) -> str:
     """Return the remark on joints whose stiffness from the material assumes a ball in a socket."""
     names = ", ".join(joints)
     hint = (
@@ -357,7 +357,7 @@ def ball_stiffness(joints: Iterable[str]) -> str:
     return f"{BALL_STIFFNESS}{names} {hint}" if names else ""
 
 
-def imbalance(residual: float, tolerance: float, count: float) -> str:
+def imbalance_remark(residual: float, tolerance: float, count: float) -> str:
     """Return the remark on an energy residual that the tolerance does not explain; count : onsets and revolutions."""
     explained = min(max(EXPLAINED_RESIDUAL * tolerance * count, MIN_RESIDUAL), MAX_RESIDUAL)
     if residual <= explained:
@@ -368,21 +368,21 @@ def imbalance(residual: float, tolerance: float, count: float) -> str:
     )
 
 
-def _mm(length: float) -> str:
+def _mm_text(length: float) -> str:
     return f"{1e3 * length:.4g} mm"
 
 
-def outside_law_range(contacts: Iterable[tuple[str, str, float, float]]) -> str:
+def law_range_remark(contacts: Iterable[tuple[str, str, float, float]]) -> str:
     """Return the remark on elastic laws beyond their range: (joint, law, limit in m, share of the time beyond it)."""
-    excesses = [
-        f"{joint} exceeds {1e3 * limit:.4g} mm, the limit of {law}, for {_percent(share)} of the time"
+    descriptions = [
+        f"{joint} exceeds {1e3 * limit:.4g} mm, the limit of {law}, for {_percent_text(share)} of the time"
         for joint, law, limit, share in contacts
         if share > 0.0
     ]
-    return LAW_LIMIT + "; ".join(excesses) if excesses else ""
+    return LAW_LIMIT + "; ".join(descriptions) if descriptions else ""
 
 
-def lasting_onsets(joints: Iterable[tuple[str, float]]) -> str:
+def onset_remark(joints: Iterable[tuple[str, float]]) -> str:
     """Return the remark on contacts that never end and keep their onset rate: (joint, onset rate in m/s)."""
     descriptions = [
         f"{joint} never loses contact in the window, and its law uses the onset rate of its first touch, {rate:.3g} m/s"
@@ -393,5 +393,5 @@ def lasting_onsets(joints: Iterable[tuple[str, float]]) -> str:
     )
 
 
-def _percent(share: float) -> str:
+def _percent_text(share: float) -> str:
     return f"{100.0 * share:.2g} %"

@@ -24,7 +24,7 @@ class Limit(NamedTuple):
     times: str = ""  # another column, of which the bound is a multiple, or ''
     null: str = ""  # meaning of a missing value, see `contracts.layout.Column`
 
-    def words(self, unit: str) -> str:
+    def bound_text(self, unit: str) -> str:
         """Return the bound in words, for a column in `unit`: 'at most 5 kN', 'at least 2 times NAME'."""
         scale = wording.scale("1" if self.times else unit, self.value)
         threshold = scale.given(self.value) + (f" times {self.times}" if self.times else "")
@@ -39,7 +39,7 @@ class Limit(NamedTuple):
             allowed: np.ndarray = self.value * factors
         return allowed
 
-    def short_by(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+    def slack(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return the distance of each case to the bound, in the column's unit, negative beyond it."""
         import numpy as np
 
@@ -47,30 +47,30 @@ class Limit(NamedTuple):
             distance: np.ndarray = self.threshold(columns) - columns[self.column]
         return distance if self.kind == "at_most" else -distance
 
-    def unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+    def is_unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return a mask of the cases that cannot be assessed because value or bound is missing or not finite.
 
         A missing value that means "nothing to measure" meets every limit; one that means "infinite" is assessed.
         """
         import numpy as np
 
-        missing = ~np.isfinite(columns[self.column])
+        is_missing = ~np.isfinite(columns[self.column])
         if self.null == NOTHING:
-            unknown: np.ndarray = ~missing & ~np.isfinite(self.threshold(columns))
+            unknown: np.ndarray = ~is_missing & ~np.isfinite(self.threshold(columns))
         elif self.null == ENDLESS:
             unknown = ~np.isfinite(self.threshold(columns))
         else:
-            unknown = missing | ~np.isfinite(self.threshold(columns))
+            unknown = is_missing | ~np.isfinite(self.threshold(columns))
         return unknown
 
-    def fails(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+    def is_exceeded(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return a mask of the cases that exceed the limit or cannot be assessed."""
         import numpy as np
 
-        failing: np.ndarray = (self.short_by(columns) < 0.0) | self.unknown(columns)
+        is_failing: np.ndarray = (self.slack(columns) < 0.0) | self.is_unknown(columns)
         if self.null == ENDLESS and self.kind == "at_most":
-            failing |= ~np.isfinite(columns[self.column])
-        return failing
+            is_failing |= ~np.isfinite(columns[self.column])
+        return is_failing
 
     def margin(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return the margin of every case: 1 - value / limit, or value / limit - 1 for `at_least`.
@@ -79,17 +79,17 @@ class Limit(NamedTuple):
         """
         import numpy as np
 
-        largest = np.finfo(float).max
+        largest_float = np.finfo(float).max
         with np.errstate(all="ignore"):
-            size = np.abs(self.threshold(columns))
-            margin: np.ndarray = np.where(size > 0.0, self.short_by(columns) / size, np.nan)
-            usable = np.isfinite(columns[self.column]) & np.isfinite(size)
-        return np.where(usable, np.clip(margin, -largest, largest), np.nan)
+            bound_size = np.abs(self.threshold(columns))
+            margin: np.ndarray = np.where(bound_size > 0.0, self.slack(columns) / bound_size, np.nan)
+            is_usable = np.isfinite(columns[self.column]) & np.isfinite(bound_size)
+        return np.where(is_usable, np.clip(margin, -largest_float, largest_float), np.nan)
 
 
 def units_of(record: Mapping[str, Any]) -> dict[str, str]:
     """Return the SI unit of every column of a run, from its run.json."""
-    figure_units = {figure.name: figure.unit for figure in of_record(record).figures}
+    figure_units = {figure.name: figure.unit for figure in limits_and_figures_of(record).figures}
     return {column["name"]: column["unit"] for column in record["layout"]["columns"]} | figure_units
 
 
@@ -113,8 +113,8 @@ class LimitsAndFigures(NamedTuple):
         figures = [Column(figure.name, figure.unit, f"own figure: {figure.text}") for figure in self.figures]
         if self.limits:
             figures += [
-                Column(EXCEEDED, "", _EXCEEDED, "text"),
-                Column(MARGIN, "1", _MARGIN),
+                Column(EXCEEDED, "", _EXCEEDED_DESCRIPTION, "text"),
+                Column(MARGIN, "1", _MARGIN_DESCRIPTION),
             ]
         return tuple(figures)
 
@@ -125,7 +125,7 @@ class LimitsAndFigures(NamedTuple):
         referenced |= {name for limit in self.limits for name in (limit.column, limit.times) if name}
         return referenced - defined
 
-    def of_case(self, summary: Mapping[str, Any], *, failed: bool = False) -> dict[str, Any]:
+    def evaluate_case(self, summary: Mapping[str, Any], *, failed: bool = False) -> dict[str, Any]:
         """Return the added columns of a case from its `summary`; None for missing values."""
         if not (self.figures or self.limits):
             return {}
@@ -152,30 +152,32 @@ class LimitsAndFigures(NamedTuple):
         if self.limits:
             is_beyond = {limit.column: np.zeros(len(values[limit.column]), bool) for limit in self.limits}
             for limit in self.limits:
-                is_beyond[limit.column] |= limit.fails(values)
-            table = np.array(list(is_beyond.values()))
+                is_beyond[limit.column] |= limit.is_exceeded(values)
+            is_beyond_table = np.array(list(is_beyond.values()))
             names = np.array(list(is_beyond), object)
-            evaluated[EXCEEDED] = np.array([",".join(names[case]) for case in table.T], object)
+            evaluated[EXCEEDED] = np.array(
+                [",".join(names[is_beyond_case]) for is_beyond_case in is_beyond_table.T], object
+            )
             margins = np.array([limit.margin(values) for limit in self.limits])
-            evaluated[MARGIN] = np.where(self.unknown(values), np.nan, np.fmin.reduce(margins, axis=0))
+            evaluated[MARGIN] = np.where(self.is_unknown(values), np.nan, np.fmin.reduce(margins, axis=0))
         return evaluated
 
-    def unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+    def is_unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return a mask of the cases that some limit cannot assess; `columns` include the user-defined figures."""
         import numpy as np
 
-        unknown: np.ndarray = np.any([limit.unknown(columns) for limit in self.limits], axis=0)
+        unknown: np.ndarray = np.any([limit.is_unknown(columns) for limit in self.limits], axis=0)
         return unknown
 
 
-_EXCEEDED = "columns whose limits the case exceeds or that cannot be assessed, separated by commas"
-_MARGIN = (
+_EXCEEDED_DESCRIPTION = "columns whose limits the case exceeds or that cannot be assessed, separated by commas"
+_MARGIN_DESCRIPTION = (
     "smallest of 1 - value/limit (value/limit - 1 for at_least); null: a limit cannot be assessed or has no margin"
 )
 NO_LIMITS = LimitsAndFigures()
 
 
-def margin_words(margin: float, limits: Iterable[Limit], exceeded: str) -> str:
+def margin_text(margin: float, limits: Iterable[Limit], exceeded: str) -> str:
     """Return a margin in per cent, or a dash if missing; values above twice the limit also as a multiple of it.
 
     limits : limits of the grid
@@ -190,34 +192,34 @@ def margin_words(margin: float, limits: Iterable[Limit], exceeded: str) -> str:
     return percentage
 
 
-def limits_of(written: Mapping[str, Any], columns: Iterable[Column] = ()) -> tuple[Limit, ...]:
+def limits_of(section: Mapping[str, Any], columns: Iterable[Column] = ()) -> tuple[Limit, ...]:
     """Return the limits in a resolved grid: column -> number, or mapping of KINDS and 'times', in SI.
 
     columns : columns of the summary, with the meaning of missing values
     """
     limits, nulls = [], {column.name: column.null for column in columns}
-    for name, threshold in written.items():
+    for name, threshold in section.items():
         bounds = threshold if isinstance(threshold, Mapping) else {KINDS[0]: threshold}
         times, null = bounds.get("times", ""), nulls.get(name, "")
         limits += [Limit(name, kind, bounds[kind], times, null) for kind in KINDS if kind in bounds]
     return tuple(limits)
 
 
-def of_record(record: Mapping[str, Any]) -> LimitsAndFigures:
-    """Return the Verdict of a grid as run.json contains it."""
+def limits_and_figures_of(record: Mapping[str, Any]) -> LimitsAndFigures:
+    """Return the limits and the user-defined figures of a run, from its run.json."""
     columns = [Column(**column) for column in record["layout"]["columns"]]
     units = {column.name: column.unit for column in columns}
     limits = limits_of(record.get("limits") or {}, columns)
     return LimitsAndFigures(figures_of(record.get("figures") or {}, units), limits)
 
 
-def figures_of(written: Mapping[str, str], units: Mapping[str, str]) -> tuple[UserFigure, ...]:
+def figures_of(section: Mapping[str, str], units: Mapping[str, str]) -> tuple[UserFigure, ...]:
     """Return the user-defined figures of a grid, functions of columns and earlier figures.
 
     Raise InputError for mistakes.
     """
     known_units, figures = dict(units), []
-    for name, text in written.items():
+    for name, text in section.items():
         known_units[name] = expression.unit_of(text, known_units)
         figures.append(UserFigure(name, text, known_units[name]))
     return tuple(figures)

@@ -18,36 +18,41 @@ def sentences(cases: Cases) -> list[str]:
         depths = depth_in_1000_hours(cases, joint)
         if depths is None:
             continue
-        worst = int(np.nanargmax(depths))
-        if growth := _growth(cases, joint, worst):
-            lines += growth
+        worst_case = int(np.nanargmax(depths))
+        if growth_lines := _growth_sentences(cases, joint, worst_case):
+            lines += growth_lines
             continue
-        (depth,) = wording.in_common_unit([float(depths[worst])], "m")
-        text = f"Deepest wear of one body{cases.joint_text(joint.name)}: {depth} per 1000 h{cases.setting_text(worst)}."
-        parts = [text, *remark(cases, joint, worst, float(depths[worst]))]
-        lines.append(" ".join([*parts, *effects.sentences(cases, effects.PRONOUN, depths, _texts, 1)]))
+        (depth_text,) = wording.in_common_unit([float(depths[worst_case])], "m")
+        text = (
+            f"Deepest wear of one body{cases.joint_text(joint.name)}: {depth_text} per 1000 "
+            f"h{cases.setting_text(worst_case)}."
+        )
+        depth_lines = [text, *forecast_remark(cases, joint, worst_case, float(depths[worst_case]))]
+        lines.append(" ".join([*depth_lines, *effects.sentences(cases, effects.PRONOUN, depths, _depth_texts, 1)]))
     return lines
 
 
 def depth_in_1000_hours(cases: Cases, joint: JointLayout) -> np.ndarray | None:
     """Return the wear depth (m) of each case in 1000 hours at the rate of its window, or None without wear."""
-    rate = f"{joint.name}_wear_rate_max"
-    return THOUSAND_HOURS * cases.column(rate).astype(float) if joint.wear_bins and cases.has(rate) else None
+    rate_column = f"{joint.name}_wear_rate_max"
+    return (
+        THOUSAND_HOURS * cases.column(rate_column).astype(float) if joint.wear_bins and cases.has(rate_column) else None
+    )
 
 
-def remark(cases: Cases, joint: JointLayout, index: int, depth: float, subject: str = "This") -> list[str]:
+def forecast_remark(cases: Cases, joint: JointLayout, index: int, depth: float, subject: str = "This") -> list[str]:
     """Return the remark that a depth (m) in 1000 hours is no forecast if it exceeds the clearance, else []."""
-    hours, clearance = hours_to_clearance(cases, joint, index, depth), _clearance(cases, joint, index)
-    if not hours or clearance is None:
+    hours_text, clearance = clearance_hours_text(cases, joint, index, depth), _clearance(cases, joint, index)
+    if not hours_text or clearance is None:
         return []
     (clearance_text,) = wording.in_common_unit([clearance], "m")
     return [
-        f"{subject} is not a forecast: after {hours} the wear reaches the clearance of {clearance_text}, and the "
+        f"{subject} is not a forecast: after {hours_text} the wear reaches the clearance of {clearance_text}, and the "
         "rate changes."
     ]
 
 
-def hours_to_clearance(cases: Cases, joint: JointLayout, index: int, depth: float) -> str:
+def clearance_hours_text(cases: Cases, joint: JointLayout, index: int, depth: float) -> str:
     """Return the hours after which the wear of a case equals its clearance; '' unless it does within 1000 hours.
 
     depth : m in 1000 hours
@@ -58,28 +63,30 @@ def hours_to_clearance(cases: Cases, joint: JointLayout, index: int, depth: floa
     return f"{wording.plain(1000.0 * clearance / depth, 2)} h"
 
 
-def _texts(values: Sequence[float]) -> list[str]:
+def _depth_texts(values: Sequence[float]) -> list[str]:
     return wording.in_common_unit(values, "m")
 
 
-def _growth(cases: Cases, joint: JointLayout, worst: int) -> list[str]:
+def _growth_sentences(cases: Cases, joint: JointLayout, worst_case: int) -> list[str]:
     """Return a sentence on the growth of the clearance per 1000 hours of the life of a case, or [] without a life."""
-    growth, hours = (f"{joint.name}_{figure}" for figure in ("clearance_growth", "life_hours"))
-    if not (cases.has(growth) and cases.has(hours)):
+    growth_column, hours_column = (f"{joint.name}_{figure}" for figure in ("clearance_growth", "life_hours"))
+    if not (cases.has(growth_column) and cases.has(hours_column)):
         return []
-    growth_rate = 1000.0 * float(cases.column(growth)[worst]) / float(cases.column(hours)[worst])
+    growth_rate = (
+        1000.0 * float(cases.column(growth_column)[worst_case]) / float(cases.column(hours_column)[worst_case])
+    )
     if not np.isfinite(growth_rate):
         return []
     (growth_text,) = wording.in_common_unit([growth_rate], "m")
-    location = f"{cases.joint_text(joint.name)}{cases.setting_text(worst)}"
+    location = f"{cases.joint_text(joint.name)}{cases.setting_text(worst_case)}"
     return [f"Wear of both bodies widens the clearance{location} by {growth_text} per 1000 h of the life."]
 
 
-def starting_clearance(cases: Cases, name: str) -> str:
+def initial_clearance_text(cases: Cases, name: str) -> str:
     """Return the clearance of a joint in words if all cases have the same, else ''; name : 'rod_slider'."""
-    title = wording.joint_name(name)
-    section: Mapping = (cases.record.get("joints") or {}).get(title) or {}
-    value = None if f"joints.{title}.clearance" in cases.axes else section.get("clearance")
+    joint_name = wording.joint_name(name)
+    section: Mapping = (cases.record.get("joints") or {}).get(joint_name) or {}
+    value = None if f"joints.{joint_name}.clearance" in cases.axes else section.get("clearance")
     return wording.in_common_unit([value], "m")[0] if isinstance(value, float) and value > 0.0 else ""
 
 

@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..contracts.case import Case
-from ..judging.validity import LIFE_UNREACHED, smoothed
+from ..judging.validity import LIFE_UNREACHED, smoothing_remark
 from ..language.wording import count
 from ..mechanics.joint import registry
 from ..mechanics.joint.wear.contract import Worn
@@ -216,7 +216,7 @@ class LifeRun:
         A remark that does not apply is ''.
         """
         widths = zip([worn.name for worn in self.worn_joints], self.smoothing(life.nodes[-1].state), strict=True)
-        return self._reason_unreached(life), smoothed(widths)
+        return self._reason_unreached(life), smoothing_remark(widths)
 
     def _reason_unreached(self, life: Life) -> str:
         """Return why a life did not reach its limit, or '' if it did."""

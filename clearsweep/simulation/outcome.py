@@ -8,7 +8,7 @@ import numpy as np
 
 from ..contracts.layout import SECTION_COUNT, Layout
 from ..contracts.results import EVENT_DTYPE, Trajectory
-from ..judging.validity import message_of
+from ..judging.validity import join_remarks
 from ..mechanics.observe.histogram import forces_exceeded, time_above
 from ..mechanics.solver import integration
 from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, Totals
@@ -171,7 +171,7 @@ def to_trajectory(outcome: Outcome, period: int | None) -> Trajectory:
         return Trajectory(outcome.status, outcome.message, summary, events=log_rows, units=units)
     summary |= outcome.figures
     summary |= yield_speeds(scene)
-    message = message_of(*remarks(scene, window, summary))
+    message = join_remarks(*remarks(scene, window, summary))
     return Trajectory(outcome.status, message, summary, outcome.channels, log, window.wear, outcome.sections, units)
 
 

@@ -10,16 +10,16 @@ from ..judging.validity import (
     FilmState,
     PenetrationAndWear,
     RubbingJoint,
-    ball_stiffness,
-    films,
-    friction_heat,
-    imbalance,
-    lasting_onsets,
-    outside_law_range,
-    pv_high,
-    too_deep,
-    worn_away,
-    worn_through,
+    ball_stiffness_remark,
+    film_remarks,
+    friction_heat_remark,
+    imbalance_remark,
+    law_range_remark,
+    onset_remark,
+    penetration_remark,
+    pv_remark,
+    wear_depth_remark,
+    wear_rate_remark,
 )
 from ..mechanics.joint import registry
 from ..mechanics.joint.film import reynolds
@@ -49,16 +49,18 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
     has_film = any(joint.film for joint in scene.layout.joints)
     settings = scene.case.simulate
     return (
-        outside_law_range(beyond_limit),
-        lasting_onsets(_lasting_contacts(scene, window)),
-        *(films(_film_states(scene, window, summary)) if has_film else ()),
-        friction_heat(rubbing_powers),
-        ball_stiffness(balls),
-        too_deep(sizes),
-        worn_through(sizes),
-        worn_away(wearing),
-        pv_high(wearing),
-        imbalance(summary["energy_residual"], settings.tolerance, 0.5 * window.events + max(settings.revolutions, 1.0)),
+        law_range_remark(beyond_limit),
+        onset_remark(_lasting_contacts(scene, window)),
+        *(film_remarks(_film_states(scene, window, summary)) if has_film else ()),
+        friction_heat_remark(rubbing_powers),
+        ball_stiffness_remark(balls),
+        penetration_remark(sizes),
+        wear_depth_remark(sizes),
+        wear_rate_remark(wearing),
+        pv_remark(wearing),
+        imbalance_remark(
+            summary["energy_residual"], settings.tolerance, 0.5 * window.events + max(settings.revolutions, 1.0)
+        ),
     )
 
 

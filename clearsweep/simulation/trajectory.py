@@ -13,7 +13,7 @@ from ..contracts.case import Case
 from ..contracts.layout import DIFFERENCE
 from ..contracts.results import Trajectory
 from ..grid import check_memory, history_bytes
-from ..judging.validity import ERROR_CHECK_FAILED, UNBALANCED, message_of, uncertain_films
+from ..judging.validity import ERROR_CHECK_FAILED, UNBALANCED, film_temperature_remark, join_remarks
 from ..language import phases
 from ..language.errors import InputError, quoted
 from ..mechanics.compiled.family import empty_entries
@@ -97,7 +97,7 @@ def _all_integrations(
 
 def with_limits(scene: Scene, trajectory: Trajectory) -> Trajectory:
     """Return a trajectory with the verdict on its figures in the summary."""
-    trajectory.summary.update(scene.verdict.of_case(trajectory.summary, failed=trajectory.status != "ok"))
+    trajectory.summary.update(scene.verdict.evaluate_case(trajectory.summary, failed=trajectory.status != "ok"))
     return trajectory
 
 
@@ -126,9 +126,11 @@ def _with_balance(scene: Scene, trajectory: Trajectory, balance: Balance) -> Tra
     if trajectory.status != "ok":
         return trajectory
     subjects = {joint.column: f"the film of {joint.name}" if joint.film else joint.name for joint in scene.case.joints}
-    accuracy_remark = uncertain_films([(subjects[joint], *accuracy) for joint, accuracy in balance.doubtful().items()])
+    accuracy_remark = film_temperature_remark(
+        [(subjects[joint], *accuracy) for joint, accuracy in balance.doubtful().items()]
+    )
     remark = accuracy_remark if balance.converged else UNBALANCED
-    return dataclasses.replace(trajectory, message=message_of(trajectory.message, remark))
+    return dataclasses.replace(trajectory, message=join_remarks(trajectory.message, remark))
 
 
 def with_deadline(scene: Scene) -> Scene:
@@ -276,7 +278,7 @@ def _run_life(scene: Scene, times: ArrayLike | None, observers: Sequence[Observe
     trajectory = _converged_trajectory(worn_scene, run, observer, times)
     trajectory.summary.update(life_run.figures(life))
     trajectory.summary.update(uncertain_figures(life_run.target.column, bounding_lives) if bounding_lives else {})
-    message = message_of(trajectory.message, *life_run.remarks(life), *failures(bounding_lives))
+    message = join_remarks(trajectory.message, *life_run.remarks(life), *failures(bounding_lives))
     return dataclasses.replace(trajectory, history=life_run.history(life), message=message)
 
 
@@ -336,7 +338,7 @@ def _error_checked(scene: Scene, trajectory: Trajectory) -> Trajectory:
         f"{ERROR_CHECK_FAILED}the run at a tenth of the tolerance has the status {tighter_run.status}: "
         f"{tighter_run.message}"
     )
-    return dataclasses.replace(trajectory, message=message_of(trajectory.message, failure))
+    return dataclasses.replace(trajectory, message=join_remarks(trajectory.message, failure))
 
 
 def _add_differences(summary: dict, tighter: dict) -> None:

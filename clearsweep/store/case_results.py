@@ -51,7 +51,7 @@ def read_results(
         selection: dict[str, np.ndarray] = {}
         for limit in result_schema.verdict.limits:
             margin = limit.margin(columns)
-            margin = np.where(np.isnan(margin) & limit.fails(columns), -np.inf, margin)
+            margin = np.where(np.isnan(margin) & limit.is_exceeded(columns), -np.inf, margin)
             selection[limit.column] = np.fmin(selection.get(limit.column, np.inf), margin)
         for name, values in selection.items():
             margins[name].append(values)

@@ -80,7 +80,7 @@ class StoredRun:
     def _check_columns(self) -> None:
         """Raise DamagedError if the columns of a table disagree with run.json."""
         try:
-            computed = [column.name for column in verdict.of_record(self.grid).columns]
+            computed = [column.name for column in verdict.limits_and_figures_of(self.grid).columns]
         except InputError as error:
             raise damaged(self.place / RECORD_FILE, f"figures: {error}") from error
         paths = list(self.grid["units"])

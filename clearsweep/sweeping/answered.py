@@ -7,7 +7,7 @@ import numpy as np
 
 from .. import grid as grids
 from ..judging import advice, answer, sampled, wear
-from ..judging.case_ranking import BY_CONTENT, CaseRanking
+from ..judging.case_ranking import CONTENT_QUESTIONS, CaseRanking
 from ..judging.cases import Cases, column_texts
 from ..judging.verdict import units_of
 from ..language import wording
@@ -51,7 +51,7 @@ def of_run(run: StoredRun, lead: CaseRanking, checks: LawCheckResults, facts: di
     contains the extreme cases.
     facts : as for `setting_text`
     """
-    if lead.question not in ("life", "limits", *BY_CONTENT) or not len(run):
+    if lead.question not in ("life", "limits", *CONTENT_QUESTIONS) or not len(run):
         return Answer([])
     sample = SampledRun(run) if isinstance(run, BlockedRun) and len(run) > MOST_READ else None
     columns = _Columns(sample or run, checks)
@@ -61,7 +61,7 @@ def of_run(run: StoredRun, lead: CaseRanking, checks: LawCheckResults, facts: di
     cases = cases._replace(is_complete=sample is None)
     worn = [] if sampled.is_one_sample(cases.record) else wear.sentences(cases)
     said = answer.extreme_sentences(cases) if sample else answer.sentences(cases)
-    return Answer([*said, *worn], advice.no_limits(cases) if lead.question in BY_CONTENT else "")
+    return Answer([*said, *worn], advice.suggest_limit(cases) if lead.question in CONTENT_QUESTIONS else "")
 
 
 def _cases(run: StoredRun, lead: CaseRanking, columns: _Columns, facts: dict[str, Any]) -> Cases:

@@ -32,7 +32,7 @@ def identify_lines(facts: dict[str, Any]) -> list[str]:
     lines = ["", "The best cases compared with the measured signals"]
     for fit in identified["fits"]:
         measured, computed = (grid_text(fit[name], fit["unit"]) for name in ("measured", "computed"))
-        discrepancy = identification.difference(fit)
+        discrepancy = identification.difference_text(fit)
         lines.append(f"  {fit['channel']}, {fit['feature']}: {measured} measured, {computed} computed{discrepancy}")
     cases = f"{identified['finished']:,} finished cases of {identified['looked_at']:,}"
     lines += ["", f"Identified by {cases} (a sample of the posterior in identify.parquet)"]
@@ -44,5 +44,7 @@ def identify_lines(facts: dict[str, Any]) -> list[str]:
         value, low, high = (f"{fit[key] / scale.factor:.3g}" for key in ("value", "low", "high"))
         unit_text = f" {scale.unit.replace('µ', 'u')}".rstrip()
         name = wording.axis_name(fit["path"], joints)
-        lines.append(f"  {name} {value}{unit_text} (95 %: {low} to {high}{unit_text}){identification.certainty(fit)}")
+        lines.append(
+            f"  {name} {value}{unit_text} (95 %: {low} to {high}{unit_text}){identification.certainty_text(fit)}"
+        )
     return lines

@@ -27,7 +27,7 @@ class LawCheckSearch:
             self.points = []
             return
         self.is_done = True
-        values, _ = self.ranking.worst(results.columns)
+        values, _ = self.ranking.worst_values(results.columns)
         badness = self.ranking.badness(values)
         if np.isneginf(badness).all():
             return
@@ -64,7 +64,7 @@ class LawCheckResults:
 
     def add(self, block: Mapping[str, np.ndarray]) -> None:
         """Add the finished cases of a block that check laws."""
-        self.rows += law_check.rows_of(block, self.base, self.ranking)
+        self.rows += law_check.law_results(block, self.base, self.ranking)
 
     def facts(self, deciding: dict[str, Any] | None) -> dict[str, Any] | None:
         """Return the results of the law checks and of the deciding case, or None if no check ran.
@@ -89,4 +89,4 @@ def law_lines(check: dict[str, Any] | None, units: Mapping[str, str]) -> list[st
 
     value = math.nan if check["value"] is None else check["value"]
     used_law = law_check.LawResult(check["case_id"], "", "", check["column"], value)
-    return ["", f"Laws: {law_check.sentence(used_law, rows, text)}"]
+    return ["", f"Laws: {law_check.law_check_sentence(used_law, rows, text)}"]

@@ -25,7 +25,7 @@ class LifeExtremes:
             layout.life,
         )
         self.columns = [*self.columns_by_name.values()]
-        self.until = lifetime.criterion(section)
+        self.until = lifetime.criterion_text(section)
         self.unreached = 0
         self.extremes: dict[str, dict[str, Any]] = {}  # key of COMPARISONS -> the case
 
@@ -38,7 +38,7 @@ class LifeExtremes:
         if np.isnan(hours).all():
             return
         for index in dict.fromkeys((int(np.nanargmin(hours)), int(np.nanargmax(hours)))):
-            life = lifetime.lifetime_of(
+            life = lifetime.read_lifetime(
                 {name: float(block[column].astype(float)[index]) for name, column in self.columns_by_name.items()}
             )
             for key, precedes in COMPARISONS.items():

@@ -47,7 +47,7 @@ class ObservedSignal(NamedTuple):
     def angle(self, history: Mapping[str, np.ndarray]) -> float:
         """Return the offset (rad, -pi to pi) of the measured crank angle from that of a case."""
         computed = self._computed(history)
-        lag = features.lag_of(self.revolutions.mean(axis=0), computed.mean(axis=0), ALIGNED_ORDERS)
+        lag = features.find_lag(self.revolutions.mean(axis=0), computed.mean(axis=0), ALIGNED_ORDERS)
         phase_shift = float(features.TURN * lag / computed.shape[1] + self.angular.angle[0]) % features.TURN
         return phase_shift - features.TURN * (phase_shift > features.TURN / 2.0)
 
@@ -56,9 +56,9 @@ class ObservedSignal(NamedTuple):
     ) -> features.RevolutionStatistics:
         """Return the statistics of a case at the measured crank angle, with noise of `share` times the measured rms."""
         computed = self._computed(history)
-        lag = features.lag_of(self.revolutions.mean(axis=0), computed.mean(axis=0), ALIGNED_ORDERS)
-        noisy = computed + share * self.rms * features.noise(rng, computed, self.orders)
-        return features.statistics(np.roll(noisy.ravel(), lag).reshape(computed.shape))
+        lag = features.find_lag(self.revolutions.mean(axis=0), computed.mean(axis=0), ALIGNED_ORDERS)
+        noisy = computed + share * self.rms * features.white_noise(rng, computed, self.orders)
+        return features.revolution_statistics(np.roll(noisy.ravel(), lag).reshape(computed.shape))
 
     def _computed(self, history: Mapping[str, np.ndarray]) -> np.ndarray:
         angle, values = history["crank_angle"], history[self.angular.signal.channel]
@@ -90,7 +90,7 @@ def observe(identify: Identify, history: Mapping[str, np.ndarray]) -> Observatio
     for file in dict.fromkeys(signal.file for signal in identify.signals):
         signals = [signal for signal in identify.signals if signal.file == file]
         for angular in angular_signals(file, signals, float(angle / span)):
-            orders = features.common_band(
+            orders = features.highest_common_order(
                 features.samples_per_revolution(angular.angle), features.samples_per_revolution(history["crank_angle"])
             )
             revolutions = features.split_revolutions(angular.angle, angular.values, None, orders)
@@ -102,7 +102,7 @@ def observe(identify: Identify, history: Mapping[str, np.ndarray]) -> Observatio
     values, covariances = [], []
     for index, observed in enumerate(observations):
         new_labels = list(_labels(index, observed, identify.features))
-        statistics = features.statistics(observed.revolutions)
+        statistics = features.revolution_statistics(observed.revolutions)
         values.append(feature_vector(statistics.features(), observed.orders, identify.features))
         covariances.append(_signal_covariance(statistics, observed, identify, new_labels))
         labels += new_labels

@@ -38,8 +38,10 @@ class RunFacts:
         self._joints = joints
         self.laws = LawCheckResults(checked, self.ranking)
         columns = ["status", *self.swept, *checked, *self.worst.columns]
-        columns += validity.columns(joints, {column.name for column in layout.columns})
-        columns += [name for name in expected.columns(joints) if name in {column.name for column in layout.columns}]
+        columns += validity.required_columns(joints, {column.name for column in layout.columns})
+        columns += [
+            name for name in expected.required_columns(joints) if name in {column.name for column in layout.columns}
+        ]
         self.columns = list(
             dict.fromkeys([*columns, *self.limits.columns, *self.lives.columns, *self.slowest_case.columns])
         )
@@ -52,7 +54,7 @@ class RunFacts:
             self._replace_counts([mark["counts"] for mark in marks])
 
     def add(self, block: dict[str, np.ndarray]) -> None:
-        """Add some cases, with at least the columns `columns`."""
+        """Add some cases, with at least the columns of `required_columns`."""
         is_ok, is_of_grid = block["status"] == "ok", self.laws.of_grid(block)
         if not is_of_grid.all():
             self.laws.add({name: values[is_ok & ~is_of_grid] for name, values in block.items()})
@@ -72,7 +74,7 @@ class RunFacts:
             self.lives.add(finished, describe)
             self.slowest_case.add(finished, describe)
             self.worst.add(finished, describe)
-            largest = expected.worst(finished, self._joints)
+            largest = expected.largest_expected_peak(finished, self._joints)
             if largest and (self.expected is None or largest.value > self.expected["value"]):
                 index = finished["case_id"].tolist().index(largest.case_id)
                 self.expected = largest._asdict() | describe(index)
@@ -115,7 +117,7 @@ class _LimitCounts:
     """How many cases meet the limits of a grid, as `run` reports it."""
 
     def __init__(self, record: Mapping[str, Any]):
-        self.verdict = verdict.of_record(record)
+        self.verdict = verdict.limits_and_figures_of(record)
         self.units = verdict.units_of(record)
         limited = {name for limit in self.verdict.limits for name in (limit.column, limit.times) if name}
         self.columns = [verdict.EXCEEDED, verdict.MARGIN, *sorted(limited)] if limited else []
@@ -134,19 +136,19 @@ class _LimitCounts:
         self.cases += len(block["status"])
         self.any += sum(map(bool, block[verdict.EXCEEDED]))
         self.exceeded.update(name for names in block[verdict.EXCEEDED] if names for name in names.split(","))
-        self.any_unknown += int(np.count_nonzero(self.verdict.unknown(block)))
+        self.any_unknown += int(np.count_nonzero(self.verdict.is_unknown(block)))
         for name in {limit.column for limit in self.verdict.limits}:
-            unknown = [limit.unknown(block) for limit in self.verdict.limits if limit.column == name]
+            unknown = [limit.is_unknown(block) for limit in self.verdict.limits if limit.column == name]
             self.unknown[name] += int(np.count_nonzero(np.any(unknown, axis=0)))
         for index, limit in enumerate(self.verdict.limits):
-            self.fails[str(index)] += int(np.count_nonzero(limit.fails(block)))
-            self.unjudged[str(index)] += int(np.count_nonzero(limit.unknown(block)))
+            self.fails[str(index)] += int(np.count_nonzero(limit.is_exceeded(block)))
+            self.unjudged[str(index)] += int(np.count_nonzero(limit.is_unknown(block)))
         margins = block[verdict.MARGIN]
         if np.isfinite(margins).any():
             index = int(np.nanargmin(margins))
             margin = float(margins[index])
             if self.worst is None or (margin, block["case_id"][index]) < (self.worst["margin"], self.worst["case_id"]):
-                words = verdict.margin_words(margin, self.verdict.limits, block[verdict.EXCEEDED][index] or "")
+                words = verdict.margin_text(margin, self.verdict.limits, block[verdict.EXCEEDED][index] or "")
                 self.worst = _case_description(block, index, swept) | {"margin": margin, "margin_words": words}
 
     def facts(self) -> dict[str, Any] | None:
@@ -155,7 +157,7 @@ class _LimitCounts:
             return None
         bounds: dict[str, list[str]] = {limit.column: [] for limit in self.verdict.limits}
         for limit in self.verdict.limits:
-            bounds[limit.column].append(limit.words(self.units.get(limit.column, "1")))
+            bounds[limit.column].append(limit.bound_text(self.units.get(limit.column, "1")))
         return {
             "cases": self.cases,
             "exceeding": self.any,

@@ -60,7 +60,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "no_limits": answer.no_limits,
         "worst": run_facts.worst.entries,
         "answer": [
-            *([plain(probability.sentence(chance, run.grid))] if chance else []),
+            *([plain(probability.exceedance_sentence(chance, run.grid))] if chance else []),
             *(plain(text) for text in answer.sentences),
         ],
         "expected": run_facts.expected,
@@ -119,7 +119,10 @@ def _expected_lines(facts: dict[str, Any]) -> list[str]:
     has_many_axes = len(peak["swept"]) > MANY_AXES
     setting = f"case {wording.short_id(peak['case_id'])}" if has_many_axes else setting_text(peak["swept"], facts)
     where = f" in {wording.joint_name(peak['joint'])}" + (f" at {setting}" if setting else "")
-    return ["", expected.sentence([grid_text(peak[key], "N") for key in ("value", "high", "seen")], where)]
+    return [
+        "",
+        expected.expected_peak_sentence([grid_text(peak[key], "N") for key in ("value", "high", "seen")], where),
+    ]
 
 
 def run_text(facts: dict[str, Any]) -> str:
@@ -327,7 +330,7 @@ def _figure(figure: dict[str, Any], units: Mapping[str, str]) -> str:
     if name.endswith("_life_hours"):
         return f"{value:.4g} h"
     if name.endswith("_dry_load_share"):
-        return films.share_words(value)
+        return films.dry_share_text(value)
     return grid_texts([value], units.get(name, "1"), speed="speed" in name)[0]
 
 

@@ -4,7 +4,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..judging.verdict import Limit, margin_words
+from ..judging.verdict import Limit, margin_text
 from ..language import wording
 from . import unanswered
 from .optimising import BestCase
@@ -152,7 +152,7 @@ def _case_facts(case: BestCase, limits: Sequence[Limit]) -> dict[str, Any]:
     if case.margin is None:
         return case._asdict() | {"margin_words": None}
     exceeded = case.limiting or "" if case.margin < 0.0 else ""
-    return case._asdict() | {"margin_words": margin_words(case.margin, limits, exceeded)}
+    return case._asdict() | {"margin_words": margin_text(case.margin, limits, exceeded)}
 
 
 def _objective_text(column: str, case: Mapping[str, Any], unit: str) -> str:

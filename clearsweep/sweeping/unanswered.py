@@ -17,7 +17,7 @@ DIGITS = 4  # digits of a limit that would pass
 
 def unanswered_facts(record: Mapping[str, Any], answers: Sequence[Answer], effects: Iterable[Effect]) -> dict[str, Any]:
     """Return facts about searches without an answer for run.json, in SI; `record` is run.json."""
-    limits, columns = verdict.of_record(record).limits, verdict.units_of(record)
+    limits, columns = verdict.limits_and_figures_of(record).limits, verdict.units_of(record)
     best = [case for answer in answers for case in answer.best]
     finite = all(case["margin"] is not None for case in best)
     units = key_units(record, SIMULATION.catalogue()) if effects else {}
@@ -46,7 +46,7 @@ def loosened_limits(
             is_upper = limit.kind == KINDS[0]
             loosened = limit.value + abs(limit.value) * (-margin if is_upper else margin)
             value = _rounded(loosened, ROUND_CEILING if is_upper else ROUND_FLOOR)
-            texts[limit.column] = limit._replace(value=value).words(units.get(limit.column, "1"))
+            texts[limit.column] = limit._replace(value=value).bound_text(units.get(limit.column, "1"))
     return texts
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..judging.case_ranking import CaseRanking
-from ..judging.verdict import EXCEEDED, MARGIN, Limit, margin_words
+from ..judging.verdict import EXCEEDED, MARGIN, Limit, margin_text
 
 WORST_CASES = 5
 
@@ -24,7 +24,7 @@ class WorstCases:
         """Add finished cases; describe : index in the block -> description of the case."""
         if not self.ranking.candidates:
             return
-        values, candidate_numbers = self.ranking.worst(block)
+        values, candidate_numbers = self.ranking.worst_values(block)
         badness = self.ranking.badness(values)
         least = np.partition(badness, -WORST_CASES)[-WORST_CASES] if len(badness) > WORST_CASES else -np.inf
         worst = np.flatnonzero(badness >= least)
@@ -48,5 +48,5 @@ class WorstCases:
             value = float(block[name][index])
             figures.append({"column": name, "value": None if np.isnan(value) else value})
             if name == MARGIN:
-                figures[-1]["words"] = margin_words(value, self.limits, block[EXCEEDED][index] or "")
+                figures[-1]["words"] = margin_text(value, self.limits, block[EXCEEDED][index] or "")
         return {"joint": candidate.joint or joint, "force_peak": peak, "figures": figures}

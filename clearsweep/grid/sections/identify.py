@@ -273,7 +273,7 @@ def angular_signals(file: str, signals: list[Signal], rate: float | None) -> lis
                     f"{file}:1: has the column time, but drive.speed is not constant here; add a column "
                     "crank_angle [deg]"
                 )
-            angle = features.angle_of_time(content.abscissa, values, rate)
+            angle = features.track_crank_angle(content.abscissa, values, rate)
             speed = float((angle[-1] - angle[0]) / (content.abscissa[-1] - content.abscissa[0]))
         _check_sampling(file, signal.column, angle, values)
         angular.append(AngularSignal(signal, angle, values, speed))

@@ -40,6 +40,6 @@ def leading_figure(
     for limit in limits:
         column = layout_columns.get(limit.column)
         if column and column.joint and column.figure and has(column.name):
-            name = labels.label(layout._replace(joints=layout.joints[:1]), column.name)  # without the joint
+            name = labels.column_label(layout._replace(joints=layout.joints[:1]), column.name)  # without the joint
             return LeadingFigure(column.figure, name, limit.kind == "at_least")
     return PEAK

@@ -237,7 +237,7 @@ def _law_checks(run: StoredRun | SampledRun, selected: np.ndarray) -> tuple[law_
     """Return the results of the finished cases that check laws."""
     grid_laws, lead = grid.base_laws(run.grid), case_ranking.ranking_of(run.layout, _limits(run), run.grid)
     table = {name: run.column(name).to_numpy()[selected] for name in ("case_id", *grid_laws, *lead.columns)}
-    return tuple(law_check.rows_of(table, grid_laws, lead))
+    return tuple(law_check.law_results(table, grid_laws, lead))
 
 
 def _limits(run: StoredRun | SampledRun) -> tuple[Limit, ...]:

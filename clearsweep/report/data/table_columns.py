@@ -57,7 +57,7 @@ def columns_in_table(study: Study, table: str, joint: Joint | None = None) -> li
 
 def column_label(study: Study, column: str) -> str:
     """Return the label of a column, as in the last lines of a run."""
-    return labels.label(study.run.layout, column)
+    return labels.column_label(study.run.layout, column)
 
 
 def _computed_column(figure: Figure, joint: Joint) -> Column:

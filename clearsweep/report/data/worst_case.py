@@ -16,7 +16,7 @@ def worst_case(study: Study) -> tuple[str, case_ranking.Candidate] | None:
     lead, cases = question(study), study.cases
     if cases.empty or not lead.candidates or any(name not in cases for name in lead.columns):
         return None
-    values, which = lead.worst({name: cases[name].to_numpy(float) for name in lead.columns})
+    values, which = lead.worst_values({name: cases[name].to_numpy(float) for name in lead.columns})
     if np.isnan(values).all():
         return None
     badness = lead.badness(values)

@@ -57,8 +57,8 @@ def limits(study: Study) -> LimitCounts:
         return LimitCounts(len(study.cases), 0, 0, [])
     known = [columns(study, limit) for limit in study.limits]
     beyond, unknown = (
-        [getattr(limit, what)(each) for limit, each in zip(study.limits, known, strict=True)]
-        for what in ("fails", "unknown")
+        [getattr(limit, method)(values) for limit, values in zip(study.limits, known, strict=True)]
+        for method in ("is_exceeded", "is_unknown")
     )
     return LimitCounts(
         len(study.cases),

@@ -62,7 +62,7 @@ def correlations(study: Study, sample: Sample, column: str) -> list[tuple[str, E
     """
     table = study.run.grid["sample"]["drawn"]
     drawn = {path: np.asarray(table[path], float) for path in variables(study)}
-    return sampled.correlations(drawn, sample.figures[column])
+    return sampled.variable_correlations(drawn, sample.figures[column])
 
 
 def _halves(study: Study, sample: Sample, values: np.ndarray) -> list[Quantity]:

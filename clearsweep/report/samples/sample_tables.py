@@ -83,10 +83,10 @@ def limit_table(study: Study, samples: list[Sample]) -> Table:
     rows = []
     for figure in limited_figures(study):
         for limit, sample in itertools.product(figure.limits, samples):
-            fails = limit.fails(sample.figures)[finished(sample)]
+            fails = limit.is_exceeded(sample.figures)[finished(sample)]
             if len(fails) or sample.failed:
                 head = (figure.name, figure.unit, *point_cells(study, sample))
-                limit_text = Quantity(limit.value, limit.words(figure.unit))
+                limit_text = Quantity(limit.value, limit.bound_text(figure.unit))
                 rows.append((*head, limit_text, *_probability_cells(fails, _failed_rows(sample), failures=failures)))
     for sample in samples if len(rows) > len(samples) else []:
         head = ("at least one of them", "", *point_cells(study, sample))
@@ -123,7 +123,9 @@ def _failed_rows(sample: Sample) -> int:
 
 def any_exceeded(study: Study, sample: Sample) -> np.ndarray:
     """Return a mask of the finished cases of a sample that exceed a limit, or whose limited figure is missing."""
-    exceeds: np.ndarray = np.any([limit.fails(sample.figures) for limit in study.limits], axis=0)[finished(sample)]
+    exceeds: np.ndarray = np.any([limit.is_exceeded(sample.figures) for limit in study.limits], axis=0)[
+        finished(sample)
+    ]
     return exceeds
 
 

@@ -145,18 +145,18 @@ def _revolutions_text(period: int) -> str:
 def _expected_peak(study: Study) -> list[str]:
     """Return a sentence on the largest force peak to expect in many revolutions, or why none is predicted."""
     joints = [joint.name for joint in study.joints]
-    names = [name for name in expected.columns(joints) if name in study.cases]
+    names = [name for name in expected.required_columns(joints) if name in study.cases]
     columns = {name: study.cases[name].to_numpy() for name in names} | {"case_id": study.cases.index.to_numpy()}
-    largest = expected.worst(columns, joints)
+    largest = expected.largest_expected_peak(columns, joints)
     if largest is None:
         return [
             "Without a period, the largest peak in 10⁶ revolutions is predicted only from "
             f"{expected.MIN_REVOLUTIONS} or more independent revolutions in the window."
         ]
     joint = next(joint for joint in study.joints if joint.name == largest.joint)
-    force_texts = wording.in_common_unit((largest.value, largest.high, largest.seen), "N")
+    force_texts = wording.in_common_unit((largest.value, largest.upper_bound, largest.window_peak), "N")
     location_text = study.joint_text(joint, " in joint {}") + _setting_text(study, largest.case_id)
-    return [expected.sentence(force_texts, location_text)]
+    return [expected.expected_peak_sentence(force_texts, location_text)]
 
 
 def _chaotic(study: Study) -> list[str]:
@@ -188,7 +188,9 @@ def law_range_remarks(study: Study) -> list[str]:
     joints = [joint.name for joint in study.joints]
     remarks = validity.Remarks(joints)
     cases = {"case_id": study.cases.index}
-    cases |= {name: study.cases[name] for name in validity.columns(joints, study.cases.columns) if name != "case_id"}
+    cases |= {
+        name: study.cases[name] for name in validity.required_columns(joints, study.cases.columns) if name != "case_id"
+    }
     for start in range(0, len(study.cases), CHUNK_ROWS):
         remarks.add({name: values[start : start + CHUNK_ROWS].to_numpy() for name, values in cases.items()})
     if counted := counts.remarks(study):

@@ -87,7 +87,7 @@ def _estimate_text(axis: Axis, parameter: dict[str, Any]) -> str:
     """Return a value, its interval, and its certainty."""
     text = (
         f"{axis.name} {axis.scale.text(parameter['value'])} "
-        f"({_interval_text(axis, parameter)}){identification.certainty(parameter)}"
+        f"({_interval_text(axis, parameter)}){identification.certainty_text(parameter)}"
     )
     return text[0].upper() + text[1:]
 

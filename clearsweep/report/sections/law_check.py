@@ -23,7 +23,9 @@ def sentences(study: Study) -> list[str]:
     base_result = _base_result(study)
     if base_result is None or not study.law_checks:
         return []
-    text = law_check.sentence(base_result, [*study.law_checks], lambda column, value: _value_text(study, column, value))
+    text = law_check.law_check_sentence(
+        base_result, [*study.law_checks], lambda column, value: _value_text(study, column, value)
+    )
     return [f"{capital(text)}"]
 
 

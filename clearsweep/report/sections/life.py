@@ -43,7 +43,7 @@ def extreme_lives(study: Study) -> list[str]:
 def _extreme_life_sentences(study: Study, joint: Joint) -> list[str]:
     """Return the shortest and the longest life, and the number of cases that did not reach their limit."""
     life_section, hours = study.run.grid["life"], joint.column("life_hours")
-    criterion_text = f"of joint {joint.title}, {lifetime.criterion(life_section | study.base.get('life', {}))}"
+    criterion_text = f"of joint {joint.title}, {lifetime.criterion_text(life_section | study.base.get('life', {}))}"
     points = []
     if study.has(hours):
         hours_by_case = study.cases[hours]
@@ -67,7 +67,7 @@ def _extreme_life_sentences(study: Study, joint: Joint) -> list[str]:
 def _lifetime(study: Study, joint: Joint, case_id: str) -> lifetime.Lifetime:
     """Return the life of a case."""
     column_by_name = {name: joint.column(name) for name in lifetime.COLUMNS if joint.column(name) in study.cases}
-    return lifetime.lifetime_of(
+    return lifetime.read_lifetime(
         {name: float(study.cases.at[case_id, column]) for name, column in column_by_name.items()}
     )
 

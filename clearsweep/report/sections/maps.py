@@ -152,7 +152,7 @@ def _mapped_axes(study: Study, joint: Joint, ranked: list[Axis]) -> list[Axis]:
     if question(study).question != "film":
         return ranked
     clearance_path = f"joints.{wording.joint_name(joint.name)}.clearance"
-    conditions = designs.divided([axis.path for axis in ranked])[1]
+    conditions = designs.split_axes([axis.path for axis in ranked])[1]
     return sorted(ranked, key=lambda axis: (axis.path != clearance_path, axis.path in conditions))
 
 

@@ -54,7 +54,7 @@ def best_by_objective(study: Study) -> list[tuple[str, str]]:
 
 def answers(study: Study) -> list[str]:
     """Return a sentence for each objective on the best case for it."""
-    label = answer_cases(study).label
+    label = answer_cases(study).column_label
     return [
         f"Best {label(name)}: {study.text(case_id, name)} at {study.setting(case_id)}, "
         f"case {wording.short_id(case_id)}."

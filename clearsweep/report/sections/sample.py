@@ -1,7 +1,8 @@
 """The section on a sample: spread of the figures, probability of exceeding limits, drivers of the spread."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
 
 from ...judging import sampled
 from ...judging.probability import RANDOM_METHODS, Estimate
@@ -25,6 +26,9 @@ from ..samples.sample_tables import (
 )
 from ..statistics import sensitivity
 from ..statistics.sensitivity import Sample
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MAX_HISTOGRAMS = 12  # drawn at most
 MAX_SCATTER_PLOTS = 4  # seen at once
@@ -116,7 +120,7 @@ def _spread_sentence(study: Study, sample: Sample, figure: LimitedFigure, values
     interval_text = f" (95 %: {' to '.join(texts_of[3:])})" if len(texts_of) == 5 else ""
     settings = [f"{name} {text}" for name, text in _axis_values(study, sample)]
     setting_text = f" at {', '.join(settings)}" if settings else ""
-    return sampled.spread(f"{capital(figure.name)}{setting_text}: median", texts_of[:3], interval_text)
+    return sampled.spread_sentence(f"{capital(figure.name)}{setting_text}: median", texts_of[:3], interval_text)
 
 
 def _axis_values(study: Study, sample: Sample) -> list[tuple[str, str]]:
@@ -192,7 +196,7 @@ def _scatter_plot(study: Study, sample: Sample, figure: LimitedFigure, path: str
     bounds = [limit.value / scale.factor for limit in figure.limits if not limit.times]
     caption = _strength_text(correlation)
 
-    def paint(ax: Axes) -> None:
+    def paint(ax: "Axes") -> None:
         comparison.draw_cloud(ax, x, y, None, (axis.name, figure.name), (axis.scale, scale))
         for limit_line in bounds:
             ax.axhline(limit_line, color=RED, linewidth=1.2, linestyle="--")
@@ -208,7 +212,7 @@ def _strength_text(correlation: Estimate) -> str:
         return f"No clear trend: partial rank correlation {ends[0]} to {ends[1]} (95 %)."
     low, high = sorted(abs(end) for end in correlation[1:])
     strength, *ends = (wording.plain(size, 2) for size in (abs(correlation.value), low, high))
-    return f"It {sampled.verb(correlation.value)}, strength {strength} (95 %: {ends[0]} to {ends[1]})."
+    return f"It {sampled.direction_verb(correlation.value)}, strength {strength} (95 %: {ends[0]} to {ends[1]})."
 
 
 def _histograms(study: Study, samples: list[Sample]) -> list[Picture]:

@@ -76,7 +76,7 @@ def _largest_cards(study: Study, figure: str, name: str, suffix: str) -> list[tu
         ]
     start_note = "of the started cases" if leaves_out(study, column) else ""
     if figure == PEAK.figure and joint and question(study).question == "start-up":
-        force_until_start = start_up.until_start(start_up.started(answer_cases(study)), joint.name)
+        force_until_start = start_up.start_force_text(start_up.started_cases(answer_cases(study)), joint.name)
         until_note = force_until_start and f"until the start: {force_until_start}"
         unknown_note = start_up.force_of_cut_off(answer_cases(study), column) if start_note else ""
         start_note = "; ".join(filter(None, ("in the whole run", start_note, until_note, unknown_note)))
@@ -90,7 +90,7 @@ def _largest_cards(study: Study, figure: str, name: str, suffix: str) -> list[tu
 def _hours_to_clearance(study: Study, joint: Joint, row: int, depth: float) -> str:
     """Return the hours after which the wear of a case equals its clearance, '' beyond 1000 h; depth : m in 1000 h."""
     layout = next(joint_layout for joint_layout in study.run.layout.joints if joint_layout.name == joint.name)
-    return wear.hours_to_clearance(answer_cases(study), layout, row, depth)
+    return wear.clearance_hours_text(answer_cases(study), layout, row, depth)
 
 
 def _answer_cards(study: Study) -> list[tuple[str, str, str]]:
@@ -98,7 +98,7 @@ def _answer_cards(study: Study) -> list[tuple[str, str, str]]:
     ranking = question(study)
     if ranking.question == "identify":
         return identified.cards(study)
-    return [*start_up.cards(answer_cases(study)), *_worst_case_cards(study)]
+    return [*start_up.start_up_cards(answer_cases(study)), *_worst_case_cards(study)]
 
 
 def _worst_case_cards(study: Study) -> list[tuple[str, str, str]]:
@@ -127,7 +127,7 @@ def _worst_case_cards(study: Study) -> list[tuple[str, str, str]]:
     if ranking.question in ("seek", "limits"):
         exceeded = study.cases.at[case_id, verdict.EXCEEDED]
         limits = counts.limits(study)
-        margin, _, times = verdict.margin_words(value, study.limits, exceeded).partition(" (")
+        margin, _, times = verdict.margin_text(value, study.limits, exceeded).partition(" (")
         return [
             *seek.answer_cards(study),
             *_probability_cards(study),
@@ -137,7 +137,7 @@ def _worst_case_cards(study: Study) -> list[tuple[str, str, str]]:
         ]
     if ranking.question == "optimise":
         return [
-            (f"Best {answer_cases(study).label(name)}", study.text(best, name), _setting_text(study, best))
+            (f"Best {answer_cases(study).column_label(name)}", study.text(best, name), _setting_text(study, best))
             for name, best in optimised.best_by_objective(study)
         ]
     if ranking.question == "force":
@@ -148,37 +148,37 @@ def _worst_case_cards(study: Study) -> list[tuple[str, str, str]]:
 def _film_cards(study: Study, case_id: str, candidate: Candidate) -> list[tuple[str, str, str]]:
     """Return the cards on the safe combination, its loss, the range of the law, and the thinnest film."""
     cases, thinnest = answer_cases(study), candidate.columns[0]
-    cards, best = [], films.choice(cases)
+    cards, best = [], films.find_best_design(cases)
     if best is not None:
-        (thickness_text,) = cases.texts(f"{best.joint}_{films.THICKNESS}", [best.thickness])
-        setting = films.setting_of(cases, best)
-        cards.append((films.title(best), thickness_text, setting))
+        (thickness_text,) = cases.format_values(f"{best.joint}_{films.THICKNESS}", [best.thickness])
+        setting = films.design_text(cases, best)
+        cards.append((films.heading(best), thickness_text, setting))
         if np.isfinite(best.loss):
-            (loss_text,) = cases.texts(f"{best.joint}_{films.LOSS}", [best.loss])
+            (loss_text,) = cases.format_values(f"{best.joint}_{films.LOSS}", [best.loss])
             cards.append(("Its film loss", f"up to {loss_text}", setting))
-    outside, count = films.outside_law(cases)
+    outside, count = films.find_cases_outside_law(cases)
     range_note = (
         f"outside:{cases.setting_text(int(outside[0])).removeprefix(' at')}"
         if len(outside) == 1
         else "range of the film law"
     )
     cards.append(("Cases within the film law", f"{count - len(outside)} of {count}", range_note))
-    share = float(study.cases.at[case_id, f"{candidate.joint}_{films.OUTSIDE}"])
-    remark = f"; {films.beyond_law(share)}" if share > 0.0 else ""
+    share = float(study.cases.at[case_id, f"{candidate.joint}_{films.LIMIT_FRACTION}"])
+    remark = f"; {films.beyond_law_text(share)}" if share > 0.0 else ""
     cards.append(("Thinnest film of all", study.text(case_id, thinnest), f"{_setting_text(study, case_id)}{remark}"))
-    dry = float(study.cases.at[case_id, f"{candidate.joint}_{films.SHARE}"])
-    return cards if np.isnan(dry) else [*cards, ("Dry load share", films.share_words(dry), THINNEST_FILM_NOTE)]
+    dry = float(study.cases.at[case_id, f"{candidate.joint}_{films.DRY_SHARE}"])
+    return cards if np.isnan(dry) else [*cards, ("Dry load share", films.dry_share_text(dry), THINNEST_FILM_NOTE)]
 
 
 def _design_cards(study: Study) -> list[tuple[str, str, str]]:
     """Return the card on designs that meet the limits under every condition, or [] without designs."""
     cases = answer_cases(study)
-    design_groups = designs.of_cases(cases.axes, cases.column, len(cases.case_ids))
+    design_groups = designs.designs_of(cases.axes, cases.column, len(cases.case_ids))
     if design_groups is None or sampled.is_one_sample(study.run.grid):
         return []
     accepted = sum(margin >= 0.0 for margin in design_groups.margins)
     names = wording.sentence_list([wording.axis_name(path) for path in design_groups.condition_paths])
-    classified = fits.of_cases(cases)
+    classified = fits.classify_fits(cases)
     if classified is not None:
         accepted_names, open_names = (
             wording.sentence_list([fit["name"] for fit in group])
@@ -195,7 +195,7 @@ def _probability_cards(study: Study) -> list[tuple[str, str, str]]:
     limits = counts.limits(study)
     if not sampled.is_one_sample(study.run.grid) or not limits.cases:
         return []
-    value, _, interval = probability.percentages(
+    value, _, interval = probability.percentage_text(
         probability.binomial_interval(limits.exceeding, limits.cases)
     ).partition(" (")
     window = probability.window_text(study.run.grid).strip()

@@ -67,9 +67,9 @@ def _progress(study: Study) -> list[str]:
 
 def _advice(study: Study) -> list[str]:
     """Return the limit to add to a grid without limits."""
-    if question(study).question not in case_ranking.BY_CONTENT:
+    if question(study).question not in case_ranking.CONTENT_QUESTIONS:
         return []
-    return [f"{advice.no_limits(answer_cases(study))}."]
+    return [f"{advice.suggest_limit(answer_cases(study))}."]
 
 
 def ratios(study: Study) -> list[str]:
@@ -134,7 +134,7 @@ def _limit_sentences(study: Study) -> list[str]:
         extremes = (("Smallest", worst, exceeded_text), ("Largest", best, ""))
         is_best_shown = best != worst and question(study).question != "limits"
         for word, case_id, remark in extremes[: 1 + is_best_shown]:
-            margin = verdict.margin_words(
+            margin = verdict.margin_text(
                 float(study.cases.at[case_id, verdict.MARGIN]), study.limits, study.cases.at[case_id, verdict.EXCEEDED]
             )
             case_text = f"case {wording.short_id(case_id)}"
@@ -165,7 +165,7 @@ def _probability_sentences(study: Study) -> list[str]:
     if len(samples) != 1 or study.run.grid["sample"]["method"] not in probability.RANDOM_METHODS:
         return []
     estimate = sensitivity.exceedance(any_exceeded(study, samples[0]))
-    return [probability.sentence(estimate, study.run.grid)]
+    return [probability.exceedance_sentence(estimate, study.run.grid)]
 
 
 def _not_judged(study: Study) -> list[str]:
@@ -205,12 +205,12 @@ def _table(study: Study) -> Table:
     limit_counts = counts.limits(study)
     for limit, (failing, unknown) in zip(study.limits, limit_counts.by_limit, strict=True):
         values_by_column = counts.columns(study, limit)
-        margins, fails = limit.margin(values_by_column), limit.fails(values_by_column)
+        margins, fails = limit.margin(values_by_column), limit.is_exceeded(values_by_column)
         row = int(np.nanargmin(margins)) if np.isfinite(margins).any() else int(np.argmax(fails))
         case_id = study.cases.index[row]
         values = (study.cases.at[case_id, axis.path] for axis in study.swept())
         worst = float(margins[row])
-        margin = Quantity(worst, verdict.margin_words(worst, [limit], limit.column))
+        margin = Quantity(worst, verdict.margin_text(worst, [limit], limit.column))
         of_cases = (count_cell(failing), count_cell(unknown), count_cell(limit_counts.cases))
         rows.append((limit.column, _limit_text(study, limit), *of_cases, margin, *values, case_id))
     note = (
@@ -267,14 +267,14 @@ def _reservations(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, st
     It is `pass_share.ELSEWHERE` where the design exceeds a limit under some condition, `OPEN` for an open fit, else 0.
     """
     cases = answer_cases(study)
-    design_groups = designs.of_cases(cases.axes, cases.column, len(cases.case_ids))
+    design_groups = designs.designs_of(cases.axes, cases.column, len(cases.case_ids))
     codes = np.zeros(len(cases.case_ids))
     if design_groups is not None and any(axis.path in design_groups.condition_paths for axis in pair):
         for margin, members in zip(design_groups.margins, design_groups.members, strict=True):
             codes[list(members)] = pass_share.ELSEWHERE * (margin < 0.0)
     names = [wording.axis_name(path) for path in design_groups.condition_paths] if design_groups is not None else []
     remark = f" (ok): met here, but not at every {wording.sentence_list(names)}." if codes.any() else ""
-    fit_states = fits.of_cases(cases)
+    fit_states = fits.classify_fits(cases)
     if fit_states is not None and fit_states.undecided and any(axis.path == fit_states.path for axis in pair):
         codes[np.isin(cases.column(fit_states.path), [fit["mean"] for fit in fit_states.undecided])] = pass_share.OPEN
         remark += " open: met at the mean clearance; an end of the fit's tolerance was not covered."

@@ -130,7 +130,7 @@ def _hours_to_clearance(study: Study, joint: Joint, case_id: str) -> str:
     if per_1000_hours not in study.cases:
         return ""
     row, depth = int(study.cases.index.get_loc(case_id)), float(study.cases.at[case_id, per_1000_hours])
-    return wear.hours_to_clearance(answer_cases(study), layout, row, depth)
+    return wear.clearance_hours_text(answer_cases(study), layout, row, depth)
 
 
 def _maps(study: Study, joint: Joint) -> list[Picture]:

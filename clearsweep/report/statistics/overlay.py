@@ -73,7 +73,9 @@ def _compare(
     angle: np.ndarray, values: np.ndarray, crank_angle: np.ndarray, computed: np.ndarray, signals: MeasuredSignals
 ) -> tuple[np.ndarray, np.ndarray, float, float]:
     """Return the measured and computed revolutions, the angle (rad) between them, and the misfit."""
-    orders = features.common_band(features.samples_per_revolution(angle), features.samples_per_revolution(crank_angle))
+    orders = features.highest_common_order(
+        features.samples_per_revolution(angle), features.samples_per_revolution(crank_angle)
+    )
     revolutions = features.split_revolutions(angle, values, 0.0, orders)
     if len(revolutions) < MIN_REVOLUTIONS:
         raise InputError(
@@ -83,7 +85,7 @@ def _compare(
     computed_revolutions = features.split_revolutions(crank_angle, computed, 0.0, orders)
     if not len(computed_revolutions):
         raise InputError(f"{signals.file}: the cases have less than a revolution saved; write save: {{revolutions: 2}}")
-    lag = features.lag_of(revolutions.mean(axis=0), computed_revolutions.mean(axis=0))
+    lag = features.find_lag(revolutions.mean(axis=0), computed_revolutions.mean(axis=0))
     revolutions = np.roll(revolutions.ravel(), -lag).reshape(revolutions.shape)
     revolutions = revolutions[:-1] if lag else revolutions  # the last one contains the start of the first
     mean_revolution = revolutions.mean(axis=0)
