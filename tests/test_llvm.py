@@ -192,7 +192,7 @@ def take(size):
     kept.append(mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | 0x4000))  # Linux's MAP_NORESERVE
     return ctypes.addressof(ctypes.c_char.from_buffer(kept[-1]))
 
-def loaded(content, load=objects.loaded):
+def loaded(content, load=objects.load_object):
     begin = take(FAR)
     for size in (1 << 20, 1 << 16, mmap.PAGESIZE):
         while take(size) > begin:  # holes above are taken first
@@ -200,7 +200,7 @@ def loaded(content, load=objects.loaded):
     system.munmap(ctypes.c_void_p(begin + FAR - HOLE), ctypes.c_size_t(HOLE))
     return load(content)
 
-objects.loaded = loaded
+objects.load_object = loaded
 print(simulate(load_case("../configs/one_case.yaml")).status, flush=True)
 os._exit(0)
 """

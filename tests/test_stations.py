@@ -28,7 +28,7 @@ def test_many_angles_give_the_forces_of_few(turns):
             for name, force in few.reactions.items():
                 largest = np.max(np.abs(many.reactions[name]))
                 assert many.reactions[name][part] == pytest.approx(force, rel=0.0, abs=1e-12 * largest)
-            for value in ("place", "velocity", "acceleration", "torque"):
+            for value in ("position", "velocity", "acceleration", "torque"):
                 all_of_it = getattr(many, value)
                 limit = 1e-12 * np.max(np.abs(all_of_it))
                 assert all_of_it[part] == pytest.approx(getattr(few, value), rel=0.0, abs=limit)

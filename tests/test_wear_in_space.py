@@ -148,7 +148,7 @@ def test_a_step_loses_nothing_however_the_journal_leans(walls, pressure, rows, l
     assert bearing == pytest.approx(2e-13 * expected * pressed, rel=1e-9, abs=0.0)
     assert journal == pytest.approx(1e-13 * expected * pressed, rel=1e-9, abs=0.0)
     assert depths.min() >= 0.0
-    assert np.all(step.scratch[: 2 * worn.stride] == 0.0)
+    assert np.all(step.wear_buffer[: 2 * worn.stride] == 0.0)
     way = step.length * 0.85
     assert worn.account[:2, SLIDING_DISTANCE] == pytest.approx([way, way], rel=1e-12)
 
