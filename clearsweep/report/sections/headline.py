@@ -154,7 +154,7 @@ def _expected_peak(study: Study) -> list[str]:
             f"{expected.MIN_REVOLUTIONS} or more independent revolutions in the window."
         ]
     joint = next(joint for joint in study.joints if joint.name == largest.joint)
-    force_texts = wording.in_common_unit((largest.value, largest.upper_bound, largest.window_peak), "N")
+    force_texts = wording.in_common_unit((largest.value, largest.high, largest.seen), "N")
     location_text = study.joint_text(joint, " in joint {}") + _setting_text(study, largest.case_id)
     return [expected.expected_peak_sentence(force_texts, location_text)]
 
