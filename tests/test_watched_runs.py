@@ -9,7 +9,7 @@ from mechanism_cases import PAIR, changed, slider_crank
 
 import clearsweep
 from clearsweep import grid, report, simulation
-from clearsweep.contracts.layout import settling
+from clearsweep.contracts.layout import converging_columns
 from clearsweep.contracts.results import TIMINGS
 from clearsweep.language import phases
 from clearsweep.language.errors import InputError
@@ -206,7 +206,9 @@ class Watch:
 
     def __init__(self, layout):
         known = simulation.catalogue()
-        self.names = [column.name for column in layout.columns if column.name in settling(known, known.mechanisms[0])]
+        self.names = [
+            column.name for column in layout.columns if column.name in converging_columns(known, known.mechanisms[0])
+        ]
         self.blocks = batch_means.Blocks(layout, self.names)
 
     def observe(self, work):
