@@ -188,4 +188,4 @@ class Machine(NamedTuple):
     gravity: float  # m/s^2, along -y
     aim: Aim
     start: Mapping[str, float] = {}  # rad, first guesses of body angles for closing loops at the start angle; default 0
-    loads: tuple = ()  # Push, Tabled, Spring, Rubbing, Braking
+    loads: tuple = ()  # Push, TabledPush, Spring, Rubbing, Braking

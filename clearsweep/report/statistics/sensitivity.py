@@ -268,8 +268,8 @@ def disturbance_rms(sample: Sample, figure: str) -> float:
 def single_effects(sample: Sample, figure: str, paths: list[str]) -> list[Effect]:
     """Return the effect of each single variable, from a design of method one-at-a-time, the largest first.
 
-    The scatter is that of the design's own disturbed cases, or the `disturbance_rms` if that is larger.  Raise InputError
-    with the failed cases.
+    The scatter is that of the design's own disturbed cases, or the `disturbance_rms` if that is larger.
+    Raise InputError with the failed cases.
     """
     middle, *changed = _complete(sample, figure).tolist()
     low, high, disturbed = (changed[start::3] for start in range(3))

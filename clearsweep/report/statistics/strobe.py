@@ -55,7 +55,7 @@ def points_along_axis(study: Study, joint: Joint, axis: Axis, reference: str) ->
 
 
 def cases_along_axis(study: Study, axis: Axis, reference: str) -> list[int]:
-    """Return the indices of the cases along an axis whose other values are those of a case, at most MAX_CASES, by value.
+    """Return the indices of at most MAX_CASES cases along an axis, by value; their other values are those of a case.
 
     For a drawn or parallel axis, the axes drawn or parallel with it vary as well.
     """
