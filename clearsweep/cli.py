@@ -236,7 +236,7 @@ def report(  # noqa: PLR0913 - one argument per option
             first, second = (reports.open(directory, partial=partial) for directory in directories)
             _write(reports.compared(first, second), out or second.directory / "compared.html", **arguments)
         return
-    directory = directories[0] if directories else store.newest(RESULTS)
+    directory = directories[0] if directories else store.newest_run(RESULTS)
     opened = complete_run(directory) if all_cases else contextlib.nullcontext(reports.open(directory, partial=partial))
     with opened as stored, writing(), shown_in(units):
         page = reports.page_of(stored, typical=median, measured=overlay)
@@ -363,9 +363,9 @@ def wear(series: Path, coefficient: str, hardness: str | None, area: str | None,
     """Integrate Archard's wear law over a measured series. If it has a wear column, compare the depth with it."""
     from . import series as prescribed
 
-    value, number = prescribed.coefficient_of(coefficient, hardness)
-    worn = prescribed.wear(prescribed.read(series), value, prescribed.area_of(area) if area else None)
-    click.echo((prescribed.facts if as_json else prescribed.text)(worn, number))
+    value, number = prescribed.read_coefficient(coefficient, hardness)
+    worn = prescribed.compute_wear(prescribed.read_series(series), value, prescribed.read_area(area) if area else None)
+    click.echo((prescribed.wear_json if as_json else prescribed.wear_text)(worn, number))
 
 
 @verbs.command()

@@ -144,7 +144,7 @@ def test_spots_and_dots_are_on_what_they_say():
 
 def side(low, high, **values):
     made = Side("x")
-    made.add([low, high])
+    made.extend_data([low, high])
     for name, value in values.items():
         setattr(made, name, value)
     return made

@@ -443,7 +443,7 @@ def test_every_key_is_shown_in_the_unit_that_the_key_table_gives(mechanism):
             values = {path: 2.0, "mechanism.type": mechanism.name, **exponent}
             values |= {chooser: min(names) for chooser, names in use.when}
             text = shown(nest(values, ()))[path]
-            unit = quantity.with_exponent(use.field.unit, 2.5)
+            unit = quantity.replace_exponent(use.field.unit, 2.5)
             assert quantity.read(written(text), unit) == pytest.approx(2.0, rel=1e-5), (path, text, unit)
             checked += 1
     assert checked > 40

@@ -18,7 +18,7 @@ from clearsweep.simulation import run as running
 from clearsweep.simulation.outcome import outcome_of, window_of
 from clearsweep.simulation.sums import half_width
 from clearsweep.simulation.until import period_of
-from clearsweep.verify.problems import problems
+from clearsweep.verify.problems import all_problems
 
 pytestmark = pytest.mark.heavy
 
@@ -240,7 +240,7 @@ def test_the_twin_grows_like_the_difference_of_two_runs_of_the_reference_problem
             twins.append(self)
 
     monkeypatch.setattr(running, "Perturbed", Seen)
-    source = next(problem.grid for problem in problems() if problem.name == "b_base")
+    source = next(problem.grid for problem in all_problems() if problem.name == "b_base")
     scene = clearsweep.load_case(changed(source, {"simulate.tolerance": 1e-12, "simulate.horizon": True}))
     result = clearsweep.simulate(scene).summary
     rate, clearance = scene.value.reference_rate, scene.value.joints[0].clearance

@@ -100,7 +100,7 @@ def render(template: str, *, picture_count: int = 0, **content: object) -> str:
 
     def drawing(picture: Picture) -> Markup:
         number = next(numbers)
-        if picture_count and (phase := phases.innermost()):
+        if picture_count and (phase := phases.innermost_phase()):
             phase.note(share=(number - 1) / picture_count)
         return Markup(draw_svg(picture, f"f{number}"))
 

@@ -54,7 +54,7 @@ def write_figures(sections: Iterable[Section], options: FigureOptions) -> list[P
             raise InputError(f"{option} of figures: found {value!r}; expected one of {', '.join(allowed)}")
     options.directory.mkdir(parents=True, exist_ok=True)
     lines, files = ["| file | figure | what it shows |", "| --- | --- | --- |"], []
-    listed, phase = named_pictures(sections), phases.innermost()
+    listed, phase = named_pictures(sections), phases.innermost_phase()
     for number, (name, picture) in enumerate(listed):
         if phase:
             phase.note(share=number / len(listed))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...judging.verdict import Limit
-from ...store import summed
+from ...store import sum_counts
 from ..blocks.section import Note, Section
 from ..data.study import Study
 
@@ -93,4 +93,4 @@ def with_note(study: Study, section: Section) -> Section:
 
 
 def _summed(study: Study, part: str) -> Counter[str]:
-    return summed([mark["counts"] for mark in study.run.marks()], part)
+    return sum_counts([mark["counts"] for mark in study.run.marks()], part)
