@@ -169,7 +169,7 @@ def unused(trees: dict, texts: list[str]) -> list[str]:
     A decorator may register what it decorates, and several constants in one assignment are an enumeration.
     """
     words = collections.Counter(word for text in texts for word in re.findall(r"[A-Za-z_]\w*", text))
-    found = []
+    unused_names = []
     for path, tree in trees.items():
         for node in tree.body:
             if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.decorator_list:
@@ -178,8 +178,8 @@ def unused(trees: dict, texts: list[str]) -> list[str]:
                 names = [target.id for target in node.targets if isinstance(target, ast.Name)]
             else:
                 names = []
-            found += [f"{place(path, node)}: {name}" for name in names if words[name] < 2 and name[:2] != "__"]
-    return found
+            unused_names += [f"{place(path, node)}: {name}" for name in names if words[name] < 2 and name[:2] != "__"]
+    return unused_names
 
 
 def test_everything_that_a_module_defines_is_used():

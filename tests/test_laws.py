@@ -231,6 +231,26 @@ def test_restitution_does_not_depend_on_the_exponent(law, exponent):
         assert got == pytest.approx(free_impact(term_of(law, restitution=asked).factor), abs=1e-9)
 
 
+def test_the_exact_factor_has_the_same_bits_as_scipy_s_root(monkeypatch):
+    from scipy.optimize import brentq
+
+    from clearsweep.mechanics.joint import rebound
+
+    restitutions = np.linspace(2e-3, 0.9999, 300).tolist()
+    own = [rebound.exact_factor(restitution) for restitution in restitutions]
+    monkeypatch.setattr(rebound, "root", lambda *known: brentq(*known[:3], xtol=known[3], rtol=known[4]))
+    assert [rebound.exact_factor(restitution) for restitution in restitutions] == own
+
+
+def test_a_root_is_found_between_opposite_signs_only():
+    from clearsweep.mechanics.joint.rebound import root
+
+    assert root(lambda x: x**3 - 2.0, 0.0, 2.0, 1e-15, 1e-15) == pytest.approx(2.0 ** (1 / 3), abs=1e-15)
+    assert root(lambda x: x, 0.0, 1.0, 1e-15, 1e-15) == 0.0
+    with pytest.raises(ValueError, match="one sign"):
+        root(lambda x: x * x + 1.0, -1.0, 1.0, 1e-15, 1e-15)
+
+
 @pytest.mark.parametrize("chi", [1e-9, 1e-5, 1.01e-4, 1e-2, 0.099, 0.101, 0.5, 3.0, 10.0, 150.0])
 def test_rebound_of_a_factor_is_lambert_s_closed_form(chi):
     from clearsweep.mechanics.joint.rebound import hysteresis_rebound

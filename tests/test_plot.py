@@ -1,7 +1,10 @@
 """The axes of pages: limits as matplotlib has them, round ticks, points where they belong, the same bytes."""
 
 import re
+import subprocess
+import sys
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -229,6 +232,18 @@ def test_polar_axes_have_angles_counter_clockwise_and_radii_from_the_middle():
     assert "nan" not in text
     with pytest.raises(plot.UnsupportedError):
         plot.sheet_of(SIZE, "3d")
+
+
+def test_a_page_loads_neither_the_figures_of_matplotlib_nor_an_optimiser():
+    program = (
+        "import sys, fake_runs; from clearsweep import report; report.page_of(fake_runs.Run(wear=True)).text(); "
+        "print(*[name for name in sys.argv[1:] if name in sys.modules])"
+    )
+    slow = ("matplotlib.axes", "matplotlib.figure", "scipy.optimize", "scipy.linalg", "matplotlib.colors")
+    loaded = subprocess.run(
+        [sys.executable, "-c", program, *slow], cwd=Path(__file__).parent, capture_output=True, text=True, check=True
+    )
+    assert loaded.stdout.split() == ["matplotlib.colors"]  # a page uses its colours and ticks
 
 
 def test_a_page_is_drawn_without_matplotlib(monkeypatch):

@@ -1,47 +1,16 @@
 """A picture of the report: its description, its painter, and its form as an inline SVG."""
 
-import functools
 import html
-import io
 import re
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib import rc_context
-from matplotlib.axes import Axes
-from matplotlib.backend_bases import FigureCanvasBase
-from matplotlib.backends.backend_agg import RendererAgg
-from matplotlib.figure import Figure
 
 from .. import plot
 from ..draw.style import BLUE, GREY, INK, PALE
 
-STYLE: dict[Any, Any] = {
-    "svg.fonttype": "none",  # text stays text: searchable, read aloud, small
-    "font.family": "DejaVu Sans",
-    "font.size": 9,
-    "axes.labelsize": 9,
-    "legend.fontsize": 8,
-    "legend.title_fontsize": 8,
-    "xtick.labelsize": 8,
-    "ytick.labelsize": 8,
-    "axes.edgecolor": GREY,
-    "axes.labelcolor": INK,
-    "xtick.color": GREY,
-    "ytick.color": GREY,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
-    "text.color": INK,
-    "axes.linewidth": 0.8,
-    "axes.unicode_minus": True,
-    "axes.formatter.useoffset": False,
-    "axes.formatter.use_mathtext": False,
-}
-
-
 COLUMN_WIDTH = 4.2  # inches, largest width of a picture in one column
-LONG_CURVE = 1000  # characters of a curve's coordinates above which they are rounded more
 #: Colours of a drawing -> colour variables of the page, which has a dark theme.
 THEME_VARIABLES = {INK: "--ink", GREY: "--soft", PALE: "--line", BLUE.lower(): "--curve", "#ffffff": "--paper"}
 THEME_VARIABLES["#f3f6f9"] = "--tint"  # the area of a journal
@@ -49,22 +18,6 @@ _COLOUR = re.compile(rf"((?:fill|stroke): )({'|'.join(THEME_VARIABLES)})\b")
 _WHITE_TEXT = re.compile(r"(?<=; fill: )#ffffff(?=\")")  # white text on a dark cell of a map, in any theme
 ANIMATION_TIME = 8  # s, duration of a dot's movement
 ToPoints = Callable[[Any], np.ndarray]  # places in a picture's own units -> points from its upper left corner, (n, 2)
-
-
-class MeasuringCanvas(FigureCanvasBase):
-    """The canvas of a picture before it is saved, with one renderer for the text sizes of all pictures.
-
-    A renderer caches text sizes, and the pictures of a page share most of their texts.
-    """
-
-    def get_renderer(self) -> RendererAgg:
-        """Return the renderer that measures texts."""
-        return _renderer(self.figure.dpi)
-
-
-@functools.cache
-def _renderer(dpi: float) -> RendererAgg:
-    return RendererAgg(1, 1, dpi)
 
 
 class Spot(NamedTuple):
@@ -100,23 +53,6 @@ class Picture(NamedTuple):
     def is_wide(self) -> bool:
         """Return whether it is too wide for one column of a page or a journal."""
         return self.size[0] > COLUMN_WIDTH
-
-
-def draw_figure(picture: Picture) -> tuple[Figure, Axes]:
-    """Return a picture on a canvas of its size, and its axes."""
-    figure = Figure(figsize=picture.size, dpi=150, layout="constrained")
-    MeasuringCanvas(figure)
-    axes = figure.subplots(subplot_kw={"projection": picture.projection})
-    picture.paint(axes)
-    return figure, axes
-
-
-def lay_out_once(figure: Figure) -> None:
-    """Lay out a canvas once: saving with a layout engine would draw it twice."""
-    engine = figure.get_layout_engine()
-    assert engine is not None
-    engine.execute(figure)
-    figure.set_layout_engine(None)
 
 
 def draw_svg(picture: Picture, key: str) -> str:
@@ -156,25 +92,9 @@ def _drawn_by_matplotlib(picture: Picture, key: str) -> tuple[str, ToPoints]:
 
     Matplotlib draws spatial pictures, arrows and thousands of points.
     """
-    with rc_context({**STYLE, "svg.hashsalt": key}):
-        figure, axes = draw_figure(picture)
-        lay_out_once(figure)
-        stream = io.StringIO()
-        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    text = stream.getvalue()
-    text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
-    text = re.sub(r'\bid="([^"]+)"', rf'id="{key}-\1"', text)
-    text = re.sub(r'(href="#|url\(#)', rf"\1{key}-", text)
-    text = re.sub(r' (?:d|x|y)="[^"]+"', _round_coordinates, text)
-    text = re.sub(r"\s*\n\s*", "\n", text)
-    height_points, points_per_pixel = 72.0 * figure.get_figheight(), 72.0 / figure.dpi
+    from . import matplotlib_figure  # loads in as much time as a page of few cases takes
 
-    def to_points(points: Any) -> np.ndarray:
-        return np.array([0.0, height_points]) + axes.transData.transform(points) * points_per_pixel * np.array(
-            [1.0, -1.0]
-        )
-
-    return text, to_points
+    return matplotlib_figure.svg(picture, key)
 
 
 def _spot_elements(spots: tuple[Spot, ...], to_points: ToPoints) -> str:
@@ -196,16 +116,6 @@ def _spot_elements(spots: tuple[Spot, ...], to_points: ToPoints) -> str:
 def capitalise(name: str) -> str:
     """Return a name with a capital, for a title; symbols, 'p99' and 'pV', are not changed."""
     return name if name.startswith(("p99", "pV")) else f"{name[0].upper()}{name[1:]}"
-
-
-def _round_coordinates(attribute: re.Match[str]) -> str:
-    """Return coordinates rounded to a hundredth of a point; those of long curves, which fill a page, to a tenth."""
-    digits = 1 if len(attribute[0]) > LONG_CURVE else 2
-    return re.sub(
-        rf"\d+\.\d{{{digits + 1},}}",
-        lambda number: f"{float(number[0]):.{digits}f}".rstrip("0").rstrip("."),
-        attribute[0],
-    )
 
 
 def _theme_variable(colour: re.Match[str]) -> str:

@@ -15,7 +15,8 @@ from matplotlib.text import Text
 from ...language import phases
 from ...language.errors import InputError
 from ...store import durable
-from ..blocks.picture import STYLE, Picture, draw_figure
+from ..blocks.matplotlib_figure import STYLE, draw_figure
+from ..blocks.picture import Picture
 from ..blocks.section import Section
 from ..blocks.table import in_markdown
 

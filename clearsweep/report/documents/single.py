@@ -13,7 +13,8 @@ from ...contracts.results import Trajectory
 from ...language import phases, wording
 from ...language.errors import InputError
 from ...store import StoredRun, durable
-from ..blocks.picture import STYLE, Picture
+from ..blocks.matplotlib_figure import STYLE
+from ..blocks.picture import Picture
 from ..data.study import Study, prepare, resolve_cases
 from ..one_case import motion, pin_forces, worn
 from . import page

@@ -1,10 +1,9 @@
 """Two runs compared case by case: differences of setup, shared cases, differences of figures."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 
 from ...contracts.results import TIMINGS
 from ...language import wording
@@ -20,6 +19,9 @@ from ..data.table_columns import column_label
 from ..draw import comparison
 from ..draw.style import GREY
 from .page import Page
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 NAMES = ("A", "B")
 
@@ -151,7 +153,7 @@ def _scatter_picture(pairs: Pairs, column: str) -> Picture:
     )
     name = column_label(pairs.first, column)
 
-    def paint(ax: Axes) -> None:
+    def paint(ax: "Axes") -> None:
         comparison.draw_cloud(ax, first_values, second_values, None, (f"{name} of A", f"{name} of B"), (scale, scale))
         median = float(np.nanmedian(first_values)) / scale.factor
         ax.axline((median, median), (2.0 * median, 2.0 * median), color=GREY, linewidth=1.0, zorder=0)

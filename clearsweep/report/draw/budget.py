@@ -1,14 +1,17 @@
 """Drawing of an error budget: a bar per unknown, from the lowest to the highest change of a figure."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from .style import BLUE, INK, set_plain_axes
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
-def draw_tornado(ax: Axes, bars: Sequence[tuple[str, float, float, str, str]], name: str) -> None:
+
+def draw_tornado(ax: "Axes", bars: Sequence[tuple[str, float, float, str, str]], name: str) -> None:
     """Draw bars from the bottom up: name, relative change down and up from the base case, settings at both ends."""
     positions = np.arange(len(bars))
     low_changes, high_changes = (100.0 * np.array([bar[column] for bar in bars]) for column in (1, 2))

@@ -2,11 +2,10 @@
 
 import re
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.ticker import FuncFormatter
 
@@ -30,6 +29,9 @@ from .style import (
     set_plain_axes,
     with_unit,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 CURVE_COLOURS = (BLUE, RED, GREEN, ORANGE, PURPLE, "#56B4E9", INK)  # of many curves; the next seven are dashed
 MAX_BIN_EDGES = 41  # largest number of bin edges of a histogram
@@ -60,7 +62,7 @@ class Family(NamedTuple):
     limit_values: np.ndarray | None  # (values of the axis,)
 
 
-def draw_family(ax: Axes, family: Family, scale: wording.Scale, name: str) -> None:
+def draw_family(ax: "Axes", family: Family, scale: wording.Scale, name: str) -> None:
     """Draw the curves of a family in the unit `scale`, and the limit as a horizontal line."""
     known_values = family.curves[np.isfinite(family.curves)]
     positions, spacing = _positions(family.axis)
@@ -94,7 +96,7 @@ def draw_family(ax: Axes, family: Family, scale: wording.Scale, name: str) -> No
 
 
 def draw_effect(
-    ax: Axes, curves: Sequence[Curve], scale: wording.Scale, limits: tuple[float, float], name: str
+    ax: "Axes", curves: Sequence[Curve], scale: wording.Scale, limits: tuple[float, float], name: str
 ) -> None:
     """Draw medians of a figure, within `limits` (SI), in the unit `scale` over the values of one axis."""
     axis = curves[0].effect.axis
@@ -144,7 +146,7 @@ def draw_effect(
         ax.legend(**placement, columnspacing=1.0, handlelength=1.6, frameon=False)
 
 
-def draw_strip(ax: Axes, groups: Sequence[tuple[str, np.ndarray]], name: str, scale: Scale) -> None:
+def draw_strip(ax: "Axes", groups: Sequence[tuple[str, np.ndarray]], name: str, scale: Scale) -> None:
     """Draw one row of points (SI, scaled) for each name, from the bottom up, with a bar at its median."""
     for row, (_, values) in enumerate(groups):
         ax.plot(
@@ -165,7 +167,7 @@ def draw_strip(ax: Axes, groups: Sequence[tuple[str, np.ndarray]], name: str, sc
     ax.set_xlabel(with_unit(name, scale))
 
 
-def draw_restitutions(ax: Axes, rows: Sequence[tuple[str, float, float]]) -> None:
+def draw_restitutions(ax: "Axes", rows: Sequence[tuple[str, float, float]]) -> None:
     """Draw the specified and the effective restitution by law; a row is (name, specified, effective)."""
     names = list(dict.fromkeys(row[0] for row in rows))[::-1]
     for number, (name, specified, effective) in enumerate(rows):
@@ -186,7 +188,7 @@ def draw_restitutions(ax: Axes, rows: Sequence[tuple[str, float, float]]) -> Non
     ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.2)
 
 
-def draw_elastic_forces(ax: Axes, depths: np.ndarray, curves: Sequence[tuple[str, np.ndarray, bool]]) -> None:
+def draw_elastic_forces(ax: "Axes", depths: np.ndarray, curves: Sequence[tuple[str, np.ndarray, bool]]) -> None:
     """Draw forces (N) over penetration (m); a curve is (name, forces, whether it is used); others are grey."""
     scale = wording.scale("m", depths)
     for (name, forces, is_used), number in zip(curves, _used_before(curves), strict=True):
@@ -212,7 +214,7 @@ def draw_elastic_forces(ax: Axes, depths: np.ndarray, curves: Sequence[tuple[str
         ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=2.4)
 
 
-def _label_curve_ends(ax: Axes, depth: float, curve_ends: Sequence[tuple[str, float]]) -> None:
+def _label_curve_ends(ax: "Axes", depth: float, curve_ends: Sequence[tuple[str, float]]) -> None:
     """Label curves at their right ends (at `depth` on the axis, force in N), each label on its own line."""
     curve_ends = sorted(curve_ends, key=lambda end: end[1])
     low, high = np.log(ax.get_ylim())
@@ -240,7 +242,7 @@ def _used_before(curves: Sequence[tuple[str, np.ndarray, bool]]) -> list[int]:
     return [sum(is_used for *_, is_used in curves[:index]) for index in range(len(curves))]
 
 
-def _label_rows(ax: Axes, names: Sequence[str]) -> None:
+def _label_rows(ax: "Axes", names: Sequence[str]) -> None:
     """Label the rows of a drawing, from the bottom up."""
     ax.set_yticks(np.arange(len(names)), names)
     ax.set_ylim(-0.6, len(names) - 0.4)
@@ -249,7 +251,7 @@ def _label_rows(ax: Axes, names: Sequence[str]) -> None:
 
 
 def draw_cloud(
-    ax: Axes,
+    ax: "Axes",
     x: np.ndarray,
     y: np.ndarray,
     colour: tuple[np.ndarray, Axis] | None,
@@ -313,7 +315,7 @@ def _cell_indices(values: np.ndarray) -> np.ndarray:
 
 
 def draw_histogram(
-    ax: Axes, values: np.ndarray, name: str, scale: Scale, marks: tuple[float, ...], limit: float | None
+    ax: "Axes", values: np.ndarray, name: str, scale: Scale, marks: tuple[float, ...], limit: float | None
 ) -> None:
     """Draw the distribution of values (SI, scaled), with marked values and a limit."""
     scaled = values / scale.factor

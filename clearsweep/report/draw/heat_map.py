@@ -1,13 +1,17 @@
 """Heat maps: a figure as colours over two swept axes."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 
 from ...language import wording
 from ...language.wording import Scale
 from ..data.axis import Axis
 from .style import draw_colour_bar, label_values
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MAX_LABELLED_SHAPE = (9, 8)  # largest rows and columns of a map with numbers in its cells
 SIZE = (3.4, 2.7)  # inches, of a map: small, so that its letters are large on the page
@@ -24,7 +28,7 @@ def cell_font_size(columns: int, longest: int) -> float:
 
 
 def draw_heat_map(
-    ax: Axes, table: np.ndarray, axes: tuple[Axis, Axis], scale: Scale, name: str, span: tuple[float, float]
+    ax: "Axes", table: np.ndarray, axes: tuple[Axis, Axis], scale: Scale, name: str, span: tuple[float, float]
 ) -> None:
     """Draw a figure as colours over two axes.
 

@@ -1,10 +1,9 @@
 """Drawings of kinds of motion: points at crank angle 0, spectra, shares, maps of kinds."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Circle, Patch
 from matplotlib.ticker import MaxNLocator
@@ -16,6 +15,9 @@ from ..statistics.strobe import Points
 from .heat_map import MAX_LABELLED_SHAPE, MAX_VECTOR_CELLS
 from .pass_share import UNKNOWN
 from .style import BLUE, GREY, INK, PALE, RED, draw_colour_bar, label_values, set_log_scale, set_plain_axes, stem_lines
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 KIND_COLOURS = ("#cfe3f1", "#86b8dc", "#f0c48c", "#e0824a")  # from regular to irregular, distinguishable in grey, too
 SHARE_COLOURS = {"free flight": "#f0c48c", "impacts": "#e0824a", "lasting contact": "#86b8dc", "contact": "#86b8dc"}
@@ -31,7 +33,7 @@ LEGEND_ABOVE: dict[str, Any] = {
 }
 
 
-def draw_bifurcation(ax: Axes, points: Points, axis: Axis) -> None:
+def draw_bifurcation(ax: "Axes", points: Points, axis: Axis) -> None:
     """Draw journal positions at crank angle 0 of every revolution over the values of an axis, with the clearance."""
     scale = wording.scale("m", [*np.abs(points.x), *np.abs(points.y), *points.clearance])
     abscissae = axis.scale.of(points.value)
@@ -49,7 +51,7 @@ def draw_bifurcation(ax: Axes, points: Points, axis: Axis) -> None:
     ax.legend(ncols=2, markerscale=2.0, **LEGEND_ABOVE)
 
 
-def draw_section(ax: Axes, revolution: np.ndarray, x: np.ndarray, y: np.ndarray, clearance: float | None) -> None:
+def draw_section(ax: "Axes", revolution: np.ndarray, x: np.ndarray, y: np.ndarray, clearance: float | None) -> None:
     """Draw positions (m) of a journal at crank angle 0, coloured by the revolution, in the clearance circle."""
     scale = wording.scale("m", [*np.abs(x), *np.abs(y), clearance])
     if clearance is not None:
@@ -60,7 +62,7 @@ def draw_section(ax: Axes, revolution: np.ndarray, x: np.ndarray, y: np.ndarray,
     ax.set(xlabel=f"journal x [{scale.unit}]", ylabel=f"journal y [{scale.unit}]")
 
 
-def draw_velocities(ax: Axes, revolution: np.ndarray, vx: np.ndarray, vy: np.ndarray) -> None:
+def draw_velocities(ax: "Axes", revolution: np.ndarray, vx: np.ndarray, vy: np.ndarray) -> None:
     """Draw velocities (m/s) of a journal at crank angle 0, coloured by the revolution."""
     scale = wording.scale("m/s", [*np.abs(vx), *np.abs(vy)])
     _coloured(ax, vx / scale.factor, vy / scale.factor, revolution)
@@ -68,14 +70,14 @@ def draw_velocities(ax: Axes, revolution: np.ndarray, vx: np.ndarray, vy: np.nda
     set_plain_axes(ax)
 
 
-def _coloured(ax: Axes, x: np.ndarray, y: np.ndarray, revolution: np.ndarray) -> None:
+def _coloured(ax: "Axes", x: np.ndarray, y: np.ndarray, revolution: np.ndarray) -> None:
     points = ax.scatter(x, y, c=revolution, s=14, cmap="viridis", linewidths=0, zorder=3, rasterized=len(x) > 2000)
     draw_colour_bar(ax, points, "revolution", integers=True)
     for side in (ax.xaxis, ax.yaxis):
         side.set_major_locator(MaxNLocator(5))
 
 
-def draw_spectrum(ax: Axes, actual: Spectrum, ideal: Spectrum | None, unit: str, name: str) -> None:
+def draw_spectrum(ax: "Axes", actual: Spectrum, ideal: Spectrum | None, unit: str, name: str) -> None:
     """Draw amplitudes (SI) over the crank's orders, with its harmonics marked, and those of the ideal mechanism."""
     largest = float(actual.amplitude.max())
     scale = wording.scale(unit, largest)
@@ -96,7 +98,7 @@ def draw_spectrum(ax: Axes, actual: Spectrum, ideal: Spectrum | None, unit: str,
         ax.legend(ncols=2, **LEGEND_ABOVE)
 
 
-def draw_shares(ax: Axes, axis: Axis, shares: np.ndarray, names: Sequence[str], colours: Sequence[str]) -> None:
+def draw_shares(ax: "Axes", axis: Axis, shares: np.ndarray, names: Sequence[str], colours: Sequence[str]) -> None:
     """Draw stacked bars of shares, (names, values of the axis), one bar per value."""
     positions, bottom = np.arange(len(axis.values), dtype=float), np.zeros(len(axis.values))
     for share, name, colour in zip(shares, names, colours, strict=True):
@@ -109,7 +111,7 @@ def draw_shares(ax: Axes, axis: Axis, shares: np.ndarray, names: Sequence[str], 
 
 
 def draw_kinds(
-    ax: Axes, table: np.ndarray, cell_texts: np.ndarray, axes: tuple[Axis, Axis], names: Sequence[str]
+    ax: "Axes", table: np.ndarray, cell_texts: np.ndarray, axes: tuple[Axis, Axis], names: Sequence[str]
 ) -> None:
     """Draw the kind of every cell as an index in `names`; cells without a case are NaN.
 

@@ -1,13 +1,15 @@
 """Drawings of lives: a figure of a joint over crank revolutions."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from ...language import wording
 from .style import BLUE, GREEN, GREY, RED, set_plain_axes, with_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 COLOURS = (RED, BLUE, GREEN)
 
@@ -22,7 +24,7 @@ class LifeCurve(NamedTuple):
 
 
 def draw_over_revolutions(
-    ax: Axes, curves: Sequence[LifeCurve], unit: str, name: str, limit: float | None = None
+    ax: "Axes", curves: Sequence[LifeCurve], unit: str, name: str, limit: float | None = None
 ) -> None:
     """Draw a figure (SI, of `unit`) over revolutions, with the interval of each end, and any limit."""
     scale = wording.scale(unit, [*(value for curve in curves for value in curve.values), limit])

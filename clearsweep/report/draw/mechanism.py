@@ -2,16 +2,18 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
 from ... import simulation
 from ...contracts.machine import GROUND
 from ...language import wording
 from .style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _COLOURS = (BLUE, GREEN, ORANGE, PURPLE, "#56B4E9", "#8C6D31")
 _DRIVE_ARROW = np.stack(
@@ -59,7 +61,7 @@ def _size(sketch: simulation.Sketch) -> float:
     return max(float(max(high - low)), 1e-9)
 
 
-def draw_mechanism(ax: Axes, sketch: simulation.Sketch) -> None:
+def draw_mechanism(ax: "Axes", sketch: simulation.Sketch) -> None:
     """Draw a mechanism at its start."""
     size = _size(sketch)
     labels = _Labels(size)
@@ -118,7 +120,7 @@ class _Labels:
         """Request `text` next to `position` (m)."""
         self.requests.append((text, np.asarray(position, dtype=float), colour, weight))
 
-    def write(self, ax: Axes) -> None:
+    def write(self, ax: "Axes") -> None:
         """Write all names; the limits of the axes must not change afterwards."""
         metres_per_point = self._metres_per_point(ax)
         obstacles, occupied = np.concatenate(self.obstacles), np.empty((0, 4))
@@ -137,7 +139,7 @@ class _Labels:
             x, y = centres[best]
             ax.text(x, y, text, color=colour, weight=weight, zorder=6, **_LABEL_STYLE)
 
-    def _metres_per_point(self, ax: Axes) -> float:
+    def _metres_per_point(self, ax: "Axes") -> float:
         """Return the length (m) of a typographic point in axes that fill their figure."""
         figure = ax.get_figure(root=True)
         assert figure is not None
@@ -151,7 +153,7 @@ def _interpolate(points: np.ndarray) -> np.ndarray:
     return ((1.0 - fraction) * points[:-1] + fraction * points[1:]).reshape(-1, 2) if len(points) > 1 else points
 
 
-def _draw_body(ax: Axes, body: simulation.SketchedBody, colour: str) -> np.ndarray:
+def _draw_body(ax: "Axes", body: simulation.SketchedBody, colour: str) -> np.ndarray:
     """Draw a body as the line, or the area, between its points; return points (m) of it."""
     points = body.points
     if len(points) > 2:
@@ -176,7 +178,7 @@ def _zigzag(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     return corners
 
 
-def _draw_guide(ax: Axes, joint: simulation.SketchedJoint, direction: float, size: float) -> np.ndarray:
+def _draw_guide(ax: "Axes", joint: simulation.SketchedJoint, direction: float, size: float) -> np.ndarray:
     """Draw the line of a guide and the block that moves along it; return points (m) of the block."""
     unit = np.array([math.cos(direction), math.sin(direction)])
     ends = joint.position + 0.2 * size * np.array([[-1.0], [1.0]]) * unit
@@ -190,7 +192,7 @@ def _draw_guide(ax: Axes, joint: simulation.SketchedJoint, direction: float, siz
     return _interpolate(outline)
 
 
-def _draw_joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> np.ndarray:
+def _draw_joint(ax: "Axes", joint: simulation.SketchedJoint, size: float) -> np.ndarray:
     """Draw a joint: a ring, a second ring if it is open, hatched if it is on the ground.
 
     Return points (n, 2) m of it.
@@ -220,7 +222,7 @@ def _draw_joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> np.nd
     return np.concatenate(point_arrays)
 
 
-def _draw_load(ax: Axes, load: simulation.SketchedLoad, size: float) -> np.ndarray:
+def _draw_load(ax: "Axes", load: simulation.SketchedLoad, size: float) -> np.ndarray:
     """Draw a load; return the position (m) of its name."""
     if load.anchor is not None:
         line = np.linspace(load.anchor, load.position, 15)
@@ -238,7 +240,7 @@ def _draw_load(ax: Axes, load: simulation.SketchedLoad, size: float) -> np.ndarr
     return np.asarray(tail)
 
 
-def _draw_arrow_head(ax: Axes, tip: np.ndarray, direction: np.ndarray, length: float) -> None:
+def _draw_arrow_head(ax: "Axes", tip: np.ndarray, direction: np.ndarray, length: float) -> None:
     """Draw the head of an arrow at `tip` (m) that points in a direction; length : m."""
     back = -length * direction / max(float(np.hypot(*direction)), 1e-12)
     across = 0.4 * np.array([-back[1], back[0]])

@@ -2,19 +2,22 @@
 
 from collections.abc import Sequence
 from itertools import cycle
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from ...language import wording
 from .style import BLUE, GREY, INK, RED, draw_colour_bar, set_crank_angle_axis, set_plain_axes, stem_lines
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 DRAWN_PENETRATION = 0.4  # of the clearance: drawn height of the deepest penetration in an unrolled gap
 
 
-def draw_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
+def draw_orbit(ax: "Axes", x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
     """Draw the path of the journal centre (m) in the clearance circle; contact is coloured by force (N)."""
     scale = wording.scale("m", clearance)
     x, y, radius = x / scale.factor, y / scale.factor, clearance / scale.factor
@@ -33,7 +36,7 @@ def draw_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, cleara
     ax.yaxis.set_major_locator(MaxNLocator(5))
 
 
-def _draw_contact_points(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray) -> None:
+def _draw_contact_points(ax: "Axes", x: np.ndarray, y: np.ndarray, force: np.ndarray) -> None:
     """Draw the points of a path in contact, coloured by the force (N)."""
     in_contact = force > 0.0
     if in_contact.any():
@@ -51,7 +54,7 @@ def _draw_contact_points(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarr
         draw_colour_bar(ax, points, f"normal force [{scale.unit}]")
 
 
-def draw_unrolled_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
+def draw_unrolled_orbit(ax: "Axes", x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
     """Draw the gap of a journal (m) over the direction of its centre; penetration is magnified."""
     scale, direction = wording.scale("m", clearance), np.degrees(np.arctan2(y, x))
     gap, magnification = clearance - np.hypot(x, y), penetration_magnification(x, y, clearance)
@@ -98,7 +101,7 @@ def _short_text(value: float) -> str:
     return wording.short(float(value), 3)
 
 
-def draw_force(ax: Axes, angle: np.ndarray, normal: np.ndarray, levels: Sequence[tuple[str, float]]) -> None:
+def draw_force(ax: "Axes", angle: np.ndarray, normal: np.ndarray, levels: Sequence[tuple[str, float]]) -> None:
     """Draw the normal force (N) over the crank angle (rad), with named levels (N) as horizontal lines."""
     scale = wording.scale("N", [*normal, *(level for _, level in levels)])
     ax.plot(np.degrees(angle), normal / scale.factor, color=BLUE, linewidth=0.7, rasterized=len(angle) > 5000)
@@ -109,7 +112,7 @@ def draw_force(ax: Axes, angle: np.ndarray, normal: np.ndarray, levels: Sequence
 
 
 def draw_against_ideal(
-    ax: Axes, angle: np.ndarray, actual: np.ndarray, ideal: np.ndarray | None, unit: str, name: str
+    ax: "Axes", angle: np.ndarray, actual: np.ndarray, ideal: np.ndarray | None, unit: str, name: str
 ) -> None:
     """Draw a quantity (SI) over the crank angle (rad) and, if available, the same in the ideal mechanism."""
     scale = wording.scale(unit, actual)
@@ -127,7 +130,7 @@ def draw_against_ideal(
     set_crank_angle_axis(ax, angle, legend=ideal is not None)
 
 
-def draw_over_time(ax: Axes, t: np.ndarray, values: np.ndarray, unit: str, name: str) -> None:
+def draw_over_time(ax: "Axes", t: np.ndarray, values: np.ndarray, unit: str, name: str) -> None:
     """Draw a quantity (SI) over time (s)."""
     scale, time_scale = wording.scale(unit, values), wording.scale("s", t)
     ax.plot(t / time_scale.factor, values / scale.factor, color=BLUE, linewidth=0.8, rasterized=len(t) > 5000)
@@ -135,7 +138,7 @@ def draw_over_time(ax: Axes, t: np.ndarray, values: np.ndarray, unit: str, name:
     set_plain_axes(ax)
 
 
-def draw_phase_portrait(ax: Axes, quantity: tuple[np.ndarray, str, str], rate: tuple[np.ndarray, str, str]) -> None:
+def draw_phase_portrait(ax: "Axes", quantity: tuple[np.ndarray, str, str], rate: tuple[np.ndarray, str, str]) -> None:
     """Draw a rate over its quantity; each : values in SI, unit, name."""
     (x, *x_words), (v, *v_words) = quantity, rate
     x_scale, v_scale = wording.scale(x_words[0], x), wording.scale(v_words[0], v)
@@ -144,7 +147,7 @@ def draw_phase_portrait(ax: Axes, quantity: tuple[np.ndarray, str, str], rate: t
     set_plain_axes(ax)
 
 
-def draw_onsets(ax: Axes, angle: np.ndarray, rate: np.ndarray, limits: Sequence[tuple[str, float]]) -> None:
+def draw_onsets(ax: "Axes", angle: np.ndarray, rate: np.ndarray, limits: Sequence[tuple[str, float]]) -> None:
     """Draw closing rates (m/s) of contact onsets over the crank angle (rad), and the rates at which contacts yield."""
     scale = wording.scale("m/s", [*rate, *(limit for _, limit in limits)])
     ax.plot(*stem_lines(np.degrees(angle), 0.0, rate / scale.factor), color=BLUE, linewidth=0.6)

@@ -1,15 +1,17 @@
 """A map of limits: passing and failing cells in two colours, with a line between them."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 
 from ...language import wording
 from ..data.axis import Axis
 from .heat_map import MAX_LABELLED_SHAPE, MAX_VECTOR_CELLS, cell_font_size
 from .style import INK, label_values
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 GOOD, BAD, UNKNOWN = "#9fd0e8", "#f2b28c", "#e8ebee"  # pale blue and orange: distinguished by any eye, and in grey
 
@@ -31,7 +33,7 @@ class Dots(NamedTuple):
 
 
 def draw_margin_cells(
-    ax: Axes, tables: tuple[np.ndarray, np.ndarray, np.ndarray], axes: tuple[Axis, Axis], added_cases: Dots
+    ax: "Axes", tables: tuple[np.ndarray, np.ndarray, np.ndarray], axes: tuple[Axis, Axis], added_cases: Dots
 ) -> None:
     """Draw the smallest margin of every cell, and whether the cell fails or passes with a reservation.
 
@@ -85,7 +87,7 @@ def draw_margin_cells(
     ax.tick_params(length=0)
 
 
-def _draw_border(ax: Axes, failing: np.ndarray) -> None:
+def _draw_border(ax: "Axes", failing: np.ndarray) -> None:
     """Draw the line between neighbours of which one passes and the other fails."""
     rows, columns = np.nonzero(np.abs(np.diff(failing, axis=1)) == 1.0)
     ax.vlines(columns + 0.5, rows - 0.5, rows + 0.5, color=INK, linewidth=1.8)

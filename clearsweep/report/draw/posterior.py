@@ -1,16 +1,20 @@
 """Drawings of identified values: their distribution, and the joint distribution of pairs of keys."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
 
 from ..data.axis import Axis
 from .style import BLUE, set_plain_axes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 BINS = 40
 
 
 def draw_density(
-    ax: Axes, values: np.ndarray, weights: np.ndarray, quantiles: tuple[float, float, float], axis: Axis
+    ax: "Axes", values: np.ndarray, weights: np.ndarray, quantiles: tuple[float, float, float], axis: Axis
 ) -> None:
     """Draw a histogram of weighted values; quantiles : of the interval, and the median, on `axis`, SI."""
     scale = axis.scale
@@ -23,7 +27,7 @@ def draw_density(
 
 
 def draw_joint_density(
-    ax: Axes, values_of_keys: tuple[np.ndarray, np.ndarray], weights: np.ndarray, axes: tuple[Axis, Axis]
+    ax: "Axes", values_of_keys: tuple[np.ndarray, np.ndarray], weights: np.ndarray, axes: tuple[Axis, Axis]
 ) -> None:
     """Draw the weighted values of two keys as a grid of shades."""
     x_values, y_values = (axis.scale.of(values) for values, axis in zip(values_of_keys, axes, strict=True))

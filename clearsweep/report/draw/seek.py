@@ -1,15 +1,18 @@
 """Drawings of the answers of `seek`: intervals that contain the limit, over another axis."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from ..data.axis import Axis
 from .style import BLUE, set_plain_axes
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
-def draw_intervals(ax: Axes, rows: Sequence[tuple[float, float, float, float]], x_axis: Axis, y_axis: Axis) -> None:
+
+def draw_intervals(ax: "Axes", rows: Sequence[tuple[float, float, float, float]], x_axis: Axis, y_axis: Axis) -> None:
     """Draw answers.
 
     Each row has the value on the axis `x_axis`, the ends of the interval and the answer on `y_axis`, in SI.

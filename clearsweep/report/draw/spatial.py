@@ -1,13 +1,15 @@
 """Drawings of a journal in a spatial bearing: its axis, the orbits of its ends, its tilt."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from ...language import wording
 from .style import BLUE, GREY, INK, PALE, RED, set_crank_angle_axis
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 COLOURS = (BLUE, RED)  # of the end at +z, at -z
 POSITIONS = 24  # number of drawn positions of the axis
@@ -57,7 +59,7 @@ def draw_axis(ax: Any, journal_ends: np.ndarray, half_lengths: tuple[float, floa
         side.set_major_locator(MaxNLocator(4))
 
 
-def draw_end_orbits(ax: Axes, journal_ends: np.ndarray, clearance: float) -> None:
+def draw_end_orbits(ax: "Axes", journal_ends: np.ndarray, clearance: float) -> None:
     """Draw the view along the bearing: the orbits (2, n, 3) m of both ends in the clearance circle."""
     scale = wording.scale("m", clearance)
     radius = clearance / scale.factor
@@ -68,7 +70,7 @@ def draw_end_orbits(ax: Axes, journal_ends: np.ndarray, clearance: float) -> Non
     ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
 
 
-def draw_tilt(ax: Axes, angle: np.ndarray, tilt: np.ndarray, limit: float | None) -> None:
+def draw_tilt(ax: "Axes", angle: np.ndarray, tilt: np.ndarray, limit: float | None) -> None:
     """Draw the tilt (rad) over the crank angle (rad), and the tilt at which the journal jams."""
     ax.plot(np.degrees(angle), np.degrees(tilt), color=BLUE, linewidth=0.8)
     if limit is not None:

@@ -1,10 +1,8 @@
 """Shared style of all drawings: colours, axes, ticks and colour bars."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.axis import XAxis, YAxis
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLocator, NullLocator
@@ -12,6 +10,10 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLo
 from ...language import wording
 from ...language.wording import Scale
 from ..data.axis import Axis
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import XAxis, YAxis
 
 BLUE, RED, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"  # Okabe and Ito 2008
 INK, GREY, PALE = "#1f2933", "#6b7785", "#c3ccd5"
@@ -25,7 +27,7 @@ SLANTED_LABELS: dict[str, Any] = {
 AXIS_CHARACTERS = 36  # characters that fit side by side below a figure
 
 
-def set_crank_angle_axis(ax: Axes, angle: np.ndarray, *, legend: bool) -> None:
+def set_crank_angle_axis(ax: "Axes", angle: np.ndarray, *, legend: bool) -> None:
     """Set up the crank angle as abscissa."""
     degrees = np.round(np.degrees(angle), 3)  # so that full turns end on a tick
     turns = (degrees.max() - degrees.min()) / 360.0 if len(degrees) else 1.0
@@ -39,7 +41,7 @@ def set_crank_angle_axis(ax: Axes, angle: np.ndarray, *, legend: bool) -> None:
         ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, borderaxespad=0.2)
 
 
-def label_values(side: XAxis | YAxis, axis: Axis, positions: np.ndarray) -> None:
+def label_values(side: "XAxis | YAxis", axis: Axis, positions: np.ndarray) -> None:
     """Label the values of a grid axis at their positions; of many numbers, only some."""
     longest = max(len(axis.short(value)) for value in axis.values)
     if not axis.numeric:
@@ -57,7 +59,7 @@ def label_values(side: XAxis | YAxis, axis: Axis, positions: np.ndarray) -> None
     side.set_ticks(positions[labelled], [axis.short(axis.values[k]) for k in labelled])
 
 
-def set_log_scale(ax: Axes, side_name: str) -> None:
+def set_log_scale(ax: "Axes", side_name: str) -> None:
     """Make one side, 'x' or 'y', logarithmic, with ticks at 1, 2 and 5."""
     getattr(ax, f"set_{side_name}scale")("log")
     side = getattr(ax, f"{side_name}axis")
@@ -67,7 +69,7 @@ def set_log_scale(ax: Axes, side_name: str) -> None:
 
 
 def draw_colour_bar(
-    ax: Axes, coloured: ScalarMappable, name: str, *, logarithmic: bool = False, integers: bool = False
+    ax: "Axes", coloured: ScalarMappable, name: str, *, logarithmic: bool = False, integers: bool = False
 ) -> None:
     """Draw the colour bar of a drawing; `integers`: only integers have ticks."""
     bar = ax.figure.colorbar(coloured, ax=ax, fraction=0.05, pad=0.03)
@@ -83,7 +85,7 @@ def draw_colour_bar(
     bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 3)))
 
 
-def draw_axis_colour_bar(ax: Axes, axis: Axis, norm: Normalize) -> None:
+def draw_axis_colour_bar(ax: "Axes", axis: Axis, norm: Normalize) -> None:
     """Draw the colour bar of the values of a grid axis."""
     bar = ax.figure.colorbar(ScalarMappable(norm, "viridis"), ax=ax, fraction=0.05, pad=0.03)
     label_values(bar.ax.yaxis, axis, np.arange(len(axis.values), dtype=float))
@@ -99,7 +101,7 @@ def stem_lines(x: np.ndarray, low: float, high: np.ndarray | float) -> tuple[np.
     return np.stack([lines[0], lines[0], lines[3]], axis=-1).ravel(), np.stack(lines[1:], axis=-1).ravel()
 
 
-def set_plain_axes(ax: Axes) -> None:
+def set_plain_axes(ax: "Axes") -> None:
     """Draw a pale grid in the background, and no line at the top and right."""
     ax.grid(color=PALE, linewidth=0.5, alpha=0.7)
     ax.set_axisbelow(True)

@@ -1,19 +1,23 @@
 """Drawings of wear: depth around a body, along its surface and, for spatial joints, along its axis."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from ...language import wording
 from ...language.wording import Scale
 from .style import BLUE, INK, PALE, RED, draw_colour_bar, set_plain_axes
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.projections.polar import PolarAxes
+
 SECTORS = 180  # of a circle, at most
 BODIES = (("bearing", BLUE, "-"), ("journal", RED, "--"))  # name, colour, line
 
 
-def draw_around(ax: PolarAxes, depth: np.ndarray, body: int, scale: Scale, largest: float) -> None:
+def draw_around(ax: "PolarAxes", depth: np.ndarray, body: int, scale: Scale, largest: float) -> None:
     """Draw the depths (m, one per angular bin) of the bearing (`body` 0) or the journal (1), up to `largest` (m).
 
     The deepest bin is marked, the mean is a dotted circle.
@@ -35,7 +39,7 @@ def draw_around(ax: PolarAxes, depth: np.ndarray, body: int, scale: Scale, large
     ax.set_xlabel(f"depth [{scale.unit}]")
 
 
-def draw_over_angle(ax: Axes, depths: tuple[np.ndarray, np.ndarray], scale: Scale) -> None:
+def draw_over_angle(ax: "Axes", depths: tuple[np.ndarray, np.ndarray], scale: Scale) -> None:
     """Draw the depths (m, one per angular bin) of bearing and journal over the angle (rad) in each body's frame."""
     for depth, (name, colour, dash) in zip(
         (deepest_per_sector(depth, SECTORS) for depth in depths), BODIES, strict=True
@@ -50,7 +54,7 @@ def draw_over_angle(ax: Axes, depths: tuple[np.ndarray, np.ndarray], scale: Scal
     ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.2)
 
 
-def draw_unrolled(ax: Axes, depth: np.ndarray, length: float) -> None:
+def draw_unrolled(ax: "Axes", depth: np.ndarray, length: float) -> None:
     """Draw wear depths (bins, length bins) m around a body and along it, unrolled; length : m, of the body."""
     scale, length_scale = wording.scale("m", depth.ravel()), wording.scale("m", length)
     edges = np.linspace(-0.5, 0.5, depth.shape[1] + 1) * length / length_scale.factor

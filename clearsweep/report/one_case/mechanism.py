@@ -4,14 +4,12 @@ import io
 import math
 from pathlib import Path
 
-from matplotlib import rc_context
-
 from ... import grid, simulation
 from ...contracts.case import Case
 from ...contracts.machine import GROUND
 from ...language.errors import InputError
 from ...store import durable
-from ..blocks.picture import STYLE, Picture, draw_figure, draw_svg
+from ..blocks.picture import Picture, draw_svg
 from ..draw import mechanism
 
 ENDINGS = (".svg", ".png")
@@ -51,9 +49,13 @@ def draw_grid(source: Path, out: Path) -> Path:
 
 
 def _png_bytes(picture: Picture) -> bytes:
+    from matplotlib import rc_context
+
+    from ..blocks import matplotlib_figure
+
     stream = io.BytesIO()
-    with rc_context(STYLE):
-        figure, axes = draw_figure(picture)
+    with rc_context(matplotlib_figure.STYLE):
+        figure, axes = matplotlib_figure.draw_figure(picture)
         axes.set_title(picture.title, fontsize=10)
         figure.savefig(stream, format="png")
     return stream.getvalue()

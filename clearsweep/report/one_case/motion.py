@@ -5,10 +5,9 @@ Pictures are chosen from the layout, channel by channel, so no mechanism is know
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from ... import simulation
 from ...contracts.layout import TIME, Column
@@ -21,6 +20,9 @@ from ..data.study import Joint, Study, resolve_cases
 from ..draw import motion
 from ..statistics import elastic_range
 from . import spatial
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 FULL_TURN = 2.0 * np.pi
 FLAT_SIZE, SQUARE_SIZE = (4.2, 3.3), (4.2, 3.05)  # inches; a square next to a colour bar is as wide as it is high
@@ -45,7 +47,7 @@ class History(NamedTuple):
 
     def painter(
         self, values: np.ndarray, unit: str, name: str, ideal: np.ndarray | None = None
-    ) -> Callable[[Axes], None]:
+    ) -> "Callable[[Axes], None]":
         """Return a function that draws a quantity (SI) over the angle of the drive, or over time without rotation."""
         angle = self.angle
         if angle is None:

@@ -329,6 +329,10 @@ class Axes:
         """Make the abscissa linear or logarithmic."""
         self.xaxis.log = name == "log"
 
+    def set_yscale(self, name: str) -> None:
+        """Make the ordinate linear or logarithmic; called by name, as `set` and `draw.style` do."""
+        self.yaxis.log = name == "log"
+
     def set_xticks(self, places: Any, labels: Any = None, **style: Any) -> None:
         """Set the ticks of the abscissa."""
         self.xaxis.set_ticks(places, labels, **style)

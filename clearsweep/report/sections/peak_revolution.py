@@ -1,10 +1,10 @@
 """The revolution of the peak: force, acceleration and torque of the worst cases, with and without clearance."""
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 
 from ...language import wording
 from ..blocks.picture import Picture, capitalise
@@ -12,6 +12,9 @@ from ..blocks.section import Block, Detail, Section, Sentences
 from ..data.study import Joint, Study
 from ..data.table_columns import columns_in_table
 from ..one_case.motion import FLAT_SIZE, JointHistory, history_of, joint_histories, largest_texts
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 NOTE_ON_CASES = (
     "Each case is shown over the revolution with its largest normal force. The cases are those with the largest load "
@@ -63,7 +66,7 @@ def _painter_arguments(curve: JointHistory) -> tuple:
     return curve.actual, curve.unit, curve.name, curve.ideal
 
 
-def _picture(curve: JointHistory, paint: Callable[[Axes], None]) -> Picture:
+def _picture(curve: JointHistory, paint: "Callable[[Axes], None]") -> Picture:
     """Return one quantity over the revolution."""
     largest_text, *ideal_text = largest_texts(
         [curve.actual, *([] if curve.ideal is None else [curve.ideal])], curve.unit

@@ -1,7 +1,8 @@
 """The section on a sample: spread of the figures, probability of exceeding limits, drivers of the spread."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
 
 from ...judging import sampled
 from ...judging.probability import RANDOM_METHODS, Estimate
@@ -25,6 +26,9 @@ from ..samples.sample_tables import (
 )
 from ..statistics import sensitivity
 from ..statistics.sensitivity import Sample
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MAX_HISTOGRAMS = 12  # drawn at most
 MAX_SCATTER_PLOTS = 4  # seen at once
@@ -192,7 +196,7 @@ def _scatter_plot(study: Study, sample: Sample, figure: LimitedFigure, path: str
     bounds = [limit.value / scale.factor for limit in figure.limits if not limit.times]
     caption = _strength_text(correlation)
 
-    def paint(ax: Axes) -> None:
+    def paint(ax: "Axes") -> None:
         comparison.draw_cloud(ax, x, y, None, (axis.name, figure.name), (axis.scale, scale))
         for limit_line in bounds:
             ax.axhline(limit_line, color=RED, linewidth=1.2, linestyle="--")
