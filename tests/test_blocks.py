@@ -393,7 +393,7 @@ def test_an_identity_is_located_in_a_file_of_many(tmp_path, count):
     for low in values:
         for high in (low, min(low + 2**60, 2**64 - 1)):
             expected = [np.count_nonzero(ids < np.uint64(low)), np.count_nonzero(ids <= np.uint64(high))]
-            assert part.between(low, high).tolist() == expected
+            assert part.rows_between(low, high).tolist() == expected
 
 
 @pytest.mark.heavy

@@ -101,7 +101,7 @@ def test_the_batches_of_an_unfinished_run_remain(run):
     record = json.loads((run / "run.json").read_text())
     for key in ("merged", "checksum"):
         record.pop(key)
-    (run / "run.json").write_text(json.dumps(record | {"checksum": store.record.checksum_of(record)}))
+    (run / "run.json").write_text(json.dumps(record | {"checksum": store.record.record_checksum(record)}))
     facts = store.clean(run, batches=True)
     assert (facts["finished"], facts["removed"]) == (False, [])
     assert "its batches are kept" in store.clean_text(facts)

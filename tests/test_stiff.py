@@ -140,7 +140,7 @@ def test_the_automatic_choice_takes_little_longer_than_the_better_of_the_two_met
     assert stiff.compare_methods(case, tolerance)["over_better"] <= 1.2
 
 
-@pytest.mark.parametrize("problem", [p for p in stiff.problems() if p.name != "b_damped"], ids=lambda p: p.name)
+@pytest.mark.parametrize("problem", [p for p in stiff.all_problems() if p.name != "b_damped"], ids=lambda p: p.name)
 def test_the_automatic_choice_costs_no_more_where_nothing_is_stiff(problem):
     assert stiff.evaluation_ratio(problem)["evaluations_ratio"] <= 1.05
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 GROUND = "ground"  # the fixed body
+STARTED_FRACTION = 0.95  # of the no-load speed, at which a motor counts as started
 
 
 class Elastic(NamedTuple):
