@@ -29,10 +29,27 @@ def _outlined(outlined: Callable[[Outline], Mechanism], outline: Outline) -> Mec
     return outlined(outline)
 
 
+def machine_of(mechanism: Mechanism, case: Case) -> Machine | None:
+    """Return the planar machine of a case, or None if its mechanism has none; cases that differ elsewhere share it."""
+    if not mechanism.machine:
+        return None
+    sections = case.mechanism, case.loads, case.outline
+    key = *map(id, sections), repr(case.drive)
+    if key not in _MACHINES:
+        if len(_MACHINES) >= MAX_MACHINES:
+            _MACHINES.clear()
+        _MACHINES[key] = mechanism.machine(case), sections
+    return _MACHINES[key][0]
+
+
+MAX_MACHINES = 256
+_MACHINES: dict[tuple, tuple[Machine, tuple]] = {}  # with the sections of the case, whose ids are in the key
+
+
 def ideal_motion(case: Case, angles: np.ndarray) -> IdealMotion | None:
     """Return the ideal mechanism of a case at drive angles (rad), or None if it has none."""
-    mechanism = mechanism_of(case)
-    return planar.ideal(mechanism.machine(case), angles) if mechanism.machine else None
+    machine = machine_of(mechanism_of(case), case)
+    return planar.ideal(machine, angles) if machine else None
 
 
 def ideal_peaks(case: Case, machine: Machine | None = None) -> Mapping[str, float]:
@@ -40,11 +57,9 @@ def ideal_peaks(case: Case, machine: Machine | None = None) -> Mapping[str, floa
 
     machine : the machine of the case, if it is already built
     """
+    machine = machine or machine_of(mechanism_of(case), case)
     if machine is None:
-        mechanism = mechanism_of(case)
-        if not mechanism.machine:
-            return {}
-        machine = mechanism.machine(case)
+        return {}
     tables = [load.table for load in case.loads if load.table]
     turn_range = _turn_range(case, tables)
     knots = _knots(case, tables, turn_range)

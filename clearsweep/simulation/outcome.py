@@ -94,7 +94,7 @@ class Outcome(NamedTuple):
     totals: Summed
     exceeded_forces: list[float]  # by joint, see `Window`; empty if it failed, as sums may then be infinite
     dry_times: list[float]  # likewise
-    revolutions: Any  # RevolutionMarks
+    revolutions: Any  # RevolutionMarks; their times and the peaks in progress are not copied
     marks: Marks
     onset_rates: list[float]  # m/s, by joint, see `Window`
     events: int  # events located without a search
@@ -121,7 +121,9 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
         totals=sums,
         exceeded_forces=[] if failed else _exceeded_forces(totals, RARE_SHARE * duration),
         dry_times=_dry_times(totals.dry, sums, scene.layout, duration),
-        revolutions=revolutions._make([array.copy() for array in revolutions]),
+        revolutions=revolutions._replace(
+            states=revolutions.states.copy(), peaks=revolutions.peaks.copy(), passed=revolutions.passed.copy()
+        ),
         marks=run.marks,
         onset_rates=onset_rates(run),
         events=int(run.work.counts.events),

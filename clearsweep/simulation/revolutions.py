@@ -84,25 +84,21 @@ def buffers_for(marks: np.ndarray, state_size: int, contacts: int, zeros: Callab
 
 def peak_spreads(scene: Scene, marks: Marks, revolutions: Any) -> tuple[Spread, ...]:
     """Return the distribution of each joint's force peaks over the window's revolutions."""
-    start_revolutions = marks.turns[marks_reached(marks.window, revolutions)]
-    return tuple([_spread(peaks, start_revolutions) for peaks in peaks_of(scene, marks, revolutions).T])
+    return tuple([_spread(peaks, marks) for peaks in peaks_of(scene, marks, revolutions).T])
 
 
-def _spread(peaks: np.ndarray, start_revolutions: np.ndarray) -> Spread:
-    """Return the distribution of the peaks (N) of revolutions that begin at `start_revolutions`."""
+def _spread(peaks: np.ndarray, marks: Marks) -> Spread:
+    """Return the distribution of the peaks (N) of the window's revolutions."""
     median, p95 = quantiles(peaks, (0.5, 0.95))
-    return Spread(median, p95, expected_largest(peaks), _largest_peak(peaks, start_revolutions))
+    return Spread(median, p95, expected_largest(peaks), _largest_peak(peaks, marks))
 
 
-def _largest_peak(peaks: np.ndarray, start_revolutions: np.ndarray) -> tuple[float, int] | None:
-    """Return the largest of the peaks (N) of revolutions, and the number of its revolution, or None without peaks.
-
-    start_revolutions : start of each revolution, in revolutions since the start of the run.
-    """
+def _largest_peak(peaks: np.ndarray, marks: Marks) -> tuple[float, int] | None:
+    """Return the largest of the peaks (N) of the window's revolutions and the number of its revolution, or None."""
     if not len(peaks):
         return None
     index = int(peaks.argmax())
-    return float(peaks[index]), math.floor(start_revolutions[index] + MARK_TOLERANCE) + 1
+    return float(peaks[index]), math.floor(marks.turns[marks.window[index]] + MARK_TOLERANCE) + 1
 
 
 def marks_reached(indices: np.ndarray, revolutions: Any) -> np.ndarray:

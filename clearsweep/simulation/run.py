@@ -132,18 +132,19 @@ class Run:
     def _begin(self, start: Start) -> None:
         """Initialise; the run's own arrays are zero already."""
         work: Any = self.work  # mypy takes its parts for tuples of anything
-        arrays, scene, value, initial_count = self.arrays, start.scene, start.scene.value, start.initial_values.size
+        arrays, scene, value, inputs = self.arrays, start.scene, start.scene.value, start.scene.inputs
+        initial_count = len(inputs.initial_values)
         self.inputs[:] = start.inputs
-        arrays["initial_values"][:initial_count], arrays["initial_values"][initial_count:] = start.initial_values, 0.0
+        arrays["initial_values"][:initial_count], arrays["initial_values"][initial_count:] = inputs.initial_values, 0.0
         arrays["bins"][:] = 0
         arrays["mode"][:], arrays["has_friction"][:] = (
             work.pressed if scene.in_contact else work.apart,
-            start.has_friction,
+            inputs.has_friction,
         )
-        put_numbers(value, start.initial_values[: self.parameters.size], self.parameters)
+        put_numbers(value, inputs.initial_values[: self.parameters.size], self.parameters)
         self.totals.whole.speed_awaited = start_up_speed(scene.machine)
         if scene.worn:
-            self.totals.account[:, SLIDING_DISTANCE] = start.sliding_distance
+            self.totals.account[:, SLIDING_DISTANCE] = inputs.sliding_distance
         self.pinned.put(reference_rate=value.reference_rate, sigma=value.sigma, longest=start.max_step)
         self.work = self.pinned.value
         self.value, self.deadline, self.marks = value, scene.deadline, start.marks

@@ -16,8 +16,8 @@ from ..mechanics.solver.accumulate.step_sums import ContactStep, Step
 from ..mechanics.solver.bernstein import COEFFICIENTS, ROWS
 from ..mechanics.trace.fields import Fields
 from ..mechanics.trace.symbols import WIDTH
+from .initial import initial_shapes
 from .scene import Scene
-from .start import initial_shapes
 
 BLOCK_BYTES = 16384  # bytes: need of a short motion without histograms
 
@@ -28,7 +28,7 @@ def arrays_of(scene: Scene) -> Arrays:
     """Return the arrays that a step of `scene` uses, as zeros, and `initial_values`, all initial ones in one array."""
     contacts, n = len(every_contact(scene.value.joints)), scene.start.size
     initial_array_shapes: dict[str, tuple[int, ...]] = {
-        **initial_shapes(scene),
+        **initial_shapes(scene.value, scene.start),
         "stepper": (integration.Stepper.SIZE,),
         **dict.fromkeys(("highest", "since"), (contacts,)),
         "whole": (total_columns.WholeTotals.SIZE,),

@@ -4,6 +4,7 @@ import math
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from os import PathLike
 from typing import Any
 
@@ -30,7 +31,8 @@ from ..mechanics.mechanism.contract import Built, body_angles, gaps, place
 from ..mechanics.mechanism.spatial import seats
 from . import crank_clock, links
 from .figures import catalogue as figures
-from .ideal import ideal_motion, mechanism_of
+from .ideal import ideal_motion, machine_of, mechanism_of
+from .initial import SceneInputs, scene_inputs
 
 _LAYOUTS: dict[CaseFeatures, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with their sources
 SEAT_ITERATIONS = 3  # iterations on worn shapes: body angles depend slightly on the seats
@@ -55,13 +57,18 @@ class Scene:
     verdict: LimitsAndFigures = NO_LIMITS  # user-defined figures and limits, which are not part of the case
     build_time: float = 0.0  # s, time to build it
 
+    @cached_property
+    def inputs(self) -> SceneInputs:
+        """Return the inputs that all its runs share."""
+        return scene_inputs(self.case, self.built, self.value, self.start, self.machine, self.worn)
+
     def with_deadline(self, deadline: float) -> "Scene":
         """Return the scene with another deadline (s).
 
         Every case needs one, and this takes a fifth of the time of `replace`.
         """
         copied = object.__new__(Scene)
-        copied.__dict__.update(self.__dict__, deadline=deadline)
+        copied.__dict__.update(self.__dict__, inputs=self.inputs, deadline=deadline)
         return copied
 
 
@@ -100,7 +107,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     """
     begin, worn = time.perf_counter(), dict(worn or {})
     mechanism = mechanism_of(case)
-    machine = mechanism.machine(case) if mechanism.machine and not mechanism.build else None
+    machine = None if mechanism.build else machine_of(mechanism, case)
     joints = {
         joint.name: registry.joint_term(joint, mechanism.site(joint.name).distal, worn.get(joint.name))
         for joint in case.joints
