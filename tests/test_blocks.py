@@ -94,7 +94,7 @@ def test_a_case_is_found_and_read_as_in_one_piece(pair):
         [cut.full_id(letter) for letter in "0123456789abcdef"]
     worst = cut.worst
     assert set(whole.worst) <= set(worst)
-    pd.testing.assert_frame_equal(cut.peak_revolution(worst[0]), cut.part_of(worst[0]).peak_revolution(worst[0]))
+    pd.testing.assert_frame_equal(cut.peak_revolution(worst[0]), cut.block_of(worst[0]).peak_revolution(worst[0]))
 
 
 def test_the_summary_is_read_as_far_as_it_is_requested(pair, monkeypatch):
