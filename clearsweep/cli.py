@@ -178,8 +178,7 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
     """Merge runs of one grid, for example its shards. OUT receives the same results as one run of the whole grid."""
     from .sweeping import merge, run_summary
 
-    result = merge.merge(directories, out, partial=partial)
-    facts = run_summary.of_run(result)
+    facts = run_summary.of_run(result := merge.merge(directories, out, partial=partial))
     click.echo(json.dumps(facts, indent=2) if as_json else printable(run_summary.run_text(facts)))
     return result.exit_code
 
@@ -293,8 +292,7 @@ def verify(quick: bool, as_json: bool, write: bool, measured: bool) -> None:
     from . import verify as verification
     from .verify import measured as comparison
 
-    main = comparison.main if measured else verification.main
-    main(json=as_json, quick=quick, directory=RESULTS if write else None)
+    (comparison if measured else verification).main(json=as_json, quick=quick, directory=RESULTS if write else None)
 
 
 @verbs.command("list")
