@@ -244,12 +244,9 @@ def report(  # noqa: PLR0913 - one argument per option
 
 def _write(page: "Page", out: Path, *, tables: Path | None, figures: Path | None, as_json: bool, **style: str) -> None:
     """Write a page with its tables and figures, and print the files; `style`: their format and width."""
-    options = None
-    if figures:
-        from .report.documents.paper import FigureOptions  # loads all of matplotlib
+    from .report.documents.figure_options import FigureOptions
 
-        options = FigureOptions(figures, **style)
-    files = page.write_all(out, tables, options)
+    files = page.write_all(out, tables, FigureOptions(figures, **style) if figures else None)
     lines = [files["report"], *files.get("figures", []), *([files["tables"]] if "tables" in files else [])]
     click.echo(json.dumps(files, indent=2) if as_json else "\n".join(lines))
 

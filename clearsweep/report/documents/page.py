@@ -4,7 +4,7 @@ import itertools
 import re
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import jinja2
 from markupsafe import Markup, escape
@@ -18,9 +18,7 @@ from ..blocks.section import Block, Section
 from ..data.study import Study
 from ..sections import overlay
 from ..statistics.overlay import compare_signals
-
-if TYPE_CHECKING:
-    from . import paper
+from .figure_options import FigureOptions
 
 
 class Page(NamedTuple):
@@ -67,14 +65,14 @@ class Page(NamedTuple):
         directory.mkdir(parents=True, exist_ok=True)
         return [file for section in self.sections for table in section.tables for file in table.write(directory)]
 
-    def write_figures(self, options: "paper.FigureOptions") -> list[Path]:
+    def write_figures(self, options: FigureOptions) -> list[Path]:
         """Write the pictures of every section, each under its name, and a list of them; return the files."""
         from . import paper  # loads all of matplotlib, which a page does without
 
         with phases.phase("drawing the figures"):
             return paper.write_figures(self.sections, options)
 
-    def write_all(self, out: Path, tables: Path | None, options: "paper.FigureOptions | None") -> dict[str, Any]:
+    def write_all(self, out: Path, tables: Path | None, options: FigureOptions | None) -> dict[str, Any]:
         """Write the page, its tables and its figures; return their paths under `report`, `tables` and `figures`."""
         files: dict[str, Any] = {"report": str(self.write(out))}
         if tables:

@@ -7,7 +7,7 @@ import re
 import unicodedata
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.text import Text
@@ -19,6 +19,7 @@ from ..blocks.matplotlib_figure import STYLE, draw_figure
 from ..blocks.picture import Picture
 from ..blocks.section import Section
 from ..blocks.table import in_markdown
+from .figure_options import FigureOptions
 
 FORMS = ("svg", "pdf", "png")
 COLUMN_WIDTH, PAGE_WIDTH = 85.0, 170.0  # mm, usual widths of figures in journals
@@ -35,14 +36,6 @@ NO_DATE: dict[str, dict] = {
     "pdf": {"CreationDate": None},
     "png": {},
 }  # the bytes depend only on the run
-
-
-class FigureOptions(NamedTuple):
-    """Directory, format and width of the figures."""
-
-    directory: Path
-    form: str = "svg"  # one of FORMS
-    width: str = "auto"  # one of WIDTHS; auto: COLUMN_WIDTH or PAGE_WIDTH, by the size on the page
 
 
 def write_figures(sections: Iterable[Section], options: FigureOptions) -> list[Path]:
