@@ -12,8 +12,8 @@ from clearsweep.mechanics.observe.histogram import (
     WIDTHS,
     fill,
     force_bin,
-    force_exceeded,
-    forces_exceeded,
+    force_quantile,
+    force_quantiles,
     ramp_of,
 )
 from clearsweep.mechanics.solver.accumulate.totals import (
@@ -53,11 +53,11 @@ def test_a_ramp_is_exceeded_for_the_rest_of_its_duration(highest):
     """Also where it ends at the edge of a bin, in which it then spends no time."""
     histogram = filled((0.0, highest), 1.0)
     for share in (0.9, 0.5, 0.1):
-        assert force_exceeded(histogram, share) == pytest.approx((1.0 - share) * highest, rel=1e-6)
+        assert force_quantile(histogram, share) == pytest.approx((1.0 - share) * highest, rel=1e-6)
 
 
 def test_a_histogram_without_contact_exceeds_nothing():
-    assert force_exceeded(np.zeros((BINS, 2)), 0.01) == 0.0
+    assert force_quantile(np.zeros((BINS, 2)), 0.01) == 0.0
 
 
 @pytest.mark.parametrize("ends", [(3.001, 3.005), (3.001, 3.0079), (3.001, 3.0201), (0.3, 40.0), (40.0, 0.3)])
@@ -69,7 +69,7 @@ def test_a_ramp_spends_in_each_bin_the_share_of_its_duration_that_the_bin_covers
 
 @pytest.mark.parametrize("force", [1e-3, 1.0, 777.7, 1e6])
 def test_a_steady_force_is_resolved_to_a_256th(force):
-    assert force_exceeded(filled((force, force), 1.0), 0.5) == pytest.approx(force, rel=1.0 / 256.0, abs=0.0)
+    assert force_quantile(filled((force, force), 1.0), 0.5) == pytest.approx(force, rel=1.0 / 256.0, abs=0.0)
 
 
 def test_forces_exceeded_follow_from_sums_of_time_above_each_bin():
@@ -82,7 +82,7 @@ def test_forces_exceeded_follow_from_sums_of_time_above_each_bin():
             add_ramp(histogram, ends, 1.0)
             highest[j] = max(highest[j], *map(force_bin, ends))
     duration = 40.0
-    forces = forces_exceeded(histograms, highest, duration)
+    forces = force_quantiles(histograms, highest, duration)
     for histogram, top, force in zip(histograms, highest, forces, strict=True):
         spent = spent_in(histogram)[: top + 1]  # rounding grows with the width of the empty bins above
         above = np.cumsum(spent[::-1])[::-1]  # during the time of each bin and all higher ones
@@ -111,5 +111,5 @@ def test_the_time_of_a_step_is_that_of_its_force_at_an_even_rate(first, film, pu
     assert ledger.bins[0, HIGHEST_BIN] == force_bin(100.0)
     assert not histogram[ledger.bins[0, HIGHEST_BIN] + 1 :].any()
     for share in (0.9, 0.5, 0.1):
-        exceeded = force_exceeded(histogram, 2.0 * (1.0 - pulling) * share)
+        exceeded = force_quantile(histogram, 2.0 * (1.0 - pulling) * share)
         assert exceeded == pytest.approx(100.0 * (1.0 - share), rel=1e-6)

@@ -9,7 +9,7 @@ import numpy as np
 from ..contracts.layout import SECTION_COUNT, Layout
 from ..contracts.results import EVENT_DTYPE, Trajectory
 from ..judging.validity import join_remarks
-from ..mechanics.observe.histogram import forces_exceeded, time_above
+from ..mechanics.observe.histogram import force_quantiles, time_above
 from ..mechanics.solver import integration
 from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, Totals
 from ..mechanics.solver.accumulate.within_step import Record, sample_states
@@ -139,7 +139,7 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
 
 def _exceeded_forces(totals: Totals, duration: float) -> list[float]:
     """Return the force (N) that each joint exceeds during `duration` (s); totals : by joint."""
-    return forces_exceeded(totals.histogram, totals.bins[:, HIGHEST_BIN].tolist(), duration)
+    return force_quantiles(totals.histogram, totals.bins[:, HIGHEST_BIN].tolist(), duration)
 
 
 def _dry_times(histograms: np.ndarray, sums: Summed, layout: Layout, duration: float) -> list[float]:

@@ -191,7 +191,7 @@ class ForceExceeded(NamedTuple):
         difference, duration = histograms[-1] - histograms[0], times[-1] - times[0]
 
         def force(share: float) -> float:
-            return histogram.force_exceeded(difference, min(max(share, 0.0), 1.0) * duration)
+            return histogram.force_quantile(difference, min(max(share, 0.0), 1.0) * duration)
 
         value = force(RARE_SHARE)
         time_above = np.array([histogram.time_above(value, forces) for forces in histograms])

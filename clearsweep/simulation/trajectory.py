@@ -17,7 +17,7 @@ from ..judging.validity import ERROR_CHECK_FAILED, UNBALANCED, film_temperature_
 from ..language import phases
 from ..language.errors import InputError, quoted
 from ..mechanics.compiled.family import empty_entries
-from ..mechanics.observe.histogram import compile_exceeded
+from ..mechanics.observe.histogram import compile_quantiles
 from ..mechanics.solver import integration, loop
 from ..mechanics.solver.accumulate.within_step import Record
 from .extrapolation import extrapolated_life
@@ -363,7 +363,7 @@ def compile_loop(case: Case) -> None:
     with empty_entries():
         run = Run(start_of(scene, NO_TIMES))
     loop.compile_for(run.pinned)
-    compile_exceeded()
+    compile_quantiles()
 
 
 def checked_times(times: ArrayLike, end: float) -> np.ndarray:

@@ -153,18 +153,18 @@ class Places:
         """Prepare for `bodies`; pins : body -> its default point for loads, otherwise the centre of mass."""
         self.bodies, self.pins = bodies, pins
 
-    def at(self, body: str, values: Mapping) -> machine.At:
+    def at(self, body: str, values: Mapping) -> machine.BodyPoint:
         """Return the point of a body at which a load with these values acts."""
         name = values.get("point", self.pins.get(body, CENTER))
         if name not in self.bodies[body].points:
             return self.new(body, name, self.bodies[body].center)
-        return machine.At(body, name)
+        return machine.BodyPoint(body, name)
 
-    def new(self, body: str, name: str, position: tuple[float, float]) -> machine.At:
+    def new(self, body: str, name: str, position: tuple[float, float]) -> machine.BodyPoint:
         """Return a further point of a body, at `position` (m) in its frame."""
         body_before = self.bodies[body]
         self.bodies[body] = body_before._replace(points={**body_before.points, name: position})
-        return machine.At(body, name)
+        return machine.BodyPoint(body, name)
 
 
 def loads_of(loads: tuple[case.Load, ...], places: Places) -> tuple:
@@ -178,13 +178,13 @@ def _push(load: case.Load, places: Places) -> machine.Push:
     return machine.Push(load.name, places.at(values["on"], values), *force, values.get("torque", 0.0))
 
 
-def _tabled(load: case.Load, places: Places) -> machine.Tabled:
+def _tabled(load: case.Load, places: Places) -> machine.TabledPush:
     table = {name: np.array(column) for name, column in load.table.items()}
     table_variable = "angle" if "crank_angle" in table else "time"
     knots = table["crank_angle" if table_variable == "angle" else "time"]
     columns = [table.get(name, np.zeros(knots.size)) for name in ("fx", "fy", "torque")]
     endpoint = places.at(load.values["on"], load.values)
-    return machine.Tabled(load.name, endpoint, table_variable, knots, *columns, load.values["scale"])
+    return machine.TabledPush(load.name, endpoint, table_variable, knots, *columns, load.values["scale"])
 
 
 def _spring(load: case.Load, places: Places) -> machine.Spring:

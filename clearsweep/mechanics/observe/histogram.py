@@ -141,7 +141,7 @@ class _NoParameters(NamedTuple):
 _NO_PARAMETERS = _NoParameters()
 
 
-def _exceeded_entry(scene, histogram, highest, duration, forces, count):
+def _quantiles_entry(scene, histogram, highest, duration, forces, count):
     """Write the force that each of `count` histograms exceeds to `forces`; arrays are bare pointers."""
     histogram, duration = shaped(histogram, (count, BINS, 2)), shaped(duration, (1,))[0]
     highest, forces = shaped(highest, (count,)), shaped(forces, (count,))
@@ -149,20 +149,20 @@ def _exceeded_entry(scene, histogram, highest, duration, forces, count):
         forces[j] = _exceeded(histogram, j, highest[j], duration)
 
 
-_CODE: list[objects.Code] = []  # of `_exceeded_entry`
+_CODE: list[objects.Code] = []  # of `_quantiles_entry`
 
 
-def compile_exceeded() -> objects.Code | None:
-    """Return the machine code that `forces_exceeded` calls, or None if it was not compiled for this machine."""
+def compile_quantiles() -> objects.Code | None:
+    """Return the machine code that `force_quantiles` calls, or None if it was not compiled for this machine."""
     if not _CODE:
-        code = objects.compiled(_exceeded_entry, _NO_PARAMETERS, kinds(_NO_PARAMETERS), "fiff")
+        code = objects.compiled(_quantiles_entry, _NO_PARAMETERS, kinds(_NO_PARAMETERS), "fiff")
         if code is None:
             return None
         _CODE.append(code)
     return _CODE[0]
 
 
-def forces_exceeded(histograms: np.ndarray, highest: list[int], duration: float) -> list[float]:
+def force_quantiles(histograms: np.ndarray, highest: list[int], duration: float) -> list[float]:
     """Return the force (N) that each histogram exceeds during `duration` (s), or 0 if contact was shorter.
 
     histograms : (contacts, BINS, 2), of the Totals; highest : by contact, the highest bin that may not be empty.
@@ -171,16 +171,16 @@ def forces_exceeded(histograms: np.ndarray, highest: list[int], duration: float)
     forces = (ctypes.c_double * count)()
     arrays = (ctypes.c_int64 * count)(*highest), (ctypes.c_double * 1)(duration), forces
     if is_plain():
-        _exceeded_entry((_NO_PARAMETERS,), histograms, *arrays, count)
+        _quantiles_entry((_NO_PARAMETERS,), histograms, *arrays, count)
     else:
         addresses = map(ctypes.addressof, (ctypes.c_double.from_buffer(histograms), *arrays))
-        objects.function_at(compile_exceeded().address, 4)(0, *addresses, count)
+        objects.function_at(compile_quantiles().address, 4)(0, *addresses, count)
     return list(forces)
 
 
-def force_exceeded(histogram: np.ndarray, duration: float) -> float:
+def force_quantile(histogram: np.ndarray, duration: float) -> float:
     """Return the force (N) that one histogram, (BINS, 2), exceeds during `duration` (s)."""
-    return forces_exceeded(np.ascontiguousarray(histogram)[None], [BINS - 1], duration)[0]
+    return force_quantiles(np.ascontiguousarray(histogram)[None], [BINS - 1], duration)[0]
 
 
 def time_above(force: float, histogram: np.ndarray) -> float:

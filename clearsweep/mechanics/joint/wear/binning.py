@@ -93,7 +93,7 @@ def write_worn_before(pressure, workspace, edge, edges, last_edge):
 
 
 @inlined
-def accumulate_edge(workspace, bins, number, total, cursor):
+def add_wear_to_profile_bin(workspace, bins, number, total, cursor):
     """Add the wear between an edge, item `number` of WORN, and the previous edge; return the next BinCursor."""
     per_width = bins.count / (2.0 * math.pi)
     cumulative = min(max(workspace[WORN * POINTS + number], cursor.wear_before), total)
@@ -108,7 +108,7 @@ def accumulate_met(pressure, workspace, bins, span, edges, cursor):
     for edge in range(span[0] + 1, span[1] + 1):
         if used_of_batch == batch_size:
             batch_size, used_of_batch = write_worn_before(pressure, workspace, edge, edges, span[1]), 0
-        cursor = accumulate_edge(workspace, bins, used_of_batch, total, cursor)
+        cursor = add_wear_to_profile_bin(workspace, bins, used_of_batch, total, cursor)
         used_of_batch += 1
     return cursor
 
@@ -125,7 +125,7 @@ def _default_accumulate_inside(pressure, workspace, bins, span, cursor):
         if used_of_batch == batch_size:
             write_worn_before_inside(pressure, workspace, edge * width, width)
             batch_size, used_of_batch = POINTS, 0
-        cursor = accumulate_edge(workspace, bins, used_of_batch, total, cursor)
+        cursor = add_wear_to_profile_bin(workspace, bins, used_of_batch, total, cursor)
         used_of_batch += 1
     return cursor
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ....contracts.machine import (
     GROUND,
-    At,
+    BodyPoint,
     Braking,
     Constant,
     Guide,
@@ -23,7 +23,7 @@ from ....contracts.machine import (
     Slot,
     Spring,
     Stretch,
-    Tabled,
+    TabledPush,
 )
 from ...joint.friction.contract import friction_force, settled
 from ...trace import portable
@@ -51,7 +51,7 @@ class Ideal:
         self.turn = self.stations.turn
         masses = masses_of(self.machine)
         self.inertia = np.concatenate([[body.mass, body.mass, body.inertia] for body in masses])
-        self.tables = {load.name: table_of(load) for load in machine.loads if isinstance(load, Tabled)}
+        self.tables = {load.name: table_of(load) for load in machine.loads if isinstance(load, TabledPush)}
         self.by_open_joints: dict[frozenset[str], Any] = {}  # compiled machine by the names of its open joints
         self._passage: CrankPassage | None = None  # motion of a free crank, as far as requested
 
@@ -213,7 +213,7 @@ class Ideal:
         for load in self.machine.loads:
             if isinstance(load, Spring):
                 self._spring(load, turn, rate, force)
-            elif isinstance(load, Tabled):
+            elif isinstance(load, TabledPush):
                 parts = by_rows(self.tables[load.name], turn.angles if load.over == "angle" else time)
                 self.add_force(force, turn, load.at, parts[:, :2], parts[:, 2])
             elif isinstance(load, Push):
@@ -233,7 +233,7 @@ class Ideal:
         mass = np.sum(self.inertia * turn.first**2, -1)
         return (drive_torque + np.sum(turn.first * left_side, -1)) / mass
 
-    def add_force(self, force, turn: Turn, endpoint: At, applied: np.ndarray, torque) -> None:
+    def add_force(self, force, turn: Turn, endpoint: BodyPoint, applied: np.ndarray, torque) -> None:
         """Add a force (N, 2) at a point of a body, and a torque (N,), to the forces on all bodies."""
         if endpoint.body == GROUND:
             return

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from ....contracts.machine import At, Body, Elastic, Machine, Stretch
+from ....contracts.machine import Body, BodyPoint, Elastic, Machine, Stretch
 
 
 def in_segments(machine: Machine) -> Machine:
@@ -24,10 +24,10 @@ def in_segments(machine: Machine) -> Machine:
         bodies |= _chain(name, body, body.elastic) if body.elastic else {name: body}
         stretches += _springs(name, body, body.elastic) if body.elastic else []
 
-    def change(endpoint: At) -> At:
+    def change(endpoint: BodyPoint) -> BodyPoint:
         elastic = links.get(endpoint.body)
         return (
-            At(node(endpoint.body, elastic.segments), endpoint.point)
+            BodyPoint(node(endpoint.body, elastic.segments), endpoint.point)
             if elastic and endpoint.point == elastic.far
             else endpoint
         )
@@ -48,7 +48,7 @@ def in_segments(machine: Machine) -> Machine:
     )
     aim = machine.aim
     if aim.point:
-        aim = aim._replace(body=change(At(aim.body, aim.point)).body)
+        aim = aim._replace(body=change(BodyPoint(aim.body, aim.point)).body)
     return machine._replace(bodies=bodies, joints=(*joints, *stretches), start=start, loads=loads, aim=aim)
 
 
@@ -96,6 +96,13 @@ def _springs(name: str, body: Body, elastic: Elastic) -> list[Stretch]:
     damping = stiffness * 2.0 * elastic.damping / axial_rate(body)
     axis = math.atan2(direction[1], direction[0])
     return [
-        Stretch(f"{name}~{i}", At(node(name, i - 1), f"~{i}"), At(node(name, i), f"~{i}"), axis, stiffness, damping)
+        Stretch(
+            f"{name}~{i}",
+            BodyPoint(node(name, i - 1), f"~{i}"),
+            BodyPoint(node(name, i), f"~{i}"),
+            axis,
+            stiffness,
+            damping,
+        )
         for i in range(1, elastic.segments + 1)
     ]
