@@ -178,8 +178,7 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
     """Merge runs of one grid, for example its shards. OUT receives the same results as one run of the whole grid."""
     from .sweeping import merge, run_summary
 
-    result = merge.merge(directories, out, partial=partial)
-    facts = run_summary.of_run(result)
+    facts = run_summary.of_run(result := merge.merge(directories, out, partial=partial))
     click.echo(json.dumps(facts, indent=2) if as_json else printable(run_summary.run_text(facts)))
     return result.exit_code
 
@@ -236,7 +235,7 @@ def report(  # noqa: PLR0913 - one argument per option
             first, second = (reports.open(directory, partial=partial) for directory in directories)
             _write(reports.compared(first, second), out or second.directory / "compared.html", **arguments)
         return
-    directory = directories[0] if directories else store.newest(RESULTS)
+    directory = directories[0] if directories else store.newest_run(RESULTS)
     opened = complete_run(directory) if all_cases else contextlib.nullcontext(reports.open(directory, partial=partial))
     with opened as stored, writing(), shown_in(units):
         page = reports.page_of(stored, typical=median, measured=overlay)
@@ -245,12 +244,9 @@ def report(  # noqa: PLR0913 - one argument per option
 
 def _write(page: "Page", out: Path, *, tables: Path | None, figures: Path | None, as_json: bool, **style: str) -> None:
     """Write a page with its tables and figures, and print the files; `style`: their format and width."""
-    options = None
-    if figures:
-        from .report.documents.paper import FigureOptions  # loads all of matplotlib
+    from .report.documents.figure_options import FigureOptions
 
-        options = FigureOptions(figures, **style)
-    files = page.write_all(out, tables, options)
+    files = page.write_all(out, tables, FigureOptions(figures, **style) if figures else None)
     lines = [files["report"], *files.get("figures", []), *([files["tables"]] if "tables" in files else [])]
     click.echo(json.dumps(files, indent=2) if as_json else "\n".join(lines))
 
@@ -293,8 +289,7 @@ def verify(quick: bool, as_json: bool, write: bool, measured: bool) -> None:
     from . import verify as verification
     from .verify import measured as comparison
 
-    main = comparison.main if measured else verification.main
-    main(json=as_json, quick=quick, directory=RESULTS if write else None)
+    (comparison if measured else verification).main(json=as_json, quick=quick, directory=RESULTS if write else None)
 
 
 @verbs.command("list")
@@ -366,9 +361,9 @@ def wear(series: Path, coefficient: str, hardness: str | None, area: str | None,
     """Integrate Archard's wear law over a measured series. If it has a wear column, compare the depth with it."""
     from . import series as prescribed
 
-    value, number = prescribed.coefficient_of(coefficient, hardness)
-    worn = prescribed.wear(prescribed.read(series), value, prescribed.area_of(area) if area else None)
-    click.echo((prescribed.facts if as_json else prescribed.text)(worn, number))
+    value, number = prescribed.read_coefficient(coefficient, hardness)
+    worn = prescribed.compute_wear(prescribed.read_series(series), value, prescribed.read_area(area) if area else None)
+    click.echo((prescribed.wear_json if as_json else prescribed.wear_text)(worn, number))
 
 
 @verbs.command()

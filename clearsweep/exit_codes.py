@@ -22,9 +22,9 @@ def run(command: click.Command, arguments: list[str] | None) -> int:
         error.show()
         return BAD_INPUT
     except click.Abort as error:
-        return _interrupted(error.__cause__)
+        return _report_interruption(error.__cause__)
     except KeyboardInterrupt as error:
-        return _interrupted(error)
+        return _report_interruption(error)
     except ClearsweepError as error:
         print(printable(str(error)), file=sys.stderr)
         return error.exit_code
@@ -37,7 +37,7 @@ def run(command: click.Command, arguments: list[str] | None) -> int:
         return INTERNAL
 
 
-def _interrupted(error: BaseException | None) -> int:
+def _report_interruption(error: BaseException | None) -> int:
     """Print why the command was interrupted and return the exit code of that signal."""
     print(str(error or "") or "stopped", file=sys.stderr)
     return int(getattr(error, "exit_code", INTERRUPTED))

@@ -58,23 +58,23 @@ class SeriesWear(NamedTuple):
     notes: tuple[str, ...]
 
 
-def coefficient_of(written: str, hardness: str | None) -> tuple[float, float | None]:
+def read_coefficient(written: str, hardness: str | None) -> tuple[float, float | None]:
     """Return the wear coefficient k (m^2/N), and the dimensionless one if a hardness is given.
 
     written : '2e-14 m^2/N', or with a `hardness` the number k hardness.  Raises InputError.
     """
     if hardness is None:
-        value = _read("--coefficient", written, "m^2/N")
+        value = _read_quantity("--coefficient", written, "m^2/N")
         if value < 0.0:
             raise InputError(f"--coefficient: found {written}; allowed: at least 0 m^2/N")
-        if not 1.0 / LARGEST <= value <= LARGEST and (value or _has_digit(written)):
+        if not 1.0 / LARGEST <= value <= LARGEST and (value or _has_nonzero_digit(written)):
             raise InputError(f"--coefficient: found {written}; allowed: 0, or {1.0 / LARGEST:g} to {LARGEST:g} m^2/N")
         return value, None
-    pressure = _positive("--hardness", hardness, "Pa")
+    pressure = _read_positive("--hardness", hardness, "Pa")
     try:
         number = float(written)
     except ValueError:
-        number = _read("--coefficient", written, "m^2/N") * pressure
+        number = _read_quantity("--coefficient", written, "m^2/N") * pressure
     if not (number == 0.0 or LEAST_WEAR_NUMBER <= number <= LARGEST_WEAR_NUMBER):
         raise InputError(
             f"--coefficient: found {written}, with the hardness {hardness} a dimensionless {number:.3g}; allowed: "
@@ -84,27 +84,27 @@ def coefficient_of(written: str, hardness: str | None) -> tuple[float, float | N
     return number / pressure, number
 
 
-def area_of(written: str) -> float:
+def read_area(written: str) -> float:
     """Return a written area, such as '100 mm^2', in m^2.  Raises InputError."""
-    return _positive("--area", written, "m^2")
+    return _read_positive("--area", written, "m^2")
 
 
-def _positive(option: str, written: str, unit: str) -> float:
+def _read_positive(option: str, written: str, unit: str) -> float:
     """Return a positive quantity in SI."""
-    value = _read(option, written, unit)
-    if value <= 0.0 and not (value == 0.0 and _has_digit(written)):
+    value = _read_quantity(option, written, unit)
+    if value <= 0.0 and not (value == 0.0 and _has_nonzero_digit(written)):
         raise InputError(f"{option}: found {written}; allowed: above 0 {unit}")
     if not 1.0 / LARGEST <= value <= LARGEST:
         raise InputError(f"{option}: found {written}; allowed: {1.0 / LARGEST:g} to {LARGEST:g} {unit}")
     return value
 
 
-def _has_digit(written: str) -> bool:
+def _has_nonzero_digit(written: str) -> bool:
     """Return whether a written number is not zero, although it may be too small for a float."""
     return re.match(r"[\s+-]*[0.]*[1-9]", written) is not None
 
 
-def read(file: str | PathLike) -> Series:
+def read_series(file: str | PathLike) -> Series:
     """Return the series in a CSV file.  Raises InputError, with row and column."""
     path = Path(file)
     titles, rows = complete_rows_of_csv(path, _LARGEST_FILE)
@@ -126,7 +126,7 @@ def read(file: str | PathLike) -> Series:
     return Series(columns, rounding, str(path))
 
 
-def wear(series: Series, coefficient: float, area: float | None = None) -> SeriesWear:
+def compute_wear(series: Series, coefficient: float, area: float | None = None) -> SeriesWear:
     """Return the wear of a series with a `coefficient` (m^2/N).
 
     area : m^2, loaded by the force; None if the pressure is a column.  Raises InputError.
@@ -261,7 +261,7 @@ def _unit_remark(worn: SeriesWear) -> str:
     )
 
 
-def facts(worn: SeriesWear, number: float | None = None) -> str:
+def wear_json(worn: SeriesWear, number: float | None = None) -> str:
     """Return the result as JSON, in SI; `number` is the dimensionless coefficient if a hardness was given."""
     columns = {name: values.tolist() for name, values in worn.series.columns.items()}
     implied = None if worn.implied is None else [k if math.isfinite(k) else None for k in worn.implied.tolist()]
@@ -284,7 +284,7 @@ def facts(worn: SeriesWear, number: float | None = None) -> str:
     )
 
 
-def text(worn: SeriesWear, number: float | None = None) -> str:
+def wear_text(worn: SeriesWear, number: float | None = None) -> str:
     """Return the series with its depths as a table, followed by remarks."""
     columns, rules = worn.series.columns, ("trapezoidal", "left", "right")
     titles = ["time, s", "pressure, MPa", "speed, m/s", *(f"{rule}, um" for rule in rules)]
@@ -351,7 +351,9 @@ def _values(texts: list[str], unit: str, si: str, location: str, lines: list[int
             if np.isfinite(values).all():
                 return values
     cells = zip(texts, lines, strict=True)
-    return np.array([_read(location.replace("{}", str(line)), f"{text.strip()} {unit}", si) for text, line in cells])
+    return np.array(
+        [_read_quantity(location.replace("{}", str(line)), f"{text.strip()} {unit}", si) for text, line in cells]
+    )
 
 
 def _last_digit(text: str) -> float:
@@ -360,7 +362,7 @@ def _last_digit(text: str) -> float:
     return 10.0 ** min(int(power or 0) - len(mantissa.partition(".")[2]), 300)
 
 
-def _read(location: str, written: str, unit: str) -> float:
+def _read_quantity(location: str, written: str, unit: str) -> float:
     try:
         return quantity.read(written.strip(), unit)
     except InputError as error:

@@ -368,30 +368,36 @@ MUTATIONS = (
     Mutation(
         "store/directory.py",
         "RunDirectory.load_batches",
-        "[:HASH_LENGTH] != named_hash(path)",
+        "[:HASH_LENGTH] != hash_in_name(path)",
         "[:HASH_LENGTH] == path.name",
         STORE,
     ),
     Mutation(
-        "store/directory.py", "RunDirectory._flaw", "(batch.orbits) == batch.sha256", "(batch.orbits) > ''", STORE
+        "store/directory.py",
+        "RunDirectory._describe_damage",
+        "(batch.orbits) == batch.sha256",
+        "(batch.orbits) > ''",
+        STORE,
     ),
-    Mutation("store/directory.py", "RunDirectory.recover", "if path not in needed)", "if False)", STORE),
-    Mutation("store/directory.py", "RunDirectory._flaw", 'return f"{name}: missing"', "return None", STORE),
-    Mutation("store/directory.py", "RunDirectory.recover", "[:HASH_LENGTH] == named_hash(path)", "> ''", STORE),
+    Mutation("store/directory.py", "RunDirectory.load_intact_batches", "if path not in needed)", "if False)", STORE),
+    Mutation("store/directory.py", "RunDirectory._describe_damage", 'return f"{name}: missing"', "return None", STORE),
+    Mutation(
+        "store/directory.py", "RunDirectory.load_intact_batches", "[:HASH_LENGTH] == hash_in_name(path)", "> ''", STORE
+    ),
     Mutation("store/directory.py", "RunDirectory.load_batches", "not in (None, batch.frame)", "in ()", STRANGERS),
     Mutation("store/durable.py", "check_regular", "if kind != stat.S_IFREG:", "if False:", STRANGERS),
-    Mutation("store/durable.py", "clear", "if _TEMPORARY.fullmatch(name):", "if True:", STRANGERS),
+    Mutation("store/durable.py", "remove_temporaries", "if _TEMPORARY.fullmatch(name):", "if True:", STRANGERS),
     Mutation("store/read.py", "verify", "if actual != expected:", "if False:", STRANGERS),
     Mutation("store/record.py", "read_record", 'if record.get("checksum") != checksum:', "if False:", STRANGERS),
     Mutation("store/orbits.py", "fletcher32", "return second << 16 | first", "return first << 16 | second", STRANGERS),
     Mutation(
         "store/directory.py",
         "RunDirectory._compare",
-        "if stored.get(path) != requested.get(path)]",
+        "if stored_settings.get(path) != grid_settings.get(path)]",
         "if path not in stored]",
         STORE,
     ),
-    Mutation("store/directory.py", "RunDirectory.take_batches", "if batch.name not in known]", "]", STORE),
+    Mutation("store/directory.py", "RunDirectory.link_batches", "if batch.name not in known]", "]", STORE),
     Mutation("store/durable.py", "replace", "os.fsync(file.fileno())", "pass", STORE),
     Mutation(
         "store/durable.py",
@@ -410,17 +416,21 @@ MUTATIONS = (
     Mutation(
         "store/columns.py", "column_of", "valid = np.isfinite(numbers)", "valid = np.ones(len(numbers), bool)", STORE
     ),
-    Mutation("store/batch.py", "_count", 'if trajectory.status != "ok":', "if False:", STORE),
-    Mutation("store/batch.py", "_gathered", '[joint][body == "journal"]', '[joint][body == "bearing"]', STORE),
-    Mutation("store/batch.py", "_coded", "numbers[words == word] = code", "numbers[words != word] = code", STORE),
+    Mutation("store/batch.py", "_count_items", 'if trajectory.status != "ok":', "if False:", STORE),
+    Mutation(
+        "store/batch.py", "_concatenate_values", '[joint][body == "journal"]', '[joint][body == "bearing"]', STORE
+    ),
+    Mutation(
+        "store/batch.py", "_encode_words", "numbers[words == word] = code", "numbers[words != word] = code", STORE
+    ),
     Mutation(
         "store/batch.py",
-        "_gathered",
+        "_concatenate_values",
         "np.full((len(rows), *dataset.shape), np.nan)",
         "np.zeros((len(rows), *dataset.shape))",
         STORE,
     ),
-    Mutation("store/orbits.py", "_filtered", "reshape(-1, size).T.tobytes()", "reshape(-1, size).tobytes()", STORE),
+    Mutation("store/orbits.py", "_filter_chunk", "reshape(-1, size).T.tobytes()", "reshape(-1, size).tobytes()", STORE),
     Mutation("store/orbits.py", "_write_dataset", "row += rows", "row += rows - 1", STORE),
     Mutation(
         "store/orbits.py",
@@ -449,9 +459,9 @@ MUTATIONS = (
     ),
     Mutation("store/compare.py", "_in_summary", "if name in TIMINGS or", "if", SHARDS),
     Mutation(
-        "store/read.py", "newest", "return max(records", "return min(records", "tests/test_store.py -k newest_run"
+        "store/read.py", "newest_run", "return max(records", "return min(records", "tests/test_store.py -k newest_run"
     ),
-    Mutation("store/read.py", "StoredRun._check", "if not matching:", "if False:", STRANGERS),
+    Mutation("store/read.py", "StoredRun._check", "if not is_same_run:", "if False:", STRANGERS),
     Mutation("store/read.py", "StoredRun._frame", "[row : row + 2] if stored", "[0:2] if stored", STORE),
     # identity of a case
     Mutation(

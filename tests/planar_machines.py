@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from clearsweep.contracts.machine import Aim, At, Body, Constant, Guide, Machine, Pin
+from clearsweep.contracts.machine import Aim, Body, BodyPoint, Constant, Guide, Machine, Pin
 from clearsweep.mechanics.joint.contract import Load
 from clearsweep.mechanics.mechanism.contract import Motion, accelerate, describe, place
 from clearsweep.mechanics.mechanism.planar.closure import Closure
@@ -26,12 +26,12 @@ def ground(**points):
 
 def pin(name, proximal, distal):
     """Return a Pin between 'body.point' and 'body.point'."""
-    return Pin(name, At(*proximal.split(".")), At(*distal.split(".")))
+    return Pin(name, BodyPoint(*proximal.split(".")), BodyPoint(*distal.split(".")))
 
 
 def guide(name, proximal, distal, axis=0.0):
     """Return a Guide between 'body.point' and 'body.point'; axis in rad."""
-    return Guide(name, At(*proximal.split(".")), At(*distal.split(".")), axis)
+    return Guide(name, BodyPoint(*proximal.split(".")), BodyPoint(*distal.split(".")), axis)
 
 
 def slider_crank(drive=SLIDER_CRANK_DRIVE, offset=0.0, loads=(), gravity=9.81):

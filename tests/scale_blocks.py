@@ -70,7 +70,7 @@ def stand_in(directory: Path, division: store.Division, number: int, chance: np.
             os.link(first.files[name], path)
     files = mark["files"] | {blocks.IDS_FILE: ["", block.files[blocks.IDS_FILE].stat().st_size]}
     other = {key: value for key, value in mark.items() if key != "checksum"} | {"block": number, "files": files}
-    block.mark.write_text(json.dumps(other | {"checksum": store.digest_of(json.dumps(other, sort_keys=True))}))
+    block.mark.write_text(json.dumps(other | {"checksum": store.sha256_of(json.dumps(other, sort_keys=True))}))
 
 
 def look_up(directory: Path) -> dict:

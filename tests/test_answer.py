@@ -30,7 +30,7 @@ from clearsweep.judging.case_ranking import Candidate, CaseRanking, ranking_of
 from clearsweep.judging.cases import Cases, column_texts, range_text
 from clearsweep.judging.verdict import MARGIN, Limit
 from clearsweep.report.data import study
-from clearsweep.report.data.answered import answers
+from clearsweep.report.data.answered import answer_sentences
 
 PIN = "pin"
 
@@ -543,7 +543,7 @@ def test_a_start_up_is_answered_in_the_last_lines_and_at_the_top_of_the_page(sta
     assert "1 of 2 cases reaches 1425 rpm, 95 % of the motor's no-load speed of 1500 rpm, for the first time" in last
     missing = "No case with drive inertia 0.02 kg*m^2 reaches it within 5 revolutions: at most"
     assert missing in last
-    sentences = [text.replace("\u00a0", " ") for text in answers(study.prepare(run))]
+    sentences = [text.replace("\u00a0", " ") for text in answer_sentences(study.prepare(run))]
     assert sentences[1].startswith(missing.replace("kg*m^2", "kg m²"))
     page = report.page_of(run)
     (summary,) = (part for part in page.sections if part.key == "summary")

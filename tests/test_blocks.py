@@ -15,7 +15,7 @@ from clearsweep import report, store
 from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.report.blocks.section import Note, Points, Sentences
 from clearsweep.store import blocks, read_blocks, summary
-from clearsweep.store.record import checksum_of
+from clearsweep.store.record import record_checksum
 from clearsweep.sweeping import answered, blockwise, estimate, run_summary
 from clearsweep.sweeping.all_cases import complete_run
 
@@ -94,7 +94,7 @@ def test_a_case_is_found_and_read_as_in_one_piece(pair):
         [cut.full_id(letter) for letter in "0123456789abcdef"]
     worst = cut.worst
     assert set(whole.worst) <= set(worst)
-    pd.testing.assert_frame_equal(cut.peak_revolution(worst[0]), cut.part_of(worst[0]).peak_revolution(worst[0]))
+    pd.testing.assert_frame_equal(cut.peak_revolution(worst[0]), cut.block_of(worst[0]).peak_revolution(worst[0]))
 
 
 def test_the_summary_is_read_as_far_as_it_is_requested(pair, monkeypatch):
@@ -268,7 +268,7 @@ def test_an_unfinished_run_is_read_as_far_as_its_blocks_are_finished(tmp_path):
     quiet(MIXED, tmp_path / "run", executor="serial", max_failures=3)
     record = store.read_record(tmp_path / "run")
     left = {key: value for key, value in record.items() if key not in ("merged", "checksum")}
-    (tmp_path / "run" / "run.json").write_text(json.dumps(left | {"checksum": checksum_of(left)}))
+    (tmp_path / "run" / "run.json").write_text(json.dumps(left | {"checksum": record_checksum(left)}))
     with pytest.raises(DirectoryError, match="not finished"):
         clearsweep.open(tmp_path / "run")
     assert len(clearsweep.open(tmp_path / "run", partial=True)) == record["counts"]["ok"] + record["counts"]["failed"]
@@ -302,8 +302,8 @@ def said(sections, *keys):
 
 
 def test_counts_on_the_page_of_a_sample_are_of_all_cases_or_say_of_which(pair, tmp_path, monkeypatch):
-    monkeypatch.setattr(blocks, "SAMPLED", 0)
-    monkeypatch.setattr(blocks, "LEAST_SAMPLED", 1)
+    monkeypatch.setattr(blocks, "SAMPLED_ROWS", 0)
+    monkeypatch.setattr(blocks, "MIN_SAMPLED", 1)
     limits = {"rod_slider_force_peak": {"at_most": 0.105, "times": "rod_slider_force_peak_ideal"}}
     limits |= {"rod_slider_penetration_max": {"at_least": 0.11}}
     limited = MIXED | {"limits": limits}
@@ -358,7 +358,7 @@ def test_a_mark_that_nobody_wrote_counts_for_nothing(tmp_path, change):
     quiet(MIXED, tmp_path / "run", executor="serial")
     path = tmp_path / "run" / "blocks" / "00000" / "block.json"
     mark = {key: value for key, value in json.loads(path.read_text()).items() if key != "checksum"} | change
-    path.write_text(json.dumps(mark | {"checksum": store.digest_of(json.dumps(mark, sort_keys=True))}))
+    path.write_text(json.dumps(mark | {"checksum": store.sha256_of(json.dumps(mark, sort_keys=True))}))
     with pytest.raises(DirectoryError, match=r"block\.json: damaged"):
         clearsweep.open(tmp_path / "run").marks()
     assert quiet(MIXED, tmp_path / "run", executor="serial").ran == 0
@@ -393,7 +393,7 @@ def test_an_identity_is_located_in_a_file_of_many(tmp_path, count):
     for low in values:
         for high in (low, min(low + 2**60, 2**64 - 1)):
             expected = [np.count_nonzero(ids < np.uint64(low)), np.count_nonzero(ids <= np.uint64(high))]
-            assert part.between(low, high).tolist() == expected
+            assert part.rows_between(low, high).tolist() == expected
 
 
 @pytest.mark.heavy

@@ -9,7 +9,7 @@ from test_seek import quiet
 from clearsweep.contracts.layout import Column
 from clearsweep.judging import case_ranking, verdict
 from clearsweep.report.data.study import prepare
-from clearsweep.report.data.worst_case import question, worst_case
+from clearsweep.report.data.worst_case import case_ranking_of, worst_case
 from clearsweep.report.sections import summary
 from clearsweep.report.sections import verdict as section
 from clearsweep.sweeping import run_summary
@@ -77,7 +77,7 @@ def test_page_and_closing_lines_name_the_same_worst_case(tmp_path, limits):
     prepared = prepare(result.open())
     case_id, _ = worst_case(prepared)
     assert facts["worst"][0]["case_id"] == case_id
-    assert facts["question"] == question(prepared).question == ("limits" if limits else "force")
+    assert facts["question"] == case_ranking_of(prepared).question == ("limits" if limits else "force")
     names = [name for name, _, _ in summary.sections(prepared)[0].blocks[0].cards]
     assert names[0] == ("Within the limits" if limits else "Largest normal force")
     said = run_summary.plain(" ".join(section.sections(prepared)[0].blocks[0].texts))

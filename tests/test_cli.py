@@ -18,7 +18,7 @@ from clearsweep import cli, simulation
 from clearsweep.grid import SCHEMA_VERSION
 from clearsweep.language.errors import SchedulerLostError, StorageError
 from clearsweep.mechanics.trace import objects
-from clearsweep.store.record import checksum_of
+from clearsweep.store.record import record_checksum
 from clearsweep.sweeping import estimate, sweep
 from clearsweep.sweeping.signals import Stopped
 
@@ -121,7 +121,7 @@ def test_every_verb_refuses_a_directory_of_an_older_format_and_leaves_it_as_it_w
     file = tmp_path / "old" / "run.json"
     content = json.loads(file.read_text(encoding="utf-8"))
     content["frame"]["schema"] = SCHEMA_VERSION - 1
-    file.write_text(json.dumps(content | {"checksum": checksum_of(content)}), encoding="utf-8")
+    file.write_text(json.dumps(content | {"checksum": record_checksum(content)}), encoding="utf-8")
     before = {p: p.read_bytes() for p in (tmp_path / "old").rglob("*") if p.is_file() and p.name != "lock"}
     rest = {"run": (path, "--out", "old"), "show": ("old", "a"), "merge": ("old", "--out", "all")}
     code, _, err = run_cli(verb, *rest.get(verb, ("old",)))

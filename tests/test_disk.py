@@ -22,7 +22,7 @@ def tree(directory):
 @pytest.fixture
 def run(tmp_path, monkeypatch):
     """A finished run of twelve cases in three batches with histories; its lock says the same time at every hold."""
-    monkeypatch.setattr("clearsweep.store.directory.now", lambda: "2026-01-01T00:00:00+00:00")
+    monkeypatch.setattr("clearsweep.store.directory.utc_now", lambda: "2026-01-01T00:00:00+00:00")
     filled(tmp_path / "run", loaded(grid(4, (GOOD, GOOD + 0.001, FAILS), wear=True)), [range(5), range(5, 11), [11]])
     return tmp_path / "run"
 
@@ -101,7 +101,7 @@ def test_the_batches_of_an_unfinished_run_remain(run):
     record = json.loads((run / "run.json").read_text())
     for key in ("merged", "checksum"):
         record.pop(key)
-    (run / "run.json").write_text(json.dumps(record | {"checksum": store.record.checksum_of(record)}))
+    (run / "run.json").write_text(json.dumps(record | {"checksum": store.record.record_checksum(record)}))
     facts = store.clean(run, batches=True)
     assert (facts["finished"], facts["removed"]) == (False, [])
     assert "its batches are kept" in store.clean_text(facts)
@@ -132,6 +132,6 @@ def test_status_says_what_the_files_take(run):
     sizes = facts["disk"]
     assert sizes["all"] == sum(map(len, tree(run).values())) == sizes["results"] + sizes["batches"] + sizes["other"]
     assert sizes["other"] == 2000 + len((run / "lock").read_bytes())
-    assert f"Disk: {disk.use_text(sizes)}" in store.status_text(facts)
+    assert f"Disk: {disk.disk_use_text(sizes)}" in store.status_text(facts)
     shutil.rmtree(run / "shards")
     assert store.status(run)["disk"]["batches"] < sizes["batches"]

@@ -146,7 +146,7 @@ def test_every_file_of_the_map_exists():
 
 
 def test_every_figure_is_defined():
-    known = set(re.findall(r"^\| `(\w+)`", layout.markdown(catalogue()), re.MULTILINE))
+    known = set(re.findall(r"^\| `(\w+)`", layout.columns_markdown(catalogue()), re.MULTILINE))
     table = TEXTS["docs/model.md"].partition("## Figures of merit")[2].partition("\n## ")[0]
     defined = {
         name for row in re.findall(r"^\| (`.*?) \|", table, re.MULTILINE) for name in re.findall(r"`(\w+)`", row)

@@ -84,7 +84,7 @@ def test_the_report_says_how_much_harder_an_impact_on_rigid_links_would_be(tmp_p
     assert "0.014 times the first bending frequency of rod" in bending
     (table,) = section.tables
     assert table.rows[0][:3] == ("rod", "4", STIFFNESS)
-    assert any(compared in str(point) for point in trust.points(study))
+    assert any(compared in str(point) for point in trust.reliability_points(study))
     # the estimate is of the same machine with a rigid rod
     rigid = clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=copy.deepcopy(STUDY))))
     ratio = rigid.summary["rod_slider_force_peak"] / study.cases.at[case_id, "rod_slider_force_peak"]

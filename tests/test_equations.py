@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from clearsweep.contracts.machine import Aim, At, Body, Constant, Guide, Machine, Pin
+from clearsweep.contracts.machine import Aim, Body, BodyPoint, Constant, Guide, Machine, Pin
 from clearsweep.mechanics.joint.dry import Gap, Joint, joint_load
 from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
 from clearsweep.mechanics.joint.friction.sliding import Tanh
@@ -43,10 +43,10 @@ MACHINE = Machine(
         "slider": Body(LINKS.slider_mass, 0.0, (0.0, 0.0), {"c": (0.0, 0.0)}),
     },
     (
-        Pin("ground-crank", At("ground", "pivot"), At("crank", "a")),
-        Pin("crank-rod", At("crank", "b"), At("rod", "b")),
-        Pin("rod-slider", At("rod", "c"), At("slider", "c")),
-        Guide("slider-ground", At("ground", "pivot"), At("slider", "c"), 0.0),
+        Pin("ground-crank", BodyPoint("ground", "pivot"), BodyPoint("crank", "a")),
+        Pin("crank-rod", BodyPoint("crank", "b"), BodyPoint("rod", "b")),
+        Pin("rod-slider", BodyPoint("rod", "c"), BodyPoint("slider", "c")),
+        Guide("slider-ground", BodyPoint("ground", "pivot"), BodyPoint("slider", "c"), 0.0),
     ),
     "ground-crank",
     Constant(LINKS.speed),

@@ -7,6 +7,7 @@ import clearsweep
 from clearsweep.judging import expected
 from clearsweep.simulation import revolutions
 from clearsweep.simulation.extreme import UNKNOWN_QUANTILE, Tail, expected_largest
+from clearsweep.sweeping import run_summary
 
 MANY = 1e6
 
@@ -80,6 +81,9 @@ def test_the_sentence_names_interval_window_and_place():
         "The largest force peak in 10⁶ revolutions is estimated at 4 N, at most 5 N (97.5 %) in joint j"
     )
     assert expected.largest_expected_peak({"case_id": block["case_id"], "period": np.ones(2)}, ["j"]) is None
+    facts = worst._asdict() | {"swept": {}, "case_id": "a" * 16}
+    assert {"value", "high", "seen"} <= facts.keys()  # of run --json
+    assert run_summary._expected_lines({"expected": facts})[1] == text.replace("in joint j", "in j")
 
 
 GRID = {

@@ -10,7 +10,7 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep import grid, report, simulation
 from clearsweep.contracts.catalogue import Figure, Shown
-from clearsweep.contracts.layout import Layout, markdown
+from clearsweep.contracts.layout import Layout, columns_markdown
 from clearsweep.contracts.results import TIMINGS
 from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.simulation.figures import catalogue as figures
@@ -109,12 +109,12 @@ def test_a_further_figure_is_a_word_of_the_schema_and_a_row_of_the_table_of_colu
         schema = schema["else"]
     enum = schema["properties"]["simulate"]["properties"]["until"]["properties"]["figure"]["enum"]
     assert {COLUMN, "ground_crank_force_mean_square"} <= set(enum)
-    assert f"| `J_force_mean_square` * | N^2 | {TEXT} |  |" in markdown(known).splitlines()
+    assert f"| `J_force_mean_square` * | N^2 | {TEXT} |  |" in columns_markdown(known).splitlines()
 
 
 def test_the_table_of_columns_is_made_of_the_figures():
     text = (ROOT / "docs/columns.md").read_text(encoding="utf-8")
-    assert text.partition("<!-- columns -->\n")[2].startswith(markdown(simulation.catalogue()))
+    assert text.partition("<!-- columns -->\n")[2].startswith(columns_markdown(simulation.catalogue()))
 
 
 def test_figures_have_names_of_their_own_and_need_what_there_is():

@@ -341,9 +341,9 @@ def test_the_film_that_a_remark_recommends_is_allowed_at_the_length_of_the_beari
 
 
 def test_the_table_of_stability_has_thirty_films_each_level_as_often():
-    table = films.cases()
+    table = films.film_cases()
     assert len(table) == 30
-    assert table == films.cases()
+    assert table == films.film_cases()
     clearances = [next(iter(case.grid["joints"].values()))["clearance"] for case in table]
     assert [clearances.count(value) for value in films.FACTORS["clearance"]] == [6] * 5
     assert sum("contact" in next(iter(case.grid["joints"].values())) for case in table) == 15

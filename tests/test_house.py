@@ -193,6 +193,38 @@ def test_a_planted_function_that_nobody_uses_is_found():
     assert [line.split()[1] for line in unused({path: ast.parse(planted)}, [planted])] == ["helper", "LENGTH"]
 
 
+def stale_names(texts: dict[str, list[str]], known: set[str]) -> list[str]:
+    """Return the names in docstrings and comments, by file, that nothing has: `names` in backquotes, and CONSTANTS."""
+    return [
+        f"{path}: {name}"
+        for path, sentences in texts.items()
+        for sentence in sentences
+        for quoted, constant in re.findall(r"`([A-Za-z_][\w.]*)`|\b([A-Z][A-Z_]{4,})\b", sentence)
+        if (name := quoted or constant).rpartition(".")[2] not in known
+    ]
+
+
+def prose_and_code(path: Path) -> tuple[list[str], str]:
+    """Return the docstrings and comments of a file, and the rest of it."""
+    text = path.read_text(encoding="utf-8")
+    docstrings, comments = re.compile(r'"""(.*?)"""', re.DOTALL), re.compile(r"(?<!\S)#.*")
+    code = docstrings.sub("", text)
+    return [*docstrings.findall(text), *comments.findall(code)], comments.sub("", code)
+
+
+def test_docstrings_and_comments_name_only_what_exists():
+    known = {"contact_pressure_MPa", "INFORMS", "MCJIT", "LEVEL"}  # a column of a file, a journal, names of LLVM
+    for path in [*sources(), *(ROOT / "tests").glob("*.py")]:
+        known.update(re.findall(r"\w+", prose_and_code(path)[1]))
+    texts = {str(path.relative_to(ROOT)): prose_and_code(path)[0] for path in sources()}
+    assert stale_names(texts, known) == []
+
+
+def test_a_name_that_no_longer_exists_is_found():
+    texts = {"a.py": ['"""Return what `former` returned, at most LIMIT of `module.kept`."""']}
+    assert stale_names(texts, {"kept"}) == ["a.py: former", "a.py: LIMIT"]
+
+
 def test_no_file_exceeds_400_lines():
     lengths = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in sources()}
     assert [f"{path.relative_to(ROOT)}: {length}" for path, length in lengths.items() if length > 400] == []

@@ -8,7 +8,7 @@ import re
 import pytest
 
 from clearsweep import grid, simulation
-from clearsweep.contracts.machine import Motor, Push, Schedule, Spring, Tabled
+from clearsweep.contracts.machine import Motor, Push, Schedule, Spring, TabledPush
 from clearsweep.contracts.outline import LoadOutline
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.mechanism.loads import load_keys
@@ -268,7 +268,7 @@ def test_loads_and_drives_come_to_a_machine_in_its_own_words():
     made = machine_of(source)
     press, gas, spring = made.loads
     assert press == Push("press", ("slider", "pin"), -1000.0, 2.0, 3.0)
-    assert isinstance(gas, Tabled)
+    assert isinstance(gas, TabledPush)
     assert (gas.over, gas.scale, list(gas.fx)) == ("angle", 2.0, [0.0, -1000.0, 0.0])
     assert isinstance(spring, Spring)
     assert made.bodies["ground"].points[spring.first.point] == (0.3, 0.0)
@@ -314,10 +314,10 @@ def _array(*values):
 def test_the_picture_names_every_body_joint_and_load(tmp_path):
     file = tmp_path / "grid.yaml"
     file.write_text(json.dumps(changed(FOUR_BAR, loads={"brake": {"on": "rocker", "torque": -3}})))
-    text = pictures.draw(file, tmp_path / "mechanism.svg").read_text()
+    text = pictures.draw_grid(file, tmp_path / "mechanism.svg").read_text()
     for name in ("crank", "coupler", "rocker", "ground-crank", "coupler-rocker (open)", "brake"):
         assert f">{name}<" in text
-    assert pictures.draw(file, tmp_path / "mechanism.png").stat().st_size > 5_000
+    assert pictures.draw_grid(file, tmp_path / "mechanism.png").stat().st_size > 5_000
 
 
 def test_the_keys_say_where_a_spring_holds_its_second_body_and_it_does():

@@ -24,14 +24,14 @@ WIDE = LINE._replace(size=(4.6, 3.4))
 @pytest.fixture
 def undrawn(monkeypatch):
     """Leave the drawing out: of pictures the number counts."""
-    monkeypatch.setattr(report_page, "svg", lambda *_: "<svg ></svg>")
-    monkeypatch.setattr(paper, "image", lambda *_: b"drawn")
+    monkeypatch.setattr(report_page, "draw_svg", lambda *_: "<svg ></svg>")
+    monkeypatch.setattr(paper, "picture_bytes", lambda *_: b"drawn")
 
 
 def test_every_picture_of_the_page_has_a_name_of_its_own_that_the_next_page_has_too(undrawn):
-    sections = of_page.of(study.prepare(Run()))
+    sections = of_page.all_sections(study.prepare(Run()))
     names = [name for name, _ in paper.named_pictures(sections)]
-    assert names == [name for name, _ in paper.named_pictures(of_page.of(study.prepare(Run())))]
+    assert names == [name for name, _ in paper.named_pictures(of_page.all_sections(study.prepare(Run())))]
     played = [picture for first in sections for block in first.blocks for picture in getattr(block, "played", ())]
     assert played  # the page's player shows them; files have them all the same
     assert len(names) == len(set(names)) == report.page_of(Run()).text().count("<svg ") + len(played)
@@ -53,14 +53,14 @@ def test_pictures_of_one_title_are_numbered():
 
 @pytest.mark.parametrize(("drawn", "width", "points"), [(LINE, None, 85), (WIDE, None, 170), (WIDE, 85.0, 85)])
 def test_a_figure_is_as_wide_as_its_column_or_its_page_and_needs_no_font(drawn, width, points):
-    text = paper.image(drawn, "svg", width).decode()
+    text = paper.picture_bytes(drawn, "svg", width).decode()
     assert float(re.search(r'<svg [^>]*width="([\d.]+)pt"', text)[1]) == pytest.approx(points / 25.4 * 72, rel=1e-5)
     assert "<text" not in text
-    assert text.encode() == paper.image(drawn, "svg", width)
+    assert text.encode() == paper.picture_bytes(drawn, "svg", width)
 
 
 def test_a_pdf_has_its_fonts_within_as_outlines_that_journals_take():
-    page = paper.image(LINE, "pdf")
+    page = paper.picture_bytes(LINE, "pdf")
     assert b"/FontFile2" in page
     assert b"/Type3" not in page
     assert b"CreationDate" not in page
@@ -69,7 +69,7 @@ def test_a_pdf_has_its_fonts_within_as_outlines_that_journals_take():
 
 
 def test_a_png_has_six_hundred_dots_an_inch():
-    wide, _ = struct.unpack(">II", paper.image(LINE, "png")[16:24])
+    wide, _ = struct.unpack(">II", paper.picture_bytes(LINE, "png")[16:24])
     assert wide == int(85 / 25.4 * 600)
 
 
@@ -77,16 +77,16 @@ def test_letters_shrink_with_a_figure_and_never_beyond_what_journals_print():
     sizes = []
     marked = LINE._replace(paint=lambda ax: sizes.append(ax.set_xlabel("x")))
     for width in (85.0, 170.0):
-        paper.image(marked, "svg", width)
+        paper.picture_bytes(marked, "svg", width)
     assert sizes[0].get_fontsize() == pytest.approx(9.0 * 85 / 25.4 / 4.2)
     assert sizes[1].get_fontsize() == pytest.approx(8.0)
 
 
 def test_unknown_forms_and_widths_are_refused(tmp_path):
     with pytest.raises(InputError, match=r"format of figures: found 'eps'; expected one of svg, pdf, png"):
-        paper.write([], paper.FigureOptions(tmp_path, "eps"))
+        paper.write_figures([], paper.FigureOptions(tmp_path, "eps"))
     with pytest.raises(InputError, match=r"width of figures: found '90'; expected one of auto, 85, 170"):
-        paper.write([], paper.FigureOptions(tmp_path, width="90"))
+        paper.write_figures([], paper.FigureOptions(tmp_path, width="90"))
 
 
 def test_the_command_writes_every_figure_and_table_and_says_their_names(undrawn, tmp_path):

@@ -5,7 +5,7 @@ import re
 from fake_runs import Run
 from matplotlib.backends.backend_agg import RendererAgg
 
-from clearsweep.report.blocks.picture import Picture, _drawn_by_matplotlib, svg
+from clearsweep.report.blocks.picture import Picture, _drawn_by_matplotlib, draw_svg
 from clearsweep.report.data import study
 from clearsweep.report.draw.style import BLUE
 
@@ -31,7 +31,7 @@ def test_a_drawing_has_the_colours_of_the_theme_but_white_letters_stay_white():
         ax.plot([0.0, 1.0], color=BLUE)
         ax.text(0.5, 0.5, "on a dark cell", color="white")
 
-    drawing = svg(Picture("A line", "", "A line.", paint), "f1")
+    drawing = draw_svg(Picture("A line", "", "A line.", paint), "f1")
     assert "stroke: var(--curve, #0072b2)" in drawing
     assert "fill: var(--paper, #ffffff)" in drawing
     assert drawing.count("fill: white") == 1

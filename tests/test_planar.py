@@ -23,8 +23,8 @@ from slider_crank_oracle import reactions, slider, torque
 
 from clearsweep.contracts.machine import (
     Aim,
-    At,
     Body,
+    BodyPoint,
     Constant,
     Machine,
     Motor,
@@ -33,7 +33,7 @@ from clearsweep.contracts.machine import (
     Rubbing,
     Schedule,
     Spring,
-    Tabled,
+    TabledPush,
 )
 from clearsweep.mechanics.joint.contract import JointState, Load, load
 from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
@@ -110,11 +110,13 @@ PRESSURE = 16.0 * np.cos(KNOTS) + 2.0 * np.sin(3.0 * KNOTS)
 PRESSURE[-1] = PRESSURE[0]
 OVER_TIME = np.array([0.0, 0.01, 0.02, 0.04])
 LOADS = (
-    Push("press", At("slider", "pin"), -20.0, 10.0, 3.0),
-    Tabled("gas", At("slider", "pin"), "angle", KNOTS, PRESSURE, 0.3 * PRESSURE, 0.01 * PRESSURE, 1.5),
-    Tabled("ramp", At("rod", "big"), "time", OVER_TIME, 300.0 * OVER_TIME, -200.0 * OVER_TIME, 3.0 * OVER_TIME),
-    Spring("return", At("ground", "main"), At("slider", "pin"), 80.0, 0.1, 0.5),
-    Spring("tie", At("crank", "pin"), At("slider", "pin"), 50.0, 0.2, 0.2),
+    Push("press", BodyPoint("slider", "pin"), -20.0, 10.0, 3.0),
+    TabledPush("gas", BodyPoint("slider", "pin"), "angle", KNOTS, PRESSURE, 0.3 * PRESSURE, 0.01 * PRESSURE, 1.5),
+    TabledPush(
+        "ramp", BodyPoint("rod", "big"), "time", OVER_TIME, 300.0 * OVER_TIME, -200.0 * OVER_TIME, 3.0 * OVER_TIME
+    ),
+    Spring("return", BodyPoint("ground", "main"), BodyPoint("slider", "pin"), 80.0, 0.1, 0.5),
+    Spring("tie", BodyPoint("crank", "pin"), BodyPoint("slider", "pin"), 50.0, 0.2, 0.2),
     Rubbing("seal", "slider-ground", Tanh(0.2, 1e-2)),
     Rubbing("bush", "crank-rod", Tanh(0.3, 1e-2), 0.01),
 )
@@ -218,7 +220,7 @@ def test_the_ideal_torque_turns_nothing_in_a_turn_and_does_the_work_of_a_load():
     angles = np.linspace(0.0, 2.0 * math.pi, 720, endpoint=False)
     free = planar.ideal(slider_crank(), angles)
     assert abs(np.mean(free.torque)) < 1e-12 * np.max(np.abs(free.torque))
-    pushed = planar.ideal(slider_crank(loads=(Push("push", At("slider", "pin"), -50.0, 0.0, 0.0),)), angles)
+    pushed = planar.ideal(slider_crank(loads=(Push("push", BodyPoint("slider", "pin"), -50.0, 0.0, 0.0),)), angles)
     work = 50.0 * free.velocity / 100.0  # power over the speed
     assert pushed.torque - free.torque == pytest.approx(work, rel=1e-9, abs=1e-10)
 

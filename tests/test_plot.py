@@ -19,8 +19,8 @@ from clearsweep import report
 from clearsweep.language import wording
 from clearsweep.report import plot
 from clearsweep.report.blocks import picture
-from clearsweep.report.blocks.picture import Dot, Picture, Spot, svg
-from clearsweep.report.draw.style import BLUE, colour_bar, set_log_scale, set_plain_axes
+from clearsweep.report.blocks.picture import Dot, Picture, Spot, draw_svg
+from clearsweep.report.draw.style import BLUE, draw_colour_bar, set_log_scale, set_plain_axes
 from clearsweep.report.plot import letters
 from clearsweep.report.plot.side import Side
 
@@ -50,12 +50,12 @@ def often(ax):
 def cells(ax):
     table = np.ma.masked_invalid([[1.0, 2.0, np.nan], [30.0, 4.0, 4.0]])
     mesh = ax.pcolormesh(np.arange(4) - 0.5, np.arange(3) - 0.5, table, norm=LogNorm(1.0, 30.0), cmap="viridis")
-    colour_bar(ax, mesh, "peak [N]", logarithmic=True)
+    draw_colour_bar(ax, mesh, "peak [N]", logarithmic=True)
 
 
 def cloud(ax):
     points = ax.scatter(X, np.sin(X), c=X, cmap="viridis", s=16)
-    colour_bar(ax, points, "turn")
+    draw_colour_bar(ax, points, "turn")
     ax.set(xlim=(0.0, None), xlabel="x [m]", ylabel="y [m]")
     set_plain_axes(ax)
 
@@ -97,8 +97,8 @@ def test_limits_are_those_of_matplotlib(paint):
 @pytest.mark.parametrize("paint", PAINTS, ids=lambda paint: paint.__name__)
 def test_a_drawing_is_whole_and_has_the_same_bytes_twice(paint):
     shown = Picture("title", "", "What <is> there.", paint, SIZE)
-    text = svg(shown, "f7")
-    assert text == svg(shown, "f7")
+    text = draw_svg(shown, "f7")
+    assert text == draw_svg(shown, "f7")
     assert "nan" not in text.lower()
     root = ET.fromstring(text)
     assert root.get("aria-label") == "What <is> there."
@@ -130,7 +130,7 @@ def test_points_are_where_the_ticks_say():
 def test_spots_and_dots_are_on_what_they_say():
     spot = Spot((-0.5, -0.5), (0.5, 0.5), "one cell", "ab")
     shown = Picture("t", "", "alt", cells, SIZE, spots=(spot,), dots=(Dot(np.array([[0.0, 0.0], [2.0, 1.0]]), "red"),))
-    text = svg(shown, "f1")
+    text = draw_svg(shown, "f1")
     sheet = own(cells)
     _, box = sheet.svg("f1")
     left, top, wide, high = map(
@@ -147,7 +147,7 @@ def test_spots_and_dots_are_on_what_they_say():
 
 def side(low, high, **values):
     made = Side("x")
-    made.add([low, high])
+    made.extend_data([low, high])
     for name, value in values.items():
         setattr(made, name, value)
     return made
@@ -189,8 +189,8 @@ def test_widths_of_words_are_those_of_the_font():
     font.set_size(100.0, 72.0)
     for words in ("crank speed [rpm]", f"{wording.MINUS}0.0053", "force peak [kN]", "10⁻³"):
         font.set_text(words)
-        assert letters.width(words, 100.0) == pytest.approx(font.get_width_height()[0] / 64.0, rel=0.06)
-    assert letters.height("two\nlines", 8.0) == 2.0 * letters.height("one", 8.0)
+        assert letters.text_width(words, 100.0) == pytest.approx(font.get_width_height()[0] / 64.0, rel=0.06)
+    assert letters.text_height("two\nlines", 8.0) == 2.0 * letters.text_height("one", 8.0)
 
 
 @pytest.mark.parametrize(
@@ -206,7 +206,7 @@ def test_widths_of_words_are_those_of_the_font():
 def test_what_these_axes_cannot_draw_is_drawn_by_matplotlib(paint):
     with pytest.raises(plot.UnsupportedError):
         own(paint)
-    assert svg(Picture("t", "", "alt", paint), "f1").startswith("<svg ")
+    assert draw_svg(Picture("t", "", "alt", paint), "f1").startswith("<svg ")
 
 
 def around(ax):

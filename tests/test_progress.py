@@ -332,7 +332,9 @@ def test_a_run_and_its_status_report_compiling_and_a_life_at_work(tmp_path, monk
 @heavy
 def test_short_cases_leave_no_progress_in_files(tmp_path, monkeypatch):
     puts = []
-    monkeypatch.setattr(store.Working, "put", lambda self, content: puts.append(content) if content else None)
+    monkeypatch.setattr(
+        store.Working, "replace_progress", lambda self, content: puts.append(content) if content else None
+    )
     assert sweep(grid(200), tmp_path / "run", executor="serial", show_progress=False).ok == 200
     assert not puts
 

@@ -192,9 +192,9 @@ def test_a_power_of_a_bracket_is_read():
 
 
 def test_the_exponent_in_a_unit_is_written_as_a_user_would():
-    assert quantity.with_exponent("N/m^exponent", 1.5) == "N/m^1.5"
-    assert quantity.with_exponent("N/m^exponent", 1.0) == "N/m"
-    assert quantity.with_exponent("N/m", 1.5) == "N/m"
+    assert quantity.replace_exponent("N/m^exponent", 1.5) == "N/m^1.5"
+    assert quantity.replace_exponent("N/m^exponent", 1.0) == "N/m"
+    assert quantity.replace_exponent("N/m", 1.5) == "N/m"
 
 
 def test_bare_numbers_need_no_unit_table():

@@ -126,7 +126,7 @@ def test_page_is_whole_small_and_refers_to_nothing_outside(pages, name):
     cases = {f"case-{case_id}" for case_id in Run(**RUNS[name]).summary["case_id"]}  # to which the explorer leads
     assert inner <= {*page.ids, *cases}
     assert all(reference.startswith(("#", "data:")) for reference in page.references)
-    assert page.scripts in ([], [str(interactive.script().text)])
+    assert page.scripts in ([], [str(interactive.page_script().text)])
     assert bool(page.scripts) == bool(page.data) == ("script-src" in text)
     assert all(json.loads(data) for data in page.data)
     assert "@import" not in text
@@ -215,7 +215,7 @@ def test_text_of_the_grid_is_escaped(tmp_path):
     assert "&lt;script&gt;" in page
     read = Page(page)
     assert read.open == []
-    assert read.scripts == [str(interactive.script().text)]
+    assert read.scripts == [str(interactive.page_script().text)]
     explored = next(data for data in map(json.loads, read.data) if "columns" in data)
     assert evil in explored["columns"][0]["words"]
 
@@ -443,7 +443,7 @@ def test_every_key_is_shown_in_the_unit_that_the_key_table_gives(mechanism):
             values = {path: 2.0, "mechanism.type": mechanism.name, **exponent}
             values |= {chooser: min(names) for chooser, names in use.when}
             text = shown(nest(values, ()))[path]
-            unit = quantity.with_exponent(use.field.unit, 2.5)
+            unit = quantity.replace_exponent(use.field.unit, 2.5)
             assert quantity.read(written(text), unit) == pytest.approx(2.0, rel=1e-5), (path, text, unit)
             checked += 1
     assert checked > 40

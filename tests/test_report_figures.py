@@ -22,7 +22,7 @@ from clearsweep.judging import verdict
 from clearsweep.language.wording import TIMES
 from clearsweep.report import sections
 from clearsweep.report.blocks import section
-from clearsweep.report.blocks.picture import svg
+from clearsweep.report.blocks.picture import draw_svg
 from clearsweep.report.blocks.section import Gallery, Sentences
 from clearsweep.report.blocks.table import Table
 from clearsweep.report.data import study
@@ -137,7 +137,7 @@ TURN = 2.0 * np.pi
 def test_a_spectrum_finds_every_oscillation_at_its_order_and_no_other():
     angle = np.linspace(0.0, 2 * TURN, 1441)
     values = 7.0 + 3.0 * np.cos(2 * angle + 0.3) + 0.5 * np.sin(5.5 * angle)
-    result = spectrum.of_history(angle, values)
+    result = spectrum.harmonic_spectrum(angle, values)
     assert result.revolutions == 2
     amplitudes = dict(zip(result.order.tolist(), result.amplitude.tolist(), strict=True))
     assert amplitudes.pop(2.0) == pytest.approx(3.0, rel=1e-12)
@@ -148,10 +148,10 @@ def test_a_spectrum_finds_every_oscillation_at_its_order_and_no_other():
 def test_a_spectrum_keeps_the_mean_square_and_leaves_out_what_is_no_whole_turn():
     angle = np.linspace(1.0, 1.0 + 2.25 * TURN, 2 * 360 + 90 + 1)
     values = np.random.default_rng(1).normal(size=len(angle))
-    result, last = spectrum.of_history(angle, values), values[-720:]
+    result, last = spectrum.harmonic_spectrum(angle, values), values[-720:]
     square = 0.5 * (result.amplitude[:-1] ** 2).sum() + result.amplitude[-1] ** 2
     assert square == pytest.approx(last.var(), rel=1e-12)
-    assert spectrum.of_history(angle[:300], values[:300]) is None
+    assert spectrum.harmonic_spectrum(angle[:300], values[:300]) is None
 
 
 def test_a_diagram_has_the_stored_points_of_the_cases_along_its_axis_after_what_is_discarded():
@@ -159,7 +159,7 @@ def test_a_diagram_has_the_stored_points_of_the_cases_along_its_axis_after_what_
     given = study.prepare(run)
     neighbour = run.summary.query(f"`{CLEARANCE}` == 2e-4")["case_id"].iloc[0]
     axis = next(axis for axis in given.axes if axis.path == "drive.speed")
-    points = strobe.along_axis(given, given.joints[0], axis, neighbour)
+    points = strobe.points_along_axis(given, given.joints[0], axis, neighbour)
     cases = run.summary.query(f"`{CLEARANCE}` == 2e-4").sort_values("drive.speed")
     stored = pd.concat([run.poincare(case_id)[2:] for case_id in cases["case_id"]])
     assert points.cases == 3
@@ -212,7 +212,7 @@ def test_a_contact_is_named_by_how_long_it_lasts(bearing, onsets, contact):
     run = Run(sweep={"drive.speed": [1000 * RPM, 2000 * RPM]})
     run.summary["rod_slider_contact_fraction"], run.summary["rod_slider_impacts_per_rev"] = bearing, onsets
     given = study.prepare(run)
-    assert kinds.of_joint(given, given.joints[0]).contact.tolist() == [contact] * 2
+    assert kinds.classify_motion(given, given.joints[0]).contact.tolist() == [contact] * 2
 
 
 def test_the_table_of_kinds_is_that_of_the_summary(tmp_path):
@@ -323,9 +323,9 @@ def test_a_body_that_does_not_wear_has_no_circle_of_its_own():
     depth = np.linspace(0.0, 1e-6, 90)
     prepared = study.prepare(Run(sweep={}))
     joint, case_id = prepared.joints[0], prepared.cases.index[0]
-    pictures = worn.pictures(prepared, joint, case_id, (depth, np.zeros(90)))
+    pictures = worn.wear_pictures(prepared, joint, case_id, (depth, np.zeros(90)))
     assert [picture.title for picture in pictures] == ["Bearing in the slider", "Depth along the surface"]
-    assert worn.pictures(prepared, joint, case_id, (np.zeros(90), np.zeros(90))) == []
+    assert worn.wear_pictures(prepared, joint, case_id, (np.zeros(90), np.zeros(90))) == []
 
 
 def test_any_case_but_the_drawn_one_can_be_chosen_the_deepest_first():
@@ -713,7 +713,7 @@ def test_a_case_is_resolved_again_with_the_keys_that_it_uses():
     run.grid |= cases.resolved()
     given = study.prepare(run)
     for case_id in given.cases.index[::10]:
-        (case,) = study.resolved(given, [case_id])
+        (case,) = study.resolve_cases(given, [case_id])
         uses = case.joints[0].contact.elastic
         assert uses == given.value(case_id, ELASTIC)
         assert ("thickness" in case.joints[0].contact.values) == (uses == "winkler")
@@ -744,7 +744,7 @@ def test_alt_text_names_the_softest_and_the_stiffest_law_although_a_doubtful_one
 def test_every_law_that_is_drawn_is_named():
     names = ["power", "johnson", "radzimovsky", "esdu-78035", "dubowsky-freudenstein", "liu", "winkler", "persson"]
     (gallery,) = blocks(of_elastic(names), Gallery)
-    drawing = svg(gallery.pictures[-1], "f1")
+    drawing = draw_svg(gallery.pictures[-1], "f1")
     assert all(f">{name}<" in drawing for name in names)
     assert len(set(re.findall(r"#[0-9a-f]{6}", drawing.lower()))) >= 8
     assert len(elastic_comparison.CURVE_DEPTHS) > 20

@@ -22,7 +22,7 @@ from clearsweep.language import wording
 from clearsweep.mechanics.mechanism import MECHANISMS
 from clearsweep.report import sections
 from clearsweep.report.blocks import section
-from clearsweep.report.blocks.picture import Picture, svg
+from clearsweep.report.blocks.picture import Picture, draw_svg
 from clearsweep.report.blocks.section import Cards, Points
 from clearsweep.report.blocks.table import Column, Quantity, Table
 from clearsweep.report.data import study
@@ -102,7 +102,7 @@ def test_tables_of_sections_paint_nothing(monkeypatch, tmp_path):
 
 @pytest.mark.parametrize("given", [{}, {"failures": 108}, {"sweep": {}, "wear": False}], ids=["all", "failed", "one"])
 def test_ids_of_sections_and_tables_exist_once_and_nothing_is_empty(given):
-    shown = sections.of(study.prepare(Run(**given)))
+    shown = sections.all_sections(study.prepare(Run(**given)))
     keys = [part.key for part in shown] + [table.key for part in shown for table in part.tables]
     assert len(keys) == len(set(keys))
     assert all(part.blocks for part in shown)
@@ -312,7 +312,7 @@ def test_and_one_case_of_it_is_shown(name, tmp_path, monkeypatch):
     case_id = run.summary["case_id"][0]
     channels = {channel: np.asarray(values) for channel, values in run.orbit(case_id).items()}
     prepared = study.prepare(run)
-    assert [picture.title for picture in motion.pictures(prepared, case_id, channels)] == TITLES[name]
+    assert [picture.title for picture in motion.motion_pictures(prepared, case_id, channels)] == TITLES[name]
     events = np.zeros(0, [("t", float), ("kind", "U3"), ("rate", float)])
     given = simulation.Trajectory("ok", "", {"steps": 100}, channels, events)
     monkeypatch.setattr(single.simulation, "solve", lambda case: given)
@@ -324,7 +324,7 @@ def test_the_output_is_judged_by_its_own_ideal_motion_and_in_its_own_unit():
     ideal = AMPLITUDE * np.sin(5000 * RPM * t + LEAD)
     run = run_of("four-bar", further={"rocker/angle": ideal + np.radians(0.5)})
     prepared, case_id = study.prepare(run), run.summary["case_id"][0]
-    message = {picture.title: picture.alt for picture in motion.pictures(prepared, case_id, run.orbit(case_id))}
+    message = {picture.title: picture.alt for picture in motion.motion_pictures(prepared, case_id, run.orbit(case_id))}
     assert message["Rocker position error"] == "Rocker error, at most 0.500°."
     assert "the ideal mechanism reaches" in message["Rocker acceleration against the ideal mechanism"]
     run.summary["rocker_error_max"] = np.radians(0.5)
@@ -340,7 +340,7 @@ def test_the_ideal_motion_of_the_slider_crank_is_the_closed_form_that_the_grid_g
     angle = np.linspace(16 * np.pi, 20 * np.pi, 1441)
     place = CRANK * np.cos(angle) + np.sqrt(ROD**2 - (CRANK * np.sin(angle)) ** 2)
     path = pd.DataFrame(run.orbit(case_id)).assign(**{"slider/place": place + 2e-6})
-    message = {picture.title: picture.alt for picture in motion.pictures(prepared, case_id, path)}
+    message = {picture.title: picture.alt for picture in motion.motion_pictures(prepared, case_id, path)}
     assert message["Slider position error"].replace("\u00a0", " ") == "Slider error, at most 2.00 µm."
 
 
@@ -372,7 +372,7 @@ def test_values_that_are_compared_have_the_unit_of_the_largest():
 
 def test_a_sentence_has_one_unit_of_force(wide_run):
     prepared = study.prepare(wide_run)
-    message = [*headline.sentences(prepared), *verdict_section.ratios(prepared)]
+    message = [*headline.sentences(prepared), *verdict_section.force_ratio_sentences(prepared)]
     message[:0] = drivers.sentences(prepared, prepared.joints[0])
     assert sum(bool(units(sentence)) for sentence in message) >= 3
     assert all(len(units(sentence)) < 2 for sentence in message), message
@@ -462,7 +462,7 @@ def lines(made):
     """Return label -> speed (m/s) of the lines in the picture of the onsets of a run's first case."""
     prepared = study.prepare(made)
     case_id = prepared.cases.index[0]
-    (picture,) = motion.onsets(prepared, case_id, made.events(case_id), made.orbit(case_id))
+    (picture,) = motion.onset_pictures(prepared, case_id, made.events(case_id), made.orbit(case_id))
     axes = Figure().subplots()
     picture.paint(axes)
     return {line.get_label(): line.get_ydata()[0] for line in axes.lines if line.get_label().startswith("first yield")}
@@ -576,7 +576,7 @@ def test_a_map_shows_the_worst_of_a_cell_or_on_request_the_median(limited_run):
         prepared = study.prepare(limited_run, typical=typical)
         across, up = prepared.axes[0], prepared.axes[3]
         values = prepared.cases[PEAK].to_numpy(float)
-        table = study.over_other_axes(prepared, values, (across, up), reduced)
+        table = study.reduce_over_other_axes(prepared, values, (across, up), reduced)
         at = (prepared.cases[across.path] == across.values[1]) & (prepared.cases[up.path] == up.values[2])
         assert table[2, 1] == reduced(values[at])
         assert maps.sections(prepared)[0].blocks[0].pictures[0].caption.startswith(word)
@@ -584,7 +584,7 @@ def test_a_map_shows_the_worst_of_a_cell_or_on_request_the_median(limited_run):
 
 def test_only_motions_that_are_found_to_be_chaotic_are_named_chaotic(limited_run):
     def sentence_of(made):
-        return " ".join(trust.points(study.prepare(made)))
+        return " ".join(trust.reliability_points(study.prepare(made)))
 
     finished = limited_run.summary["status"] == "ok"
     repeating = int(limited_run.summary["period"][finished].notna().sum())
@@ -641,7 +641,7 @@ def test_the_map_shows_cases_between_its_cells(tmp_path):
     assert "not a share of designs" in sentence_of(verdict_section.sections(prepared))
     (picture,) = verdict_section.sections(prepared)[0].blocks[-1].pictures
     assert f"The {len(added_distances)} dots between cells are cases that refine added" in picture.caption
-    assert len(svg(picture, "map")) > 1000
+    assert len(draw_svg(picture, "map")) > 1000
     across, up = prepared.axes
     dots = verdict_section._added_cases(prepared, (prepared.cases[verdict.EXCEEDED] != "").to_numpy(float), across, up)
     assert len(own) == 20

@@ -11,13 +11,13 @@ from clearsweep import grid
 from clearsweep.mechanics.compiled.family import flatten
 from clearsweep.mechanics.joint.dry import FREE, PRESSED
 from clearsweep.simulation import catalogue
-from clearsweep.verify.problems import problems, scene_of
+from clearsweep.verify.problems import all_problems, scene_of
 from clearsweep.verify.rivals import DEPTH, JOINT_WIDTH, NORMAL, RATE, ROWS, rates_of
 from clearsweep.verify.rivals import _evaluate as evaluate
 
 pytestmark = pytest.mark.heavy
 
-PROBLEMS = {problem.name: problem for problem in problems() if problem.name in speed.NAMES}
+PROBLEMS = {problem.name: problem for problem in all_problems() if problem.name in speed.NAMES}
 
 
 def near(problem, draw):

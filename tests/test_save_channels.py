@@ -9,7 +9,7 @@ import clearsweep
 from clearsweep import grid as grids
 from clearsweep import report
 from clearsweep.report.data import study
-from clearsweep.report.one_case.motion import pictures, saved_channels
+from clearsweep.report.one_case.motion import motion_pictures, saved_channels
 from clearsweep.sweeping.simulator import SIMULATION
 
 LISTED = ("slider/a", "joints/rod_slider/force_normal")
@@ -55,7 +55,7 @@ def test_fewer_channels_take_less_room_on_the_disk_but_not_in_memory():
 def test_the_report_draws_what_exists(ran, tmp_path):
     prepared = study.prepare(clearsweep.open(ran / "some"))
     case_id = str(prepared.cases.index[0])
-    titles = [picture.title for picture in pictures(prepared, case_id, saved_channels(prepared.run, case_id))]
+    titles = [picture.title for picture in motion_pictures(prepared, case_id, saved_channels(prepared.run, case_id))]
     assert "Normal force" in titles
     assert not any("orbit" in title for title in titles)
     assert report.write(clearsweep.open(ran / "some"), tmp_path / "page.html").exists()

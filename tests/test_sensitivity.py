@@ -93,8 +93,8 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say():
     chance, contents = np.random.default_rng(3), []
     for _ in range(200):
         values = chance.normal(10.0, 2.0, 100)
-        message = sensitivity.spread(values)
-        exceeded = sensitivity.exceedance(values > 12.0)
+        message = sensitivity.summarise_spread(values)
+        exceeded = sensitivity.exceedance_probability(values > 12.0)
         truths = (10.0, 0.2, *(stats.norm.ppf(share, 10.0, 2.0) for share in sampled.QUANTILES), stats.norm.sf(1.0))
         estimates = (message.mean, message.cv, *message.quantiles, exceeded)
         contents.append(
@@ -104,14 +104,14 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say():
 
 
 def test_a_quantile_has_no_end_that_the_sample_is_too_small_for():
-    lowest, middle, highest = sensitivity.spread(np.arange(20.0)).quantiles
+    lowest, middle, highest = sensitivity.summarise_spread(np.arange(20.0)).quantiles
     assert np.isnan(lowest.low)
     assert np.isnan(highest.high)
     assert middle.low < middle.value < middle.high
 
 
 def test_equal_values_have_no_spread():
-    message = sensitivity.spread(np.full(16, 0.1))
+    message = sensitivity.summarise_spread(np.full(16, 0.1))
     assert message.cv == (0.0, 0.0, 0.0)
     assert all(first == (0.1, 0.1, 0.1) for first in message.quantiles)
 
@@ -146,7 +146,9 @@ def test_failed_cases_count_as_failures_in_a_probability_of_their_own(run, faili
 
 
 def test_a_limit_that_was_never_exceeded_may_still_be():
-    assert sensitivity.exceedance(np.arange(64.0) > 63.0) == pytest.approx((0.0, 0.0, 1.0 - 0.025 ** (1 / 64)))
+    assert sensitivity.exceedance_probability(np.arange(64.0) > 63.0) == pytest.approx(
+        (0.0, 0.0, 1.0 - 0.025 ** (1 / 64))
+    )
 
 
 def test_a_sample_is_shown_separately_for_each_setting_of_the_other_axes(run):
@@ -183,7 +185,7 @@ def test_a_stored_sample_is_found_again_and_grows(tmp_path):
 def test_failed_cases_are_left_out_and_counted(run):
     (first,) = sensitivity.samples_of(run(linear, failing=(3, 5)))
     assert len(first.failed) == 2
-    assert sensitivity.spread(first.figures[PEAK]).cases == 62
+    assert sensitivity.summarise_spread(first.figures[PEAK]).cases == 62
 
 
 # ----------------------------------------------------------------------------------------------- sensitivities
@@ -207,7 +209,7 @@ def test_sobol_indices_of_a_linear_figure(run):
 def test_a_sensitivity_is_refused_where_a_case_failed(run, method, tmp_path):
     made = run(linear, method, 16, failing=(4,))
     (first,) = sensitivity.samples_of(made)
-    describe = sensitivity.sobol_indices if method == "saltelli" else sensitivity.effects
+    describe = sensitivity.sobol_indices if method == "saltelli" else sensitivity.single_effects
     with pytest.raises(InputError, match=f"1 failed: {first.failed[0]}; run them again"):
         describe(first, PEAK, list(made.grid["sample"]["drawn"]))
     assert f"1 failed: {first.failed[0]}" in report.write(made, tmp_path / "page.html").read_text(encoding="utf-8")
@@ -216,7 +218,7 @@ def test_a_sensitivity_is_refused_where_a_case_failed(run, method, tmp_path):
 def test_one_at_a_time_gives_each_variable_its_effect(run):
     made = run(linear, "one-at-a-time")
     (first,) = sensitivity.samples_of(made)
-    result = sensitivity.effects(first, PEAK, list(made.grid["sample"]["drawn"]))
+    result = sensitivity.single_effects(first, PEAK, list(made.grid["sample"]["drawn"]))
     assert [effect.path for effect in result] == [CLEARANCE, SPEED, YOUNG]
     assert [effect.high - effect.low for effect in result] == pytest.approx([3.6, 1.8, 0.0])
     assert not any(effect.chaotic for effect in result)
@@ -225,7 +227,7 @@ def test_one_at_a_time_gives_each_variable_its_effect(run):
 def test_an_effect_within_the_scatter_is_called_chaotic(run):
     made = run(lambda point: linear(point) + 20.0 * unit(sum(point.values())), "one-at-a-time")
     (first,) = sensitivity.samples_of(made)
-    result = sensitivity.effects(first, PEAK, list(made.grid["sample"]["drawn"]))
+    result = sensitivity.single_effects(first, PEAK, list(made.grid["sample"]["drawn"]))
     assert result[0].scatter > 5.0
     assert any(effect.chaotic for effect in result)
 
@@ -233,7 +235,9 @@ def test_an_effect_within_the_scatter_is_called_chaotic(run):
 def chance(made):
     """Return what is said of chance in the force peak of a run of method saltelli."""
     (first,) = sensitivity.samples_of(made)
-    return sensitivity.chance(first, PEAK, sensitivity.sobol_indices(first, PEAK, list(made.grid["sample"]["drawn"])))
+    return sensitivity.share_of_chance(
+        first, PEAK, sensitivity.sobol_indices(first, PEAK, list(made.grid["sample"]["drawn"]))
+    )
 
 
 def noisy(run, share):
@@ -280,14 +284,16 @@ def test_a_variable_that_leaves_the_motion_alone_does_not_bound_chance(run):
     (first,) = sensitivity.samples_of(made)
     indices = sensitivity.sobol_indices(first, PEAK, list(made.grid["sample"]["drawn"]))
     assert [index.total.value for index in indices if index.path == YOUNG] == [0.0]
-    assert sensitivity.chance(first, PEAK, indices).chaotic
+    assert sensitivity.share_of_chance(first, PEAK, indices).chaotic
 
 
 def test_a_tenth_of_the_tolerance_counts_as_a_disturbance(run):
     made = run(linear, "one-at-a-time")
     made.summary[f"{PEAK}_difference"] = 2.0
     (first,) = sensitivity.samples_of(made)
-    result = {effect.path: effect for effect in sensitivity.effects(first, PEAK, list(made.grid["sample"]["drawn"]))}
+    result = {
+        effect.path: effect for effect in sensitivity.single_effects(first, PEAK, list(made.grid["sample"]["drawn"]))
+    }
     assert result[SPEED].scatter == pytest.approx(2.0)
     assert result[SPEED].chaotic  # its effect is 1.8
     assert not result[CLEARANCE].chaotic  # 3.6
@@ -368,5 +374,5 @@ def test_the_spread_of_wear_is_that_of_1000_hours(run, monkeypatch):
             joints=tuple(each._replace(wear_bins=9 * wears) for each in made.layout.joints)
         )
         monkeypatch.setattr(made, "layout", wearing)
-        said = " ".join(answered.answers(prepared._replace(joints=joints)))
+        said = " ".join(answered.answer_sentences(prepared._replace(joints=joints)))
         assert ("Wear depth per 1000 h: median 1.00\u00a0mm" in said) == wears

@@ -21,7 +21,7 @@ def printed_wear(*arguments):
 
 
 def test_the_published_table_gives_the_depths_of_its_pressures_and_speeds():
-    worn = series.wear(series.read(PUBLISHED), COEFFICIENT)
+    worn = series.compute_wear(series.read_series(PUBLISHED), COEFFICIENT)
     ends = [round(1e6 * worn.depth[rule][-1], 3) for rule in ("trapezoidal", "left", "right")]
     assert ends == [0.281, 0.258, 0.304]
     assert worn.implied[[0, -1]] == pytest.approx([2.245e-14, 1.133e-14], rel=1e-3)
@@ -55,7 +55,7 @@ def test_a_table_that_follows_its_equations_is_reported_so(tmp_path):
     depth = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * 0.5)])
     heads = ("time [s]", "pressure [MPa]", "sliding_speed [m/s]", "depth [um]", "clearance [um]")
     path = written(tmp_path / "own.csv", (time, pressure, speed, depth, 50.0 + depth), heads)
-    worn = series.wear(series.read(path), COEFFICIENT)
+    worn = series.compute_wear(series.read_series(path), COEFFICIENT)
     assert worn.remarks == ()
     assert worn.implied == pytest.approx(COEFFICIENT, rel=1e-9)
     assert "The table agrees with its own pressures and speeds." in printed_wear(path, "--coefficient", "2e-14 m^2/N")
@@ -64,15 +64,15 @@ def test_a_table_that_follows_its_equations_is_reported_so(tmp_path):
 def test_the_trapezoidal_rule_is_exact_for_what_is_straight_and_sums_bound_it(tmp_path):
     time = np.linspace(0.0, 2.0, 5)
     path = written(tmp_path / "straight.csv", (time, 100.0 * time, -np.ones(5)), ("t [s]", "force [N]", "speed [m/s]"))
-    depth = series.wear(series.read(path), 1e-12, area=1e-4).depth
+    depth = series.compute_wear(series.read_series(path), 1e-12, area=1e-4).depth
     assert depth["trapezoidal"][-1] == pytest.approx(1e-12 * 100.0 * 2.0 / 1e-4, rel=1e-14)  # integral of F |v| / A
     assert depth["left"][-1] < depth["trapezoidal"][-1] < depth["right"][-1]
 
 
 def test_a_bare_coefficient_next_to_a_hardness_is_dimensionless():
-    assert series.coefficient_of("4e-5", "2 GPa") == (pytest.approx(2e-14, rel=1e-15), 4e-5)
-    assert series.coefficient_of("2e-14 m^2/N", "2 GPa")[0] == pytest.approx(2e-14, rel=1e-15)
-    assert series.coefficient_of("2e-8 mm^2/N", None) == (2e-14, None)
+    assert series.read_coefficient("4e-5", "2 GPa") == (pytest.approx(2e-14, rel=1e-15), 4e-5)
+    assert series.read_coefficient("2e-14 m^2/N", "2 GPa")[0] == pytest.approx(2e-14, rel=1e-15)
+    assert series.read_coefficient("2e-8 mm^2/N", None) == (2e-14, None)
 
 
 def test_json_has_the_same_in_si():
@@ -152,7 +152,7 @@ def test_a_depth_agrees_within_half_a_last_digit_and_a_twentieth_of_itself(tmp_p
     path.write_text(head + f"0,1,2.0225,0\n1,1,2.0225,{depth}\n", encoding="utf-8")
     if "e300" in depth and float(depth):
         with pytest.raises(InputError, match="found a depth of"):
-            series.read(path)
+            series.read_series(path)
         return
     text = printed_wear(path, "--coefficient", "2e-14 m^2/N")
     assert ("The table agrees" in text) is agrees
@@ -163,15 +163,15 @@ def test_a_long_series_reads_as_its_cells_do_one_by_one(tmp_path):
     rows = [f"{0.001 * k:.3f},{1 + 0.37 * (k % 11):.4g},{0.7e-3 * k:.3e},{0.1 * k:.2f}" for k in range(5000)]
     head = "time [ms],pressure [MPa],speed [mm/s],depth [um]"
     (tmp_path / "series.csv").write_text("\n".join([head, *rows]), encoding="utf-8")
-    read = series.read(tmp_path / "series.csv")
+    read = series.read_series(tmp_path / "series.csv")
     for place, (name, unit) in enumerate([("time", "ms"), ("pressure", "MPa"), ("speed", "mm/s"), ("depth", "um")]):
         exact = [quantity.read(f"{row.split(',')[place]} {unit}", series.COLUMNS[name][0]) for row in rows]
         assert read.columns[name] == pytest.approx(exact, rel=4e-16, abs=0.0)
-    text = series.text(series.wear(read, 1e-14))
+    text = series.wear_text(series.compute_wear(read, 1e-14))
     assert "4,800 more rows; --json has all" in text
     assert len(text.splitlines()) < 250
 
 
 def test_there_is_no_such_file(tmp_path):
     with pytest.raises(InputError, match="cannot be read: No such file"):
-        series.read(tmp_path / "none.csv")
+        series.read_series(tmp_path / "none.csv")

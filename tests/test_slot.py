@@ -9,7 +9,7 @@ from planar_machines import CRANK, ground, pin
 from scipy.integrate import solve_ivp
 
 import clearsweep
-from clearsweep.contracts.machine import Aim, At, Body, Constant, Machine, Slot
+from clearsweep.contracts.machine import Aim, Body, BodyPoint, Constant, Machine, Slot
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint import dry
 from clearsweep.mechanics.joint.contract import JointState, Offsets, load
@@ -89,7 +89,7 @@ def machine():
         (
             pin("main", "ground.main", "crank.pivot"),
             pin("foot", "ground.foot", "lever.foot"),
-            Slot("slot", At("lever", "middle"), At("crank", "pin"), 0.0),
+            Slot("slot", BodyPoint("lever", "middle"), BodyPoint("crank", "pin"), 0.0),
         ),
         "main",
         Constant(SPEED),

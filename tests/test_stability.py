@@ -16,10 +16,10 @@ from clearsweep.verify import extremes, stability
 
 pytestmark = pytest.mark.heavy
 
-TABLE = extremes.cases()
-SOME = stability.evenly_spaced(TABLE, 25)
+TABLE = extremes.extreme_cases()
+SOME = stability.select_evenly(TABLE, 25)
 # Most of them compile a form of their own, ten seconds each: all are run by `make test-all`, and by `verify`.
-FEW = stability.evenly_spaced(SOME, 8)
+FEW = stability.select_evenly(SOME, 8)
 CHOSEN = [case if case in FEW else pytest.param(case, marks=pytest.mark.slow) for case in SOME]
 FIGURES = ("force_peak", "force_rms", "penetration_max", "impacts_per_rev", "onset_rate_max")
 
@@ -36,11 +36,11 @@ def run(source, **overrides):
 def test_the_bound_of_a_force_that_is_no_power_is_within_that_of_the_power_it_is_like():
     shallow = Liu(1e9, 1e6)  # K pen sqrt(pen / 2 c) as long as pen is far below c
     power = PowerThreeHalves(1e9 / math.sqrt(2e6))
-    impact, load = (stability._deepest(power, *given) for given in ((1e-3, 0.0), (0.0, 50.0)))
-    assert stability._deepest(shallow, 1e-3, 0.0) == pytest.approx(impact, rel=1e-6)
-    assert stability._deepest(shallow, 0.0, 50.0) == pytest.approx(load, rel=1e-6)
-    together = stability._deepest(shallow, 1e-3, 50.0)
-    assert max(impact, load) < together < stability._deepest(power, 1e-3, 50.0)
+    impact, load = (stability._penetration_bound(power, *given) for given in ((1e-3, 0.0), (0.0, 50.0)))
+    assert stability._penetration_bound(shallow, 1e-3, 0.0) == pytest.approx(impact, rel=1e-6)
+    assert stability._penetration_bound(shallow, 0.0, 50.0) == pytest.approx(load, rel=1e-6)
+    together = stability._penetration_bound(shallow, 1e-3, 50.0)
+    assert max(impact, load) < together < stability._penetration_bound(power, 1e-3, 50.0)
 
 
 def test_the_table_spans_what_it_should():

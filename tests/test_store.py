@@ -23,7 +23,7 @@ from clearsweep.contracts import results
 from clearsweep.language.errors import DirectoryError, InputError, StorageError
 from clearsweep.store import batch as batches
 from clearsweep.store import durable, orbits, summary
-from clearsweep.store.record import checksum_of
+from clearsweep.store.record import record_checksum
 
 
 def loaded(source):
@@ -39,7 +39,7 @@ def filled(directory, held_grid, batches):
     with store.RunDirectory(directory).open_for(held_grid) as contents:
         for number, indices in enumerate(batches):
             store.commit(directory, store.ResultSchema.of(held_grid), f"{number:016x}", rows_of(held_grid, indices))
-        contents.recover()
+        contents.load_intact_batches()
         merged = store.merge(contents, store.ResultSchema.of(held_grid), contents.rows())
         contents.write_record(held_grid, merged=merged)
     return store.open(directory)
@@ -49,7 +49,7 @@ def edit_record(directory, **changes):
     """Change values in the frame of a run.json as another version would have written them, its checksum too."""
     record = json.loads((directory / "run.json").read_text())
     record["frame"] |= changes
-    record["checksum"] = checksum_of(record)
+    record["checksum"] = record_checksum(record)
     (directory / "run.json").write_text(json.dumps(record))
 
 
@@ -117,7 +117,7 @@ def test_what_a_failed_case_went_through_before_is_not_kept(tmp_path):
     rows = [store.Row(held_grid.case_id(k), held_grid.point(k), path) for k, path in enumerate((failed, other))]
     with store.RunDirectory(directory).open_for(held_grid) as contents:
         store.commit(directory, store.ResultSchema.of(held_grid), "0" * 16, rows)
-        contents.recover()
+        contents.load_intact_batches()
         with h5py.File(contents.batches[0].orbits, "r") as file:
             assert len(good.t) > 0
             assert list(file["offsets"]) == [0, 0, len(other.t)]
@@ -132,7 +132,7 @@ def test_the_events_that_a_failed_case_kept_are_stored(tmp_path):
     rows = [store.Row(held_grid.case_id(k), held_grid.point(k), path) for k, path in enumerate(paths)]
     with store.RunDirectory(directory).open_for(held_grid) as contents:
         store.commit(directory, store.ResultSchema.of(held_grid), "0" * 16, rows)
-        contents.recover()
+        contents.load_intact_batches()
         merged = store.merge(contents, store.ResultSchema.of(held_grid), contents.rows())
         contents.write_record(held_grid, merged=merged)
     run = store.open(directory)
@@ -163,7 +163,7 @@ def test_datasets_longer_than_a_chunk_are_put_together_exactly(tmp_path, monkeyp
     monkeypatch.setattr(orbits, "CHUNKS_AT_ONCE", 3)
     monkeypatch.setattr(orbits, "OPEN_FILES", 2)
     monkeypatch.setattr(summary, "GROUP_ROWS", 4)
-    monkeypatch.setattr(summary, "HELD_ROWS", 6)
+    monkeypatch.setattr(summary, "ROWS_IN_MEMORY", 6)
     held_grid = loaded(grid(30, wear=True))
     run = filled(tmp_path / "run", held_grid, [range(k, 30, 7) for k in range(7)])
     assert run.summary["case_id"].tolist() == sorted(held_grid.case_id(index) for index in range(30))
@@ -178,7 +178,7 @@ def test_datasets_longer_than_a_chunk_are_put_together_exactly(tmp_path, monkeyp
 
 def test_however_many_groups_a_summary_has_every_batch_is_read_once(tmp_path, monkeypatch):
     monkeypatch.setattr(summary, "GROUP_ROWS", 2)
-    monkeypatch.setattr(summary, "HELD_ROWS", 5)
+    monkeypatch.setattr(summary, "ROWS_IN_MEMORY", 5)
     read, original = [], summary.read_summary
     monkeypatch.setattr(summary, "read_summary", lambda path, names: (read.append(path), original(path, names))[1])
     held_grid = loaded(grid(24, orbits="none"))
@@ -231,7 +231,7 @@ def test_the_newest_result_of_a_case_counts_but_a_good_one_first(tmp_path):
             store.commit(
                 directory, store.ResultSchema.of(held_grid), f"{number:016x}", [store.Row(case_id, point, path)]
             )
-        contents.recover()
+        contents.load_intact_batches()
         assert [bool(row["failed"]) for row in contents.rows()] == [False]
 
 
@@ -249,7 +249,7 @@ def test_of_two_good_results_the_newer_counts_whatever_its_batch_is_called(tmp_p
     with store.RunDirectory(directory).open_for(held_grid) as contents:
         for name in names:
             committed(directory, held_grid, name)
-        contents.recover()
+        contents.load_intact_batches()
         (row,) = contents.rows()
         assert contents.batches[row["batch"]].name.startswith(names[1])
 
@@ -258,10 +258,10 @@ def test_batches_taken_over_twice_exist_once(tmp_path):
     held_grid = loaded(grid(1))
     with store.RunDirectory(tmp_path / "one").open_for(held_grid) as first:
         committed(tmp_path / "one", held_grid, "0" * 16)
-        first.recover()
+        first.load_intact_batches()
         with store.RunDirectory(tmp_path / "other").open_for(held_grid) as other:
             for _ in range(2):
-                other.take_batches(first)
+                other.link_batches(first)
             assert [batch.name for batch in other.batches] == [batch.name for batch in first.batches]
 
 
@@ -276,7 +276,7 @@ def test_a_damaged_batch_is_found_named_and_forgotten(mixed, folder, harm):
     if harm == "remove":
         victim.unlink()
     with store.RunDirectory(run.directory).open_for(held_grid) as contents:
-        damage = contents.recover()
+        damage = contents.load_intact_batches()
         assert len(contents.rows()) == 6  # 5 + 6 + 1 without the batch of 6
     if (folder, harm) == ("parts", "remove"):
         assert damage == []  # a batch without a part was never committed
@@ -434,7 +434,7 @@ def test_the_newest_run_is_the_one_whose_record_was_written_last(tmp_path):
         (tmp_path / name).mkdir()
         (tmp_path / name / "run.json").write_text("{}")
         os.utime(tmp_path / name / "run.json", (1e9 - age, 1e9 - age))
-    assert store.newest(tmp_path) == tmp_path / "last"
+    assert store.newest_run(tmp_path) == tmp_path / "last"
 
 
 def test_words_of_a_column_are_its_values():

@@ -325,7 +325,7 @@ def test_final_files_are_made_anew_where_the_same_batch_gives_other_rows(tmp_pat
     with store.RunDirectory(tmp_path / "run").open_for(held_grid) as contents:
         form = store.ResultSchema.of(held_grid)
         store.commit(contents.path, form, "0" * 16, [store.Row(case_id, point, each) for each in tries])
-        contents.recover()
+        contents.load_intact_batches()
         (good,) = rows = contents.rows()
         assert good["row"] == 1
         for place, status in ((1, "ok"), (0, "crashed")):

@@ -29,7 +29,7 @@ def made(**options):
 
 
 def tables_of(first, second, tmp_path):
-    two_runs.compared(first, second).write_tables(tmp_path)
+    two_runs.comparison_page(first, second).write_tables(tmp_path)
     return {path.stem: list(csv.DictReader(path.read_text().splitlines())) for path in tmp_path.glob("*.csv")}
 
 
@@ -47,20 +47,22 @@ def test_a_value_that_one_run_sweeps_and_the_other_has_fixed_is_matched():
     several, single = made(sweep=SHORT), made(sweep={CLEARANCE: [1e-4, 5e-4]})
     speed = study.prepare(single).base["drive"]["speed"]
     several.summary.loc[several.summary["drive.speed"] == 1000 * RPM, "drive.speed"] = speed
-    pairs = two_runs.matched(study.prepare(several), study.prepare(single))
+    pairs = two_runs.pair_cases(study.prepare(several), study.prepare(single))
     assert len(pairs.case_ids) == 1
     assert pairs.unpaired == (3, 1)
 
 
 def test_runs_without_a_case_in_common_are_refused():
     with pytest.raises(InputError, match="no finished case has the same values"):
-        two_runs.matched(study.prepare(made(sweep={CLEARANCE: [1e-4]})), study.prepare(made(sweep={CLEARANCE: [2e-4]})))
+        two_runs.pair_cases(
+            study.prepare(made(sweep={CLEARANCE: [1e-4]})), study.prepare(made(sweep={CLEARANCE: [2e-4]}))
+        )
 
 
 def test_the_page_says_what_differs_in_the_setup():
     heavier = harder(made(sweep=SHORT))
     heavier.grid["mechanism"]["slider"]["mass"] = 0.28
-    text = two_runs.compared(made(sweep=SHORT), heavier).text()
+    text = two_runs.comparison_page(made(sweep=SHORT), heavier).text()
     assert "mechanism.slider.mass" in text
     assert "B: 0.28" in text
     assert "4 cases finished in both runs" in text
@@ -70,7 +72,7 @@ def test_the_page_says_what_differs_in_the_setup():
 
 def test_what_is_drawn_is_each_case_of_b_over_that_of_a():
     first, second = made(sweep=SHORT), harder(made(sweep=SHORT))
-    (name, picture), *_ = two_runs.compared(first, second).sections[0].pictures
+    (name, picture), *_ = two_runs.comparison_page(first, second).sections[0].pictures
     assert (name, picture.title) == ("", "Force peak of B over A")
     axes = Figure().subplots()
     picture.paint(axes)

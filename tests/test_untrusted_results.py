@@ -54,7 +54,7 @@ def crafted(run, change):
     """Change run.json as somebody would who knows how its checksum is made."""
     content = json.loads((run / "run.json").read_text())
     change(content)
-    content["checksum"] = record.checksum_of(content)
+    content["checksum"] = record.record_checksum(content)
     (run / "run.json").write_text(json.dumps(content))
 
 
@@ -195,7 +195,7 @@ def test_whatever_stands_in_a_record_it_opens_or_is_refused(ran, run, other):
             place[other] = place.pop(key)
         else:
             place[path[-1]] = other
-        content["checksum"] = record.checksum_of(content)
+        content["checksum"] = record.record_checksum(content)
         (run / "run.json").write_text(json.dumps(content))
         try:
             opened = clearsweep.open(run)

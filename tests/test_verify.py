@@ -9,12 +9,12 @@ import pytest
 from clearsweep import simulate, verify
 from clearsweep.mechanics.solver.integration import ONSET, SEPARATION
 from clearsweep.verify import accuracy, convergence, known_machines, stability, stiff, text
-from clearsweep.verify.problems import problems, restitution_of, scene_of, solution_of
+from clearsweep.verify.problems import all_problems, restitution_of, scene_of, solution_of
 from clearsweep.verify.rivals import runge_kutta_4, scipy_ivp
 
 pytestmark = pytest.mark.heavy
 
-PROBLEMS = {problem.name: problem for problem in problems()}
+PROBLEMS = {problem.name: problem for problem in all_problems()}
 TRAJECTORIES = [name for name in PROBLEMS if name not in ("impact_pair", "b_damped")]
 STEPS = [1e-6 / 1.1**k for k in range(12)] + [1e-7 / 1.1**k for k in range(12)]  # s
 
@@ -136,7 +136,7 @@ def results():
     """Return what two problems give, at few settings and in one round, and stiff cases of one compiled form."""
     one_joint = [case for case in stiff.cases() if case.name.startswith(("damping/C", "stiffness/C"))]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(accuracy, "problems", lambda: [PROBLEMS["b_base"], PROBLEMS["impact_pair"]])
+        patch.setattr(accuracy, "all_problems", lambda: [PROBLEMS["b_base"], PROBLEMS["impact_pair"]])
         patch.setattr(accuracy, "QUICK_STEPS", (1e-5, 1e-6))
         patch.setattr(accuracy, "QUICK_ROUNDS", 1)
         patch.setattr(convergence, "QUICK_LENGTHS", (10, 20))
@@ -152,7 +152,7 @@ def test_results_survive_json_and_are_complete(results):
     assert read["date"]
     assert {"processor", "python", "llvmlite", "scipy"} <= set(read["machine"])
     for entry in read["problems"]:
-        assert {row["method"] for row in entry["rows"]} == {method.name for method in accuracy.methods(quick=True)}
+        assert {row["method"] for row in entry["rows"]} == {method.name for method in accuracy.all_methods(quick=True)}
         for row in entry["rows"]:
             assert ("tolerance" in row) != ("step" in row)
             assert row["ms_per_revolution"] > 0.0
@@ -171,7 +171,7 @@ def test_quick_measurement_judges_every_stiff_case():
 
 @pytest.mark.slow
 def test_table_is_narrow_and_has_a_line_for_every_row(results):
-    lines = text.text(results).splitlines()
+    lines = text.results_text(results).splitlines()
     assert sum("tolerance 1e-06" in line for line in lines) == 12
     assert all(len(line) <= 132 for line in lines)
     assert any(line.startswith("b_base at tolerance 1e-09") for line in lines)
@@ -191,14 +191,14 @@ def test_statistics_come_with_an_interval_for_every_tolerance_and_length(results
     ]
     assert all(row[figure]["half_width"] > 0.0 for row in rows for figure in convergence.FIGURES)
     assert all(row[figure]["blocks"] == row["revolutions"] for row in rows for figure in convergence.FIGURES)
-    lines = text.text(results).splitlines()
+    lines = text.results_text(results).splitlines()
     first = next(line for line in lines if line.split()[:2] == ["10", "1e-06"])
     assert f"{rows[0]['rod_slider_force_rms']['value']:.0f} +- " in first
 
 
 @pytest.mark.slow
 def test_statistics_agree_between_tolerances_and_narrow_with_the_length_of_the_run():
-    rows = [row for tolerance in (1e-6, 1e-9) for row in convergence.run(tolerance, (30, 300))]
+    rows = [row for tolerance in (1e-6, 1e-9) for row in convergence.run_at_tolerance(tolerance, (30, 300))]
     for figure in convergence.FIGURES:
         short, long, _, other = (row[figure] for row in rows)
         assert long["half_width"] < 0.7 * short["half_width"]

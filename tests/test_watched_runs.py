@@ -9,7 +9,7 @@ from mechanism_cases import PAIR, changed, slider_crank
 
 import clearsweep
 from clearsweep import grid, report, simulation
-from clearsweep.contracts.layout import settling
+from clearsweep.contracts.layout import converging_columns
 from clearsweep.contracts.results import TIMINGS
 from clearsweep.language import phases
 from clearsweep.language.errors import InputError
@@ -18,7 +18,7 @@ from clearsweep.simulation import run as running
 from clearsweep.simulation.outcome import outcome_of, window_of
 from clearsweep.simulation.sums import half_width
 from clearsweep.simulation.until import period_of
-from clearsweep.verify.problems import problems
+from clearsweep.verify.problems import all_problems
 
 pytestmark = pytest.mark.heavy
 
@@ -206,7 +206,9 @@ class Watch:
 
     def __init__(self, layout):
         known = simulation.catalogue()
-        self.names = [column.name for column in layout.columns if column.name in settling(known, known.mechanisms[0])]
+        self.names = [
+            column.name for column in layout.columns if column.name in converging_columns(known, known.mechanisms[0])
+        ]
         self.blocks = batch_means.Blocks(layout, self.names)
 
     def observe(self, work):
@@ -238,7 +240,7 @@ def test_the_twin_grows_like_the_difference_of_two_runs_of_the_reference_problem
             twins.append(self)
 
     monkeypatch.setattr(running, "Perturbed", Seen)
-    source = next(problem.grid for problem in problems() if problem.name == "b_base")
+    source = next(problem.grid for problem in all_problems() if problem.name == "b_base")
     scene = clearsweep.load_case(changed(source, {"simulate.tolerance": 1e-12, "simulate.horizon": True}))
     result = clearsweep.simulate(scene).summary
     rate, clearance = scene.value.reference_rate, scene.value.joints[0].clearance

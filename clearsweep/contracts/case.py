@@ -103,12 +103,12 @@ class Wear(NamedTuple):
 
     def coefficients(self) -> dict[str, tuple[float, ...]]:
         """Return the wear coefficients (m^2/N or m^3/J) of both bodies: after and before running-in."""
-        per = self.values["hardness"] if self.dimensionless else 1.0
-        unworn = self.running_in or {}
+        divisor = self.values["hardness"] if self.dimensionless else 1.0
+        initial = self.running_in or {}
         return {
             body: tuple(
-                numbers[key] / per
-                for numbers, key in ((self.values, f"{body}_coefficient"), (unworn, f"{body}_initial"))
+                numbers[key] / divisor
+                for numbers, key in ((self.values, f"{body}_coefficient"), (initial, f"{body}_initial"))
                 if key in numbers
             )
             for body in ("bearing", "journal")
@@ -118,8 +118,8 @@ class Wear(NamedTuple):
 class Oil(NamedTuple):
     """An oil with temperature-dependent viscosity."""
 
-    warm: float  # m^2/s, kinematic, at 40 degC
-    hot: float  # m^2/s, at 100 degC
+    viscosity_40: float  # m^2/s, kinematic, at 40 degC
+    viscosity_100: float  # m^2/s, at 100 degC
     density: float  # kg/m^3
 
     def viscosity(self, temperature: float) -> float:
@@ -127,9 +127,13 @@ class Oil(NamedTuple):
 
         log10(log10(nu + 0.7)) is linear in log10(T), nu in mm^2/s.
         """
-        first, last = (math.log10(math.log10(1e6 * nu + 0.7)) for nu in (self.warm, self.hot))
-        share = (math.log10(temperature) - math.log10(313.15)) / (math.log10(373.15) - math.log10(313.15))
-        dynamic: float = self.density * 1e-6 * (10.0**10.0 ** (first + share * (last - first)) - 0.7)
+        log_log_40, log_log_100 = (
+            math.log10(math.log10(1e6 * nu + 0.7)) for nu in (self.viscosity_40, self.viscosity_100)
+        )
+        fraction = (math.log10(temperature) - math.log10(313.15)) / (math.log10(373.15) - math.log10(313.15))
+        dynamic: float = (
+            self.density * 1e-6 * (10.0**10.0 ** (log_log_40 + fraction * (log_log_100 - log_log_40)) - 0.7)
+        )
         return dynamic
 
 
@@ -166,7 +170,7 @@ NO_CONTACT = Contact("", None, {})
 HARDNESS_OVER_STRENGTH = 2.8  # of a fully plastic metal (Tabor 1951, The Hardness of Metals)
 
 
-COLD = 293.15  # K, at which clearances are given
+REFERENCE_TEMPERATURE = 293.15  # K, at which clearances are given
 
 
 def column_name(joint: str) -> str:
@@ -203,8 +207,8 @@ class Joint(NamedTuple):
     def elastic_name(self) -> str:
         """Return the name of the joint's elastic force: 'johnson', 'johnson with fractal roughness'."""
         elastic = self.contact.elastic or "spring"
-        rough = self.roughness and self.roughness.law
-        return f"{elastic} with {rough} roughness" if rough and rough != "smooth" else elastic
+        roughness_law = self.roughness and self.roughness.law
+        return f"{elastic} with {roughness_law} roughness" if roughness_law and roughness_law != "smooth" else elastic
 
     @property
     def strength(self) -> float | None:
@@ -213,11 +217,11 @@ class Joint(NamedTuple):
         if strengths:
             return min(strengths)
         sections = [section.values for section in (self.roughness, self.wear) if section]
-        hard = [values["hardness"] for values in sections if "hardness" in values]
-        return min(hard) / HARDNESS_OVER_STRENGTH if hard else None
+        hardnesses = [values["hardness"] for values in sections if "hardness" in values]
+        return min(hardnesses) / HARDNESS_OVER_STRENGTH if hardnesses else None
 
     @property
-    def balance(self) -> Thermal | None:
+    def heat_balance(self) -> Thermal | None:
         """Return the heat balance of the film or of dry friction, or None if no temperature is computed."""
         return self.film.thermal if self.film else self.thermal
 
@@ -227,8 +231,8 @@ class Joint(NamedTuple):
         Bearing and journal grow by expansion coefficient x bearing radius x temperature rise.
         """
         assert self.thermal is not None  # called only for joints with a heat balance
-        wider = (self.thermal.bearing - self.thermal.journal) * (self.bearing_radius or 0.0)
-        return self.clearance + wider * (temperature - COLD)
+        expansion = (self.thermal.bearing - self.thermal.journal) * (self.bearing_radius or 0.0)
+        return self.clearance + expansion * (temperature - REFERENCE_TEMPERATURE)
 
     @property
     def is_guide(self) -> bool:

@@ -31,15 +31,15 @@ class Field(NamedTuple):
 
     def allowed(self, value: float = 0.0) -> str:
         """Return the range in words: 'above 0 and at most 1'; with the global bounds if `value` exceeds them."""
-        parts = []
+        bounds = []
         if self.low > -inf:
-            parts.append(f"{'above' if self.low_open else 'at least'} {self.low:.15g}")
+            bounds.append(f"{'above' if self.low_open else 'at least'} {self.low:.15g}")
         if self.high < inf:
-            parts.append(f"{'below' if self.high_open else 'at most'} {self.high:.15g}")
+            bounds.append(f"{'below' if self.high_open else 'at most'} {self.high:.15g}")
         if not _is_sized(value):
-            parts.append(f"of a size from {1.0 / LARGEST:g} to {LARGEST:g}")
+            bounds.append(f"of a size from {1.0 / LARGEST:g} to {LARGEST:g}")
         unit = "" if self.unit == "1" else f" ({self.unit})"
-        return ("a whole number " if self.whole else "") + (" and ".join(parts) or "any finite number") + unit
+        return ("a whole number " if self.whole else "") + (" and ".join(bounds) or "any finite number") + unit
 
     def contains(self, value: float) -> bool:
         """Return whether `value`, in SI, is allowed."""
@@ -68,10 +68,10 @@ class Range(NamedTuple):
 
     def allowed(self) -> str:
         """Return the range in words: 'from 5e-06 to 0.01 m', 'up to 10 deg'."""
-        factor, unit = (
+        unit_factor, unit = (
             (math.degrees(1.0), "deg") if self.unit == "rad" else (1.0, "" if self.unit == "1" else self.unit)
         )
-        low, high = f"{factor * self.low:.4g}", f"{factor * self.high:.4g}"
+        low, high = f"{unit_factor * self.low:.4g}", f"{unit_factor * self.high:.4g}"
         range_text = "" if self.high == inf else f"up to {high}" if self.low in (0.0, -inf) else f"from {low} to {high}"
         return f"{range_text or f'from {low}'} {unit}".rstrip()
 
@@ -153,7 +153,7 @@ class Columns(NamedTuple):
     above_zero: tuple[str, ...] = ()  # columns that are not zero in every row
 
 
-_SIZED = {  # unit of a friction parameter -> its unit for friction given as a couple, and as a force
+_SIZED_UNITS = {  # unit of a friction parameter -> its unit for friction given as a couple, and as a force
     "coefficient": ("N*m", "N"),
     "static_coefficient": ("N*m", "N"),
     "viscous": ("N*m*s", "N*s/m"),
@@ -164,16 +164,16 @@ _SIZED = {  # unit of a friction parameter -> its unit for friction given as a c
 }
 
 
-def sized(law: Law, values: str) -> Law:
+def with_given_size(law: Law, quantity: str) -> Law:
     """Return a friction law with a 'torque' or a 'force' instead of its coefficient, and speeds to match."""
-    names = {"coefficient": values, "static_coefficient": f"static_{values}"}
-    index = ("torque", "force").index(values)
+    names = {"coefficient": quantity, "static_coefficient": f"static_{quantity}"}
+    index = ("torque", "force").index(quantity)
     fields = []
     for field in law.fields:
-        units = _SIZED.get(field.name) or _SIZED.get(field.unit)
+        units = _SIZED_UNITS.get(field.name) or _SIZED_UNITS.get(field.unit)
         text = field.text
         if field.name in names:
-            text = f"{text.replace('coefficient', values).replace(', mu', ', instead of mu')} N"
+            text = f"{text.replace('coefficient', quantity).replace(', mu', ', instead of mu')} N"
         unit = units[index] if units else field.unit
         fields.append(field._replace(name=names.get(field.name, field.name), unit=unit, text=text))
     orders = [
@@ -195,7 +195,7 @@ class Keys(NamedTuple):
     family: str = ""  # family of the laws that the key `law` chooses from
     flags: tuple[tuple[str, str], ...] = ()  # name and description of keys that are true or left out
     scalar_factors: tuple[int, ...] = ()  # of a list: factors that turn a single quantity into the items
-    given: str = ""  # of friction laws: 'torque' or 'force' instead of a coefficient, see `sized`
+    given: str = ""  # of friction laws: 'torque' or 'force' instead of a coefficient, see `with_given_size`
 
     @property
     def items(self) -> int:

@@ -11,7 +11,7 @@ PRELOAD = "preload"  # the form of load that presses on a joint with clearance
 FRICTION_POWER = "friction_power"  # the figure that a joint without clearance may also have
 DIFFERENCE = "_difference"  # suffix of the column of an error check
 CORNERS = 4  # of a guide's block
-MOST_REVOLUTIONS = 1 << 17  # number of last revolutions whose peaks and sections are kept
+MAX_REVOLUTIONS = 1 << 17  # number of last revolutions whose peaks and sections are kept
 SECTION_COUNT = "poincare/revolution"  # turns of the crank between sections
 _SECTIONED = ("x", "y", "vx", "vy")  # channels of a joint stored at crank angle 0
 WALLS, FLANGES, AUXILIARY = 2, 2, 2  # contacts of a spatial joint, in this order
@@ -47,10 +47,10 @@ class JointLayout(NamedTuple):
     @property
     def features(self) -> set[str]:
         """Return the features of the joint that figures require."""
-        flanged = self.auxiliary and self.corners > WALLS
-        parts = {"wear": self.wear_bins, "film": self.film, "friction": self.friction}
-        parts |= {"spatial": self.auxiliary, "axial": flanged, "strength": self.strength, "thermal": self.thermal}
-        return {name for name, features in parts.items() if features}
+        has_flanges = self.auxiliary and self.corners > WALLS
+        present = {"wear": self.wear_bins, "film": self.film, "friction": self.friction}
+        present |= {"spatial": self.auxiliary, "axial": has_flanges, "strength": self.strength, "thermal": self.thermal}
+        return {name for name, features in present.items() if features}
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -81,7 +81,7 @@ def features_of(case: Case) -> CaseFeatures:
             joint.column,
             joint.wear.bins if joint.wear else 0,
             joint.film is not None,
-            *_points(joint),
+            *_contact_counts(joint),
             joint.wear.length_bins if joint.wear else 1,
             joint.friction is not None,
             joint.strength is not None and joint.is_dry and not joint.is_guide and not joint.is_spatial,
@@ -105,7 +105,7 @@ def features_of(case: Case) -> CaseFeatures:
     )
 
 
-def _points(joint: Joint) -> tuple[int, int]:
+def _contact_counts(joint: Joint) -> tuple[int, int]:
     """Return the numbers of separate contact points and of auxiliary contacts of a joint."""
     if joint.is_spatial:
         return (WALLS + FLANGES if joint.flange else WALLS), AUXILIARY
@@ -215,7 +215,7 @@ REQUESTED_COLUMNS = ("horizon", "error_check", "until", "life", "uncertain")
 def columns_of(
     catalogue: Catalogue,
     mechanism: Mechanism,
-    parts: Mapping[str, set],
+    features_by_joint: Mapping[str, set],
     requested: set,
     until: str = "",
     frictions: Iterable[str] = (),
@@ -228,7 +228,7 @@ def columns_of(
     """
     features = {*requested, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
     columns: list[Column] = []
-    for joint, joint_features in parts.items():
+    for joint, joint_features in features_by_joint.items():
         joint_figures = (figure for figure in catalogue.figures if figure.of == "joint")
         columns += [
             _column(figure, joint, mechanism)
@@ -236,20 +236,22 @@ def columns_of(
             if features | joint_features >= {*figure.needs}
         ]
     for joint in dict.fromkeys(frictions):
-        joint_figures = (figure for figure in catalogue.figures if figure.name == FRICTION_POWER and joint not in parts)
+        joint_figures = (
+            figure for figure in catalogue.figures if figure.name == FRICTION_POWER and joint not in features_by_joint
+        )
         columns += [_column(figure, joint, mechanism) for figure in joint_figures]
     for figure in catalogue.figures:
         if figure.of == "joint" or not features >= {*figure.needs} or (figure.of == "output" and not mechanism.output):
             continue
-        watched = {column.name: column.unit for column in columns}.get(until, "1")
-        columns.append(_column(figure, "", mechanism, until, watched))
+        until_unit = {column.name: column.unit for column in columns}.get(until, "1")
+        columns.append(_column(figure, "", mechanism, until, until_unit))
     if "error_check" not in requested:
         return tuple(columns)
     differing = {figure.name for figure in catalogue.figures if figure.differs}
     return tuple(
         new_column
         for column in columns
-        for new_column in ((column, _difference(column)) if column.figure in differing else (column,))
+        for new_column in ((column, _difference_column(column)) if column.figure in differing else (column,))
     )
 
 
@@ -258,16 +260,16 @@ def rubbing_joints(outline: Outline) -> tuple[str, ...]:
     return tuple(column_name(load.on) for load in outline.loads if load.form == "friction")
 
 
-def _column(figure: Figure, joint: str, mechanism: Mechanism, until: str = "", watched: str = "") -> Column:
+def _column(figure: Figure, joint: str, mechanism: Mechanism, until: str = "", until_unit: str = "") -> Column:
     """Return the column of a figure; `watched` is the unit of the figure in `until`."""
     output = mechanism.output
     name = figure.column(output.name if output and figure.of == "output" else joint)
     text = figure.text.format(output=output.name if output else "", until=until)
-    unit = figure.unit.format(output=output.unit if output else "", until=watched)
+    unit = figure.unit.format(output=output.unit if output else "", until=until_unit)
     return Column(name, unit, text, figure.kind, figure.name, joint, figure.null)
 
 
-def _difference(column: Column) -> Column:
+def _difference_column(column: Column) -> Column:
     """Return the column of a figure's error check."""
     text = (
         f"absolute difference of {column.name} from a run at a tenth of the tolerance. Beyond the horizon of chaotic "
@@ -278,15 +280,15 @@ def _difference(column: Column) -> Column:
 
 def _channels(catalogue: Catalogue, mechanism: Mechanism, joints: Iterable[JointLayout]) -> tuple[Column, ...]:
     """Return the time histories of a case in the order of its compiled form."""
-    inside = (
+    joint_channels = (
         channel._replace(name=f"joints/{joint.name}/{channel.name}")
         for joint in joints
-        for channel in _inside(catalogue, joint)
+        for channel in _joint_channels(catalogue, joint)
     )
-    return (Column(TIME, "s", "time"), *(Column(*channel) for channel in (*mechanism.channels, *inside)))
+    return (Column(TIME, "s", "time"), *(Column(*channel) for channel in (*mechanism.channels, *joint_channels)))
 
 
-def _inside(catalogue: Catalogue, joint: JointLayout) -> Iterator[Channel]:
+def _joint_channels(catalogue: Catalogue, joint: JointLayout) -> Iterator[Channel]:
     """Yield the time histories of a joint."""
     yield from catalogue.spatial_channels if joint.auxiliary else catalogue.joint_channels
     yield from catalogue.film_channels if joint.film else ()
@@ -295,23 +297,25 @@ def _inside(catalogue: Catalogue, joint: JointLayout) -> Iterator[Channel]:
             yield Channel(name.format(k + 1), unit, text.format(k + 1))
 
 
-def settling(catalogue: Catalogue, mechanism: Mechanism, *, settles: bool = True) -> tuple[str, ...]:
+def converging_columns(catalogue: Catalogue, mechanism: Mechanism, *, settles: bool = True) -> tuple[str, ...]:
     """Return the columns that converge as a run grows longer, or the others, with every feature in every joint."""
-    kinds: dict[str, set] = {
+    features_by_kind: dict[str, set] = {
         "guide": {"friction"},
         "slot": {"friction"},
         "spatial": {"wear", "spatial", "axial", "friction"},
         "through": {"wear", "spatial", "friction"},
     }
-    total = {"wear", "film", "friction"}
-    parts = {column_name(site.name): kinds.get(site.kind, total) for site in mechanism.joints}
+    revolute = {"wear", "film", "friction"}
+    features_by_joint = {column_name(site.name): features_by_kind.get(site.kind, revolute) for site in mechanism.joints}
     figure_names = {figure.name for figure in catalogue.figures if figure.settles is settles}
     return tuple(
-        column.name for column in columns_of(catalogue, mechanism, parts, set()) if column.figure in figure_names
+        column.name
+        for column in columns_of(catalogue, mechanism, features_by_joint, set())
+        if column.figure in figure_names
     )
 
 
-def markdown(catalogue: Catalogue) -> str:
+def columns_markdown(catalogue: Catalogue) -> str:
     """Return a Markdown table of all possible figures, with `J` for the column name of a joint."""
     outputs = [mechanism.output for mechanism in catalogue.mechanisms if mechanism.output]
     rows = ["| column | unit | what it is | where |", "| --- | --- | --- | --- |"]
@@ -320,12 +324,14 @@ def markdown(catalogue: Catalogue) -> str:
         names = ", ".join(f"`{figure.column(owner)}`" for owner in owners)
         units = {figure.unit.format(output=output.unit, until="that of the figure") for output in outputs}
         text = figure.text.format(output=" or ".join(output.name for output in outputs), until="the figure of `until`")
-        where = ", ".join(_WHERE[need] for need in figure.needs)
-        rows.append(f"| {names}{' *' if figure.settles else ''} | {', '.join(sorted(units))} | {text} | {where} |")
+        requirements_text = ", ".join(_REQUIREMENT_TEXTS[need] for need in figure.needs)
+        rows.append(
+            f"| {names}{' *' if figure.settles else ''} | {', '.join(sorted(units))} | {text} | {requirements_text} |"
+        )
     return "\n".join(rows) + "\n"
 
 
-_WHERE = {
+_REQUIREMENT_TEXTS = {
     "turns": "a drive turns the mechanism",
     "free": "the crank is free",
     "rests": "nothing turns",

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 GROUND = "ground"  # the fixed body
+STARTED_FRACTION = 0.95  # of the no-load speed, at which a motor counts as started
 
 
 class Elastic(NamedTuple):
@@ -45,7 +46,7 @@ class Body(NamedTuple):
     initial: Initial | None = None  # of a body that no ideal joint determines; None: starts as in the ideal machine
 
 
-class At(NamedTuple):
+class BodyPoint(NamedTuple):
     """A point of a body, by name."""
 
     body: str
@@ -56,16 +57,16 @@ class Pin(NamedTuple):
     """A revolute joint: two points coincide, except for clearance."""
 
     name: str
-    proximal: At
-    distal: At
+    proximal: BodyPoint
+    distal: BodyPoint
 
 
 class Guide(NamedTuple):
     """A prismatic joint: the distal point stays on a line through the proximal one, and the frames stay parallel."""
 
     name: str
-    proximal: At
-    distal: At
+    proximal: BodyPoint
+    distal: BodyPoint
     axis: float  # rad, of the line in the frame of the proximal body
 
 
@@ -73,8 +74,8 @@ class Slot(NamedTuple):
     """A pin in a straight slot: the distal point stays on a line through the proximal one, and may turn."""
 
     name: str
-    proximal: At
-    distal: At
+    proximal: BodyPoint
+    distal: BodyPoint
     axis: float  # rad, of the line in the frame of the proximal body
 
 
@@ -82,8 +83,8 @@ class Stretch(NamedTuple):
     """A spring and damper between two segments of an elastic link, which a guide keeps on one line."""
 
     name: str
-    proximal: At
-    distal: At
+    proximal: BodyPoint
+    distal: BodyPoint
     axis: float  # rad, of the line in the frame of the proximal body
     stiffness: float  # N/m
     damping: float  # N s/m
@@ -118,17 +119,17 @@ class Push(NamedTuple):
     """A force of fixed direction at a point of a body, and a torque on it."""
 
     name: str
-    at: At
+    at: BodyPoint
     fx: float  # N
     fy: float
     torque: float  # N m
 
 
-class Tabled(NamedTuple):
+class TabledPush(NamedTuple):
     """A Push that depends on the crank angle, repeating over the span of its table, or on time, constant beyond it."""
 
     name: str
-    at: At
+    at: BodyPoint
     over: str  # 'angle' or 'time'
     knots: np.ndarray  # (rows,) rad or s, increasing
     fx: np.ndarray  # (rows,) N, between them monotone cubic (PCHIP)
@@ -141,8 +142,8 @@ class Spring(NamedTuple):
     """A spring and damper in the line from a point of one body to a point of another."""
 
     name: str
-    first: At
-    second: At
+    first: BodyPoint
+    second: BodyPoint
     stiffness: float  # N/m
     free_length: float  # m
     damping: float  # N s/m
@@ -188,4 +189,4 @@ class Machine(NamedTuple):
     gravity: float  # m/s^2, along -y
     aim: Aim
     start: Mapping[str, float] = {}  # rad, first guesses of body angles for closing loops at the start angle; default 0
-    loads: tuple = ()  # Push, Tabled, Spring, Rubbing, Braking
+    loads: tuple = ()  # Push, TabledPush, Spring, Rubbing, Braking

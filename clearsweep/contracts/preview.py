@@ -56,7 +56,7 @@ def _curve_svg(x: np.ndarray, y: np.ndarray, caption: str, *, width: int = SIZE,
     half_ranges = [max(half_ranges)] * 2 if equal else half_ranges
     x_pixels = width / 2 + (width / 2 - MARGIN) * (x - centres[0]) / (half_ranges[0] or 1.0)
     y_pixels = SIZE / 2 - (SIZE / 2 - MARGIN) * (y - centres[1]) / (half_ranges[1] or 1.0)
-    point_list = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x_pixels, y_pixels, strict=True))
+    point_list = " ".join(f"{x_pixel:.1f},{y_pixel:.1f}" for x_pixel, y_pixel in zip(x_pixels, y_pixels, strict=True))
     return (
         f'<figure style="display:inline-block;margin:0 1em 0 0"><figcaption>{html.escape(caption)}</figcaption>'
         f'<svg width="{width}" height="{SIZE}" role="img" aria-label="{html.escape(caption)}">'

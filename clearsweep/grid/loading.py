@@ -9,7 +9,7 @@ from typing import Any
 
 from ..contracts.case import Case, Save
 from ..contracts.catalogue import Catalogue
-from ..contracts.layout import MOST_REVOLUTIONS, Column, Layout
+from ..contracts.layout import MAX_REVOLUTIONS, Column, Layout
 from ..language.errors import InputError, quoted
 from .grid import Grid
 from .reading.joint_checks import check_values
@@ -140,7 +140,7 @@ def _history_bytes(layout: Layout, channels: tuple[Column, ...], save: Save, rev
     saved_revolutions = {"none": 0.0, "last": save.revolutions, "all": revolutions}[save.orbits]
     if not layout.turns and save.orbits != "none":
         saved_revolutions = 1.0  # samples are per run, not per revolution
-    section_points = min(revolutions, MOST_REVOLUTIONS) * len(layout.sections) if save.orbits != "none" else 0.0
+    section_points = min(revolutions, MAX_REVOLUTIONS) * len(layout.sections) if save.orbits != "none" else 0.0
     return float(8.0 * (saved_revolutions * save.samples * len(channels) + section_points))
 
 

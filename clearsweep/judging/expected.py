@@ -11,13 +11,13 @@ BOUND_SUFFIXES = ("", "_high")
 
 
 class ExpectedPeak(NamedTuple):
-    """The largest force peak to expect in a joint in 10^6 revolutions, and the largest of the window; N."""
+    """The largest force peak to expect in a joint in 10^6 revolutions, N; its fields are keys of `run --json`."""
 
     case_id: str
     joint: str  # as in columns
     value: float
-    upper_bound: float  # exceeded with a probability of 2.5 %
-    window_peak: float
+    high: float  # exceeded with a probability of 2.5 %
+    seen: float  # largest peak of the window
 
 
 def required_columns(joints: list[str]) -> list[str]:

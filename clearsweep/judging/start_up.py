@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 
+from ..contracts.machine import STARTED_FRACTION
 from ..language import wording
 from . import effects
 from .case_ranking import MAX_SPEED, SPEED_AFTER_START, START_UP
@@ -14,7 +15,6 @@ FORCE_DURING_START = "force_peak_start"  # figure of a joint
 SWING_ENDS = (SPEED_AFTER_START, MAX_SPEED)  # columns: lowest and highest speed after the start-up time
 MAX_SHARED = 4  # varied values in one sentence
 REVOLUTION_MARGIN = 1.25  # revolutions to set over those estimated: the speed swings, so that the estimate is too low
-STARTED_FRACTION = 0.95  # of the no-load speed, as in simulation.crank_clock
 
 
 def sentences(cases: Cases) -> list[str]:

@@ -77,8 +77,8 @@ def did_you_mean(word: str, names: Iterable[str]) -> str:
 def nearest_words(word: str, names: Iterable[str]) -> list[str]:
     """Return a list with the known word nearest to `word`, or [] if none is near."""
     names = list(names)
-    same_ignoring_case = [name for name in names if name.lower() == word.lower()]
-    matches = same_ignoring_case or [name for name in names if _sorted_words(name) == _sorted_words(word)]
+    equal_ignoring_case = [name for name in names if name.lower() == word.lower()]
+    matches = equal_ignoring_case or [name for name in names if _sorted_words(name) == _sorted_words(word)]
     return (matches or get_close_matches(word, names, 1, 0.7))[:1]
 
 

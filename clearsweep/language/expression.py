@@ -49,7 +49,7 @@ DEFINED = Vocabulary("names of `define`", "not defined under `define`", "= d / 2
 def unit_of(text: str, units: Mapping[str, str]) -> str:
     """Return the SI unit of an expression of columns with the SI units `units`; InputError names the mistake."""
     if not names_in(text):
-        raise InputError(f"found {quoted(text)}, which contains no column; {_expected(COLUMNS)}")
+        raise InputError(f"found {quoted(text)}, which contains no column; {_expected_text(COLUMNS)}")
     return _si_unit(text, units, COLUMNS)
 
 
@@ -96,15 +96,15 @@ def _parse(text: str, vocabulary: Vocabulary = COLUMNS) -> ast.expr:
         return ast.parse(text.strip(), mode="eval").body
     except SyntaxError as error:
         position = f" at character {error.offset}" if error.offset else ""
-        hint = _hint(text, vocabulary)
+        hint = _hint_text(text, vocabulary)
         raise InputError(
-            f"found {quoted(text)}, which cannot be read{position}; {hint}{_expected(vocabulary)}"
+            f"found {quoted(text)}, which cannot be read{position}; {hint}{_expected_text(vocabulary)}"
         ) from None
     except (ValueError, RecursionError, MemoryError):
-        raise InputError(f"found {quoted(text)}, which cannot be read; {_expected(vocabulary)}") from None
+        raise InputError(f"found {quoted(text)}, which cannot be read; {_expected_text(vocabulary)}") from None
 
 
-def _hint(text: str, vocabulary: Vocabulary) -> str:
+def _hint_text(text: str, vocabulary: Vocabulary) -> str:
     """Return the likely remedy for an expression that cannot be read, or '' if none is known."""
     if text.count("(") > text.count(")") and vocabulary is DEFINED:
         return "inside {} or [] write an expression with a comma in quotes; "
@@ -119,7 +119,7 @@ def names_in(text: str, vocabulary: Vocabulary = COLUMNS) -> set[str]:
     return {node.id for node in nodes if isinstance(node, ast.Name) and node not in calls}
 
 
-def _expected(vocabulary: Vocabulary) -> str:
+def _expected_text(vocabulary: Vocabulary) -> str:
     functions = ", ".join(FUNCTIONS)
     return f"expected {vocabulary.noun}, numbers, + - * / **, brackets, {functions}, such as {vocabulary.example}"
 
@@ -134,7 +134,7 @@ class _DimensionChecker:
         """Return the dimension of an expression; InputError if it has none."""
         match node:
             case ast.Constant(value=bool() | None) | ast.Constant(value=complex()) | ast.Constant(value=bytes()):
-                raise InputError(f"found {quoted(ast.unparse(node))}; {_expected(self.vocabulary)}")
+                raise InputError(f"found {quoted(ast.unparse(node))}; {_expected_text(self.vocabulary)}")
             case ast.Constant(value=str(quoted_quantity)):
                 return dict(quantity.value_and_dimension(quoted_quantity)[1])
             case ast.Constant(value=int() | float()):
@@ -148,7 +148,7 @@ class _DimensionChecker:
                 return _to_power(self.dimension(left), Fraction(repr(_number(power))))
             case ast.BinOp(left=left, op=operation, right=right) if type(operation) in _PRODUCTS:
                 exponent = Fraction(_PRODUCTS[type(operation)][1])
-                return _multiplied(self.dimension(left), _to_power(self.dimension(right), exponent))
+                return _multiply(self.dimension(left), _to_power(self.dimension(right), exponent))
             case ast.BinOp(left=left, op=operation, right=right) if type(operation) in _SUMS:
                 return self._common_dimension(left, right)
             case ast.Call(func=ast.Name(id=name), args=[_, _, *_] as arguments, keywords=[]) if (
@@ -157,7 +157,7 @@ class _DimensionChecker:
                 return [self._common_dimension(arguments[0], argument) for argument in arguments[1:]][-1]
             case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in _ONE_ARGUMENT_FUNCTIONS:
                 return _to_power(self.dimension(argument), _ONE_ARGUMENT_FUNCTIONS[name])
-        raise InputError(f"found {quoted(ast.unparse(node))}; {_expected(self.vocabulary)}")
+        raise InputError(f"found {quoted(ast.unparse(node))}; {_expected_text(self.vocabulary)}")
 
     def _name_dimension(self, name: str) -> Dimension:
         if name not in self.units:
@@ -252,7 +252,7 @@ def _number(node: ast.expr) -> float:
     raise InputError(f"found {quoted(ast.unparse(node))}; expected a plain number below 1e300")
 
 
-def _multiplied(left: Dimension, right: Dimension) -> Dimension:
+def _multiply(left: Dimension, right: Dimension) -> Dimension:
     powers = {name: left.get(name, Fraction(0)) + right.get(name, Fraction(0)) for name in (*left, *right)}
     return {name: power for name, power in powers.items() if power}
 

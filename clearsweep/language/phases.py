@@ -68,7 +68,7 @@ class Phase:
         self._left = self._left if left is None else (left, time.monotonic())
         if facts:
             self.facts = self.facts | facts
-        _changed()
+        _notify_listeners()
 
     def what(self) -> str:
         """Return the present name of the phase, with the finished share of the work."""
@@ -99,7 +99,7 @@ _listeners: list[_Listener] = []
 _compile_seconds = [0.0]  # s of finished phases of the kind `once`
 
 
-def _changed() -> None:
+def _notify_listeners() -> None:
     for listener in _listeners:
         listener.changed()
 
@@ -117,7 +117,7 @@ def phase(name: str | Phase | Callable[[], str], *, whole: bool = False) -> Iter
 def start(new_phase: Phase) -> Phase:
     """Open a phase and return it."""
     _open_phases.append(new_phase)
-    _changed()
+    _notify_listeners()
     return new_phase
 
 
@@ -129,7 +129,7 @@ def end(ended: Phase) -> None:
         _compile_seconds[0] += elapsed
         for other in _open_phases:
             other.compile_time += elapsed
-    _changed()
+    _notify_listeners()
 
 
 def compile_seconds() -> float:
@@ -156,17 +156,17 @@ def progress(first: int = 0) -> Progress | None:
     return Progress(name, now - timed_phase.begin, timed_phase.left(now), facts, phases[-1].share, is_once)
 
 
-def innermost() -> Phase | None:
+def innermost_phase() -> Phase | None:
     """Return the innermost open phase."""
     return next(reversed(list(_open_phases)), None)
 
 
-def innermost_once() -> bool:
+def is_innermost_once() -> bool:
     """Return whether the innermost phase does work that later runs do not repeat."""
     return bool(_open_phases) and _open_phases[-1].once
 
 
-def outermost(first: int = 0) -> Phase | None:
+def outermost_phase(first: int = 0) -> Phase | None:
     """Return the outermost open phase from index `first` on."""
     return next(iter(list(_open_phases)[first:]), None)
 
@@ -186,7 +186,7 @@ class Display:
 
     def refresh(self) -> None:
         """Print a line if one is due."""
-        open_phase, current_progress, now = outermost(), progress(), time.monotonic()
+        open_phase, current_progress, now = outermost_phase(), progress(), time.monotonic()
         if current_progress is None or open_phase is None or sys.stderr is None:
             self.close()
             return
@@ -279,11 +279,11 @@ class ProgressWriter:
 
     def changed(self) -> None:
         """Write the progress if it is due."""
-        open_phase, now = outermost(self.first_phase), time.monotonic()
-        is_early = open_phase is not None and now - open_phase.begin < MIN_ELAPSED and not innermost_once()
+        open_phase, now = outermost_phase(self.first_phase), time.monotonic()
+        is_early = open_phase is not None and now - open_phase.begin < MIN_ELAPSED and not is_innermost_once()
         if open_phase is None or is_early:  # the compiler reports only its begin and its end
             self.discard()
-        elif (now >= self.next_write or innermost_once() != self.once) and (
+        elif (now >= self.next_write or is_innermost_once() != self.once) and (
             current_progress := progress(self.first_phase)
         ):
             self.next_write, self.is_stored, self.once = now + MIN_ELAPSED, True, current_progress.once

@@ -111,7 +111,7 @@ def exact(value: Any, unit: str) -> Fraction:
     Raises InputError like `read`.
     """
     if isinstance(value, str):
-        return _from_text(value, unit)
+        return _read_text(value, unit)
     if isinstance(value, bool) or not hasattr(value, "__float__"):
         raise InputError(f"found {quoted(value)}; {expected(unit)}")
     try:
@@ -178,7 +178,7 @@ def example(unit: str) -> str:
     return first
 
 
-def with_exponent(unit: str, exponent: float) -> str:
+def replace_exponent(unit: str, exponent: float) -> str:
     """Return a unit with the word `exponent` replaced by the number: `N/m^1.5`."""
     return unit.replace("^exponent", "" if exponent == 1 else f"^{exponent:.15g}")
 
@@ -188,7 +188,7 @@ def dimension_of(unit: str) -> tuple[tuple[str, Fraction], ...]:
 
     The unit of a column in another unit, such as hours, has no dimension: it accepts plain numbers.
     """
-    size, dimension = _parsed_unit(unit, unit) if unit else (Fraction(1), ())
+    size, dimension = _require_unit(unit, unit) if unit else (Fraction(1), ())
     return dimension if size == 1 else ()
 
 
@@ -212,11 +212,11 @@ def value_and_dimension(text: str) -> tuple[float, tuple[tuple[str, Fraction], .
     if not match:
         raise InputError(f"found {quoted(text)}, which does not begin with a number; expected one such as '5 kN'")
     unit_name = "K" if match.group(2) in _CELSIUS else match.group(2)
-    dimension = _parsed_unit(unit_name, text)[1] if unit_name not in ("", "%") else ()
+    dimension = _require_unit(unit_name, text)[1] if unit_name not in ("", "%") else ()
     return read(text, unit_of(dimension)), dimension
 
 
-def _from_text(text: str, unit: str) -> Fraction:
+def _read_text(text: str, unit: str) -> Fraction:
     """Return the quantity in `text` in SI, exactly."""
     if text.strip().lower().lstrip("+-.") in ("inf", "infinity", "nan"):
         raise InputError(_not_finite_message(text, unit))
@@ -234,10 +234,10 @@ def _from_text(text: str, unit: str) -> Fraction:
     elif unit_name == "%" and unit == "1":
         scale = Fraction(1, 100)
     elif unit == "rad/s" and re.fullmatch(_PER_MINUTE, unit_name):  # for a shaft these are turns, as on a rating plate
-        scale, _ = _parsed_unit("rpm", text)
+        scale, _ = _require_unit("rpm", text)
     else:
-        scale, dimension = _parsed_unit(unit_name, text)
-        size, expected_dimension = _parsed_unit(unit, unit)
+        scale, dimension = _require_unit(unit_name, text)
+        size, expected_dimension = _require_unit(unit, unit)
         scale /= size  # 1, or the unit of a column in hours
         if dimension != expected_dimension:
             raise InputError(f"found {quoted(text)}, whose unit {unit_name} has another dimension; {expected(unit)}")
@@ -294,11 +294,11 @@ def _unit_registry() -> "pint.UnitRegistry":
     return pint.UnitRegistry(_UNIT_TABLE.strip().splitlines(), non_int_type=Fraction, cache_folder=None)
 
 
-def _parsed_unit(unit_name: str, text: str) -> tuple[Fraction, tuple]:
+def _require_unit(unit_name: str, quantity_text: str) -> tuple[Fraction, tuple]:
     """Return the exact size of a unit in SI and its dimension; `text` is the whole quantity."""
     size_and_dimension = _parse_unit(unit_name)
     if isinstance(size_and_dimension, str):
-        raise InputError(f"found {quoted(text)}; {size_and_dimension}")
+        raise InputError(f"found {quoted(quantity_text)}; {size_and_dimension}")
     return size_and_dimension
 
 

@@ -173,7 +173,7 @@ def plain(number: float, digits: int = 3) -> str:
         return "0" if number == 0.0 else "∞" if number > 0 else f"{MINUS}∞"
     power = math.floor(math.log10(abs(float(f"{number:.{digits - 1}e}"))))
     if -4 <= power < 6:
-        return _thousands(f"{number:.{max(digits - 1 - power, 0)}f}").replace("-", MINUS)
+        return _group_thousands(f"{number:.{max(digits - 1 - power, 0)}f}").replace("-", MINUS)
     mantissa = f"{number / 10.0**power:.{digits - 1}f}".replace("-", MINUS)
     return f"{mantissa}{BLANK}{TIMES}{BLANK}10{str(power).translate(_SUPERSCRIPTS)}"
 
@@ -194,7 +194,7 @@ def percent(share: float) -> str:
 
 def count(number: int, noun: str, plural: str | None = None) -> str:
     """Return '1 case' or '12 345 cases'."""
-    return f"{_thousands(str(int(number)))} {noun if number == 1 else plural or noun + 's'}"
+    return f"{_group_thousands(str(int(number)))} {noun if number == 1 else plural or noun + 's'}"
 
 
 def byte_count(bytes_total: float) -> str:
@@ -233,9 +233,9 @@ def axis_name(path: str, joints: int = 1) -> str:
     if parts[-2:-1] == ["masses"]:
         return f"mass of body {int(parts[-1]) + 1}"
     if parts[0] == "joints" and len(parts) > 2:
-        words = _key_in_words(parts[2:])
+        words = _key_words(parts[2:])
         return words if joints == 1 else f"{words} ({joint_name(parts[1])})"
-    return _key_in_words(parts[1:] if len(parts) > 1 else parts)
+    return _key_words(parts[1:] if len(parts) > 1 else parts)
 
 
 def short_id(case_id: str) -> str:
@@ -248,13 +248,13 @@ def joint_name(name: str) -> str:
     return name.replace("_", "-")
 
 
-def _key_in_words(parts: list[str]) -> str:
+def _key_words(parts: list[str]) -> str:
     if parts[-2:-1] == ["material"] and parts[-1] == "name":
         return "material"
     if parts[-3:-2] == ["material"] and parts[-1] == "name":
         return f"material of the {parts[-2]}"
     if len(parts) > 1 and parts[-1] in _AXES and parts[-2] in _AXIS_PREPOSITIONS:
-        return f"{_key_in_words(parts[:-1])} {_AXIS_PREPOSITIONS[parts[-2]]} {_AXES[parts[-1]]}"
+        return f"{_key_words(parts[:-1])} {_AXIS_PREPOSITIONS[parts[-2]]} {_AXES[parts[-1]]}"
     if parts[-1] in _NAMES:
         body = parts[-2] if len(parts) > 1 and parts[-2] in ("bearing", "journal") else ""
         return _NAMES[parts[-1]] + (f" of the {body}" if body else "")
@@ -274,7 +274,7 @@ def _largest_magnitude(values: Iterable[float | None] | float) -> float:
     return max((size for size in sizes if math.isfinite(size)), default=0.0)
 
 
-def _thousands(digits: str) -> str:
+def _group_thousands(digits: str) -> str:
     integer, dot, fraction = digits.partition(".")
     grouped = f"{int(integer):,}".replace(",", "\u202f") if len(integer.lstrip("-")) > 4 else integer
     return grouped + dot + fraction

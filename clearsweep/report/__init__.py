@@ -66,11 +66,11 @@ def compared(first: "StoredRun", second: "StoredRun") -> "Page":
     _import_matplotlib()
     from .documents import two_runs
 
-    return two_runs.compared(first, second)
+    return two_runs.comparison_page(first, second)
 
 
 def write(run: "StoredRun", out: str | Path, *, typical: bool = False) -> Path:
-    """Write the report of a run as one self-contained HTML file; return its path.  `typical` as for `of`."""
+    """Write the report of a run as one self-contained HTML file; return its path.  `typical` as for `page_of`."""
     return page_of(run, typical=typical).write(Path(out))
 
 
@@ -106,7 +106,7 @@ def draw_grid(source: str | Path, out: str | Path) -> Path:
     _import_matplotlib()
     from .one_case import mechanism
 
-    return mechanism.draw(Path(source), Path(out))
+    return mechanism.draw_grid(Path(source), Path(out))
 
 
 def _import_matplotlib() -> None:

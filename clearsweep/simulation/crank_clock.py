@@ -5,10 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..contracts.machine import Machine, Motor, Schedule
+from ..contracts.machine import STARTED_FRACTION, Machine, Motor, Schedule
 from ..mechanics.mechanism import planar
 
-STARTED_FRACTION = 0.95  # of the no-load speed: a motor is then said to have started
 STALL_TURNS = 100.0  # turns at nominal speed after which a free crank that hardly moves counts as stalled
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..contracts.case import COLD, Case, Joint
+from ..contracts.case import REFERENCE_TEMPERATURE, Case, Joint
 from ..contracts.layout import Layout
 from ..mechanics.solver import integration
 from ..mechanics.solver.integration import Work
@@ -75,7 +75,7 @@ class HeatObserver:
 
 def has_balance(case: Case) -> bool:
     """Return whether a joint of the case has a heat balance."""
-    return any(joint.balance for joint in case.joints)
+    return any(joint.heat_balance for joint in case.joints)
 
 
 def at_equilibrium(scene: Scene) -> tuple[Scene, Balance]:
@@ -83,9 +83,9 @@ def at_equilibrium(scene: Scene) -> tuple[Scene, Balance]:
 
     If a run fails, its scene is returned.
     """
-    joints = [joint for joint in scene.case.joints if joint.balance]
+    joints = [joint for joint in scene.case.joints if joint.heat_balance]
     names, cold_scene = [joint.column for joint in joints], scene
-    balances = [joint.balance for joint in joints if joint.balance]
+    balances = [joint.heat_balance for joint in joints if joint.heat_balance]
     ambient = np.array([thermal.ambient for thermal in balances])
     conductance = np.array([thermal.conductance for thermal in balances])
     is_dry, seizure = (
@@ -135,7 +135,7 @@ def _seizure_temperature(joint: Joint) -> float:
         return math.inf
     clearance_loss_rate = (joint.thermal.journal - joint.thermal.bearing) * (joint.bearing_radius or 0.0)
     return (
-        COLD + (1.0 - SEIZED_CLEARANCE) * joint.clearance / clearance_loss_rate
+        REFERENCE_TEMPERATURE + (1.0 - SEIZED_CLEARANCE) * joint.clearance / clearance_loss_rate
         if clearance_loss_rate > 0.0
         else math.inf
     )

@@ -74,7 +74,7 @@ class Life(phases.Phase):
         finished_blocks = self.block - 1 - self.earlier_blocks
         if finished_blocks > 0:
             return (self.block_begin - self.begin) / finished_blocks
-        integration_phase = phases.innermost()
+        integration_phase = phases.innermost_phase()
         if not isinstance(integration_phase, Revolutions) or not integration_phase.turns:
             return None
         return (now - integration_phase.begin - integration_phase.compile_time) * max(

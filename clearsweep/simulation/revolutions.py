@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..contracts.layout import MOST_REVOLUTIONS
+from ..contracts.layout import MAX_REVOLUTIONS
 from ..mechanics.solver.accumulate.within_step import RevolutionMarks
 from .extreme import expected_largest
 from .scene import Scene, state_units
@@ -54,7 +54,7 @@ def _marks(discard: float, revolutions: float, phase: float | None) -> Marks:
 def _consecutive(start: float, end: float) -> np.ndarray:
     """Return start, start + 1, ... up to `end`; if there are many, only the last ones."""
     count = max(math.floor(end - start + MARK_TOLERANCE) + 1, 0)
-    return start + np.arange(max(count - MOST_REVOLUTIONS - 1, 0), count)
+    return start + np.arange(max(count - MAX_REVOLUTIONS - 1, 0), count)
 
 
 def start_turns(scene: Scene) -> float:

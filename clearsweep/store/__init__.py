@@ -7,12 +7,12 @@ import pyarrow
 from . import blocks
 from .assemble import merge
 from .batch import Axis, ResultSchema, Row, id_text, open_table
-from .blocks import Block, Division, digest_of, discard_from, numbers_of_blocks, read_mark, summed
+from .blocks import Block, Division, discard_from, numbers_of_blocks, read_mark, sha256_of, sum_counts
 from .case_results import (
     OPTIMISE_FILE,
     SEEK_FILE,
     CaseResults,
-    histories,
+    read_histories,
     read_results,
     write_answers,
     write_best,
@@ -23,9 +23,9 @@ from .directory import BLOCKS, DATASET, FINAL_FILES, SCRATCH, RunDirectory, comm
 from .disk import clean, clean_text
 from .finish import finish_block
 from .partial import check_version, gather, is_unfinished, keys_of_all, keys_so_far
-from .read import StoredRun, newest, verify
+from .read import StoredRun, newest_run, verify
 from .read_blocks import BlockedRun, OneBlock
-from .record import check_form, now, plain, read_record
+from .record import check_format, json_round_trip, read_record, utc_now
 from .sampled import SampledRun
 from .state import status, status_text
 from .unfinished import Unfinished
@@ -55,36 +55,36 @@ __all__ = [
     "Worst",
     "block_size",
     "case_text",
-    "check_form",
+    "check_format",
     "check_version",
     "clean",
     "clean_text",
     "commit",
     "difference",
-    "digest_of",
     "discard_from",
     "finish_block",
     "gather",
-    "histories",
     "id_text",
     "is_cut",
     "is_unfinished",
+    "json_round_trip",
     "keys_of_all",
     "keys_so_far",
     "merge",
-    "newest",
-    "now",
+    "newest_run",
     "numbers_of_blocks",
     "open",
     "open_table",
-    "plain",
+    "read_histories",
     "read_mark",
     "read_record",
     "read_results",
+    "sha256_of",
     "status",
     "status_text",
-    "summed",
+    "sum_counts",
     "use_one_thread",
+    "utc_now",
     "verify",
     "write_answers",
     "write_best",

@@ -13,7 +13,7 @@ from .batch import ResultSchema
 from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE, RunDirectory
 from .orbits import FORMAT, write_orbits
 from .record import read_record
-from .summary import HELD_ROWS, summary_groups, write_summary
+from .summary import ROWS_IN_MEMORY, summary_groups, write_summary
 from .worst import FindPeaks, worst_cases, write_worst
 
 
@@ -33,7 +33,7 @@ def merge(
     mark = mark_of(run, result_schema, rows)
     merged_files: dict[str, str] = read_record(run.path).get("merged", {})
     if merged_files.get("mark") == mark:
-        merged = _merged(run, mark)
+        merged = _checksums(run, mark)
         if merged == merged_files:
             return merged_files
         for name in sorted(merged_files):
@@ -65,7 +65,7 @@ def merge(
                 durable.sync(path)
         durable.sync(run.path)
         with phases.phase("computing checksums"):
-            return _merged(run, mark)
+            return _checksums(run, mark)
 
 
 def mark_of(run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray) -> str:
@@ -77,11 +77,11 @@ def mark_of(run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray) ->
     for column in ("id", "row"):
         digest.update(rows[column].tobytes())
     names = np.array([batch.name for batch in run.batches], "S")
-    for start in range(0, len(rows), HELD_ROWS):
-        digest.update(names[rows["batch"][start : start + HELD_ROWS]].tobytes())
+    for start in range(0, len(rows), ROWS_IN_MEMORY):
+        digest.update(names[rows["batch"][start : start + ROWS_IN_MEMORY]].tobytes())
     return digest.hexdigest()[:16]
 
 
-def _merged(run: RunDirectory, mark: str) -> dict[str, str]:
+def _checksums(run: RunDirectory, mark: str) -> dict[str, str]:
     paths = [run.path / name for name in FINAL_FILES]
     return {"mark": mark} | {path.name: durable.checksum(path) for path in paths if path.exists()}

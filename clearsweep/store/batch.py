@@ -111,7 +111,7 @@ def _with_labels(field: pa.Field, labels: str) -> pa.Field:
     return field.with_metadata({**field.metadata, "labels": labels})
 
 
-def with_verdict(verdict: LimitsAndFigures, table: pa.Table) -> pa.Table:
+def add_verdict_columns(verdict: LimitsAndFigures, table: pa.Table) -> pa.Table:
     """Return rows of a summary with user-defined figures and limits added; null for failed cases."""
     if not verdict.columns:
         return table
@@ -132,42 +132,42 @@ def summary_table(result_schema: ResultSchema, rows: list[Row]) -> pa.Table:
         "status": [row.trajectory.status for row in rows],
         "message": [row.trajectory.message for row in rows],
     }
-    columns |= _by_column([axis.path for axis in result_schema.axes], [row.point for row in rows])
-    columns |= _by_column(
+    columns |= _values_by_column([axis.path for axis in result_schema.axes], [row.point for row in rows])
+    columns |= _values_by_column(
         [column.name for column in result_schema.layout.columns], [row.trajectory.summary for row in rows]
     )
     return pa.Table.from_arrays([column_of(columns[field.name], field.type) for field in schema], schema=schema)
 
 
-def _by_column(names: list[str], rows: list[dict]) -> dict[str, list]:
+def _values_by_column(names: list[str], rows: list[dict]) -> dict[str, list]:
     """Return the values of names in dicts, by name, or None."""
     return dict(zip(names, map(list, zip(*(map(row.get, names) for row in rows), strict=True)), strict=True))
 
 
 def datasets(schema: ResultSchema) -> tuple[Dataset, ...]:
     """Return the datasets of the orbits for `case_id` and the offsets."""
-    datasets = []
+    listed = []
     if schema.histories:
-        datasets += [
+        listed += [
             Dataset(column.name, np.dtype("f8"), column.unit, column.description, SAMPLE)
             for column in schema.layout.stored
         ]
-        datasets += event_datasets(schema.layout)
-        datasets += section_datasets(schema.layout)
+        listed += event_datasets(schema.layout)
+        listed += section_datasets(schema.layout)
     for joint in schema.layout.joints:
         if joint.wear_bins:
             text = "wear depth of the {} in angular bins of its own frame"
             shape: tuple[int, ...] = (joint.wear_bins,)
             if joint.auxiliary:
                 text, shape = f"{text}, and in bins along its axis", (*shape, joint.wear_rows)
-            datasets += [
+            listed += [
                 Dataset(f"wear/{joint.name}/{body}", np.dtype("f8"), "m", text.format(body), CASE, shape)
                 for body in ("bearing", "journal")
             ]
-    return (*datasets, *life_datasets(schema.layout))
+    return (*listed, *life_datasets(schema.layout))
 
 
-def offsets_of(schema: ResultSchema) -> dict[str, Dataset]:
+def offset_datasets(schema: ResultSchema) -> dict[str, Dataset]:
     """Return the datasets with the offsets of cases, by the counted item: sample, event and so on."""
     text = "first {} of each case; the last value is their number"
     offsets = {SAMPLE: Dataset("offsets", np.dtype("i8"), "1", text.format(SAMPLE), CASE)}
@@ -180,12 +180,12 @@ def offsets_of(schema: ResultSchema) -> dict[str, Dataset]:
     return offsets
 
 
-def put(file: h5py.File, dataset: Dataset, values: np.ndarray, **options: Any) -> None:
+def write_dataset(file: h5py.File, dataset: Dataset, values: np.ndarray, **options: Any) -> None:
     """Write `values` as one dataset with its unit and description."""
-    describe(file.create_dataset(dataset.path, data=values, **options), dataset)
+    describe_dataset(file.create_dataset(dataset.path, data=values, **options), dataset)
 
 
-def describe(target: h5py.Dataset, dataset: Dataset) -> None:
+def describe_dataset(target: h5py.Dataset, dataset: Dataset) -> None:
     """Attach unit and description to a dataset of the file."""
     target.attrs["units"] = dataset.unit
     target.attrs["description"] = dataset.description
@@ -197,19 +197,19 @@ CASE_ID = Dataset("case_id", np.dtype(f"S{ID_LENGTH}"), "1", "identity of the ca
 def orbits_bytes(schema: ResultSchema, rows: list[Row]) -> bytes:
     """Return the HDF5 file of a batch, plain so that a merge can read it by offsets; units are in the merged file."""
     arrays = [(CASE_ID, np.array([row.case_id.encode() for row in rows], CASE_ID.dtype))]
-    for item, dataset in offsets_of(schema).items():
-        counts = (_count(schema, row.trajectory, item) for row in rows)
+    for item, dataset in offset_datasets(schema).items():
+        counts = (_count_items(schema, row.trajectory, item) for row in rows)
         arrays.append((dataset, np.cumsum([0, *counts]).astype("i8")))
-    arrays += [(dataset, _gathered(schema, dataset, rows)) for dataset in datasets(schema)]
+    arrays += [(dataset, _concatenate_values(schema, dataset, rows)) for dataset in datasets(schema)]
     size = sum(values.nbytes + DATASET_BYTES for _, values in arrays)  # in one block, since growing takes longer
     with h5py.File("batch", "w", driver="core", backing_store=False, block_size=size) as file:
         for dataset, values in arrays:
-            _add(file, dataset, values)
+            _add_dataset(file, dataset, values)
         file.flush()
         return bytes(file.id.get_file_image())
 
 
-def _add(file: h5py.File, dataset: Dataset, values: np.ndarray) -> None:
+def _add_dataset(file: h5py.File, dataset: Dataset, values: np.ndarray) -> None:
     """Add a dataset to the file of a batch; some fifty of them by `create_dataset` take twice as long."""
     kind, space = h5t.py_create(values.dtype, logical=True), h5s.create_simple(values.shape)
     target = h5d.create(file.id, dataset.path.encode(), kind, space, lcpl=_WITH_GROUPS)
@@ -217,7 +217,7 @@ def _add(file: h5py.File, dataset: Dataset, values: np.ndarray) -> None:
         target.write(h5s.ALL, h5s.ALL, np.ascontiguousarray(values))
 
 
-def _count(schema: ResultSchema, trajectory: results.Trajectory, item: str) -> int:
+def _count_items(schema: ResultSchema, trajectory: results.Trajectory, item: str) -> int:
     if schema.histories and item == EVENT:
         return len(trajectory.events)  # also for failed cases, if stored
     if trajectory.status != "ok":
@@ -231,22 +231,22 @@ def _count(schema: ResultSchema, trajectory: results.Trajectory, item: str) -> i
     return len(trajectory.t)
 
 
-def _gathered(schema: ResultSchema, dataset: Dataset, rows: list[Row]) -> np.ndarray:
+def _concatenate_values(schema: ResultSchema, dataset: Dataset, rows: list[Row]) -> np.ndarray:
     """Return the values of a dataset for all rows, case after case."""
     finished = [row.trajectory for row in rows if row.trajectory.status == "ok"]
-    if dataset.each == SAMPLE:
+    if dataset.item == SAMPLE:
         return np.concatenate([np.empty(0), *(path.channels[dataset.path] for path in finished)])
-    if dataset.each == SECTION:
-        parts = [path.poincare[dataset.path] for path in finished if dataset.path in path.poincare]
-        return np.concatenate([np.empty(0, dataset.dtype), *parts])
-    if dataset.each == NODE:
-        parts = [path.history[dataset.path.removeprefix(results.HISTORY)] for path in finished]
-        return np.concatenate([np.empty((0, *dataset.shape)), *parts])
-    if dataset.each == EVENT:
+    if dataset.item == SECTION:
+        arrays = [path.poincare[dataset.path] for path in finished if dataset.path in path.poincare]
+        return np.concatenate([np.empty(0, dataset.dtype), *arrays])
+    if dataset.item == NODE:
+        arrays = [path.history[dataset.path.removeprefix(results.HISTORY)] for path in finished]
+        return np.concatenate([np.empty((0, *dataset.shape)), *arrays])
+    if dataset.item == EVENT:
         name = dataset.path.removeprefix("events/")
         values = np.concatenate([np.empty(0, results.EVENT_DTYPE), *(row.trajectory.events for row in rows)])[name]
         codes = h5py.check_enum_dtype(dataset.dtype)
-        return values if codes is None else _coded(values, codes, dataset.dtype)
+        return values if codes is None else _encode_words(values, codes, dataset.dtype)
     _, joint, body = dataset.path.split("/")
     depths = np.full((len(rows), *dataset.shape), np.nan)
     for position, row in enumerate(rows):
@@ -255,7 +255,7 @@ def _gathered(schema: ResultSchema, dataset: Dataset, rows: list[Row]) -> np.nda
     return depths
 
 
-def _coded(words: np.ndarray, codes: dict[str, int], dtype: np.dtype) -> np.ndarray:
+def _encode_words(words: np.ndarray, codes: dict[str, int], dtype: np.dtype) -> np.ndarray:
     """Return the codes of words as an enum."""
     numbers = np.full(len(words), -1, dtype)
     for word, code in codes.items():
@@ -296,7 +296,7 @@ def file_name(batch: str, checksum: str, ending: str) -> str:
     return f"{batch}-{checksum[:HASH_LENGTH]}.{ending}"
 
 
-def named_hash(path: Path) -> str | None:
+def hash_in_name(path: Path) -> str | None:
     """Return the hash in the name of a file of a batch, or None for other names."""
     match = _NAME.fullmatch(path.name)
     return match and match.group(1)
@@ -323,14 +323,14 @@ def read_summary(path: Path, columns: list[str]) -> pa.Table:
         raise durable.damaged_error(path) from error
 
 
-def read_done(path: Path) -> tuple[np.ndarray, np.ndarray]:
+def read_finished_ids(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Return the identities (uint64) of the cases in the summary of a batch, and which of them failed."""
-    return done_of(read_summary(path, ["case_id", "status"]))
+    return finished_ids_of(read_summary(path, ["case_id", "status"]))
 
 
-def done_of(table: pa.Table) -> tuple[np.ndarray, np.ndarray]:
-    """Return the identities and failures as `read_done` does, from the rows of a batch."""
-    ids = [numbers_of(chunk.buffers()[2].to_pybytes()[: ID_LENGTH * len(chunk)]) for chunk in table["case_id"].chunks]
+def finished_ids_of(table: pa.Table) -> tuple[np.ndarray, np.ndarray]:
+    """Return the identities and failures as `read_finished_ids` does, from the rows of a batch."""
+    ids = [ids_of_texts(chunk.buffers()[2].to_pybytes()[: ID_LENGTH * len(chunk)]) for chunk in table["case_id"].chunks]
     failed = [words_of(chunk) != "ok" for chunk in table["status"].chunks]
     return np.concatenate([np.empty(0, "u8"), *ids]), np.concatenate([np.empty(0, bool), *failed])
 
@@ -345,7 +345,7 @@ def id_texts(ids: np.ndarray) -> np.ndarray:
     return np.frombuffer(binascii.hexlify(ids.astype(">u8").tobytes()), CASE_ID.dtype)
 
 
-def numbers_of(texts: bytes) -> np.ndarray:
+def ids_of_texts(texts: bytes) -> np.ndarray:
     """Return case_ids as numbers, uint64, from texts."""
     return np.frombuffer(binascii.unhexlify(texts), ">u8").astype("u8")
 

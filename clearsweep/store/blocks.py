@@ -26,9 +26,9 @@ from .directory import BLOCKS, DATASET, ORBITS_FILE, SUMMARY_FILE, RunDirectory
 
 BLOCK = 2**17  # consecutive indices of a grid in a block; a grid of more cases is cut
 MARK_FILE, IDS_FILE, SAMPLE_FILE = "block.json", "ids.bin", "sample.parquet"
-SAMPLED = 2**15  # rows of all blocks that are drawn for reports
-LEAST_SAMPLED = 16  # of them from each block
-LARGEST = 10**12  # number of cases that a mark may have
+SAMPLED_ROWS = 2**15  # rows of all blocks that are drawn for reports
+MIN_SAMPLED = 16  # of them from each block
+MAX_CASES = 10**12  # number of cases that a mark may have
 _NAME = re.compile(r"\d{5}")
 _COUNTS = ("cases", "ok", "failed", "missing", "others", "drawn")  # of a mark
 _COUNTED = ("statuses", "remarks", "limits", "exceeded", "unknown", "fails", "unjudged")  # below its `counts`
@@ -103,7 +103,7 @@ class Division:
     @property
     def sampled(self) -> int:
         """Return the number of rows that each block gives to the sample of a report."""
-        return max(SAMPLED // self.count, LEAST_SAMPLED)
+        return max(SAMPLED_ROWS // self.count, MIN_SAMPLED)
 
     def part(self, number: int) -> range:
         """Return the indices of a block."""
@@ -119,14 +119,14 @@ def read_mark(block: Block, fingerprint: str | None = None) -> dict[str, Any] | 
         mark = json.loads(durable.read(block.mark))
         checksum = mark.pop("checksum")
         sizes = {name: size for name, (_, size) in mark["files"].items()}
-        intact = checksum == _checksum(mark) and fingerprint in (None, mark["form"])
-        is_valid = intact and all(os.stat(path).st_size == sizes[name] for name, path in block.files.items())
+        is_intact = checksum == _checksum(mark) and fingerprint in (None, mark["form"])
+        is_valid = is_intact and all(os.stat(path).st_size == sizes[name] for name, path in block.files.items())
     except (FileNotFoundError, ValueError, KeyError, TypeError, AttributeError):
         return None
-    return dict(mark) if is_valid and mark["block"] == block.number and _is_whole(mark) else None
+    return dict(mark) if is_valid and mark["block"] == block.number and _is_complete(mark) else None
 
 
-def summed(counts: Sequence[Mapping[str, Any]], section: str) -> Counter[str]:
+def sum_counts(counts: Sequence[Mapping[str, Any]], section: str) -> Counter[str]:
     """Return the sums of a section of the `counts` of marks over all blocks."""
     total: Counter[str] = Counter()
     for count in counts:
@@ -134,12 +134,12 @@ def summed(counts: Sequence[Mapping[str, Any]], section: str) -> Counter[str]:
     return total
 
 
-def _is_whole(mark: dict[str, Any]) -> bool:
+def _is_complete(mark: dict[str, Any]) -> bool:
     """Return whether a mark has all entries that `finish_block` writes: its checksum does not prove that."""
     counts = mark.get("counts")
     ranges = mark.get("ranges")
     return (
-        all(isinstance(mark.get(name), int) and 0 <= mark[name] <= LARGEST for name in _COUNTS)
+        all(isinstance(mark.get(name), int) and 0 <= mark[name] <= MAX_CASES for name in _COUNTS)
         and isinstance(ranges, dict)
         and all(
             isinstance(extremes, list) and [type(value) for value in extremes] == [float, float, str, str]
@@ -169,10 +169,10 @@ def write_mark(block: Block, mark: Mapping[str, Any], scratch: Path) -> dict[str
 
 
 def _checksum(mark: Mapping[str, Any]) -> str:
-    return digest_of(json.dumps(mark, sort_keys=True))
+    return sha256_of(json.dumps(mark, sort_keys=True))
 
 
-def digest_of(text: str) -> str:
+def sha256_of(text: str) -> str:
     """Return the SHA-256 of a text in hexadecimal."""
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -225,7 +225,7 @@ class Sampler:
     def add(self, table: pa.Table, columns: dict[str, np.ndarray]) -> None:
         """Add rows, with their `columns` as arrays."""
         if (missing := self.rows - self.random_count) > 0:
-            self.random_rows.append(_copied(table, np.arange(min(missing, len(table)))))
+            self.random_rows.append(_copy_rows(table, np.arange(min(missing, len(table)))))
             self.random_count += len(self.random_rows[-1])
         ids = columns["case_id"].tolist()
         for name, values in columns.items():
@@ -245,7 +245,7 @@ class Sampler:
         for case_id in selected_ids - self.selected.keys():
             position = bisect_left(ids, case_id)
             if position < len(ids) and ids[position] == case_id:
-                self.selected[case_id] = _copied(table, np.array([position]))
+                self.selected[case_id] = _copy_rows(table, np.array([position]))
         self.selected = {case_id: row for case_id, row in self.selected.items() if case_id in selected_ids}
 
     def table(self, schema: pa.Schema) -> pa.Table:
@@ -256,6 +256,6 @@ class Sampler:
         return pa.concat_tables([random_rows, *others]).combine_chunks()
 
 
-def _copied(table: pa.Table, positions: np.ndarray) -> pa.Table:
+def _copy_rows(table: pa.Table, positions: np.ndarray) -> pa.Table:
     """Return a copy of some rows, so that the memory of the others can be freed."""
     return table.take(array_of([None, positions.astype("i8")], pa.int64(), len(positions)))

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 from ..contracts.layout import Column
 from ..judging.verdict import EXCEEDED
 from . import durable
-from .batch import ResultSchema, datasets, summary_schema, with_verdict
+from .batch import ResultSchema, add_verdict_columns, datasets, summary_schema
 from .columns import field_of, values_of
 from .directory import IDENTIFY_FILE, OPTIMISE_FILE, SEEK_FILE, RunDirectory
 from .orbits import OrbitFiles
@@ -37,7 +37,7 @@ def read_results(
     requested: dict[str, list[np.ndarray]] = {name: [] for name in names}
     margins: dict[str, list[np.ndarray]] = {limit.column: [] for limit in result_schema.verdict.limits}
     for group in summary_groups(run, summary_schema(result_schema), rows):
-        table = with_verdict(result_schema.verdict, group)
+        table = add_verdict_columns(result_schema.verdict, group)
         status += table["status"].to_pylist()
         exceeded += (
             [columns or "" for columns in table[EXCEEDED].to_pylist()]
@@ -46,24 +46,26 @@ def read_results(
         )
         for name in names:
             requested[name].append(np.asarray(values_of(table[name].combine_chunks()), float))
-        limited = {name for limit in result_schema.verdict.limits for name in (limit.column, limit.times) if name}
-        columns = {name: values_of(table[name].combine_chunks()) for name in limited}
-        selection: dict[str, np.ndarray] = {}
+        limited_columns = {
+            name for limit in result_schema.verdict.limits for name in (limit.column, limit.times) if name
+        }
+        columns = {name: values_of(table[name].combine_chunks()) for name in limited_columns}
+        group_margins: dict[str, np.ndarray] = {}
         for limit in result_schema.verdict.limits:
             margin = limit.margin(columns)
             margin = np.where(np.isnan(margin) & limit.is_exceeded(columns), -np.inf, margin)
-            selection[limit.column] = np.fmin(selection.get(limit.column, np.inf), margin)
-        for name, values in selection.items():
+            group_margins[limit.column] = np.fmin(group_margins.get(limit.column, np.inf), margin)
+        for name, values in group_margins.items():
             margins[name].append(values)
-    return CaseResults(status, exceeded, _joined(margins), _joined(requested))
+    return CaseResults(status, exceeded, _concatenate_groups(margins), _concatenate_groups(requested))
 
 
-def _joined(arrays: Mapping[str, Sequence[np.ndarray]]) -> dict[str, np.ndarray]:
+def _concatenate_groups(arrays: Mapping[str, Sequence[np.ndarray]]) -> dict[str, np.ndarray]:
     """Return name -> the values of all row groups."""
     return {name: np.concatenate([[], *groups]) for name, groups in arrays.items()}
 
 
-def histories(
+def read_histories(
     run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray, names: Sequence[str]
 ) -> list[dict[str, np.ndarray]]:
     """Return channels of committed cases (ROWS), case by case."""
@@ -71,7 +73,7 @@ def histories(
     with OrbitFiles(run, result_schema) as orbits:
         for dataset in datasets(result_schema):
             if dataset.path in names:
-                extents = orbits.extents(dataset.each, dataset.width, rows)
+                extents = orbits.extents(dataset.item, dataset.width, rows)
                 for channels, number, start, count in zip(results, rows["batch"].tolist(), *extents, strict=True):
                     content = orbits.read(number, dataset, int(start), int(count))
                     channels[dataset.path] = np.frombuffer(content, dataset.dtype)

@@ -61,7 +61,7 @@ def _in_orbits(
     with OrbitFiles(first, result_schema) as first_orbits, OrbitFiles(second, result_schema) as second_orbits:
         for dataset in datasets(result_schema):
             extents = [
-                orbits.extents(dataset.each, dataset.width, rows)
+                orbits.extents(dataset.item, dataset.width, rows)
                 for orbits, rows in ((first_orbits, first_rows), (second_orbits, second_rows))
             ]
             for k, case_id in enumerate(first_rows["id"].tolist()):

@@ -19,7 +19,7 @@ class Dataset(NamedTuple):
     dtype: np.dtype
     unit: str
     description: str
-    each: str
+    item: str
     shape: tuple[int, ...] = ()
 
     @property
@@ -61,7 +61,7 @@ def section_datasets(layout: Layout) -> list[Dataset]:
 
 
 #: History of a life for each joint with wear: name, unit, description, and whether it has a value per bin.
-_OF_JOINT = (
+_JOINT_HISTORIES = (
     ("wear_depth_max", "m", "largest wear depth of either body", False),
     ("clearance", "m", "largest eccentricity, over directions, at which the surfaces touch first", False),
     ("force_peak", "N", "largest normal force of the block at this node", False),
@@ -78,7 +78,7 @@ def life_datasets(layout: Layout) -> list[Dataset]:
     text = "revolutions from the unworn start to the limit, or to the last block"
     datasets = [Dataset(f"{results.HISTORY}revolutions", np.dtype("f8"), "1", text, NODE)]
     for joint in layout.joints:
-        for name, unit, text, binned in _OF_JOINT if joint.wear_bins else ():
-            path, shape = f"{results.HISTORY}{joint.name}/{name}", (joint.wear_bins,) if binned else ()
+        for name, unit, text, has_bins in _JOINT_HISTORIES if joint.wear_bins else ():
+            path, shape = f"{results.HISTORY}{joint.name}/{name}", (joint.wear_bins,) if has_bins else ()
             datasets.append(Dataset(path, np.dtype("f8"), unit, text, NODE, shape))
     return datasets

@@ -26,21 +26,21 @@ from .batch import (
     Row,
     batch_files,
     datasets,
-    done_of,
     file_name,
+    finished_ids_of,
+    hash_in_name,
     id_text,
-    named_hash,
     orbits_bytes,
-    read_done,
+    read_finished_ids,
     summary_bytes,
 )
-from .record import RECORD_FILE, now, plain, read_record, record_bytes, signed
+from .record import RECORD_FILE, json_round_trip, read_record, record_bytes, signed, utc_now
 
 ROWS = np.dtype([("id", "u8"), ("batch", "i4"), ("row", "i4"), ("failed", "?")])
 LOCK, SCRATCH = "lock", "tmp"
 BLOCKS, DATASET = "blocks", "summary"  # folders of a run that is cut: of its blocks, and of their sorted summaries
 LOCK_WAIT = 0.05  # s, longer than reading the holder of the lock
-MOST_CACHED = 64  # largest batch whose cases are cached in memory
+MAX_CACHED = 64  # largest batch whose cases are cached in memory
 FINAL_FILES = SUMMARY_FILE, ORBITS_FILE = "summary.parquet", "orbits.h5"
 ANSWER_FILES = (SEEK_FILE, OPTIMISE_FILE, IDENTIFY_FILE) = (
     "seek.parquet",
@@ -87,7 +87,7 @@ class RunDirectory:
             self.record_damage = str(error)
             return
         if stored is not None:
-            self._compare(stored, plain(grid.fixed_settings()))
+            self._compare(stored, json_round_trip(grid.fixed_settings()))
 
     def _blocks_match(self) -> bool:
         """Return whether a block of the run has batches of the requested grid."""
@@ -107,20 +107,25 @@ class RunDirectory:
             return
         foreign = sorted({entry.name for entry in self.path.iterdir()} - _OWN_NAMES)
         foreign += [f"{SUMMARIES}/{path.name}" for path in self.summaries.glob("*")]  # run.json is lost
-        foreign += [f"{ORBITS}/{path.name}" for path in self.orbits.glob("*") if not named_hash(path)]
-        foreign += [f"{SCRATCH}/{name}" for name in durable.foreign_names(self.scratch)]
+        foreign += [f"{ORBITS}/{path.name}" for path in self.orbits.glob("*") if not hash_in_name(path)]
+        foreign += [f"{SCRATCH}/{name}" for name in durable.find_foreign_names(self.scratch)]
         if foreign:
             raise DirectoryError(
                 f"{self.path}: contains other files ({', '.join(foreign[:3])}) and no "
                 "run.json; choose an empty or new directory with --out"
             )
 
-    def _compare(self, stored: dict[str, Any], requested: dict[str, Any]) -> None:
+    def _compare(self, stored_settings: dict[str, Any], grid_settings: dict[str, Any]) -> None:
         """Raise DirectoryError if the fixed settings of the directory differ from those of the grid."""
-        differing = [path for path in sorted({*stored, *requested}) if stored.get(path) != requested.get(path)]
+        differing = [
+            path
+            for path in sorted({*stored_settings, *grid_settings})
+            if stored_settings.get(path) != grid_settings.get(path)
+        ]
         if differing:
             lines = "".join(
-                f"\n  {path}: there {_show(stored.get(path))}, in the grid {_show(requested.get(path))}"
+                f"\n  {path}: there {_json_text(stored_settings.get(path))}, in the grid "
+                f"{_json_text(grid_settings.get(path))}"
                 for path in differing
             )
             raise DirectoryError(
@@ -135,15 +140,15 @@ class RunDirectory:
         A new run.json contains `facts`.
         """
         self.check(grid)
-        with contextlib.ExitStack() as at_end:
+        with contextlib.ExitStack() as exit_stack:
             try:
                 self.path.mkdir(parents=True, exist_ok=True)
                 for folder in (self.orbits, self.summaries):
                     durable.make_folder(folder)
-                self._lock(at_end.enter_context(durable.opened_lock(self.path / LOCK)))
+                self._lock(exit_stack.enter_context(durable.open_lock(self.path / LOCK)))
                 durable.make_folder(self.scratch)  # under the lock: a run removes it at its end
-                at_end.callback(durable.clear, self.scratch, remove=True)
-                durable.clear(self.scratch)
+                exit_stack.callback(durable.remove_temporaries, self.scratch, remove=True)
+                durable.remove_temporaries(self.scratch)
                 durable.check_writable(self.scratch)
             except DirectoryError:
                 raise
@@ -151,15 +156,15 @@ class RunDirectory:
                 raise self._not_writable(error) from error
             self.check(grid)  # again, now that no other process can change it
             if self.record_damage or not self.record.exists():
-                self.write_record(grid, start=now(), end=None, **facts)
+                self.write_record(grid, start=utc_now(), end=None, **facts)
             yield self
 
     @contextlib.contextmanager
     def locked(self) -> Iterator[None]:
         """Hold the lock of a directory in which no grid runs; raise DirectoryError if a run is active."""
-        with contextlib.ExitStack() as at_end:
+        with contextlib.ExitStack() as exit_stack:
             try:
-                self._lock(at_end.enter_context(durable.opened_lock(self.path / LOCK)))
+                self._lock(exit_stack.enter_context(durable.open_lock(self.path / LOCK)))
             except DirectoryError:
                 raise
             except OSError as error:
@@ -178,7 +183,7 @@ class RunDirectory:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise DirectoryError(
-                f"{self.path}: another run works here ({_holder(lock)}); wait for it, stop it, or "
+                f"{self.path}: another run works here ({_read_holder(lock)}); wait for it, stop it, or "
                 "choose another directory with --out"
             ) from None
         if not _HOLDER.fullmatch(lock.read(1000)):
@@ -187,7 +192,7 @@ class RunDirectory:
             )
         lock.truncate(0)
         lock.seek(0)
-        lock.write(f"process {os.getpid()} on {platform.node()} since {now()}".encode())
+        lock.write(f"process {os.getpid()} on {platform.node()} since {utc_now()}".encode())
 
     def holder(self) -> str | None:
         """Return the process that has the lock, or None."""
@@ -195,7 +200,7 @@ class RunDirectory:
             try:
                 fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
             except BlockingIOError:
-                return _holder(lock)
+                return _read_holder(lock)
         return None
 
     def write_record(self, grid: Grid, **facts: Any) -> None:
@@ -208,7 +213,7 @@ class RunDirectory:
         with durable.storing(self.record):
             durable.replace(self.record, signed(read_record(self.path) | facts), self.scratch)
 
-    def recover(self) -> list[str]:
+    def load_intact_batches(self) -> list[str]:
         """Load intact commits; return descriptions of damaged ones and what happens to them.
 
         Unneeded files that a run wrote are removed; their names have checksums.  Damaged files are kept as *.damaged,
@@ -218,14 +223,14 @@ class RunDirectory:
         damage = self.load_batches()
         notes += [f"{sentence}; its cases run again" for sentence in damage.values()]
         needed = {batch.orbits for batch in self.batches} | {batch.orbits for batch in self.others}
-        leftover = [*damage, *(path for path in files_of_batches(self.orbits) if path not in needed)]
-        for path in leftover:
-            if durable.checksum(path)[:HASH_LENGTH] == named_hash(path):
+        unneeded = [*damage, *(path for path in batch_files_in(self.orbits) if path not in needed)]
+        for path in unneeded:
+            if durable.checksum(path)[:HASH_LENGTH] == hash_in_name(path):
                 durable.discard(path)
             else:
                 durable.set_aside(path)
         notes += [f"{batch.summary.relative_to(self.path)}: of another grid; left alone" for batch in self.others]
-        if logs := durable.life_logs_in(self.scratch):  # cases whose process was killed after the commit
+        if logs := durable.find_life_logs(self.scratch):  # cases whose process was killed after the commit
             rows = self.rows()
             finished_ids = set(map(id_text, rows["id"][~rows["failed"]].tolist()))
             for case_id in finished_ids.intersection(logs):
@@ -238,22 +243,22 @@ class RunDirectory:
         Without `histories` their files are not read.  `rows_kept` : number of rows of summaries that stay in memory.
         """
         self.batches, self.others, damage, kept_rows = [], [], {}, 0
-        for path in files_of_batches(self.summaries):
+        for path in batch_files_in(self.summaries):
             content = durable.read(path)
-            if hashlib.sha256(content).hexdigest()[:HASH_LENGTH] != named_hash(path):
+            if hashlib.sha256(content).hexdigest()[:HASH_LENGTH] != hash_in_name(path):
                 damage[path] = f"{path.relative_to(self.path)}: damaged (its checksum differs)"
                 continue
             batch = batch_files(path, content, keep_rows=kept_rows < rows_kept)
             kept_rows += 0 if batch.table is None else len(batch.table)
             if self.frame not in (None, batch.frame):
                 self.others.append(batch)
-            elif histories and (problem := self._flaw(batch)):
+            elif histories and (problem := self._describe_damage(batch)):
                 damage[path] = problem
             else:
                 self.batches.append(batch)
         return damage
 
-    def _flaw(self, batch: BatchFiles) -> str | None:
+    def _describe_damage(self, batch: BatchFiles) -> str | None:
         """Return the damage of a batch's histories."""
         if batch.orbits is None:
             return None
@@ -264,57 +269,57 @@ class RunDirectory:
             return f"{name}: missing"
         return None if is_intact else f"{name}: damaged (its checksum differs)"
 
-    def adopt(self, name: str) -> None:
+    def register_batch(self, name: str) -> None:
         """Register a batch that was committed during this run, by the name of its summary."""
         path = self.summaries / name
-        self.batches.append(batch_files(path, self._intact(path)))
+        self.batches.append(batch_files(path, self._read_intact(path)))
 
-    def _intact(self, path: Path) -> bytes:
+    def _read_intact(self, path: Path) -> bytes:
         """Return the content of the summary of a batch; StorageError if it was changed after the commit."""
         try:
             content = durable.read(path)
         except FileNotFoundError:
             content = b""
-        if named_hash(path) != hashlib.sha256(content).hexdigest()[:HASH_LENGTH]:
+        if hash_in_name(path) != hashlib.sha256(content).hexdigest()[:HASH_LENGTH]:
             raise durable.damaged_error(path)
         return content
 
-    def take_batches(self, other: "RunDirectory") -> None:
+    def link_batches(self, other: "RunDirectory") -> None:
         """Link or copy the batches of another directory; orbits first, since summaries commit."""
         known = {batch.name for batch in self.batches}
-        new = [batch for batch in other.batches if batch.name not in known]
+        new_batches = [batch for batch in other.batches if batch.name not in known]
         for folder, files in (
-            (self.orbits, [batch.orbits for batch in new if batch.orbits]),
-            (self.summaries, [batch.summary for batch in new]),
+            (self.orbits, [batch.orbits for batch in new_batches if batch.orbits]),
+            (self.summaries, [batch.summary for batch in new_batches]),
         ):
             with durable.storing(folder):
                 for path in files:
-                    durable.duplicate(path, folder / path.name, self.scratch)
+                    durable.link_or_copy(path, folder / path.name, self.scratch)
                 durable.sync(folder)
-        for batch in new:
-            self.adopt(batch.name)
+        for batch in new_batches:
+            self.register_batch(batch.name)
 
     def committed(self) -> set[str]:
         """Return the names of all committed batches."""
-        return {path.name.partition("-")[0] for path in files_of_batches(self.summaries)}
+        return {path.name.partition("-")[0] for path in batch_files_in(self.summaries)}
 
-    def committed_as(self, batch: str) -> str | None:
+    def committed_summary(self, batch: str) -> str | None:
         """Return the name of the summary that `batch` committed, or None if it committed nothing."""
         return next((path.name for path in self.summaries.glob(f"{batch}-*.parquet")), None)
 
-    def done_in(self, name: str) -> np.ndarray:
+    def finished_ids_in(self, name: str) -> np.ndarray:
         """Return the identities (uint64) of the cases in the summary `name`."""
-        return read_done(self.summaries / name)[0]
+        return read_finished_ids(self.summaries / name)[0]
 
     def counts_of(self, name: str) -> tuple[int, int]:
         """Return how many cases the summary `name` contains and how many of them failed."""
-        self._intact(self.summaries / name)
-        failed = read_done(self.summaries / name)[1]
+        self._read_intact(self.summaries / name)
+        failed = read_finished_ids(self.summaries / name)[1]
         return len(failed), int(np.count_nonzero(failed))
 
     def rows(self) -> np.ndarray:
         """Return the location of each committed case (ROWS, ascending by id): its newest result, preferably 'ok'."""
-        contents = [self._done(batch) for batch in self.batches]
+        contents = [self._finished_ids(batch) for batch in self.batches]
         ids = np.concatenate([np.empty(0, "u8"), *(values for values, _ in contents)])
         failed = np.concatenate([np.empty(0, bool), *(values for _, values in contents)])
         sizes = [len(values) for _, values in contents]
@@ -331,12 +336,12 @@ class RunDirectory:
         rows["row"] = np.concatenate([np.empty(0, "i4"), *(np.arange(size) for size in sizes)])[order]
         return rows
 
-    def _done(self, batch: BatchFiles) -> tuple[np.ndarray, np.ndarray]:
-        """Return the result of `read_done`, cached for small batches, which rounds of cases read repeatedly."""
+    def _finished_ids(self, batch: BatchFiles) -> tuple[np.ndarray, np.ndarray]:
+        """Return the result of `read_finished_ids`, cached for small batches, which rounds of cases read repeatedly."""
         if batch.table is not None:
-            return done_of(batch.table)
-        content = self.cached.get(batch.summary) or read_done(batch.summary)
-        if len(content[0]) <= MOST_CACHED:
+            return finished_ids_of(batch.table)
+        content = self.cached.get(batch.summary) or read_finished_ids(batch.summary)
+        if len(content[0]) <= MAX_CACHED:
             self.cached[batch.summary] = content
         return content
 
@@ -359,15 +364,15 @@ def commit(directory: Path, result_schema: ResultSchema, batch: str, rows: list[
     return name
 
 
-def files_of_batches(folder: Path) -> list[Path]:
+def batch_files_in(folder: Path) -> list[Path]:
     """Return the files in a folder with names of batch files, in order."""
-    return sorted(path for path in folder.iterdir() if named_hash(path)) if folder.exists() else []
+    return sorted(path for path in folder.iterdir() if hash_in_name(path)) if folder.exists() else []
 
 
-def _holder(lock: BinaryIO) -> str:
+def _read_holder(lock: BinaryIO) -> str:
     lock.seek(0)
     return lock.read(1000).decode(errors="replace").strip() or "unknown"
 
 
-def _show(value: Any) -> str:
+def _json_text(value: Any) -> str:
     return "nothing" if value is None else json.dumps(value)

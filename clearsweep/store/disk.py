@@ -10,10 +10,10 @@ import numpy as np
 
 from ..language import wording
 from . import durable
-from .batch import HASH_LENGTH, id_text, named_hash
-from .directory import ANSWER_FILES, FINAL_FILES, RunDirectory, files_of_batches
+from .batch import HASH_LENGTH, hash_in_name, id_text
+from .directory import ANSWER_FILES, FINAL_FILES, RunDirectory, batch_files_in
 from .read import verify
-from .record import RECORD_FILE, check_form, read_record
+from .record import RECORD_FILE, check_format, read_record
 
 RESULTS = (*FINAL_FILES, *ANSWER_FILES, RECORD_FILE)
 
@@ -28,7 +28,7 @@ KINDS = {
 }
 
 
-class Waste(NamedTuple):
+class UnneededFiles(NamedTuple):
     """Unneeded files of one kind."""
 
     kind: str  # of KINDS
@@ -46,23 +46,23 @@ def clean(directory: Path, *, batches: bool = False, dry_run: bool = False) -> d
     Raise DirectoryError if there is no run, a run is active, or a file that would remain is damaged.
     """
     record = read_record(directory)
-    check_form(directory, record)
+    check_format(directory, record)
     run = RunDirectory(directory)
     with run.locked():
         finished = "merged" in record
         if batches and finished:
             verify(directory, record)
         damage = run.load_batches(histories=False)
-        removable = waste(run, damage, batches=batches and finished)
+        removable = unneeded_files(run, damage, batches=batches and finished)
         counts = record.get("counts", {})
         unused_rows = len(run.rows()) - counts.get("ok", 0) - counts.get("failed", 0) if batches and finished else 0
         for path in (path for waste_of_kind in removable for path in waste_of_kind.paths if not dry_run):
             durable.discard(path)
         if not dry_run:
-            durable.clear(run.scratch, remove=True)
+            durable.remove_temporaries(run.scratch, remove=True)
             for folder in (run.orbits, run.summaries):
                 durable.sync(folder)
-    sizes = use(directory)
+    sizes = disk_use(directory)
     return {
         "directory": str(directory),
         "finished": finished,
@@ -77,7 +77,7 @@ def clean(directory: Path, *, batches: bool = False, dry_run: bool = False) -> d
     }
 
 
-def waste(run: RunDirectory, damage: Iterable[Path] = (), *, batches: bool = False) -> list[Waste]:
+def unneeded_files(run: RunDirectory, damage: Iterable[Path] = (), *, batches: bool = False) -> list[UnneededFiles]:
     """Return the unneeded files in the directory of `run`; only files that a run wrote.
 
     `damage`: damaged summaries; they and their histories remain for the next run.
@@ -88,25 +88,27 @@ def waste(run: RunDirectory, damage: Iterable[Path] = (), *, batches: bool = Fal
     unneeded = run.batches if batches else repeated
     orbit_files = {batch.orbits for batch in run.batches}
     started = {path.name.partition("-")[0] for path in damage}
-    unused = [path for path in files_of_batches(run.orbits) if path not in orbit_files]
-    unused = [path for path in unused if path.name.partition("-")[0] not in started and _as_written(path)]
+    unused = [path for path in batch_files_in(run.orbits) if path not in orbit_files]
+    unused = [path for path in unused if path.name.partition("-")[0] not in started and _has_named_checksum(path)]
     finished_ids = set(map(id_text, rows["id"][~rows["failed"]].tolist()))
-    lives = [path for case_id, path in durable.life_logs_in(run.scratch).items() if case_id in finished_ids]
+    lives = [path for case_id, path in durable.find_life_logs(run.scratch).items() if case_id in finished_ids]
     removable = {
-        "writes": [*durable.temporaries(run.scratch), *durable.temporaries(run.path)],
+        "writes": [*durable.find_temporaries(run.scratch), *durable.find_temporaries(run.path)],
         "histories": unused,
         "lives": lives,
-        "damaged": [path for folder in (run.orbits, run.summaries) for path in durable.set_aside_in(folder)],
+        "damaged": [path for folder in (run.orbits, run.summaries) for path in durable.find_set_aside(folder)],
         "batches" if batches else "repeated": [
             path for batch in unneeded for path in (batch.summary, batch.orbits) if path
         ],
     }
     return [
-        Waste(kind, tuple(removable[kind]), sum(map(_size, removable[kind]))) for kind in KINDS if removable.get(kind)
+        UnneededFiles(kind, tuple(removable[kind]), sum(map(_size, removable[kind])))
+        for kind in KINDS
+        if removable.get(kind)
     ]
 
 
-def use(directory: Path) -> dict[str, int]:
+def disk_use(directory: Path) -> dict[str, int]:
     """Return the sizes in bytes of the results, of the batches, of other files (pages), and of all."""
     sizes = {"results": 0, "batches": 0, "other": 0}
     run = RunDirectory(directory)
@@ -130,7 +132,7 @@ def clean_text(facts: dict[str, Any]) -> str:
     ]
     if facts["other_cases"]:
         lines.append(f"  of these {wording.count(facts['other_cases'], 'case')} that the last grid does not contain")
-    lines.append(f"Disk: {use_text(facts['left'])}")
+    lines.append(f"Disk: {disk_use_text(facts['left'])}")
     keeps_batches = not any(fact["kind"] == "batches" for fact in facts["removed"])
     if facts["finished"] and facts["left"]["batches"] and keeps_batches:
         lines.append("--batches also removes the batches; a changed grid then computes all cases again")
@@ -139,15 +141,15 @@ def clean_text(facts: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def use_text(sizes: dict[str, int]) -> str:
-    """Return the sizes from `use` as '52 MB: results 20 MB, batches 32 MB'."""
+def disk_use_text(sizes: dict[str, int]) -> str:
+    """Return the sizes from `disk_use` as '52 MB: results 20 MB, batches 32 MB'."""
     parts = [f"{name} {wording.byte_count(sizes[name])}" for name in ("results", "batches", "other") if sizes[name]]
     return f"{wording.byte_count(sizes['all'])}: {', '.join(parts)}"
 
 
-def _as_written(path: Path) -> bool:
+def _has_named_checksum(path: Path) -> bool:
     """Return whether a file of a batch has the checksum in its name."""
-    return durable.checksum(path)[:HASH_LENGTH] == named_hash(path)
+    return durable.checksum(path)[:HASH_LENGTH] == hash_in_name(path)
 
 
 def _size(path: Path) -> int:

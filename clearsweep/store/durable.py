@@ -58,7 +58,7 @@ def open_regular(path: Path) -> BufferedReader:
         return os.fdopen(_handle(path, os.O_RDONLY), "rb")
 
 
-def opened_lock(path: Path) -> FileIO:
+def open_lock(path: Path) -> FileIO:
     """Return a regular file opened for reading and writing; create it if it is missing."""
     return os.fdopen(_handle(path, os.O_RDWR | os.O_CREAT), "r+b", buffering=0)
 
@@ -111,7 +111,7 @@ def life_log(folder: Path, case_id: str) -> Path:
     return scratch_file(folder, f"{case_id}.life")
 
 
-def life_logs_in(folder: Path) -> dict[str, Path]:
+def find_life_logs(folder: Path) -> dict[str, Path]:
     """Return the files kept for uncommitted cases in a folder, by case identity."""
     names = os.listdir(folder) if folder.is_dir() else []
     return {match.group(1): folder / name for name in names if (match := _LIFE_LOG.fullmatch(name))}
@@ -123,7 +123,7 @@ def batch_of_progress(name: str) -> str | None:
     return match and match.group(1)
 
 
-def overwrite(path: Path, content: bytes) -> None:
+def overwrite_temporary(path: Path, content: bytes) -> None:
     """Write a temporary file, creating it if missing; a concurrent reader may see a part of it."""
     with os.fdopen(_handle(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), "wb") as file:
         file.write(content)
@@ -159,7 +159,7 @@ def replace(path: Path, content: bytes, scratch: Path | None = None) -> None:
     sync(path.parent)
 
 
-def duplicate(source: Path, path: Path, scratch: Path) -> None:
+def link_or_copy(source: Path, path: Path, scratch: Path) -> None:
     """Link a finished file to `path`, or copy it if the file system cannot link; not yet synced."""
     with publishing(path, scratch) as temporary:
         try:
@@ -184,7 +184,7 @@ def set_aside(path: Path) -> None:
     os.replace(path, aside)
 
 
-def clear(folder: Path, *, remove: bool = False) -> None:
+def remove_temporaries(folder: Path, *, remove: bool = False) -> None:
     """Remove the temporary files of runs in a folder; `remove`: also the folder, if it is then empty."""
     with contextlib.suppress(OSError):
         for name in os.listdir(folder):
@@ -194,13 +194,13 @@ def clear(folder: Path, *, remove: bool = False) -> None:
             os.rmdir(folder)
 
 
-def temporaries(folder: Path) -> list[Path]:
+def find_temporaries(folder: Path) -> list[Path]:
     """Return the temporary files that runs have left in a folder."""
     names = sorted(os.listdir(folder)) if folder.is_dir() else []
     return [folder / name for name in names if _TEMPORARY.fullmatch(name)]
 
 
-def set_aside_in(folder: Path) -> list[Path]:
+def find_set_aside(folder: Path) -> list[Path]:
     """Return the batch files in a folder that `set_aside` has renamed."""
     names = sorted(os.listdir(folder)) if folder.is_dir() else []
     return [folder / name for name in names if _SET_ASIDE.fullmatch(name)]
@@ -214,7 +214,7 @@ def check_writable(folder: Path) -> None:
     discard(probe)
 
 
-def foreign_names(folder: Path) -> list[str]:
+def find_foreign_names(folder: Path) -> list[str]:
     """Return the names in a folder for temporary files that are not from runs."""
     names = os.listdir(folder) if folder.is_dir() else []
     return [name for name in names if not _TEMPORARY.fullmatch(name) and not _LIFE_LOG.fullmatch(name)]

@@ -17,7 +17,7 @@ from .blocks import IDS_FILE, SAMPLE_FILE, Block, Division, Sampler, read_mark, 
 from .columns import values_of, words_of
 from .directory import DATASET, LOCK, ORBITS_FILE, SUMMARY_FILE
 from .orbits import FORMAT, write_orbits
-from .summary import HELD_ROWS, repetitive, summary_groups, write_summary
+from .summary import ROWS_IN_MEMORY, repetitive_columns, summary_groups, write_summary
 from .worst import FindPeaks, worst_cases, write_worst
 
 
@@ -48,7 +48,7 @@ def finish_block(  # noqa: PLR0913 - the block, its content, what is made of it
     requested : identities of the cases in the block, ascending.  `report`, `find_peaks` : as in `merge`.
     """
     block.directory(result_schema.frame)
-    with durable.opened_lock(block.path / LOCK) as lock:
+    with durable.open_lock(block.path / LOCK) as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # an abandoned driver may finish the block at the same time
         return _finish(block, division, result_schema, (requested, facts, find_peaks, report))
 
@@ -62,7 +62,7 @@ def _finish(
     """Write the files of `finish_block` under the lock of the block."""
     requested, facts, find_peaks, report = content
     run = block.directory(result_schema.frame)
-    for sentence in run.load_batches(rows_kept=HELD_ROWS).values():
+    for sentence in run.load_batches(rows_kept=ROWS_IN_MEMORY).values():
         report(f"{block.path}: {sentence}; its cases run again")
     rows = run.rows()
     stored = len(rows)
@@ -133,7 +133,7 @@ def _finish(
 
 def _columns(table: pa.Table) -> dict[str, np.ndarray]:
     """Return the columns of some rows of a summary as `values_of` does."""
-    repeated = {*repetitive(table.schema)}
+    repeated = {*repetitive_columns(table.schema)}
     return {
         name: (words_of if name in repeated else values_of)(table[name].combine_chunks()) for name in table.column_names
     }

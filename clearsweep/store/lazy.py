@@ -80,7 +80,7 @@ class Filter:
             if column in ranges and not isinstance(value, str)
         )
 
-    def groups(self, file: pq.ParquetFile, between: Callable[[int, int], np.ndarray]) -> list[int]:
+    def groups(self, file: pq.ParquetFile, rows_between: Callable[[int, int], np.ndarray]) -> list[int]:
         """Return the row groups of a summary that may contain matching rows.
 
         between : range of identities -> range of rows.
@@ -89,7 +89,7 @@ class Filter:
         ids = self.case_ids
         if ids is None:
             return list(groups)
-        row_ranges = [between(int(case_id, 16), int(case_id, 16)).tolist() for case_id in ids]
+        row_ranges = [rows_between(int(case_id, 16), int(case_id, 16)).tolist() for case_id in ids]
         group_ends = np.cumsum([file.metadata.row_group(group).num_rows for group in groups])
         return sorted({int(np.searchsorted(group_ends, first, "right")) for first, last in row_ranges if last > first})
 

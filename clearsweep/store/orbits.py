@@ -13,10 +13,10 @@ from isal import isal_zlib
 
 from ..language import phases
 from . import durable
-from .batch import CASE_ID, ResultSchema, datasets, describe, id_texts, offsets_of, put
+from .batch import CASE_ID, ResultSchema, datasets, describe_dataset, id_texts, offset_datasets, write_dataset
 from .datasets import CASE, Dataset
 from .directory import RunDirectory
-from .summary import HELD_ROWS, places_by_value
+from .summary import ROWS_IN_MEMORY, indices_by_value
 
 CHUNK_VALUES = 16384  # values in a compressed chunk of a dataset: 128 kB of float64
 CHUNKS_AT_ONCE = 32  # chunks compressed in parallel before they are written
@@ -32,7 +32,7 @@ class _OrbitFile:
         self.path = path
         durable.check_regular(path)
         with h5py.File(path, "r") as file:
-            self.starts = {item: file[dataset.path][:] for item, dataset in offsets_of(result_schema).items()}
+            self.starts = {item: file[dataset.path][:] for item, dataset in offset_datasets(result_schema).items()}
             paths = [dataset.path for dataset in datasets(result_schema)]
             self.byte_offsets = {name: h5py.h5d.open(file.id, name.encode()).get_offset() for name in paths}
 
@@ -41,7 +41,7 @@ class OrbitFiles:
     """The orbits of all batches of a run, opened on demand; few files are open at a time."""
 
     def __init__(self, run: RunDirectory, result_schema: ResultSchema):
-        self.paths, self.form = [batch.orbits for batch in run.batches], result_schema
+        self.paths, self.result_schema = [batch.orbits for batch in run.batches], result_schema
         self.files: dict[int, _OrbitFile] = {}  # number of a batch -> value
         self.handles: dict[int, BinaryIO] = {}  # number of a batch -> value
 
@@ -57,7 +57,7 @@ class OrbitFiles:
         if item == CASE:
             return rows["row"].astype("i8") * width, np.full(len(rows), width, "i8")
         first, count = np.zeros(len(rows), "i8"), np.zeros(len(rows), "i8")
-        for selection in places_by_value(rows["batch"]):
+        for selection in indices_by_value(rows["batch"]):
             if file := self._file(int(rows["batch"][selection[0]])):
                 starts, row = file.starts[item], rows["row"][selection]
                 first[selection], count[selection] = starts[row], starts[row + 1] - starts[row]
@@ -67,7 +67,7 @@ class OrbitFiles:
         """Return the file of a batch, or None if it has no orbits."""
         path = self.paths[number]
         if number not in self.files and path:
-            self.files[number] = _OrbitFile(path, self.form)
+            self.files[number] = _OrbitFile(path, self.result_schema)
         return self.files.get(number)
 
     def read(self, number: int, dataset: Dataset, first: int, count: int) -> bytes:
@@ -92,34 +92,36 @@ def write_orbits(path: Path, run: RunDirectory, result_schema: ResultSchema, row
         ThreadPoolExecutor(COMPRESSORS) as threads,
     ):
         file.attrs["clearsweep"] = mark
-        put(file, CASE_ID, id_texts(rows["id"]), fletcher32=len(rows) > 0)
-        for item, dataset in offsets_of(result_schema).items():
+        write_dataset(file, CASE_ID, id_texts(rows["id"]), fletcher32=len(rows) > 0)
+        for item, dataset in offset_datasets(result_schema).items():
             _, count = orbits.extents(item, 1, rows)
-            put(file, dataset, np.concatenate([[0], np.cumsum(count)]).astype("i8"), fletcher32=True)
-        all_datasets, writing = datasets(result_schema), phases.innermost()
+            write_dataset(file, dataset, np.concatenate([[0], np.cumsum(count)]).astype("i8"), fletcher32=True)
+        all_datasets, writing = datasets(result_schema), phases.innermost_phase()
         for number, dataset in enumerate(all_datasets):
-            first, count = orbits.extents(dataset.each, dataset.width, rows)
-            _write_dataset(file, dataset, _pieces(orbits, dataset, rows["batch"], first, count), count.sum(), threads)
+            first, count = orbits.extents(dataset.item, dataset.width, rows)
+            _write_dataset(
+                file, dataset, _case_values(orbits, dataset, rows["batch"], first, count), count.sum(), threads
+            )
             if writing:
                 writing.note(share=(number + 1) / len(all_datasets))
 
 
-def _pieces(
+def _case_values(
     orbits: OrbitFiles, dataset: Dataset, numbers: np.ndarray, first: np.ndarray, count: np.ndarray
 ) -> Iterator[bytes]:
     """Yield the bytes of every case's values, in order."""
-    for group_start in range(0, len(numbers), HELD_ROWS):
-        group = slice(group_start, group_start + HELD_ROWS)
+    for group_start in range(0, len(numbers), ROWS_IN_MEMORY):
+        group = slice(group_start, group_start + ROWS_IN_MEMORY)
         for number, start, values in zip(*(array[group].tolist() for array in (numbers, first, count)), strict=True):
             if values:
                 yield orbits.read(number, dataset, start, values)
 
 
 def _write_dataset(
-    file: h5py.File, dataset: Dataset, pieces: Iterator[bytes], values: int, threads: ThreadPoolExecutor
+    file: h5py.File, dataset: Dataset, case_values: Iterator[bytes], value_count: int, threads: ThreadPoolExecutor
 ) -> None:
     """Write the pieces one after another, each with a checksum, filtered in threads: h5py would use one core."""
-    items = int(values) // dataset.width
+    items = int(value_count) // dataset.width
     shape = (items, *dataset.shape)
     rows = max(1, min(items, CHUNK_VALUES // dataset.width))
     compression: dict[str, Any] = {
@@ -130,20 +132,20 @@ def _write_dataset(
         "fletcher32": True,
     }
     target = file.create_dataset(dataset.path, shape, dataset.dtype, **(compression if items else {}))
-    describe(target, dataset)
+    describe_dataset(target, dataset)
     size = dataset.dtype.itemsize
-    row, chunks = 0, _rechunked(pieces, rows * dataset.width * size)
+    row, chunks = 0, _rechunk(case_values, rows * dataset.width * size)
     while batch := [chunk for _, chunk in zip(range(CHUNKS_AT_ONCE), chunks, strict=False)]:
-        for content in threads.map(lambda chunk: _filtered(chunk, size), batch):
+        for content in threads.map(lambda chunk: _filter_chunk(chunk, size), batch):
             target.id.write_direct_chunk((row, *(0 for _ in shape[1:])), content)
             row += rows
 
 
-def _rechunked(pieces: Iterator[bytes], size: int) -> Iterator[bytes]:
+def _rechunk(case_values: Iterator[bytes], size: int) -> Iterator[bytes]:
     """Yield the bytes of `pieces` in chunks of `size` bytes, the last one filled up with zeros."""
     chunk = bytearray()
-    for piece in pieces:
-        chunk += piece
+    for values in case_values:
+        chunk += values
         while len(chunk) >= size:
             yield bytes(chunk[:size])
             del chunk[:size]
@@ -151,7 +153,7 @@ def _rechunked(pieces: Iterator[bytes], size: int) -> Iterator[bytes]:
         yield bytes(chunk.ljust(size, b"\0"))
 
 
-def _filtered(chunk: bytes, size: int) -> bytes:
+def _filter_chunk(chunk: bytes, size: int) -> bytes:
     """Return a chunk after HDF5's shuffle, deflate and checksum filters; `size`: bytes of one value."""
     shuffled = np.frombuffer(chunk, "u1").reshape(-1, size).T.tobytes()
     content = isal_zlib.compress(shuffled, level=1)  # ten times as fast as zlib at level 1, files 10 % longer

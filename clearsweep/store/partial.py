@@ -19,7 +19,7 @@ from ..language.errors import DirectoryError
 from .assemble import merge
 from .batch import ResultSchema, open_table
 from .directory import RunDirectory
-from .record import now, read_record
+from .record import read_record, utc_now
 
 SEARCHES = {SEEK, REFINE, OPTIMISE, IDENTIFY, CHECK_LAWS}  # sections that add cases during a run
 
@@ -91,4 +91,4 @@ def gather(source: RunDirectory, grid: Grid, requested: np.ndarray, path: Path) 
         counts = {"cases": cases, "ok": len(rows) - failed, "failed": failed, "missing": cases - len(rows)}
         merged = merge(target, result_schema, rows)
         facts = {key: record[key] for key in ("source", "start", "derived", "warnings", "shard") if key in record}
-        target.write_record(grid, **facts, end=now(), counts=counts, merged=merged)
+        target.write_record(grid, **facts, end=utc_now(), counts=counts, merged=merged)

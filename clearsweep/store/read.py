@@ -21,7 +21,7 @@ from .batch import CASE_ID, GROUP_ROWS, ID_LENGTH, open_table
 from .columns import values_of
 from .datasets import EVENT, NODE, SAMPLE, SECTION
 from .directory import ANSWER_FILES, FINAL_FILES, IDENTIFY_FILE, OPTIMISE_FILE, ORBITS_FILE, SEEK_FILE, SUMMARY_FILE
-from .record import RECORD_FILE, check_form, damaged, read_record
+from .record import RECORD_FILE, check_format, damaged_error, read_record
 from .worst import GROUP, JOINT, OFFSETS, TURNS
 
 if TYPE_CHECKING:
@@ -69,23 +69,23 @@ class StoredRun:
 
     def _check(self) -> None:
         """Raise DirectoryError if the merged files are missing, damaged, of different runs or of another format."""
-        check_form(self.place, self.grid)
+        check_format(self.place, self.grid)
         verify(self.place, self.grid, (SUMMARY_FILE, *ANSWER_FILES))
         self._check_columns()
         with self._orbits() as file:
-            matching = file.attrs["clearsweep"] == self.grid["merged"]["mark"]
-        if not matching:
-            raise damaged(self.place / ORBITS_FILE, "it belongs to another run than summary.parquet")
+            is_same_run = file.attrs["clearsweep"] == self.grid["merged"]["mark"]
+        if not is_same_run:
+            raise damaged_error(self.place / ORBITS_FILE, "it belongs to another run than summary.parquet")
 
     def _check_columns(self) -> None:
         """Raise DamagedError if the columns of a table disagree with run.json."""
         try:
             computed = [column.name for column in verdict.limits_and_figures_of(self.grid).columns]
         except InputError as error:
-            raise damaged(self.place / RECORD_FILE, f"figures: {error}") from error
+            raise damaged_error(self.place / RECORD_FILE, f"figures: {error}") from error
         paths = list(self.grid["units"])
-        of_layout = [column["name"] for column in self.grid["layout"]["columns"]]
-        expected = {SUMMARY_FILE: {"case_id", *paths, "status", "message", *of_layout, *computed}}
+        layout_names = [column["name"] for column in self.grid["layout"]["columns"]]
+        expected = {SUMMARY_FILE: {"case_id", *paths, "status", "message", *layout_names, *computed}}
         if SEEK_FILE in self.grid.get("answers", {}):
             seek = self.grid.get("seek") or {}
             searched = seek.get("largest") or seek.get("smallest") or []
@@ -103,13 +103,13 @@ class StoredRun:
         for name, names in expected.items():
             with self._table(name) as table:
                 fields = list(table.schema_arrow)
-            described = all({b"unit", b"description"} <= (field.metadata or {}).keys() for field in fields)
+            is_described = all({b"unit", b"description"} <= (field.metadata or {}).keys() for field in fields)
             if (
-                not described
+                not is_described
                 or not {field.type for field in fields} <= TYPES
                 or {field.name for field in fields} != names
             ):
-                raise damaged(self.place / name, "its columns differ from those in run.json")
+                raise damaged_error(self.place / name, "its columns differ from those in run.json")
 
     @contextlib.contextmanager
     def _orbits(self) -> Iterator[h5py.File]:
@@ -122,9 +122,9 @@ class StoredRun:
         except ClearsweepError:
             raise
         except FileNotFoundError:
-            raise _unfinished(path) from None
+            raise _unfinished_error(path) from None
         except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:  # errors of HDF5 and h5py
-            raise damaged(path, str(error)) from error
+            raise damaged_error(path, str(error)) from error
 
     @contextlib.contextmanager
     def _table(self, name: str = SUMMARY_FILE) -> Iterator[pq.ParquetFile]:
@@ -136,9 +136,9 @@ class StoredRun:
         except ClearsweepError:
             raise
         except FileNotFoundError:
-            raise _unfinished(path) from None
+            raise _unfinished_error(path) from None
         except (OSError, ValueError) as error:  # Arrow's error
-            raise damaged(path, str(error)) from error
+            raise damaged_error(path, str(error)) from error
 
     @cached_property
     def _ids(self) -> np.ndarray:
@@ -344,13 +344,13 @@ class StoredRun:
         """Return the row of the case whose case_id begins with `prefix`."""
         text = str(prefix).encode()
         low, high = np.array([text, text.ljust(ID_LENGTH, b"g")], CASE_ID.dtype)  # a longer dtype would copy all ids
-        first, last = int(np.searchsorted(self._ids, low)), int(np.searchsorted(self._ids, high, side="right"))
-        if first == last or not 0 < len(text) <= ID_LENGTH:
+        first, end = int(np.searchsorted(self._ids, low)), int(np.searchsorted(self._ids, high, side="right"))
+        if first == end or not 0 < len(text) <= ID_LENGTH:
             raise InputError(f"{self.directory}: no case {prefix!r}; the case_id column of summary.parquet lists them")
-        if last - first > 1:
-            listed = ", ".join(case_id.decode() for case_id in self._ids[first : min(last, first + 3)].tolist())
-            listed += ", ..." if last - first > 3 else ""
-            cases = f"{last - first} cases begin with {prefix!r} ({listed})"
+        if end - first > 1:
+            candidates_text = ", ".join(case_id.decode() for case_id in self._ids[first : min(end, first + 3)].tolist())
+            candidates_text += ", ..." if end - first > 3 else ""
+            cases = f"{end - first} cases begin with {prefix!r} ({candidates_text})"
             raise InputError(f"{self.directory}: {cases}; write more characters")
         return first
 
@@ -369,21 +369,21 @@ def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FIN
     """Raise DamagedError if the checksum of a file differs from that in `record`, its run.json."""
     for path in (directory / name for name in names):
         if "merged" not in record:
-            raise _unfinished(path)
+            raise _unfinished_error(path)
         if path.name in ANSWER_FILES and "answers" not in record and "seek" in record:
-            raise damaged(path, "run.json has no checksum of it, as an older version wrote it")
+            raise damaged_error(path, "run.json has no checksum of it, as an older version wrote it")
         expected = (record["merged"] | record.get("answers", {})).get(path.name)
         if expected is None and path.name in ANSWER_FILES and not os.path.lexists(path):
             continue  # there was no search
         try:
             actual = durable.checksum(path)
         except FileNotFoundError:
-            raise _unfinished(path) from None
+            raise _unfinished_error(path) from None
         if actual != expected:
-            raise damaged(path, "its checksum is not that in run.json")
+            raise damaged_error(path, "its checksum is not that in run.json")
 
 
-def _unfinished(path: Path) -> DirectoryError:
+def _unfinished_error(path: Path) -> DirectoryError:
     return DirectoryError(
         f"{path.parent}: its run is not finished, or {path.name} was moved away; run the grid again with "
         f"--out {path.parent}, which computes only missing cases. To read the finished cases, use report --partial or "
@@ -391,7 +391,7 @@ def _unfinished(path: Path) -> DirectoryError:
     )
 
 
-def newest(results: Path) -> Path:
+def newest_run(results: Path) -> Path:
     """Return the directory below `results` of the latest run."""
     records = list(results.glob("*/run.json"))
     if not records:

@@ -20,13 +20,13 @@ from .columns import values_of
 from .directory import DATASET, ORBITS_FILE, SUMMARY_FILE
 from .lazy import Filter, LazySummary
 from .read import StoredRun
-from .record import RECORD_FILE, check_form, damaged, read_record
+from .record import RECORD_FILE, check_format, damaged_error, read_record
 
 if TYPE_CHECKING:
     import pandas as pd
 
 READ_AROUND = 1024  # identities read on each side of the expected position
-MOST_NAMED = 3  # most cases in a message
+MAX_NAMED = 3  # most cases in a message
 
 
 class OneBlock(StoredRun):
@@ -52,20 +52,20 @@ class OneBlock(StoredRun):
     def _ids_file(self) -> Path:
         path = self.block.files[IDS_FILE]
         if not path.is_file():
-            raise damaged(path, "it is missing")
+            raise damaged_error(path, "it is missing")
         return path
 
     def __len__(self) -> int:
         return self._ids_file.stat().st_size // 8
 
-    def between(self, low: int, high: int) -> np.ndarray:
+    def rows_between(self, low: int, high: int) -> np.ndarray:
         """Return the range of rows (first, end) whose identities are from `low` to `high`.
 
         Identities are uniformly distributed hashes, so a few kilobytes around the expected row are read.
         """
         with durable.open_regular(self._ids_file) as file:
             handle, count = file.fileno(), len(self)
-            return np.array([_below(handle, count, low), _below(handle, count, high + 1)])
+            return np.array([_count_below(handle, count, low), _count_below(handle, count, high + 1)])
 
     def id_at(self, index: int) -> str:
         """Return the identity of the case at an index."""
@@ -88,25 +88,25 @@ class BlockedRun(StoredRun):
         """Open a directory; with `partial`, an unfinished run has the blocks that are finished so far."""
         self.directory = self.place = Path(directory)
         self.grid = read_record(self.directory)
-        check_form(self.directory, self.grid)
+        check_format(self.directory, self.grid)
         if "merged" not in self.grid and not partial:
             raise DirectoryError(
                 f"{directory}: its run is not finished; run the grid again with --out {directory}, which computes only "
                 "missing cases. To read the finished cases, use report --partial or clearsweep.open(..., partial=True)"
             )
         self.layout = Layout.read(self.grid["layout"])
-        stored = [int(name[:5]) for name in _names(self.directory / DATASET)]
+        stored = [int(name[:5]) for name in _summary_names(self.directory / DATASET)]
         is_merged = "merged" in self.grid
         if is_merged and (missing := sorted(set(self.grid["blocks"]["numbers"]) - set(stored))):
-            raise damaged(Block(self.directory, missing[0]).files[SUMMARY_FILE], "it is missing")
+            raise damaged_error(Block(self.directory, missing[0]).files[SUMMARY_FILE], "it is missing")
         if is_merged:
             listed = self.grid["blocks"]["numbers"]
         else:
             listed = [block for block in numbers_of_blocks(self.directory) if read_mark(Block(self.directory, block))]
-        self.parts = [
+        self.block_runs = [
             OneBlock(self.directory, Block(self.directory, number), self.grid, self.layout) for number in listed
         ]
-        if not self.parts:
+        if not self.block_runs:
             raise DirectoryError(f"{directory}: no block of its run is finished yet; `status` shows the progress")
 
     @property
@@ -115,15 +115,15 @@ class BlockedRun(StoredRun):
         return (f"{DATASET}/", f"blocks/*/{ORBITS_FILE}", RECORD_FILE)
 
     def _path(self, name: str) -> Path:
-        return self.parts[0]._path(name)
+        return self.block_runs[0]._path(name)
 
     @cached_property
     def _marks(self) -> list[dict[str, Any]]:
         marks = []
-        for part in self.parts:
+        for part in self.block_runs:
             mark = read_mark(part.block)
             if mark is None:
-                raise damaged(part.block.mark, "it or one of its files has changed since it was written")
+                raise damaged_error(part.block.mark, "it or one of its files has changed since it was written")
             marks.append(mark)
         return marks
 
@@ -132,7 +132,7 @@ class BlockedRun(StoredRun):
         return self._marks
 
     def __len__(self) -> int:
-        return sum(len(part) for part in self.parts)
+        return sum(len(part) for part in self.block_runs)
 
     @property
     def summary(self) -> LazySummary:
@@ -148,13 +148,13 @@ class BlockedRun(StoredRun):
 
     def blocks(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
         """Yield these columns of the summary, name -> values, for a few thousand rows at a time, block after block."""
-        for part in self.parts:
+        for part in self.block_runs:
             yield from part.blocks(columns)
 
     def sample_and_extremes(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
         """Yield these columns for the random and the extreme rows of every block."""
-        for part in self.parts:
-            table = _sample(part.block)
+        for part in self.block_runs:
+            table = _read_sample(part.block)
             if len(table):
                 yield {name: values_of(table[name].combine_chunks()) for name in columns}
 
@@ -164,25 +164,25 @@ class BlockedRun(StoredRun):
         for name in {name for mark in self._marks for name in mark["ranges"]}:
             ranges = [mark["ranges"][name] for mark in self._marks if name in mark["ranges"]]
             extreme_ids |= {min(ranges)[2], max(ranges, key=lambda extreme: extreme[1])[3]}
-        for part, mark in zip(self.parts, self._marks, strict=True):
-            table = _sample(part.block)
+        for part, mark in zip(self.block_runs, self._marks, strict=True):
+            table = _read_sample(part.block)
             ids = table["case_id"].to_pylist()
             selected = [index for index, case_id in enumerate(ids) if index < mark["drawn"] or case_id in extreme_ids]
             yield part, table.take(pa.array(selected, pa.int64()))
 
-    def part_of(self, prefix: str) -> OneBlock:
+    def block_of(self, prefix: str) -> OneBlock:
         """Return the block of the case whose case_id begins with `prefix`; InputError if none or several do."""
         text = str(prefix)
         matches = []
         if 0 < len(text) <= ID_LENGTH and all(letter in "0123456789abcdef" for letter in text):
             low, high = int(text.ljust(ID_LENGTH, "0"), 16), int(text.ljust(ID_LENGTH, "f"), 16)
-            for part in self.parts:
-                first, last = part.between(low, high).tolist()
-                matches += [(part.id_at(index), part) for index in range(first, min(last, first + MOST_NAMED))]
+            for part in self.block_runs:
+                first, last = part.rows_between(low, high).tolist()
+                matches += [(part.id_at(index), part) for index in range(first, min(last, first + MAX_NAMED))]
         if not matches:
             raise InputError(f"{self.directory}: no case {prefix!r}; the case_id column of summary/ lists them")
         if len(matches) > 1:
-            examples = ", ".join(case_id for case_id, _ in matches[:MOST_NAMED])
+            examples = ", ".join(case_id for case_id, _ in matches[:MAX_NAMED])
             raise InputError(
                 f"{self.directory}: several cases begin with {prefix!r} ({examples}, ...); write more characters"
             )
@@ -190,40 +190,40 @@ class BlockedRun(StoredRun):
 
     def full_id(self, prefix: str) -> str:
         """Return the case_id that begins with `prefix`; InputError if none or several do."""
-        return self.part_of(prefix).full_id(prefix)
+        return self.block_of(prefix).full_id(prefix)
 
     def orbit(self, case_id: str) -> "pd.DataFrame":
         """Return the result of `StoredRun.orbit`."""
-        return self.part_of(case_id).orbit(case_id)
+        return self.block_of(case_id).orbit(case_id)
 
     def events(self, case_id: str) -> "pd.DataFrame":
         """Return the result of `StoredRun.events`."""
-        return self.part_of(case_id).events(case_id)
+        return self.block_of(case_id).events(case_id)
 
     def poincare(self, case_id: str) -> "pd.DataFrame":
         """Return the result of `StoredRun.poincare`."""
-        return self.part_of(case_id).poincare(case_id)
+        return self.block_of(case_id).poincare(case_id)
 
     def wear(self, case_id: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Return the result of `StoredRun.wear`."""
-        return self.part_of(case_id).wear(case_id)
+        return self.block_of(case_id).wear(case_id)
 
     def history(self, case_id: str) -> dict[str, np.ndarray]:
         """Return the result of `StoredRun.history`."""
-        return self.part_of(case_id).history(case_id)
+        return self.block_of(case_id).history(case_id)
 
     def peak_revolution(self, case_id: str) -> "pd.DataFrame":
         """Return the result of `StoredRun.peak_revolution`."""
-        return self.part_of(case_id).peak_revolution(case_id)
+        return self.block_of(case_id).peak_revolution(case_id)
 
     @property
     def worst(self) -> list[str]:
         """Return the cases whose peak revolution was saved, block after block."""
-        return [case_id for part in self.parts for case_id in part.worst] if self.grid["save"].get("worst") else []
+        return [case_id for part in self.block_runs for case_id in part.worst] if self.grid["save"].get("worst") else []
 
     def event_blocks(self) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
         """Yield the results of `StoredRun.event_blocks`, block after block."""
-        for part in self.parts:
+        for part in self.block_runs:
             yield from part.event_blocks()
 
     def matching(self, filters: Filter, columns: list[str] | None = None) -> "pd.DataFrame":
@@ -232,7 +232,7 @@ class BlockedRun(StoredRun):
         for part in self._possible(filters):
             with open_table(part._path(SUMMARY_FILE)) as file:
                 schema = file.schema_arrow
-                groups = filters.groups(file, part.between)
+                groups = filters.groups(file, part.rows_between)
                 names = None if columns is None else list(dict.fromkeys([*columns, *filters.columns]))
                 for group in groups:
                     table = file.read_row_group(group, names, use_threads=False)
@@ -244,38 +244,38 @@ class BlockedRun(StoredRun):
                 schema = file.schema_arrow
         selected = pa.schema([schema.field(name) for name in columns]) if columns is not None else schema
         table = pa.concat_tables([selected.empty_table(), *(table.select(selected.names) for table in tables)])
-        return framed(table)
+        return to_frame(table)
 
     def _possible(self, filters: Filter) -> Iterator[OneBlock]:
         """Yield the blocks that may have matching rows."""
         ids = filters.case_ids
         if ids is not None:
             numbers = [int(case_id, 16) for case_id in ids]
-            for part in self.parts:
-                if any(np.ptp(part.between(value, value)) for value in numbers):
+            for part in self.block_runs:
+                if any(np.ptp(part.rows_between(value, value)) for value in numbers):
                     yield part
             return
-        for part, mark in zip(self.parts, self._marks, strict=True):
+        for part, mark in zip(self.block_runs, self._marks, strict=True):
             if filters.possible(mark["ranges"]):
                 yield part
 
 
-def _names(folder: Path) -> list[str]:
+def _summary_names(folder: Path) -> list[str]:
     names = os.listdir(folder) if folder.is_dir() else []
     return [name for name in names if name.endswith(".parquet") and name[:5].isdigit()]
 
 
-def _sample(block: Block) -> pa.Table:
+def _read_sample(block: Block) -> pa.Table:
     path = block.files[SAMPLE_FILE]
     durable.check_regular(path)
     try:
         with open_table(path) as file:
             return file.read(use_threads=False)
     except (OSError, ValueError) as error:
-        raise damaged(path, str(error)) from error
+        raise damaged_error(path, str(error)) from error
 
 
-def framed(table: pa.Table) -> "pd.DataFrame":
+def to_frame(table: pa.Table) -> "pd.DataFrame":
     """Return a table as a DataFrame whose `attrs` hold units and descriptions by column."""
     frame = table.replace_schema_metadata(None).to_pandas(use_threads=False)
     for name, key in (("units", b"unit"), ("descriptions", b"description")):
@@ -283,7 +283,7 @@ def framed(table: pa.Table) -> "pd.DataFrame":
     return frame
 
 
-def _below(handle: int, count: int, value: int) -> int:
+def _count_below(handle: int, count: int, value: int) -> int:
     """Return how many of `count` identities in an open file, ascending, are below a value."""
     expected_row, distance = (count * value) >> 64, READ_AROUND
     while True:

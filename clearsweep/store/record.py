@@ -35,8 +35,8 @@ def record_bytes(grid: Grid, facts: dict[str, Any]) -> bytes:
             "labels": grid.labels,
             "written_units": {path: entry._asdict() for path, entry in grid.written_units.items()},
             "seeds": {"sample": written["sample"]["seed"]} if "seed" in written.get("sample", {}) else {},
-            "versions": _versions(),
-            "machine": _machine(),
+            "versions": _package_versions(),
+            "machine": _describe_machine(),
             **facts,
         }
     )
@@ -44,8 +44,8 @@ def record_bytes(grid: Grid, facts: dict[str, Any]) -> bytes:
 
 def signed(record: dict[str, Any]) -> bytes:
     """Return the content of run.json with its checksum."""
-    content = plain(record)
-    return json.dumps(content | {"checksum": checksum_of(content)}, indent=2).encode()
+    content = json_round_trip(record)
+    return json.dumps(content | {"checksum": record_checksum(content)}, indent=2).encode()
 
 
 def read_record(directory: Path) -> dict[str, Any]:
@@ -53,29 +53,29 @@ def read_record(directory: Path) -> dict[str, Any]:
     path = Path(directory) / RECORD_FILE
     try:
         record = json.loads(durable.read(path))
-        checksum = checksum_of(record) if isinstance(record, dict) else None
+        checksum = record_checksum(record) if isinstance(record, dict) else None
     except (FileNotFoundError, NotADirectoryError):
         reason = "there is no run.json in it" if Path(directory).is_dir() else "there is no directory of this name"
         raise DirectoryError(
             f"{directory}: contains no run ({reason}); give a directory that `clearsweep run` has written"
         ) from None
     except (ValueError, RecursionError) as error:
-        raise damaged(path, f"it is not JSON: {error}") from error
+        raise damaged_error(path, f"it is not JSON: {error}") from error
     if checksum is None or not isinstance(record.get("frame"), dict):
-        raise damaged(path, "it was not written by `clearsweep run`")
+        raise damaged_error(path, "it was not written by `clearsweep run`")
     if "checksum" not in record and record["frame"].get("schema") != SCHEMA_VERSION:
         return dict(record)  # written by a version without checksums
     if record.get("checksum") != checksum:
-        raise damaged(path, "its checksum differs")
+        raise damaged_error(path, "its checksum differs")
     if record["frame"].get("schema") == SCHEMA_VERSION:
         try:
-            record_shape.check(record)
+            record_shape.check_record(record)
         except record_shape.MisshapenError as problem:
-            raise damaged(path, f"it was not written by `clearsweep run`: {problem}") from None
+            raise damaged_error(path, f"it was not written by `clearsweep run`: {problem}") from None
     return dict(record)
 
 
-def check_form(directory: Path, record: dict[str, Any]) -> None:
+def check_format(directory: Path, record: dict[str, Any]) -> None:
     """Raise DirectoryError if this version cannot read the format of a run directory."""
     number = record["frame"].get("schema")
     if number != SCHEMA_VERSION:
@@ -86,31 +86,31 @@ def check_form(directory: Path, record: dict[str, Any]) -> None:
         )
 
 
-def damaged(path: Path, reason: str) -> DamagedError:
+def damaged_error(path: Path, reason: str) -> DamagedError:
     """Return the error for a file of a run that was changed."""
     return DamagedError(
         f"{path}: damaged ({reason}); run the grid again with --out {path.parent}, which restores it from its batches"
     )
 
 
-def checksum_of(record: dict[str, Any]) -> str:
+def record_checksum(record: dict[str, Any]) -> str:
     """Return the checksum of run.json without the checksum itself, regardless of layout."""
     content = {key: value for key, value in record.items() if key != "checksum"}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def plain(value: Any) -> Any:
+def json_round_trip(value: Any) -> Any:
     """Return `value` after a round trip through JSON."""
     return json.loads(json.dumps(value, default=lambda scalar: scalar.item()))
 
 
-def now() -> str:
+def utc_now() -> str:
     """Return the time in UTC, ISO 8601."""
     return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
 
 
 @functools.cache  # 50 ms, and it is asked for at the start and at the end of a run
-def _versions() -> dict[str, str]:
+def _package_versions() -> dict[str, str]:
     names = ("numpy", "llvmlite", "scipy", "pandas", "pyarrow", "h5py")
     return {
         "clearsweep": clearsweep.__version__,
@@ -119,7 +119,7 @@ def _versions() -> dict[str, str]:
     }
 
 
-def _machine() -> dict[str, Any]:
+def _describe_machine() -> dict[str, Any]:
     return {
         "node": platform.node(),
         "system": platform.platform(),

@@ -12,7 +12,7 @@ from .batch import GROUP_ROWS
 from .columns import values_of
 from .datasets import EVENT
 from .read import OFFSETS_BY
-from .read_blocks import BlockedRun, OneBlock, framed
+from .read_blocks import BlockedRun, OneBlock, to_frame
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,9 +24,9 @@ class SampledRun(BlockedRun):
     def __init__(self, run: BlockedRun):
         """Take the run."""
         self.directory, self.place, self.grid, self.layout = run.directory, run.place, run.grid, run.layout
-        self.parts, self._marks = run.parts, run.marks()
-        whole = pa.concat_tables([table for _, table in self.sampled_parts()])
-        self._table_of_sample = whole.take(pc.sort_indices(whole, [("case_id", "ascending")])).combine_chunks()
+        self.block_runs, self._marks = run.block_runs, run.marks()
+        all_rows = pa.concat_tables([table for _, table in self.sampled_parts()])
+        self._table_of_sample = all_rows.take(pc.sort_indices(all_rows, [("case_id", "ascending")])).combine_chunks()
 
     def __len__(self) -> int:
         return len(self._table_of_sample)
@@ -34,7 +34,7 @@ class SampledRun(BlockedRun):
     @cached_property
     def frame(self) -> "pd.DataFrame":
         """Return the rows of the sample as a DataFrame."""
-        return framed(self._table_of_sample)
+        return to_frame(self._table_of_sample)
 
     @property
     def summary(self) -> "pd.DataFrame":

@@ -11,8 +11,8 @@ from . import disk
 from .blocks import Block, numbers_of_blocks, read_mark, verify_block
 from .directory import ANSWER_FILES, BLOCKS, DATASET, FINAL_FILES, RunDirectory
 from .read import verify
-from .record import RECORD_FILE, check_form, read_record
-from .working import at_work, case_text
+from .record import RECORD_FILE, check_format, read_record
+from .working import case_text, read_workers
 
 FINISHED, UNDER_WAY, INTERRUPTED, DAMAGED = "finished", "under way", "interrupted", "damaged"
 
@@ -28,7 +28,7 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
     Raise DirectoryError if there is no run that can be read.
     """
     record = read_record(directory)
-    check_form(directory, record)
+    check_format(directory, record)
     run = RunDirectory(directory)
     holder, merged = run.holder(), "merged" in record
     blocks = blocks_state(directory, record, every_file=every_file) if "blocks" in record else None
@@ -52,8 +52,8 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
         "name": record.get("name"),
         "state": state,
         "holder": holder,
-        "at_work": [_at_work(progress) for progress in at_work(directory)] if holder else [],
-        **(blocks[0] if blocks else _counts(record, run, working=holder is not None)),
+        "at_work": [_worker_facts(progress) for progress in read_workers(directory)] if holder else [],
+        **(blocks[0] if blocks else _count_cases(record, run, working=holder is not None)),
         "start": record.get("start"),
         "end": record.get("end"),
         "files": {
@@ -61,7 +61,7 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
             for name in (*FINAL_FILES, DATASET, BLOCKS, *ANSWER_FILES, RECORD_FILE)
             if (directory / name).exists()
         },
-        "disk": disk.use(directory),
+        "disk": disk.disk_use(directory),
         "every_file": every_file,
         "damage": damage,
     }
@@ -93,7 +93,7 @@ def blocks_state(
     return {"cases": cases, "ok": ok, "failed": failed, "missing": missing}, damage
 
 
-def _counts(record: dict[str, Any], run: RunDirectory, *, working: bool) -> dict[str, int | None]:
+def _count_cases(record: dict[str, Any], run: RunDirectory, *, working: bool) -> dict[str, int | None]:
     """Return numbers of cases: of the grid, with and without a good result, and without any."""
     counts: dict[str, int | None] = record.get("counts", {})
     names = ("cases", "ok", "failed", "missing")
@@ -109,7 +109,7 @@ def _counts(record: dict[str, Any], run: RunDirectory, *, working: bool) -> dict
     }
 
 
-def _at_work(progress: phases.Progress) -> dict[str, Any]:
+def _worker_facts(progress: phases.Progress) -> dict[str, Any]:
     """Return the progress of a worker, ready for JSON, with a line for people."""
     return {
         **progress.facts,
@@ -138,7 +138,7 @@ def status_text(facts: dict[str, Any]) -> str:
             f"{facts['ok']:,} ok, {facts['failed']:,} failed{missing}",
             *(fact["text"] for fact in facts["at_work"]),
             f"Files: {', '.join(facts['files'])}",
-            f"Disk: {disk.use_text(facts['disk'])}",
+            f"Disk: {disk.disk_use_text(facts['disk'])}",
             *([] if facts["damage"] else [f"Checksums: {checked}"]),
         ]
     )

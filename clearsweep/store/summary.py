@@ -12,11 +12,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from . import durable
-from .batch import GROUP_ROWS, ResultSchema, read_summary, summary_schema, with_verdict
+from .batch import GROUP_ROWS, ResultSchema, add_verdict_columns, read_summary, summary_schema
 from .columns import array_of, field_of
 from .directory import RunDirectory
 
-HELD_ROWS = 131072  # rows of the summary in memory at a time, from whole batches: those of a block
+ROWS_IN_MEMORY = 131072  # rows of the summary in memory at a time, from whole batches: those of a block
 
 
 def write_summary(
@@ -33,15 +33,17 @@ def write_summary(
     full_schema = pa.schema([*schema, *verdict_fields], {"clearsweep": mark})
     with (
         os.fdopen(durable.create(path), "wb") as file,
-        pq.ParquetWriter(file, full_schema, write_page_checksum=True, use_dictionary=repetitive(full_schema)) as writer,
+        pq.ParquetWriter(
+            file, full_schema, write_page_checksum=True, use_dictionary=repetitive_columns(full_schema)
+        ) as writer,
     ):
         for number, group in enumerate(summary_groups(run, schema, rows)):
-            table = with_verdict(result_schema.verdict, group)
+            table = add_verdict_columns(result_schema.verdict, group)
             on_group(table, number * GROUP_ROWS)
             writer.write_table(table.replace_schema_metadata(full_schema.metadata))
 
 
-def repetitive(schema: pa.Schema) -> list[str]:
+def repetitive_columns(schema: pa.Schema) -> list[str]:
     """Return the columns with few distinct values; building dictionaries of the others takes most of the time."""
     return [field.name for field in schema if field.type == pa.string() and field.name != "case_id"]
 
@@ -49,48 +51,50 @@ def repetitive(schema: pa.Schema) -> list[str]:
 def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> Iterator[pa.Table]:
     """Yield the given rows of the summary, GROUP_ROWS at a time; every batch is read once.
 
-    Up to HELD_ROWS rows are kept in memory.  Otherwise rows of a few batches at a time are sorted into an unnamed
+    Up to ROWS_IN_MEMORY rows are kept in memory.  Otherwise rows of a few batches at a time are sorted into an unnamed
     file, and each group is merged from these files.  They have Arrow's stream format, since its file format is read in
     advance by other threads (see `batch.open_table`).
     """
-    pieces = places_by_value((np.cumsum(np.bincount(rows["batch"]))[rows["batch"]] - 1) // HELD_ROWS)
-    if len(pieces) < 2:
+    row_sets = indices_by_value((np.cumsum(np.bincount(rows["batch"]))[rows["batch"]] - 1) // ROWS_IN_MEMORY)
+    if len(row_sets) < 2:
         yield from _groups(*_rows_of_batches(run, schema, rows), schema)
         return
-    cuts = np.arange(0, len(rows) + GROUP_ROWS, GROUP_ROWS)
+    group_bounds = np.arange(0, len(rows) + GROUP_ROWS, GROUP_ROWS)
     with contextlib.ExitStack() as files:
         sorted_rows = []
-        for places in pieces:
+        for positions in row_sets:
             file = files.enter_context(tempfile.TemporaryFile(dir=run.scratch if run.scratch.is_dir() else None))
-            bounds = np.searchsorted(places, cuts)
-            columns, order = _rows_of_batches(run, schema, rows[places])
+            bounds = np.searchsorted(positions, group_bounds)
+            columns, order = _rows_of_batches(run, schema, rows[positions])
             with pa.ipc.new_stream(file, schema) as writer:
                 in_memory = list(columns)
                 for first, last in itertools.pairwise(bounds.tolist()):
-                    places_in_batches = _indices(order[first:last])
+                    positions_in_batches = _indices(order[first:last])
                     writer.write_batch(
                         pa.RecordBatch.from_arrays(
-                            [column.take(places_in_batches) for column in in_memory], schema=schema
+                            [column.take(positions_in_batches) for column in in_memory], schema=schema
                         )
                     )
             file.seek(0)
-            sorted_rows.append((places, bounds, pa.ipc.open_stream(file)))
-        for k in range(len(cuts) - 1):
+            sorted_rows.append((positions, bounds, pa.ipc.open_stream(file)))
+        for k in range(len(group_bounds) - 1):
             group = pa.Table.from_batches([reader.read_next_batch() for *_, reader in sorted_rows], schema)
-            order = np.argsort(np.concatenate([places[bounds[k] : bounds[k + 1]] for places, bounds, _ in sorted_rows]))
+            order = np.argsort(
+                np.concatenate([positions[bounds[k] : bounds[k + 1]] for positions, bounds, _ in sorted_rows])
+            )
             yield group.take(_indices(order)).combine_chunks()
 
 
 def _groups(columns: Iterable[pa.Array], order: np.ndarray, schema: pa.Schema) -> Iterator[pa.Table]:
     """Yield rows in an order, GROUP_ROWS at a time."""
-    places = _indices(order)
+    positions = _indices(order)
     # column by column: one of them fits into the processor's cache, all of them do not
-    ordered = pa.Table.from_arrays([column.take(places) for column in columns], schema=schema)
+    ordered = pa.Table.from_arrays([column.take(positions) for column in columns], schema=schema)
     for first in range(0, len(order), GROUP_ROWS):
         yield ordered.slice(first, GROUP_ROWS)
 
 
-def places_by_value(numbers: np.ndarray) -> list[np.ndarray]:
+def indices_by_value(numbers: np.ndarray) -> list[np.ndarray]:
     """Return the indices of equal values, ascending, for each distinct value; the values are small."""
     if not len(numbers):
         return []
@@ -111,14 +115,14 @@ def _rows_of_batches(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> 
         selected = table.select(schema.names)
         tables.append((selected if selected.schema.equals(schema) else selected.cast(schema)).columns)
         starts[number], count = count, count + len(table)
-    return _joined(tables, schema), starts[rows["batch"]] + rows["row"]
+    return _join_columns(tables, schema), starts[rows["batch"]] + rows["row"]
 
 
-def _joined(tables: list[list[pa.ChunkedArray]], schema: pa.Schema) -> Iterator[pa.Array]:
+def _join_columns(tables: list[list[pa.ChunkedArray]], schema: pa.Schema) -> Iterator[pa.Array]:
     """Yield the columns of some tables, one below the other; the parts of a column are released with it."""
     for number, field in enumerate(schema, 1):
-        parts = (part for table in tables for part in table.pop(0).chunks)
-        yield pa.chunked_array(parts, field.type).combine_chunks()
+        chunks = (part for table in tables for part in table.pop(0).chunks)
+        yield pa.chunked_array(chunks, field.type).combine_chunks()
         if number % 4 == 0:  # now and then, as it takes 1 ms
             pa.default_memory_pool().release_unused()  # the parts are small: malloc would keep the gaps they leave
 

@@ -17,13 +17,13 @@ class Working:
         """Prepare for a batch or preparation called `name` of the run in a directory."""
         self.path = durable.scratch_file(directory / SCRATCH, f"{name}.work")
 
-    def put(self, content: bytes | None) -> None:
+    def replace_progress(self, content: bytes | None) -> None:
         """Replace the stored progress, which need not survive a crash; for None, remove the file."""
         with contextlib.suppress(OSError):  # a full disk, of which the batch itself reports
             if content is None:
                 durable.discard(self.path)
             else:
-                durable.overwrite(self.path, content)
+                durable.overwrite_temporary(self.path, content)
 
     def read(self) -> phases.Progress | None:
         """Return the present progress, or None."""
@@ -33,7 +33,7 @@ class Working:
             return None
 
 
-def at_work(directory: Path) -> list[phases.Progress]:
+def read_workers(directory: Path) -> list[phases.Progress]:
     """Return the progress of every worker of a run."""
     scratch = directory / SCRATCH
     names = sorted(os.listdir(scratch)) if scratch.is_dir() else []

@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 
 from ..contracts.results import Peak
-from .batch import CASE, CASE_ID, SAMPLE, Dataset, ResultSchema, put, summary_schema
+from .batch import CASE, CASE_ID, SAMPLE, Dataset, ResultSchema, summary_schema, write_dataset
 from .columns import values_of
 
 GROUP = "worst"  # of orbits.h5
@@ -41,13 +41,13 @@ def worst_cases(result_schema: ResultSchema, groups: Groups) -> list[Worst]:
     for figure in RANKED_BY:
         names = [f"{joint.name}_{figure}" for joint in result_schema.layout.joints]
         if {column.name for column in result_schema.layout.columns}.issuperset(names):
-            largest = _largest(result_schema, groups, names)
+            largest = _cases_with_largest(result_schema, groups, names)
             if largest:
                 return largest
     return []
 
 
-def _largest(result_schema: ResultSchema, groups: Groups, names: list[str]) -> list[Worst]:
+def _cases_with_largest(result_schema: ResultSchema, groups: Groups, names: list[str]) -> list[Worst]:
     """Return the cases with the largest value of any of some columns, one for each joint."""
     joints, paths = result_schema.layout.joints, [axis.path for axis in result_schema.axes]
     peaks = [f"{joint.name}_force_peak" for joint in joints]
@@ -63,7 +63,7 @@ def _largest(result_schema: ResultSchema, groups: Groups, names: list[str]) -> l
         for row in np.lexsort((columns["case_id"], -largest))[: result_schema.worst].tolist():
             if np.isfinite(largest[row]):
                 joint = int(np.nanargmax(figures[:, row]))
-                point = {path: _plain(columns[path][row]) for path in paths}
+                point = {path: _plain_value(columns[path][row]) for path in paths}
                 length = float(columns[_RUN][row]) if optional else None
                 case = Worst(columns["case_id"][row], point, joint, float(columns[peaks[joint]][row]), length)
                 ranked.append((float(largest[row]), case))
@@ -71,7 +71,7 @@ def _largest(result_schema: ResultSchema, groups: Groups, names: list[str]) -> l
     return [case for _, case in ranked[: result_schema.worst]]
 
 
-def _plain(value: Any) -> Any:
+def _plain_value(value: Any) -> Any:
     return value if isinstance(value, str) else None if value is None or np.isnan(value) else float(value)
 
 
@@ -99,4 +99,4 @@ def write_worst(file: h5py.File, result_schema: ResultSchema, cases: Sequence[tu
         values = np.concatenate([path.channels[column.name] for path in paths])
         content[Dataset(f"{GROUP}/{column.name}", np.dtype("f8"), column.unit, column.description, SAMPLE)] = values
     for dataset, values in content.items():
-        put(file, dataset, np.asarray(values, dataset.dtype), fletcher32=True)
+        write_dataset(file, dataset, np.asarray(values, dataset.dtype), fletcher32=True)

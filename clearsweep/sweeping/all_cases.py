@@ -22,7 +22,7 @@ def complete_run(directory: str | Path, simulator: Simulator = SIMULATION) -> It
     Raises DirectoryError if there is no run.
     """
     record = store.read_record(Path(directory))
-    store.check_form(Path(directory), record)
+    store.check_format(Path(directory), record)
     if "blocks" in record:  # all of its blocks belong to the last grid
         yield store.open(directory)
         return
@@ -34,7 +34,7 @@ def complete_run(directory: str | Path, simulator: Simulator = SIMULATION) -> It
         store.check_version(Path(directory), record, grid)
         target = store.RunDirectory(Path(folder) / "run")
         with target.open_for(grid), CaseRunner(target, Options(), simulator) as case_runner:
-            target.take_batches(source)
+            target.link_batches(source)
             derived, warnings = facts(grid, simulator)
             outcome_facts = {"source": record.get("source"), "derived": derived, "warnings": warnings}
             conclude(case_runner, grid, target.rows()["id"], start=record.get("start"), **outcome_facts)

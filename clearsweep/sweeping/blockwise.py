@@ -64,7 +64,7 @@ def finish_block(job: Job, block: store.Block, division: store.Division, request
     """
     store.use_one_thread()
     result_schema, layout = job.result_schema, job.grid.layout
-    record = store.plain(
+    record = store.json_round_trip(
         {**job.grid.resolved(), "layout": layout.written(), "units": dict.fromkeys(job.grid.axes, "1")}
     )
 
@@ -138,9 +138,9 @@ class BlockRunner:
         block = store.Block(job.directory, number)
         directory = block.directory(store.ResultSchema.of(job.grid).frame)
         if drop is None:
-            durable.clear(directory.scratch)
+            durable.remove_temporaries(directory.scratch)
         durable.check_writable(directory.scratch)
-        for sentence in directory.recover():
+        for sentence in directory.load_intact_batches():
             progress.print_line(f"{block.path}: {sentence}")
         indices, ids = job.cases(number)
         self._take_earlier(directory, ids)
@@ -165,10 +165,10 @@ class BlockRunner:
         """Take over the batches of a block from other directories, and finish it."""
         block = store.Block(self.job.directory, number)
         directory = block.directory(store.ResultSchema.of(self.job.grid).frame)
-        for sentence in directory.recover():
+        for sentence in directory.load_intact_batches():
             progress.print_line(f"{block.path}: {sentence}")
         for source in sources:
-            directory.take_batches(source)
+            directory.link_batches(source)
         if self.case_runner.workers is None:
             self.case_runner.start_workers(1)
         self._submit(number, block, np.sort(self.job.cases(number)[1]))
@@ -181,7 +181,7 @@ class BlockRunner:
         numbers = np.unique(self._earlier_ids["batch"][is_common(self._earlier_ids["id"], np.sort(ids))])
         earlier_directory = store.RunDirectory(self.earlier_run.path)
         earlier_directory.batches = [self.earlier_run.batches[number] for number in numbers.tolist()]
-        directory.take_batches(earlier_directory)
+        directory.link_batches(earlier_directory)
 
     def _submit(self, number: int, block: store.Block, requested: np.ndarray) -> None:
         task = Job(self.job.directory, self.job.grid, self.job.simulator, None)
@@ -200,7 +200,7 @@ class BlockRunner:
             self.marks[number] = self._await_mark(future, submit)
             del self.finishing[number]
             scratch = store.Block(self.job.directory, number).path / store.SCRATCH
-            durable.clear(scratch, remove=True)
+            durable.remove_temporaries(scratch, remove=True)
 
     def _await_mark(self, future: Future, submit: Callable[[], Future]) -> dict[str, Any]:
         """Return the mark from a worker; a dead worker is replaced."""
@@ -273,9 +273,11 @@ def conclude(
         "missing": requested - ok - failed,
         "others": others,
     }
-    merged = {"mark": store.digest_of(json.dumps([mark["files"] for mark in marks]))}
+    merged = {"mark": store.sha256_of(json.dumps([mark["files"] for mark in marks]))}
     blocks = {"size": job.division.size, "count": job.division.count, "numbers": sorted(outcome.marks)}
-    directory.write_record(job.grid, end=store.now(), counts=counts, merged=merged, blocks=blocks, answers={}, **facts)
+    directory.write_record(
+        job.grid, end=store.utc_now(), counts=counts, merged=merged, blocks=blocks, answers={}, **facts
+    )
     return counts
 
 

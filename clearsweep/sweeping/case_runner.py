@@ -130,7 +130,7 @@ class CaseRunner:
         if grid.identify is None:
             return new_results
         channels = ["t", "crank_angle", *(signal.channel for signal in grid.identify.signals)]
-        histories = store.histories(self.directory, store.ResultSchema.of(grid), stored_rows[positions], channels)
+        histories = store.read_histories(self.directory, store.ResultSchema.of(grid), stored_rows[positions], channels)
         return new_results._replace(histories=tuple(histories))
 
     def peaks(self, grid: grids.Grid, worst_cases: Sequence[store.Worst]) -> list[Peak | None]:
@@ -145,7 +145,7 @@ class CaseRunner:
             for case, worst_case in zip(cases, worst_cases, strict=True)
         ]
         for done, (task, worst_case) in enumerate(zip(tasks, worst_cases, strict=True)):
-            if saving := phases.innermost():
+            if saving := phases.innermost_phase():
                 saving.note(share=done / len(worst_cases))
             column = f"{grid.layout.joints[worst_case.joint].name}_force_peak"
             try:

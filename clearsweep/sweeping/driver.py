@@ -190,7 +190,7 @@ class Driver:
         """Record a batch that its worker has returned."""
         self._discard(batch)
         if manifest.committed:
-            self.directory.adopt(manifest.committed)
+            self.directory.register_batch(manifest.committed)
             self.restarts = 0
         self.batches.learn(manifest)
         self.ran += manifest.done
@@ -202,7 +202,7 @@ class Driver:
 
     def _was_committed(self, batch: Batch) -> bool:
         """Return whether a worker committed this batch before it died; if so, record it."""
-        committed = self.directory.committed_as(batch.name)
+        committed = self.directory.committed_summary(batch.name)
         if committed is None:
             return False
         self._record_result(batch, Manifest(committed, *self.directory.counts_of(committed), 0.0))
@@ -268,7 +268,7 @@ class Driver:
     def _discard(self, batch: Batch) -> None:
         """Remove a worker's note on a batch."""
         durable.discard(self.job.note(batch))
-        self.job.working(batch).put(None)
+        self.job.working(batch).replace_progress(None)
 
     def _current_cases(self) -> tuple[int, list[Progress]]:
         """Return how many cases of the running batches are finished, and the current cases of the workers."""

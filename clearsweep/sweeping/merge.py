@@ -61,10 +61,10 @@ def run_merge(
     derived, warnings = facts(grid, simulator)
     with signals.catching(), target.open_for(grid), CaseRunner(target, Options(), simulator) as case_runner:
         start = min(record["start"] for record in records)
-        for sentence in target.recover():
+        for sentence in target.load_intact_batches():
             progress.print_line(sentence)
         for path in sources:
-            target.take_batches(path)
+            target.link_batches(path)
         counts: dict[str, Any] = conclude(
             case_runner,
             grid,

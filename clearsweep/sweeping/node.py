@@ -94,7 +94,7 @@ class _OtherCommits:
         if self.node.must_stop():
             raise _StoppedError
         names = {path.name for path in self.directory.summaries.glob("*.parquet")} - self.read_names
-        id_arrays = [self.directory.done_in(name) for name in sorted(names)]
+        id_arrays = [self.directory.finished_ids_in(name) for name in sorted(names)]
         self.read_names |= names
         self.ids = np.unique(np.concatenate([self.ids, *id_arrays]))
         return self.ids

@@ -268,7 +268,7 @@ def run_on_nodes(job: BlockJob) -> BlocksOutcome:
         return BlocksOutcome(marks, 0, 0.0, complete=True)
     assert job.options.scheduler  # `sweep.check` requires it
     for number in numbers:
-        durable.clear(store.Block(job.directory, number).path / store.SCRATCH)
+        durable.remove_temporaries(store.Block(job.directory, number).path / store.SCRATCH)
     cases = sum(len(job.division.part(number)) for number in numbers)
     with phases.phase(display := progress.Cases(cases)):
         driver = NodesDriver(job, Cluster(job.options.scheduler), display)
@@ -276,5 +276,5 @@ def run_on_nodes(job: BlockJob) -> BlocksOutcome:
     for number in numbers:
         if mark := finished_mark(job, number):
             marks[number] = mark
-        durable.clear(store.Block(job.directory, number).path / store.SCRATCH, remove=True)
+        durable.remove_temporaries(store.Block(job.directory, number).path / store.SCRATCH, remove=True)
     return BlocksOutcome(marks, driver.ran, driver.case_seconds, complete)

@@ -97,7 +97,7 @@ class Compiling(phases.Phase):
         self.parts, self.read_cases, self.done = parts, read_progress, 0
 
     def _words(self) -> str:
-        if phases.innermost() is not self:
+        if phases.innermost_phase() is not self:
             return ""  # the worker is this process, which shows it itself
         phase = next((case.what for case in self.read_cases()), "loading compiled code")
         return f"{phase}, part {min(self.done + 1, self.parts)} of {self.parts}"

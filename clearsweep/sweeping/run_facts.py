@@ -11,7 +11,7 @@ import numpy as np
 from .. import grid as grids
 from ..contracts.layout import Layout
 from ..judging import case_ranking, expected, validity, verdict
-from ..store import StoredRun, summed
+from ..store import StoredRun, sum_counts
 from .law_checks import LawCheckResults
 from .lives import LifeExtremes
 from .slowest_case import SlowestCase
@@ -106,10 +106,10 @@ class RunFacts:
 
     def _replace_counts(self, counts: list[dict[str, Any]]) -> None:
         """Replace the counts of the rows read by the sums over all blocks."""
-        limits, self.statuses = summed(counts, "limits"), summed(counts, "statuses")
-        self.limits.exceeded, self.limits.unknown = summed(counts, "exceeded"), summed(counts, "unknown")
+        limits, self.statuses = sum_counts(counts, "limits"), sum_counts(counts, "statuses")
+        self.limits.exceeded, self.limits.unknown = sum_counts(counts, "exceeded"), sum_counts(counts, "unknown")
         self.limits.cases, self.limits.any, self.limits.any_unknown = limits["cases"], limits["any"], limits["unknown"]
-        self.remarks.replace_counts(summed(counts, "remarks"))
+        self.remarks.replace_counts(sum_counts(counts, "remarks"))
         self.lives.unreached = sum(count["unreached"] for count in counts)
 
 

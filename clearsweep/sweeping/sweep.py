@@ -161,9 +161,9 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
     search = _search(grid, simulator)
     begun = {"counts": {"cases": len(requested)}, **record_entries}
     with signals.catching(), directory_of(grid, out, shard).open_for(grid, **begun) as directory:
-        start = store.now()
+        start = store.utc_now()
         with phases.phase("reading the directory"):
-            sentences = directory.recover()
+            sentences = directory.load_intact_batches()
         for sentence in sentences:
             progress.print_line(sentence)
         with CaseRunner(directory, options, simulator) as case_runner:
@@ -242,9 +242,9 @@ def _run_cut(
     requested = blockwise.count_requested(job)
     blocks = {"size": division.size, "count": division.count, "numbers": []}
     with signals.catching(), directory.open_for(grid, counts={"cases": requested}, blocks=blocks, **record_entries):
-        start = store.now()
+        start = store.utc_now()
         with phases.phase("reading the directory"):
-            for sentence in directory.recover():
+            for sentence in directory.load_intact_batches():
                 progress.print_line(sentence)
         with CaseRunner(directory, options, simulator) as case_runner:
             if options.executor == executors.NODES:
@@ -325,7 +325,9 @@ def conclude(case_runner: CaseRunner, grid: grids.Grid, requested: np.ndarray, *
         "missing": len(requested) - len(rows),
         "others": stored - len(rows),
     }
-    directory.write_record(grid, end=store.now(), counts=counts, merged=merged, **({"answers": {}} | record_entries))
+    directory.write_record(
+        grid, end=store.utc_now(), counts=counts, merged=merged, **({"answers": {}} | record_entries)
+    )
     return counts
 
 

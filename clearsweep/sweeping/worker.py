@@ -172,7 +172,10 @@ def time_case(simulator: Simulator, case: Case, patience: float, working: store.
     """Return the time of a case; after `patience` (s) it is extrapolated from the beginning."""
     budget = min(case.simulate.time_budget, patience)
     begin, compile_time = time.perf_counter(), phases.compile_seconds()
-    with phases.store_progress(working.put) if working else contextlib.nullcontext(), phases.track_estimate() as latest:
+    with (
+        phases.store_progress(working.replace_progress) if working else contextlib.nullcontext(),
+        phases.track_estimate() as latest,
+    ):
         trajectory = simulator.solve(case._replace(simulate=case.simulate._replace(time_budget=budget)))
     compile_time = phases.compile_seconds() - compile_time
     elapsed = time.perf_counter() - begin - compile_time
@@ -196,7 +199,7 @@ def time_case(simulator: Simulator, case: Case, patience: float, working: store.
 def prepare(working: store.Working, compile_part: Callable[[Case], None], case: Case) -> float:
     """Compile a part of a case's code, or load it, with the progress in a file; return the time (s) of compiling."""
     begin = phases.compile_seconds()
-    with phases.store_progress(working.put):
+    with phases.store_progress(working.replace_progress):
         compile_part(case)
     return phases.compile_seconds() - begin
 
@@ -224,7 +227,11 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
         )
     rows, logs, begin = [], list[store.Unfinished](), time.perf_counter()
     in_bulk = job.in_bulk and not batch.attempts
-    with signals.patience(), _new_note(job.note(batch)) as note, phases.store_progress(job.working(batch).put):
+    with (
+        signals.patience(),
+        _new_note(job.note(batch)) as note,
+        phases.store_progress(job.working(batch).replace_progress),
+    ):
         for task, point, trajectory in (_in_bulk if in_bulk else _one_by_one)(job, batch, note, logs):
             rows.append(store.Row(task.case_id, point, trajectory))
         seconds = time.perf_counter() - begin

@@ -31,7 +31,7 @@ def main(*, json: bool = False, quick: bool = False, directory: str | Path | Non
 
     with phases.phase(lambda: latest_line[0]):
         results = measure(quick=quick, note=note)
-    print(dumps(results, indent=2, allow_nan=False) if json else text.text(results), flush=True)
+    print(dumps(results, indent=2, allow_nan=False) if json else text.results_text(results), flush=True)
     if directory is not None:
         phases.print_line(f"verify: wrote {write(results, directory)}")
 
@@ -53,7 +53,7 @@ def write(results: dict[str, Any], directory: str | Path) -> Path:
     (directory / "accuracy").mkdir(parents=True, exist_ok=True)
     figure.draw(results, directory / "accuracy" / "error.svg")
     page = directory / "accuracy.md"
-    page.write_text(text.markdown(results), encoding="utf-8")
+    page.write_text(text.results_markdown(results), encoding="utf-8")
     return page
 
 

@@ -18,7 +18,7 @@ import numpy as np
 import clearsweep
 
 from ..simulation.trajectory import simulate
-from .problems import Errors, problems, scene_of, solution_of
+from .problems import Errors, all_problems, scene_of, solution_of
 from .rivals import Solution, runge_kutta_4, scipy_ivp
 
 TOLERANCES = tuple(10.0**-k for k in range(4, 13))
@@ -76,7 +76,7 @@ def _repeat_scipy(problem, tolerance: float, method: str, times=()):
     return lambda: scipy_ivp(scene, times, problem.end, tolerance, problem.separations, method)
 
 
-def methods(*, quick: bool) -> list[Method]:
+def all_methods(*, quick: bool) -> list[Method]:
     """Return our methods, then those of the rivals, with their settings."""
     tolerances, steps = (QUICK_TOLERANCES, QUICK_STEPS) if quick else (TOLERANCES, STEPS)
     coarse_tolerances = QUICK_COARSE_TOLERANCES if quick else COARSE_TOLERANCES
@@ -102,16 +102,16 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     one turn, after compilation.  Our time is that of the whole call of `simulate` with every figure of the summary and
     no history; `integration_ms_per_revolution` is the part that the summary calls `run_time`.
     """
-    results = stamp("clearsweep verify" + (" --quick" if quick else "")) | {
+    results = describe_measurement("clearsweep verify" + (" --quick" if quick else "")) | {
         "quick": quick,
         "rounds": QUICK_ROUNDS if quick else ROUNDS,
         "problems": [],
     }
-    for problem in problems():
+    for problem in all_problems():
         if note:
             note(f"{problem.name}: {problem.title}")
-        results["problems"].append(measure_one(problem, methods(quick=quick), results["rounds"]))
-    results["headline"] = headline(results["problems"])
+        results["problems"].append(measure_one(problem, all_methods(quick=quick), results["rounds"]))
+    results["headline"] = headline_figures(results["problems"])
     return results
 
 
@@ -125,7 +125,7 @@ def measure_one(
             if method.name.startswith("scipy") and setting < problem.tightest:
                 continue
             solution = method.solve(problem, setting)
-            rows.append(_row(method, setting, problem.assess(solution), solution))
+            rows.append(_result_row(method, setting, problem.assess(solution), solution))
             runs.append(method.repeat(problem, setting))
     least, integrations = _least_times(runs, repetitions, slow, timer)
     for row, total, integration in zip(rows, least, integrations, strict=True):
@@ -141,8 +141,8 @@ def measure_one(
     }
 
 
-def _row(method: Method, setting: float, errors: Errors, solution: Solution) -> dict:
-    figures = {name: _number(value) for name, value in errors._asdict().items()}
+def _result_row(method: Method, setting: float, errors: Errors, solution: Solution) -> dict:
+    figures = {name: _json_number(value) for name, value in errors._asdict().items()}
     return {
         "method": method.name,
         method.setting: setting,
@@ -158,7 +158,7 @@ def _row(method: Method, setting: float, errors: Errors, solution: Solution) -> 
     }
 
 
-def _number(value):
+def _json_number(value):
     """Return a value that JSON can represent."""
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
@@ -187,7 +187,7 @@ def row_of(entry: dict, method: str, tolerance: float) -> dict:
     return next(row for row in entry["rows"] if row["method"] == method and row.get("tolerance") == tolerance)
 
 
-def headline(entries: list[dict]) -> dict:
+def headline_figures(entries: list[dict]) -> dict:
     """Return the figures on the flagship problem: time and error of ours and of scipy's, and their ratios."""
     entry = next(entry for entry in entries if entry["name"] == FLAGSHIP)
     event_driven, rival = (row_of(entry, name, TOLERANCE) for name in ("event-driven", "scipy DOP853"))
@@ -228,29 +228,29 @@ def time_at_error(entry: dict, method: str, error: float) -> float | None:
     return None
 
 
-def stamp(command: str) -> dict:
+def describe_measurement(command: str) -> dict:
     """Return command, date and machine of a measurement."""
     return {
         "command": command,
         "version": clearsweep.__version__,
         "model_version": clearsweep.MODEL_VERSION,
         "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-        "machine": machine(),
+        "machine": describe_machine(),
     }
 
 
-def machine() -> dict:
+def describe_machine() -> dict:
     """Return a description of the machine."""
     return {
         "system": f"{platform.system()} {platform.machine()}",
-        "processor": _processor(),
+        "processor": _processor_name(),
         "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
         "python": sys.version.split()[0],
         **{name: version(name) for name in ("numpy", "scipy", "llvmlite")},
     }
 
 
-def _processor() -> str:
+def _processor_name() -> str:
     """Return the processor's name, if the system reports it."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()

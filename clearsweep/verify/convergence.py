@@ -18,7 +18,7 @@ from ..mechanics.solver.integration import Work
 from ..simulation import scene
 from ..simulation.batch_means import Blocks, Interval
 from ..simulation.trajectory import simulate
-from .problems import problems
+from .problems import all_problems
 
 PROBLEM, DISCARD = "b_base", 2  # and the revolutions before its statistics begin
 WEAR = {"law": "archard", "coefficient": 2e-14}
@@ -57,7 +57,7 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     for tolerance in tolerances:
         if note:
             note(f"convergence of statistics: tolerance {tolerance:g}")
-        rows += run(tolerance, lengths)
+        rows += run_at_tolerance(tolerance, lengths)
     pairs = [
         (first[figure], second[figure])
         for length in lengths
@@ -75,9 +75,9 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     }
 
 
-def run(tolerance: float, lengths: Sequence[int]) -> list[dict[str, Any]]:
+def run_at_tolerance(tolerance: float, lengths: Sequence[int]) -> list[dict[str, Any]]:
     """Return a row for each length, in revolutions after the discarded ones, of one run at a tolerance."""
-    source = copy.deepcopy(next(problem.grid for problem in problems() if problem.name == PROBLEM))
+    source = copy.deepcopy(next(problem.grid for problem in all_problems() if problem.name == PROBLEM))
     source["joints"]["rod-slider"] |= {"length": 0.02, "wear": WEAR}
     length = DISCARD + max(lengths)
     source["simulate"] = {"revolutions": length, "discard": DISCARD, "tolerance": tolerance}

@@ -145,7 +145,7 @@ def balanced_levels(
         yield {name: float(column[row]) for name, column in columns.items()}
 
 
-def cases() -> list[Extreme]:
+def extreme_cases() -> list[Extreme]:
     """Return all cases of the table except those of `machines`."""
     return [*_along_the_axes(), *_degenerate(), *_tuned(), *_stiff(), *_mixed(), *_pairs(), *_surfaces(), *_expensive()]
 

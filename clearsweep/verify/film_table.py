@@ -100,17 +100,17 @@ def _circumferential_cells(ratio: float, cells: int) -> tuple[np.ndarray, np.nda
     return angles[::2], angles[1::2]
 
 
-def short(slenderness: float, ratio: float, squeeze: float, wedge: float) -> tuple[float, float]:
+def short_film(slenderness: float, ratio: float, squeeze: float, wedge: float) -> tuple[float, float]:
     """Return the integral of p f and the largest p of a film with axial flow only."""
     x, weights = np.polynomial.legendre.leggauss(400)
     angles = math.atan2(squeeze, wedge) + 0.5 * math.pi * (x + 1.0)
     source = wedge * np.sin(angles) - squeeze * np.cos(angles)
     cubed = (1.0 + ratio * np.cos(angles)) ** 3
     power = slenderness**2 / 3.0 * 0.5 * math.pi * float(weights @ (source**2 / cubed))
-    return power, 0.5 * slenderness**2 * _peak(ratio, squeeze, wedge)
+    return power, 0.5 * slenderness**2 * _largest_short_pressure(ratio, squeeze, wedge)
 
 
-def _peak(ratio: float, squeeze: float, wedge: float) -> float:
+def _largest_short_pressure(ratio: float, squeeze: float, wedge: float) -> float:
     """Return the largest f / H^3."""
     low, high = math.atan2(squeeze, wedge), math.atan2(squeeze, wedge) + math.pi
     for _ in range(6):
@@ -121,7 +121,7 @@ def _peak(ratio: float, squeeze: float, wedge: float) -> float:
     return float(values.max())
 
 
-def logarithms(slenderness: float, ratio: float, directions: np.ndarray) -> np.ndarray:
+def logarithms_over_short(slenderness: float, ratio: float, directions: np.ndarray) -> np.ndarray:
     """Return (2, directions) logarithms of power and largest pressure over those of the short film.
 
     directions : the sine that the law expands in, S / (S^2 + (1 - eps^2)^(1/2) W^2)^(1/2).
@@ -131,7 +131,7 @@ def logarithms(slenderness: float, ratio: float, directions: np.ndarray) -> np.n
         film, rows = Film(slenderness, ratio, grid), []
         for direction in directions:
             squeeze, wedge = direction, math.sqrt(1.0 - direction**2) / (1.0 - ratio * ratio) ** 0.25
-            solution, (power, highest) = film.solve(squeeze, wedge), short(slenderness, ratio, squeeze, wedge)
+            solution, (power, highest) = film.solve(squeeze, wedge), short_film(slenderness, ratio, squeeze, wedge)
             work = wedge * solution.tangential - squeeze * solution.radial
             rows.append((math.log(work / power), math.log(solution.highest / highest)))
         results.append(np.array(rows).T)
@@ -139,12 +139,12 @@ def logarithms(slenderness: float, ratio: float, directions: np.ndarray) -> np.n
     return extrapolated
 
 
-def coefficients(slenderness: float) -> np.ndarray:
+def expansion_coefficients(slenderness: float) -> np.ndarray:
     """Return the (2, terms, powers) coefficients of the expansions in the law's file, for one length / diameter."""
     directions = math.pi * (np.arange(DIRECTION_NODES) + 0.5) / DIRECTION_NODES
     depths = np.cos(math.pi * (np.arange(RATIO_NODES) + 0.5) / (2 * RATIO_NODES))
     ratios = np.tanh(law.MAX_ARTANH * depths)
-    values = np.array([logarithms(slenderness, ratio, np.cos(directions)) for ratio in ratios])
+    values = np.array([logarithms_over_short(slenderness, ratio, np.cos(directions)) for ratio in ratios])
     harmonics = 2.0 / DIRECTION_NODES * values @ np.cos(np.outer(directions, np.arange(law.TERMS)))
     harmonics[:, :, 0] *= 0.5
     powers = np.polynomial.chebyshev.chebvander(2.0 * depths**2 - 1.0, law.POWERS - 1)
@@ -158,7 +158,8 @@ def coefficients(slenderness: float) -> np.ndarray:
 def main() -> None:
     """Write the file that the law reads."""
     np.save(
-        law.FILE, np.array([coefficients(slenderness) for slenderness in law.tabulated_lengths()]).astype(np.float32)
+        law.FILE,
+        np.array([expansion_coefficients(slenderness) for slenderness in law.tabulated_lengths()]).astype(np.float32),
     )
 
 

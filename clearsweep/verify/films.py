@@ -31,7 +31,7 @@ LAWS = ("finite", "short", "long", "pinkus-sternlicht", "reynolds")
 OPENINGS = (("rod-slider",), ("crank-rod",), ("crank-rod", "rod-slider"))
 
 
-def cases() -> list[Extreme]:
+def film_cases() -> list[Extreme]:
     """Return all cases."""
     generator = np.random.default_rng(SEED)
     return [

@@ -32,9 +32,9 @@ FORMS = {
 Levels = dict[str, float]
 
 
-def cases() -> list[Extreme]:
+def spatial_cases() -> list[Extreme]:
     """Return all cases."""
-    generator, cases = np.random.default_rng(SEED), []
+    generator, listed = np.random.default_rng(SEED), []
     for name, (clearance_joint, freedoms, flange) in FORMS.items():
         columns = {
             key: generator.permutation(np.tile(values, CASES_PER_FORM // len(values)))
@@ -44,8 +44,8 @@ def cases() -> list[Extreme]:
             levels = {key: float(column[number]) for key, column in columns.items()}
             grid = _grid(levels, clearance_joint, freedoms)
             grid["joints"][clearance_joint] |= _axial_sections(levels, flange=flange)
-            cases.append(Extreme(f"in space/{name} {number} {_levels_text(levels)}", grid))
-    return cases
+            listed.append(Extreme(f"in space/{name} {number} {_levels_text(levels)}", grid))
+    return listed
 
 
 def _levels_text(levels: Levels) -> str:

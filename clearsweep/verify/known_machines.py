@@ -29,7 +29,7 @@ TITLES = {
 }
 
 
-def references() -> dict[str, Any]:
+def read_references() -> dict[str, Any]:
     """Return the references by name."""
     file = resources.files(__package__) / "references" / "machines.json"
     problems: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))["problems"]
@@ -39,14 +39,14 @@ def references() -> dict[str, Any]:
 def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return `rows`, one for every machine and tolerance; none if `quick`, because each machine compiles a scene."""
     rows = []
-    for name, entry in ({} if quick else references()).items():
+    for name, entry in ({} if quick else read_references()).items():
         if note:
             note(f"machines: {name}")
-        rows += [run(name, entry, tolerance) for tolerance in TOLERANCES]
+        rows += [run_machine(name, entry, tolerance) for tolerance in TOLERANCES]
     return {"rows": rows}
 
 
-def run(name: str, entry: dict[str, Any], tolerance: float) -> dict[str, Any]:
+def run_machine(name: str, entry: dict[str, Any], tolerance: float) -> dict[str, Any]:
     """Return the row of a machine at a tolerance."""
     source, times = copy.deepcopy(entry["grid"]), np.array(entry["samples"]["t"])
     source["simulate"]["tolerance"] = tolerance

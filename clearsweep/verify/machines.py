@@ -24,9 +24,15 @@ FACTORS = {
 }
 
 
-def cases() -> list[Extreme]:
+def machine_cases() -> list[Extreme]:
     """Return all cases."""
-    families = {"loaded": _loaded, "free crank": _free, "four-bar": _four_bar, "guide": _guide, "elastic rod": _elastic}
+    families = {
+        "loaded": _loaded_grid,
+        "free crank": _free_crank_grid,
+        "four-bar": _four_bar_grid,
+        "guide": _guide_grid,
+        "elastic rod": _elastic_rod_grid,
+    }
     generator = np.random.default_rng(SEED)
     return [
         Extreme(f"{name}/{number:02d} {_levels_text(levels)}", family(levels))
@@ -71,28 +77,28 @@ def _slider_crank(levels: Levels, **slider: float) -> Section:
     return {"type": "slider-crank", **{name: _link(name, levels) for name in ("crank", "rod")}, "slider": slider}
 
 
-def _pressed(levels: Levels) -> Section:
+def _press_load(levels: Levels) -> Section:
     return {"press": {"on": "slider", "force": [-levels["load"], 0.1 * levels["load"]]}}
 
 
-def _loaded(levels: Levels) -> Section:
+def _loaded_grid(levels: Levels) -> Section:
     """Return a slider-crank with a load on its slider."""
     return _grid(
-        levels, _slider_crank(levels), {"rod-slider": _joint(levels) | {"bearing_radius": 0.01}}, _pressed(levels)
+        levels, _slider_crank(levels), {"rod-slider": _joint(levels) | {"bearing_radius": 0.01}}, _press_load(levels)
     )
 
 
-def _free(levels: Levels) -> Section:
+def _free_crank_grid(levels: Levels) -> Section:
     """Return a slider-crank with a motor, from half its speed, and a flywheel whose energy exceeds the load's work."""
     rate, lift = levels["speed"] * math.pi / 30.0, 0.1 * (levels["load"] + 0.7 * 9.81 * levels["mass"])
     motor = {"stall_torque": 2.0 * lift + 1.0, "no_load_speed": rate}
     flywheel = 2.0 * lift * 2.0 * math.pi / (0.25 * rate**2) + 1e-3 * levels["mass"]
     drive = {"motor": motor, "initial_speed": 0.5 * rate, "inertia": flywheel}
     joints = {"rod-slider": _joint(levels) | {"bearing_radius": 0.01}}
-    return _grid(levels, _slider_crank(levels), joints, _pressed(levels), drive)
+    return _grid(levels, _slider_crank(levels), joints, _press_load(levels), drive)
 
 
-def _four_bar(levels: Levels) -> Section:
+def _four_bar_grid(levels: Levels) -> Section:
     """Return a four-bar with a brake on its rocker."""
     links = {"crank": _link("crank", levels), "coupler": _link("rod", levels), "rocker": _link("rocker", levels)}
     mechanism = {"type": "four-bar", "ground": {"length": 0.13}, **links}
@@ -100,17 +106,17 @@ def _four_bar(levels: Levels) -> Section:
     return _grid(levels, mechanism, {"coupler-rocker": _joint(levels) | {"bearing_radius": 0.01}}, loads)
 
 
-def _guide(levels: Levels) -> Section:
+def _guide_grid(levels: Levels) -> Section:
     """Return a slider-crank with clearance in its guide."""
     joint = _joint(levels) | {"length": 0.06, "height": 0.03}
     mechanism = _slider_crank(levels, inertia=5e-5 * levels["mass"])
-    return _grid(levels, mechanism, {"slider-ground": joint}, _pressed(levels))
+    return _grid(levels, mechanism, {"slider-ground": joint}, _press_load(levels))
 
 
-def _elastic(levels: Levels) -> Section:
+def _elastic_rod_grid(levels: Levels) -> Section:
     """Return a slider-crank with an elastic rod: from as soft as rubber to ten times as stiff as steel."""
     mechanism = _slider_crank(levels)
     softer = levels["softness"] * (1.0 if levels["restitution"] < 0.8 else 0.5)
     damping = 0.1 if levels["restitution"] < 0.1 else 0.01
     mechanism["rod"]["elastic"] = {"axial_stiffness": 4e9 * 1e-4**softer, "segments": 4, "damping": damping}
-    return _grid(levels, mechanism, {"rod-slider": _joint(levels) | {"bearing_radius": 0.01}}, _pressed(levels))
+    return _grid(levels, mechanism, {"rod-slider": _joint(levels) | {"bearing_radius": 0.01}}, _press_load(levels))

@@ -58,13 +58,24 @@ class ReferenceTrajectory(NamedTuple):
 
     def assess(self, solution: Solution) -> Errors:
         """Return the errors of a solution at the samples."""
-        half = len(self.times) // 2
-        complete = solution.states.shape == self.samples.shape and bool(np.all(np.isfinite(solution.states)))
-        error = np.abs(solution.states - self.samples) / self.scales if complete else np.full((2 * half, 1), np.nan)
-        exact = _same_events(solution.events, self.events)
-        peaks = self._peak_error(solution) if complete else None
-        first_peaks = self._peak_error(solution, 3) if complete else None
-        return Errors(float(error[:half].max()), float(error.max()), len(solution.events), exact, peaks, first_peaks)
+        half_count = len(self.times) // 2
+        is_complete = solution.states.shape == self.samples.shape and bool(np.all(np.isfinite(solution.states)))
+        error = (
+            np.abs(solution.states - self.samples) / self.scales
+            if is_complete
+            else np.full((2 * half_count, 1), np.nan)
+        )
+        are_events_exact = _same_events(solution.events, self.events)
+        peaks = self._peak_error(solution) if is_complete else None
+        first_peaks = self._peak_error(solution, 3) if is_complete else None
+        return Errors(
+            float(error[:half_count].max()),
+            float(error.max()),
+            len(solution.events),
+            are_events_exact,
+            peaks,
+            first_peaks,
+        )
 
     def _peak_error(self, solution: Solution, count: int | None = None) -> float | None:
         """Return the largest relative error of the force peaks (or of `count` of them) in the first half."""
@@ -98,10 +109,10 @@ class ImpactPair(NamedTuple):
 
     def assess(self, solution: Solution) -> Errors:
         """Return the largest error of the ratio of rebound to approach speed."""
-        exact = _same_events(solution.events, self.events)
+        are_events_exact = _same_events(solution.events, self.events)
         rates = solution.events[:, 3]
-        worst = float(np.max(np.abs(-rates[1::2] / rates[::2] - self.restitution))) if exact else math.nan
-        return Errors(None, worst, len(solution.events), exact, None, None)
+        worst = float(np.max(np.abs(-rates[1::2] / rates[::2] - self.restitution))) if are_events_exact else math.nan
+        return Errors(None, worst, len(solution.events), are_events_exact, None, None)
 
 
 def _same_events(computed: np.ndarray, reference: np.ndarray) -> bool:
@@ -128,12 +139,16 @@ def _reference_entries() -> dict:
     return json.loads(file.read_text(encoding="utf-8"))["problems"]
 
 
-def problems() -> list:
+def all_problems() -> list:
     """Return all problems."""
-    return [*(_trajectory(name, entry) for name, entry in _reference_entries().items()), _stiff(), _pair()]
+    return [
+        *(_trajectory(name, entry) for name, entry in _reference_entries().items()),
+        _stiff_problem(),
+        _impact_pair_problem(),
+    ]
 
 
-def _stiff() -> ReferenceTrajectory:
+def _stiff_problem() -> ReferenceTrajectory:
     """Return a heavily damped contact as a problem; its trajectory is our own at the tightest tolerance.
 
     scipy's methods, which share only the force law with it, give the same trajectory.
@@ -194,7 +209,7 @@ def _trajectory(name: str, entry: dict) -> ReferenceTrajectory:
     )
 
 
-def _pair() -> ImpactPair:
+def _impact_pair_problem() -> ImpactPair:
     """Return the impact pair as a problem."""
     source = {
         "mechanism": {"type": "impact-pair", "masses": [0.2, 0.2], "speed": 1.0},

@@ -56,11 +56,11 @@ def _load(joint, gap, j, contacts):
 
 
 @kernel
-def _next(j, joint):
+def _next_joint(j, joint):
     return j + 1
 
 
-loads_of = map_joints(_load, _next)  # of joints, their Gaps, 0 and (state, onset)
+loads_of = map_joints(_load, _next_joint)  # of joints, their Gaps, 0 and (state, onset)
 
 
 @kernel
@@ -123,7 +123,7 @@ def runge_kutta_4(scene, times, step, separations=0) -> Solution:
         step = times[0] / steps_per_sample
     states, log = np.zeros((len(times), n - 1)), np.zeros((MAX_EVENTS, 5))
     counts = np.array([*rates_of(scene.value, parameters), steps_per_sample, separations, 0, 0, 0])
-    work = March(
+    work = RungeKuttaState(
         y=scene.start[:n].copy(),
         z=np.zeros(n),
         k=np.zeros((ROWS, n + JOINT_WIDTH * joints)),
@@ -136,7 +136,7 @@ def runge_kutta_4(scene, times, step, separations=0) -> Solution:
     return Solution(states, log[:events].copy(), steps, None, evaluations)
 
 
-class March(NamedTuple):
+class RungeKuttaState(NamedTuple):
     """Arrays of Runge-Kutta 4: n numbers in the state, j joints."""
 
     y: np.ndarray  # (n,) state
@@ -219,7 +219,7 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
         evaluations += 1
         return _evaluate(rates, t, y, z, state, onset, k)
 
-    def slope(t, y):
+    def state_rates(t, y):
         return evaluate(t, y)[: 2 * half].copy()
 
     def depth_of(j):
@@ -237,25 +237,25 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
 
     depths = [depth_of(j) for j in range(joints)]
     clearance = min(joint.clearance for joint in value.joints)
-    allowed = tolerance * clearance * np.repeat([1.0, value.reference_rate], half)
+    absolute_tolerance = tolerance * clearance * np.repeat([1.0, value.reference_rate], half)
     begin, y, at_event = 0.0, scene.start[: 2 * half], -1
-    dead_time, longest = EVENT_DEAD_TIME * turn, math.inf if separations else MAX_STEP_TURNS * turn
-    states, events, steps, separated = [], [], 0, 0
+    dead_time, max_step = EVENT_DEAD_TIME * turn, math.inf if separations else MAX_STEP_TURNS * turn
+    states, events, steps, separation_count = [], [], 0, 0
     while begin < end:
         for j in range(joints):
             depths[j].direction = 1.0 if state[j] == FREE else -1.0
         remaining = times[times > begin] if len(times) else None
         with np.errstate(all="ignore"):  # a trial step that is far too long may overflow; it is rejected
             solution = solve_ivp(
-                slope,
+                state_rates,
                 (begin, end),
                 y,
                 method,
                 remaining,
                 events=depths,
                 rtol=LEAST_RELATIVE_TOLERANCE,
-                atol=allowed,
-                max_step=longest,
+                atol=absolute_tolerance,
+                max_step=max_step,
                 dense_output=remaining is not None,
             )
         steps += len(solution.t if remaining is None else solution.sol.ts) - 1
@@ -270,8 +270,8 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
         kind = ONSET if state[j] == FREE else SEPARATION
         events.append((begin, j, kind, rate, 0.0))
         state[j], onset[j] = (PRESSED, max(rate, ONSET_FLOOR)) if kind == ONSET else (FREE, 1.0)
-        separated += kind == SEPARATION
-        if 0 < separations <= separated:
+        separation_count += kind == SEPARATION
+        if 0 < separations <= separation_count:
             break
     return Solution(np.array(states), np.array(events).reshape(-1, 5), steps, None, evaluations)
 

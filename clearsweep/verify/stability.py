@@ -58,7 +58,7 @@ from ..simulation.run import integration_of
 from ..simulation.trajectory import simulate
 from . import extremes, films, in_space, machines
 from .extremes import Extreme
-from .tuning import tuned
+from .tuning import tune_case
 
 ENERGY = 1000.0  # tolerances per revolution
 LOAD_FACTOR = 2.0
@@ -75,8 +75,8 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     scene; `note` is called with progress messages.
     """
     rows, begin = [], time.perf_counter()
-    all_cases = (*extremes.cases(), *machines.cases(), *films.cases(), *in_space.cases())
-    selected = evenly_spaced(extremes.cases(), QUICK_CASES) if quick else all_cases
+    all_cases = (*extremes.extreme_cases(), *machines.machine_cases(), *films.film_cases(), *in_space.spatial_cases())
+    selected = select_evenly(extremes.extreme_cases(), QUICK_CASES) if quick else all_cases
     for group in dict.fromkeys(case.group for case in selected):
         if note:
             note(f"stability: {group}")
@@ -94,7 +94,7 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     }
 
 
-def evenly_spaced(table: list[Extreme], count: int) -> list[Extreme]:
+def select_evenly(table: list[Extreme], count: int) -> list[Extreme]:
     """Return `count` cases, evenly spaced within each group, without cases that are expensive to run or compile."""
     groups = [[case for case in table if case.group == name] for name in dict.fromkeys(case.group for case in table)]
     groups = [group for group in groups if group[0].group not in ("dear", "rough")]
@@ -134,12 +134,12 @@ def run(case: Extreme) -> dict[str, Any]:
     row["share_of_energy"] = summary["energy_residual"] / tolerance
     if not case_scene.mechanism.spatial:
         row["share_of_bound"] = share_of_bound(case_scene, summary)
-    return row | {"failure": _failure(case_scene, trajectory, row)}
+    return row | {"failure": _failure_text(case_scene, trajectory, row)}
 
 
 def scene_of(case: Extreme) -> tuple[scene.Scene, str]:
     """Return the Scene of a case, tuned and displaced as specified, and a note on that."""
-    source, note = tuned(case) if case.tuning else (case.grid, "")
+    source, note = tune_case(case) if case.tuning else (case.grid, "")
     case_scene = scene.build(grid.load(source, scene.catalogue()).case(0))
     if case.shift:
         clearance, length = case_scene.value.joints[0].clearance, case.grid["mechanism"]["rod"]["length"]
@@ -151,7 +151,7 @@ def scene_of(case: Extreme) -> tuple[scene.Scene, str]:
     return case_scene, note
 
 
-def _failure(case_scene: scene.Scene, trajectory: Trajectory, row: dict[str, Any]) -> str:
+def _failure_text(case_scene: scene.Scene, trajectory: Trajectory, row: dict[str, Any]) -> str:
     """Return why a run that ended `ok` does not pass; empty if it does."""
     figures = [value for value in trajectory.summary.values() if isinstance(value, float)]
     if not np.all(np.isfinite(figures)) or not all(np.all(np.isfinite(v)) for v in trajectory.channels.values()):
@@ -184,7 +184,7 @@ def _accuracy_note(case_scene: scene.Scene) -> str:
     )
     if tighter_run.status != run.status:
         return "it does not end at a tenth of the tolerance"
-    depths, tighter_depths = (each.totals.joint.column("depth_max") for each in (run, tighter_run))
+    depths, tighter_depths = (integration.totals.joint.column("depth_max") for integration in (run, tighter_run))
     stored = max(
         elastic_energy(joint.elastic, depth) for joint, depth in zip(case_scene.value.joints, depths, strict=True)
     )
@@ -236,18 +236,20 @@ def share_of_bound(case_scene: scene.Scene, summary: dict[str, Any]) -> float:
         rate = summary[f"{part.name}_onset_rate_max"]
         impact = getattr(joint.law, "impact", joint.law)
         factor = getattr(impact, "factor", 0.0) * min(1.0, rate / ONSET_FLOOR)  # laws do not divide by less
-        mass = _mass_of_machine(case_scene, part) if case_scene.machine else _reduced_mass(case_scene.case, part.name)
+        mass = (
+            _reduced_machine_mass(case_scene, part) if case_scene.machine else _reduced_mass(case_scene.case, part.name)
+        )
         energies.append(_damped_energy(mass, rate, factor))
         loads.append(_largest_load(case_scene, case_joint.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
     shares = []
     for (part, _, joint), load in zip(dry_joints, loads, strict=True):
-        deepest = _deepest(joint.elastic, sum(energies), load)
+        deepest = _penetration_bound(joint.elastic, sum(energies), load)
         deepest += joint.corners.end if type(joint) in (Lubricated,) else 0.0
         shares.append(summary[f"{part.name}_penetration_max"] / deepest if deepest > 0.0 else 0.0)
     return max(shares, default=0.0)
 
 
-def _deepest(elastic: Any, energy: float, load: float) -> float:
+def _penetration_bound(elastic: Any, energy: float, load: float) -> float:
     """Return the bound (m) of a penetration under an energy (J) and a load (N)."""
     if type(elastic) in POWERS:
         stiffness, exponent = elastic.stiffness, getattr(elastic, "exponent", _exponent(elastic))
@@ -278,7 +280,7 @@ def _largest_load(case_scene: scene.Scene, name: str) -> float:
     return LOAD_FACTOR * ideal_peaks(case_scene.case).get(name, 0.0)
 
 
-def _mass_of_machine(case_scene: scene.Scene, part: JointLayout) -> float:
+def _reduced_machine_mass(case_scene: scene.Scene, part: JointLayout) -> float:
     """Return the largest reduced mass (kg) of a machine's joint, the others closed, its crank driven at its speed.
 
     For a guide it is the total moving mass: only its block is struck there, and a rod that pushes it.

@@ -19,7 +19,7 @@ from ..contracts import results
 from ..simulation import scene
 from ..simulation.trajectory import simulate
 from .extremes import Extreme, contact, slider_crank_grid, tanh, voigt
-from .problems import ImpactPair, ReferenceTrajectory, problems, scene_of
+from .problems import ImpactPair, ReferenceTrajectory, all_problems, scene_of
 
 TOLERANCES, QUICK_TOLERANCES = (1e-6, 1e-8), (1e-6,)
 CHOICE_TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10)
@@ -68,25 +68,27 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     for case in cases():
         if note:
             note(f"stiffness: {case.name}")
-        rows += compare(case, QUICK_TOLERANCES if quick else TOLERANCES)
-        choices += [choice(case, tolerance) for tolerance in (QUICK_TOLERANCES if quick else CHOICE_TOLERANCES)]
+        rows += compare_at_equal_error(case, QUICK_TOLERANCES if quick else TOLERANCES)
+        choices += [
+            compare_methods(case, tolerance) for tolerance in (QUICK_TOLERANCES if quick else CHOICE_TOLERANCES)
+        ]
     return {
         "rows": rows,
         "choices": choices,
-        "others": [cost_ratio(problem) for problem in problems() if problem.name != "b_damped"],
+        "others": [evaluation_ratio(problem) for problem in all_problems() if problem.name != "b_damped"],
     }
 
 
-def cost_ratio(problem: ReferenceTrajectory | ImpactPair) -> dict[str, Any]:
+def evaluation_ratio(problem: ReferenceTrajectory | ImpactPair) -> dict[str, Any]:
     """Return the evaluations of explicit and automatic on a problem that is not stiff, and their ratio."""
-    spent = {
+    evaluations = {
         method: simulate(scene_of(problem, DEFAULT_TOLERANCE, method)).summary["rhs_evaluations"]
         for method in ("explicit", "auto")
     }
-    return {"name": problem.name} | spent | {"evaluations_ratio": spent["auto"] / spent["explicit"]}
+    return {"name": problem.name} | evaluations | {"evaluations_ratio": evaluations["auto"] / evaluations["explicit"]}
 
 
-def compare(case: Extreme, tolerances: Sequence[float]) -> list[dict[str, Any]]:
+def compare_at_equal_error(case: Extreme, tolerances: Sequence[float]) -> list[dict[str, Any]]:
     """Return a row for each of the tolerances of the explicit method."""
     reference = run(case, REFERENCE_TOLERANCE, "explicit")
     rows = []
@@ -109,7 +111,7 @@ def compare(case: Extreme, tolerances: Sequence[float]) -> list[dict[str, Any]]:
     return rows
 
 
-def choice(case: Extreme, tolerance: float) -> dict[str, Any]:
+def compare_methods(case: Extreme, tolerance: float) -> dict[str, Any]:
     """Return evaluations and least processor time (s) of ROUNDS interleaved runs of every method, and their ratio.
 
     The time of a method that exhausts its budget of steps is infinite.
@@ -118,10 +120,10 @@ def choice(case: Extreme, tolerance: float) -> dict[str, Any]:
     runs: dict[str, results.Trajectory] = {}
     for _ in range(ROUNDS):
         for method in METHODS:
-            began = time.process_time()
+            start = time.process_time()
             runs[method] = run(case, tolerance, method)
             if runs[method].status == "ok":
-                times[method] = min(times[method], time.process_time() - began)
+                times[method] = min(times[method], time.process_time() - start)
     evaluations = {method: runs[method].summary["rhs_evaluations"] for method in METHODS}
     cheaper = min(times["explicit"], times["implicit"])
     return {

@@ -27,7 +27,7 @@ METHODS = (
 )
 
 
-def text(results: dict) -> str:
+def results_text(results: dict) -> str:
     """Return the tables of all problems, their explanation, and the main figures."""
     machine = results["machine"]
     lines = [
@@ -45,13 +45,13 @@ def text(results: dict) -> str:
         "",
         *_headline_lines(results["headline"]),
     ]
-    lines += ["", *machines(results["machines"])] if results["machines"]["rows"] else []
-    lines += ["", *convergence(results["convergence"]), "", *stability(results["stability"])]
-    lines += ["", *stiffness(results["stiffness"])]
+    lines += ["", *machine_lines(results["machines"])] if results["machines"]["rows"] else []
+    lines += ["", *convergence_lines(results["convergence"]), "", *stability_lines(results["stability"])]
+    lines += ["", *stiffness_lines(results["stiffness"])]
     return "\n".join(lines)
 
 
-def markdown(results: dict) -> str:
+def results_markdown(results: dict) -> str:
     """Return the report as Markdown, with a link to the figure `accuracy/error.svg`."""
     table = results["stability"]
     rows = [
@@ -68,7 +68,7 @@ def markdown(results: dict) -> str:
             "![Error against run time](accuracy/error.svg)",
             "",
             "```text",
-            text(results),
+            results_text(results),
             "```",
             "",
             "## Every case of the stability table",
@@ -81,7 +81,7 @@ def markdown(results: dict) -> str:
     )
 
 
-def machines(table: dict) -> list[str]:
+def machine_lines(table: dict) -> list[str]:
     """Return the lines that give error against run time on machines with known trajectories."""
     lines = [
         "machines with loads, free cranks, loops: largest error of a body's channel over its largest value, up to",
@@ -108,7 +108,7 @@ COLUMNS = {  # heading, and what a unit of the column is in SI
 }
 
 
-def convergence(table: dict) -> list[str]:
+def convergence_lines(table: dict) -> list[str]:
     """Return the lines that give how statistics settle with tolerance and length of the run."""
     lines = [
         f"convergence of statistics: {table['problem']} with wear, after {table['discard']} discarded revolutions; "
@@ -118,7 +118,7 @@ def convergence(table: dict) -> list[str]:
     for length in dict.fromkeys(row["revolutions"] for row in table["rows"]):
         for row in table["rows"]:
             if row["revolutions"] == length:
-                cells = [_with_interval(row[figure], COLUMNS[figure][1]) for figure in table["figures"]]
+                cells = [_interval_text(row[figure], COLUMNS[figure][1]) for figure in table["figures"]]
                 lines.append(f"  {length:>11}{row['tolerance']:>11.0e}" + "".join(f"{cell:>23}" for cell in cells))
     return [
         *lines,
@@ -128,14 +128,14 @@ def convergence(table: dict) -> list[str]:
     ]
 
 
-def _with_interval(estimate: dict, unit: float) -> str:
+def _interval_text(estimate: dict, unit: float) -> str:
     """Return a value with its interval, rounded to two figures of the latter."""
     value, width = estimate["value"] / unit, estimate["half_width"] / unit
     decimals = max(0, 1 - math.floor(math.log10(width))) if width > 0.0 else 3
     return f"{value:.{decimals}f} +- {width:.{decimals}f}"
 
 
-def stability(table: dict) -> list[str]:
+def stability_lines(table: dict) -> list[str]:
     """Return the lines on the stiff and extreme cases, with all failures."""
     lines = [
         f"stability: {table['passed']} of {table['cases']} stiff, extreme and degenerate cases pass "
@@ -150,7 +150,7 @@ def stability(table: dict) -> list[str]:
     return lines
 
 
-def stiffness(table: dict) -> list[str]:
+def stiffness_lines(table: dict) -> list[str]:
     """Return the lines that compare the automatic choice of the method with the explicit one."""
     lines = [
         "stiffness: where stability limits the explicit method, against the automatic choice at the loosest tolerance,",
@@ -167,13 +167,13 @@ def stiffness(table: dict) -> list[str]:
             f"{_error_text(auto['error']):>9}"
             + "".join(f"{'-' if x is None else f'{x:.3g}':>{w}}" for x, w in zip(ratios, (11, 8), strict=True))
         )
-    lines += ["", *choices(table["choices"]), ""]
+    lines += ["", *choice_lines(table["choices"]), ""]
     lines.append("  where the motion is not stiff, automatic over explicit, at the default tolerance:")
     lines += [f"    {row['name']:<42}{row['evaluations_ratio']:>8.3f}" for row in table["others"]]
     return lines
 
 
-def choices(rows: list[dict]) -> list[str]:
+def choice_lines(rows: list[dict]) -> list[str]:
     """Return the lines that give how much longer the automatic choice takes than the better of the two methods."""
     methods = ("explicit", "implicit", "auto")
     lines = [
@@ -199,12 +199,12 @@ def _problem_lines(entry: dict) -> list[str]:
         description = f"{revolutions_text}, {entry['events_expected']} contact events"
     lines, last_method = [f"{entry['name']}: {entry['title']} ({description})", HEADER], None
     for row in entry["rows"]:
-        lines.append(_row(row, "" if row["method"] == last_method else row["method"]))
+        lines.append(_row_text(row, "" if row["method"] == last_method else row["method"]))
         last_method = row["method"]
     return lines
 
 
-def _row(row: dict, method: str) -> str:
+def _row_text(row: dict, method: str) -> str:
     setting = f"tolerance {row['tolerance']:.0e}" if "tolerance" in row else f"step {row['step']:.0e} s"
     events = f"{'=' if row['events_exact'] else ''}{row['events']}"
     return (

@@ -13,7 +13,7 @@ def page() -> str:
     """Return the page with the table of the figures there are."""
     before, mark, rest = PAGE.read_text(encoding="utf-8").partition(MARK)
     _, _, after = rest.partition("\n\n")
-    return f"{before}{mark}{layout.markdown(catalogue())}\n{after}"
+    return f"{before}{mark}{layout.columns_markdown(catalogue())}\n{after}"
 
 
 if __name__ == "__main__":

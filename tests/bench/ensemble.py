@@ -19,7 +19,7 @@ from llvmlite.binding import get_host_cpu_features
 
 from clearsweep import simulation
 from clearsweep.simulation.trajectory import simulate
-from clearsweep.verify.problems import problems, scene_of, solution_of
+from clearsweep.verify.problems import all_problems, scene_of, solution_of
 
 try:
     from . import soda
@@ -201,7 +201,7 @@ def page(cases: int | None, repetitions: int) -> str:
     ]
     if batched:
         lines += ["", batched.LACKS]
-    for problem in problems():
+    for problem in all_problems():
         if problem.name in CASES:
             lines += ["", *measure(problem, cases or CASES[problem.name], repetitions)]
     return "\n".join([*lines, ""])

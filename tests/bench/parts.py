@@ -10,7 +10,7 @@ import clearsweep
 from clearsweep.simulation.run import Run
 from clearsweep.simulation.start import control_of, period, start_of
 from clearsweep.verify.accuracy import FLAGSHIP
-from clearsweep.verify.problems import problems
+from clearsweep.verify.problems import all_problems
 
 WEAR = {"JOINTS.length": 0.02, "JOINTS.wear": {"law": "archard", "coefficient": 2e-14}}
 
@@ -33,7 +33,7 @@ PAIRS = (
 
 def measure(repetitions: int, note) -> list[dict]:
     """Return name, ns of an evaluation or ms of a revolution with and without, and their ratio, of all PAIRS."""
-    known, rows = {problem.name: problem for problem in problems()}, []
+    known, rows = {problem.name: problem for problem in all_problems()}, []
     for pair in PAIRS:
         note(f"parts: {pair.name}")
         grid = known[pair.problem].grid

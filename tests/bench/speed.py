@@ -21,7 +21,7 @@ import speed_page
 from clearsweep.simulation.trajectory import work_counts
 from clearsweep.verify import accuracy
 from clearsweep.verify.accuracy import FLAGSHIP, TOLERANCE, Method
-from clearsweep.verify.problems import problems, scene_of
+from clearsweep.verify.problems import all_problems, scene_of
 
 from . import parts, stepwise
 
@@ -41,7 +41,7 @@ RIVALS = {  # package -> what it needs; diffrax is in `ensemble` alone
 
 def methods() -> tuple[list[Method], dict[str, str]]:
     """Return all methods that are installed, and the reasons why others are left out."""
-    ours = next(method for method in accuracy.methods(quick=False) if method.name == "event-driven")
+    ours = next(method for method in accuracy.all_methods(quick=False) if method.name == "event-driven")
     result = [
         ours._replace(name=OURS, settings=HALVES),
         Method(SCIPY, "tolerance", TIGHT, stepwise.solve, stepwise.repeat),
@@ -70,9 +70,9 @@ def methods() -> tuple[list[Method], dict[str, str]]:
 def measure(repetitions: int, note) -> dict:
     """Return every figure; `note` is called with a sentence on what is being done."""
     chosen, missing = methods()
-    result = accuracy.stamp("make bench") | {"rounds": repetitions, "missing": missing, "problems": []}
+    result = accuracy.describe_measurement("make bench") | {"rounds": repetitions, "missing": missing, "problems": []}
     result["machine"] |= {name: version(name) for name in RIVALS if name not in missing} | {"load": os.getloadavg()[0]}
-    for problem in problems():
+    for problem in all_problems():
         if problem.name in NAMES:
             note(f"{problem.name}: {problem.title}")
             able = [method for method in chosen if method.name != "heyoka" or problem.name == FLAGSHIP]

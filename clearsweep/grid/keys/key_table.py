@@ -1,7 +1,7 @@
 """The key table of grid files: every key with its unit, range, default and meaning."""
 
-from ...contracts.catalogue import Catalogue, Field, JointSite, Keys, Mechanism, sized
-from ...contracts.layout import settling
+from ...contracts.catalogue import Catalogue, Field, JointSite, Keys, Mechanism, with_given_size
+from ...contracts.layout import converging_columns
 from ...contracts.outline import ANY
 from ..library import PAIRS
 from .joint_keys import (
@@ -177,7 +177,9 @@ def table_of_keys(mechanism: Mechanism, catalogue: Catalogue) -> KeyTable:
     for site in mechanism.joints:
         _ADD_JOINT_KEYS[site.kind](keys, f"joints.{site.name}", site, catalogue)
     if mechanism.turns:
-        _add_revolution_keys(keys, settling(catalogue, mechanism), settling(catalogue, mechanism, settles=False))
+        _add_revolution_keys(
+            keys, converging_columns(catalogue, mechanism), converging_columns(catalogue, mechanism, settles=False)
+        )
     else:
         _add_impact_keys(keys)
     if mechanism.spatial:
@@ -203,7 +205,7 @@ def _add_section_keys(keys: KeyTable, section: Keys, catalogue: Catalogue) -> No
         keys[f"{section.path}.{choice.name}"] = Word(choice.options, choice.text, choice.default)
     if section.family:
         laws = catalogue.of(section.family)
-        laws = tuple(sized(law, section.given) for law in laws) if section.given else laws
+        laws = tuple(with_given_size(law, section.given) for law in laws) if section.given else laws
         names = tuple(law.name for law in laws)
         keys[f"{section.path}.law"] = Word(names, f"the {section.family} law", sweep=True, noun="law")
         add_laws(keys, section.path, "law", laws)

@@ -243,7 +243,7 @@ def unit_of_number(node: Number, names: Mapping[str, frozenset[str]], exponent: 
     `exponent` is the value of the key `exponent` next to it, or None if there is none or it varies.
     """
     general_units = [field.unit for field in node.fields(names)]
-    units = general_units if exponent is None else [quantity.with_exponent(name, exponent) for name in general_units]
+    units = general_units if exponent is None else [quantity.replace_exponent(name, exponent) for name in general_units]
     return " or ".join(dict.fromkeys(units))
 
 

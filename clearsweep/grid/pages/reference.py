@@ -273,7 +273,7 @@ def _with_neutral_body(path: str, text: str) -> str:
 
 def _example_value(field: Field) -> str:
     """Return an example value: the default, a usual value of the unit, or one within the range."""
-    unit = quantity.with_exponent(field.unit, 1.5)
+    unit = quantity.replace_exponent(field.unit, 1.5)
     if field.default == 0.0 and unit == "1" and field.contains(_SMALL_SHARE):
         return _number_text(_SMALL_SHARE)
     if not field.default and field.contains(quantity.read(quantity.example(unit), unit)):

@@ -199,6 +199,6 @@ def _number_description(node: Number) -> str:
     for field, when in node.uses:
         laws = f"{', '.join(sorted(when[-1][1]))}: " if when else ""
         default = "" if field.default is None else f"; default {field.default:.15g}"
-        unit = quantity.with_exponent(field.unit, 1.5)
+        unit = quantity.replace_exponent(field.unit, 1.5)
         lines.append(f"{laws}{field.text}; {field.allowed()}{default}; {quantity.expected(unit)}")
     return "\n".join(dict.fromkeys(lines))

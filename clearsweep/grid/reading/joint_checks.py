@@ -3,7 +3,7 @@
 import math
 
 from ...contracts.case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
-from ...contracts.catalogue import Catalogue, Law, sized
+from ...contracts.catalogue import Catalogue, Law, with_given_size
 from ...language.errors import did_you_mean
 from ..keys.joint_keys import modulus_paths
 from ..keys.key_table import DIMENSIONLESS
@@ -75,7 +75,7 @@ def _check_friction(reader: Reader, catalogue: Catalogue) -> None:
     for path in [path for path in reader.shape if path.endswith(".friction")]:
         for law in catalogue.of("friction"):
             if law.name in reader.names.get(f"{path}.law", ()):
-                _check_order(reader, path, sized(law, given_by_path[path]) if path in given_by_path else law)
+                _check_order(reader, path, with_given_size(law, given_by_path[path]) if path in given_by_path else law)
 
 
 def _check_until(reader: Reader) -> None:

@@ -144,7 +144,7 @@ def _report_missing(reader: Reader, path: str, node: Number, field: Field) -> No
         name for name in sorted(law_names) if any(name in reader.names[chooser] for chooser in node.deciding_paths())
     ]
     laws_text = f" for {' and '.join(laws_needing)}" if laws_needing else ""
-    unit_text = quantity.expected(quantity.with_exponent(field.unit, 1.5))
+    unit_text = quantity.expected(quantity.replace_exponent(field.unit, 1.5))
     reader.problems.add(
         reader.position_of(path), path, f"is missing{laws_text} ({field.text or field.name}); {unit_text}"
     )
@@ -177,7 +177,7 @@ def _possible_units(reader: Reader, path: str, field: Field) -> list[str]:
     if "^exponent" not in field.unit:
         return [field.unit]
     exponents = exponent_values(reader, path)
-    return [quantity.with_exponent(field.unit, exponent) for exponent in sorted({min(exponents), max(exponents)})]
+    return [quantity.replace_exponent(field.unit, exponent) for exponent in sorted({min(exponents), max(exponents)})]
 
 
 def exponent_values(reader: Reader, path: str) -> tuple[float, ...]:

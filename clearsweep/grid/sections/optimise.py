@@ -234,7 +234,7 @@ def start_values(reader: Reader, over: Mapping[str, Choice]) -> dict[str, Any]:
         value: Any = written.value
         if isinstance(node, Number):
             exponents = reader.values_of(f"{path.rpartition('.')[0]}.exponent")
-            unit = quantity.with_exponent(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
+            unit = quantity.replace_exponent(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
             value = quantity.read(value, unit)
         is_allowed = value in choice.values if choice.kind == AMONG else choice.values[0] <= value <= choice.values[-1]
         if not is_allowed or (isinstance(value, float) and math.isnan(value)):

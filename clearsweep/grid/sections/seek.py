@@ -231,7 +231,7 @@ def _unit_of_path(reader: Reader, path: str) -> str:
     node = reader.shape[path]
     assert isinstance(node, Number)  # others cannot be searched for
     exponents = reader.values_of(f"{path.rpartition('.')[0]}.exponent")
-    return quantity.with_exponent(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
+    return quantity.replace_exponent(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
 
 
 REFINE = "refine"

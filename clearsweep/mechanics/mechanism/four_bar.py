@@ -4,7 +4,7 @@ import math
 
 from ...contracts.case import Case
 from ...contracts.catalogue import Choice, Field, JointSite, Keys, Mechanism, Output
-from ...contracts.machine import Aim, At, Body, Machine, Pin
+from ...contracts.machine import Aim, Body, BodyPoint, Machine, Pin
 from ...contracts.outline import Outline
 from . import described
 from .drives import drive_of
@@ -91,10 +91,10 @@ def machine(case: Case) -> Machine:
         )
         bodies[name] = Body(mass, inertia, (center, 0.0), points, elastic)
     pins = (
-        Pin("ground-crank", At("ground", "first"), At("crank", "first")),
-        Pin("crank-coupler", At("crank", "second"), At("coupler", "first")),
-        Pin("coupler-rocker", At("coupler", "second"), At("rocker", "second")),
-        Pin("rocker-ground", At("rocker", "first"), At("ground", "second")),
+        Pin("ground-crank", BodyPoint("ground", "first"), BodyPoint("crank", "first")),
+        Pin("crank-coupler", BodyPoint("crank", "second"), BodyPoint("coupler", "first")),
+        Pin("coupler-rocker", BodyPoint("coupler", "second"), BodyPoint("rocker", "second")),
+        Pin("rocker-ground", BodyPoint("rocker", "first"), BodyPoint("ground", "second")),
     )
     coupler, rocker = closed_angles(values, case.drive.start_angle)
     loads = loads_of(case.loads, LoadPoints(bodies, {}))

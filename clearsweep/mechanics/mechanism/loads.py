@@ -157,18 +157,18 @@ class LoadPoints:
         """Prepare for `bodies`; pins : body -> its default point for loads, otherwise the centre of mass."""
         self.bodies, self.pins = bodies, pins
 
-    def point_of_load(self, body: str, values: Mapping) -> machine.At:
+    def point_of_load(self, body: str, values: Mapping) -> machine.BodyPoint:
         """Return the point of a body at which a load with these values acts."""
         name = values.get("point", self.pins.get(body, CENTER))
         if name not in self.bodies[body].points:
             return self.new(body, name, self.bodies[body].center)
-        return machine.At(body, name)
+        return machine.BodyPoint(body, name)
 
-    def new(self, body: str, name: str, position: tuple[float, float]) -> machine.At:
+    def new(self, body: str, name: str, position: tuple[float, float]) -> machine.BodyPoint:
         """Return a further point of a body, at `position` (m) in its frame."""
         old_body = self.bodies[body]
         self.bodies[body] = old_body._replace(points={**old_body.points, name: position})
-        return machine.At(body, name)
+        return machine.BodyPoint(body, name)
 
 
 def loads_of(loads: tuple[case.Load, ...], load_points: LoadPoints) -> tuple:
@@ -182,13 +182,13 @@ def _push(load: case.Load, load_points: LoadPoints) -> machine.Push:
     return machine.Push(load.name, load_points.point_of_load(values["on"], values), *force, values.get("torque", 0.0))
 
 
-def _tabled(load: case.Load, load_points: LoadPoints) -> machine.Tabled:
+def _tabled(load: case.Load, load_points: LoadPoints) -> machine.TabledPush:
     table = {name: np.array(column) for name, column in load.table.items()}
     table_variable = "angle" if "crank_angle" in table else "time"
     knots = table["crank_angle" if table_variable == "angle" else "time"]
     columns = [table.get(name, np.zeros(knots.size)) for name in ("fx", "fy", "torque")]
     endpoint = load_points.point_of_load(load.values["on"], load.values)
-    return machine.Tabled(load.name, endpoint, table_variable, knots, *columns, load.values["scale"])
+    return machine.TabledPush(load.name, endpoint, table_variable, knots, *columns, load.values["scale"])
 
 
 def _spring(load: case.Load, load_points: LoadPoints) -> machine.Spring:

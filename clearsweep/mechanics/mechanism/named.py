@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable
 
 from ...contracts.catalogue import Choice, Field, Keys
-from ...contracts.machine import At, Guide, Pin, Slot
+from ...contracts.machine import BodyPoint, Guide, Pin, Slot
 from ...contracts.outline import ANY, GROUND, JointOutline, Outline
 
 _AXIS = Field(
@@ -71,7 +71,7 @@ def pair_of(values, path: str) -> tuple[float, float]:
 
 def joint_of(values, joint: JointOutline) -> Pin | Guide | Slot:
     """Return a joint of a case."""
-    endpoints = [At(*endpoint.split(".", 1)) for endpoint in (joint.proximal, joint.distal)]
+    endpoints = [BodyPoint(*endpoint.split(".", 1)) for endpoint in (joint.proximal, joint.distal)]
     if joint.type == "revolute":
         return Pin(joint.name, *endpoints)
     form = Slot if joint.type == "slot" else Guide

@@ -4,7 +4,7 @@ import math
 
 from ...contracts.case import Case
 from ...contracts.catalogue import Field, JointSite, Keys, Mechanism, Order, Output
-from ...contracts.machine import Aim, At, Body, Guide, Machine, Pin
+from ...contracts.machine import Aim, Body, BodyPoint, Guide, Machine, Pin
 from ...contracts.outline import Outline
 from . import described, slider_crank_in_space
 from .drives import drive_of
@@ -82,10 +82,10 @@ def machine(case: Case) -> Machine:
         "slider": Body(values["slider.mass"], values.get("slider.inertia", 0.0), (0.0, 0.0), {"pin": (0.0, 0.0)}),
     }
     joints = (
-        Pin("ground-crank", At("ground", "pivot"), At("crank", "near")),
-        Pin("crank-rod", At("crank", "far"), At("rod", "near")),
-        Pin("rod-slider", At("rod", "far"), At("slider", "pin")),
-        Guide("slider-ground", At("ground", "line"), At("slider", "pin"), 0.0),
+        Pin("ground-crank", BodyPoint("ground", "pivot"), BodyPoint("crank", "near")),
+        Pin("crank-rod", BodyPoint("crank", "far"), BodyPoint("rod", "near")),
+        Pin("rod-slider", BodyPoint("rod", "far"), BodyPoint("slider", "pin")),
+        Guide("slider-ground", BodyPoint("ground", "line"), BodyPoint("slider", "pin"), 0.0),
     )
     sine = (offset - radius * math.sin(angle)) / length
     start = {"rod": math.asin(min(max(sine, -1.0), 1.0))}

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from ...contracts.case import Case
 from ...contracts.catalogue import Choice, Field, JointSite, Keys, Mechanism
-from ...contracts.machine import Aim, At, Constant, Guide, Machine, Pin
+from ...contracts.machine import Aim, BodyPoint, Constant, Guide, Machine, Pin
 from ...contracts.outline import Outline
 from . import described
 from .spatial import described as space
@@ -81,10 +81,10 @@ def _assembly(outline: Outline, values: Mapping, speed: float) -> Assembly:
         "slider": Solid(values["slider.mass"], no_vector, no_vector, {"pin": no_vector}),
     }
     joints = (
-        Pin("ground-crank", At("ground", "pivot"), At("crank", "near")),
-        Pin("crank-rod", At("crank", "far"), At("rod", "near")),
-        Pin("rod-slider", At("rod", "far"), At("slider", "pin")),
-        Guide("slider-ground", At("ground", "pivot"), At("slider", "pin"), 0.0),
+        Pin("ground-crank", BodyPoint("ground", "pivot"), BodyPoint("crank", "near")),
+        Pin("crank-rod", BodyPoint("crank", "far"), BodyPoint("rod", "near")),
+        Pin("rod-slider", BodyPoint("rod", "far"), BodyPoint("slider", "pin")),
+        Guide("slider-ground", BodyPoint("ground", "pivot"), BodyPoint("slider", "pin"), 0.0),
     )
     gravity, aim = space.three(values, "gravity"), Aim("slider", "pin", 0.0)
     bodies, loads = space.flattened(solids, gravity)

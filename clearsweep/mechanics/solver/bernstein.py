@@ -10,6 +10,7 @@ A function of the motion is represented by the polynomial of degree 8 through it
 stages.  The last two coefficients of its Legendre series, the *tail*, estimate its error.
 """
 
+from collections.abc import Sequence
 from fractions import Fraction
 from math import comb
 
@@ -18,6 +19,7 @@ import numpy as np
 from ..compiled.choosing import lane_range
 from ..compiled.family import kernel
 from ..observe.stages import NODE_FRACTIONS, STAGES
+from .collocation import lagrange_polynomials
 
 DEGREE = STAGES
 COEFFICIENTS = DEGREE + 1
@@ -28,24 +30,12 @@ CROSSING_TOLERANCE = 1e-12  # of a step: accuracy of the location of a crossing
 VALUES, WHOLE, PART, ROWS = range(4)
 
 
-def _inverse(matrix: list[list[Fraction]]) -> list[list[Fraction]]:
-    """Return the exact inverse of a matrix."""
-    size = len(matrix)
-    augmented = [[*row, *(Fraction(int(i == j)) for j in range(size))] for i, row in enumerate(matrix)]
-    for i in range(size):
-        pivot = next(row for row in range(i, size) if augmented[row][i])
-        augmented[i], augmented[pivot] = augmented[pivot], augmented[i]
-        augmented[i] = [x / augmented[i][i] for x in augmented[i]]
-        for row_index in range(size):
-            if row_index != i and augmented[row_index][i]:
-                factor = augmented[row_index][i]
-                augmented[row_index] = [a - factor * b for a, b in zip(augmented[row_index], augmented[i], strict=True)]
-    return [row[size:] for row in augmented]
-
-
-def _basis(x: Fraction) -> list[Fraction]:
-    """Return the Bernstein polynomials at `x`."""
-    return [comb(DEGREE, i) * x**i * (1 - x) ** (DEGREE - i) for i in range(COEFFICIENTS)]
+def _of_powers(coefficients: Sequence[Fraction | int]) -> list[Fraction]:
+    """Return the Bernstein coefficients of a polynomial from those of its powers, the constant first."""
+    return [
+        sum((Fraction(comb(i, k) * c) / comb(DEGREE, k) for k, c in enumerate(coefficients[: i + 1])), Fraction(0))
+        for i in range(COEFFICIENTS)
+    ]
 
 
 def _tail_weights() -> list[list[float]]:
@@ -60,17 +50,13 @@ def _tail_weights() -> list[list[float]]:
     ]
 
 
-_EXACT = _inverse([_basis(Fraction(x)) for x in NODE_FRACTIONS])
 #: (node, coefficient except the first): from values at the nodes.
-FROM_VALUES = np.array([[float(row[m]) for row in _EXACT[1:]] for m in range(COEFFICIENTS)])
+FROM_VALUES = np.array([list(map(float, _of_powers(part)[1:])) for part in lagrange_polynomials(NODE_FRACTIONS)])
 #: (power, coefficient except the first): from the interpolant, see `collocation.dense_component`, minus the state at
-#: START.
+#: START; its power m is x (2 x - 1)^m.
 FROM_INTERPOLANT = np.array(
     [
-        [
-            float(sum(a * Fraction(x) * (2 * Fraction(x) - 1) ** m for a, x in zip(row, NODE_FRACTIONS, strict=True)))
-            for row in _EXACT[1:]
-        ]
+        list(map(float, _of_powers([0, *[comb(m, k) * 2**k * (-1) ** (m - k) for k in range(m + 1)]])[1:]))
         for m in range(STAGES)
     ]
 )

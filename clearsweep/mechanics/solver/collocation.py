@@ -16,6 +16,7 @@ All constants follow from the points by exact rational arithmetic.
 """
 
 import math
+from collections.abc import Iterable
 from fractions import Fraction
 
 import numpy as np
@@ -25,15 +26,16 @@ from ..compiled.family import kernel
 from ..observe.stages import POINTS, STAGES, START
 
 
-def _lagrange() -> list[list[Fraction]]:
-    """Return the Lagrange polynomials of the points, as coefficients with the constant first."""
-    points, polynomials = [Fraction(x) for x in POINTS], []
-    for j, point in enumerate(points):
-        coefficients = [Fraction(1)]
-        for other_node in points[:j] + points[j + 1 :]:
+def lagrange_polynomials(points: Iterable[float]) -> list[list[Fraction]]:
+    """Return the Lagrange polynomials of points, as coefficients with the constant first."""
+    nodes, polynomials = [Fraction(x) for x in points], []
+    for j, node in enumerate(nodes):
+        coefficients, value_at_node = [Fraction(1)], Fraction(1)
+        for other_node in nodes[:j] + nodes[j + 1 :]:
             lower, upper = [-other_node * c for c in coefficients] + [Fraction(0)], [Fraction(0), *coefficients]
-            coefficients = [(a + b) / (point - other_node) for a, b in zip(lower, upper, strict=True)]
-        polynomials.append(coefficients)
+            coefficients = [a + b for a, b in zip(lower, upper, strict=True)]
+            value_at_node *= node - other_node
+        polynomials.append([c / value_at_node for c in coefficients])
     return polynomials
 
 
@@ -47,7 +49,9 @@ def _centred_coefficients(coefficients: list[Fraction]) -> list[Fraction]:
     return polynomials
 
 
-_INTEGRALS = [[c / (k + 1) for k, c in enumerate(part)] for part in _lagrange()]  # over x, divided by x
+_INTEGRALS = [
+    [c / (k + 1) for k, c in enumerate(part)] for part in lagrange_polynomials(POINTS)
+]  # over x, divided by x
 C = np.array(POINTS)
 #: (stage of the rate, stage of the state): the integral up to each stage.
 A = np.array(

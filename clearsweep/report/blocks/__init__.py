@@ -1,1 +1,1 @@
-"""What sections consist of: sentences, tables, pictures, interactive parts; how each is written."""
+"""The blocks of sections: sentences, tables, pictures and interactive parts, and how each is written."""

@@ -14,8 +14,10 @@ CHUNK_ROWS = 4096  # rows in memory
 Headings = Sequence[tuple[str, str]]  # figure, its heading in a table
 
 
-def case_table(study: Study, key: str, title: str, columns: Headings, by: str, *, smallest: bool = False) -> Table:
-    """Return a table of the available columns of the summary, ordered by the column `by`; no rows without that column.
+def case_table(
+    study: Study, key: str, title: str, columns: Headings, sort_column: str, *, smallest: bool = False
+) -> Table:
+    """Return a table of the available columns of the summary, ordered by `sort_column`; no rows without that column.
 
     The largest value comes first, or the smallest.
     """
@@ -25,38 +27,40 @@ def case_table(study: Study, key: str, title: str, columns: Headings, by: str, *
         *axis_columns(study, study.swept()),
         *(Column(heading, study.unit(column)) for column, heading in available),
     )
-    if by not in dict(available) or study.cases.empty:
+    if sort_column not in dict(available) or study.cases.empty:
         return Table(key, title, "", table_columns, [])
     column_names = [*(axis.path for axis in study.swept()), *(column for column, _ in available)]
-    note = f"Sorted by {dict(available)[by]}, {'smallest' if smallest else 'largest'} first."
-    return Table(key, title, note, table_columns, CaseRows(study.cases, column_names, by, smallest=smallest))
+    note = f"Sorted by {dict(available)[sort_column]}, {'smallest' if smallest else 'largest'} first."
+    return Table(key, title, note, table_columns, CaseRows(study.cases, column_names, sort_column, smallest=smallest))
 
 
 class CaseRows(Sequence):
     """Rows of a table, one per case, computed as they are read: a page shows only a few of a million cases."""
 
-    def __init__(self, cases: Rows, columns: list[str], by: str = "", *, smallest: bool = False):
+    def __init__(self, cases: Rows, columns: list[str], sort_column: str = "", *, smallest: bool = False):
         """Take the cases, the columns after case_id, and the column and direction of the order."""
-        self.cases, self.columns, self.by, self.smallest = cases, columns, by, smallest
+        self.cases, self.columns, self.sort_column, self.smallest = cases, columns, sort_column, smallest
 
     def __len__(self) -> int:
         return len(self.cases)
 
     def _order(self) -> np.ndarray:
-        if not self.by:
+        if not self.sort_column:
             return np.arange(len(self))
-        return self.cases.ordered(self.by, smallest=self.smallest)
+        return self.cases.ordered(self.sort_column, smallest=self.smallest)
 
     @overload
     def __getitem__(self, selection: int) -> tuple: ...
     @overload
-    def __getitem__(self, which: slice) -> list[tuple]: ...
-    def __getitem__(self, which: int | slice) -> tuple | list[tuple]:
-        if isinstance(which, int):
-            return self[which : which + 1 or None][0]
-        places = self._order()[which].copy()  # a view would keep the indices of all cases while columns are read
-        values = [self.cases.index[places].tolist()]
-        values += [self.cases[column].iloc[places].tolist() for column in self.columns]
+    def __getitem__(self, rows_wanted: slice) -> list[tuple]: ...
+    def __getitem__(self, rows_wanted: int | slice) -> tuple | list[tuple]:
+        if isinstance(rows_wanted, int):
+            return self[rows_wanted : rows_wanted + 1 or None][0]
+        row_numbers = self._order()[
+            rows_wanted
+        ].copy()  # a view would keep the indices of all cases while columns are read
+        values = [self.cases.index[row_numbers].tolist()]
+        values += [self.cases[column].iloc[row_numbers].tolist() for column in self.columns]
         return list(zip(*values, strict=True))
 
     def __iter__(self) -> Iterator[tuple]:

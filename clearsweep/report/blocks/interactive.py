@@ -32,13 +32,13 @@ class Script(NamedTuple):
 
 
 @functools.cache
-def script() -> Script:
+def page_script() -> Script:
     """Return the script of pages with interactive parts."""
     text = "\n".join((FOLDER / name).read_text(encoding="utf-8").strip() for name in SCRIPTS)
     return Script(Markup(text), base64.b64encode(hashlib.sha256(text.encode()).digest()).decode())
 
 
-def style() -> Markup:
+def style_sheets() -> Markup:
     """Return the style sheets of the scripts."""
     return Markup("\n".join((FOLDER / name).read_text(encoding="utf-8").strip() for name in STYLES))
 

@@ -55,7 +55,7 @@ class Picture(NamedTuple):
         return self.size[0] > COLUMN_WIDTH
 
 
-def svg(picture: Picture, key: str) -> str:
+def draw_svg(picture: Picture, key: str) -> str:
     """Return a picture as an SVG element for a page: no metadata, ids prefixed with `key`, labelled by its text."""
     try:
         svg_text, to_points = _drawn_by_plot(picture, key)
@@ -113,7 +113,7 @@ def _spot_elements(spots: tuple[Spot, ...], to_points: ToPoints) -> str:
     return "\n".join(elements)
 
 
-def capital(name: str) -> str:
+def capitalise(name: str) -> str:
     """Return a name with a capital, for a title; symbols, 'p99' and 'pV', are not changed."""
     return name if name.startswith(("p99", "pV")) else f"{name[0].upper()}{name[1:]}"
 

@@ -7,12 +7,12 @@ import numpy as np
 from ...judging import answer
 from ...judging.cases import Cases, column_texts
 from .study import Study
-from .worst_case import question
+from .worst_case import case_ranking_of
 
 
-def answers(study: Study) -> list[str]:
+def answer_sentences(study: Study) -> list[str]:
     """Return the sentences that answer the question of the grid, or [] if a figure that ranks cases is not stored."""
-    if any(name not in study.cases for name in question(study).columns):
+    if any(name not in study.cases for name in case_ranking_of(study).columns):
         return []
     return answer.sentences(answer_cases(study))
 
@@ -33,4 +33,6 @@ def answer_cases(study: Study) -> Cases:
     def texts(name: str, values: Sequence[float]) -> list[str]:
         return column_texts(name, study.unit(name), column(name), values)
 
-    return Cases(study.run.grid, study.run.layout, question(study), tuple(axes), list(ids), column, texts, named_value)
+    return Cases(
+        study.run.grid, study.run.layout, case_ranking_of(study), tuple(axes), list(ids), column, texts, named_value
+    )

@@ -24,7 +24,7 @@ class Axis(NamedTuple):
     name: str  # in words
     scale: wording.Scale
     values: tuple  # SI floats or strings
-    digits: int  # significant digits that distinguish its values, at least DIGITS
+    digits: int  # significant digits that distinguish its values, at least MIN_DIGITS
     is_scattered: bool = False  # shown case by case: few cases share a value; `values` are ascending
     written: bool = False  # its scale is the unit written in the grid
     names: Mapping[float, str] = MappingProxyType({})  # value -> its name in the grid: a fit of ISO 286

@@ -4,12 +4,12 @@ import numpy as np
 
 from ...judging.case_ranking import MAX_SPEED, SPEED_AFTER_START, START_UP
 from .study import Study
-from .worst_case import question
+from .worst_case import case_ranking_of
 
 LEFT_OUT = " Starts that were cut off before the motor's speed are left out."
 
 
-def comparable(study: Study, column: str) -> np.ndarray:
+def comparable_values(study: Study, column: str) -> np.ndarray:
     """Return a figure of the finished cases (n,) in SI, NaN for null and for starts that were cut off."""
     values = study.cases[column].to_numpy(float)
     if not leaves_out(study, column):
@@ -26,7 +26,7 @@ def leaves_out(study: Study, column: str) -> bool:
 def _cut_off(study: Study) -> np.ndarray:
     """Return which starts did not reach the motor's speed; none if all or nothing starts."""
     count = len(study.cases)
-    if question(study).question != "start-up" or not study.has(START_UP):
+    if case_ranking_of(study).question != "start-up" or not study.has(START_UP):
         return np.zeros(count, bool)
-    cut: np.ndarray = np.isnan(study.cases[START_UP].to_numpy(float))
-    return cut
+    is_cut_off: np.ndarray = np.isnan(study.cases[START_UP].to_numpy(float))
+    return is_cut_off

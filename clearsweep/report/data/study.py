@@ -155,7 +155,7 @@ class Study(NamedTuple):
         return next(columns, "")
 
     def indices_on(self, axis: Axis) -> np.ndarray:
-        """Return the `position` of every finished case on an axis."""
+        """Return the index of the value of every finished case on an axis; -1: none."""
         return self.cases.cached(("places", axis.path), lambda: index_on_axis(axis, self.cases[axis.path]))
 
     def unit(self, name: str) -> str:
@@ -258,7 +258,7 @@ def _wear_per_million_strokes(joint: Joint, cases: Rows, base: Mapping) -> pd.Se
     return 1e6 * cases[joint.column("wear_depth_max")] / recorded_revolutions(cases, base)[1]
 
 
-#: Of the figures that are computed here: name, unit, the column that they need, what makes them.
+#: Of the figures that are computed here: name, unit, the column that they need, the function that computes them.
 _DERIVED_FIGURES = (
     (P99_OVER_IDEAL, "1", "force_peak_ideal", _p99_over_ideal),
     (WEAR_PER_1000_HOURS, "m", "wear_rate_max", _wear_per_1000_hours),
@@ -281,7 +281,7 @@ def joint_of(case: Case, joint: Joint) -> CaseJoint:
     return next(section for section in case.joints if section.column == joint.name)
 
 
-def resolved(study: Study, case_ids: Iterable[str]) -> list[Case]:
+def resolve_cases(study: Study, case_ids: Iterable[str]) -> list[Case]:
     """Return cases of a run in SI with the keys that they use.  Raises InputError if a law is unknown."""
     record = study.run.grid
     sections = {key: record[key] for key in (*CASE_SECTIONS, *VARYING_SECTIONS) if key in record}
@@ -299,7 +299,7 @@ def indices_by_value(value_indices: np.ndarray, count: int) -> list[np.ndarray]:
     return np.split(order, np.searchsorted(value_indices[order], np.arange(count + 1)))[1:-1]
 
 
-def over_other_axes(
+def reduce_over_other_axes(
     study: Study, values: np.ndarray, axes: tuple[Axis, Axis], reduce: Callable[[np.ndarray], float]
 ) -> np.ndarray:
     """Return the `values` of the finished cases, reduced to one number for each cell.
@@ -308,13 +308,13 @@ def over_other_axes(
     """
     x_axis, y_axis = axes
     table = np.full(len(y_axis.values) * len(x_axis.values), np.nan)
-    for cell, cases in enumerate(cells(study, values, axes)):
+    for cell, cases in enumerate(cases_by_cell(study, values, axes)):
         if len(cases):
             table[cell] = reduce(values[cases])
     return table.reshape(len(y_axis.values), len(x_axis.values))
 
 
-def cells(study: Study, values: np.ndarray, axes: tuple[Axis, Axis]) -> list[np.ndarray]:
+def cases_by_cell(study: Study, values: np.ndarray, axes: tuple[Axis, Axis]) -> list[np.ndarray]:
     """Return the indices of the finished cases with a value for each cell; the first axis varies fastest."""
     x_axis, y_axis = axes
     row, column = study.indices_on(y_axis), study.indices_on(x_axis)
@@ -339,5 +339,5 @@ def median(values: np.ndarray) -> float:
     return float(np.median(values))
 
 
-#: What a place of a figure shows of its cases, in words.
-CALLED: dict[Callable[[np.ndarray], float], str] = {largest: "Largest", smallest: "Smallest", median: "Median"}
+#: Function that reduces the cases of a cell to one number -> its name.
+REDUCTION_NAMES: dict[Callable[[np.ndarray], float], str] = {largest: "Largest", smallest: "Smallest", median: "Median"}

@@ -4,7 +4,7 @@ import itertools
 import re
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import jinja2
 from markupsafe import Markup, escape
@@ -13,14 +13,12 @@ from ...language import phases, wording
 from ...store import durable
 from .. import sections
 from ..blocks import interactive
-from ..blocks.picture import Picture, svg
+from ..blocks.picture import Picture, draw_svg
 from ..blocks.section import Block, Section
 from ..data.study import Study
 from ..sections import overlay
 from ..statistics.overlay import compare_signals
-
-if TYPE_CHECKING:
-    from . import paper
+from .figure_options import FigureOptions
 
 
 class Page(NamedTuple):
@@ -47,13 +45,13 @@ class Page(NamedTuple):
             varied=self.axes_verb,
             axes=self.axes,
             sections=[section for section in self.sections if not section.subject],
-            more=self._more(),
+            more=self._folded_sections(),
             picture_count=sum(len(section.pictures) for section in self.sections),
-            script=interactive.script() if any(section.has_scripts for section in self.sections) else None,
-            script_style=interactive.style(),
+            script=interactive.page_script() if any(section.has_scripts for section in self.sections) else None,
+            script_style=interactive.style_sheets(),
         )
 
-    def _more(self) -> list[tuple[str, list[Section]]]:
+    def _folded_sections(self) -> list[tuple[str, list[Section]]]:
         """Return the folded sections, by subject."""
         folded = [section for section in self.sections if section.subject]
         subjects = dict.fromkeys(section.subject for section in folded)
@@ -67,14 +65,14 @@ class Page(NamedTuple):
         directory.mkdir(parents=True, exist_ok=True)
         return [file for section in self.sections for table in section.tables for file in table.write(directory)]
 
-    def write_figures(self, options: "paper.FigureOptions") -> list[Path]:
+    def write_figures(self, options: FigureOptions) -> list[Path]:
         """Write the pictures of every section, each under its name, and a list of them; return the files."""
         from . import paper  # loads all of matplotlib, which a page does without
 
         with phases.phase("drawing the figures"):
-            return paper.write(self.sections, options)
+            return paper.write_figures(self.sections, options)
 
-    def write_all(self, out: Path, tables: Path | None, options: "paper.FigureOptions | None") -> dict[str, Any]:
+    def write_all(self, out: Path, tables: Path | None, options: FigureOptions | None) -> dict[str, Any]:
         """Write the page, its tables and its figures; return their paths under `report`, `tables` and `figures`."""
         files: dict[str, Any] = {"report": str(self.write(out))}
         if tables:
@@ -94,7 +92,7 @@ def page_of(study: Study, measured: str | PathLike | None = None) -> Page:
         subtitle=f"{study.mechanism} with joint clearance" if study.is_driven else study.mechanism,
         axes_verb="Varied" if record.get("sample") else "Swept",
         axes=[f"{axis.name} {axis.listed()}" for axis in study.swept()],
-        sections=[*comparison, *sections.of(study)],
+        sections=[*comparison, *sections.all_sections(study)],
     )
 
 
@@ -104,9 +102,9 @@ def render(template: str, *, picture_count: int = 0, **content: object) -> str:
 
     def drawing(picture: Picture) -> Markup:
         number = next(numbers)
-        if picture_count and (phase := phases.innermost()):
+        if picture_count and (phase := phases.innermost_phase()):
             phase.note(share=(number - 1) / picture_count)
-        return Markup(svg(picture, f"f{number}"))
+        return Markup(draw_svg(picture, f"f{number}"))
 
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),

@@ -7,7 +7,7 @@ import re
 import unicodedata
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.text import Text
@@ -19,6 +19,7 @@ from ..blocks.matplotlib_figure import STYLE, draw_figure
 from ..blocks.picture import Picture
 from ..blocks.section import Section
 from ..blocks.table import in_markdown
+from .figure_options import FigureOptions
 
 FORMS = ("svg", "pdf", "png")
 COLUMN_WIDTH, PAGE_WIDTH = 85.0, 170.0  # mm, usual widths of figures in journals
@@ -37,15 +38,7 @@ NO_DATE: dict[str, dict] = {
 }  # the bytes depend only on the run
 
 
-class FigureOptions(NamedTuple):
-    """Directory, format and width of the figures."""
-
-    directory: Path
-    form: str = "svg"  # one of FORMS
-    width: str = "auto"  # one of WIDTHS; auto: COLUMN or PAGE, by the size on the page
-
-
-def write(sections: Iterable[Section], options: FigureOptions) -> list[Path]:
+def write_figures(sections: Iterable[Section], options: FigureOptions) -> list[Path]:
     """Write every picture of the sections, and a list of them in INDEX; return the files.
 
     Raises InputError for an unknown form or width.
@@ -55,14 +48,16 @@ def write(sections: Iterable[Section], options: FigureOptions) -> list[Path]:
             raise InputError(f"{option} of figures: found {value!r}; expected one of {', '.join(allowed)}")
     options.directory.mkdir(parents=True, exist_ok=True)
     lines, files = ["| file | figure | what it shows |", "| --- | --- | --- |"], []
-    listed, phase = named_pictures(sections), phases.innermost()
+    listed, phase = named_pictures(sections), phases.innermost_phase()
     for number, (name, picture) in enumerate(listed):
         if phase:
             phase.note(share=number / len(listed))
         file = options.directory / f"{name}.{options.form}"
-        durable.replace(file, image(picture, options.form, WIDTHS[options.width]))
+        durable.replace(file, picture_bytes(picture, options.form, WIDTHS[options.width]))
         files.append(file)
-        lines.append(f"| {file.name} | {_cell(picture.title)} | {_cell(f'{picture.caption} {picture.alt}')} |")
+        lines.append(
+            f"| {file.name} | {_table_cell(picture.title)} | {_table_cell(f'{picture.caption} {picture.alt}')} |"
+        )
     durable.replace(options.directory / INDEX, ("\n".join(lines) + "\n").encode())
     return [*files, options.directory / INDEX]
 
@@ -73,15 +68,15 @@ def named_pictures(sections: Iterable[Section]) -> list[tuple[str, Picture]]:
     for section in sections:
         for part_title, picture in section.pictures:
             name = _slug(f"{section.key} {part_title} {picture.title}")
-            earlier = sum(other == name or re.fullmatch(rf"{name}-\d+", other) is not None for other in pictures)
-            pictures[f"{name}-{earlier + 1}" if earlier else name] = picture
+            earlier_count = sum(other == name or re.fullmatch(rf"{name}-\d+", other) is not None for other in pictures)
+            pictures[f"{name}-{earlier_count + 1}" if earlier_count else name] = picture
     return list(pictures.items())
 
 
-def image(picture: Picture, form: str, width: float | None = None) -> bytes:
+def picture_bytes(picture: Picture, form: str, width: float | None = None) -> bytes:
     """Return the bytes of a picture's file, `width` mm wide.
 
-    If `width` is None, it is COLUMN or PAGE, by the size of the picture on the page.
+    If `width` is None, it is COLUMN_WIDTH or PAGE_WIDTH, by the size of the picture on the page.
     """
     width = width or (PAGE_WIDTH if picture.is_wide else COLUMN_WIDTH)
     size = width / MM_PER_INCH, _height(picture, width) / MM_PER_INCH
@@ -121,5 +116,5 @@ def _slug(words: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", ascii_words).strip("-")
 
 
-def _cell(text: str) -> str:
+def _table_cell(text: str) -> str:
     return in_markdown(text.strip())

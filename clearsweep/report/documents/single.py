@@ -15,7 +15,7 @@ from ...language.errors import InputError
 from ...store import StoredRun, durable
 from ..blocks.matplotlib_figure import STYLE
 from ..blocks.picture import Picture
-from ..data.study import Study, prepare, resolved
+from ..data.study import Study, prepare, resolve_cases
 from ..one_case import motion, pin_forces, worn
 from . import page
 
@@ -42,7 +42,7 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
     out.parent.mkdir(parents=True, exist_ok=True)
     if out.suffix.lower() == ".csv":
         with phases.phase("forces in the joints"):
-            forces = pin_forces.all_forces(case, result.channels, study.joints)
+            forces = pin_forces.joint_forces(case, result.channels, study.joints)
         durable.replace(out, forces.to_csv(index=False, lineterminator="\n").encode())
         return out
     pictures = case_pictures(study, case_id, result)
@@ -56,7 +56,7 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
 
 def case_to_draw(study: Study, case_id: str) -> Case:
     """Return a case of a run in SI, set to save its history with a fine sampling."""
-    case = resolved(study, [case_id])[0]
+    case = resolve_cases(study, [case_id])[0]
     orbits = "last" if case.save.orbits == "none" else case.save.orbits
     return case._replace(save=case.save._replace(orbits=orbits, samples=max(case.save.samples, MIN_SAMPLES)))
 
@@ -66,12 +66,12 @@ def case_pictures(study: Study, case_id: str, result: Trajectory) -> list[Pictur
     channels = result.channels
     if len(channels.get("t", ())) < 2:
         return []
-    pictures = motion.pictures(study, case_id, channels) + motion.onsets(
+    pictures = motion.motion_pictures(study, case_id, channels) + motion.onset_pictures(
         study, case_id, pd.DataFrame(result.events), channels
     )
     for joint in study.joints:
         if joint.name in result.wear:
-            wear_pictures = worn.pictures(study, joint, case_id, result.wear[joint.name])
+            wear_pictures = worn.wear_pictures(study, joint, case_id, result.wear[joint.name])
             pictures += [
                 picture._replace(title=picture.title + study.joint_text(joint, ", joint {}"))
                 for picture in wear_pictures

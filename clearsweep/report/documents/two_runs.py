@@ -10,7 +10,7 @@ from ...language import wording
 from ...language.errors import InputError
 from ...store import StoredRun
 from ..blocks.case_table import axis_columns
-from ..blocks.picture import Picture, capital
+from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Facts, Gallery, Points, Section, without_empty
 from ..blocks.table import Column, Quantity, Table
 from ..data.dotted_paths import leaves, value_at
@@ -35,9 +35,9 @@ class Pairs(NamedTuple):
     unpaired: tuple[int, int]  # finished cases in only one of the two
 
 
-def compared(first: StoredRun, second: StoredRun) -> Page:
+def comparison_page(first: StoredRun, second: StoredRun) -> Page:
     """Return the page that compares two runs.  Raises InputError if they have no common case."""
-    return page_of(matched(prepare(first), prepare(second)))
+    return page_of(pair_cases(prepare(first), prepare(second)))
 
 
 def page_of(pairs: Pairs) -> Page:
@@ -52,21 +52,27 @@ def page_of(pairs: Pairs) -> Page:
     )
 
 
-def matched(first: Study, second: Study) -> Pairs:
+def pair_cases(first: Study, second: Study) -> Pairs:
     """Return the finished cases of two runs with equal values on all axes of either."""
     paths = list(dict.fromkeys(axis.path for study in (first, second) for axis in study.axes))
-    keyed = [_keyed(study, paths, name) for study, name in zip((first, second), NAMES, strict=True)]
-    both = pd.merge(*keyed, on=paths, how="inner") if paths else pd.concat([keyed[0][:1], keyed[1][:1]], axis=1)
-    if both.empty:
+    keyed_cases = [_keyed_cases(study, paths, name) for study, name in zip((first, second), NAMES, strict=True)]
+    paired_cases = (
+        pd.merge(*keyed_cases, on=paths, how="inner")
+        if paths
+        else pd.concat([keyed_cases[0][:1], keyed_cases[1][:1]], axis=1)
+    )
+    if paired_cases.empty:
         raise InputError(
             f"{first.run.directory} and {second.run.directory}: no finished case has the same values in both of "
             f"{', '.join(paths)}; compare runs that share some cases"
         )
-    ids = both[list(NAMES)].reset_index(drop=True)
-    return Pairs(first, second, ids, (len(keyed[0]) - ids["A"].nunique(), len(keyed[1]) - ids["B"].nunique()))
+    ids = paired_cases[list(NAMES)].reset_index(drop=True)
+    return Pairs(
+        first, second, ids, (len(keyed_cases[0]) - ids["A"].nunique(), len(keyed_cases[1]) - ids["B"].nunique())
+    )
 
 
-def _keyed(study: Study, paths: list[str], name: str) -> pd.DataFrame:
+def _keyed_cases(study: Study, paths: list[str], name: str) -> pd.DataFrame:
     """Return the finished cases of a run: the values of `paths`, and the case_id under `name`."""
     swept = {axis.path for axis in study.axes}
     values = {path: study.cases[path].to_numpy() if path in swept else value_at(study.base, path) for path in paths}
@@ -76,7 +82,7 @@ def _keyed(study: Study, paths: list[str], name: str) -> pd.DataFrame:
 def sections(pairs: Pairs) -> list[Section]:
     """Return the sections of the page: differences of setup and figures, and the most different cases."""
     setup: list[Block] = [Facts("Differences in setup", "Differences in setup", _differing_settings(pairs))]
-    blocks: list[Block] = [Points(_described(pairs))]
+    blocks: list[Block] = [Points(_comparison_sentences(pairs))]
     return [
         Section(
             "comparison",
@@ -91,30 +97,32 @@ def sections(pairs: Pairs) -> list[Section]:
     ]
 
 
-def _described(pairs: Pairs) -> list[str]:
+def _comparison_sentences(pairs: Pairs) -> list[str]:
     """Return sentences on the number of compared cases, and of those identical to the last bit."""
     column = _leading_column(pairs)
     ratio = _ratio(pairs, column)
-    same = int(np.count_nonzero(ratio == 1.0))
-    blocks = [
-        f"{wording.count(len(pairs.case_ids), 'case')} finished in both runs. Of these, {same} have exactly the "
+    equal_count = int(np.count_nonzero(ratio == 1.0))
+    sentences = [
+        f"{wording.count(len(pairs.case_ids), 'case')} finished in both runs. Of these, {equal_count} have exactly the "
         f"same {column_label(pairs.first, column)}. Cases in A alone: {pairs.unpaired[0]}; in B alone: "
         f"{pairs.unpaired[1]}."
     ]
     finite = ratio[np.isfinite(ratio)]
-    if finite.size and same < len(ratio):
+    if finite.size and equal_count < len(ratio):
         low, middle, high = np.quantile(finite, [0.05, 0.5, 0.95])
-        low, middle, high = (wording.plain(float(part)) for part in (low, middle, high))
+        low, middle, high = (wording.plain(float(quantile)) for quantile in (low, middle, high))
         spread = f"and {low} to {high} times in nine of ten cases"
-        blocks.append(
+        sentences.append(
             f"The {column_label(pairs.first, column)} of B is {middle} times that of A in the median case, {spread}."
         )
-    alike = [name for name in _columns(pairs) if np.all(_ratio(pairs, name) == 1.0) and _has_values(pairs, name)]
-    if alike and same < len(ratio):
-        blocks.append(
-            f"Equal in every case: {wording.sentence_list([column_label(pairs.first, key) for key in alike])}."
+    equal_figures = [
+        name for name in _columns(pairs) if np.all(_ratio(pairs, name) == 1.0) and _has_values(pairs, name)
+    ]
+    if equal_figures and equal_count < len(ratio):
+        sentences.append(
+            f"Equal in every case: {wording.sentence_list([column_label(pairs.first, key) for key in equal_figures])}."
         )
-    return blocks
+    return sentences
 
 
 def _has_values(pairs: Pairs, column: str) -> bool:
@@ -150,7 +158,9 @@ def _scatter_picture(pairs: Pairs, column: str) -> Picture:
         median = float(np.nanmedian(first_values)) / scale.factor
         ax.axline((median, median), (2.0 * median, 2.0 * median), color=GREY, linewidth=1.0, zorder=0)
 
-    return Picture(f"{capital(name)} of B over A", "", f"{name} of B over that of A, {len(first_values)} cases.", paint)
+    return Picture(
+        f"{capitalise(name)} of B over A", "", f"{name} of B over that of A, {len(first_values)} cases.", paint
+    )
 
 
 def _figure_table(pairs: Pairs) -> Table:
@@ -197,15 +207,15 @@ def _differing_settings(pairs: Pairs) -> list[tuple[str, str]]:
     for study in (pairs.first, pairs.second):
         swept = {axis.path for axis in study.axes}
         record = study.run.grid
-        setting_of_run = {path: str(value) for path, value in leaves(study.base) if path not in swept}
-        setting_of_run |= {axis.path: f"swept, {axis.listed()}" for axis in study.axes}
-        values.append(setting_of_run | {"model version": str(record.get("model_version"))})
+        first_setting = {path: str(value) for path, value in leaves(study.base) if path not in swept}
+        first_setting |= {axis.path: f"swept, {axis.listed()}" for axis in study.axes}
+        values.append(first_setting | {"model version": str(record.get("model_version"))})
     paths = list(dict.fromkeys([*values[0], *values[1]]))
     settings = [(path, *(value.get(path, "nothing") for value in values)) for path in paths]
     return [
-        (path, f"A: {setting_of_run}; B: {there}")
-        for path, setting_of_run, there in settings
-        if setting_of_run != there
+        (path, f"A: {first_setting}; B: {second_setting}")
+        for path, first_setting, second_setting in settings
+        if first_setting != second_setting
     ]
 
 

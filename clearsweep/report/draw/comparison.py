@@ -23,7 +23,7 @@ from .style import (
     PALE,
     PURPLE,
     RED,
-    axis_colour_bar,
+    draw_axis_colour_bar,
     label_values,
     set_log_scale,
     set_plain_axes,
@@ -273,7 +273,7 @@ def draw_cloud(
         value_indices, axis = colour
         norm = Normalize(0, max(len(axis.values) - 1, 1))
         ax.scatter(x, y, c=value_indices, norm=norm, cmap="viridis", **style)
-        axis_colour_bar(ax, axis, norm)
+        draw_axis_colour_bar(ax, axis, norm)
     for side, is_logarithmic in zip(("x", "y"), is_wide, strict=True):
         if is_logarithmic:
             set_log_scale(ax, side)

@@ -8,7 +8,7 @@ from matplotlib.colors import LogNorm, Normalize
 from ...language import wording
 from ...language.wording import Scale
 from ..data.axis import Axis
-from .style import colour_bar, label_values
+from .style import draw_colour_bar, label_values
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,7 +69,7 @@ def draw_heat_map(
     label_values(ax.yaxis, y_axis, np.arange(len(y_axis.values), dtype=float))
     ax.set(xlabel=x_axis.label(), ylabel=y_axis.label())
     ax.tick_params(length=0)
-    colour_bar(ax, mesh, f"{name} [{scale.unit}]" if scale.unit else name, logarithmic=is_logarithmic)
+    draw_colour_bar(ax, mesh, f"{name} [{scale.unit}]" if scale.unit else name, logarithmic=is_logarithmic)
 
 
 def _cell_text(value: float) -> str:

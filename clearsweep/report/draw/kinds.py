@@ -14,7 +14,7 @@ from ..statistics.spectrum import Spectrum
 from ..statistics.strobe import Points
 from .heat_map import MAX_LABELLED_SHAPE, MAX_VECTOR_CELLS
 from .pass_share import UNKNOWN
-from .style import BLUE, GREY, INK, PALE, RED, colour_bar, label_values, set_log_scale, set_plain_axes, stems
+from .style import BLUE, GREY, INK, PALE, RED, draw_colour_bar, label_values, set_log_scale, set_plain_axes, stem_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -72,7 +72,7 @@ def draw_velocities(ax: "Axes", revolution: np.ndarray, vx: np.ndarray, vy: np.n
 
 def _coloured(ax: "Axes", x: np.ndarray, y: np.ndarray, revolution: np.ndarray) -> None:
     points = ax.scatter(x, y, c=revolution, s=14, cmap="viridis", linewidths=0, zorder=3, rasterized=len(x) > 2000)
-    colour_bar(ax, points, "revolution", integers=True)
+    draw_colour_bar(ax, points, "revolution", integers=True)
     for side in (ax.xaxis, ax.yaxis):
         side.set_major_locator(MaxNLocator(5))
 
@@ -82,11 +82,11 @@ def draw_spectrum(ax: "Axes", actual: Spectrum, ideal: Spectrum | None, unit: st
     largest = float(actual.amplitude.max())
     scale = wording.scale(unit, largest)
     in_range = actual.order <= MAX_ORDER
-    gridlines = stems(np.arange(1, MAX_ORDER + 1), 0.0, 1.0)
+    gridlines = stem_lines(np.arange(1, MAX_ORDER + 1), 0.0, 1.0)
     ax.plot(*gridlines, transform=ax.get_xaxis_transform(), color=PALE, linewidth=0.5)
     floor = MIN_AMPLITUDE * largest / scale.factor
     height = actual.amplitude[in_range] / scale.factor
-    lines = stems(actual.order[in_range], floor, height.clip(min=floor))
+    lines = stem_lines(actual.order[in_range], floor, height.clip(min=floor))
     ax.plot(*lines, color=BLUE, linewidth=1.1, label="with clearance")
     if ideal is not None:
         drawn = (ideal.order <= MAX_ORDER) & (ideal.amplitude > MIN_AMPLITUDE * largest)

@@ -33,7 +33,7 @@ _LABEL_OFFSETS = np.concatenate([far * _DIRECTION_OFFSETS for far in (1.0, 1.7, 
 _DISTANCE_COST = np.repeat([0.0, 2.0, 5.0, 9.0], len(_DIRECTIONS))
 
 
-def extent(sketch: simulation.Sketch) -> tuple[np.ndarray, np.ndarray]:
+def drawing_extent(sketch: simulation.Sketch) -> tuple[np.ndarray, np.ndarray]:
     """Return the lower left and the upper right corner (m) of the drawing."""
     point_arrays = [body.points for body in sketch.bodies] + [
         load.anchor[None] for load in sketch.loads if load.anchor is not None
@@ -42,7 +42,7 @@ def extent(sketch: simulation.Sketch) -> tuple[np.ndarray, np.ndarray]:
     return points.min(axis=0), points.max(axis=0)
 
 
-def height(sketch: simulation.Sketch, width: float) -> float:
+def picture_height(sketch: simulation.Sketch, width: float) -> float:
     """Return the height (inches) of a picture of a mechanism `width` (inches) wide, with names, ticks and title."""
     (left, right), (bottom, top) = _limits(sketch)
     return _MARGINS[1] + (width - _MARGINS[0]) * (top - bottom) / (right - left)
@@ -50,18 +50,18 @@ def height(sketch: simulation.Sketch, width: float) -> float:
 
 def _limits(sketch: simulation.Sketch) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the limits (m) of both axes: the mechanism with a margin for names."""
-    low, high = extent(sketch)
+    low, high = drawing_extent(sketch)
     margin = 0.22 * _size(sketch)
     return (float(low[0] - margin), float(high[0] + 1.4 * margin)), (float(low[1] - margin), float(high[1] + margin))
 
 
 def _size(sketch: simulation.Sketch) -> float:
     """Return the longer side (m) of the drawing."""
-    low, high = extent(sketch)
+    low, high = drawing_extent(sketch)
     return max(float(max(high - low)), 1e-9)
 
 
-def paint(ax: "Axes", sketch: simulation.Sketch) -> None:
+def draw_mechanism(ax: "Axes", sketch: simulation.Sketch) -> None:
     """Draw a mechanism at its start."""
     size = _size(sketch)
     labels = _Labels(size)
@@ -147,7 +147,7 @@ class _Labels:
         return max(np.ptp(ax.get_xlim()) / width, np.ptp(ax.get_ylim()) / height)
 
 
-def _interpolated(points: np.ndarray) -> np.ndarray:
+def _interpolate(points: np.ndarray) -> np.ndarray:
     """Return `points` (n, 2) with points interpolated between them."""
     fraction = np.linspace(0.0, 1.0, 25)[:, None, None]
     return ((1.0 - fraction) * points[:-1] + fraction * points[1:]).reshape(-1, 2) if len(points) > 1 else points
@@ -163,12 +163,12 @@ def _draw_body(ax: "Axes", body: simulation.SketchedBody, colour: str) -> np.nda
     else:
         ax.plot(points[:, 0], points[:, 1], color=colour, lw=4.0, solid_capstyle="round", zorder=2)
     if body.elastic_ends is not None:
-        ax.plot(*_spring(*body.elastic_ends).T, color="white", lw=1.2, zorder=3)
+        ax.plot(*_zigzag(*body.elastic_ends).T, color="white", lw=1.2, zorder=3)
     ax.plot(*body.center, marker="+", color=INK, ms=5, mew=0.8, zorder=5)
-    return np.vstack([_interpolated(points), body.center])
+    return np.vstack([_interpolate(points), body.center])
 
 
-def _spring(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+def _zigzag(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Return the corners (m) of a zigzag between two places, straight at its ends."""
     vector = end - start
     across = 0.02 * np.array([-vector[1], vector[0]])
@@ -189,7 +189,7 @@ def _draw_guide(ax: "Axes", joint: simulation.SketchedJoint, direction: float, s
         np.array(_BLOCK_CORNERS)[:, :1] * width * unit + np.array(_BLOCK_CORNERS)[:, 1:] * height * across
     )
     ax.fill(*outline[:-1].T, facecolor=PALE, edgecolor=RED if joint.has_clearance else GREY, linewidth=1.0)
-    return _interpolated(outline)
+    return _interpolate(outline)
 
 
 def _draw_joint(ax: "Axes", joint: simulation.SketchedJoint, size: float) -> np.ndarray:
@@ -208,7 +208,7 @@ def _draw_joint(ax: "Axes", joint: simulation.SketchedJoint, size: float) -> np.
         ax.fill([x, x - width, x + width], [y, base, base], facecolor=PALE, edgecolor=GREY, linewidth=0.8)
         ax.plot([x - 1.5 * width, x + 1.5 * width], [y - 1.6 * width] * 2, color=GREY, lw=1.2)
         point_arrays.append(
-            _interpolated(np.array([(x - width, y - 1.6 * width), (x, y), (x + width, y - 1.6 * width)]))
+            _interpolate(np.array([(x - width, y - 1.6 * width), (x, y), (x + width, y - 1.6 * width)]))
         )
     ax.add_patch(Circle((x, y), radius, facecolor="white", edgecolor=INK, lw=1.2, zorder=4))
     if joint.has_clearance:

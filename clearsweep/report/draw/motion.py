@@ -9,7 +9,7 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from ...language import wording
-from .style import BLUE, GREY, INK, RED, colour_bar, set_crank_angle_axis, set_plain_axes, stems
+from .style import BLUE, GREY, INK, RED, draw_colour_bar, set_crank_angle_axis, set_plain_axes, stem_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,11 +51,11 @@ def _draw_contact_points(ax: "Axes", x: np.ndarray, y: np.ndarray, force: np.nda
             linewidths=0,
             rasterized=True,
         )
-        colour_bar(ax, points, f"normal force [{scale.unit}]")
+        draw_colour_bar(ax, points, f"normal force [{scale.unit}]")
 
 
 def draw_unrolled_orbit(ax: "Axes", x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
-    """Draw the gap of a journal (m) over the direction of its centre; penetration is `magnified`."""
+    """Draw the gap of a journal (m) over the direction of its centre; penetration is magnified."""
     scale, direction = wording.scale("m", clearance), np.degrees(np.arctan2(y, x))
     gap, magnification = clearance - np.hypot(x, y), penetration_magnification(x, y, clearance)
     deepest = max(float(-gap.min()), 0.0)
@@ -79,7 +79,7 @@ def draw_unrolled_orbit(ax: "Axes", x: np.ndarray, y: np.ndarray, force: np.ndar
     names = [wording.short(value / scale.factor, 2).replace("-", wording.MINUS) for value in penetration_ticks]
     ax.set_yticks(
         [*(magnification * value / scale.factor for value in penetration_ticks), *gap_ticks],
-        [*names, *map(_short, gap_ticks)],
+        [*names, *map(_short_text, gap_ticks)],
     )
     ax.set(
         xlim=(-180.0, 180.0),
@@ -97,7 +97,7 @@ def penetration_magnification(x: np.ndarray, y: np.ndarray, clearance: float) ->
     return max(float(f"{DRAWN_PENETRATION * clearance / deepest:.1g}"), 1.0) if deepest > 0.0 else 1.0
 
 
-def _short(value: float) -> str:
+def _short_text(value: float) -> str:
     return wording.short(float(value), 3)
 
 
@@ -150,7 +150,7 @@ def draw_phase_portrait(ax: "Axes", quantity: tuple[np.ndarray, str, str], rate:
 def draw_onsets(ax: "Axes", angle: np.ndarray, rate: np.ndarray, limits: Sequence[tuple[str, float]]) -> None:
     """Draw closing rates (m/s) of contact onsets over the crank angle (rad), and the rates at which contacts yield."""
     scale = wording.scale("m/s", [*rate, *(limit for _, limit in limits)])
-    ax.plot(*stems(np.degrees(angle), 0.0, rate / scale.factor), color=BLUE, linewidth=0.6)
+    ax.plot(*stem_lines(np.degrees(angle), 0.0, rate / scale.factor), color=BLUE, linewidth=0.6)
     ax.plot(np.degrees(angle), rate / scale.factor, ".", color=BLUE, markersize=4, rasterized=len(angle) > 500)
     for (name, limit), dash in zip(limits, cycle(("--", ":", "-."))):
         label = f"first yield ({name})"

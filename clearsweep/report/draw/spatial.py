@@ -70,9 +70,9 @@ def draw_end_orbits(ax: "Axes", journal_ends: np.ndarray, clearance: float) -> N
     ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
 
 
-def draw_tilt(ax: "Axes", angle: np.ndarray, tilted: np.ndarray, limit: float | None) -> None:
+def draw_tilt(ax: "Axes", angle: np.ndarray, tilt: np.ndarray, limit: float | None) -> None:
     """Draw the tilt (rad) over the crank angle (rad), and the tilt at which the journal jams."""
-    ax.plot(np.degrees(angle), np.degrees(tilted), color=BLUE, linewidth=0.8)
+    ax.plot(np.degrees(angle), np.degrees(tilt), color=BLUE, linewidth=0.8)
     if limit is not None:
         ax.axhline(np.degrees(limit), color=RED, linewidth=1.1, linestyle="--", label="jams")
     ax.set(ylabel="tilt [°]", ylim=(0.0, None))

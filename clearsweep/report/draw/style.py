@@ -48,9 +48,9 @@ def label_values(side: "XAxis | YAxis", axis: Axis, positions: np.ndarray) -> No
         is_slanted = side.axis_name == "x" and len(axis.values) * (longest + 2) > AXIS_CHARACTERS
         side.set_ticks(positions, axis.values, **(SLANTED_LABELS if is_slanted else {}))
         return
-    most_ticks = MAX_LABELLED_TICKS if side.axis_name == "y" else max(2, AXIS_CHARACTERS // (longest + 2))
+    max_ticks = MAX_LABELLED_TICKS if side.axis_name == "y" else max(2, AXIS_CHARACTERS // (longest + 2))
     distances = np.log(positions) if side.get_scale() == "log" else positions
-    labelled, min_distance = [0], 0.99 * (distances.max() - distances.min()) / most_ticks
+    labelled, min_distance = [0], 0.99 * (distances.max() - distances.min()) / max_ticks
     for k in range(1, len(distances)):
         if abs(distances[k] - distances[labelled[-1]]) >= min_distance:
             labelled.append(k)
@@ -68,10 +68,10 @@ def set_log_scale(ax: "Axes", side_name: str) -> None:
     side.set_minor_locator(NullLocator())
 
 
-def colour_bar(
+def draw_colour_bar(
     ax: "Axes", coloured: ScalarMappable, name: str, *, logarithmic: bool = False, integers: bool = False
 ) -> None:
-    """Draw the colour bar of a drawing; `integers`: integers."""
+    """Draw the colour bar of a drawing; `integers`: only integers have ticks."""
     bar = ax.figure.colorbar(coloured, ax=ax, fraction=0.05, pad=0.03)
     bar.set_label(name)
     bar.outline.set_visible(False)
@@ -85,7 +85,7 @@ def colour_bar(
     bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 3)))
 
 
-def axis_colour_bar(ax: "Axes", axis: Axis, norm: Normalize) -> None:
+def draw_axis_colour_bar(ax: "Axes", axis: Axis, norm: Normalize) -> None:
     """Draw the colour bar of the values of a grid axis."""
     bar = ax.figure.colorbar(ScalarMappable(norm, "viridis"), ax=ax, fraction=0.05, pad=0.03)
     label_values(bar.ax.yaxis, axis, np.arange(len(axis.values), dtype=float))
@@ -95,8 +95,8 @@ def axis_colour_bar(ax: "Axes", axis: Axis, norm: Normalize) -> None:
         bar.solids.set_rasterized(True)
 
 
-def stems(x: np.ndarray, low: float, high: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertical lines at `x` as one line with gaps: one path in the file instead of hundreds."""
+def stem_lines(x: np.ndarray, low: float, high: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the corners of vertical lines at `x` as one line with gaps: one path in the file, not hundreds."""
     lines = np.broadcast_arrays(x, low, high, np.nan)
     return np.stack([lines[0], lines[0], lines[3]], axis=-1).ravel(), np.stack(lines[1:], axis=-1).ravel()
 

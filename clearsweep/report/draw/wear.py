@@ -7,7 +7,7 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from ...language import wording
 from ...language.wording import Scale
-from .style import BLUE, INK, PALE, RED, colour_bar, set_plain_axes
+from .style import BLUE, INK, PALE, RED, draw_colour_bar, set_plain_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,7 +64,7 @@ def draw_unrolled(ax: "Axes", depth: np.ndarray, length: float) -> None:
     )
     ax.set(xlabel="angle from the body's x axis [°]", ylabel=f"along the axis [{length_scale.unit}]")
     ax.xaxis.set_major_locator(MultipleLocator(90))
-    colour_bar(ax, mesh, f"depth [{scale.unit}]")
+    draw_colour_bar(ax, mesh, f"depth [{scale.unit}]")
 
 
 def deepest_per_sector(depth: np.ndarray, sectors: int) -> np.ndarray:

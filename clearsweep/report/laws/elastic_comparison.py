@@ -13,7 +13,7 @@ from ..blocks.table import Column, Table
 from ..data.axis import Axis
 from ..data.dotted_paths import value_at
 from ..data.leading import PEAK
-from ..data.study import Joint, Study, joint_of, resolved
+from ..data.study import Joint, Study, joint_of, resolve_cases
 from ..draw import comparison
 
 UNKNOWN = "This version does not know every law of this run, so it does not compare their forces."
@@ -23,7 +23,7 @@ VALID = (simulation.SUITABLE, "")  # verdict on a law without objection
 CURVE_DEPTHS = np.geomspace(DEPTHS[0], DEPTHS[-1], 25)  # m, at which they are drawn
 
 
-def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
+def compare_swept_laws(study: Study, axis: Axis, joint: Joint) -> Part:
     """Return sentences, picture and table that compare the swept elastic or roughness laws of a joint.
 
     Each law is evaluated in the case that shares the most other axis values with the case of largest peak force.
@@ -36,7 +36,7 @@ def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
     laws_with_cases = [law for law in axis.values if (study.cases[axis.path] == law).any()]
     closest = [shared_axis_values[study.cases[axis.path] == law].idxmax() for law in laws_with_cases]
     try:
-        sections = [joint_of(resolved_case, joint) for resolved_case in resolved(study, closest)]
+        sections = [joint_of(resolved_case, joint) for resolved_case in resolve_cases(study, closest)]
     except InputError:
         return Part([UNKNOWN], [], [])
     by_law = dict(zip(laws_with_cases, sections, strict=True))
@@ -47,7 +47,7 @@ def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
     return _law_comparison(joint, by_law, laws_with_cases, verdicts)
 
 
-def of_material(study: Study, joint: Joint) -> Part | None:
+def compare_allowed_laws(study: Study, joint: Joint) -> Part | None:
     """Return the comparison of the elastic laws that the joint's material allows, in the case of largest peak force.
 
     Return None if the joint has no material, or if its material allows only one law.
@@ -57,7 +57,7 @@ def of_material(study: Study, joint: Joint) -> Part | None:
         return None
     hardest = study.cases[joint.column(PEAK.figure)].idxmax()
     try:
-        section = joint_of(resolved(study, [hardest])[0], joint)
+        section = joint_of(resolve_cases(study, [hardest])[0], joint)
     except InputError:  # laws of another version
         return None
     sections = simulation.elastic_choices(section)
@@ -65,7 +65,7 @@ def of_material(study: Study, joint: Joint) -> Part | None:
     return _law_comparison(joint, sections, [section.elastic_name], verdicts) if len(sections) > 1 else None
 
 
-def load_of(study: Study, joint: Joint, case_id: str) -> float | None:
+def ideal_load(study: Study, joint: Joint, case_id: str) -> float | None:
     """Return the largest reaction (N) of a joint of a case without clearance, or None if it is unknown."""
     column = joint.column("force_peak_ideal")
     load = float(study.cases.at[case_id, column]) if column in study.cases else np.nan
@@ -74,7 +74,7 @@ def load_of(study: Study, joint: Joint, case_id: str) -> float | None:
 
 def _verdicts(study: Study, joint: Joint, case_id: str, section: case.Joint) -> dict[str, tuple[str, str]]:
     """Return elastic law -> verdict for a joint of a case, and its reason."""
-    return simulation.elastic_ratings(section, load_of(study, joint, case_id))
+    return simulation.elastic_ratings(section, ideal_load(study, joint, case_id))
 
 
 def _law_comparison(
@@ -90,7 +90,7 @@ def _law_comparison(
     sentences = _sentences(forces, [law for law in ordered if law in valid_laws])
     drawn = [law for law in ordered if law in valid_laws or law in used_laws]
     table = _table(joint, sections, forces, ordered, used_laws, verdicts)
-    return Part(sentences, [_curves({law: sections[law] for law in drawn}, used_laws)] if drawn else [], [table])
+    return Part(sentences, [_force_curves({law: sections[law] for law in drawn}, used_laws)] if drawn else [], [table])
 
 
 def _sentences(forces: dict[str, np.ndarray], valid_laws: list[str]) -> list[str]:
@@ -133,22 +133,22 @@ def _table(
     sections: dict[str, case.Joint],
     forces: dict,
     ordered: list[str],
-    used: list[str],
+    used_laws: list[str],
     verdicts: dict[str, tuple[str, str]],
 ) -> Table:
     rows = []
     softest = min(forces[law][REFERENCE_DEPTH] for law in ordered)
     for law in ordered:
         limit = simulation.penetration_limit(sections[law])
-        chosen = "yes" if law in used else ""
-        word, reason = verdicts.get(law, VALID)
-        verdict_text = word if word == VALID[0] else f"{word}: {reason}"
+        is_used_text = "yes" if law in used_laws else ""
+        verdict_word, reason = verdicts.get(law, VALID)
+        verdict_text = verdict_word if verdict_word == VALID[0] else f"{verdict_word}: {reason}"
         deepest = limit if np.isfinite(limit) else np.nan
-        rows.append((law, chosen, *forces[law], forces[law][REFERENCE_DEPTH] / softest, deepest, verdict_text))
+        rows.append((law, is_used_text, *forces[law], forces[law][REFERENCE_DEPTH] / softest, deepest, verdict_text))
     depth_texts = [wording.scale("m", depth).given(depth) for depth in DEPTHS]
     columns = (
         Column("elastic law"),
-        Column("used here", file_only=len(used) == len(sections)),
+        Column("used here", file_only=len(used_laws) == len(sections)),
         *(Column(f"at {depth}", "N") for depth in depth_texts),
         Column(f"at {depth_texts[REFERENCE_DEPTH]}, over the softest"),
         Column("valid up to", "m"),
@@ -175,11 +175,11 @@ def _joint_text(section: case.Joint) -> str:
     return f"In the joint of the hardest case: {', '.join(facts)}"
 
 
-def _curves(sections: dict[str, case.Joint], used: list[str]) -> Picture:
+def _force_curves(sections: dict[str, case.Joint], used_laws: list[str]) -> Picture:
     """Return the picture of force over penetration of elastic laws: name -> section of the joint with that law."""
     curves = {law: np.array(simulation.elastic_forces(section, CURVE_DEPTHS)) for law, section in sections.items()}
     by_last_force = sorted(curves, key=lambda law: -curves[law][-1])
-    drawn = [(law, curves[law], law in used) for law in by_last_force]
+    drawn = [(law, curves[law], law in used_laws) for law in by_last_force]
     forces = {law: simulation.elastic_forces(section, DEPTHS)[REFERENCE_DEPTH] for law, section in sections.items()}
     softest, stiffest = min(forces, key=forces.__getitem__), max(forces, key=forces.__getitem__)
     depth = wording.scale("m", DEPTHS[REFERENCE_DEPTH]).given(DEPTHS[REFERENCE_DEPTH])

@@ -11,22 +11,22 @@ from ..data.study import Study
 from ..statistics.matching import MatchedCases, axis_key
 
 
-def of_axis(study: Study, groups: MatchedCases) -> Part:
+def compare_verdicts(study: Study, matched_cases: MatchedCases) -> Part:
     """Return how the laws on an axis change the verdict at otherwise equal values; an empty Part without limits."""
     if verdict.EXCEEDED not in study.cases:
         return Part([], [], [])
-    ids = groups.pairs["case_id"]
+    ids = matched_cases.pairs["case_id"]
     exceeds = (study.cases[verdict.EXCEEDED].reindex(ids) != "").to_numpy(float)
-    pairs = groups.pairs.assign(fails=exceeds, margin=study.cases[verdict.MARGIN].reindex(ids).to_numpy(float))
+    pairs = matched_cases.pairs.assign(fails=exceeds, margin=study.cases[verdict.MARGIN].reindex(ids).to_numpy(float))
     table = pairs.pivot_table(index="group", columns="law", values="fails", aggfunc="max")
     table = table[table.count(axis=1) > 1]
     if table.empty:
         return Part([], [], [])
     compared = pairs[pairs["group"].isin(table.index)]
-    return Part([_sentence(study, groups, table)], [], [_table(groups, compared)])
+    return Part([_sentence(study, matched_cases, table)], [], [_table(matched_cases, compared)])
 
 
-def _sentence(study: Study, groups: MatchedCases, table: pd.DataFrame) -> str:
+def _sentence(study: Study, matched_cases: MatchedCases, table: pd.DataFrame) -> str:
     """Return a sentence on the number of designs whose verdict depends on the law, and where."""
     changed = table[table.max(axis=1) > table.min(axis=1)]
     designs = wording.count(len(table), "design")
@@ -37,24 +37,28 @@ def _sentence(study: Study, groups: MatchedCases, table: pd.DataFrame) -> str:
             if common_verdict
             else "each meets the limits with all laws, or with none"
         )
-        return f"The choice of {groups.axis.name} does not change the verdict on {designs}: {reason}."
+        return f"The choice of {matched_cases.axis.name} does not change the verdict on {designs}: {reason}."
     group = changed.index[0]
     row = changed.loc[group].dropna()
-    meeting, exceeding = ([law for law, exceeds in row.items() if bool(exceeds) is beyond] for beyond in (False, True))
-    setting = study.setting(groups.case(group, exceeding[0]), without=groups.axis)
+    meeting, exceeding = (
+        [law for law, exceeds in row.items() if bool(exceeds) is is_exceeding] for is_exceeding in (False, True)
+    )
+    setting = study.setting(matched_cases.case_id(group, exceeding[0]), without=matched_cases.axis)
     setting_text = f" at {setting}" if setting else ""
     laws = (
         f"they are met with {wording.sentence_list(meeting)} and exceeded with "
         f"{wording.sentence_list(exceeding)}{setting_text}"
     )
     changed_count = f"{len(changed)} of {designs}"
-    return f"The choice of {groups.axis.name} decides whether {changed_count} meet the limits. For example, {laws}."
+    return (
+        f"The choice of {matched_cases.axis.name} decides whether {changed_count} meet the limits. For example, {laws}."
+    )
 
 
-def _table(groups: MatchedCases, compared: pd.DataFrame) -> Table:
+def _table(matched_cases: MatchedCases, compared: pd.DataFrame) -> Table:
     """Return, for each law, the number of designs that exceed a limit, and their margins."""
     rows = []
-    for law in groups.axis.values:
+    for law in matched_cases.axis.values:
         rows_of_law = compared[compared["law"] == law]
         if len(rows_of_law):
             margins = rows_of_law["margin"].to_numpy()
@@ -62,9 +66,11 @@ def _table(groups: MatchedCases, compared: pd.DataFrame) -> Table:
             margin_cells = (float(finite.min()), float(np.median(finite))) if len(finite) else (np.nan, np.nan)
             rows.append((law, count_cell(len(rows_of_law)), count_cell(int(rows_of_law["fails"].sum())), *margin_cells))
     headings = ("designs", "that exceed a limit", "smallest margin", "median margin")
-    columns = (Column(groups.axis.name), *map(Column, headings))
+    columns = (Column(matched_cases.axis.name), *map(Column, headings))
     note = (
         "The table lists the designs that finished with at least two of the laws. The margin is defined as in the "
         "verdict."
     )
-    return Table(f"{axis_key(groups.axis)}_verdict", f"The verdict, by {groups.axis.name}", note, columns, rows)
+    return Table(
+        f"{axis_key(matched_cases.axis)}_verdict", f"The verdict, by {matched_cases.axis.name}", note, columns, rows
+    )

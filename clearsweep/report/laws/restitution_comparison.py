@@ -13,7 +13,7 @@ from ..blocks.section import Part
 from ..blocks.table import Column, Quantity, Table
 from ..data.axis import Axis
 from ..data.dotted_paths import value_at
-from ..data.study import Joint, Study, joint_of, resolved
+from ..data.study import Joint, Study, joint_of, resolve_cases
 from ..draw import comparison
 from ..statistics.matching import axis_key
 from .elastic_comparison import UNKNOWN
@@ -36,14 +36,14 @@ class EffectiveRestitution(NamedTuple):
         return self.effective - self.specified
 
 
-def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
+def compare_restitutions(study: Study, axis: Axis, joint: Joint) -> Part:
     """Return sentence, picture and table of the swept laws of a joint."""
     points = _points(study, axis, joint)
     one_per_law = points.drop_duplicates()
     displayed = _displayed_values(points["specified"])
     one_per_law = one_per_law[one_per_law["specified"].isna() | one_per_law["specified"].isin(displayed)]
     try:
-        sections = [joint_of(case, joint) for case in resolved(study, one_per_law.index)]
+        sections = [joint_of(case, joint) for case in resolve_cases(study, one_per_law.index)]
     except InputError:
         return Part([UNKNOWN], [], [])
     rows = []
@@ -54,7 +54,7 @@ def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
                 law,
                 section.contact.values.get("restitution", np.nan),
                 np.nan if effective is None else effective,
-                _measured(study, points, joint, law, value),
+                _measured_restitution(study, points, joint, law, value),
             )
         )
     rows.sort(key=lambda row: (np.isnan(row.specified), row.specified, axis.values.index(row.law)))
@@ -73,14 +73,14 @@ def _points(study: Study, axis: Axis, joint: Joint) -> pd.DataFrame:
 
 
 def _displayed_values(specified: pd.Series) -> np.ndarray:
-    """Return the displayed values of the restitution, at most MOST."""
+    """Return the displayed values of the restitution, at most MAX_VALUES."""
     known = np.sort(specified.dropna().unique())
     if not len(known):
         return known
     return known[np.unique(np.linspace(0, len(known) - 1, MAX_VALUES).round().astype(int))]
 
 
-def _measured(study: Study, points: pd.DataFrame, joint: Joint, law: str, specified: float) -> float:
+def _measured_restitution(study: Study, points: pd.DataFrame, joint: Joint, law: str, specified: float) -> float:
     """Return the median of the measured restitution of the cases of a law, or NaN if none was measured."""
     if not study.has(joint.column("restitution")):
         return np.nan
@@ -91,7 +91,7 @@ def _measured(study: Study, points: pd.DataFrame, joint: Joint, law: str, specif
 def _table(study: Study, axis: Axis, joint: Joint, rows: list[EffectiveRestitution]) -> Table:
     columns = [Column(axis.name), Column("specified"), Column("computed"), Column("difference")]
     cells: list[tuple] = [
-        (row.law, row.specified, row.effective, Quantity(row.difference, _signed(row.difference))) for row in rows
+        (row.law, row.specified, row.effective, Quantity(row.difference, _signed_text(row.difference))) for row in rows
     ]
     if study.has(joint.column("restitution")):
         columns.append(Column("measured here"))
@@ -106,16 +106,16 @@ def _table(study: Study, axis: Axis, joint: Joint, rows: list[EffectiveRestituti
 
 def _sentences(rows: list[EffectiveRestitution]) -> list[str]:
     """Return sentences on the largest difference between laws with the same specified restitution."""
-    spans = []
+    ranges = []
     for specified in {row.specified for row in rows if not np.isnan(row.specified)}:
         known = [row for row in rows if row.specified == specified and not np.isnan(row.effective)]
         if known:
             ordered = sorted(known, key=lambda row: (row.effective, row.law))
-            spans.append((ordered[-1].effective - ordered[0].effective, ordered[0], ordered[-1]))
-    if not spans:
+            ranges.append((ordered[-1].effective - ordered[0].effective, ordered[0], ordered[-1]))
+    if not ranges:
         return []
-    largest_span, lowest, highest = max(spans, key=lambda span: (span[0], span[1].specified))
-    if largest_span < MIN_DIFFERENCE:
+    widest, lowest, highest = max(ranges, key=lambda entry: (entry[0], entry[1].specified))
+    if widest < MIN_DIFFERENCE:
         return [
             "In a free impact these laws do not differ: each gives the specified restitution, or all give the same "
             "value."
@@ -138,5 +138,5 @@ def _picture(axis: Axis, rows: list[EffectiveRestitution]) -> Picture:
     )
 
 
-def _signed(difference: float) -> str:
+def _signed_text(difference: float) -> str:
     return wording.DASH if np.isnan(difference) else f"{difference:+.4f}".replace("-", wording.MINUS)

@@ -14,9 +14,9 @@ from ...contracts.layout import TIME, Column
 from ...language import wording
 from ...language.errors import InputError
 from ...store import StoredRun
-from ..blocks.picture import Picture, capital
+from ..blocks.picture import Picture, capitalise
 from ..data.dotted_paths import value_at
-from ..data.study import Joint, Study, resolved
+from ..data.study import Joint, Study, resolve_cases
 from ..draw import motion
 from ..statistics import elastic_range
 from . import spatial
@@ -107,7 +107,7 @@ def joint_histories(study: Study, case_id: str, history: History) -> list[JointH
     ]
 
 
-def pictures(study: Study, case_id: str, channels: Mapping) -> list[Picture]:
+def motion_pictures(study: Study, case_id: str, channels: Mapping) -> list[Picture]:
     """Return the pictures of one case from its channels, as far as available."""
     history = history_of(study, case_id, channels)
     joints = [picture for joint in study.joints for picture in _joint_pictures(study, case_id, joint, history)]
@@ -119,7 +119,7 @@ def pictures(study: Study, case_id: str, channels: Mapping) -> list[Picture]:
     )
 
 
-def onsets(study: Study, case_id: str, events: Mapping, channels: Mapping) -> list[Picture]:
+def onset_pictures(study: Study, case_id: str, events: Mapping, channels: Mapping) -> list[Picture]:
     """Return the picture of the closing rates at contact onsets, or [] without events or drive.
 
     If the speed is not constant, the picture covers the part of the run whose samples are saved in `channels`.
@@ -136,13 +136,13 @@ def onsets(study: Study, case_id: str, events: Mapping, channels: Mapping) -> li
     if not study.is_driven or not is_shown.any():
         return []
     angle, rate = angles[is_shown], np.asarray(events["rate"], float)[is_shown]
-    limits = elastic_range.limits(study, case_id, float(rate.max()))
+    yield_speeds = elastic_range.yield_speeds(study, case_id, float(rate.max()))
     return [
         Picture(
             "Contact onsets",
             "Closing rate at each onset of the whole run.",
             f"{int(is_shown.sum())} contact onsets, the fastest at {_largest_text(rate, 'm/s')}.",
-            lambda ax: motion.draw_onsets(ax, angle, rate, limits),
+            lambda ax: motion.draw_onsets(ax, angle, rate, yield_speeds),
             FLAT_SIZE,
         )
     ]
@@ -163,18 +163,18 @@ def _output_pictures(study: Study, case_id: str, history: History) -> list[Pictu
         largest, *ideal_text = largest_texts(
             [acceleration, *([] if ideal_values is None else [ideal_values])], acceleration_channel.unit
         )
-        alt = f"{capital(output)} acceleration, at most {largest}"
+        alt = f"{capitalise(output)} acceleration, at most {largest}"
         alt += f"; the ideal mechanism reaches {ideal_text[0]}." if ideal_text else "."
         paint = history.painter(acceleration, acceleration_channel.unit, f"{output} acceleration", ideal_values)
-        title = f"{capital(output)} acceleration against the ideal mechanism"
+        title = f"{capitalise(output)} acceleration against the ideal mechanism"
         output_pictures.append(Picture(title, "", alt, paint, FLAT_SIZE, played=True))
     if unit in name_by_unit and ideal:
         error = history.values(name_by_unit[unit]) - ideal.position
         output_pictures.append(
             Picture(
-                f"{capital(output)} position error",
-                f"{capital(output)} position less that of the ideal mechanism.",
-                f"{capital(output)} error, at most {_largest_text(error, unit)}.",
+                f"{capitalise(output)} position error",
+                f"{capitalise(output)} position less that of the ideal mechanism.",
+                f"{capitalise(output)} error, at most {_largest_text(error, unit)}.",
                 history.painter(error, unit, f"{output} error"),
                 FLAT_SIZE,
             )
@@ -198,9 +198,9 @@ def _torque_pictures(study: Study, case_id: str, history: History) -> list[Pictu
             values, name = history.values(channel.name), _channel_label(channel)
             is_crank_free = study.has("crank_speed_min")
             caption = "Torque of the drive." if is_crank_free else "Torque that keeps the crank speed constant."
-            alt = f"{capital(name)}, at most {_largest_text(values, channel.unit)}."
+            alt = f"{capitalise(name)}, at most {_largest_text(values, channel.unit)}."
             paint = history.painter(values, channel.unit, name, ideal.torque if ideal else None)
-            torque_pictures.append(Picture(capital(name), caption, alt, paint, FLAT_SIZE, played=True))
+            torque_pictures.append(Picture(capitalise(name), caption, alt, paint, FLAT_SIZE, played=True))
     return torque_pictures
 
 
@@ -212,10 +212,10 @@ def _channel_pictures(study: Study, history: History) -> list[Picture]:
         if previous and channel.unit == f"{previous.unit}/s":
             channel_pictures.append(_phase_portrait(previous, channel, history))
         else:
-            caption = f"{capital(channel.description)}." if channel.description else ""
-            alt = f"{capital(name)}, at most {_largest_text(values, channel.unit)}."
+            caption = f"{capitalise(channel.description)}." if channel.description else ""
+            alt = f"{capitalise(name)}, at most {_largest_text(values, channel.unit)}."
             channel_pictures.append(
-                Picture(capital(name), caption, alt, history.painter(values, channel.unit, name), FLAT_SIZE)
+                Picture(capitalise(name), caption, alt, history.painter(values, channel.unit, name), FLAT_SIZE)
             )
         previous = channel
     return channel_pictures
@@ -298,11 +298,11 @@ def _spatial_pictures(study: Study, case_id: str, joint: Joint, history: History
     if history.angle is None or not is_complete or not spatial.is_spatial(history.channels, joint.name):
         return []
     try:
-        case = resolved(study, [case_id])[0]
+        case = resolve_cases(study, [case_id])[0]
     except InputError:  # mechanism or laws of another version
         return []
     spatial_joint = next(case_joint for case_joint in case.joints if case_joint.name == joint.title)
-    return spatial.pictures(case, spatial_joint, history.values, history.angle)
+    return spatial.spatial_pictures(case, spatial_joint, history.values, history.angle)
 
 
 def has_straight_walls(study: Study, joint: Joint) -> bool:
@@ -333,7 +333,7 @@ def _ideal_motion(study: Study, case_id: str, history: History) -> simulation.Id
     if history.angle is None:
         return None
     try:
-        case = resolved(study, [case_id])[0]
+        case = resolve_cases(study, [case_id])[0]
     except InputError:  # mechanism or laws of another version
         return None
     return simulation.ideal_motion(case, history.angle + history.first_angle)

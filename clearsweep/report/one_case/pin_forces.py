@@ -13,17 +13,17 @@ from ..data.study import Joint
 PIN_CHANNELS = ("x", "y", "force_normal", "force_tangential")  # channels of a pin in the plane
 
 
-def all_forces(case: Case, channels: Mapping, joints: tuple[Joint, ...]) -> pd.DataFrame:
+def joint_forces(case: Case, channels: Mapping, joints: tuple[Joint, ...]) -> pd.DataFrame:
     """Return `pin_forces` of a case with the forces in its joints without clearance, where they are known."""
     if simulation.reactions_unknown(case) or len(channels.get("t", ())) < 2:
         return pin_forces(channels, joints)
-    known = simulation.pin_reactions(simulation.build(case), np.asarray(channels["t"], float))
-    forces = pin_forces({name: values[::2] for name, values in known.trajectory.channels.items()}, joints)
-    for name, force in known.forces.items():
+    reactions = simulation.pin_reactions(simulation.build(case), np.asarray(channels["t"], float))
+    forces = pin_forces({name: values[::2] for name, values in reactions.trajectory.channels.items()}, joints)
+    for name, force in reactions.forces.items():
         forces[f"{name}/fx [N]"], forces[f"{name}/fy [N]"] = force.T
-        if name in known.couples:
-            forces[f"{name}/couple [N*m]"] = known.couples[name]
-    return forces.assign(**{"drive/torque [N*m]": known.torque}) if known.forces else forces
+        if name in reactions.couples:
+            forces[f"{name}/couple [N*m]"] = reactions.couples[name]
+    return forces.assign(**{"drive/torque [N*m]": reactions.torque}) if reactions.forces else forces
 
 
 def pin_forces(channels: Mapping, joints: tuple[Joint, ...]) -> pd.DataFrame:

@@ -10,7 +10,7 @@ from ...language import wording
 from ...language.errors import InputError
 from ..blocks.interactive import encode_floats
 from ..blocks.section import Interactive
-from ..data.study import Joint, Study, resolved
+from ..data.study import Joint, Study, resolve_cases
 from .motion import ORBIT_CHANNELS, History, has_straight_walls, history_of, joint_histories
 
 RELATIVE_ROUNDING = (
@@ -21,7 +21,7 @@ DRAWN_PENETRATION = 0.25  # of the clearance: drawn height of the deepest penetr
 NO_SCRIPTS = "The animation needs scripts. clearsweep show DIR CASE draws the motion without scripts."
 
 
-def player_of(study: Study, case_id: str, channels: Mapping) -> Interactive | None:
+def player_data(study: Study, case_id: str, channels: Mapping) -> Interactive | None:
     """Return the data of a case for the player, or None without rotation, picture or complete channels."""
     if not all(f"joints/{joint.name}/{name}" in channels for joint in study.joints for name in ORBIT_CHANNELS):
         return None
@@ -45,14 +45,14 @@ def _shown_samples(study: Study, channels: Mapping) -> slice:
     force = np.asarray(channels[f"joints/{study.hardest_joint().name}/force_normal"], float)
     if len(force) <= MAX_SAMPLES:
         return slice(None)
-    first = min(max(int(force.argmax()) - MAX_SAMPLES // 2, 0), len(force) - MAX_SAMPLES)
-    return slice(first, first + MAX_SAMPLES)
+    start = min(max(int(force.argmax()) - MAX_SAMPLES // 2, 0), len(force) - MAX_SAMPLES)
+    return slice(start, start + MAX_SAMPLES)
 
 
 def _sketch(study: Study, case_id: str) -> simulation.Sketch | None:
     """Return the mechanism of a case at its start, or None if it has no picture or is from another version."""
     try:
-        return simulation.sketch(resolved(study, [case_id])[0])
+        return simulation.sketch(resolve_cases(study, [case_id])[0])
     except InputError:
         return None
 

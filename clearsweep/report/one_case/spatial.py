@@ -16,19 +16,24 @@ TALL_SIZE, FLAT_SIZE = (4.2, 3.6), (4.2, 3.3)  # inches
 MAX_DOT_POSITIONS = 240  # places of a dot that moves: a browser goes straight between them
 
 
-def pictures(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray], angle: np.ndarray) -> list[Picture]:
+def spatial_pictures(
+    case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray], angle: np.ndarray
+) -> list[Picture]:
     """Return the pictures of a spatial joint; values : channel -> its history in SI; angle : rad, of the crank."""
     ends_of_journal = journal_ends(case, joint, values)
     half_lengths = (0.5 * float(joint.journal_length or 0.0), 0.5 * float(joint.length or 0.0))
-    tilted, limit = values(f"joints/{joint.column}/tilt"), _jam_tilt(joint)
-    largest, frame_text = f"{np.degrees(tilted.max()):.3g}°", "the frame of the bearing, z along it"
-    unit, step = wording.scale("m", joint.clearance).factor, -(-ends_of_journal.shape[1] // MAX_DOT_POSITIONS)
-    dots = [Dot(end[::step, :2] / unit, colour) for end, colour in zip(ends_of_journal, spatial.COLOURS, strict=True)]
+    tilt, jam_tilt = values(f"joints/{joint.column}/tilt"), _jam_tilt(joint)
+    largest_text, frame_text = f"{np.degrees(tilt.max()):.3g}°", "the frame of the bearing, z along it"
+    scale_factor, stride = wording.scale("m", joint.clearance).factor, -(-ends_of_journal.shape[1] // MAX_DOT_POSITIONS)
+    dots = [
+        Dot(end[::stride, :2] / scale_factor, colour)
+        for end, colour in zip(ends_of_journal, spatial.COLOURS, strict=True)
+    ]
     return [
         Picture(
             "The journal's axis in its bearing",
             f"Orbits of both ends in {frame_text}; the scale across it is larger. Circles are the radial clearance.",
-            f"Orbits of both ends of the journal's axis; it tilts by {largest} at most.",
+            f"Orbits of both ends of the journal's axis; it tilts by {largest_text} at most.",
             lambda ax: spatial.draw_axis(ax, ends_of_journal, half_lengths, joint.clearance),
             TALL_SIZE,
             "3d",
@@ -44,8 +49,8 @@ def pictures(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray], 
         Picture(
             "Tilt",
             "Angle between the axes of bearing and journal.",
-            f"Tilt against crank angle, at most {largest}.",
-            lambda ax: spatial.draw_tilt(ax, angle, tilted, limit),
+            f"Tilt against crank angle, at most {largest_text}.",
+            lambda ax: spatial.draw_tilt(ax, angle, tilt, jam_tilt),
             FLAT_SIZE,
         ),
     ]

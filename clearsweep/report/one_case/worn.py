@@ -9,7 +9,7 @@ from ... import simulation
 from ...language import wording
 from ..blocks.picture import Picture
 from ..blocks.section import Interactive
-from ..data.study import Joint, Study, joint_of, resolved
+from ..data.study import Joint, Study, joint_of, resolve_cases
 from ..draw import wear
 
 POLAR_SIZE, FLAT_SIZE, UNROLLED_SIZE = (3.3, 3.5), (3.5, 3.3), (4.2, 2.9)  # inches
@@ -17,7 +17,7 @@ MAX_CASES, SECTORS = 30, 120  # cases to choose from in all joints, and sectors 
 Depths = tuple[np.ndarray, np.ndarray]
 
 
-def bodies(study: Study, joint: Joint) -> tuple[str, str]:
+def body_names(study: Study, joint: Joint) -> tuple[str, str]:
     """Return the carriers of bearing and journal, such as 'Bearing in the slider', 'Journal on the rod'."""
     mechanism = simulation.catalogue().mechanism(study.mechanism)
     sites = {site.name: site for site in mechanism.joints} if mechanism else {}
@@ -28,26 +28,26 @@ def bodies(study: Study, joint: Joint) -> tuple[str, str]:
     return f"Bearing in the {bearing}", f"Journal on the {journal}"
 
 
-def pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[Picture]:
+def wear_pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[Picture]:
     """Return the depths (m) around bearing and journal on one scale, and both along their surfaces.
 
     A body without wear has no picture of its own.  A spatial joint has a map of each body.
     """
-    body_names = bodies(study, joint)
+    names = body_names(study, joint)
     if depths[0].ndim > 1:
         return _maps(study, joint, case_id, depths)
     depths = (np.asarray(depths[0], float), np.asarray(depths[1], float))
     scale, largest = wording.scale("m", [*depths[0], *depths[1]]), float(max(map(np.max, depths)))
     pictures = [
         Picture(
-            name,
+            body_name,
             depth_text(depth),
-            f"{name}: wear depth around it. {depth_text(depth)}",
+            f"{body_name}: wear depth around it. {depth_text(depth)}",
             partial(wear.draw_around, depth=depth, body=body, scale=scale, largest=largest),
             POLAR_SIZE,
             "polar",
         )
-        for body, (name, depth) in enumerate(zip(body_names, depths, strict=True))
+        for body, (body_name, depth) in enumerate(zip(names, depths, strict=True))
         if depth.any()
     ]
     if pictures:
@@ -59,23 +59,23 @@ def pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[P
 
 def _maps(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[Picture]:
     """Return the wear depths (m) over angle and length of both bodies of a joint in space."""
-    (case,) = resolved(study, [case_id])
+    (case,) = resolve_cases(study, [case_id])
     case_joint = joint_of(case, joint)
     return [
         Picture(
             name,
-            depth_text(around_body(depth)),
-            f"{name}: wear depth over angle and length. {depth_text(around_body(depth))}",
+            depth_text(deepest_along_axis(depth)),
+            f"{name}: wear depth over angle and length. {depth_text(deepest_along_axis(depth))}",
             partial(wear.draw_unrolled, depth=np.asarray(depth, float), length=float(length or 0.0)),
             UNROLLED_SIZE,
         )
         for name, depth, length in zip(
-            bodies(study, joint), depths, (case_joint.length, case_joint.journal_length), strict=True
+            body_names(study, joint), depths, (case_joint.length, case_joint.journal_length), strict=True
         )
     ]
 
 
-def around_body(depth: np.ndarray) -> np.ndarray:
+def deepest_along_axis(depth: np.ndarray) -> np.ndarray:
     """Return the depths (m) of a body by angular bin; of a spatial joint, the deepest along its axis."""
     return np.asarray(depth, float) if depth.ndim == 1 else np.asarray(depth.max(axis=1), float)
 
@@ -92,19 +92,21 @@ def selectable_cases(study: Study, joint: Joint) -> Interactive | None:
     Return None if there are no others.
     """
     column = ranking_column(study, joint)
-    order = study.cases.ordered(column)[: min(int((study.cases[column] > 0.0).sum()), MAX_CASES // len(study.joints))]
-    if len(order) < 2:
+    case_indices = study.cases.ordered(column)[
+        : min(int((study.cases[column] > 0.0).sum()), MAX_CASES // len(study.joints))
+    ]
+    if len(case_indices) < 2:
         return None
-    order = order[1:]
+    case_indices = case_indices[1:]
     label = f"Wear depth around the bodies of joint {joint.title} in a chosen case"
-    cases = [_script_data(study, joint, case_id) for case_id in study.cases.index[order]]
-    data = {"title": f"Joint {joint.title}, another case: ", "bodies": bodies(study, joint), "cases": cases}
+    cases = [_script_data(study, joint, case_id) for case_id in study.cases.index[case_indices]]
+    data = {"title": f"Joint {joint.title}, another case: ", "bodies": body_names(study, joint), "cases": cases}
     return Interactive("worn", f"worn-{joint.name}", label, data, "")
 
 
 def _script_data(study: Study, joint: Joint, case_id: str) -> dict:
     """Return the depths around the bodies of a joint for the page's script: bytes, relative to the deepest."""
-    depths = [around_body(depth) for depth in study.run.wear(case_id)[joint.name]]
+    depths = [deepest_along_axis(depth) for depth in study.run.wear(case_id)[joint.name]]
     largest = max(float(depth.max()) for depth in depths)
     scale = largest or 1.0  # arbitrary without wear
     fractions = [wear.deepest_per_sector(depth, SECTORS) / scale for depth in depths]

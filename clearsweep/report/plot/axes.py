@@ -9,7 +9,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, to_hex, to_rgba
 from matplotlib.patches import Circle, Patch
 
-from .items import PAPER, Box, Entry, Item, Marks, Spines, Stroke, Words
+from .items import PAPER, Box, Item, LegendEntry, Marks, Spines, Stroke, TextStyle
 from .side import Side, UnsupportedError
 
 MAX_POINTS, MAX_CORNERS, MAX_CELLS = 4_000, 20_000, 3_000  # above these, a picture has pixels
@@ -27,7 +27,7 @@ class Axes:
         self.figure = figure
         self.xaxis, self.yaxis = Side("x"), Side("y")
         self.items: list[Item] = []
-        self.legend_entries: list[Entry] = []
+        self.legend_entries: list[LegendEntry] = []
         self.spines = Spines(dict.fromkeys(("left", "bottom", "right", "top"), True))
         self.grid_style: dict[str, Any] = {}
         self.face_colour, self.equal_aspect = PAPER, False
@@ -54,7 +54,7 @@ class Axes:
             column = np.atleast_1d(y[:, k] if y.ndim == 2 else y)
             self._add_line(np.atleast_1d(x), column, stroke, marks, zorder, across=across)
         if label and not label.startswith("_"):
-            self.legend_entries.append(Entry(label, stroke, marks))
+            self.legend_entries.append(LegendEntry(label, stroke, marks))
         self.line_count += 1
         return [None]
 
@@ -97,9 +97,9 @@ class Axes:
         x, y = np.broadcast_arrays(x, y)
         if len(x) > (MAX_POINTS if marks else MAX_CORNERS):
             raise UnsupportedError("many points")
-        self.xaxis.add(x)
+        self.xaxis.extend_data(x)
         if not across:
-            self.yaxis.add(y)
+            self.yaxis.extend_data(y)
         if stroke:
             self.items.append(Item("line", x, y, stroke, order, across))
         if marks:
@@ -128,8 +128,8 @@ class Axes:
         style.pop("edgecolors", None)
         if style or len(x) > MAX_POINTS:
             raise UnsupportedError(f"scatter: {sorted(style)}")
-        self.xaxis.add(x)
-        self.yaxis.add(y)
+        self.xaxis.extend_data(x)
+        self.yaxis.extend_data(y)
         size = float(np.sqrt(s)) * (1.0 if shape == "o" else 0.8)
         if single_colour is not None:
             self.items.append(Item("points", x, y, Marks(shape, to_hex(single_colour), size, alpha), zorder))
@@ -171,8 +171,8 @@ class Axes:
         self._add_line(np.append(x, x[:1]), np.append(y, y[:1]), edge, None, zorder, across=False)
 
     def _add_area(self, x: np.ndarray, y: np.ndarray, colour: str, alpha: float, order: float = 1.0) -> None:
-        self.xaxis.add(x)
-        self.yaxis.add(y)
+        self.xaxis.extend_data(x)
+        self.yaxis.extend_data(y)
         self.items.append(Item("area", x, y, (colour, alpha), order))
 
     def vlines(self, x: Any, low: Any, high: Any, *, color: str, linewidth: float = 1.5, alpha: float = 1.0) -> None:
@@ -204,14 +204,14 @@ class Axes:
         self, label: str | None, x: np.ndarray, y: np.ndarray, look: dict[str, Any], *, upright: bool
     ) -> None:
         stroke, _ = self._parse_style("", {"color": "#000000", **look})
-        (self.yaxis if upright else self.xaxis).add(y if upright else x)
+        (self.yaxis if upright else self.xaxis).extend_data(y if upright else x)
         self.items.append(Item("line", x, y, stroke, 2.0, not upright, upright))
         if label:
-            self.legend_entries.append(Entry(label, stroke))
+            self.legend_entries.append(LegendEntry(label, stroke))
 
     def axhspan(self, low: float, high: float, *, color: str, linewidth: float = 0.0, zorder: float = 1.0) -> None:
         """Fill the area between two heights."""
-        self.yaxis.add([low, high])
+        self.yaxis.extend_data([low, high])
         x, y = np.array([0.0, 1.0, 1.0, 0.0]), np.array([low, low, high, high], float)
         self.items.append(Item("area", x, y, (to_hex(color), 1.0), zorder, spans_width=True))
 
@@ -223,7 +223,7 @@ class Axes:
         self._add_bars(x - 0.5 * width, x + 0.5 * width, bottom, bottom + height, color, look)
         self.yaxis.sticky |= {*bottom.tolist()}
         if label:
-            self.legend_entries.append(Entry(label, fill=to_hex(color)))
+            self.legend_entries.append(LegendEntry(label, fill=to_hex(color)))
 
     def hist(
         self, values: Any, bins: Any, *, weights: Any = None, density: bool = False, color: str, **look: Any
@@ -252,8 +252,8 @@ class Axes:
         coloured.set_array(values)
         coloured.autoscale_None()
         x, y = np.asarray(x, float), np.asarray(y, float)
-        self.xaxis.add(x)
-        self.yaxis.add(y)
+        self.xaxis.extend_data(x)
+        self.yaxis.extend_data(y)
         self.xaxis.sticky |= {float(x[0]), float(x[-1])}
         self.yaxis.sticky |= {float(y[0]), float(y[-1])}
         colours_of_cells, is_masked = np.asarray(coloured.cmap(coloured.norm(values))), np.ma.getmaskarray(values)
@@ -269,7 +269,7 @@ class Axes:
         if not {*look} <= _TEXT_OPTIONS:
             raise UnsupportedError(f"text: {sorted(look)}")
         ha, va, size = look.get("ha", "left"), look.get("va", "baseline"), look.get("fontsize", 9.0)
-        style = Words(
+        style = TextStyle(
             words, ha, va, size, to_hex(look.get("color", "#1f2933")), look.get("weight", "normal"), look.get("bbox")
         )
         self.items.append(Item("words", np.array([x], float), np.array([y], float), style, 3.0))
@@ -279,8 +279,8 @@ class Axes:
         if type(patch) is not Circle:
             raise UnsupportedError("patch")
         (x, y), radius = patch.center, patch.radius
-        self.xaxis.add([x - radius, x + radius])
-        self.yaxis.add([y - radius, y + radius])
+        self.xaxis.extend_data([x - radius, x + radius])
+        self.yaxis.extend_data([y - radius, y + radius])
         face = to_rgba(patch.get_facecolor())
         look = to_hex(face) if face[3] else "none", to_hex(patch.get_edgecolor()), patch.get_linewidth()
         self.items.append(Item("ellipse", np.array([x, radius]), np.array([y, radius]), look, patch.get_zorder()))
@@ -288,7 +288,7 @@ class Axes:
     def legend(self, *, handles: Sequence[Any] = (), **options: Any) -> None:
         """Draw the legend: above the axes, to their right, or in their upper left corner."""
         for handle in handles:
-            self.legend_entries.append(Entry(handle.get_label(), fill=to_hex(handle.get_facecolor())))
+            self.legend_entries.append(LegendEntry(handle.get_label(), fill=to_hex(handle.get_facecolor())))
         anchor = options.get("bbox_to_anchor")
         placements = {("lower left", True): "above", ("upper left", True): "right", ("center left", True): "right"}
         placement = "inside" if anchor is None else placements.get((options.get("loc", "best"), True))

@@ -40,7 +40,7 @@ class Item(NamedTuple):
     spans_width: bool = False
 
 
-class Entry(NamedTuple):
+class LegendEntry(NamedTuple):
     """One row of a legend."""
 
     name: str
@@ -49,7 +49,7 @@ class Entry(NamedTuple):
     fill: str = ""
 
 
-class Words(NamedTuple):
+class TextStyle(NamedTuple):
     """Style of a text."""
 
     text: str

@@ -4,8 +4,8 @@ import numpy as np
 
 from . import marks
 from .axes import Axes
-from .items import Box, Entry
-from .letters import height, text, width
+from .items import Box, LegendEntry
+from .letters import text_height, text_svg, text_width
 
 FONT_SIZE, ROW_HEIGHT, SAMPLE_GAP, AXES_GAP = (
     8.0,
@@ -15,7 +15,7 @@ FONT_SIZE, ROW_HEIGHT, SAMPLE_GAP, AXES_GAP = (
 )  # points: font size, row height, gap after a sample, gap to the right of axes
 
 
-def size(ax: Axes) -> tuple[float, float]:
+def legend_size(ax: Axes) -> tuple[float, float]:
     """Return the height above axes and the width to their right of their legend, in points."""
     if ax.legend_options is None or not ax.legend_entries:
         return 0.0, 0.0
@@ -24,8 +24,8 @@ def size(ax: Axes) -> tuple[float, float]:
     if ax.legend_options["where"] == "right":
         title = ax.legend_options.get("title") or ""
         widest = max(
-            [_sample_width(ax) + SAMPLE_GAP + width(entry.name, FONT_SIZE) for entry in ax.legend_entries]
-            + [width(title, FONT_SIZE)]
+            [_sample_width(ax) + SAMPLE_GAP + text_width(entry.name, FONT_SIZE) for entry in ax.legend_entries]
+            + [text_width(title, FONT_SIZE)]
         )
         return 0.0, AXES_GAP + widest
     return 0.0, 0.0
@@ -36,57 +36,59 @@ def _sample_width(ax: Axes) -> float:
     return FONT_SIZE * float(ax.legend_options.get("handlelength", 2.0)) if ax.legend_options else 0.0
 
 
-def _rows(ax: Axes) -> list[list[Entry]]:
+def _rows(ax: Axes) -> list[list[LegendEntry]]:
     """Return the entries row by row, in the requested columns, filled column by column."""
     columns = min(int(ax.legend_options.get("ncols", 1)) if ax.legend_options else 1, len(ax.legend_entries))
     row_count = -(-len(ax.legend_entries) // columns)
     return [ax.legend_entries[row::row_count] for row in range(row_count)]
 
 
-def svg_of(ax: Axes, box: Box) -> list[str]:
+def legend_svg(ax: Axes, box: Box) -> list[str]:
     """Return the legend of axes as SVG."""
     if ax.legend_options is None or not ax.legend_entries:
         return []
-    placement, parts, sample = ax.legend_options["where"], list[str](), _sample_width(ax)
+    placement, parts, sample_width = ax.legend_options["where"], list[str](), _sample_width(ax)
     if placement == "above":
         rows = _rows(ax)
         anchor = ax.legend_options["bbox_to_anchor"][0]
-        first = box.left + anchor * box.width + 4.0
+        left = box.left + anchor * box.width + 4.0
         column_gap = FONT_SIZE * float(ax.legend_options.get("columnspacing", 2.0))
         columns = max(map(len, rows))
-        column_widths = [max(width(row[k].name, FONT_SIZE) for row in rows if k < len(row)) for k in range(columns)]
-        starts = first + np.cumsum(
-            [0.0, *(sample + SAMPLE_GAP + column_width + column_gap for column_width in column_widths)]
+        column_widths = [
+            max(text_width(row[k].name, FONT_SIZE) for row in rows if k < len(row)) for k in range(columns)
+        ]
+        starts = left + np.cumsum(
+            [0.0, *(sample_width + SAMPLE_GAP + column_width + column_gap for column_width in column_widths)]
         )
         for k, row in enumerate(rows):
             y = box.top - 3.0 - ROW_HEIGHT * (len(rows) - k - 0.5)
             for start, entry in zip(starts.tolist(), row, strict=False):
-                parts += _entry_svg(entry, start, y, sample)
+                parts += _entry_svg(entry, start, y, sample_width)
         return parts
     x = box.left + box.width + AXES_GAP if placement == "right" else box.left + AXES_GAP
     title = ax.legend_options.get("title") or ""
-    total_height = ROW_HEIGHT * len(ax.legend_entries) + (height(title, FONT_SIZE) + 3.0 if title else 0.0)
+    total_height = ROW_HEIGHT * len(ax.legend_entries) + (text_height(title, FONT_SIZE) + 3.0 if title else 0.0)
     is_centred = placement == "right" and ax.legend_options["loc"] == "center left"
     y = box.top + 0.5 * (box.height - total_height) if is_centred else box.top + (0.0 if placement == "right" else 3.0)
     if title:
-        parts.append(text(title, x, y + 0.8 * FONT_SIZE, FONT_SIZE, "start"))
-        y += height(title, FONT_SIZE) + 3.0
+        parts.append(text_svg(title, x, y + 0.8 * FONT_SIZE, FONT_SIZE, "start"))
+        y += text_height(title, FONT_SIZE) + 3.0
     for k, entry in enumerate(ax.legend_entries):
-        parts += _entry_svg(entry, x, y + ROW_HEIGHT * (k + 0.5), sample)
+        parts += _entry_svg(entry, x, y + ROW_HEIGHT * (k + 0.5), sample_width)
     return parts
 
 
-def _entry_svg(entry: Entry, x: float, y: float, sample: float) -> list[str]:
+def _entry_svg(entry: LegendEntry, x: float, y: float, sample_width: float) -> list[str]:
     """Return a row of a legend: a sample and its name; y : of its centre."""
     parts = []
     if entry.fill:
         parts.append(
-            f'<rect x="{x:.2f}" y="{y - 2.8:.2f}" width="{sample:.2f}" height="5.6" style="fill: {entry.fill}"/>'
+            f'<rect x="{x:.2f}" y="{y - 2.8:.2f}" width="{sample_width:.2f}" height="5.6" style="fill: {entry.fill}"/>'
         )
     if entry.stroke:
-        parts.append(marks.line(f"M{x:.2f} {y:.2f}h{sample:.2f}", entry.stroke))
+        parts.append(marks.line_svg(f"M{x:.2f} {y:.2f}h{sample_width:.2f}", entry.stroke))
     if entry.marks:
-        shown = entry.marks._replace(size=max(entry.marks.size, 4.0), alpha=1.0)
-        parts.append(marks.points(np.array([x + 0.5 * sample]), np.array([y]), shown))
-    parts.append(text(entry.name, x + sample + SAMPLE_GAP, y, FONT_SIZE, "start", is_centred=True))
+        marker_style = entry.marks._replace(size=max(entry.marks.size, 4.0), alpha=1.0)
+        parts.append(marks.points_svg(np.array([x + 0.5 * sample_width]), np.array([y]), marker_style))
+    parts.append(text_svg(entry.name, x + sample_width + SAMPLE_GAP, y, FONT_SIZE, "start", is_centred=True))
     return parts

@@ -4,14 +4,14 @@ import numpy as np
 from matplotlib.colors import to_hex
 
 from .axes import Axes
-from .items import Box, Item, Marks, Stroke, Words
-from .letters import height, text, width
+from .items import Box, Item, Marks, Stroke, TextStyle
+from .letters import text_height, text_svg, text_width
 
 LONG_PATH = 300  # corners of a path above which it is rounded to a tenth of a point
 _ANCHORS = {"left": "start", "center": "middle", "right": "end"}
 
 
-def svg_of(item: Item, ax: Axes, box: Box) -> str:
+def item_svg(item: Item, ax: Axes, box: Box) -> str:
     """Return an item as SVG."""
     if item.kind == "cells":
         return _cells_svg(item, ax, box)
@@ -22,35 +22,35 @@ def svg_of(item: Item, ax: Axes, box: Box) -> str:
     y = box.top + (1.0 - item.y) * box.height if item.spans_height else y
     match item.kind:
         case "line":
-            return line(path(x, y), item.style)
+            return line_svg(path_data(x, y), item.style)
         case "points":
-            return points(x, y, item.style)
+            return points_svg(x, y, item.style)
         case "area":
             colour, alpha = item.style
-            shape = path(x, y, closed=True)
+            shape = path_data(x, y, closed=True)
             opacity = f"; fill-opacity: {alpha:g}" if alpha < 1.0 else ""
             return f'<path d="{shape}" style="fill: {colour}{opacity}"/>' if shape else ""
         case _:
             return _text_svg(float(x[0]), float(y[0]), item.style)
 
 
-def path(x: np.ndarray, y: np.ndarray, *, closed: bool = False) -> str:
+def path_data(x: np.ndarray, y: np.ndarray, *, closed: bool = False) -> str:
     """Return the lines between points, with gaps where they are not finite."""
     finite = np.isfinite(x) & np.isfinite(y)
     if not finite.any():
         return ""
     digits = 1 if len(x) > LONG_PATH else 2
-    parts, ends = [], np.flatnonzero(np.diff(np.r_[0, finite.astype(int), 0]))
-    for first, last in zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True):
+    parts, boundaries = [], np.flatnonzero(np.diff(np.r_[0, finite.astype(int), 0]))
+    for start, end in zip(boundaries[::2].tolist(), boundaries[1::2].tolist(), strict=True):
         corners = [
             f"{a:g} {b:g}"
-            for a, b in zip(x[first:last].round(digits).tolist(), y[first:last].round(digits).tolist(), strict=True)
+            for a, b in zip(x[start:end].round(digits).tolist(), y[start:end].round(digits).tolist(), strict=True)
         ]
         parts.append("M" + "L".join(corners) + ("Z" if closed else ""))
     return "".join(parts)
 
 
-def line(shape: str, stroke: Stroke) -> str:
+def line_svg(shape: str, stroke: Stroke) -> str:
     """Return a path as a line."""
     dash = " ".join(f"{float(part) * stroke.width:g}" for part in stroke.dash.split())
     style = f"fill: none; stroke: {stroke.colour}; stroke-width: {stroke.width:g}"
@@ -60,7 +60,7 @@ def line(shape: str, stroke: Stroke) -> str:
     return f'<path d="{shape}" style="{style}; stroke-linejoin: round"/>' if shape else ""
 
 
-def points(x: np.ndarray, y: np.ndarray, marks: Marks) -> str:
+def points_svg(x: np.ndarray, y: np.ndarray, marks: Marks) -> str:
     """Return points of one style as one path."""
     finite = np.isfinite(x) & np.isfinite(y)
     digits = 1 if finite.sum() > LONG_PATH else 2
@@ -103,55 +103,65 @@ def _squares(positions: list[tuple[float, float]], marks: Marks) -> str:
 
 def _cells_svg(item: Item, ax: Axes, box: Box) -> str:
     """Return cells; adjacent cells of one colour are merged."""
-    colours, edge, wide = item.style
+    colours, edge, edge_width = item.style
     x = (box.left + ax.xaxis.fraction(item.x) * box.width).round(2)
     y = (box.top + (1.0 - ax.yaxis.fraction(item.y)) * box.height).round(2)
     shapes: dict[str, list[str]] = {}
-    for row, line_of in enumerate(colours):
+    for row, row_colours in enumerate(colours):
         column = 0
-        while column < len(line_of):
-            last = column + 1
-            while not edge and last < len(line_of) and line_of[last] == line_of[column]:
-                last += 1
-            if line_of[column]:
-                across, up = x[last] - x[column], y[row + 1] - y[row]
-                shapes.setdefault(line_of[column], []).append(
-                    f"M{x[column]:g} {y[row]:g}h{across:.2f}v{up:.2f}h{-across:.2f}Z"
+        while column < len(row_colours):
+            end = column + 1
+            while not edge and end < len(row_colours) and row_colours[end] == row_colours[column]:
+                end += 1
+            if row_colours[column]:
+                cell_width, cell_height = x[end] - x[column], y[row + 1] - y[row]
+                shapes.setdefault(row_colours[column], []).append(
+                    f"M{x[column]:g} {y[row]:g}h{cell_width:.2f}v{cell_height:.2f}h{-cell_width:.2f}Z"
                 )
-            column = last
-    rim = f"; stroke: {edge}; stroke-width: {wide:g}" if edge else ""
-    sharp = "" if edge else ' shape-rendering="crispEdges"'
-    cells = "\n".join(f'<path d="{"".join(shape)}" style="fill: {colour}{rim}"/>' for colour, shape in shapes.items())
-    return f"<g{sharp}>\n{cells}\n</g>"
+            column = end
+    edge_style = f"; stroke: {edge}; stroke-width: {edge_width:g}" if edge else ""
+    rendering = "" if edge else ' shape-rendering="crispEdges"'
+    cells = "\n".join(
+        f'<path d="{"".join(shape)}" style="fill: {colour}{edge_style}"/>' for colour, shape in shapes.items()
+    )
+    return f"<g{rendering}>\n{cells}\n</g>"
 
 
 def _ellipse_svg(item: Item, ax: Axes, box: Box) -> str:
-    (x, across), (y, up) = item.x, item.y
-    face, edge, wide = item.style
-    (left, right), (low, high) = ax.xaxis.fraction([x - across, x + across]), ax.yaxis.fraction([y - up, y + up])
+    (x, x_radius), (y, y_radius) = item.x, item.y
+    face, edge, edge_width = item.style
+    (left, right), (low, high) = (
+        ax.xaxis.fraction([x - x_radius, x + x_radius]),
+        ax.yaxis.fraction([y - y_radius, y + y_radius]),
+    )
     return (
         f'<ellipse cx="{box.left + 0.5 * (left + right) * box.width:.2f}" '
         f'cy="{box.top + (1.0 - 0.5 * (low + high)) * box.height:.2f}" rx="{0.5 * (right - left) * box.width:.2f}" '
-        f'ry="{0.5 * (high - low) * box.height:.2f}" style="fill: {face}; stroke: {edge}; stroke-width: {wide:g}"/>'
+        f'ry="{0.5 * (high - low) * box.height:.2f}" '
+        f'style="fill: {face}; stroke: {edge}; stroke-width: {edge_width:g}"/>'
     )
 
 
-def _text_svg(x: float, y: float, words: Words) -> str:
+def _text_svg(x: float, y: float, words: TextStyle) -> str:
     weight = f"font-weight: {words.weight}; " if words.weight != "normal" else ""
     look = f"{weight}fill: {words.colour}"
-    return _halo(x, y, words) + text(
+    return _halo(x, y, words) + text_svg(
         words.text, x, y, words.size, _ANCHORS[words.ha], look=look, is_centred=words.va == "center"
     )
 
 
-def _halo(x: float, y: float, words: Words) -> str:
+def _halo(x: float, y: float, words: TextStyle) -> str:
     """Return the background of a text centred at a position, or ''."""
     if not words.halo:
         return ""
     pad = float(words.halo.get("pad", 1.0))
-    wide, high = width(words.text, words.size) + 2.0 * pad, height(words.text, words.size) + 2.0 * pad
+    halo_width, halo_height = (
+        text_width(words.text, words.size) + 2.0 * pad,
+        text_height(words.text, words.size) + 2.0 * pad,
+    )
     style = f"fill: {to_hex(words.halo['facecolor'])}; fill-opacity: {words.halo.get('alpha', 1.0):g}"
     return (
-        f'<rect x="{x - 0.5 * wide:.2f}" y="{y - 0.5 * high:.2f}" width="{wide:.2f}" height="{high:.2f}" '
+        f'<rect x="{x - 0.5 * halo_width:.2f}" y="{y - 0.5 * halo_height:.2f}" '
+        f'width="{halo_width:.2f}" height="{halo_height:.2f}" '
         f'style="{style}"/>'
     )

@@ -6,7 +6,7 @@ import numpy as np
 
 from .axes import Axes
 from .items import Box
-from .letters import text, width
+from .letters import text_svg, text_width
 from .sheet import GREY, LABEL_SIZE, PAD, Sheet, label_space
 
 LABEL_GAP = 5.0  # points from the rim to the labels of angles
@@ -42,7 +42,7 @@ class PolarSheet(Sheet):
     def box(self) -> Box:
         """Return the square around the disc."""
         side = self.axes.xaxis
-        margin = PAD + LABEL_GAP + width("360°", side.size)
+        margin = PAD + LABEL_GAP + text_width("360°", side.size)
         above, below = PAD + LABEL_GAP + 1.2 * side.size, PAD + LABEL_GAP + 1.2 * side.size + label_space(side)
         across = min(self.width - 2.0 * margin, self.height - above - below)
         return Box(0.5 * (self.width - across), above + 0.5 * (self.height - above - below - across), across, across)
@@ -62,7 +62,7 @@ class PolarSheet(Sheet):
 
     def _angles(self) -> list[tuple[float, str]]:
         """Return the ticks of the angle and their labels."""
-        places = self.axes.xaxis.fixed[0] if self.axes.xaxis.fixed else []
+        places = self.axes.xaxis.fixed_ticks[0] if self.axes.xaxis.fixed_ticks else []
         return [(place, f"{np.degrees(place):.0f}°") for place in places]
 
     def _edges(self, box: Box) -> str:
@@ -78,10 +78,10 @@ class PolarSheet(Sheet):
             reach = 0.5 * box.width + LABEL_GAP
             x, y = middle + reach * side, box.top + 0.5 * box.height - (reach + 0.4 * ax.xaxis.size) * up
             anchor = "middle" if abs(side) < 0.1 else "start" if side > 0.0 else "end"
-            words.append(text(name, x, y, ax.xaxis.size, anchor, is_centred=True))
+            words.append(text_svg(name, x, y, ax.xaxis.size, anchor, is_centred=True))
         for place, name in ticks["y"]:
             if place > 0.0:
                 x, y = (float(point) for point in ax.to_points(ax.label_angle, place, box))
-                words.append(text(name, x, y, ax.yaxis.size, "start", is_centred=True))
-        words.append(text(ax.xaxis.label, middle, self.height - PAD - 0.22 * LABEL_SIZE, LABEL_SIZE, "middle"))
+                words.append(text_svg(name, x, y, ax.yaxis.size, "start", is_centred=True))
+        words.append(text_svg(ax.xaxis.label, middle, self.height - PAD - 0.22 * LABEL_SIZE, LABEL_SIZE, "middle"))
         return "\n".join(words)

@@ -9,7 +9,7 @@ from matplotlib.colors import LogNorm, to_hex
 from . import legends, marks
 from .axes import Axes
 from .items import PAPER, Box
-from .letters import height, text, width
+from .letters import text_height, text_svg, text_width
 from .side import Side
 
 GREY = "#6b7785"
@@ -22,7 +22,7 @@ BAR_WIDTH, BAR_GAP = 10.0, 7.0  # points: width of a colour bar, distance from t
 STOPS = 12  # colour stops of a colour bar
 
 
-class Bar:
+class ColourBar:
     """A colour bar; `ax.yaxis` has its ticks."""
 
     def __init__(self, coloured: ScalarMappable):
@@ -55,21 +55,21 @@ class Sheet:
         """Take the size in inches."""
         self.width, self.height = (72.0 * side for side in size)
         self.axes: Axes = Axes(self)
-        self.bar: Bar | None = None
+        self.bar: ColourBar | None = None
 
     def get_size_inches(self) -> np.ndarray:
         """Return width and height in inches."""
         return np.array([self.width, self.height]) / 72.0
 
-    def colorbar(self, coloured: ScalarMappable, **_: Any) -> Bar:
+    def colorbar(self, coloured: ScalarMappable, **_: Any) -> ColourBar:
         """Return a colour bar to the right of the axes."""
-        self.bar = made = Bar(coloured)
+        self.bar = made = ColourBar(coloured)
         return made
 
     def box(self) -> Box:
         """Return the position of the axes within labels, ticks, legend and bar."""
         ax = self.axes
-        above, right = legends.size(ax)
+        above, right = legends.legend_size(ax)
         left = PAD + _tick_width(ax.yaxis, self.height - 50.0) + label_space(ax.yaxis)
         right += PAD + (
             BAR_GAP + BAR_WIDTH + _tick_width(self.bar.ax.yaxis, self.height - 50.0) + label_space(self.bar.ax.yaxis)
@@ -80,18 +80,18 @@ class Sheet:
         below = PAD + _tick_height(ax.xaxis, [name for _, name in names]) + label_space(ax.xaxis)
         top = PAD + max(above, 0.5 * ax.yaxis.size)
         if names and not self.bar and not ax.xaxis.style.get("rotation"):
-            place, name = names[-1]
-            over = 0.5 * width(name, ax.xaxis.size) - (1.0 - float(ax.xaxis.fraction(place))) * (
+            tick, name = names[-1]
+            overhang = 0.5 * text_width(name, ax.xaxis.size) - (1.0 - float(ax.xaxis.fraction(tick))) * (
                 self.width - left - right
             )
-            right = max(right, PAD + over)
+            right = max(right, PAD + overhang)
         box = Box(left, top, max(self.width - left - right, 20.0), max(self.height - top - below, 20.0))
         if not ax.equal_aspect:
             return box
-        across, up = (abs(np.subtract(*side.limits())) for side in (ax.xaxis, ax.yaxis))
-        scale = min(box.width / across, box.height / up)
-        wide, high = scale * across, scale * up
-        return Box(box.left + 0.5 * (box.width - wide), box.top + 0.5 * (box.height - high), wide, high)
+        x_range, y_range = (abs(np.subtract(*side.limits())) for side in (ax.xaxis, ax.yaxis))
+        scale = min(box.width / x_range, box.height / y_range)
+        width, height = scale * x_range, scale * y_range
+        return Box(box.left + 0.5 * (box.width - width), box.top + 0.5 * (box.height - height), width, height)
 
     def svg(self, key: str) -> tuple[str, Box]:
         """Return the sheet as an SVG element, with ids prefixed by `key`, and the position of the axes."""
@@ -114,11 +114,11 @@ class Sheet:
             parts.append(self._grid(ticks, box))
         items = sorted(ax.items, key=lambda item: item.order)
         parts.append(f'<g clip-path="url(#{clip})">')
-        parts += [marks.svg_of(item, ax, box) for item in items if item.kind != "words"]
+        parts += [marks.item_svg(item, ax, box) for item in items if item.kind != "words"]
         parts.append("</g>")
-        parts += [marks.svg_of(item, ax, box) for item in items if item.kind == "words"]
+        parts += [marks.item_svg(item, ax, box) for item in items if item.kind == "words"]
         parts += [self._edges(box), self._ticks(ticks, box)]
-        parts += legends.svg_of(ax, box)
+        parts += legends.legend_svg(ax, box)
         if self.bar:
             parts.append(self._bar(self.bar, box, key))
         return "\n".join([*filter(None, parts), "</svg>\n"]), box
@@ -157,14 +157,14 @@ class Sheet:
             x, y = box.left + float(side.fraction(place)) * box.width, bottom + side.tick_length + GAP
             path.append(f"M{x:.2f} {bottom:.2f}v{side.tick_length:g}" if side.tick_length else "")
             if rotation:
-                words.append(text(name, x, y + 0.5 * side.size, side.size, "end", rotation=-float(rotation)))
+                words.append(text_svg(name, x, y + 0.5 * side.size, side.size, "end", rotation=-float(rotation)))
             else:
-                words.append(text(name, x, y + 0.8 * side.size, side.size, "middle"))
+                words.append(text_svg(name, x, y + 0.8 * side.size, side.size, "middle"))
         side = ax.yaxis
         for place, name in ticks["y"]:
             y = box.top + (1.0 - float(side.fraction(place))) * box.height
             path.append(f"M{box.left:.2f} {y:.2f}h{-side.tick_length:g}" if side.tick_length else "")
-            words.append(text(name, box.left - side.tick_length - GAP, y, side.size, "end", is_centred=True))
+            words.append(text_svg(name, box.left - side.tick_length - GAP, y, side.size, "end", is_centred=True))
         label_baseline = self.height - PAD - 0.22 * LABEL_SIZE
         if ax.equal_aspect:
             label_baseline = (
@@ -173,7 +173,7 @@ class Sheet:
                 + label_space(ax.xaxis)
                 - 0.22 * LABEL_SIZE
             )
-        words.append(text(ax.xaxis.label, box.left + 0.5 * box.width, label_baseline, LABEL_SIZE, "middle"))
+        words.append(text_svg(ax.xaxis.label, box.left + 0.5 * box.width, label_baseline, LABEL_SIZE, "middle"))
         baseline = box.left - _tick_width(ax.yaxis, box.height) - 0.5 * LABEL_SIZE
         words.append(self._vertical_label(ax.yaxis.label, baseline, box))
         lines = "".join(path)
@@ -183,12 +183,12 @@ class Sheet:
     def _vertical_label(self, label: str, x: float, box: Box) -> str:
         """Return the label of a vertical side, centred on the axes as far as the sheet allows."""
         longest = self.height - 2.0 * PAD
-        size = min(LABEL_SIZE, LABEL_SIZE * longest / max(width(label, LABEL_SIZE), 1.0))
-        half = 0.5 * width(label, size)
+        size = min(LABEL_SIZE, LABEL_SIZE * longest / max(text_width(label, LABEL_SIZE), 1.0))
+        half = 0.5 * text_width(label, size)
         middle = min(max(box.top + 0.5 * box.height, PAD + half), self.height - PAD - half)
-        return text(label, x, middle, size, "middle", rotation=-90.0)
+        return text_svg(label, x, middle, size, "middle", rotation=-90.0)
 
-    def _bar(self, bar: Bar, box: Box, key: str) -> str:
+    def _bar(self, bar: ColourBar, box: Box, key: str) -> str:
         left, side = box.left + box.width + BAR_GAP, bar.ax.yaxis
         stops = "".join(
             f'<stop offset="{share:.3f}" stop-color="{to_hex(bar.coloured.cmap(share))}"/>'
@@ -203,7 +203,9 @@ class Sheet:
         for place, name in side.ticks(box.height):
             y = box.top + (1.0 - float(side.fraction(place))) * box.height
             path.append(f"M{left + BAR_WIDTH:.2f} {y:.2f}h{side.tick_length:g}")
-            parts.append(text(name, left + BAR_WIDTH + side.tick_length + GAP, y, side.size, "start", is_centred=True))
+            parts.append(
+                text_svg(name, left + BAR_WIDTH + side.tick_length + GAP, y, side.size, "start", is_centred=True)
+            )
         parts.append(f'<path d="{"".join(path)}" style="stroke: {GREY}; stroke-width: 0.8"/>' if path else "")
         x = left + BAR_WIDTH + _tick_width(side, box.height) + label_space(side) - 0.3 * LABEL_SIZE
         parts.append(self._vertical_label(side.label, x, box))
@@ -213,17 +215,17 @@ class Sheet:
 def _tick_width(side: Side, length: float) -> float:
     """Return the width of the ticks of a vertical side and of their labels, in points."""
     names = [name for _, name in side.ticks(length)]
-    return side.tick_length + GAP + max((width(name, side.size) for name in names), default=0.0)
+    return side.tick_length + GAP + max((text_width(name, side.size) for name in names), default=0.0)
 
 
 def _tick_height(side: Side, names: list[str]) -> float:
     """Return the total height (points) of the ticks of a horizontal side and their labels."""
     if turned := side.style.get("rotation"):
-        longest = max((width(name, side.size) for name in names), default=0.0)
+        longest = max((text_width(name, side.size) for name in names), default=0.0)
         return side.tick_length + GAP + longest * float(np.sin(np.radians(turned))) + side.size
-    return side.tick_length + GAP + max((height(name, side.size) for name in names), default=0.0)
+    return side.tick_length + GAP + max((text_height(name, side.size) for name in names), default=0.0)
 
 
 def label_space(side: Side) -> float:
     """Return the space for the label of a side, in points."""
-    return height(side.label, LABEL_SIZE) + 3.0 if side.label else 0.0
+    return text_height(side.label, LABEL_SIZE) + 3.0 if side.label else 0.0

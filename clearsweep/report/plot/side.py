@@ -33,11 +33,11 @@ class Side:
         self.sticky: set[float] = set()  # ends without margin
         self.locator: Any = None
         self.formatter: Callable[[float, Any], str] | None = None
-        self.fixed: tuple[list[float], list[str] | None] | None = None
+        self.fixed_ticks: tuple[list[float], list[str] | None] | None = None
         self.style: dict[str, Any] = {}  # of the tick labels
         self.tick_length, self.size, self.margin = 3.5, 8.0, MARGIN
 
-    def add(self, values: Any) -> None:
+    def extend_data(self, values: Any) -> None:
         """Extend the data by values; non-finite ones are ignored."""
         values = np.asarray(values, float).ravel()
         self.data.append(values[np.isfinite(values)])
@@ -75,7 +75,7 @@ class Side:
 
     def set_major_locator(self, locator: Any) -> None:
         """Take the locator of ticks."""
-        self.locator, self.fixed = locator, None
+        self.locator, self.fixed_ticks = locator, None
 
     def set_minor_locator(self, locator: Any) -> None:
         """Take the locator of minor ticks; it is ignored."""
@@ -88,45 +88,50 @@ class Side:
         """Take ticks and their labels."""
         if not {*style} <= {"rotation", "ha", "rotation_mode", "fontsize"}:
             raise UnsupportedError(f"style of ticks: {style}")
-        self.fixed = [float(place) for place in places], None if labels is None else [str(label) for label in labels]
+        self.fixed_ticks = (
+            [float(position) for position in places],
+            None if labels is None else [str(label) for label in labels],
+        )
         self.style, self.size = style, style.get("fontsize", self.size)
 
     def ticks(self, length: float) -> list[tuple[float, str]]:
         """Return the ticks within both ends and their labels; length : of the side, in points."""
         low, high = sorted(self.limits())
-        if self.fixed is not None:
-            places, labels = self.fixed
+        if self.fixed_ticks is not None:
+            positions, labels = self.fixed_ticks
         else:
             labels = None
             if self.locator is not None:
-                places = [float(value) for value in self.locator.tick_values(low, high)]
+                positions = [float(value) for value in self.locator.tick_values(low, high)]
             elif self.log:
-                places = _decades(low, high)
+                positions = _decades(low, high)
             else:
-                most = max(2, min(_MAX_TICKS, int(length / _MIN_TICK_DISTANCE[self.axis_name])))
-                places = [float(value) for value in MaxNLocator(most, steps=_STEPS).tick_values(low, high)]
-        names = labels if labels is not None else self._names(places)
-        slack = 1e-9 * (high - low)
-        seen = [
-            (place, name) for place, name in zip(places, names, strict=True) if low - slack <= place <= high + slack
+                max_ticks = max(2, min(_MAX_TICKS, int(length / _MIN_TICK_DISTANCE[self.axis_name])))
+                positions = [float(value) for value in MaxNLocator(max_ticks, steps=_STEPS).tick_values(low, high)]
+        names = labels if labels is not None else self._names(positions)
+        tolerance = 1e-9 * (high - low)
+        visible_ticks = [
+            (position, name)
+            for position, name in zip(positions, names, strict=True)
+            if low - tolerance <= position <= high + tolerance
         ]
-        return seen
+        return visible_ticks
 
-    def _names(self, places: Sequence[float]) -> list[str]:
+    def _names(self, positions: Sequence[float]) -> list[str]:
         if self.formatter is not None:
-            return [self.formatter(place, None) for place in places]
+            return [self.formatter(position, None) for position in positions]
         if self.log:
-            return [f"10{f'{round(math.log10(place))}'.translate(_SUPERSCRIPTS)}" for place in places]
-        step = min((b - a for a, b in itertools.pairwise(places)), default=1.0) or 1.0
-        largest = max(map(abs, places), default=0.0)
+            return [f"10{f'{round(math.log10(position))}'.translate(_SUPERSCRIPTS)}" for position in positions]
+        step = min((b - a for a, b in itertools.pairwise(positions)), default=1.0) or 1.0
+        largest = max(map(abs, positions), default=0.0)
         if largest >= 1e5 or 0.0 < step < 1e-4:
-            return [wording.short(place if abs(place) > 1e-9 * largest else 0.0, 4) for place in places]
-        digits = next((d for d in range(8) if all(abs(round(p, d) - p) < 1e-6 * step for p in places)), 8)
-        return [f"{place + 0.0:.{digits}f}".replace("-", wording.MINUS) for place in places]
+            return [wording.short(position if abs(position) > 1e-9 * largest else 0.0, 4) for position in positions]
+        digits = next((d for d in range(8) if all(abs(round(p, d) - p) < 1e-6 * step for p in positions)), 8)
+        return [f"{position + 0.0:.{digits}f}".replace("-", wording.MINUS) for position in positions]
 
 
 def _decades(low: float, high: float) -> list[float]:
     """Return the powers of ten between two ends; if they are many, every second or third."""
     first, last = math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(high) + 1e-9)
-    every = max(1, math.ceil((last - first + 1) / _MAX_DECADES))
-    return [10.0**power for power in range(first, last + 1, every)]
+    stride = max(1, math.ceil((last - first + 1) / _MAX_DECADES))
+    return [10.0**power for power in range(first, last + 1, stride)]

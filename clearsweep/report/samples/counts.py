@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...judging.verdict import Limit
-from ...store import summed
+from ...store import sum_counts
 from ..blocks.section import Note, Section
 from ..data.study import Study
 
@@ -38,7 +38,7 @@ def finished_and_failed(study: Study) -> tuple[int, int]:
     return sum(mark["ok"] for mark in marks), sum(mark["failed"] for mark in marks)
 
 
-def failures(study: Study) -> Counter[str]:
+def failures_by_status(study: Study) -> Counter[str]:
     """Return the number of failed cases by status."""
     if study.run.marks():
         statuses = _summed(study, "statuses")
@@ -47,33 +47,38 @@ def failures(study: Study) -> Counter[str]:
     return Counter({str(status): int(number) for status, number in study.failed["status"].value_counts().items()})
 
 
-def limits(study: Study) -> LimitCounts:
+def limit_counts(study: Study) -> LimitCounts:
     """Return the counts of finished cases that meet the limits of the grid."""
     if study.run.marks():
         total, fails, unjudged = (_summed(study, part) for part in ("limits", "fails", "unjudged"))
-        each = [(fails[str(place)], unjudged[str(place)]) for place in range(len(study.limits))]
-        return LimitCounts(total["cases"], total["any"], total["unknown"], each)
+        exceeding_and_unknown = [
+            (fails[str(limit_index)], unjudged[str(limit_index)]) for limit_index in range(len(study.limits))
+        ]
+        return LimitCounts(total["cases"], total["any"], total["unknown"], exceeding_and_unknown)
     if not study.limits:
         return LimitCounts(len(study.cases), 0, 0, [])
-    known = [columns(study, limit) for limit in study.limits]
-    beyond, unknown = (
-        [getattr(limit, method)(values) for limit, values in zip(study.limits, known, strict=True)]
+    columns_by_limit = [limit_columns(study, limit) for limit in study.limits]
+    is_exceeding, is_unknown = (
+        [getattr(limit, method)(values) for limit, values in zip(study.limits, columns_by_limit, strict=True)]
         for method in ("is_exceeded", "is_unknown")
     )
     return LimitCounts(
         len(study.cases),
-        int(np.any(beyond, axis=0).sum()),
-        int(np.any(unknown, axis=0).sum()),
-        [(int(cases.sum()), int(each.sum())) for cases, each in zip(beyond, unknown, strict=True)],
+        int(np.any(is_exceeding, axis=0).sum()),
+        int(np.any(is_unknown, axis=0).sum()),
+        [
+            (int(cases.sum()), int(exceeding_and_unknown.sum()))
+            for cases, exceeding_and_unknown in zip(is_exceeding, is_unknown, strict=True)
+        ],
     )
 
 
-def remarks(study: Study) -> Counter[str] | None:
+def remark_counts(study: Study) -> Counter[str] | None:
     """Return the counts of remarks on all cases, with their number under `cases`; None if the page shows all cases."""
     return _summed(study, "remarks") if study.run.marks() else None
 
 
-def columns(study: Study, limit: Limit) -> dict[str, np.ndarray]:
+def limit_columns(study: Study, limit: Limit) -> dict[str, np.ndarray]:
     """Return the columns that a limit uses."""
     return {name: study.cases[name].to_numpy(float) for name in (limit.column, limit.times) if name}
 
@@ -88,4 +93,4 @@ def with_note(study: Study, section: Section) -> Section:
 
 
 def _summed(study: Study, part: str) -> Counter[str]:
-    return summed([mark["counts"] for mark in study.run.marks()], part)
+    return sum_counts([mark["counts"] for mark in study.run.marks()], part)

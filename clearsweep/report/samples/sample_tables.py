@@ -28,14 +28,14 @@ class LimitedFigure(NamedTuple):
 
 def limited_figures(study: Study) -> list[LimitedFigure]:
     """Return the figures whose spread is shown: the main ones, and those with a limit."""
-    named = dict(columns_in_table(study, "sample"))
+    name_by_column = dict(columns_in_table(study, "sample"))
     further = [*(study.run.grid.get("figures") or {}), *(limit.column for limit in study.limits)]
-    named |= {column: column.replace("_", " ") for column in further if column not in named}
+    name_by_column |= {column: column.replace("_", " ") for column in further if column not in name_by_column}
     return [
         LimitedFigure(
             column, name, study.unit(column), tuple(limit for limit in study.limits if limit.column == column)
         )
-        for column, name in named.items()
+        for column, name in name_by_column.items()
         if study.has(column)
     ]
 
@@ -56,11 +56,16 @@ def spread_table(study: Study, samples: list[Sample]) -> Table:
         for sample in samples:
             values = sample.figures[figure.column]
             if np.isfinite(values).any():
-                spread = sensitivity.spread(values)
-                head = (figure.name, figure.unit, *point_cells(study, sample), count_cell(spread.cases))
+                spread = sensitivity.summarise_spread(values)
+                head_cells = (figure.name, figure.unit, *point_cells(study, sample), count_cell(spread.cases))
                 quantiles = [cell for quantile in spread.quantiles for cell in estimate_cells(quantile, figure.unit)]
                 rows.append(
-                    (*head, *estimate_cells(spread.mean, figure.unit), *estimate_cells(spread.cv, "1"), *quantiles)
+                    (
+                        *head_cells,
+                        *estimate_cells(spread.mean, figure.unit),
+                        *estimate_cells(spread.cv, "1"),
+                        *quantiles,
+                    )
                 )
     note = (
         "Brackets contain the 95 % confidence interval: from the bootstrap for mean and cv (standard deviation over "
@@ -83,15 +88,25 @@ def limit_table(study: Study, samples: list[Sample]) -> Table:
     rows = []
     for figure in limited_figures(study):
         for limit, sample in itertools.product(figure.limits, samples):
-            fails = limit.is_exceeded(sample.figures)[finished(sample)]
-            if len(fails) or sample.failed:
-                head = (figure.name, figure.unit, *point_cells(study, sample))
+            is_exceeding = limit.is_exceeded(sample.figures)[finished_mask(sample)]
+            if len(is_exceeding) or sample.failed:
+                head_cells = (figure.name, figure.unit, *point_cells(study, sample))
                 limit_text = Quantity(limit.value, limit.bound_text(figure.unit))
-                rows.append((*head, limit_text, *_probability_cells(fails, _failed_rows(sample), failures=failures)))
+                rows.append(
+                    (
+                        *head_cells,
+                        limit_text,
+                        *_probability_cells(is_exceeding, _failed_rows(sample), failures=failures),
+                    )
+                )
     for sample in samples if len(rows) > len(samples) else []:
-        head = ("at least one of them", "", *point_cells(study, sample))
+        head_cells = ("at least one of them", "", *point_cells(study, sample))
         rows.append(
-            (*head, "", *_probability_cells(any_exceeded(study, sample), _failed_rows(sample), failures=failures))
+            (
+                *head_cells,
+                "",
+                *_probability_cells(any_limit_exceeded(study, sample), _failed_rows(sample), failures=failures),
+            )
         )
     note = (
         "Brackets contain the exact 95 % confidence interval (Clopper and Pearson). A case whose figure is null counts "
@@ -109,27 +124,33 @@ def limit_table(study: Study, samples: list[Sample]) -> Table:
 def _probability_cells(exceeds: np.ndarray, failed: int, *, failures: bool) -> list[Quantity]:
     """Return the number of cases, the chance of exceeding a limit and, with `failures`, of exceeding it or failing."""
     none = Estimate(np.nan, np.nan, np.nan)
-    cells = [count_cell(len(exceeds)), *estimate_cells(sensitivity.exceedance(exceeds) if len(exceeds) else none, "1")]
+    cells = [
+        count_cell(len(exceeds)),
+        *estimate_cells(sensitivity.exceedance_probability(exceeds) if len(exceeds) else none, "1"),
+    ]
     if not failures:
         return cells
     exceeds_or_fails = np.append(exceeds, np.ones(failed, bool))
-    return [*cells, *estimate_cells(sensitivity.exceedance(exceeds_or_fails) if len(exceeds_or_fails) else none, "1")]
+    return [
+        *cells,
+        *estimate_cells(sensitivity.exceedance_probability(exceeds_or_fails) if len(exceeds_or_fails) else none, "1"),
+    ]
 
 
 def _failed_rows(sample: Sample) -> int:
     """Return the number of failed rows of a sample's design."""
-    return int(np.count_nonzero(~finished(sample)))
+    return int(np.count_nonzero(~finished_mask(sample)))
 
 
-def any_exceeded(study: Study, sample: Sample) -> np.ndarray:
+def any_limit_exceeded(study: Study, sample: Sample) -> np.ndarray:
     """Return a mask of the finished cases of a sample that exceed a limit, or whose limited figure is missing."""
     exceeds: np.ndarray = np.any([limit.is_exceeded(sample.figures) for limit in study.limits], axis=0)[
-        finished(sample)
+        finished_mask(sample)
     ]
     return exceeds
 
 
-def finished(sample: Sample) -> np.ndarray:
+def finished_mask(sample: Sample) -> np.ndarray:
     """Return a mask of the rows of a sample's design that finished."""
     failed = set(sample.failed)
     return np.array([case_id not in failed for case_id in sample.case_ids])
@@ -147,22 +168,22 @@ def index_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]:
         Column("chance was", file_only=True),
         Column("verdict"),
     )
-    names = variables(study)
+    names = variable_names(study)
     rows: list[tuple] = []
     verdicts: dict[str, str] = {}  # chaotic or possibly chaotic figure -> which of these
     measured = False
     for figure in limited_figures(study):
         for sample in samples:
             indices = sensitivity.sobol_indices(sample, figure.column, list(names))
-            chance = sensitivity.chance(sample, figure.column, indices)
+            chance = sensitivity.share_of_chance(sample, figure.column, indices)
             measured |= chance.measured
-            verdict = _verdict(chance)
+            verdict = _chaos_verdict(chance)
             if verdict:
                 verdicts[figure.name] = verdict
-            for place, index in enumerate(indices):
-                head = (figure.name, *point_cells(study, sample), names[index.path])
+            for row_index, index in enumerate(indices):
+                head_cells = (figure.name, *point_cells(study, sample), names[index.path])
                 cells = (*estimate_cells(index.first, "1"), *estimate_cells(index.total, "1"))
-                rows.append((*head, *cells, *_chance_cells(chance, verdict, shown=place == 0)))
+                rows.append((*head_cells, *cells, *_chance_cells(chance, verdict, is_shown=row_index == 0)))
     note = (
         "The first-order index is the share of the figure's variance that the variable explains by itself; the total "
         "index includes all its interactions. Brackets contain the bootstrap interval. The share of chance is the "
@@ -170,7 +191,7 @@ def index_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]:
         "changes it as much as the variables do."
     )
     sentences = [
-        _advice([name for name in verdicts if verdicts[name] == verdict], verdict)
+        _chaos_advice([name for name in verdicts if verdicts[name] == verdict], verdict)
         for verdict in dict.fromkeys(verdicts.values())
     ]
     if not measured:
@@ -192,38 +213,38 @@ def effect_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]
         Column("scatter"),
         Column("verdict"),
     )
-    names = variables(study)
+    names = variable_names(study)
     rows: list[tuple] = []
     chaotic: dict[str, None] = {}  # names of figures, without repetition
     for figure in limited_figures(study):
         for sample in samples:
-            for effect in sensitivity.effects(sample, figure.column, list(names)):
+            for effect in sensitivity.single_effects(sample, figure.column, list(names)):
                 if effect.chaotic:
                     chaotic[figure.name] = None
                 numbers = (effect.low, effect.median, effect.high, effect.scatter)
                 texts = wording.in_common_unit(numbers, figure.unit)
                 cells = [Quantity(value, text) for value, text in zip(numbers, texts, strict=True)]
-                head = (figure.name, figure.unit, *point_cells(study, sample), names[effect.path])
-                rows.append((*head, *cells, _scatter_remark(effect)))
+                head_cells = (figure.name, figure.unit, *point_cells(study, sample), names[effect.path])
+                rows.append((*head_cells, *cells, _scatter_remark(effect)))
     note = (
         "Each variable changes alone, with the others at their medians. The scatter is the change of the figure under "
         "disturbances of 1e-9 of their ranges. With `error_check`, it is the change at a tenth of the tolerance."
     )
-    sentences = [_advice(list(chaotic), "chaotic")] if chaotic else []
+    sentences = [_chaos_advice(list(chaotic), "chaotic")] if chaotic else []
     return Table("one_at_a_time", "One-at-a-time effects", note, columns, rows), sentences
 
 
-def _verdict(chance: Chance) -> str:
+def _chaos_verdict(chance: Chance) -> str:
     if not chance.chaotic:
         return ""
     return "chaotic" if chance.measured else "may be chaotic"
 
 
-def _chance_cells(chance: Chance, verdict: str, *, shown: bool) -> list[Quantity | str]:
+def _chance_cells(chance: Chance, verdict: str, *, is_shown: bool) -> list[Quantity | str]:
     """Return the share of chance, its source and the verdict; the page shows them once per figure."""
     limit_text = "at most about " if not chance.measured and chance.share >= 0.01 else ""
-    share = Quantity(chance.share, limit_text + wording.percent(chance.share) if shown else "")
-    return [share, "measured" if chance.measured else "bounded", Quantity(verdict, verdict if shown else "")]
+    share = Quantity(chance.share, limit_text + wording.percent(chance.share) if is_shown else "")
+    return [share, "measured" if chance.measured else "bounded", Quantity(verdict, verdict if is_shown else "")]
 
 
 def _scatter_remark(effect: Effect) -> str:
@@ -234,17 +255,17 @@ def _scatter_remark(effect: Effect) -> str:
     return "" if np.isnan(blurred) else f"blurred: scatter is {wording.percent(blurred)} of the effect"
 
 
-def _advice(figures: list[str], verdict: str) -> str:
+def _chaos_advice(figures: list[str], verdict: str) -> str:
     """Return advice on figures that are chaotic or may be."""
-    several = len(figures) > 1
-    state = f"{'are' if several else 'is'} {'' if verdict == 'chaotic' else 'not known to be free of '}"
+    is_plural = len(figures) > 1
+    state = f"{'are' if is_plural else 'is'} {'' if verdict == 'chaotic' else 'not known to be free of '}"
     state += "chaotic here" if verdict == "chaotic" else "chaos here"
     names = wording.sentence_list(figures)
     sentence = f"{names} {state}: apparent effects of a variable may be chance."
     return f"{sentence[0].upper()}{sentence[1:]} Use p99 or rms instead of peaks, or a longer run."
 
 
-def variables(study: Study) -> dict[str, str]:
+def variable_names(study: Study) -> dict[str, str]:
     """Return the drawn paths, each with its name in words."""
     return {path: wording.axis_name(path, len(study.joints)) for path in study.run.grid["sample"]["drawn"]}
 

@@ -103,16 +103,16 @@ def _is_in_second_column(builder: SectionBuilder, earlier: list[Section]) -> boo
     return builder in SECOND_COLUMN and (builder is not drivers.sections or any(map(_shows_case, earlier)))
 
 
-def of(study: Study) -> list[Section]:
+def all_sections(study: Study) -> list[Section]:
     """Return the non-empty sections of a run."""
-    listed: list[Section] = []
+    finished_sections: list[Section] = []
     builders = [("", builder) for builder in UNFOLDED]
     builders += [(subject, builder) for subject, folded in FOLDED for builder in folded]
     with phases.phase("preparing the report") as preparing:
-        for number, (subject, builder) in enumerate(builders):
-            preparing.note(share=number / len(builders))
+        for index, (subject, builder) in enumerate(builders):
+            preparing.note(share=index / len(builders))
             nonempty = [section for section in builder(study) if section.blocks]
-            in_second_column = _is_in_second_column(builder, listed)
+            in_second_column = _is_in_second_column(builder, finished_sections)
             placed_sections = [section._replace(subject=subject, second=in_second_column) for section in nonempty]
-            listed += [counts.with_note(study, section) for section in placed_sections]
-    return listed
+            finished_sections += [counts.with_note(study, section) for section in placed_sections]
+    return finished_sections

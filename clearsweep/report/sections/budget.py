@@ -113,7 +113,8 @@ def _sentences(study: Study, column: str, base: str, bars: list[Bar]) -> list[st
     verb = "have" if len(influential[:2]) > 1 else "has"
     sentences = [
         f"The base case {base[:8]} has a force peak of {base_peak}. Each other case changes one unknown. If the "
-        f"unknowns are independent, the uncertainty of the peak is {_percent(lower)} to {_percent(upper)}. For each "
+        f"unknowns are independent, the uncertainty of the peak is {_percent_text(lower)} to {_percent_text(upper)}. "
+        "For each "
         "bound, "
         "the logarithms of the changes are combined by root-sum-square.",
         f"{largest[:1].upper()}{largest[1:]} {verb} the largest effect on the peak.",
@@ -125,7 +126,7 @@ def _sentences(study: Study, column: str, base: str, bars: list[Bar]) -> list[st
     return [*sentences, "The cases change one unknown at a time, so they do not show interactions."]
 
 
-def _percent(change: float) -> str:
+def _percent_text(change: float) -> str:
     return f"{100.0 * change:+.1f} %"
 
 
@@ -147,7 +148,9 @@ def _picture(study: Study, bars: list[Bar]) -> Picture:
         )
         for bar in reversed(bars)
     ]
-    alt = "; ".join(f"{bar.unknown.name}: {_percent(bar.decrease)} to {_percent(bar.increase)}" for bar in bars)
+    alt = "; ".join(
+        f"{bar.unknown.name}: {_percent_text(bar.decrease)} to {_percent_text(bar.increase)}" for bar in bars
+    )
     return Picture(
         "Error budget",
         "effect of each unknown alone on the force peak",
@@ -164,9 +167,9 @@ def _table(study: Study, bars: list[Bar]) -> Table:
         (
             bar.unknown.name,
             Quantity(len(bar.unknown.cases), str(len(bar.unknown.cases))),
-            Quantity(bar.decrease, _percent(bar.decrease)),
+            Quantity(bar.decrease, _percent_text(bar.decrease)),
             _values_text(study, bar, bar.case_of_decrease),
-            Quantity(bar.increase, _percent(bar.increase)),
+            Quantity(bar.increase, _percent_text(bar.increase)),
             _values_text(study, bar, bar.case_of_increase),
         )
         for bar in bars

@@ -8,13 +8,13 @@ from collections.abc import Iterable
 from markupsafe import Markup
 
 from ...language import wording
-from ..blocks.picture import capital
+from ..blocks.picture import capitalise
 from ..blocks.section import Block, Detail, Section
 from ..data.study import Joint, Study
 from ..data.table_columns import columns_in_table
-from ..data.worst_case import question, worst_case
+from ..data.worst_case import case_ranking_of, worst_case
 from ..one_case import player
-from ..one_case.motion import onsets, pictures, saved_channels
+from ..one_case.motion import motion_pictures, onset_pictures, saved_channels
 
 NO_JOINT = Joint("-", "", wears=False)  # figures of the mechanism alone
 NOT_SAVED = Markup(
@@ -25,11 +25,11 @@ NOT_SAVED = Markup(
 
 def sections(study: Study) -> list[Section]:
     """Return the worst case in motion, or how to draw it; [] without a finished case, and for `identify`."""
-    if study.cases.empty or question(study).question == "identify":
+    if study.cases.empty or case_ranking_of(study).question == "identify":
         return []
     worst = worst_case(study)
     worst_ids = [worst[0]] if worst else []
-    title = question(study).title
+    title = case_ranking_of(study).title
     label = (
         (f"Worst case: {title[:1].lower()}{title[1:]}" if title else "Worst case")
         if len(study.cases) > 1
@@ -54,9 +54,9 @@ def other_cases(study: Study) -> list[Section]:
         return []
     worst, ranked = worst_case(study), _extreme_cases(study)
     shown_id = worst[0] if worst else next(iter(ranked), None)
-    shown_id = None if question(study).question == "identify" else shown_id
+    shown_id = None if case_ranking_of(study).question == "identify" else shown_id
     rank_words = ("largest", "smallest") if len(ranked) == 2 else ("largest", "median", "smallest")
-    name = capital(study.lead.name)
+    name = capitalise(study.lead.name)
     labels = {
         case_id: f"{name}, the {rank_word} of all cases" for case_id, rank_word in zip(ranked, rank_words, strict=False)
     }
@@ -74,10 +74,10 @@ def _details(study: Study, case_ids: Iterable[str], labels: dict[str, str], defa
     for case_id in case_ids:
         channels = saved_channels(study.run, case_id)
         if channels is not None:
-            case_pictures = pictures(study, case_id, channels) + onsets(
+            case_pictures = motion_pictures(study, case_id, channels) + onset_pictures(
                 study, case_id, study.run.events(case_id), channels
             )
-            animation = player.player_of(study, case_id, channels)
+            animation = player.player_data(study, case_id, channels)
             animated_pictures = tuple(picture for picture in case_pictures if picture.played and animation)
             static_pictures = [picture for picture in case_pictures if not (picture.played and animation)]
             setting, figures = study.setting(case_id), _figures(study, case_id)

@@ -7,11 +7,11 @@ import numpy as np
 
 from ...judging.verdict import Limit
 from ...language import wording
-from ..blocks.picture import Picture, capital
+from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Gallery, Section, without_empty
 from ..data.axis import Axis
-from ..data.comparable import LEFT_OUT, comparable, leaves_out
-from ..data.study import CALLED, Study, indices_by_value, largest, median, over_other_axes, smallest
+from ..data.comparable import LEFT_OUT, comparable_values, leaves_out
+from ..data.study import REDUCTION_NAMES, Study, indices_by_value, largest, median, reduce_over_other_axes, smallest
 from ..data.table_columns import column_label
 from ..draw import comparison
 from ..draw.comparison import Family
@@ -82,7 +82,7 @@ def _picture(study: Study, plotted: PlottedFigure, x_axis: Axis, curve_axis: Axi
     lower_is_worse = plotted.column.endswith(maps.LESS_IS_WORSE) or (
         plotted.limit is not None and plotted.limit.kind == "at_least"
     )
-    values = comparable(study, plotted.column)
+    values = comparable_values(study, plotted.column)
     reduction = median if study.typical else smallest if lower_is_worse else largest
     table = _table(study, values, (x_axis, curve_axis), reduction)
     row_indices = np.unique(np.linspace(0, len(table) - 1, min(len(table), MAX_CURVES)).round().astype(int))
@@ -92,7 +92,7 @@ def _picture(study: Study, plotted: PlottedFigure, x_axis: Axis, curve_axis: Axi
     scale = study.scale(plotted.column)
     range_text = " to ".join(scale.text(value) for value in (float(np.nanmin(table)), float(np.nanmax(table))))
     others = [axis.name for axis in study.swept() if axis not in (x_axis, curve_axis)]
-    reduction_name = CALLED[reduction]
+    reduction_name = REDUCTION_NAMES[reduction]
     selection_note = (
         f"{len(row_indices)} of {len(table)} values of {curve_axis.name}. "
         if curve_axis and len(row_indices) < len(table)
@@ -100,9 +100,10 @@ def _picture(study: Study, plotted: PlottedFigure, x_axis: Axis, curve_axis: Axi
     )
     caption = selection_note + (f"{reduction_name} over {wording.sentence_list(others)}." if others else "")
     return Picture(
-        f"{capital(plotted.name)} over {x_axis.name}",
+        f"{capitalise(plotted.name)} over {x_axis.name}",
         caption,
-        f"{capital(plotted.name)} over {x_axis.name}{f', a curve for each {curve_axis.name}' if curve_axis else ''}: "
+        f"{capitalise(plotted.name)} over "
+        f"{x_axis.name}{f', a curve for each {curve_axis.name}' if curve_axis else ''}: "
         f"{range_text}.",
         lambda ax: comparison.draw_family(ax, family, scale, plotted.name),
     )
@@ -114,7 +115,7 @@ def _table(
     """Return one value for each pair of values of the second and the first axis; one row if there is no second axis."""
     x_axis, curve_axis = axes
     if curve_axis is not None:
-        return over_other_axes(study, values, (x_axis, curve_axis), reduction)
+        return reduce_over_other_axes(study, values, (x_axis, curve_axis), reduction)
     row = np.full((1, len(x_axis.values)), np.nan)
     value_indices = np.where(np.isfinite(values), study.indices_on(x_axis), -1)
     for index, cases in enumerate(indices_by_value(value_indices, len(x_axis.values))):

@@ -4,14 +4,14 @@ import numpy as np
 
 from ...language import wording
 from ...language.wording import Scale
-from ..blocks.picture import Picture, capital
+from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Gallery, Points, Section, without_empty
 from ..blocks.table import Column, Quantity, Table
 from ..data.comparable import LEFT_OUT, leaves_out
 from ..data.leading import PEAK
 from ..data.study import P99_OVER_IDEAL, Joint, Study
 from ..data.table_columns import columns_in_table
-from ..data.worst_case import question
+from ..data.worst_case import case_ranking_of
 from ..draw import comparison
 from ..draw.comparison import Curve
 from ..draw.style import BLUE, JOINT_COLOURS, RED
@@ -47,8 +47,8 @@ def sentences(study: Study, joint: Joint) -> list[str]:
     """Return sentences that name the strongest axes for the leading figure of a joint and for its other figures."""
     column = joint.column(study.lead.figure)
     effects = main_effects_of(study, column)
-    clear_effects = [effect for effect in effects if effect.clear()]
-    unclear_names = [effect.axis.name for effect in effects if not effect.clear()]
+    clear_effects = [effect for effect in effects if effect.is_clear()]
+    unclear_names = [effect.axis.name for effect in effects if not effect.is_clear()]
     if not clear_effects:
         return _other_driver_sentences(study, joint)  # as the answer says
     if len(effects) == 1:  # the answer has its effect
@@ -56,14 +56,14 @@ def sentences(study: Study, joint: Joint) -> list[str]:
     driver_texts = [f"{effect.axis.name} ({wording.percent(effect.share)})" for effect in clear_effects]
     text = f"The variation of the {study.lead.name} is caused by {wording.sentence_list(driver_texts)}."
     if unclear_names:
-        among = " among the started cases" if leaves_out(study, column) else ""
-        text += f" The effect of {wording.sentence_list(unclear_names)} is not clear{among}."
-    return [text, *_other_driver_sentences(study, joint), *_relative_to_ideal(study, joint)]
+        scope_text = " among the started cases" if leaves_out(study, column) else ""
+        text += f" The effect of {wording.sentence_list(unclear_names)} is not clear{scope_text}."
+    return [text, *_other_driver_sentences(study, joint), *_ideal_ratio_sentences(study, joint)]
 
 
 def _other_driver_sentences(study: Study, joint: Joint) -> list[str]:
     """Return one sentence for each other figure with a clear strongest driver that the answer does not mention."""
-    question_name, name_by_column = question(study).question, dict[str, str]()
+    question_name, name_by_column = case_ranking_of(study).question, dict[str, str]()
     if question_name != "film":
         name_by_column[joint.column("film_loss")] = "film loss"
     if question_name not in ("force", "start-up"):
@@ -73,19 +73,19 @@ def _other_driver_sentences(study: Study, joint: Joint) -> list[str]:
         if not column or column not in study.cases or not study.has(column):
             continue
         strongest = main_effects_of(study, column)[0]
-        if strongest.clear():
+        if strongest.is_clear():
             verb = "varies with" if len(study.levels()) == 1 else "depends most on"
             sentences.append(f"The {name} {verb} {_effect_text(strongest, study)}.")
     return sentences[:MAX_OTHER_FIGURES]
 
 
-def _relative_to_ideal(study: Study, joint: Joint) -> list[str]:
+def _ideal_ratio_sentences(study: Study, joint: Joint) -> list[str]:
     """Return the sentence on the strongest axis for force over ideal reaction, or [] if that reaction is constant."""
     ratio = joint.column("force_peak_ratio")
     if study.lead is not PEAK or not study.has(ratio) or not ideal_varies(study, joint):
         return []
     strongest = main_effects_of(study, ratio)[0]
-    if not strongest.clear():
+    if not strongest.is_clear():
         return []
     return [
         f"The ratio of the peak to that without clearance depends most on {strongest.axis.name}: "
@@ -105,10 +105,12 @@ def _span_text(effect: MainEffect, scale: wording.Scale) -> str:
 
 def _extreme_medians_text(effect: MainEffect, scale: wording.Scale) -> str:
     """Return the smallest and the largest median of an effect, in the order of the axis."""
-    low, high = sorted(effect.extremes())
+    low_index, high_index = sorted(effect.extreme_indices())
     axis = effect.axis
-    first, last = (f"{scale.text(effect.medians[index])} at {axis.text(axis.values[index])}" for index in (low, high))
-    return f"{first}, {last}"
+    smallest_text, largest_text = (
+        f"{scale.text(effect.medians[index])} at {axis.text(axis.values[index])}" for index in (low_index, high_index)
+    )
+    return f"{smallest_text}, {largest_text}"
 
 
 def _has_shared_values(study: Study) -> bool:
@@ -154,8 +156,8 @@ def _pictures(study: Study, figures: tuple[tuple[str, str], ...], name: str) -> 
         for figure_index, (figure, figure_name) in enumerate(figures):
             for curve in _curves(study, joint, joint_index, (figure, figure_name), band=figure_index == 0):
                 curves[curve.effect.axis.path].append(curve)
-    edges = [edge for group in curves.values() for curve in group for edge in _edges(curve)]
-    return [_picture(study, group, name, _range(edges)) for group in curves.values() if group]
+    edges = [edge for axis_curves in curves.values() for curve in axis_curves for edge in _band_edges(curve)]
+    return [_picture(study, axis_curves, name, _value_range(edges)) for axis_curves in curves.values() if axis_curves]
 
 
 def _curves(study: Study, joint: Joint, joint_index: int, figure: tuple[str, str], *, band: bool) -> list[Curve]:
@@ -172,14 +174,14 @@ def _curves(study: Study, joint: Joint, joint_index: int, figure: tuple[str, str
 def effect_picture(study: Study, effect: MainEffect, name: str) -> Picture:
     """Return the picture of a figure over one axis."""
     curve = Curve("", BLUE, True, effect)
-    return _picture_over_axis(study, [curve], (name, name), _range(_edges(curve)))
+    return _picture_over_axis(study, [curve], (name, name), _value_range(_band_edges(curve)))
 
 
-def _edges(curve: Curve) -> list[np.ndarray]:
+def _band_edges(curve: Curve) -> list[np.ndarray]:
     return [curve.effect.low, curve.effect.high] if curve.has_band else [curve.effect.medians]
 
 
-def _range(edges: list[np.ndarray]) -> tuple[float, float]:
+def _value_range(edges: list[np.ndarray]) -> tuple[float, float]:
     values = np.concatenate(edges)
     values = values[np.isfinite(values)]
     return (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)
@@ -202,7 +204,7 @@ def _picture_over_axis(
         value_medians = zip(axis.values, map(scale.text, effect.medians), strict=True)
         medians = "; ".join(f"{axis.text(value)}: {median}" for value, median in value_medians)
     return Picture(
-        f"{capital(name)} over {axis.name}",
+        f"{capitalise(name)} over {axis.name}",
         "" if np.isnan(effect.share) else f"{wording.percent(effect.share)} of the variation of {first_name}",
         f"Median of {first_name} over {axis.name}. {medians}",
         lambda ax: comparison.draw_effect(ax, curves, scale, limits, name),
@@ -248,7 +250,7 @@ def _tabulated_figures(study: Study) -> list[tuple[str, str]]:
 def _row(study: Study, name: str, effect: MainEffect, scale: Scale) -> tuple:
     axis, unit = effect.axis, study.unit(effect.column)
     extreme_cells = []
-    for index in effect.extremes():
+    for index in effect.extreme_indices():
         median, value = float(effect.medians[index]), axis.values[index]
         extreme_cells += [Quantity(median, scale.text(median)), Quantity(value, axis.text(value))]
     share = Quantity(effect.share, wording.percent(effect.share))

@@ -4,7 +4,7 @@ from ... import simulation
 from ...language.errors import InputError
 from ..blocks.section import Section
 from ..data.leading import PEAK
-from ..data.study import Joint, Study, joint_of, resolved
+from ..data.study import Joint, Study, joint_of, resolve_cases
 from ..laws import elastic_comparison
 
 
@@ -15,7 +15,7 @@ def sections(study: Study) -> list[Section]:
     swept = {axis.path for axis in study.swept()}
     law_keys = ("contact.elastic", "roughness.law")
     joints = [joint for joint in study.joints if swept.isdisjoint(f"joints.{joint.title}.{key}" for key in law_keys)]
-    comparisons = {joint: elastic_comparison.of_material(study, joint) for joint in joints}
+    comparisons = {joint: elastic_comparison.compare_allowed_laws(study, joint) for joint in joints}
     return [
         Section(
             f"other_elastic_{joint.name}",
@@ -39,8 +39,8 @@ def _joint_recommendations(study: Study, joint: Joint) -> list[simulation.Recomm
         return []
     hardest = study.cases[joint.column(PEAK.figure)].idxmax()
     try:
-        section = joint_of(resolved(study, [hardest])[0], joint)
+        section = joint_of(resolve_cases(study, [hardest])[0], joint)
     except InputError:  # laws of another version
         return []
-    load = elastic_comparison.load_of(study, joint, hardest)
+    load = elastic_comparison.ideal_load(study, joint, hardest)
     return simulation.recommendations_for(section, load) if section.is_dry else []

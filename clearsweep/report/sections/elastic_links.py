@@ -12,7 +12,7 @@ from ..blocks.section import Section, Sentences, without_empty
 from ..blocks.table import Column, Table
 from ..data.axis import Axis
 from ..data.leading import PEAK
-from ..data.study import Joint, Study, joint_of, resolved
+from ..data.study import Joint, Study, joint_of, resolve_cases
 
 RELATIVE_STEP = 1e-3  # of a penetration, for the slope of the elastic force
 MIN_IMPACTS = 0.5  # per revolution: number of impacts from which a joint counts as impacting
@@ -27,14 +27,14 @@ def sections(study: Study) -> list[Section]:
     joint = study.hardest_joint()
     worst = study.worst(joint)
     try:
-        (case,) = resolved(study, [worst])
+        (case,) = resolve_cases(study, [worst])
     except InputError:  # of another version
         return []
     links = simulation.elastic_links(case)
     if not links:
         return []
     stiffness_sentence, estimated_effect = _stiffness_sentences(study, joint, worst, case, links)
-    effect = _computed_effect(study, joint, worst) or estimated_effect
+    effect = _computed_effect_text(study, joint, worst) or estimated_effect
     sentences = [text for text in (stiffness_sentence, effect, _bending_sentence(links)) if text]
     return [Section("elastic-links", "Elastic links", without_empty([Sentences(sentences), _table(links)]))]
 
@@ -72,7 +72,7 @@ def _stiffness_text(stiffness: float) -> str:
     return f"{wording.plain(1e-6 * stiffness)}{wording.BLANK}kN/mm"
 
 
-def _computed_effect(study: Study, joint: Joint, worst: str) -> str:
+def _computed_effect_text(study: Study, joint: Joint, worst: str) -> str:
     """Return the peaks of the cases that differ from the worst only in the stiffness of a link in words, or ''."""
     axis = next((axis for axis in study.swept() if axis.path.endswith(f".elastic.{STIFFNESS_KEY}")), None)
     similar_cases = _cases_differing_in(study, axis, worst) if axis is not None and axis.numeric else []

@@ -42,7 +42,7 @@ def _sections(study: Study, title: str) -> list[Section]:
     ]
     data = {"ids": "".join(study.cases.index[case_indices]), "show": "clearsweep show DIR CASE", "columns": columns}
     if _objectives(study):
-        data |= _marked(study, case_indices, columns)
+        data |= _marks_data(study, case_indices, columns)
     fallback_text = (
         "The tables below contain the same figures. Sorting, filtering and comparing them here needs scripts."
     )
@@ -63,7 +63,7 @@ def _is_best(study: Study) -> np.ndarray:
     return is_best
 
 
-def _marked(study: Study, case_indices: np.ndarray, columns: list[dict]) -> dict:
+def _marks_data(study: Study, case_indices: np.ndarray, columns: list[dict]) -> dict:
     """Return the marked cases of an optimised run, and the columns that its points show first.
 
     With several objectives these are the first two, else the first swept value and the objective.
@@ -118,13 +118,13 @@ def _figure_columns(study: Study, case_indices: np.ndarray) -> list[dict]:
     names = [name for name in headings if study.has(name)]
     if not objectives:
         names.sort(key=lambda name: name != lead_column)
-    shown = {*names[:MAX_FIGURES_SHOWN], *(joint.column(P99_OVER_IDEAL) for joint in study.joints[:1])}
-    shown = {*list(headings)[:objective_count]} or shown
+    drawn_names = {*names[:MAX_FIGURES_SHOWN], *(joint.column(P99_OVER_IDEAL) for joint in study.joints[:1])}
+    drawn_names = {*list(headings)[:objective_count]} or drawn_names
     minimised = (study.run.grid.get("optimise") or {}).get(SENSES[0], [])
     columns = []
     for name in names:
         scale = study.scale(name)
-        column = {"name": headings[name], "unit": scale.unit, "drawn": name in shown, "lead": name == lead_column}
+        column = {"name": headings[name], "unit": scale.unit, "drawn": name in drawn_names, "lead": name == lead_column}
         column |= {"objective": True, "rising": name in minimised} if name in objectives else {}
         columns.append(column | _encoded_numbers(study.cases[name].to_numpy(float)[case_indices] / scale.factor))
     return columns

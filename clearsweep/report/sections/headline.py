@@ -13,7 +13,7 @@ from ..blocks.table import Column, Table
 from ..data.leading import PEAK
 from ..data.study import Joint, Study, indices_by_value
 from ..samples import counts
-from .verdict import ratios
+from .verdict import force_ratio_sentences
 
 START_UP_NOTE = (
     "The motion is a start-up, so figures are those of this run from rest or its initial speed, not of a steady state."
@@ -24,16 +24,25 @@ def sections(study: Study) -> list[Section]:
     """Return the section of forces and output in words."""
     if study.cases.empty:
         return []
-    points = [*sentences(study), *ratios(study)]
-    return [Section("headline", "Forces and output in words", without_empty([Points(points), _best_by_speed(study)]))]
+    points = [*sentences(study), *force_ratio_sentences(study)]
+    return [
+        Section(
+            "headline", "Forces and output in words", without_empty([Points(points), _extremes_by_speed_table(study)])
+        )
+    ]
 
 
 def sentences(study: Study) -> list[str]:
     """Return the largest and the smallest figures of the finished cases, one sentence or two per entry."""
-    return [*_force_peaks(study), *_output(study), *_restitution(study), *_friction(study)]
+    return [
+        *_force_peak_sentences(study),
+        *_output_sentences(study),
+        *_restitution_sentences(study),
+        *_friction_sentences(study),
+    ]
 
 
-def _force_peaks(study: Study) -> list[str]:
+def _force_peak_sentences(study: Study) -> list[str]:
     """Return sentences on the largest force peak of all joints, with p99 and ideal reaction, and on the smallest."""
     joints = [joint for joint in study.joints if study.has(joint.column(PEAK.figure))]
     if not joints:
@@ -65,7 +74,7 @@ def _setting_text(study: Study, case_id: str) -> str:
     return f" at {study.setting(case_id)}" if study.swept() else ""
 
 
-def _friction(study: Study) -> list[str]:
+def _friction_sentences(study: Study) -> list[str]:
     """Return the friction power of the joints without clearance that have friction."""
     clearance_joints, points = {joint.name for joint in study.joints}, []
     for column in study.run.layout.columns:
@@ -79,7 +88,7 @@ def _friction(study: Study) -> list[str]:
     return points
 
 
-def _output(study: Study) -> list[str]:
+def _output_sentences(study: Study) -> list[str]:
     error, acceleration = study.column("error_max"), study.column("acceleration_peak")
     if not study.has(error):
         return []
@@ -92,7 +101,7 @@ def _output(study: Study) -> list[str]:
     return [f"{sentence}."]
 
 
-def _restitution(study: Study) -> list[str]:
+def _restitution_sentences(study: Study) -> list[str]:
     points = []
     for joint in study.joints:
         column = joint.column("restitution")
@@ -105,7 +114,7 @@ def _restitution(study: Study) -> list[str]:
     return points
 
 
-def periodicity(study: Study) -> list[str]:
+def periodicity_sentences(study: Study) -> list[str]:
     """Return sentences on the number of periodic and chaotic motions, and on the significance of a single peak."""
     if "period" not in study.cases:
         return []
@@ -127,14 +136,14 @@ def periodicity(study: Study) -> list[str]:
         points.append(
             f"{cases} {verb} periodic: {wording.sentence_list(count_texts)}. Their peaks recur in every period."
         )
-    points += _chaotic(study)
+    points += _chaos_sentences(study)
     if len(known_periods) < count:
-        motions, suffix = wording.count(count, "motion"), _ratio_to_median(study, study.hardest_joint())
+        motions, suffix = wording.count(count, "motion"), _ratio_to_median_text(study, study.hardest_joint())
         points.append(
             f"{count - len(known_periods)} of {motions} did not become periodic within the run, so the largest peak is "
             f"partly random{suffix}. Compare the median peak, rms or p99, the force exceeded during 1 % of the time."
         )
-        points += _expected_peak(study)
+        points += _expected_peak_sentences(study)
     return points
 
 
@@ -142,7 +151,7 @@ def _revolutions_text(period: int) -> str:
     return "revolution" if period == 1 else f"{period} revolutions"
 
 
-def _expected_peak(study: Study) -> list[str]:
+def _expected_peak_sentences(study: Study) -> list[str]:
     """Return a sentence on the largest force peak to expect in many revolutions, or why none is predicted."""
     joints = [joint.name for joint in study.joints]
     names = [name for name in expected.required_columns(joints) if name in study.cases]
@@ -154,12 +163,12 @@ def _expected_peak(study: Study) -> list[str]:
             f"{expected.MIN_REVOLUTIONS} or more independent revolutions in the window."
         ]
     joint = next(joint for joint in study.joints if joint.name == largest.joint)
-    force_texts = wording.in_common_unit((largest.value, largest.upper_bound, largest.window_peak), "N")
+    force_texts = wording.in_common_unit((largest.value, largest.high, largest.seen), "N")
     location_text = study.joint_text(joint, " in joint {}") + _setting_text(study, largest.case_id)
     return [expected.expected_peak_sentence(force_texts, location_text)]
 
 
-def _chaotic(study: Study) -> list[str]:
+def _chaos_sentences(study: Study) -> list[str]:
     """Return a sentence on the number of chaotic motions, or [] unless `simulate.horizon` tests for chaos."""
     if not study.has("lyapunov_exponent"):
         return []
@@ -168,7 +177,7 @@ def _chaotic(study: Study) -> list[str]:
     return [f"{chaotic} of {count} are chaotic: any small disturbance grows."] if chaotic else []
 
 
-def _ratio_to_median(study: Study, joint: Joint) -> str:
+def _ratio_to_median_text(study: Study, joint: Joint) -> str:
     """Return how much the largest peak of non-periodic cases exceeds the median peak per revolution."""
     median_column = joint.column("force_peak_median")
     if not study.has(median_column):
@@ -193,12 +202,12 @@ def law_range_remarks(study: Study) -> list[str]:
     }
     for start in range(0, len(study.cases), CHUNK_ROWS):
         remarks.add({name: values[start : start + CHUNK_ROWS].to_numpy() for name, values in cases.items()})
-    if counted := counts.remarks(study):
+    if counted := counts.remark_counts(study):
         remarks.replace_counts(counted)
     return remarks.sentences()
 
 
-def _best_by_speed(study: Study) -> Table:
+def _extremes_by_speed_table(study: Study) -> Table:
     """Return the least and the most loaded design at each crank speed; empty unless speed and another axis vary."""
     speed = next((axis for axis in study.levels() if axis.path == "drive.speed"), None)
     others = [axis for axis in study.swept() if axis is not speed]

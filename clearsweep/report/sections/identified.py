@@ -54,7 +54,7 @@ def folded_sections(study: Study) -> list[Section]:
     ]
 
 
-def cards(study: Study) -> list[tuple[str, str, str]]:
+def parameter_cards(study: Study) -> list[tuple[str, str, str]]:
     """Return a card for each key that was identified."""
     axes = {axis.path: axis for axis in study.axes}
     identified = study.run.grid.get("identified") or {}
@@ -111,12 +111,12 @@ def _pair_pictures(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[
     """Return the distributions of pairs of keys."""
     weights = sample["weight"].to_numpy()
 
-    def pair_picture(first: Axis, second: Axis) -> Picture:
+    def pair_picture(x_axis: Axis, y_axis: Axis) -> Picture:
         def paint(ax: Any) -> None:
-            pair = (sample[first.path].to_numpy(), sample[second.path].to_numpy())
-            posterior.draw_joint_density(ax, pair, weights, (first, second))
+            pair = (sample[x_axis.path].to_numpy(), sample[y_axis.path].to_numpy())
+            posterior.draw_joint_density(ax, pair, weights, (x_axis, y_axis))
 
-        title = f"{first.name} and {second.name}"
+        title = f"{x_axis.name} and {y_axis.name}"
         return Picture(title, "", f"Probability of pairs of {title}.", paint)
 
     pairs = itertools.combinations([axes[parameter["path"]] for parameter in identified["parameters"]], 2)

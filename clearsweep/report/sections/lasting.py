@@ -5,7 +5,7 @@ from ..blocks.picture import Picture
 from ..blocks.section import Gallery, Points, Section, without_empty
 from ..data.answered import answer_cases
 from ..data.study import WEAR_PER_1000_HOURS, Study
-from ..data.worst_case import question
+from ..data.worst_case import case_ranking_of
 from . import life, maps
 
 
@@ -13,7 +13,7 @@ def sections(study: Study) -> list[Section]:
     """Return the section, or [] if nothing wears or no case finished."""
     if study.cases.empty:
         return []
-    life_points = [] if question(study).question == "life" else life.extreme_lives(study)
+    life_points = [] if case_ranking_of(study).question == "life" else life.life_sentences(study)
     wear_points = [] if sampled.is_one_sample(study.run.grid) else wear.sentences(answer_cases(study))
     blocks = without_empty([Points([*life_points, *wear_points]), Gallery("", _maps(study))])
     return [Section("lasting", "Wear and life", blocks)]
@@ -25,4 +25,4 @@ def _maps(study: Study) -> list[Picture]:
     if not wearing:
         return []
     deepest = max(wearing, key=lambda joint: study.cases.largest(joint.column(WEAR_PER_1000_HOURS)))
-    return maps.over_axes(study, deepest, WEAR_PER_1000_HOURS, "wear depth per 1000 h")
+    return maps.pictures_over_axes(study, deepest, WEAR_PER_1000_HOURS, "wear depth per 1000 h")

@@ -5,7 +5,7 @@ import math
 from ...judging import law_check
 from ...judging.verdict import MARGIN
 from ...language import wording
-from ..blocks.picture import capital
+from ..blocks.picture import capitalise
 from ..blocks.section import Points, Section, without_empty
 from ..blocks.table import Column, Quantity, Table
 from ..data.study import Study
@@ -26,7 +26,7 @@ def sentences(study: Study) -> list[str]:
     text = law_check.law_check_sentence(
         base_result, [*study.law_checks], lambda column, value: _value_text(study, column, value)
     )
-    return [f"{capital(text)}"]
+    return [f"{capitalise(text)}"]
 
 
 def _base_result(study: Study) -> law_check.LawResult | None:

@@ -5,7 +5,7 @@ import pandas as pd
 
 from ...judging import variance
 from ...language import wording
-from ..blocks.picture import Picture, capital
+from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Part, Section
 from ..blocks.table import Column, Quantity, Table, count_cell
 from ..data.axis import Axis
@@ -13,7 +13,7 @@ from ..data.study import Joint, Study
 from ..draw import comparison
 from ..laws import elastic_comparison, law_verdict, restitution_comparison
 from ..statistics.main_effects import main_effects_of
-from ..statistics.matching import MatchedCases, axis_key, matched
+from ..statistics.matching import MatchedCases, axis_key, match_cases
 
 LAW_PATHS = (
     ".contact.law",
@@ -32,15 +32,15 @@ def sections(study: Study) -> list[Section]:
 
 
 def _section(study: Study, axis: Axis) -> Section:
-    matched_cases = matched(study, axis)
+    matched_cases = match_cases(study, axis)
     joint = next(joint for joint in study.joints if axis.path.startswith(f"joints.{joint.title}."))
     spread = _spread_table(study, matched_cases)
     law_comparison = Part([], [], [])
     if axis.path.endswith(".contact.law"):
-        law_comparison = restitution_comparison.of_axis(study, axis, joint)
+        law_comparison = restitution_comparison.compare_restitutions(study, axis, joint)
     elif axis.path.endswith((".contact.elastic", ".roughness.law")):
-        law_comparison = elastic_comparison.of_axis(study, axis, joint)
-    verdict = law_verdict.of_axis(study, matched_cases)
+        law_comparison = elastic_comparison.compare_swept_laws(study, axis, joint)
+    verdict = law_verdict.compare_verdicts(study, matched_cases)
     strip_plots = [
         _strip_plot(study, axis, joint_of_run, *figure)
         for joint_of_run in study.joints
@@ -121,7 +121,7 @@ def _spread_table(study: Study, matched_cases: MatchedCases) -> Table:
             factor = table.max(axis=1) / table.min(axis=1)
             worst = table.loc[factor.idxmax()].dropna()
             weakest, strongest = worst.idxmin(), worst.idxmax()
-            setting = study.setting(matched_cases.case(factor.idxmax(), weakest), without=matched_cases.axis)
+            setting = study.setting(matched_cases.case_id(factor.idxmax(), weakest), without=matched_cases.axis)
             extreme_cells: list[Quantity | str] = []
             extremes = wording.in_common_unit((worst[law] for law in (weakest, strongest)), study.unit(column))
             for law, text in zip((weakest, strongest), extremes, strict=True):
@@ -155,16 +155,16 @@ def _spread_sentence(study: Study, axis: Axis, spread: Table) -> str:
         f"the {name} by a factor of {wording.plain(median)} (at most {wording.plain(largest)})"
         for name, (_, median, largest, *_) in rows.items()
     ]
-    where = study.joint_text(hardest, " in joint {}")
+    joint_text = study.joint_text(hardest, " in joint {}")
     comparisons, median, *_ = rows["force peak"]
     sentence = (
         f"At otherwise equal values the choice among {len(axis.values)} {_plural_name(axis)} changes "
-        f"{wording.sentence_list(factors)}{where}"
+        f"{wording.sentence_list(factors)}{joint_text}"
     )
     sentence += f", the median of {comparisons.value} comparisons." if comparisons.value > 1 else "."
     effects = main_effects_of(study, hardest.column("force_peak"))
     effect = next((effect for effect in effects if effect.axis is axis), None)
-    if effect is not None and not effect.clear() and median >= variance.CLEAR_FACTOR:
+    if effect is not None and not effect.is_clear() and median >= variance.CLEAR_FACTOR:
         sentence += (
             " The change of the peak is within the scatter, because a peak is a single event. To compare laws, use "
             "p99 or rms instead."
@@ -178,7 +178,7 @@ def _strip_plot(study: Study, axis: Axis, joint: Joint, column: str, name: str) 
     groups = [(law, points) for law, points in values.items() if len(points)]
     groups.sort(key=lambda group: np.median(group[1]))
     scale = study.scale(column)
-    title = f"{capital(name)} by {axis.name}{study.joint_text(joint, ', joint {}')}"
+    title = f"{capitalise(name)} by {axis.name}{study.joint_text(joint, ', joint {}')}"
     medians = "; ".join(f"{law}: {scale.text(np.median(points))}" for law, points in groups)
     return Picture(
         title,

@@ -34,7 +34,7 @@ def sections(study: Study) -> list[Section]:
     ]
 
 
-def extreme_lives(study: Study) -> list[str]:
+def life_sentences(study: Study) -> list[str]:
     """Return the shortest and the longest life in one sentence each, or [] if no case has a life."""
     joint = next((joint for joint in study.joints if joint.name == study.run.layout.life), None)
     return [] if joint is None or study.cases.empty else _extreme_life_sentences(study, joint)
@@ -48,10 +48,10 @@ def _extreme_life_sentences(study: Study, joint: Joint) -> list[str]:
     if study.has(hours):
         hours_by_case = study.cases[hours]
         extreme_ids = dict.fromkeys((hours_by_case.idxmin(), hours_by_case.idxmax()))
-        for case_id, word in zip(extreme_ids, ("Shortest life", "Longest life"), strict=False):
+        for case_id, lead_in in zip(extreme_ids, ("Shortest life", "Longest life"), strict=False):
             setting_text = f" at {study.setting(case_id)}" if study.swept() else ""
             life = _lifetime(study, joint, case_id)
-            life_sentence = f"{word} {criterion_text}: {lifetime.hours_text(life)}{setting_text}."
+            life_sentence = f"{lead_in} {criterion_text}: {lifetime.hours_text(life)}{setting_text}."
             revolutions_sentence = f"This is {wording.plain(life.revolutions)} revolutions."
             remarks = [*lifetime.faster_wear_sentences(life), *lifetime.interval_sentences(life)]
             points.append(" ".join([life_sentence, revolutions_sentence, *remarks]))
@@ -93,7 +93,7 @@ def _pictures(study: Study, joint: Joint) -> list[Picture]:
             figure_limit = limit if figure == limited_figure and isinstance(limit, float) else None
             paint = partial(life.draw_over_revolutions, curves=curves, unit=unit, name=title, limit=figure_limit)
             pictures.append(Picture(f"{title.capitalize()} over revolutions", "" if pictures else caption, text, paint))
-    return maps.over_axes(study, joint, "life_hours", "life") + pictures
+    return maps.pictures_over_axes(study, joint, "life_hours", "life") + pictures
 
 
 def _life_curve(study: Study, joint: Joint, name: str, case_id: str, history: dict, figure: str) -> LifeCurve:

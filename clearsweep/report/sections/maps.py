@@ -14,13 +14,23 @@ from ...judging import designs, films
 from ...judging.case_ranking import START_UP
 from ...judging.verdict import MARGIN
 from ...language import wording
-from ..blocks.picture import Picture, Spot, capital
+from ..blocks.picture import Picture, Spot, capitalise
 from ..blocks.section import Gallery, Section, without_empty
 from ..data.axis import Axis
-from ..data.comparable import LEFT_OUT, comparable, leaves_out
+from ..data.comparable import LEFT_OUT, comparable_values, leaves_out
 from ..data.dotted_paths import value_at
-from ..data.study import CALLED, P99_OVER_IDEAL, Joint, Study, cells, largest, median, over_other_axes, smallest
-from ..data.worst_case import question
+from ..data.study import (
+    P99_OVER_IDEAL,
+    REDUCTION_NAMES,
+    Joint,
+    Study,
+    cases_by_cell,
+    largest,
+    median,
+    reduce_over_other_axes,
+    smallest,
+)
+from ..data.worst_case import case_ranking_of
 from ..draw import heat_map
 from ..statistics.main_effects import main_effects_of
 from .drivers import effect_picture, ideal_varies
@@ -75,9 +85,9 @@ def answer_maps(study: Study) -> list[Picture]:
     """Return the maps of the answer over the leading pair of axes, for runs without limits."""
     if study.cases.empty or study.limits:
         return []
-    if question(study).question == "start-up":
+    if case_ranking_of(study).question == "start-up":
         return start_up_maps(study)
-    maps = [each for joint in study.joints for each in _maps(study, joint)]
+    maps = [figure_map for joint in study.joints for figure_map in _maps(study, joint)]
     pictures = [
         (_picture(study, maps[index], _value_range(maps, maps[index].name)), maps[index].joint)
         for index in _answer_map_indices(study, maps)
@@ -89,7 +99,7 @@ def answer_maps(study: Study) -> list[Picture]:
 
 def _answer_map_indices(study: Study, maps: list[FigureMap]) -> list[int]:
     """Return the indices of the maps in the answer: that of the leading figure, and of a film that of its loss."""
-    if not maps or question(study).question != "film":
+    if not maps or case_ranking_of(study).question != "film":
         return [0][: len(maps)]
     loss = maps[0].joint.column(films.LOSS)
     return [
@@ -111,8 +121,8 @@ def start_up_maps(study: Study) -> list[Picture]:
         return [effect_picture(study, effect, "start-up time") for effect in effects]
     pair = _in_grid_order(study, (effects[0].axis, effects[1].axis))
     times = study.cases[START_UP].to_numpy(float)
-    table = over_other_axes(study, times, pair, largest)
-    is_missing = over_other_axes(study, np.isnan(times).astype(float), pair, largest)
+    table = reduce_over_other_axes(study, times, pair, largest)
+    is_missing = reduce_over_other_axes(study, np.isnan(times).astype(float), pair, largest)
     figure_map = FigureMap(study.joints[0], START_UP, "start-up time", pair, np.where(is_missing == 1.0, np.inf, table))
     return [_picture(study, figure_map, (float(np.nanmin(times)), float(np.nanmax(times))))]
 
@@ -149,7 +159,7 @@ def _maps(study: Study, joint: Joint) -> list[FigureMap]:
 
 def _mapped_axes(study: Study, joint: Joint, ranked: list[Axis]) -> list[Axis]:
     """Return axes, those with the largest effect first; of a film the clearance first, operating conditions last."""
-    if question(study).question != "film":
+    if case_ranking_of(study).question != "film":
         return ranked
     clearance_path = f"joints.{wording.joint_name(joint.name)}.clearance"
     conditions = designs.split_axes([axis.path for axis in ranked])[1]
@@ -163,7 +173,7 @@ def _value_range(maps: list[FigureMap], name: str) -> tuple[float, float]:
 
 
 def _table(study: Study, column: str, pair: tuple[Axis, Axis]) -> np.ndarray:
-    return over_other_axes(study, comparable(study, column), pair, _reduction(study, column))
+    return reduce_over_other_axes(study, comparable_values(study, column), pair, _reduction(study, column))
 
 
 def _reduction(study: Study, column: str) -> Callable[[np.ndarray], float]:
@@ -174,7 +184,7 @@ def _reduction(study: Study, column: str) -> Callable[[np.ndarray], float]:
     return smallest if lead_is_smallest or column.endswith(LESS_IS_WORSE) else largest
 
 
-def over_axes(study: Study, joint: Joint, figure: str, name: str) -> list[Picture]:
+def pictures_over_axes(study: Study, joint: Joint, figure: str, name: str) -> list[Picture]:
     """Return a figure of a joint over the two axes with the largest effect or the only axis; [] if it does not vary."""
     column = joint.column(figure)
     varies = study.has(column) and study.cases[column].nunique() > 1
@@ -200,7 +210,7 @@ def _picture(study: Study, figure_map: FigureMap, value_range: tuple[float, floa
     (x_axis, y_axis), table = figure_map.pair, figure_map.table
     scale = study.scale(figure_map.column)
     others = [axis.name for axis in study.swept() if axis not in figure_map.pair]
-    reduction_name = CALLED[_reduction(study, figure_map.column)]
+    reduction_name = REDUCTION_NAMES[_reduction(study, figure_map.column)]
     caption = f"{reduction_name} over {wording.sentence_list(others)}." if others else "Each cell is one case."
     finite = table[np.isfinite(table)]
     lowest, highest = (scale.text(value) for value in (finite.min(), finite.max())) if finite.size else ("", "")
@@ -210,7 +220,7 @@ def _picture(study: Study, figure_map: FigureMap, value_range: tuple[float, floa
         caption += f" In a cell marked as cut off, at least one case ends{end_text}, before the motor's speed."
     caption += LEFT_OUT if leaves_out(study, figure_map.column) else ""
     return Picture(
-        f"{capital(figure_map.name)}: {x_axis.name} {wording.TIMES} {y_axis.name}",
+        f"{capitalise(figure_map.name)}: {x_axis.name} {wording.TIMES} {y_axis.name}",
         caption,
         f"Heat map of {figure_map.name} over {x_axis.name} and {y_axis.name}, from {lowest} to {highest}. {caption}",
         lambda ax: heat_map.draw_heat_map(ax, table, figure_map.pair, scale, figure_map.name, value_range),
@@ -224,15 +234,15 @@ def _spots(study: Study, figure_map: FigureMap, scale: wording.Scale) -> tuple[S
     x_axis, y_axis = figure_map.pair
     if len(x_axis.values) * len(y_axis.values) > MAX_SPOTS:
         return ()
-    reduction, values = _reduction(study, figure_map.column), comparable(study, figure_map.column)
+    reduction, values = _reduction(study, figure_map.column), comparable_values(study, figure_map.column)
     spots = []
-    for index, cases in enumerate(cells(study, values, figure_map.pair)):
+    for index, cases in enumerate(cases_by_cell(study, values, figure_map.pair)):
         if len(cases):
             row, column = divmod(index, len(x_axis.values))
             cell_text = (
                 f"{x_axis.name} {x_axis.text(x_axis.values[column])}, {y_axis.name} {y_axis.text(y_axis.values[row])}"
             )
-            count_text = f", {CALLED[reduction].lower()} of {len(cases)} cases" if len(cases) > 1 else ""
+            count_text = f", {REDUCTION_NAMES[reduction].lower()} of {len(cases)} cases" if len(cases) > 1 else ""
             value = reduction(values[cases])
             case_id = (
                 study.cases.index[cases[values[cases] == value][0]] if reduction is not median or not count_text else ""

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...language import wording
-from ..blocks.picture import Picture, capital
+from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Gallery, Section, without_empty
 from ..blocks.table import Column, Quantity, Table, count_cell
 from ..data.axis import Axis
-from ..data.study import Joint, Study, cells, largest, over_other_axes
+from ..data.study import Joint, Study, cases_by_cell, largest, reduce_over_other_axes
 from ..draw import kinds as draw
 from ..one_case.motion import FLAT_SIZE, SQUARE_SIZE, history_of, joint_histories, saved_channels
 from ..statistics import kinds, spectrum, strobe
@@ -29,8 +29,11 @@ def sections(study: Study) -> list[Section]:
         return []
     note = "The period is the number of revolutions after which the force repeats. Irregular motion has no such period."
     if not _is_lubricated(study, joint):
-        where = study.joint_text(joint, " of joint {}")
-        note = f"Contacts{where} count as impacts if they last at most {kinds.SHORT_CONTACT:g}° of crank angle. {note}"
+        joint_text = study.joint_text(joint, " of joint {}")
+        note = (
+            f"Contacts{joint_text} count as impacts if they last at most {kinds.SHORT_CONTACT:g}° of crank angle. "
+            f"{note}"
+        )
     blocks: list[Block] = [
         Gallery(note, [*_maps(study, joint), *_share_pictures(study, joint)], small=True),
         _table(study, joint),
@@ -55,13 +58,13 @@ def _maps(study: Study, joint: Joint) -> list[Picture]:
     x_axis, y_axis = sorted(ranked_axes, key=study.axes.index)
     others = [axis.name for axis in study.swept() if axis not in ranked_axes]
     maps = []
-    of_joint = kinds.of_joint(study, joint)
+    of_joint = kinds.classify_motion(study, joint)
     kind_values = [("Contact", of_joint.contact, CONTACTS), ("Period", of_joint.period, PERIODS)]
     for name, values, words in kind_values[_is_lubricated(study, joint) :]:
         valid = np.where(values < 0, np.nan, values)
         if np.isfinite(valid).any():
             maps.append(
-                _map(f"{name}: {x_axis.name} {wording.TIMES} {y_axis.name}", study, valid, (x_axis, y_axis), words)
+                _kind_map(f"{name}: {x_axis.name} {wording.TIMES} {y_axis.name}", study, valid, (x_axis, y_axis), words)
             )
     caption_of_several = (
         f"Each cell shows the most irregular motion over {wording.sentence_list(others)} and the number of such cases."
@@ -70,11 +73,11 @@ def _maps(study: Study, joint: Joint) -> list[Picture]:
     return [picture._replace(caption=caption) for picture in maps]
 
 
-def _map(title: str, study: Study, values: np.ndarray, axes: tuple[Axis, Axis], words: tuple[str, ...]) -> Picture:
-    table = over_other_axes(study, values, axes, largest)
+def _kind_map(title: str, study: Study, values: np.ndarray, axes: tuple[Axis, Axis], words: tuple[str, ...]) -> Picture:
+    table = reduce_over_other_axes(study, values, axes, largest)
     most_irregular_counts = [
         f"{int((values[cases] == values[cases].max()).sum())} of {len(cases)}" if len(cases) > 1 else ""
-        for cases in cells(study, values, axes)
+        for cases in cases_by_cell(study, values, axes)
     ]
     count_texts = [f"{words[kind]}: {int((table == kind).sum())}" for kind in range(len(words))]
     alt = f"Map, cells of each kind. {'; '.join(count_texts)}."
@@ -93,19 +96,21 @@ def _share_pictures(study: Study, joint: Joint) -> list[Picture]:
     axis = next((axis for axis in ranked_axes if len(axis.values) <= MAX_BARS), None)
     if axis is None:
         return []
-    names, rows = kinds.by_value(study, joint, axis)
+    names, rows = kinds.shares_by_value(study, joint, axis)
     shown_axis = axis._replace(values=tuple(row[0] for row in rows))
     shares = np.array([row[2:] for row in rows], float).T
     times, periods = shares[: len(names)], shares[len(names) :]
     pictures = []
     if not _is_lubricated(study, joint):
-        pictures.append(_bars("Share of time", shown_axis, times, names, [draw.SHARE_COLOURS[name] for name in names]))
+        pictures.append(
+            _share_bars("Share of time", shown_axis, times, names, [draw.SHARE_COLOURS[name] for name in names])
+        )
     if periods.any():
-        pictures.append(_bars("Cases by period", shown_axis, periods, PERIODS, draw.KIND_COLOURS))
+        pictures.append(_share_bars("Cases by period", shown_axis, periods, PERIODS, draw.KIND_COLOURS))
     return pictures
 
 
-def _bars(title: str, axis: Axis, shares: np.ndarray, names: Sequence[str], colours: Sequence[str]) -> Picture:
+def _share_bars(title: str, axis: Axis, shares: np.ndarray, names: Sequence[str], colours: Sequence[str]) -> Picture:
     mean_text = "; ".join(f"{name} {wording.percent(share.mean())}" for name, share in zip(names, shares, strict=True))
     return Picture(
         f"{title} over {axis.name}",
@@ -120,7 +125,7 @@ def _table(study: Study, joint: Joint) -> Table:
     """Return the shares for each value of every axis."""
     rows, time_names = [], list[str]()
     for axis in study.levels():
-        names, counts = kinds.by_value(study, joint, axis)
+        names, counts = kinds.shares_by_value(study, joint, axis)
         time_names = [] if _is_lubricated(study, joint) else names
         for value, cases, *values in counts:
             shares = (Quantity(share, wording.percent(share)) for share in values[len(names) - len(time_names) :])
@@ -148,7 +153,7 @@ def _bifurcation_diagrams(study: Study, joint: Joint) -> list[Picture]:
 
 
 def _bifurcation_diagram(study: Study, joint: Joint, axis: Axis, reference: str) -> Picture | None:
-    points = strobe.along_axis(study, joint, axis, reference)
+    points = strobe.points_along_axis(study, joint, axis, reference)
     if points.cases < MIN_CASES:
         return None
     fixed_setting = study.setting(reference, without=axis) if not axis.is_scattered else ""
@@ -164,7 +169,7 @@ def _bifurcation_diagram(study: Study, joint: Joint, axis: Axis, reference: str)
 def _poincare_sections(study: Study, joint: Joint) -> list[Picture]:
     """Return the Poincaré section of the most loaded case: positions and velocities."""
     case_id = study.worst(joint)
-    frame = strobe.of_case(study, joint, case_id)
+    frame = strobe.poincare_points(study, joint, case_id)
     if len(frame) < strobe.MIN_POINTS:
         return []
     clearance = study.value(case_id, f"joints.{joint.title}.clearance")
@@ -203,10 +208,10 @@ def _spectra(study: Study, joint: Joint) -> list[Picture]:
     )
     spectra = []
     for curve in joint_histories(study, case_id, history):
-        actual = spectrum.of_history(history.angle, curve.actual) if curve.name in curve_names else None
+        actual = spectrum.harmonic_spectrum(history.angle, curve.actual) if curve.name in curve_names else None
         if actual is None or not actual.amplitude.any():
             continue
-        ideal = None if curve.ideal is None else spectrum.of_history(history.angle, curve.ideal)
+        ideal = None if curve.ideal is None else spectrum.harmonic_spectrum(history.angle, curve.ideal)
         spectra.append(_spectrum(curve.name, curve.unit, actual, ideal))
     return spectra
 
@@ -217,7 +222,8 @@ def _spectrum(name: str, unit: str, actual: spectrum.Spectrum, ideal: spectrum.S
     return Picture(
         f"Spectrum of {name}",
         f"Worst case, {wording.count(actual.revolutions, 'revolution')}. Pale lines are harmonics of the crank.",
-        f"{capital(name)} over orders of the crank; largest amplitude {amplitude_text} at order {strongest_order:g}.",
+        f"{capitalise(name)} over orders of the crank; largest amplitude {amplitude_text} at order "
+        f"{strongest_order:g}.",
         lambda ax: draw.draw_spectrum(ax, actual, ideal, unit, name),
         FLAT_SIZE,
     )

@@ -29,11 +29,11 @@ def sections(study: Study) -> list[Section]:
     (rows, names), written_id = result, _case_as_written(study)
     texts = [
         *_sentences(study, rows),
-        *_compared_with_written(study, rows, names, written_id),
+        *_comparison_sentences(study, rows, names, written_id),
         *_indistinguishable_sentences(study, rows, names),
     ]
     table = _table(study, rows, names, written_id)
-    blocks: list[Block] = [Sentences(texts), _thinned(table)]
+    blocks: list[Block] = [Sentences(texts), _shorten_table(table)]
     return [Section("optimise", "The best cases", without_empty(blocks))]
 
 
@@ -52,7 +52,7 @@ def best_by_objective(study: Study) -> list[tuple[str, str]]:
     return best_cases
 
 
-def answers(study: Study) -> list[str]:
+def best_case_sentences(study: Study) -> list[str]:
     """Return a sentence for each objective on the best case for it."""
     label = answer_cases(study).column_label
     return [
@@ -93,7 +93,7 @@ def _best_rows(study: Study) -> tuple[list[dict[str, Any]], list[str]] | None:
     return rows, names
 
 
-def _thinned(table: Table) -> Table:
+def _shorten_table(table: Table) -> Table:
     """Return a table without most rows of a long front: its first rows and others at equal steps."""
     if len(table.rows) <= MAX_ROWS_SHOWN:
         return table
@@ -121,7 +121,7 @@ def _case_as_written(study: Study) -> str | None:
     return str(study.cases.index[int(np.argmax(is_same))]) if is_same.any() else None
 
 
-def _compared_with_written(
+def _comparison_sentences(
     study: Study, rows: list[dict[str, Any]], names: list[str], written_id: str | None
 ) -> list[str]:
     """Return the improvement of the best case over the case as written in the grid."""
@@ -148,16 +148,16 @@ def _indistinguishable_sentences(study: Study, rows: list[dict[str, Any]], names
         row = study.cases.index.get_loc(rows[0]["case_id"])
         if np.isnan([low[row], high[row]]).any():
             continue
-        within = " within the limits" if rows[0]["limiting"] else ""
+        limits_text = " within the limits" if rows[0]["limiting"] else ""
         feasible = study.cases["limits_exceeded"].to_numpy() == "" if "limits_exceeded" in study.cases else True
-        overlapping = int(np.count_nonzero((low <= high[row]) & (high >= low[row]) & feasible)) - 1
+        overlapping_count = int(np.count_nonzero((low <= high[row]) & (high >= low[row]) & feasible)) - 1
         if rows[0]["margin"] is not None and rows[0]["margin"] < 0.0:
             continue  # no case meets the limits, so none of the others is best either
         interval_text = " to ".join(study.text(rows[0]["case_id"], column) for column in interval_columns)
         lines.append(
             f"The 95 % interval of {name} of the best case is {interval_text}; "
-            f"{wording.count(overlapping, 'other case')}"
-            f"{within} cannot be distinguished from it, as their intervals overlap."
+            f"{wording.count(overlapping_count, 'other case')}"
+            f"{limits_text} cannot be distinguished from it, as their intervals overlap."
         )
     lines += [
         f"In chaotic motion {name}, the largest peak of a window, is random; {name}_median and {name}_p95 have "

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from ...language import wording
-from ..blocks.picture import Picture, capital
+from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Detail, Section, Sentences
 from ..data.study import Joint, Study
 from ..data.table_columns import columns_in_table
@@ -30,11 +30,11 @@ def sections(study: Study) -> list[Section]:
     if not saved:
         return []
     blocks: list[Block] = [Sentences([NOTE_ON_CASES + NOTE_ON_FORCES])]
-    blocks += [_detail(study, rank, case_id) for rank, case_id in enumerate(saved, start=1)]
+    blocks += [_case_detail(study, rank, case_id) for rank, case_id in enumerate(saved, start=1)]
     return [Section("peak-revolution", "Revolution of the peak", blocks)]
 
 
-def _detail(study: Study, rank: int, case_id: str) -> Detail:
+def _case_detail(study: Study, rank: int, case_id: str) -> Detail:
     """Return one case: its peak, and the histories around it."""
     channels = study.run.peak_revolution(case_id)
     joint = next(joint for joint in study.joints if joint.name == channels.attrs["joint"])
@@ -71,7 +71,7 @@ def _picture(curve: JointHistory, paint: "Callable[[Axes], None]") -> Picture:
     largest_text, *ideal_text = largest_texts(
         [curve.actual, *([] if curve.ideal is None else [curve.ideal])], curve.unit
     )
-    alt = f"{capital(curve.name)} over the revolution of the peak, at most {largest_text} among the samples"
+    alt = f"{capitalise(curve.name)} over the revolution of the peak, at most {largest_text} among the samples"
     if ideal_text:
         alt += f"; without clearance {ideal_text[0]}"
-    return Picture(capital(curve.name), "", f"{alt}.", paint, FLAT_SIZE)
+    return Picture(capitalise(curve.name), "", f"{alt}.", paint, FLAT_SIZE)

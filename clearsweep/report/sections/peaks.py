@@ -6,7 +6,7 @@ from typing import overload
 from ...contracts.layout import DIFFERENCE
 from ...language import wording
 from ..blocks.case_table import case_table
-from ..blocks.picture import capital
+from ..blocks.picture import capitalise
 from ..blocks.section import Block, Note, Points, Section, without_empty
 from ..blocks.table import Quantity, Table
 from ..data.leading import PEAK
@@ -52,7 +52,7 @@ def _mechanism_table(study: Study) -> Table:
     columns, output = columns_in_table(study, "output"), study.run.layout.output
     key, title = ("drive", "The drive") if study.is_driven else ("restitution", "Measured restitution")
     if output:
-        key, title = output, f"{capital(output)} and drive"
+        key, title = output, f"{capitalise(output)} and drive"
     return case_table(study, key, title, columns, columns[0][0] if columns else "")
 
 
@@ -139,16 +139,16 @@ class _RowsWithReplacements(Sequence):
     @overload
     def __getitem__(self, index: int) -> tuple: ...
     @overload
-    def __getitem__(self, which: slice) -> list[tuple]: ...
-    def __getitem__(self, which: int | slice) -> tuple | list[tuple]:
-        if isinstance(which, int):
-            return self._replaced(self.rows[which])
-        return [self._replaced(row) for row in self.rows[which]]
+    def __getitem__(self, selection: slice) -> list[tuple]: ...
+    def __getitem__(self, selection: int | slice) -> tuple | list[tuple]:
+        if isinstance(selection, int):
+            return self._replace_errors(self.rows[selection])
+        return [self._replace_errors(row) for row in self.rows[selection]]
 
     def __iter__(self) -> Iterator[tuple]:
-        return map(self._replaced, self.rows)
+        return map(self._replace_errors, self.rows)
 
-    def _replaced(self, row: tuple) -> tuple:
+    def _replace_errors(self, row: tuple) -> tuple:
         """Return a row with its replacements; its first cell is the case_id."""
         return tuple(
             Quantity(value, self.replacements[column][row[0]]) if row[0] in self.replacements.get(column, {}) else value

@@ -9,12 +9,12 @@ from ...judging.probability import RANDOM_METHODS, Estimate
 from ...judging.validity import THOUSAND_HOURS
 from ...language import wording
 from ...language.errors import InputError
-from ..blocks.picture import Picture, capital
+from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Gallery, Points, Section, Sentences, without_empty
 from ..data.study import Study
 from ..draw import comparison
 from ..draw.style import RED
-from ..samples.rank_table import correlations, rank_table
+from ..samples.rank_table import figure_correlations, rank_table
 from ..samples.sample_tables import (
     LimitedFigure,
     effect_table,
@@ -22,7 +22,7 @@ from ..samples.sample_tables import (
     limit_table,
     limited_figures,
     spread_table,
-    variables,
+    variable_names,
 )
 from ..statistics import sensitivity
 from ..statistics.sensitivity import Sample
@@ -64,7 +64,7 @@ def leading_sections(study: Study) -> list[Section]:
     if not figures:
         return []
     sample = _sample_with_largest(samples, figures[0])
-    correlated = correlations(study, sample, figures[0].column)
+    correlated = figure_correlations(study, sample, figures[0].column)
     if not correlated:
         return []
     clear_count = sum(sampled.is_clear(partial) for _, _, partial in correlated)
@@ -80,13 +80,13 @@ def leading_sections(study: Study) -> list[Section]:
 
 def _driver_sentences(study: Study, sample: Sample, figure: LimitedFigure) -> list[str]:
     """Return the sentence on the variables that drive a figure of a sample."""
-    table, names = study.run.grid["sample"]["drawn"], variables(study)
+    table, names = study.run.grid["sample"]["drawn"], variable_names(study)
     inputs = {path: np.asarray(table[path], float) for path in names}
     values = np.asarray(sample.figures[figure.column], float)
     driver_texts = sampled.driver_sentences(
         inputs, values, names, lambda numbers: wording.in_common_unit(numbers, figure.unit)
     )
-    return [" ".join([f"{capital(figure.name)}:", *driver_texts])] if driver_texts else []
+    return [" ".join([f"{capitalise(figure.name)}:", *driver_texts])] if driver_texts else []
 
 
 def _spread_sentences(study: Study, samples: list[Sample]) -> list[str]:
@@ -114,13 +114,13 @@ def _spread_sentence(study: Study, sample: Sample, figure: LimitedFigure, values
     """Return the sentence on the spread of a figure's values in a sample; '' if all are null."""
     if not np.isfinite(values).any():
         return ""
-    low, median, high = sensitivity.spread(values).quantiles
+    low, median, high = sensitivity.summarise_spread(values).quantiles
     numbers = [low.value, median.value, high.value, *(end for end in median[1:] if np.isfinite(end))]
     texts_of = wording.in_common_unit(numbers, figure.unit)
     interval_text = f" (95 %: {' to '.join(texts_of[3:])})" if len(texts_of) == 5 else ""
     settings = [f"{name} {text}" for name, text in _axis_values(study, sample)]
     setting_text = f" at {', '.join(settings)}" if settings else ""
-    return sampled.spread_sentence(f"{capital(figure.name)}{setting_text}: median", texts_of[:3], interval_text)
+    return sampled.spread_sentence(f"{capitalise(figure.name)}{setting_text}: median", texts_of[:3], interval_text)
 
 
 def _axis_values(study: Study, sample: Sample) -> list[tuple[str, str]]:
@@ -184,7 +184,7 @@ def _sample_with_largest(samples: list[Sample], figure: LimitedFigure) -> Sample
 
 def _scatter_plots(study: Study, sample: Sample, figure: LimitedFigure) -> list[Picture]:
     """Return pictures of a figure over the variables with the strongest correlation."""
-    correlated = correlations(study, sample, figure.column)[:MAX_SCATTERED]
+    correlated = figure_correlations(study, sample, figure.column)[:MAX_SCATTERED]
     return [_scatter_plot(study, sample, figure, path, partial) for path, _, partial in correlated]
 
 
@@ -201,7 +201,7 @@ def _scatter_plot(study: Study, sample: Sample, figure: LimitedFigure, path: str
         for limit_line in bounds:
             ax.axhline(limit_line, color=RED, linewidth=1.2, linestyle="--")
 
-    title = f"{capital(figure.name)} over {axis.name}"
+    title = f"{capitalise(figure.name)} over {axis.name}"
     return Picture(title, caption, f"{title}, {len(y)} cases. {caption}", paint, size=(3.3, 2.8))
 
 
@@ -236,7 +236,7 @@ def _histogram(study: Study, sample: Sample, figure: LimitedFigure) -> Picture:
     absolute_limits = [limit.value for limit in figure.limits if not limit.times]
     alt = ", ".join(f"{share:.0%} quantile {scale.text(quantile)}" for share, quantile in share_quantiles)
     return Picture(
-        capital(figure.name),
+        capitalise(figure.name),
         "; ".join(settings),
         f"Histogram of {figure.name}, {len(values)} cases. {alt}",
         lambda ax: comparison.draw_histogram(

@@ -6,7 +6,7 @@ import pandas as pd
 
 from ...language import wording
 from ..blocks.case_table import axis_columns
-from ..blocks.picture import Picture, capital
+from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Gallery, Section, Sentences, without_empty
 from ..blocks.table import Column, Quantity, Table, count_cell
 from ..data.axis import Axis
@@ -22,9 +22,9 @@ class _Answers(NamedTuple):
     """The answers on one axis."""
 
     axis: Axis  # axis of the searched value
-    others: tuple[Axis, ...]
-    largest: bool
-    per_case: bool  # whether there is one answer for each case of the other axes
+    other_axes: tuple[Axis, ...]
+    is_largest: bool
+    is_per_case: bool  # whether there is one answer for each case of the other axes
     rows: list[dict[str, Any]]  # SI, None for null
 
     @property
@@ -32,11 +32,11 @@ class _Answers(NamedTuple):
         """Return the column of the answer."""
         return f"seek.{self.axis.path}"
 
-    def setting(self, row: dict[str, Any]) -> str:
+    def setting_text(self, row: dict[str, Any]) -> str:
         """Return the values of the other axes in words."""
-        return ", ".join(f"{axis.name} {axis.text(row[axis.path])}" for axis in self.others)
+        return ", ".join(f"{axis.name} {axis.text(row[axis.path])}" for axis in self.other_axes)
 
-    def interval(self, row: dict[str, Any]) -> str:
+    def interval_text(self, row: dict[str, Any]) -> str:
         """Return the interval of the limit in words, or '' if the range ends before it."""
         low, high = row["seek_low"], row["seek_high"]
         return "" if low == high else f"between {self.axis.text(low)} and {self.axis.text(high)}"
@@ -44,10 +44,10 @@ class _Answers(NamedTuple):
 
 def sections(study: Study) -> list[Section]:
     """Return the section, or [] if no search is complete."""
-    answers = _answers(study)
+    answers = _read_answers(study)
     if answers is None:
         return []
-    title = f"The {'largest' if answers.largest else 'smallest'} {answers.axis.name} within the limits"
+    title = f"The {'largest' if answers.is_largest else 'smallest'} {answers.axis.name} within the limits"
     lines = [
         "All tested values up to the first end of the border meet the limits. Between its ends, some meet them and "
         "some do not. From its second end, at least two consecutive tested values fail. "
@@ -65,38 +65,38 @@ def sections(study: Study) -> list[Section]:
 
 def safe_value_sentences(study: Study) -> list[str]:
     """Return a sentence with the largest (or smallest) value that is safe for all cases, or [] without `seek`."""
-    answers = _answers(study)
+    answers = _read_answers(study)
     if answers is None:
         return []
-    superlative, name = ("Largest" if answers.largest else "Smallest"), answers.axis.name
+    superlative, name = ("Largest" if answers.is_largest else "Smallest"), answers.axis.name
     unanswered = [row for row in answers.rows if row[answers.column] is None]
     if unanswered:
         count_text = f" in {len(unanswered)} of {len(answers.rows)} searches" if len(answers.rows) > 1 else ""
         return [
             f"{superlative} safe {name}: the range contains "
             f"none{count_text}{_limiting_text(study, answers, unanswered[0])}.",
-            *_not_monotone(answers),
+            *_not_monotone_sentences(answers),
         ]
-    strictest = min if answers.largest else max
-    row = strictest(answers.rows, key=lambda row: row[answers.column])
+    strictest_of = min if answers.is_largest else max
+    row = strictest_of(answers.rows, key=lambda row: row[answers.column])
     text = f"{superlative} safe {name}: {answers.axis.text(row[answers.column])}"
-    if answers.per_case and len(answers.rows) > 1:
+    if answers.is_per_case and len(answers.rows) > 1:
         text += f", which is safe in all {len(answers.rows)} searches"
-    border = answers.interval(row)
-    text += f"; the border is {border}" if border else "; the range of the search ends there"
-    return [f"{text}{_limiting_text(study, answers, row)}.", *_not_monotone(answers)]
+    interval_text = answers.interval_text(row)
+    text += f"; the border is {interval_text}" if interval_text else "; the range of the search ends there"
+    return [f"{text}{_limiting_text(study, answers, row)}.", *_not_monotone_sentences(answers)]
 
 
 def answer_cards(study: Study) -> list[tuple[str, str, str]]:
     """Return the card of the answer, or [] if there is none."""
-    answers = _answers(study)
+    answers = _read_answers(study)
     if answers is None:
         return []
-    superlative = "Largest" if answers.largest else "Smallest"
+    superlative = "Largest" if answers.is_largest else "Smallest"
     answered = [row for row in answers.rows if row[answers.column] is not None]
     if len(answered) < len(answers.rows) or not answered:
         return [(f"{superlative} safe {answers.axis.name}", "none", "in the range that was searched")]
-    row = (min if answers.largest else max)(answered, key=lambda row: row[answers.column])
+    row = (min if answers.is_largest else max)(answered, key=lambda row: row[answers.column])
     return [
         (
             f"{superlative} safe {answers.axis.name}",
@@ -106,12 +106,12 @@ def answer_cards(study: Study) -> list[tuple[str, str, str]]:
     ]
 
 
-def _not_monotone(answers: _Answers) -> list[str]:
+def _not_monotone_sentences(answers: _Answers) -> list[str]:
     """Return a sentence for each search in which fits beyond the first failing one meet the limits."""
     sentences = []
     for row in answers.rows:
         if row.get("seek_beyond"):
-            setting_text = f" at {answers.setting(row)}" if answers.others else ""
+            setting_text = f" at {answers.setting_text(row)}" if answers.other_axes else ""
             sentences.append(
                 f"The margin is not monotone{setting_text}: beyond the border, {row['seek_beyond']} also meet the "
                 "limits."
@@ -127,10 +127,12 @@ def _limiting_text(study: Study, answers: _Answers, row: dict[str, Any]) -> str:
         if limiting_columns
         else ""
     )
-    return f"{limiting_text} at {answers.setting(row)}" if answers.others and row["limiting"] else limiting_text
+    return (
+        f"{limiting_text} at {answers.setting_text(row)}" if answers.other_axes and row["limiting"] else limiting_text
+    )
 
 
-def _answers(study: Study) -> _Answers | None:
+def _read_answers(study: Study) -> _Answers | None:
     path, frame = first_sought_path(study.run.grid), study.run.seek
     if not path or frame is None or frame.empty:
         return None
@@ -149,8 +151,8 @@ def _answers(study: Study) -> _Answers | None:
 
 def _with_distinct_digits(axis: Axis, rows: list[dict[str, Any]]) -> Axis:
     """Return an axis with enough digits to distinguish the ends of intervals."""
-    ends = [(row["seek_low"], row["seek_high"]) for row in rows if row["seek_low"] != row["seek_high"]]
-    while axis.digits < 16 and any(axis.number(low) == axis.number(high) for low, high in ends):
+    intervals = [(row["seek_low"], row["seek_high"]) for row in rows if row["seek_low"] != row["seek_high"]]
+    while axis.digits < 16 and any(axis.number(low) == axis.number(high) for low, high in intervals):
         axis = axis._replace(digits=axis.digits + 1)
     return axis
 
@@ -159,8 +161,8 @@ def _table(study: Study, answers: _Answers) -> Table:
     """Return one row for each answer."""
     unit, axis = study.unit(answers.axis.path), answers.axis
     columns = (
-        *axis_columns(study, answers.others),
-        Column(f"{'largest' if answers.largest else 'smallest'} {axis.name}", unit, axis),
+        *axis_columns(study, answers.other_axes),
+        Column(f"{'largest' if answers.is_largest else 'smallest'} {axis.name}", unit, axis),
         Column("border from", unit, axis),
         Column("to", unit, axis),
         Column("limited by"),
@@ -171,7 +173,7 @@ def _table(study: Study, answers: _Answers) -> Table:
         values = [row[name] for name in (answers.column, "seek_low", "seek_high")]
         rows.append(
             (
-                *(row[other.path] for other in answers.others),
+                *(row[other.path] for other in answers.other_axes),
                 *(float("nan") if value is None else value for value in values),
                 row["limiting"] or wording.DASH,
                 count_cell(row["probes"]),
@@ -187,7 +189,7 @@ def _nearest_blocks(study: Study, answers: _Answers) -> list[Block]:
     if not best:
         return []
     columns = (
-        *axis_columns(study, answers.others),
+        *axis_columns(study, answers.other_axes),
         Column(f"best {axis.name}", study.unit(axis.path), axis),
         Column("margin"),
         Column("limited by"),
@@ -195,7 +197,7 @@ def _nearest_blocks(study: Study, answers: _Answers) -> list[Block]:
     )
     rows = [
         (
-            *(case["point"].get(other.path) for other in answers.others),
+            *(case["point"].get(other.path) for other in answers.other_axes),
             case["value"],
             _margin_cell(case["margin"]),
             case["limiting"] or wording.DASH,
@@ -206,10 +208,10 @@ def _nearest_blocks(study: Study, answers: _Answers) -> list[Block]:
     blocks: list[Block] = [Table("nearest", "How close the cases come to their limits", "", columns, rows)]
     if nearest["needed"] and len(best) > 1:
         blocks.append(Sentences([f"All of these {len(best)} would pass with {_needed_text(nearest['needed'])}."]))
-    return [*blocks, *_key_effects(answers, nearest)]
+    return [*blocks, *_key_effect_blocks(answers, nearest)]
 
 
-def _key_effects(answers: _Answers, nearest: dict[str, Any]) -> list[Block]:
+def _key_effect_blocks(answers: _Answers, nearest: dict[str, Any]) -> list[Block]:
     """Return the other keys that change the margin of the case furthest from its limits."""
     furthest, rows = nearest["furthest"], []
     for effect in nearest["effects"]:
@@ -221,7 +223,7 @@ def _key_effects(answers: _Answers, nearest: dict[str, Any]) -> list[Block]:
         return []
     if not rows:
         return [Sentences(["No other single key of the grid changes the margin."])]
-    other_texts = [f"{other.name} {other.text(furthest['point'].get(other.path))}" for other in answers.others]
+    other_texts = [f"{other.name} {other.text(furthest['point'].get(other.path))}" for other in answers.other_axes]
     setting = ", ".join([*other_texts, f"{answers.axis.name} {answers.axis.text(furthest['value'])}"])
     margin = _margin_cell(furthest["margin"]).text
     note = f"One key at a time is changed in the case furthest from its limits ({setting}); its margin is {margin}."
@@ -236,20 +238,20 @@ def _margin_cell(margin: float | None, missing: str = "unknown") -> Quantity:
 
 
 def _needed_text(needed: dict[str, str]) -> str:
-    return wording.sentence_list([f"{name} {words}" for name, words in needed.items()])
+    return wording.sentence_list([f"{name} {bound_text}" for name, bound_text in needed.items()])
 
 
 def _pictures(answers: _Answers, title: str) -> list[Picture]:
     """Return the picture of the answers over the other axis, or [] unless there is exactly one, with numbers."""
     rows = [row for row in answers.rows if row[answers.column] is not None]
-    if len(answers.others) != 1 or not answers.others[0].numeric or len(rows) < MIN_ANSWERS_DRAWN:
+    if len(answers.other_axes) != 1 or not answers.other_axes[0].numeric or len(rows) < MIN_ANSWERS_DRAWN:
         return []
-    (other,) = answers.others
+    (other,) = answers.other_axes
     results = sorted((row[other.path], row["seek_low"], row["seek_high"], row[answers.column]) for row in rows)
     answer_texts = "; ".join(f"{other.text(row[0])}: {answers.axis.text(row[3])}" for row in results)
     return [
         Picture(
-            capital(f"{title.removeprefix('The ')} over {other.name}"),
+            capitalise(f"{title.removeprefix('The ')} over {other.name}"),
             "The dot is the last safe value, the bar is the border.",
             f"{title} over {other.name}. {answer_texts}",
             lambda ax: draw.draw_intervals(ax, results, other, answers.axis),

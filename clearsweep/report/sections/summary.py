@@ -7,10 +7,10 @@ from ...judging.case_ranking import Candidate
 from ...language import wording
 from ..blocks.section import Cards, Section
 from ..data.answered import answer_cases
-from ..data.comparable import comparable, leaves_out
+from ..data.comparable import comparable_values, leaves_out
 from ..data.leading import PEAK
 from ..data.study import WEAR_PER_1000_HOURS, Joint, Study
-from ..data.worst_case import question, worst_case
+from ..data.worst_case import case_ranking_of, worst_case
 from ..samples import counts
 from ..statistics import elastic_range
 from . import identified, optimised, seek
@@ -38,17 +38,17 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         cards.append(("Shown on this page", f"{len(study.cases) + len(study.failed)} cases", sample_note))
     if study.cases.empty:
         return cards
-    if question(study).question == "identify":
+    if case_ranking_of(study).question == "identify":
         return cards  # the others would be of machines that were only tried
     wear_card = (WEAR_PER_1000_HOURS, "Deepest wear in 1000 h", WEAR_NOTE)
     figures = (
-        *(() if question(study).question == "force" else ((PEAK.figure, "Largest normal force", ""),)),
+        *(() if case_ranking_of(study).question == "force" else ((PEAK.figure, "Largest normal force", ""),)),
         ("force_peak_ratio", "Load over ideal peak", "relative to the mechanism without clearance"),
         ("force_rms", "Largest force rms", ""),
         (ONSET_FIGURE, "Fastest onset", ""),
         ("error_max", f"Largest {study.run.layout.output} error", "from the ideal position"),
         ("restitution", "Measured restitution", "largest of all cases"),
-        *(() if question(study).question == "life" else (wear_card,)),
+        *(() if case_ranking_of(study).question == "life" else (wear_card,)),
     )
     return cards + [card for figure in figures for card in _largest_cards(study, *figure)]
 
@@ -59,13 +59,13 @@ def _largest_cards(study: Study, figure: str, name: str, suffix: str) -> list[tu
     if not study.cases.largest(column) > 0.0:
         return []
     joint_text = study.joint_text(joint, "joint {}") if joint else ""
-    values = comparable(study, column)
+    values = comparable_values(study, column)
     row = int(np.nanargmax(values))
     worst = study.cases.index[row]
     if (
         figure == WEAR_PER_1000_HOURS
         and joint
-        and (hours := _hours_to_clearance(study, joint, row, float(values[row])))
+        and (hours := _clearance_hours_text(study, joint, row, float(values[row])))
     ):
         return [
             (
@@ -75,19 +75,19 @@ def _largest_cards(study: Study, figure: str, name: str, suffix: str) -> list[tu
             )
         ]
     start_note = "of the started cases" if leaves_out(study, column) else ""
-    if figure == PEAK.figure and joint and question(study).question == "start-up":
+    if figure == PEAK.figure and joint and case_ranking_of(study).question == "start-up":
         force_until_start = start_up.start_force_text(start_up.started_cases(answer_cases(study)), joint.name)
         until_note = force_until_start and f"until the start: {force_until_start}"
         unknown_note = start_up.force_of_cut_off(answer_cases(study), column) if start_note else ""
         start_note = "; ".join(filter(None, ("in the whole run", start_note, until_note, unknown_note)))
-    elastic_note = elastic_range.remark(study, joint, worst) if joint and figure == ONSET_FIGURE else ""
+    elastic_note = elastic_range.first_yield_text(study, joint, worst) if joint and figure == ONSET_FIGURE else ""
     note = "; ".join(filter(None, (joint_text, suffix, start_note, elastic_note))) or (
         f"joint {joint.title}" if joint else ""
     )
     return [(name, study.text(worst, column), note)]
 
 
-def _hours_to_clearance(study: Study, joint: Joint, row: int, depth: float) -> str:
+def _clearance_hours_text(study: Study, joint: Joint, row: int, depth: float) -> str:
     """Return the hours after which the wear of a case equals its clearance, '' beyond 1000 h; depth : m in 1000 h."""
     layout = next(joint_layout for joint_layout in study.run.layout.joints if joint_layout.name == joint.name)
     return wear.clearance_hours_text(answer_cases(study), layout, row, depth)
@@ -95,15 +95,15 @@ def _hours_to_clearance(study: Study, joint: Joint, row: int, depth: float) -> s
 
 def _answer_cards(study: Study) -> list[tuple[str, str, str]]:
     """Return the cards with the figures of the worst case, which answer the question of the grid."""
-    ranking = question(study)
+    ranking = case_ranking_of(study)
     if ranking.question == "identify":
-        return identified.cards(study)
+        return identified.parameter_cards(study)
     return [*start_up.start_up_cards(answer_cases(study)), *_worst_case_cards(study)]
 
 
 def _worst_case_cards(study: Study) -> list[tuple[str, str, str]]:
     """Return the cards on the worst case by the question of the grid."""
-    worst, ranking = worst_case(study), question(study)
+    worst, ranking = worst_case(study), case_ranking_of(study)
     if worst is None:
         return []
     case_id, candidate = worst
@@ -126,7 +126,7 @@ def _worst_case_cards(study: Study) -> list[tuple[str, str, str]]:
         return []
     if ranking.question in ("seek", "limits"):
         exceeded = study.cases.at[case_id, verdict.EXCEEDED]
-        limits = counts.limits(study)
+        limits = counts.limit_counts(study)
         margin, _, times = verdict.margin_text(value, study.limits, exceeded).partition(" (")
         return [
             *seek.answer_cards(study),
@@ -156,18 +156,22 @@ def _film_cards(study: Study, case_id: str, candidate: Candidate) -> list[tuple[
         if np.isfinite(best.loss):
             (loss_text,) = cases.format_values(f"{best.joint}_{films.LOSS}", [best.loss])
             cards.append(("Its film loss", f"up to {loss_text}", setting))
-    outside, count = films.find_cases_outside_law(cases)
+    outside_cases, count = films.find_cases_outside_law(cases)
     range_note = (
-        f"outside:{cases.setting_text(int(outside[0])).removeprefix(' at')}"
-        if len(outside) == 1
+        f"outside:{cases.setting_text(int(outside_cases[0])).removeprefix(' at')}"
+        if len(outside_cases) == 1
         else "range of the film law"
     )
-    cards.append(("Cases within the film law", f"{count - len(outside)} of {count}", range_note))
-    share = float(study.cases.at[case_id, f"{candidate.joint}_{films.LIMIT_FRACTION}"])
-    remark = f"; {films.beyond_law_text(share)}" if share > 0.0 else ""
+    cards.append(("Cases within the film law", f"{count - len(outside_cases)} of {count}", range_note))
+    outside_share = float(study.cases.at[case_id, f"{candidate.joint}_{films.LIMIT_FRACTION}"])
+    remark = f"; {films.beyond_law_text(outside_share)}" if outside_share > 0.0 else ""
     cards.append(("Thinnest film of all", study.text(case_id, thinnest), f"{_setting_text(study, case_id)}{remark}"))
-    dry = float(study.cases.at[case_id, f"{candidate.joint}_{films.DRY_SHARE}"])
-    return cards if np.isnan(dry) else [*cards, ("Dry load share", films.dry_share_text(dry), THINNEST_FILM_NOTE)]
+    dry_share = float(study.cases.at[case_id, f"{candidate.joint}_{films.DRY_SHARE}"])
+    return (
+        cards
+        if np.isnan(dry_share)
+        else [*cards, ("Dry load share", films.dry_share_text(dry_share), THINNEST_FILM_NOTE)]
+    )
 
 
 def _design_cards(study: Study) -> list[tuple[str, str, str]]:
@@ -192,7 +196,7 @@ def _design_cards(study: Study) -> list[tuple[str, str, str]]:
 
 def _probability_cards(study: Study) -> list[tuple[str, str, str]]:
     """Return the card on the probability of exceeding a limit, or [] if the cases are not one random sample."""
-    limits = counts.limits(study)
+    limits = counts.limit_counts(study)
     if not sampled.is_one_sample(study.run.grid) or not limits.cases:
         return []
     value, _, interval = probability.percentage_text(

@@ -32,7 +32,7 @@ def sections(study: Study) -> list[Section]:
     p99 = joint.column("force_p99")
     peak, onset = joint.column("force_peak"), joint.column("onset_rate_max")
     p99_note = "Cases of equal p99 have different peaks: p99 ignores impacts shorter than 1 % of the time."
-    elastic_note = elastic_range.span(study, joint)
+    elastic_note = elastic_range.yield_speed_sentence(study, joint)
     scatter_plots = (
         ScatterPlot("Force peak against p99", p99, "force p99", peak, "force peak", p99_note),
         ScatterPlot(

@@ -7,18 +7,18 @@ import numpy as np
 
 from ...judging.probability import Estimate
 from ...language import wording
-from ..blocks.picture import capital
+from ..blocks.picture import capitalise
 from ..blocks.section import Points, Section
 from ..blocks.table import Column, Table, count_cell
 from ..data.axis import Axis
 from ..data.study import WEAR_PER_MILLION_STROKES, Joint, Study
 from ..one_case import worn
-from ..statistics.matching import matched
-from ..statistics.paired import power
-from ..statistics.sensitivity import quantile
+from ..statistics.matching import match_cases
+from ..statistics.paired import trend_exponent
+from ..statistics.sensitivity import estimate_quantile
 
 UNEVEN_RATIO = 1.5  # deepest over mean depth around a body above which its wear is called uneven
-MOST_CASES_READ = 200  # cases whose depths round the circle are read; ids are hashes, so the first ones are random
+MAX_CASES_READ = 200  # cases whose depths round the circle are read; ids are hashes, so the first ones are random
 SHOWN, CONTRADICTED, OPEN = "shown", "contradicted", "not decided"
 NOTE = (
     "The literature finds deeper wear with larger clearance, higher crank speed and lower stiffness, and uneven wear "
@@ -51,9 +51,9 @@ class Answer(NamedTuple):
     joint: Joint
     measure: str  # the estimate in words
     estimate: Estimate
-    number: int  # number of pairs or cases
-    counted: str
-    answer: str
+    pair_count: int  # number of pairs or cases
+    counted_noun: str
+    verdict: str
 
 
 def sections(study: Study) -> list[Section]:
@@ -82,8 +82,8 @@ def _concerns(claim: Claim, axis: Axis, joint: Joint) -> bool:
 
 def _answer_for_axis(study: Study, joint: Joint, claim: Claim, axis: Axis) -> Answer:
     """Return the answer to a claim from pairs of cases that differ only in the value of one axis."""
-    table = matched(study, axis).table(study, joint.column(WEAR_PER_MILLION_STROKES))
-    estimate, pairs = power(table.columns.to_numpy(float), table.to_numpy(float))
+    table = match_cases(study, axis).table(study, joint.column(WEAR_PER_MILLION_STROKES))
+    estimate, pairs = trend_exponent(table.columns.to_numpy(float), table.to_numpy(float))
     bounds = sorted((claim.sign * estimate.low, claim.sign * estimate.high))
     factor = Estimate(*(2.0**value for value in estimate))
     measure = f"factor of the depth for twice the {axis.name}"
@@ -92,13 +92,13 @@ def _answer_for_axis(study: Study, joint: Joint, claim: Claim, axis: Axis) -> An
 
 def _unevenness(study: Study, joint: Joint) -> list[Answer]:
     """Return the unevenness of the wear of each body."""
-    case_ids = study.cases.index[study.cases[joint.column("wear_depth_max")].to_numpy() > 0.0][:MOST_CASES_READ]
-    depths = [[worn.around_body(depth) for depth in study.run.wear(case_id)[joint.name]] for case_id in case_ids]
+    case_ids = study.cases.index[study.cases[joint.column("wear_depth_max")].to_numpy() > 0.0][:MAX_CASES_READ]
+    depths = [[worn.deepest_along_axis(depth) for depth in study.run.wear(case_id)[joint.name]] for case_id in case_ids]
     answers = []
     for index, body in enumerate(("bearing", "journal")):
         ratios = np.sort([depth[index].max() / depth[index].mean() for depth in depths if depth[index].max() > 0.0])
         if len(ratios):
-            median = quantile(ratios, 0.5) if len(ratios) > 1 else Estimate(ratios[0], math.nan, math.nan)
+            median = estimate_quantile(ratios, 0.5) if len(ratios) > 1 else Estimate(ratios[0], math.nan, math.nan)
             answer = _verdict(median.low, median.high, border=UNEVEN_RATIO)
             title = f"uneven round the {body}"
             answers.append(Answer(title, joint, "deepest over mean depth", median, len(ratios), "cases", answer))
@@ -113,9 +113,13 @@ def _verdict(low: float, high: float, *, border: float) -> str:
 def _points(study: Study, answers: list[Answer]) -> list[str]:
     """Return one sentence for each answer."""
     sentences = []
-    for word in (SHOWN, CONTRADICTED, OPEN):
-        titles = [answer.title + study.joint_text(answer.joint, " ({})") for answer in answers if answer.answer == word]
-        sentences += [f"{capital(word)}: {wording.sentence_list(titles)}."] if titles else []
+    for verdict_word in (SHOWN, CONTRADICTED, OPEN):
+        titles = [
+            answer.title + study.joint_text(answer.joint, " ({})")
+            for answer in answers
+            if answer.verdict == verdict_word
+        ]
+        sentences += [f"{capitalise(verdict_word)}: {wording.sentence_list(titles)}."] if titles else []
     return sentences
 
 
@@ -125,11 +129,11 @@ def _table(study: Study, answers: list[Answer]) -> Table:
         (
             answer.title,
             answer.joint.title,
-            answer.answer,
+            answer.verdict,
             answer.measure,
             *answer.estimate,
-            count_cell(answer.number),
-            answer.counted,
+            count_cell(answer.pair_count),
+            answer.counted_noun,
         )
         for answer in answers
     ]

@@ -15,10 +15,10 @@ NO_BUDGET = Markup(
 
 def sections(study: Study) -> list[Section]:
     """Return the section."""
-    return [Section("trust", "Reliability of the results", without_empty([Points(points(study))]))]
+    return [Section("trust", "Reliability of the results", without_empty([Points(reliability_points(study))]))]
 
 
-def points(study: Study) -> list[str]:
+def reliability_points(study: Study) -> list[str]:
     """Return failures and warnings of the run, then a sentence each on laws, convergence and unknowns."""
     return [*_failure_points(study), *_warnings(study), *([] if study.cases.empty else _finished_case_points(study))]
 
@@ -36,21 +36,21 @@ def _warnings(study: Study) -> list[str]:
 
 
 def _finished_case_points(study: Study) -> list[str]:
-    periodicity = " ".join(headline.periodicity(study))
+    periodicity = " ".join(headline.periodicity_sentences(study))
     sentences = [
         *headline.law_range_remarks(study),
         *([periodicity] if periodicity else []),
         *elastic_laws.recommendation_texts(study),
     ]
     for section in (*law_choice.sections(study), *elastic_laws.sections(study)):
-        sentences += [_linked(section, sentence) for sentence in section.sentences[:1]]
+        sentences += [_with_link(section, sentence) for sentence in section.sentences[:1]]
     for section in elastic_links.sections(study):
-        sentences.append(_linked(section, " ".join(section.sentences[:2])))
+        sentences.append(_with_link(section, " ".join(section.sentences[:2])))
     budget_sections = budget.sections(study)
-    budget_points = [_linked(section, " ".join(section.sentences[1:2])) for section in budget_sections]
+    budget_points = [_with_link(section, " ".join(section.sentences[1:2])) for section in budget_sections]
     return [*sentences, *(budget_points or [NO_BUDGET])]
 
 
-def _linked(section: Section, sentence: str) -> str:
+def _with_link(section: Section, sentence: str) -> str:
     """Return a sentence of a folded section with a link to it."""
     return Markup('{} <a href="#{}">{}</a>').format(sentence, section.key, "More.")

@@ -12,14 +12,14 @@ from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture
 from ..blocks.section import Block, Gallery, Points, Section, without_empty
 from ..blocks.table import Column, Quantity, Table, count_cell
-from ..data.answered import answer_cases, answers
+from ..data.answered import answer_cases, answer_sentences
 from ..data.axis import Axis
-from ..data.study import Joint, Study, largest, over_other_axes
+from ..data.study import Joint, Study, largest, reduce_over_other_axes
 from ..data.table_columns import column_label
-from ..data.worst_case import question
+from ..data.worst_case import case_ranking_of
 from ..draw import heat_map, pass_share
 from ..samples import counts
-from ..samples.sample_tables import any_exceeded
+from ..samples.sample_tables import any_limit_exceeded
 from ..statistics import sensitivity
 from ..statistics.main_effects import main_effects_of
 from . import law_check, life, maps, optimised
@@ -35,17 +35,17 @@ def sections(study: Study) -> list[Section]:
         sentence = f"None of the {wording.count(len(study.failed), 'case')} finished; the reasons are listed below."
         return [Section("verdict", "Answer", [Points([sentence])])]
     points = [
-        *_progress(study),
-        *life.extreme_lives(study),
+        *_progress_sentences(study),
+        *life.life_sentences(study),
         *safe_value_sentences(study),
-        *optimised.answers(study),
+        *optimised.best_case_sentences(study),
         *(_probability_sentences(study) if sampled.is_one_sample(study.run.grid) else []),
-        *answers(study),
+        *answer_sentences(study),
         *_limit_sentences(study),
-        *_advice(study),
+        *_advice_sentences(study),
         *law_check.sentences(study),
     ]
-    blocks: list[Block] = [Points(points), Gallery("", [*_maps(study)[:1], *maps.answer_maps(study)])]
+    blocks: list[Block] = [Points(points), Gallery("", [*_margin_maps(study)[:1], *maps.answer_maps(study)])]
     return [Section("verdict", "Answer", without_empty(blocks))]
 
 
@@ -53,10 +53,10 @@ def folded_sections(study: Study) -> list[Section]:
     """Return a section with the table of limits and the maps of further pairs of axes."""
     if study.cases.empty:
         return []
-    return [Section("limits-kept", "Limits", without_empty([_table(study), Gallery("", _maps(study)[1:])]))]
+    return [Section("limits-kept", "Limits", without_empty([_table(study), Gallery("", _margin_maps(study)[1:])]))]
 
 
-def _progress(study: Study) -> list[str]:
+def _progress_sentences(study: Study) -> list[str]:
     """Return a sentence with the number of cases of an unfinished run on the page, or [] if none is missing."""
     missing = study.run.grid.get("counts", {}).get("missing", 0)
     if not missing:
@@ -65,14 +65,14 @@ def _progress(study: Study) -> list[str]:
     return [f"The run is not finished: this page has {finished} of {wording.count(finished + missing, 'case')}."]
 
 
-def _advice(study: Study) -> list[str]:
+def _advice_sentences(study: Study) -> list[str]:
     """Return the limit to add to a grid without limits."""
-    if question(study).question not in case_ranking.CONTENT_QUESTIONS:
+    if case_ranking_of(study).question not in case_ranking.CONTENT_QUESTIONS:
         return []
     return [f"{advice.suggest_limit(answer_cases(study))}."]
 
 
-def ratios(study: Study) -> list[str]:
+def force_ratio_sentences(study: Study) -> list[str]:
     """Return the largest ratio of resultant to ideal forces for each joint."""
     sentences = []
     for joint in study.joints:
@@ -109,30 +109,36 @@ def _limit_sentences(study: Study) -> list[str]:
     """Return sentences with the number of cases that meet the limits, and the worst and the best margin."""
     if verdict.EXCEEDED not in study.cases:
         return []
-    if question(study).question == "life":  # then the answer has the limits
-        return [*_probability_sentences(study), *_not_judged(study)]
-    counted_cases = counts.limits(study)
+    if case_ranking_of(study).question == "life":  # then the answer has the limits
+        return [*_probability_sentences(study), *_unassessed_sentences(study)]
+    counted_cases = counts.limit_counts(study)
     exceeding, cases_text = counted_cases.exceeding, wording.count(counted_cases.cases, "case")
     count_sentence = (
         f"{exceeding} of {cases_text} exceed at least one limit"
         if exceeding
         else f"All of {cases_text} meet the limits"
     )
-    is_in_answer = question(study).question == "limits" and len(study.limits) == 1  # then the answer has the limit
+    is_in_answer = (
+        case_ranking_of(study).question == "limits" and len(study.limits) == 1
+    )  # then the answer has the limit
     count_sentence += "." if is_in_answer else f": {wording.sentence_list(_limit_texts(study))}."
     if "refine" in study.run.grid:
         count_sentence += (
             " They include cases that refine placed near the boundary, so this count is not a share of designs."
         )
     is_one_sample = sampled.is_one_sample(study.run.grid)
-    sentences = [count_sentence, *([] if is_one_sample else _probability_sentences(study)), *_not_judged(study)]
+    sentences = [
+        count_sentence,
+        *([] if is_one_sample else _probability_sentences(study)),
+        *_unassessed_sentences(study),
+    ]
     if study.has(verdict.MARGIN):
         margins = study.cases[verdict.MARGIN]
         worst, best = margins.idxmin(), margins.idxmax()
         exceeded = study.cases.at[worst, verdict.EXCEEDED]
         exceeded_text = f" ({', '.join(column_label(study, name) for name in exceeded.split(','))})" if exceeded else ""
         extremes = (("Smallest", worst, exceeded_text), ("Largest", best, ""))
-        is_best_shown = best != worst and question(study).question != "limits"
+        is_best_shown = best != worst and case_ranking_of(study).question != "limits"
         for word, case_id, remark in extremes[: 1 + is_best_shown]:
             margin = verdict.margin_text(
                 float(study.cases.at[case_id, verdict.MARGIN]), study.limits, study.cases.at[case_id, verdict.EXCEEDED]
@@ -152,7 +158,7 @@ def _limit_sentences(study: Study) -> list[str]:
 
 def _limit_texts(study: Study) -> list[str]:
     """Return each limit in words, with the number of cases that exceed it if there are several limits."""
-    counts_by_limit = counts.limits(study).by_limit
+    counts_by_limit = counts.limit_counts(study).by_limit
     if len(counts_by_limit) == 1:
         return [_limit_text(study, study.limits[0])]
     counted_limits = zip(study.limits, counts_by_limit, strict=True)
@@ -164,13 +170,13 @@ def _probability_sentences(study: Study) -> list[str]:
     samples = sensitivity.samples_of(study.run)
     if len(samples) != 1 or study.run.grid["sample"]["method"] not in probability.RANDOM_METHODS:
         return []
-    estimate = sensitivity.exceedance(any_exceeded(study, samples[0]))
+    estimate = sensitivity.exceedance_probability(any_limit_exceeded(study, samples[0]))
     return [probability.exceedance_sentence(estimate, study.run.grid)]
 
 
-def _not_judged(study: Study) -> list[str]:
+def _unassessed_sentences(study: Study) -> list[str]:
     """Return a sentence with the number of cases without a verdict and the missing figures, or [] for none."""
-    limits = counts.limits(study)
+    limits = counts.limit_counts(study)
     count = limits.unknown
     if not count:
         return []
@@ -202,9 +208,9 @@ def _table(study: Study) -> Table:
         Column("case_id"),
     )
     rows = []
-    limit_counts = counts.limits(study)
+    limit_counts = counts.limit_counts(study)
     for limit, (failing, unknown) in zip(study.limits, limit_counts.by_limit, strict=True):
-        values_by_column = counts.columns(study, limit)
+        values_by_column = counts.limit_columns(study, limit)
         margins, fails = limit.margin(values_by_column), limit.is_exceeded(values_by_column)
         row = int(np.nanargmin(margins)) if np.isfinite(margins).any() else int(np.argmax(fails))
         case_id = study.cases.index[row]
@@ -225,7 +231,7 @@ def _limit_text(study: Study, limit: verdict.Limit) -> str:
     return limit_label(study.run.layout, limit, study.unit(limit.column))
 
 
-def _maps(study: Study) -> list[Picture]:
+def _margin_maps(study: Study) -> list[Picture]:
     """Return the maps of the smallest margin over the pairs of axes with the largest effect."""
     if verdict.MARGIN not in study.cases or not study.has(verdict.MARGIN):
         return []
@@ -233,14 +239,14 @@ def _maps(study: Study) -> list[Picture]:
     if len(ranked) == 1:
         return []
     pairs = list(itertools.combinations(ranked, 2))[:MAX_MAPS]
-    return [_map(study, *sorted(pair, key=study.axes.index)) for pair in pairs]
+    return [_margin_map(study, *sorted(pair, key=study.axes.index)) for pair in pairs]
 
 
-def _map(study: Study, x_axis: Axis, y_axis: Axis) -> Picture:
+def _margin_map(study: Study, x_axis: Axis, y_axis: Axis) -> Picture:
     margins = study.cases[verdict.MARGIN].to_numpy(float)
     exceeded = (study.cases[verdict.EXCEEDED] != "").to_numpy(float)
-    smallest = -over_other_axes(study, -margins, (x_axis, y_axis), largest)
-    failing = over_other_axes(study, exceeded, (x_axis, y_axis), largest)
+    smallest = -reduce_over_other_axes(study, -margins, (x_axis, y_axis), largest)
+    failing = reduce_over_other_axes(study, exceeded, (x_axis, y_axis), largest)
     added_cases = _added_cases(study, exceeded, x_axis, y_axis)
     passing_cells, cells = int((failing == 0.0).sum()), int(np.isfinite(failing).sum())
     others = [axis.name for axis in study.swept() if axis not in (x_axis, y_axis)]
@@ -256,7 +262,7 @@ def _map(study: Study, x_axis: Axis, y_axis: Axis) -> Picture:
         caption,
         f"Map of the smallest margin over {x_axis.name} and {y_axis.name}: {passing_cells} of {cells} cells meet all "
         f"limits. {caption}",
-        lambda ax: pass_share.cells(ax, (smallest, failing, reservations), (x_axis, y_axis), added_cases),
+        lambda ax: pass_share.draw_margin_cells(ax, (smallest, failing, reservations), (x_axis, y_axis), added_cases),
         heat_map.SIZE,
     )
 
@@ -278,7 +284,7 @@ def _reservations(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, st
     if fit_states is not None and fit_states.undecided and any(axis.path == fit_states.path for axis in pair):
         codes[np.isin(cases.column(fit_states.path), [fit["mean"] for fit in fit_states.undecided])] = pass_share.OPEN
         remark += " open: met at the mean clearance; an end of the fit's tolerance was not covered."
-    return over_other_axes(study, codes, pair, largest), remark
+    return reduce_over_other_axes(study, codes, pair, largest), remark
 
 
 def _added_cases(study: Study, exceeded: np.ndarray, x_axis: Axis, y_axis: Axis) -> pass_share.Dots:

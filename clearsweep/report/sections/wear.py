@@ -48,10 +48,10 @@ def sections(study: Study) -> list[Section]:
     blocks: list[Block] = []
     for joint in study.joints:
         if joint.wears:
-            blocks += _deepest(study, joint)
+            blocks += _deepest_wear_blocks(study, joint)
             blocks += [
                 Gallery(MAPS_NOTE, _maps(study, joint)),
-                Sentences(_coarse_bins(study, joint)),
+                Sentences(_coarse_bin_sentences(study, joint)),
                 _table(study, joint),
             ]
     return [Section("wear", "Wear", without_empty([Note(_note(study)), *blocks] if blocks else []))]
@@ -63,7 +63,7 @@ def _note(study: Study) -> str:
     return note + IN_SLOT if slots else note
 
 
-def _coarse_bins(study: Study, joint: Joint) -> list[str]:
+def _coarse_bin_sentences(study: Study, joint: Joint) -> list[str]:
     """Return a sentence with the number of cases with too coarse bins and a sufficient number of bins, or []."""
     column = joint.column("wear_bins_enough")
     bins = next(joint_layout.wear_bins for joint_layout in study.run.layout.joints if joint_layout.name == joint.name)
@@ -96,7 +96,7 @@ def _table(study: Study, joint: Joint) -> Table:
     )
 
 
-def _deepest(study: Study, joint: Joint) -> list[Block]:
+def _deepest_wear_blocks(study: Study, joint: Joint) -> list[Block]:
     """Return the most worn case, and a selector of other cases."""
     column = worn.ranking_column(study, joint)
     if not study.has(column):
@@ -116,7 +116,7 @@ def _deepest(study: Study, joint: Joint) -> list[Block]:
             *([("reaches the clearance after", hours)] if hours else []),
             *((name, study.text(case_id, figure)) for name, figure in figures),
         ],
-        worn.pictures(study, joint, case_id, study.run.wear(case_id)[joint.name]),
+        worn.wear_pictures(study, joint, case_id, study.run.wear(case_id)[joint.name]),
         key=f"wear-{joint.name}",
     )
     selector = worn.selectable_cases(study, joint)
@@ -135,4 +135,6 @@ def _hours_to_clearance(study: Study, joint: Joint, case_id: str) -> str:
 
 def _maps(study: Study, joint: Joint) -> list[Picture]:
     """Return wear depth and wear rate over the most important axes."""
-    return [picture for figure, name in MAPPED_FIGURES for picture in maps.over_axes(study, joint, figure, name)]
+    return [
+        picture for figure, name in MAPPED_FIGURES for picture in maps.pictures_over_axes(study, joint, figure, name)
+    ]

@@ -5,13 +5,13 @@ import numpy as np
 from ...judging.validity import YIELD_SPEED
 from ...language import wording
 from ...language.errors import InputError
-from ..data.study import Joint, Study, joint_of, resolved
+from ..data.study import Joint, Study, joint_of, resolve_cases
 
 MAX_SPEED_RATIO = 3.0  # times the fastest onset: a higher line would compress all onsets at the bottom of a picture
 _NO_STRENGTH = ", because it needs a yield strength or a hardness"
 
 
-def remark(study: Study, joint: Joint, case_id: str) -> str:
+def first_yield_text(study: Study, joint: Joint, case_id: str) -> str:
     """Return a sentence on the approach speed (m/s) at which a joint of a case first yields."""
     column = joint.column(YIELD_SPEED)
     speed = study.cases.at[case_id, column] if study.has(column) else np.nan
@@ -20,36 +20,36 @@ def remark(study: Study, joint: Joint, case_id: str) -> str:
     return f"its contact first yields at {wording.scale('m/s', speed).text(speed, 2)}"
 
 
-def span(study: Study, joint: Joint) -> str:
+def yield_speed_sentence(study: Study, joint: Joint) -> str:
     """Return the sentence on the approach speeds (m/s) of first yield of a joint in all cases."""
     column = joint.column(YIELD_SPEED)
     if not study.has(column):
         reason = " for this kind of joint or law" if _has_strength(study, joint) else _NO_STRENGTH
         return f"The speed at which the contact first yields is not computed{reason}."
-    ends = (study.cases[column].min(), study.cases[column].max())
-    scale = wording.scale("m/s", ends)
-    words = " to ".join(dict.fromkeys(scale.number(end, 2) for end in ends))
-    return f"The contact first yields at {scale.joined(words)}."
+    extremes = (study.cases[column].min(), study.cases[column].max())
+    scale = wording.scale("m/s", extremes)
+    range_text = " to ".join(dict.fromkeys(scale.number(extreme, 2) for extreme in extremes))
+    return f"The contact first yields at {scale.joined(range_text)}."
 
 
 def _has_strength(study: Study, joint: Joint) -> bool:
     """Return whether the strength of a joint's weaker body is known in any case; False without a finished case."""
-    layout = next(each for each in study.run.layout.joints if each.name == joint.name)
+    layout = next(joint_layout for joint_layout in study.run.layout.joints if joint_layout.name == joint.name)
     if layout.strength:
         return True
     try:
-        cases = resolved(study, study.cases.index[:1])
+        cases = resolve_cases(study, study.cases.index[:1])
     except InputError:  # a law that this version does not know
         return False
     return any(joint_of(case, joint).strength is not None for case in cases)
 
 
-def limits(study: Study, case_id: str, fastest: float) -> list[tuple[str, float]]:
+def yield_speeds(study: Study, case_id: str, fastest: float) -> list[tuple[str, float]]:
     """Return joint and approach speed (m/s) of first yield in a case; speeds far above the `fastest` are left out."""
-    ranges = []
+    speeds = []
     for joint in study.joints:
         column = joint.column(YIELD_SPEED)
         speed = float(study.cases.at[case_id, column]) if study.has(column) else np.nan
         if speed <= MAX_SPEED_RATIO * fastest:
-            ranges.append((joint.title, speed))
-    return ranges
+            speeds.append((joint.title, speed))
+    return speeds

@@ -19,7 +19,7 @@ class Kinds(NamedTuple):
     contact: np.ndarray  # index in CONTACTS
     period: np.ndarray  # index in PERIODS
     flight: np.ndarray  # share of the window's time
-    impact: np.ndarray  # the same for contacts shorter than SHORT; NaN without events
+    impact: np.ndarray  # the same for contacts shorter than SHORT_CONTACT; NaN without events
     lasting: np.ndarray  # for other contacts
 
     def shares(self) -> dict[str, np.ndarray]:
@@ -31,12 +31,12 @@ class Kinds(NamedTuple):
         return {"free flight": self.flight, "impacts": np.where(known, self.impact, 0.0), "lasting contact": lasting}
 
 
-def of_joint(study: Study, joint: Joint) -> Kinds:
+def classify_motion(study: Study, joint: Joint) -> Kinds:
     """Return the kinds of all finished cases, by the contacts of one joint."""
-    return study.cases.cached(("kinds", joint.name), lambda: _of_joint(study, joint))
+    return study.cases.cached(("kinds", joint.name), lambda: _classify_motion(study, joint))
 
 
-def _of_joint(study: Study, joint: Joint) -> Kinds:
+def _classify_motion(study: Study, joint: Joint) -> Kinds:
     contact_share = study.cases[joint.column("contact_fraction")].to_numpy(float)
     onsets = study.cases[joint.column("impacts_per_rev")].to_numpy(float)
     with np.errstate(all="ignore"):
@@ -65,7 +65,7 @@ def _first_true(conditions: list[np.ndarray], codes: list[int], default: int) ->
 
 
 def short_contacts(study: Study, joint: Joint) -> np.ndarray:
-    """Return the share of the window's time in contacts shorter than SHORT, for every finished case.
+    """Return the share of the window's time in contacts shorter than SHORT_CONTACT, for every finished case.
 
     It is NaN without events, for a free crank, and for joints with several contact points.
     """
@@ -101,12 +101,12 @@ def short_contacts(study: Study, joint: Joint) -> np.ndarray:
     return short_time / (revolution_time * recorded)
 
 
-def by_value(study: Study, joint: Joint, axis: Axis) -> tuple[list[str], list[tuple]]:
+def shares_by_value(study: Study, joint: Joint, axis: Axis) -> tuple[list[str], list[tuple]]:
     """Return the names of shares of time, and a row for each value of an axis.
 
     A row contains the value, the number of its cases, the means of their shares of time, the shares of PERIODS.
     """
-    kinds, rows = of_joint(study, joint), []
+    kinds, rows = classify_motion(study, joint), []
     times = kinds.shares()
     for value, cases in zip(axis.values, indices_by_value(study.indices_on(axis), len(axis.values)), strict=True):
         if len(cases):

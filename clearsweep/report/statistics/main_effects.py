@@ -6,7 +6,7 @@ import numpy as np
 
 from ...judging import variance
 from ..data.axis import Axis
-from ..data.comparable import comparable
+from ..data.comparable import comparable_values
 from ..data.study import Study, indices_by_value
 
 
@@ -21,11 +21,11 @@ class MainEffect(NamedTuple):
     share: float  # of the variance of the figure's logarithm, corrected for chance, 0 to 1; NaN: undefined
     f_ratio: float  # variance between the values over the variance not explained by any axis (F ratio); NaN: undefined
 
-    def extremes(self) -> tuple[int, int]:
+    def extreme_indices(self) -> tuple[int, int]:
         """Return the indices of the smallest and the largest median."""
         return int(np.nanargmin(self.medians)), int(np.nanargmax(self.medians))
 
-    def clear(self) -> bool:
+    def is_clear(self) -> bool:
         """Return whether the effect of the axis exceeds the scatter."""
         return variance.is_clear(self.medians, self.f_ratio)
 
@@ -40,15 +40,15 @@ def main_effects_of(study: Study, column: str) -> list[MainEffect]:
 
 
 def _main_effects(study: Study, column: str) -> list[MainEffect]:
-    axes, values = study.levels(), comparable(study, column)
+    axes, values = study.levels(), comparable_values(study, column)
     value_indices = [study.indices_on(axis) for axis in axes]
-    shares = variance.variance_shares(values, value_indices)
+    shares_and_ratios = variance.variance_shares(values, value_indices)
     effects = []
-    for axis, indices, share in zip(axes, value_indices, shares, strict=True):
+    for axis, indices, share_and_ratio in zip(axes, value_indices, shares_and_ratios, strict=True):
         groups = [
             values[cases] for cases in indices_by_value(np.where(np.isfinite(values), indices, -1), len(axis.values))
         ]
         quantiles = np.array([np.percentile(group, (50, 10, 90)) if len(group) else [np.nan] * 3 for group in groups])
         medians, low, high = quantiles.T
-        effects.append(MainEffect(axis, column, medians, low, high, *share))
+        effects.append(MainEffect(axis, column, medians, low, high, *share_and_ratio))
     return sorted(effects, key=lambda effect: (-np.nan_to_num(effect.share), -np.nan_to_num(effect.factor())))

@@ -21,12 +21,12 @@ class MatchedCases(NamedTuple):
         table = known.pivot_table(index="group", columns="law", values="value", aggfunc="median")
         return table[table.count(axis=1) > 1]
 
-    def case(self, group: int, law: str) -> str:
+    def case_id(self, group: int, law: str) -> str:
         """Return the id of the case of a law in a group."""
         return self.pairs.loc[(self.pairs["group"] == group) & (self.pairs["law"] == law), "case_id"].iloc[0]
 
 
-def matched(study: Study, axis: Axis) -> MatchedCases:
+def match_cases(study: Study, axis: Axis) -> MatchedCases:
     """Return the cases that share all swept values except those of one axis.
 
     A value that a law does not use does not separate cases: the case then belongs to every group that shares the
@@ -35,12 +35,12 @@ def matched(study: Study, axis: Axis) -> MatchedCases:
     others = [other.path for other in study.swept() if other is not axis]
     codes = pd.DataFrame({path: pd.factorize(study.cases[path])[0] for path in others}, index=study.cases.index)
     groups = codes.drop_duplicates().rename_axis(None).reset_index(drop=True).rename_axis("group").reset_index()
-    used = [tuple(path for path in others if code[path] >= 0) for code in codes.to_dict("records")]
+    used_paths = [tuple(path for path in others if code[path] >= 0) for code in codes.to_dict("records")]
     groups_with_cases = []
-    for shared in dict.fromkeys(used):
-        rows = codes[[paths == shared for paths in used]].reset_index()[["case_id", *shared]]
-        merge_options = {"on": list(shared)} if shared else {"how": "cross"}
-        groups_with_cases.append(groups[["group", *shared]].merge(rows, **merge_options))
+    for shared_paths in dict.fromkeys(used_paths):
+        rows = codes[[paths == shared_paths for paths in used_paths]].reset_index()[["case_id", *shared_paths]]
+        merge_options = {"on": list(shared_paths)} if shared_paths else {"how": "cross"}
+        groups_with_cases.append(groups[["group", *shared_paths]].merge(rows, **merge_options))
     pairs = pd.concat(groups_with_cases, ignore_index=True)[["group", "case_id"]]
     return MatchedCases(axis, pairs.assign(law=study.cases[axis.path].reindex(pairs["case_id"]).to_numpy()))
 

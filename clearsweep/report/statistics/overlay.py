@@ -47,8 +47,10 @@ def compare_signals(study: Study, file: str | PathLike) -> list[SignalComparison
     for name, values in signals.signals.items():
         channel = names[name]
         for case_id, orbit in orbits.items():
-            angle = _angle(signals, orbit["crank_angle"].to_numpy(), orbit["t"].to_numpy())
-            compared_pair = _compare(angle, values, orbit["crank_angle"].to_numpy(), orbit[channel].to_numpy(), signals)
+            angle = _crank_angles(signals, orbit["crank_angle"].to_numpy(), orbit["t"].to_numpy())
+            compared_pair = _compare_with_case(
+                angle, values, orbit["crank_angle"].to_numpy(), orbit[channel].to_numpy(), signals
+            )
             if channel not in best or compared_pair[3] < best[channel].misfit:
                 best[channel] = SignalComparison(
                     channel, units[channel], signals.file, case_id, len(orbits), *compared_pair
@@ -62,27 +64,27 @@ def _short_names(units: Mapping[str, str]) -> dict[str, str]:
     return {ACCELERATION: channels[0]} if channels else {}
 
 
-def _angle(signals: MeasuredSignals, crank_angle: np.ndarray, times: np.ndarray) -> np.ndarray:
+def _crank_angles(signals: MeasuredSignals, crank_angle: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Return the crank angles (rad) of measured samples; of samples over time, from the mean speed of a case."""
     if signals.over == "crank_angle":
         return signals.abscissa
     return signals.abscissa * (crank_angle[-1] - crank_angle[0]) / (times[-1] - times[0])
 
 
-def _compare(
+def _compare_with_case(
     angle: np.ndarray, values: np.ndarray, crank_angle: np.ndarray, computed: np.ndarray, signals: MeasuredSignals
 ) -> tuple[np.ndarray, np.ndarray, float, float]:
     """Return the measured and computed revolutions, the angle (rad) between them, and the misfit."""
-    orders = features.highest_common_order(
+    highest_order = features.highest_common_order(
         features.samples_per_revolution(angle), features.samples_per_revolution(crank_angle)
     )
-    revolutions = features.split_revolutions(angle, values, 0.0, orders)
+    revolutions = features.split_revolutions(angle, values, 0.0, highest_order)
     if len(revolutions) < MIN_REVOLUTIONS:
         raise InputError(
             f"{signals.file}: has {(angle[-1] - angle[0]) / features.TURN:.3g} revolutions; at least {MIN_REVOLUTIONS} "
             "whole ones, from crank angle 0 on, are needed"
         )
-    computed_revolutions = features.split_revolutions(crank_angle, computed, 0.0, orders)
+    computed_revolutions = features.split_revolutions(crank_angle, computed, 0.0, highest_order)
     if not len(computed_revolutions):
         raise InputError(f"{signals.file}: the cases have less than a revolution saved; write save: {{revolutions: 2}}")
     lag = features.find_lag(revolutions.mean(axis=0), computed_revolutions.mean(axis=0))

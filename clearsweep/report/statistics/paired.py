@@ -12,7 +12,7 @@ MAX_EXACT_PAIRS = (
 )
 
 
-def power(x: np.ndarray, table: np.ndarray) -> tuple[Estimate, int]:
+def trend_exponent(x: np.ndarray, table: np.ndarray) -> tuple[Estimate, int]:
     """Return the exponent of `x` in the trend of a figure, its interval, and the number of pairs of cases.
 
     The power is the median slope of log figure over log x of all pairs of a row; the interval contains the slopes that
@@ -31,18 +31,18 @@ def power(x: np.ndarray, table: np.ndarray) -> tuple[Estimate, int]:
 
     """
     log_values, log_x = np.log(table), np.log(np.asarray(x, float))
-    powers = [
+    slope_arrays = [
         (log_values[:, k] - log_values[:, j]) / (log_x[k] - log_x[j])
         for j, k in itertools.combinations(range(len(log_x)), 2)
     ]
-    slopes = np.sort(np.concatenate(powers)) if powers else np.empty(0)
+    slopes = np.sort(np.concatenate(slope_arrays)) if slope_arrays else np.empty(0)
     slopes = slopes[np.isfinite(slopes)]
     if not len(slopes):
         return Estimate(math.nan, math.nan, math.nan), 0
     sizes = np.isfinite(log_values).sum(axis=1)
     beyond = _slopes_beyond(sizes[sizes > 1])
-    ends = (float(slopes[beyond]), float(slopes[-1 - beyond])) if beyond >= 0 else (math.nan, math.nan)
-    return Estimate(float(np.median(slopes)), *ends), len(slopes)
+    interval = (float(slopes[beyond]), float(slopes[-1 - beyond])) if beyond >= 0 else (math.nan, math.nan)
+    return Estimate(float(np.median(slopes)), *interval), len(slopes)
 
 
 def _slopes_beyond(sizes: np.ndarray) -> int:
@@ -59,6 +59,6 @@ def _slopes_beyond(sizes: np.ndarray) -> int:
         return int(0.5 * pairs + ndtri(tail) * deviation - 0.5)
     probabilities = np.ones(1)
     for size in sizes:
-        for count in range(2, size + 1):  # the last of `joined` values has any rank with equal probability
+        for count in range(2, size + 1):  # the last of `count` values has any rank with equal probability
             probabilities = np.convolve(probabilities, np.full(count, 1.0 / count))
     return int(np.searchsorted(np.cumsum(probabilities), tail, side="right")) - 1

@@ -116,7 +116,7 @@ def samples_of(run: StoredRun) -> list[Sample]:
     others = [path for path in run.grid.get("units", {}) if path not in paths]
     rows = list(zip(*sample["drawn"].values(), strict=True))
     rows_of_point: dict = {}
-    keys = [_key(run, others), _key(run, paths)]
+    keys = [_values_by_row(run, others), _values_by_row(run, paths)]
     for row_number, (point, drawn) in enumerate(zip(*keys, strict=True)):
         rows_of_point.setdefault(point, {})[drawn] = row_number
     ids, failed = run.column("case_id").to_numpy(), (run.column("status") != "ok").to_numpy(bool)
@@ -140,7 +140,7 @@ def samples_of(run: StoredRun) -> list[Sample]:
     return samples
 
 
-def _key(run: StoredRun, paths: list[str]) -> list[tuple]:
+def _values_by_row(run: StoredRun, paths: list[str]) -> list[tuple]:
     """Return the values of these columns in every row; None for unused values."""
     columns = [run.column(path) for path in paths or ["case_id"]]
     lists = [column.astype(object).where(column.notna(), None).tolist() for column in columns]
@@ -152,7 +152,7 @@ def _sort_key(point: tuple) -> tuple:
     return tuple((value is None, isinstance(value, str), 0.0 if value is None else value) for value in point)
 
 
-def spread(values: np.ndarray) -> Spread:
+def summarise_spread(values: np.ndarray) -> Spread:
     """Return the distribution of a figure, `values` (rows,) with NaN for missing ones; at least one is present."""
     ascending = np.sort(values[np.isfinite(values)])
     rng = np.random.default_rng(_SEED)
@@ -164,7 +164,7 @@ def spread(values: np.ndarray) -> Spread:
         len(ascending),
         Estimate(float(ascending.mean()), *_central_interval(means)),
         Estimate(_variation(ascending), *_central_interval(ratios)),
-        tuple(quantile(ascending, share) for share in QUANTILES),
+        tuple(estimate_quantile(ascending, share) for share in QUANTILES),
     )
 
 
@@ -181,7 +181,7 @@ def _central_interval(values: np.ndarray) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def quantile(ordered: np.ndarray, share: float) -> Estimate:
+def estimate_quantile(ordered: np.ndarray, share: float) -> Estimate:
     """Return a quantile of `ordered` values and its interval between two of them (order statistics).
 
     The number of values below the quantile is binomial, whatever the distribution: David and Nagaraja 2003, 7.1.
@@ -195,29 +195,31 @@ def quantile(ordered: np.ndarray, share: float) -> Estimate:
     at_most = bdtr(np.arange(count + 1), count, share)  # P(below <= place)
     low = int(np.searchsorted(at_most, tail)) - 1  # P(below <= low) < tail
     high = int(np.searchsorted(at_most, 1.0 - tail))  # P(below > high) <= tail
-    ends = (float(ordered[place]) if 0 <= place < count else np.nan for place in (low, high))
-    return Estimate(value, *ends)
+    interval_ends = (float(ordered[index]) if 0 <= index < count else np.nan for index in (low, high))
+    return Estimate(value, *interval_ends)
 
 
-def exceedance(beyond: np.ndarray) -> Estimate:
+def exceedance_probability(beyond: np.ndarray) -> Estimate:
     """Return the probability of a condition that is true in some cases, with Clopper and Pearson's exact interval."""
     return Estimate(*probability.binomial_interval(int(beyond.sum()), len(beyond)))
 
 
-def sobol_indices(setting: Sample, figure: str, paths: list[str]) -> list[Index]:
+def sobol_indices(sample: Sample, figure: str, paths: list[str]) -> list[Index]:
     """Return the first-order and total indices of all variables, from a design of method saltelli.
 
     Raise InputError with the failed cases.  A constant figure has no indices: NaN.
     """
-    values = _complete(setting, figure).reshape(len(paths) + 2, -1)
+    values = _complete(sample, figure).reshape(len(paths) + 2, -1)
     values = values - values[:2].mean()  # the estimators lose digits to a large mean
     if np.ptp(values[:2]) == 0.0:
-        nothing = Estimate(np.nan, np.nan, np.nan)
-        return [Index(path, nothing, nothing) for path in paths]
-    resampled, count = np.random.default_rng(_SEED), values.shape[1]
-    again = [_indices(values[:, resampled.integers(0, count, count)]) for _ in range(RESAMPLES)]
-    ends = np.nanquantile(again, ((1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0), axis=0)  # (2, 2, variables)
-    estimates = np.stack([_indices(values), *ends])  # estimate, low, high; first-order, total; variables
+        undefined = Estimate(np.nan, np.nan, np.nan)
+        return [Index(path, undefined, undefined) for path in paths]
+    generator, count = np.random.default_rng(_SEED), values.shape[1]
+    resampled_indices = [_indices(values[:, generator.integers(0, count, count)]) for _ in range(RESAMPLES)]
+    interval_ends = np.nanquantile(
+        resampled_indices, ((1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0), axis=0
+    )  # (2, 2, variables)
+    estimates = np.stack([_indices(values), *interval_ends])  # estimate, low, high; first-order, total; variables
     return [_index(path, estimates[:, :, k]) for k, path in enumerate(paths)]
 
 
@@ -239,7 +241,7 @@ def _indices(values: np.ndarray) -> np.ndarray:
     return np.array([(second * (mixed - first)).mean(axis=1), 0.5 * ((first - mixed) ** 2).mean(axis=1)]) / variance
 
 
-def chance(setting: Sample, figure: str, indices: list[Index]) -> Chance:
+def share_of_chance(sample: Sample, figure: str, indices: list[Index]) -> Chance:
     """Return the share of chance in the variance of a figure over a design of method saltelli.
 
     Cases that diverge under a disturbance are two samples of the same figure: their mean squared difference is twice
@@ -247,47 +249,47 @@ def chance(setting: Sample, figure: str, indices: list[Index]) -> Chance:
     that disturb the motion, as it contributes to all of these.
     """
     blocks = (len(indices) + 2, -1)
-    variance, scatter = setting.figures[figure].reshape(blocks)[:2].var(), disturbance(setting, figure)
+    variance, scatter = sample.figures[figure].reshape(blocks)[:2].var(), disturbance_rms(sample, figure)
     if variance > 0.0 and np.isfinite(scatter):
         return Chance(float(min(1.0, 0.5 * scatter**2 / variance)), True)
-    first, _, *mixed = setting.figures.get(MOTION, np.arange(setting.figures[figure].size)).reshape(blocks)
-    moved = [bool(np.any(disturbed != first)) for disturbed in mixed]
-    totals = [index.total.value for index, moves in zip(indices, moved, strict=True) if moves]
+    first, _, *mixed = sample.figures.get(MOTION, np.arange(sample.figures[figure].size)).reshape(blocks)
+    is_disturbed = [bool(np.any(disturbed != first)) for disturbed in mixed]
+    totals = [index.total.value for index, is_moved in zip(indices, is_disturbed, strict=True) if is_moved]
     return Chance(float(np.clip(min(totals), 0.0, 1.0)) if totals else np.nan, False)
 
 
-def disturbance(setting: Sample, figure: str) -> float:
+def disturbance_rms(sample: Sample, figure: str) -> float:
     """Return the rms over the cases of the change of a figure at a tenth of the tolerance; NaN if unknown."""
-    changes = setting.figures.get(figure + DIFFERENCE, np.empty(0))
+    changes = sample.figures.get(figure + DIFFERENCE, np.empty(0))
     changes = changes[np.isfinite(changes)]
     return float(np.sqrt(np.mean(changes**2))) if changes.size else np.nan
 
 
-def effects(setting: Sample, figure: str, paths: list[str]) -> list[Effect]:
+def single_effects(sample: Sample, figure: str, paths: list[str]) -> list[Effect]:
     """Return the effect of each single variable, from a design of method one-at-a-time, the largest first.
 
-    The scatter is that of the design's own disturbed cases, or the `disturbance` if that is larger.  Raise InputError
-    with the failed cases.
+    The scatter is that of the design's own disturbed cases, or the `disturbance_rms` if that is larger.
+    Raise InputError with the failed cases.
     """
-    middle, *rest = _complete(setting, figure).tolist()
-    low, high, disturbed = (rest[start::3] for start in range(3))
-    scatter = float(np.nanmax([max(middle, *disturbed) - min(middle, *disturbed), disturbance(setting, figure)]))
-    alone = []
+    middle, *changed = _complete(sample, figure).tolist()
+    low, high, disturbed = (changed[start::3] for start in range(3))
+    scatter = float(np.nanmax([max(middle, *disturbed) - min(middle, *disturbed), disturbance_rms(sample, figure)]))
+    single = []
     for path, at_low, at_high in zip(paths, low, high, strict=True):
-        reach = max(at_low, middle, at_high) - min(at_low, middle, at_high)
-        alone.append(Effect(path, at_low, middle, at_high, scatter, 0.0 < reach <= scatter))
-    return sorted(alone, key=lambda effect: -abs(effect.high - effect.low))
+        effect_range = max(at_low, middle, at_high) - min(at_low, middle, at_high)
+        single.append(Effect(path, at_low, middle, at_high, scatter, 0.0 < effect_range <= scatter))
+    return sorted(single, key=lambda effect: -abs(effect.high - effect.low))
 
 
-def _complete(setting: Sample, figure: str) -> np.ndarray:
+def _complete(sample: Sample, figure: str) -> np.ndarray:
     """Return a figure on every row of the design; raise InputError if a case failed."""
-    if setting.failed:
-        named = ", ".join(itertools.islice(setting.failed, 10)) + (", ..." if len(setting.failed) > 10 else "")
+    if sample.failed:
+        failed_text = ", ".join(itertools.islice(sample.failed, 10)) + (", ..." if len(sample.failed) > 10 else "")
         raise InputError(
-            f"{figure}: a sensitivity needs every case of its design, and {len(setting.failed)} failed: {named}; "
+            f"{figure}: a sensitivity needs every case of its design, and {len(sample.failed)} failed: {failed_text}; "
             "run them again with --retry-failed, or change the ranges"
         )
-    values = setting.figures[figure]
+    values = sample.figures[figure]
     if not np.isfinite(values).all():
         raise InputError(f"{figure}: is null in some cases of the design; choose another figure")
     return values

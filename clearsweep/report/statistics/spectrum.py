@@ -15,7 +15,7 @@ class Spectrum(NamedTuple):
     revolutions: int  # of the history: its last order is half of the samples of a turn
 
 
-def of_history(angle: np.ndarray, values: np.ndarray) -> Spectrum | None:
+def harmonic_spectrum(angle: np.ndarray, values: np.ndarray) -> Spectrum | None:
     """Return the spectrum of values at equal steps of the crank angle (rad); None for less than a revolution.
 
     No window is applied: over full revolutions, periodic components are at integer orders only.

@@ -22,7 +22,7 @@ class Points(NamedTuple):
     cases: int
 
 
-def of_case(study: Study, joint: Joint, case_id: str) -> pd.DataFrame:
+def poincare_points(study: Study, joint: Joint, case_id: str) -> pd.DataFrame:
     """Return x, y (m), vx, vy (m/s) and `revolution` of a journal at crank angle 0 in the recorded window of a case."""
     frame = study.run.poincare(case_id)
     if frame.empty:
@@ -33,11 +33,11 @@ def of_case(study: Study, joint: Joint, case_id: str) -> pd.DataFrame:
     return frame.rename(columns=columns)[["revolution", *columns.values()]].reset_index(drop=True)
 
 
-def along_axis(study: Study, joint: Joint, axis: Axis, reference: str) -> Points:
+def points_along_axis(study: Study, joint: Joint, axis: Axis, reference: str) -> Points:
     """Return the points of the cases along an axis that share all other values with the case `reference`."""
     values = study.cases[axis.path].to_numpy(float)
     indices = [index for index in cases_along_axis(study, axis, reference) if np.isfinite(values[index])]
-    histories = [(index, of_case(study, joint, study.cases.index[index])) for index in indices]
+    histories = [(index, poincare_points(study, joint, study.cases.index[index])) for index in indices]
     histories = [(index, frame) for index, frame in histories if len(frame)]
     clearances = [_clearance(study, joint, study.cases.index[index]) for index, _ in histories]
     counts = [len(frame) for _, frame in histories]
@@ -55,7 +55,7 @@ def along_axis(study: Study, joint: Joint, axis: Axis, reference: str) -> Points
 
 
 def cases_along_axis(study: Study, axis: Axis, reference: str) -> list[int]:
-    """Return the indices of the cases along an axis whose other values are those of a case, at most MOST, by value.
+    """Return the indices of at most MAX_CASES cases along an axis, by value; their other values are those of a case.
 
     For a drawn or parallel axis, the axes drawn or parallel with it vary as well.
     """

@@ -200,7 +200,9 @@ def _energy_per_length(joint, strip, pressed_range, overlap):
     inverse = 1.0 / inverse if inverse > 0.0 else as_type_of(0.0, inverse)
     for node, weight in nodes_of(joint.walls.rule):
         x = pressed_range.begin + (pressed_range.end - pressed_range.begin) * node
-        total = total + 2.0 * weight * pressed_range.length_fraction * (x * inverse) * elastic_energy(joint.elastic, x * x)
+        total = total + 2.0 * weight * pressed_range.length_fraction * (x * inverse) * elastic_energy(
+            joint.elastic, x * x
+        )
     return 0.5 * overlap.stiffness_fraction * total / (2.0 * overlap.half)
 
 

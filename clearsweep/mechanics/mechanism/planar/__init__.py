@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....contracts.catalogue import Channel
-from ....contracts.machine import GROUND, Aim, At, Guide, Machine, Motor, Schedule, Slot, Stretch
+from ....contracts.machine import GROUND, Aim, BodyPoint, Guide, Machine, Motor, Schedule, Slot, Stretch
 from ...joint.contract import Load
 from ..contract import Built, IdealMotion, Open
 from ..contract import Ideal as Closed
@@ -226,7 +226,7 @@ def _moving(machine: Machine) -> list[str]:
     return [name for name in machine.bodies if name != GROUND]
 
 
-def _point(machine: Machine, endpoint: At) -> tuple:
+def _point(machine: Machine, endpoint: BodyPoint) -> tuple:
     body = machine.bodies[endpoint.body]
     center = (0.0, 0.0) if endpoint.body == GROUND else body.center
     x, y = np.subtract(body.points[endpoint.point], center)
@@ -237,7 +237,7 @@ def _aim(machine: Machine, aim: Aim, numbers: Mapping) -> tuple:
     if not aim.point:
         return AngleAim(numbers[aim.body])
     direction = direction_of(math.cos(aim.direction), math.sin(aim.direction))
-    return PointAim(numbers[aim.body], _point(machine, At(aim.body, aim.point)), direction)
+    return PointAim(numbers[aim.body], _point(machine, BodyPoint(aim.body, aim.point)), direction)
 
 
 def _length(machine: Machine, item: Coordinate) -> float:

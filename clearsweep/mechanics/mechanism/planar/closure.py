@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import GROUND, At, Guide, Machine, Slot, Stretch
+from ....contracts.machine import GROUND, BodyPoint, Guide, Machine, Slot, Stretch
 from ...trace import portable
 from .component import put_component
 from .turn import MachineStates, interpolate
@@ -80,11 +80,11 @@ class Closure:
         closure.offsets = offsets
         return closure
 
-    def point_motion(self, endpoint: At, q: np.ndarray, q_rates: np.ndarray) -> PointMotion:
+    def point_motion(self, endpoint: BodyPoint, q: np.ndarray, q_rates: np.ndarray) -> PointMotion:
         """Return a point of a body; q, q_rates : (..., 3 bodies)."""
         return self._point_motion(endpoint, _columns(q), _columns(q_rates), _directions(_columns(q)))
 
-    def _point_motion(self, endpoint: At, q: list, q_rates: list, directions: list) -> PointMotion:
+    def _point_motion(self, endpoint: BodyPoint, q: list, q_rates: list, directions: list) -> PointMotion:
         x, y = self.machine.bodies[endpoint.body].points[endpoint.point]
         if endpoint.body == GROUND:
             return PointMotion(x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ....contracts.machine import (
     GROUND,
-    At,
+    BodyPoint,
     Braking,
     Constant,
     Guide,
@@ -23,7 +23,7 @@ from ....contracts.machine import (
     Slot,
     Spring,
     Stretch,
-    Tabled,
+    TabledPush,
 )
 from ...joint.friction.contract import friction_force, settled
 from ...trace import portable
@@ -51,7 +51,7 @@ class Ideal:
         self.revolution = self.stations.states
         masses = masses_of(self.machine)
         self.inertia = np.concatenate([[body.mass, body.mass, body.inertia] for body in masses])
-        self.tables = {load.name: table_of(load) for load in machine.loads if isinstance(load, Tabled)}
+        self.tables = {load.name: table_of(load) for load in machine.loads if isinstance(load, TabledPush)}
         self.compiled_by_open_joints: dict[frozenset[str], Any] = {}  # compiled machine by the names of its open joints
         self._passage: CrankPassage | None = None  # motion of a free crank, as far as requested
 
@@ -216,7 +216,7 @@ class Ideal:
         for load in self.machine.loads:
             if isinstance(load, Spring):
                 self._spring(load, states, rate, force)
-            elif isinstance(load, Tabled):
+            elif isinstance(load, TabledPush):
                 load_values = evaluate_table(self.tables[load.name], states.angles if load.over == "angle" else time)
                 self.add_force(force, states, load.at, load_values[:, :2], load_values[:, 2])
             elif isinstance(load, Push):
@@ -236,7 +236,7 @@ class Ideal:
         mass = np.sum(self.inertia * states.derivative**2, -1)
         return (drive_torque + np.sum(states.derivative * net_force, -1)) / mass
 
-    def add_force(self, force, states: MachineStates, endpoint: At, applied: np.ndarray, torque) -> None:
+    def add_force(self, force, states: MachineStates, endpoint: BodyPoint, applied: np.ndarray, torque) -> None:
         """Add a force (N, 2) at a point of a body, and a torque (N,), to the forces on all bodies."""
         if endpoint.body == GROUND:
             return

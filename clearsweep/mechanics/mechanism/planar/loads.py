@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import Braking, Push, Rubbing, Spring, Tabled
+from ....contracts.machine import Braking, Push, Rubbing, Spring, TabledPush
 from ...compiled.array_handle import ArrayHandle, array_handle, load_item, row_of
 from ...compiled.dual import plain
 from ...compiled.family import kernel
@@ -105,7 +105,7 @@ def _polynomial(table, index, x):
     return (value * x + load_item(table, index + 2)) * x + load_item(table, index + 3)
 
 
-def table_of(load: Tabled) -> Table:
+def table_of(load: TabledPush) -> Table:
     """Return a table in compiled form: monotone cubics (PCHIP, Fritsch & Carlson 1980) between its rows."""
     from scipy.interpolate import PchipInterpolator
 
@@ -155,7 +155,7 @@ def loads_of(loads: tuple, locate_point: Callable, joint_number: Callable) -> tu
     for load in loads:
         if isinstance(load, Push):
             compiled_loads.append(Pushing(*locate_point(load.at), load.fx, load.fy, load.torque))
-        elif isinstance(load, Tabled):
+        elif isinstance(load, TabledPush):
             form = ByAngle if load.over == "angle" else ByTime
             compiled_loads.append(form(*locate_point(load.at), table_of(load)))
         elif isinstance(load, Spring):
@@ -168,8 +168,8 @@ def loads_of(loads: tuple, locate_point: Callable, joint_number: Callable) -> tu
     return tuple(compiled_loads)
 
 
-def discontinuity_times_of(load: Push | Tabled | Spring) -> list[float]:
+def discontinuity_times_of(load: Push | TabledPush | Spring) -> list[float]:
     """Return the times (s) at which the slope of a load jumps: both ends of a table over time."""
-    if isinstance(load, Tabled) and load.over == "time":
+    if isinstance(load, TabledPush) and load.over == "time":
         return [float(load.knots[0]), float(load.knots[-1])]
     return []

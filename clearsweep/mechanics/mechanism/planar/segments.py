@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from ....contracts.machine import At, Body, Elastic, Machine, Stretch
+from ....contracts.machine import Body, BodyPoint, Elastic, Machine, Stretch
 
 
 def with_segments(machine: Machine) -> Machine:
@@ -24,10 +24,10 @@ def with_segments(machine: Machine) -> Machine:
         bodies |= _chain(name, body, body.elastic) if body.elastic else {name: body}
         stretches += _springs(name, body, body.elastic) if body.elastic else []
 
-    def moved_endpoint(endpoint: At) -> At:
+    def moved_endpoint(endpoint: BodyPoint) -> BodyPoint:
         elastic = links.get(endpoint.body)
         return (
-            At(mass_name(endpoint.body, elastic.segments), endpoint.point)
+            BodyPoint(mass_name(endpoint.body, elastic.segments), endpoint.point)
             if elastic and endpoint.point == elastic.far
             else endpoint
         )
@@ -53,7 +53,7 @@ def with_segments(machine: Machine) -> Machine:
     )
     aim = machine.aim
     if aim.point:
-        aim = aim._replace(body=moved_endpoint(At(aim.body, aim.point)).body)
+        aim = aim._replace(body=moved_endpoint(BodyPoint(aim.body, aim.point)).body)
     return machine._replace(bodies=bodies, joints=(*joints, *stretches), start=start, loads=loads, aim=aim)
 
 
@@ -106,8 +106,8 @@ def _springs(name: str, body: Body, elastic: Elastic) -> list[Stretch]:
     return [
         Stretch(
             f"{name}~{i}",
-            At(mass_name(name, i - 1), f"~{i}"),
-            At(mass_name(name, i), f"~{i}"),
+            BodyPoint(mass_name(name, i - 1), f"~{i}"),
+            BodyPoint(mass_name(name, i), f"~{i}"),
             axis,
             stiffness,
             damping,

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import GROUND, At, Guide, Machine
+from ....contracts.machine import GROUND, BodyPoint, Guide, Machine
 from ...compiled.vector import Vector
 from ...joint.spatial import SpatialLoad, deepest_of, overlap_of
 from ..contract import Built, accelerate, gaps, place
@@ -101,7 +101,7 @@ def _compiled_body(solid: Solid) -> Part:
     return Part(solid.mass, Vector(*solid.inertia), Vector(*solid.center))
 
 
-def _point(assembly: Assembly, endpoint: At) -> Vector:
+def _point(assembly: Assembly, endpoint: BodyPoint) -> Vector:
     return Vector(*assembly.solids[endpoint.body].points[endpoint.point])
 
 
@@ -109,7 +109,7 @@ def _joint(assembly: Assembly, name: str):
     return next(joint for joint in assembly.machine.joints if joint.name == name)
 
 
-def _endpoints(assembly: Assembly, attachment: Attachment) -> tuple[At, At]:
+def _endpoints(assembly: Assembly, attachment: Attachment) -> tuple[BodyPoint, BodyPoint]:
     """Return the points of the joint that attaches a body, that of its parent first."""
     joint = _joint(assembly, attachment.joint)
     endpoints = (joint.proximal, joint.distal)
@@ -157,7 +157,7 @@ def _aim(assembly: Assembly, numbers: Mapping) -> tuple:
     if not aim.point:
         return AngleAim(numbers[aim.body])
     aim_direction = Vector(math.cos(aim.direction), math.sin(aim.direction), 0.0)
-    return PointAim(numbers[aim.body], _point(assembly, At(aim.body, aim.point)), aim_direction)
+    return PointAim(numbers[aim.body], _point(assembly, BodyPoint(aim.body, aim.point)), aim_direction)
 
 
 # ---------------------------------------------------------------------------------------------- the start
@@ -216,7 +216,7 @@ def _sliding_coordinates(assembly: Assembly, attachment: Attachment, body_poses:
     ]
 
 
-def _planar_point(assembly: Assembly, endpoint: At, body_poses: Mapping) -> tuple[np.ndarray, np.ndarray]:
+def _planar_point(assembly: Assembly, endpoint: BodyPoint, body_poses: Mapping) -> tuple[np.ndarray, np.ndarray]:
     """Return position and velocity of a point in the plane."""
     pose, solid = body_poses[endpoint.body], assembly.solids[endpoint.body]
     x, y = np.subtract(solid.points[endpoint.point], solid.center)[:2]
@@ -242,7 +242,7 @@ def _bodies(joint) -> tuple[str, str]:
     return joint.proximal.body, joint.distal.body
 
 
-def _height_of_point(assembly: Assembly, endpoint: At, joints: Mapping) -> float:
+def _height_of_point(assembly: Assembly, endpoint: BodyPoint, joints: Mapping) -> float:
     """Return the height (m) of a point; for a loose body, in its own frame."""
     height = _point(assembly, endpoint).z
     if endpoint.body == GROUND:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ....contracts.case import Case
 from ....contracts.catalogue import Channel, Field, JointSite, Keys, Mechanism
-from ....contracts.machine import GROUND, At, Body, Push
+from ....contracts.machine import GROUND, Body, BodyPoint, Push
 from ....contracts.outline import ANY, JointOutline, Outline
 from .. import described
 from ..contract import Built
@@ -68,7 +68,7 @@ def flattened(solids: Mapping[str, Solid], gravity: tuple[float, ...]) -> tuple[
         points = {point: position[:2] for point, position in solid.points.items()} | {_CENTRE: center}
         bodies[name] = Body(solid.mass, solid.inertia[2], center, points)
         if name != GROUND and gravity[0] != 0.0:
-            loads.append(Push(name, At(name, _CENTRE), solid.mass * gravity[0], 0.0, 0.0))
+            loads.append(Push(name, BodyPoint(name, _CENTRE), solid.mass * gravity[0], 0.0, 0.0))
     return bodies, tuple(loads)
 
 
