@@ -57,6 +57,24 @@ def test_a_crank_with_an_elastic_rod_moves_as_equations_of_its_own_say(share):
     assert path.summary["energy_residual"] < 1e-9
 
 
+def test_a_seated_rod_begins_with_the_extension_of_its_static_load():
+    """At the outer dead centre the rod pulls the slider and its own masses towards the crank."""
+    times = np.array([0.0, 2e-5])
+    path = solved(ROD, times=times, **{"simulate.start": "seated"})
+    crank, length, mass, slider = 0.05, 0.12, 0.21, 0.14  # m, m, kg, kg
+    distances = length * np.arange(5) / 4
+    masses = mass * np.array([0.125, 0.25, 0.25, 0.25, 0.125])
+    accelerations = crank * SPEED**2 * (1.0 + distances * crank / length**2)
+    slider_tension = slider * accelerations[-1]
+    tensions = [slider_tension + np.sum((masses * accelerations)[first:]) for first in range(1, 5)]
+    assert path["rod/extension"][0] == pytest.approx(np.sum(tensions) / (4.0 * STIFFNESS), rel=1e-9)
+    assert path["joints/rod_slider/force_normal"] == pytest.approx(slider_tension, rel=0.02)
+
+
+def test_a_centred_rod_begins_without_stretch():
+    assert solved(ROD, times=np.zeros(1))["rod/extension"][0] == pytest.approx(0.0, abs=1e-15)
+
+
 def test_a_rod_that_hardly_gives_moves_as_a_rigid_one():
     rigid, stiff = (solved(elastic).summary for elastic in (None, ROD | {"axial_stiffness": 1e4 * STIFFNESS}))
     for figure in ("rod_slider_force_peak", "rod_slider_force_rms", "slider_acceleration_peak", "crank_torque_peak"):

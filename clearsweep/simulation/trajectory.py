@@ -368,7 +368,10 @@ def compile_loop(case: Case) -> None:
 
 def checked_times(times: ArrayLike, end: float) -> np.ndarray:
     """Return the requested times (s) as an array; raise InputError unless they lie within a run up to `end`."""
-    array: np.ndarray = np.ascontiguousarray(times, dtype=float)
+    try:
+        array: np.ndarray = np.ascontiguousarray(times, dtype=float)
+    except (TypeError, ValueError):
+        array = np.full(1, math.nan)
     if array.ndim != 1 or not np.all(np.isfinite(array)) or np.any(np.diff(array) < 0.0):
         raise InputError("times: expected a one-dimensional array of increasing, finite times in s")
     if array.size and not (array[0] >= 0.0 and array[-1] <= end * (1.0 + 1e-12)):

@@ -158,14 +158,16 @@ def _massless_bodies(machine: Machine, form: Planar, start: np.ndarray) -> list[
 def _initial_state(ideal_machine: Ideal, state: list[Coordinate], offsets: Mapping) -> np.ndarray:
     """Return the initial state (2n+1,): n coordinates (m or rad), their rates, time (s).
 
-    offsets : as for `build`.  Raises ClosureError if the joints cannot be displaced by them.
+    offsets : as for `build`; if there are any, elastic links are extended by the forces of the ideal motion.  Raises
+    ClosureError if the joints cannot be displaced by them.
     """
     machine, angle = ideal_machine.full_machine, ideal_machine.machine.drive.start_angle
-    displaced_state = ideal_machine.displaced_states(offsets, angle)
+    speed = crank_speed(machine)
+    extensions = ideal_machine.static_extensions(angle, speed) if offsets and ideal_machine.closure.springs else {}
+    displaced_state = ideal_machine.displaced_states({**offsets, **extensions}, angle)
     if not np.all(np.isfinite(displaced_state.q)):
         raise ClosureError("its joints cannot have the specified initial distances", _moving(machine)[0], angle)
     values = [ideal_machine.coordinate(item, displaced_state) for item in state]
-    speed = crank_speed(machine)
     coordinates, rates = [float(value) for value, _ in values], [speed * float(slope) for _, slope in values]
     for i, item in enumerate(state):
         initial = None if item.kind == RUN else machine.bodies[_moving(machine)[item.owner - 1]].initial

@@ -55,7 +55,10 @@ class PointMotion(NamedTuple):
 
 
 class Closure:
-    """The constraints of a machine; `offsets` : (2,) m, displacement of the distal point of some joints."""
+    """The constraints of a machine, without clearance and with springs at rest except for `offsets`.
+
+    offsets : m, of the distal point of some joints: (2,) in the fixed frame for a pin, the extension for a spring
+    """
 
     def __init__(self, machine: Machine, offsets: Mapping | None = None):
         self.machine, self.offsets = machine, offsets or {}
@@ -75,7 +78,7 @@ class Closure:
             )
 
     def displaced(self, offsets: Mapping) -> "Closure":
-        """Return the constraints with distal points of some joints displaced by `offsets` (2,) m from the proximal."""
+        """Return the constraints with other `offsets`."""
         closure = copy.copy(self)
         closure.offsets = offsets
         return closure
@@ -154,6 +157,7 @@ class Closure:
                     )
         for row, joint in enumerate(self.springs, self.first_rows[-1]):
             put_component(self, joint, joint.axis, (q, q_rates), (values, jacobian, bias), row)
+            values[..., row] -= self.offsets.get(joint.name, 0.0)
         values[..., -1] = q[..., 3 * self.crank + 2] - angles
         jacobian[..., -1, 3 * self.crank + 2] = 1.0
         return values, jacobian, bias

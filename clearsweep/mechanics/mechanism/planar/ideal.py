@@ -165,6 +165,24 @@ class Ideal:
 
         The torque (N,) N m is the drive's on the crank, by virtual work: joints do none as the crank turns.
         """
+        acceleration, reactions, effective_forces = self._dynamics(states, rate, time)
+        return acceleration, reactions, -np.sum(states.derivative * effective_forces, -1)
+
+    def static_extensions(self, angle: float, rate: float) -> dict[str, float]:
+        """Return the extension (m) of each spring under the forces of the ideal motion at the start.
+
+        angle : of the crank, rad; rate : its rate, rad/s
+        """
+        states = self._close(np.array([angle]))
+        _, _, effective_forces = self._dynamics(states, np.array([rate]), np.zeros(1))
+        tensions = self._multipliers(states)(effective_forces)[0, self.closure.first_rows[-1] :]
+        return {
+            spring.name: float(tension) / spring.stiffness
+            for spring, tension in zip(self.closure.springs, tensions, strict=False)
+        }
+
+    def _dynamics(self, states: MachineStates, rate: np.ndarray, time: np.ndarray) -> tuple:
+        """Return acceleration and reactions as in `balance`, and forces minus inertia of the bodies (N, 3 bodies)."""
         applied_forces = self.applied_forces(states, rate, time)
         multipliers_of = self._multipliers(states)
         first_rows = self.closure.first_rows
@@ -183,7 +201,7 @@ class Ideal:
             return reactions, acceleration, effective_forces
 
         reactions, acceleration, effective_forces = self.with_friction(states, rate, solve)
-        return acceleration, reactions, -np.sum(states.derivative * effective_forces, -1)
+        return acceleration, reactions, effective_forces
 
     def with_friction(self, states: MachineStates, rate: np.ndarray, solve: Callable[[np.ndarray], tuple]) -> tuple:
         """Iterate over reactions and the friction that they cause; return the last result of `solve`.
