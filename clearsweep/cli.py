@@ -101,7 +101,7 @@ def verbs() -> None:
     "-j", "--jobs", type=click.IntRange(min=1), metavar="N", help="Number of worker processes; default: one per core."
 )
 @click.option("--dry-run", is_flag=True, help="Only count the cases, and estimate their time and disk space.")
-@click.option("--retry-failed", is_flag=True, help="Run cases again that failed earlier.")
+@click.option("--retry-failed", is_flag=True, help="Rerun the cases that failed in an earlier run.")
 @click.option("--case-timeout", type=float, metavar="SECONDS", help="Stop any case that runs longer than this.")
 @click.option("--max-failures", metavar="N|P%", help="Stop when more than N cases, or P % of the cases, have failed.")
 @click.option(
@@ -112,7 +112,7 @@ def verbs() -> None:
     help="Where cases run. local: worker processes; serial: this process; dask: the workers of a dask cluster; "
     "nodes: a pool of processes on each node of a cluster.",
 )
-@click.option("--scheduler", metavar="ADDRESS", help="Address of a running dask scheduler; default: start one locally.")
+@click.option("--scheduler", metavar="ADDRESS", help="Address of a running dask scheduler; `dask` can start its own.")
 @click.option("--shard", metavar="I/N", help="Run only part I of N equal parts; `merge` joins the parts.")
 @_units
 @_summary_json
@@ -196,7 +196,7 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
     "--overlay", type=_PATH, metavar="CSV", help="Compare the measured signals of this file with the computed ones."
 )
 @click.option(
-    "--median", is_flag=True, help="Show in each cell of a map the median of its cases instead of the worst case."
+    "--median", is_flag=True, help="In maps, show the median of the cases in each cell instead of the worst case."
 )
 @click.option("--all", "all_cases", is_flag=True, help="Report all cases in DIR, including those of earlier grids.")
 @click.option("--partial", is_flag=True, help="Report the finished cases of a run that is not finished.")

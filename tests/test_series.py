@@ -86,8 +86,16 @@ GIVEN = ["--coefficient", "1e-14"]
 FORCED, PRESSED = "t [s],force [N],speed [m/s]\n", "t [s],pressure [Pa],speed [m/s]\n"
 MISTAKES = {
     "no unit of the right kind": (["--coefficient", "2e-14 mm"], None, "--coefficient: found '2e-14 mm', whose unit"),
-    "impossible": (["--coefficient", "2e-8 m^2/N", "--hardness", "2 GPa"], None, "a dimensionless 40; allowed: 1e-10"),
-    "unit forgotten": (["--coefficient", "2e-14", "--hardness", "2 GPa"], None, "write the unit of a coefficient"),
+    "impossible": (
+        ["--coefficient", "2e-8 m^2/N", "--hardness", "2 GPa"],
+        None,
+        "a dimensionless 40 at the hardness 2 GPa; allowed: 1e-10",
+    ),
+    "unit forgotten": (
+        ["--coefficient", "2e-14", "--hardness", "2 GPa"],
+        None,
+        "if the coefficient has a unit, write it",
+    ),
     "negative": (["--coefficient", "-1 m^2/N"], None, "allowed: at least 0 m^2/N"),
     "no speed": (GIVEN, "time [s],pressure [Pa]\n0,1\n1,1\n", ":1:1: has no column of speed"),
     "no pressure": (GIVEN, FORCED + "0,1,1\n1,1,1\n", "with --area"),

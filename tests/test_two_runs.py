@@ -53,7 +53,7 @@ def test_a_value_that_one_run_sweeps_and_the_other_has_fixed_is_matched():
 
 
 def test_runs_without_a_case_in_common_are_refused():
-    with pytest.raises(InputError, match="no finished case has the same values"):
+    with pytest.raises(InputError, match="no finished case of one has the same values"):
         two_runs.pair_cases(
             study.prepare(made(sweep={CLEARANCE: [1e-4]})), study.prepare(made(sweep={CLEARANCE: [2e-4]}))
         )

@@ -123,9 +123,9 @@ class Oil(NamedTuple):
     density: float  # kg/m^3
 
     def viscosity(self, temperature: float) -> float:
-        """Return the dynamic viscosity (Pa s) at a temperature (K): Walther's equation, as ASTM D341 has it.
+        """Return the dynamic viscosity (Pa s) at a temperature T (K) by Walther's equation (ASTM D341).
 
-        log10(log10(nu + 0.7)) is linear in log10(T), nu in mm^2/s.
+        log10(log10(nu + 0.7)) is linear in log10(T), where nu is the kinematic viscosity in mm^2/s.
         """
         log_log_40, log_log_100 = (
             math.log10(math.log10(1e6 * nu + 0.7)) for nu in (self.viscosity_40, self.viscosity_100)

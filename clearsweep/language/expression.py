@@ -84,7 +84,7 @@ def exact_value(text: str, values: Mapping[str, Fraction]) -> Fraction:
     except ZeroDivisionError:
         raise InputError(f"found {quoted(text)}, which divides by zero") from None
     except (ArithmeticError, ValueError, TypeError) as error:
-        raise InputError(f"found {quoted(text)}, which has no value here: {error}") from None
+        raise InputError(f"found {quoted(text)}, which cannot be evaluated: {error}") from None
     return exact
 
 

@@ -1,4 +1,7 @@
-"""Effect of uncertain wear coefficients on a life: two further lives, at the ends of the coefficients' intervals."""
+"""Effect of uncertain wear coefficients on the computed life.
+
+The life is computed twice more, with all coefficients at the lower or at the upper end of their 95 % intervals.
+"""
 
 import math
 from collections.abc import Callable

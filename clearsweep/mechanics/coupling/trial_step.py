@@ -1,7 +1,7 @@
-"""The compiled right-hand side: of one state, and of all stages of a step in one sweep of the iteration.
+"""Compiled evaluation of the right-hand side, for one state or for all stages of a step in one sweep of the iteration.
 
-A sweep places the stages in the lanes of a register.  Where registers are narrower, the same operations run in parts
-with identical bits.
+A sweep processes one stage in each lane of a register.  On processors with narrower registers it processes the lanes in
+groups, with the same bits.
 """
 
 from ..compiled.choosing import lane_range, total_of

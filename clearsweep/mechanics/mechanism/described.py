@@ -21,8 +21,7 @@ def keys_of(outline: Outline, points: Mapping[str, tuple[str, ...]], joints: tup
     points : points of each body, or () if none can be chosen; joints : their names
     """
     sections = [*drives.drive_keys(outline)]
-    if outline.loads:
-        sections.append(Keys("loads", "what acts on the mechanism from outside", need="optional"))
+    sections.append(Keys("loads", "what acts on the mechanism from outside", need="optional"))
     for load in outline.loads:
         sections += loads.load_keys(load, points, joints)
     return tuple(sections)

@@ -63,8 +63,8 @@ def pair_cases(first: Study, second: Study) -> Pairs:
     )
     if paired_cases.empty:
         raise InputError(
-            f"{first.run.directory} and {second.run.directory}: no finished case has the same values in both of "
-            f"{', '.join(paths)}; compare runs that share some cases"
+            f"{first.run.directory} and {second.run.directory}: no finished case of one has the same values of "
+            f"{', '.join(paths)} as a case of the other; compare runs that share some cases"
         )
     ids = paired_cases[list(NAMES)].reset_index(drop=True)
     return Pairs(

@@ -61,7 +61,7 @@ def _table(study: Study) -> Table:
         kind = "elastic" if family == "elastic" else "contact"
         rows.append((joint, row.law, kind, row.column.replace("_", " "), value, row.case_id))
     note = (
-        f"As written: {_value_text(study, base_result.column, base_result.value)}, case "
-        f"{wording.short_id(base_result.case_id)}."
+        f"With the laws of the grid: {_value_text(study, base_result.column, base_result.value)} (case "
+        f"{wording.short_id(base_result.case_id)})."
     )
     return Table("law_check", "Results under each other valid law", note, columns, rows)

@@ -175,9 +175,11 @@ def _sentences(study: Study, rows: list[dict[str, Any]]) -> list[str]:
     if len(rows) > 1:
         lines = [f"The front has {len(rows)} of {case_count:,} cases; none is worse than another in all objectives."]
     if rows[0]["margin"] is not None and rows[0]["margin"] < 0.0:
-        lines.append(f"No case meets the limits; this one comes closest. It exceeds {rows[0]['limiting']}.")
+        exceeded = _limited_labels(study, rows[0]["limiting"])
+        lines.append(f"No case meets all limits. The closest case exceeds those on {wording.sentence_list(exceeded)}.")
     elif binding := sorted({row["limiting"] for row in rows if row["limiting"]}):
-        lines.append(f"The closest limits are those on {wording.sentence_list(binding)}.")
+        labels = [label for names in binding for label in _limited_labels(study, names)]
+        lines.append(f"The closest limits are those on {wording.sentence_list(list(dict.fromkeys(labels)))}.")
     return lines
 
 
@@ -205,8 +207,12 @@ def _table(study: Study, rows: list[dict[str, Any]], names: list[str], written_i
 
 def _limits_cell(study: Study, names: str) -> Quantity:
     """Return the cell of limits by their columns, in words on the page."""
-    text = ", ".join(column_label(study, name) for name in names.split(",")) if names else wording.DASH
-    return Quantity(names or wording.DASH, text)
+    return Quantity(names or wording.DASH, ", ".join(_limited_labels(study, names)) if names else wording.DASH)
+
+
+def _limited_labels(study: Study, names: str) -> list[str]:
+    """Return the labels of limited columns, whose names are separated by commas."""
+    return [column_label(study, name) for name in names.split(",")]
 
 
 def _front_picture(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[Picture]:

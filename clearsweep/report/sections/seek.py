@@ -49,10 +49,10 @@ def sections(study: Study) -> list[Section]:
         return []
     title = f"The {'largest' if answers.is_largest else 'smallest'} {answers.axis.name} within the limits"
     lines = [
-        "All tested values up to the first end of the border meet the limits. Between its ends, some meet them and "
-        "some do not. From its second end, at least two consecutive tested values fail. "
+        "The border between safe and unsafe values is an interval. All tested values up to its start meet the limits. "
+        "Inside it, some meet them and some do not. At its end, at least two consecutive tested values fail. "
         "Values further away may meet the limits again.",
-        "If the motion near the border is chaotic, the border may be wider than the requested width.",
+        "If the motion near the border is chaotic, the interval may be wider than requested.",
     ]
     if answers.axis.labels:  # all fits are tried, and some beyond the border may be safe, too
         lines = [

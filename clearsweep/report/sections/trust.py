@@ -28,7 +28,7 @@ def _failure_points(study: Study) -> list[str]:
     if not failed or not finished:
         return []
     cases = Markup('<a href="#failures">{} of {} cases failed</a>').format(failed, failed + finished)
-    return [cases + ". Only the list of failures contains them."]
+    return [cases + ". All results except the list of failures exclude them."]
 
 
 def _warnings(study: Study) -> list[str]:
