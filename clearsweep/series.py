@@ -77,9 +77,9 @@ def read_coefficient(written: str, hardness: str | None) -> tuple[float, float |
         number = _read_quantity("--coefficient", written, "m^2/N") * pressure
     if not (number == 0.0 or LEAST_WEAR_NUMBER <= number <= LARGEST_WEAR_NUMBER):
         raise InputError(
-            f"--coefficient: found {written}, which is a dimensionless {number:.3g} at the hardness {hardness}; allowed: "
-            f"{LEAST_WEAR_NUMBER:g} to {LARGEST_WEAR_NUMBER:g}; if the coefficient has a unit, write it (1 mm^2/N is "
-            "1e-6 m^2/N)"
+            f"--coefficient: found {written}, which is a dimensionless {number:.3g} at the hardness {hardness}; "
+            f"allowed: {LEAST_WEAR_NUMBER:g} to {LARGEST_WEAR_NUMBER:g}; if the coefficient has a unit, write it "
+            "(1 mm^2/N is 1e-6 m^2/N)"
         )
     return number / pressure, number
 
