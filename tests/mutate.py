@@ -181,10 +181,10 @@ MUTATIONS = (
     Mutation(EVENTS, "ROUGH_ERROR", "1e-3", "1e3", SEARCH),
     Mutation(EVENTS, "find_separation", "negate(work.polynomials)", "None", ENDS),
     Mutation(BERNSTEIN, "find_first_crossing", "changes > 1 and", "changes > 3 and", SEARCH),
-    Mutation(BERNSTEIN, "find_certain_crossing", "subtract(p, error)", "lower(p, 0.0)", SEARCH),
+    Mutation(BERNSTEIN, "find_certain_crossing", "subtract(p, error)", "subtract(p, 0.0)", SEARCH),
     Mutation(BERNSTEIN, "_tail_weights", "a + b * Fraction(n, 2)", "a - b * Fraction(n, 2)", SEARCH),
     Mutation(EVENTS, "find_passage", "p[VALUES, 0] >= 0.0 and", "p[VALUES, 0] >= 1e9 and", SEARCH),
-    Mutation(EVENTS, "refine_passage", "if fb <= 0.0: return NO_CROSSING", "if fb <= -1e9: return NOWHERE", SEARCH),
+    Mutation(EVENTS, "refine_passage", "if fb <= 0.0: return NO_CROSSING", "if fb <= -1e9: return NO_CROSSING", SEARCH),
     Mutation(
         EVENTS,
         "locate_first_event",

@@ -13,7 +13,7 @@ from clearsweep.mechanics.trace import cache
 PROGRAM = """
 import sys
 from clearsweep.mechanics.trace import cache
-print(cache.prepare())
+print(cache.prepare_cache())
 from clearsweep.mechanics.trace import objects
 made, object_of = [], objects.object_of
 objects.object_of = lambda module: made.append(module) or object_of(module)
@@ -21,7 +21,7 @@ sys.path.insert(0, {place!r})
 import kept
 import numpy as np
 numbers = np.array([21.0])
-code = objects.compiled(kept.twice, (0.0,), (float,), "f")
+code = objects.compiled_code(kept.twice, (0.0,), (float,), "f")
 objects.function_at(code.address, 1)(numbers.ctypes.data, numbers.ctypes.data, 0)
 print(numbers[0], 0 if made else 1)
 """

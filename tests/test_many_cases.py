@@ -183,7 +183,7 @@ def test_one_contact_and_several_are_of_one_form_to_the_loop():
 # ---------------------------------------------------------------------------------------------- in the same lane
 
 #: Fields of a Work that the type of a scene decides, and those that are written before they are read.
-OF_TYPE = {"apart", "pressed", "ended_by", "contact", "modes", "leads_to", "at_start"}
+OF_TYPE = {"apart", "pressed", "reset_by", "contact", "modes", "next_mode", "at_start"}
 OF_TYPE |= {"counted", "ends_run", "column", "sign"}
 SCRATCH = {
     "end",
@@ -197,7 +197,7 @@ SCRATCH = {
     "step",
     "profiles",
     "bins",
-    "spent",
+    "part_times",
     "log",
     "control",
 }
@@ -241,7 +241,7 @@ def test_a_run_that_begins_another_scene_is_as_one_made_for_it(changes):
     differing = [name for (name, was), (_, is_new) in pairs if name not in SCRATCH and not np.array_equal(was, is_new)]
     assert not differing
     assert np.array_equal(used.parameters, new.parameters)
-    for numbers in ("reference_rate", "sigma", "longest"):
+    for numbers in ("reference_rate", "sigma", "max_duration"):
         assert getattr(used.work, numbers) == getattr(new.work, numbers) != getattr(first.value, numbers, 0.0)
 
 

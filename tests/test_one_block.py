@@ -127,7 +127,7 @@ def entered(law, form):
 
 def test_a_law_without_its_declarations_is_refused_when_it_is_entered(recipes):
     known = len(recipes)
-    with pytest.raises(TypeError, match="law 'bare': Bare declares no lowest_force, sign_beyond"):
+    with pytest.raises(TypeError, match="law 'bare': Bare declares no lowest_force, sign_past_separation"):
         entered(Law("law", "bare", "", "", ""), Bare)
     with pytest.raises(TypeError, match="elastic 'bare': Bare declares no elastic_force, root_parity"):
         entered(Law("elastic", "bare", "", "", ""), Bare)

@@ -187,7 +187,7 @@ def test_a_run_reads_nothing_that_an_earlier_one_left(method, monkeypatch):
     clean, begin = over_half_a_turn(case, method, 1e-6).summary, Run._begin
 
     def spoiled(run, start):
-        for name in ("k", "o", "nodes", "f", "polynomials", "step", "spent", "end", "z"):
+        for name in ("k", "o", "nodes", "f", "polynomials", "step", "part_times", "end", "z"):
             run.arrays[name][...] = 1e300
         begin(run, start)
 

@@ -88,8 +88,8 @@ def spares(harm: str, check: str, verb: str = "run g.yaml --out ok") -> str:
 def crafted(statement: str) -> str:
     """Return a script that changes run.json (`r`) of the finished run by a statement, with a valid checksum."""
     program = (
-        "import json; from clearsweep.store.record import checksum_of; r = json.load(open('ok/run.json')); "
-        f"{statement}; r['checksum'] = checksum_of(r); json.dump(r, open('ok/run.json', 'w'))"
+        "import json; from clearsweep.store.record import record_checksum; r = json.load(open('ok/run.json')); "
+        f"{statement}; r['checksum'] = record_checksum(r); json.dump(r, open('ok/run.json', 'w'))"
     )
     return f'python -c "{program}"; clearsweep report ok --tables sub/tables'
 

@@ -45,7 +45,7 @@ def reused_length(pointer, h, proposal):
 def choose_method(pointer, h, pattern):
     """Change the method if the latest step, of length `h`, shows that the other method is cheaper.
 
-    pattern : result of `step_control.proposal_of`.  The change takes effect with the next step.
+    pattern : result of `step_control.contact_pattern`.  The change takes effect with the next step.
     """
     work, choice = pointer[0], pointer[0].implicit.choice
     if work.method.current == EXPLICIT:

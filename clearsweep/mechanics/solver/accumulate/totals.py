@@ -137,7 +137,7 @@ def accumulate_step(accumulators, time):
     """Add an accepted step to the totals; `time` is the index of the time in the state.
 
     Maxima are those at start and end of the step.  If a larger one may lie between, `step.needs_peak_search` is set and
-    the quantity's `highest_...` value is left for the search; all other `highest_...` values are set to NO_PEAK.
+    its highest value in the step is left for the search; those of all other quantities are set to NO_PEAK.
     """
     in_window = accumulators.stepper.in_window != 0.0
     accumulators.step.needs_peak_search = 0.0
