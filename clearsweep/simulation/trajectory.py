@@ -1,5 +1,6 @@
 """Computes the trajectory of a scene: one or more integrations of the required length."""
 
+import contextlib
 import dataclasses
 import math
 import time
@@ -368,16 +369,14 @@ def compile_loop(case: Case) -> None:
 
 def checked_times(times: ArrayLike, end: float) -> np.ndarray:
     """Return the requested times (s) as an array; raise InputError unless they lie within a run up to `end`."""
-    try:
-        array: np.ndarray = np.ascontiguousarray(times, dtype=float)
-    except (TypeError, ValueError):
-        array = np.full(1, math.nan)
+    array: np.ndarray = np.full(1, math.nan)
+    with contextlib.suppress(TypeError, ValueError):
+        array = np.ascontiguousarray(times, dtype=float)
     if array.ndim != 1 or not np.all(np.isfinite(array)) or np.any(np.diff(array) < 0.0):
         raise InputError("times: expected a one-dimensional array of increasing, finite times in s")
     if array.size and not (array[0] >= 0.0 and array[-1] <= end * (1.0 + 1e-12)):
         raise InputError(f"times: found {array[0]:.6g} s to {array[-1]:.6g} s; the run lasts from 0 to {end:.6g} s")
-    clipped: np.ndarray = np.minimum(array, end)
-    return clipped
+    return np.minimum(array, end)  # type: ignore[no-any-return]
 
 
 def sampling_times(scene: Scene) -> np.ndarray:
@@ -385,10 +384,8 @@ def sampling_times(scene: Scene) -> np.ndarray:
     save, revolutions, crank_clock = scene.case.save, scene.case.simulate.revolutions, scene.crank_clock
     first_sample = 0 if save.orbits == "all" else round((revolutions - save.revolutions) * save.samples)
     sample_numbers = np.arange(first_sample, math.floor(revolutions * save.samples + 1e-9) + 1)
-    times: np.ndarray = np.minimum(
-        crank_clock.values_after(sample_numbers / save.samples), crank_clock.value_after(revolutions)
-    )
-    return times
+    times, end = crank_clock.values_after(sample_numbers / save.samples), crank_clock.value_after(revolutions)
+    return np.minimum(times, end)  # type: ignore[no-any-return]
 
 
 def work_counts(scene: Scene) -> dict[str, int]:

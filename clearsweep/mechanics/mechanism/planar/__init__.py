@@ -19,7 +19,8 @@ from .cycle import cycle_of
 from .drive import drive_of, driven
 from .equations import function_of
 from .form import AngleAim, Hinge, Planar, PointAim, Slide, Sprung, direction_of, numbered, point_of
-from .ideal import Ideal, ideal_of, initial_coordinate, key_of, masses_of
+from .free_bodies import initial_coordinate
+from .ideal import Ideal, ideal_of, key_of, masses_of
 from .loads import discontinuity_times_of, loads_of
 from .machine_type import kinds_of, machine_type
 from .segments import with_segments
