@@ -491,7 +491,7 @@ MUTATIONS = (
     Mutation(
         "sweeping/worker.py",
         "run_batch",
-        "if job.grid.case_id(first_task.grid_index) != first_task.case_id:",
+        "if context.grid.case_id(first_task.grid_index) != first_task.case_id:",
         "if False:",
         "tests/test_driver.py -k version",
     ),
