@@ -249,8 +249,8 @@ def one_case_per_scene(grid: grids.Grid, pending: np.ndarray, simulator: Simulat
     first, end = int(pending.min()), int(pending.max()) + 1
     is_pending = np.zeros(end - first, bool)
     is_pending[pending - first] = True
-    first_indices: dict[grids.LawNames, int] = {}
-    for offset, law_names in enumerate(grid.law_names(range(first, end))):
+    first_indices: dict[grids.LawAssignment, int] = {}
+    for offset, law_names in enumerate(grid.law_assignments(range(first, end))):
         if is_pending[offset] and law_names not in first_indices:
             first_indices[law_names] = first + offset
     cases = [grid.case(index) for index in first_indices.values()]
