@@ -312,8 +312,8 @@ MUTATIONS = (
     Mutation(
         ARCHARD,
         "_wear_rate_energy",
-        "bearing_coefficient * sliding.work",
-        "bearing_coefficient * 3.0 * sliding.work",
+        "bearing_coefficient * sliding.friction_power",
+        "bearing_coefficient * 3.0 * sliding.friction_power",
         BINS,
     ),
     Mutation(
