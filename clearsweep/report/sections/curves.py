@@ -137,5 +137,5 @@ def _strictest_limit_values(study: Study, limit: Limit, x_axis: Axis) -> np.ndar
     """Return the strictest value (SI) of a limit at each value of an axis."""
     columns = {name: study.cases[name].to_numpy(float) for name in (limit.column, limit.times) if name}
     strictest = smallest if limit.kind == "at_most" else largest
-    limit_values: np.ndarray = _reduced_values(study, limit.threshold(columns), (x_axis, None), strictest)[0]
+    limit_values: np.ndarray = _reduced_values(study, limit.limit_values(columns), (x_axis, None), strictest)[0]
     return limit_values
