@@ -312,8 +312,8 @@ MUTATIONS = (
     Mutation(
         ARCHARD,
         "_wear_rate_energy",
-        "bearing_coefficient * sliding.work",
-        "bearing_coefficient * 3.0 * sliding.work",
+        "bearing_coefficient * sliding.friction_power",
+        "bearing_coefficient * 3.0 * sliding.friction_power",
         BINS,
     ),
     Mutation(
@@ -491,7 +491,7 @@ MUTATIONS = (
     Mutation(
         "sweeping/worker.py",
         "run_batch",
-        "if job.grid.case_id(first_task.grid_index) != first_task.case_id:",
+        "if context.grid.case_id(first_task.grid_index) != first_task.case_id:",
         "if False:",
         "tests/test_driver.py -k version",
     ),

@@ -81,7 +81,7 @@ def run(count: int, cores: int, directory: Path, address: str) -> dict:
         while len(cluster.nodes()) < count:
             time.sleep(0.1)
             cluster._counted_at = -nodes.RECOUNT_INTERVAL
-        driver = nodes.NodesDriver(job, cluster, progress.Cases(len(grid)))
+        driver = nodes.NodesDriver(job, cluster, progress.CaseProgress(len(grid)))
         begin, spent = time.perf_counter(), time.process_time()
         driver.run()
         wall, parent = time.perf_counter() - begin, time.process_time() - spent

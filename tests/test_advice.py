@@ -42,7 +42,7 @@ def test_the_arc_is_that_of_hertz():
 
 
 def verdict(joint, load, law):
-    return next(each for each in advice._elastic_verdicts(joint, load) if each.law == law)
+    return next(each for each in advice._elastic_assessments(joint, load) if each.law == law)
 
 
 def test_a_law_of_half_spaces_is_doubted_over_a_wide_arc_alone():

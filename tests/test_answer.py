@@ -27,7 +27,7 @@ from clearsweep.judging import (
     wear,
 )
 from clearsweep.judging.case_ranking import Candidate, CaseRanking, ranking_of
-from clearsweep.judging.cases import Cases, column_texts, range_text
+from clearsweep.judging.cases import FinishedCases, column_texts, range_text
 from clearsweep.judging.verdict import MARGIN, Limit
 from clearsweep.report.data import study
 from clearsweep.report.data.answered import answer_sentences
@@ -44,7 +44,7 @@ def layout(*figures):
 def cases(columns, axes, lead=None, record=None, figures=()):
     """Return finished cases with these columns, whose words are bare numbers."""
     made, count = layout(*figures), len(next(iter(columns.values())))
-    return Cases(
+    return FinishedCases(
         record or {},
         made,
         lead or ranking_of(made, ()),
@@ -185,7 +185,7 @@ def test_a_probability_is_that_of_the_counted_revolutions_and_grows_with_longer_
     typical = cases(columns, (SPEED,), record=record, figures=("force_peak", "force_peak_median"))
     assert "speed 3. In the median revolution, 1 of 3 cases exceeds it. Its" in sampled.sentences(typical)[0]
     assert "to 8 next" not in sampled.longer_run_warning(
-        made._replace(axes=("simulate.revolutions",)), ["pin_force_peak"]
+        made._replace(varied_paths=("simulate.revolutions",)), ["pin_force_peak"]
     )
     columns["period"] = np.ones(3)
     assert not any("longer runs" in sentence for sentence in sampled.sentences(made))
@@ -390,14 +390,14 @@ def test_effects_that_cancel_over_another_value_are_said_to_be_opposite():
     columns = {SPEED: np.array([1, 2, 1, 2]), FIT: np.array([1, 1, 2, 2])}
     made, values = cases(columns, (SPEED, FIT)), np.array([1.0, 4.0, 8.0, 2.0])
     words = (made, SPEED, "loss", values, lambda known: [f"{value:g}" for value in known])
-    assert interactions.opposite_effects_sentence(*words) == (
+    assert interactions.crossover_interaction_sentence(*words) == (
         "Opposite effects: as speed grows, loss rises in 1 of 2 combinations of the other values and falls in 1. "
         "In the medians, at clearance 1 it rises from 1 to 4; at clearance 2 it falls from 8 to 2."
     )
     values[:] = [1.0, 4.0, 2.0, 8.0]
-    assert interactions.opposite_effects_sentence(*words) == ""
+    assert interactions.crossover_interaction_sentence(*words) == ""
     values[:] = [1.0, 1.01, 2.0, 1.0]  # no clear rise
-    assert interactions.opposite_effects_sentence(*words) == ""
+    assert interactions.crossover_interaction_sentence(*words) == ""
 
 
 def test_clearances_are_compared_at_equal_other_values():

@@ -48,17 +48,17 @@ def test_a_film_study_leads_with_least_film_dry_share_and_loss_and_its_thinnest_
     lead = case_ranking.ranking_of(layout(*FILM), ())
     assert lead.headings == ("least film", "dry load share", "loss")
     values, _ = lead.worst_values({name: np.array([3.0, 1.0, np.nan]) for name in lead.columns})
-    assert int(np.argmax(lead.badness(values))) == 1
-    assert lead.badness(values)[2] == -np.inf
+    assert int(np.argmax(lead.severity(values))) == 1
+    assert lead.severity(values)[2] == -np.inf
 
 
 def test_the_best_case_within_the_limits_leads_an_optimisation():
     lead = case_ranking.ranking_of(layout(), LIMITS, {"optimise": {"minimise": [PEAK]}})
     values, _ = lead.worst_values({PEAK: np.array([1.0, 2.0, 3.0]), "margin": np.array([-0.5, 0.5, 0.1])})
-    assert int(np.argmax(lead.badness(values))) == 1
+    assert int(np.argmax(lead.severity(values))) == 1
     lead = case_ranking.ranking_of(layout(), (), {"optimise": {"maximise": [PEAK]}})
     values, _ = lead.worst_values({PEAK: np.array([1.0, 2.0, 3.0])})
-    assert int(np.argmax(lead.badness(values))) == 2
+    assert int(np.argmax(lead.severity(values))) == 2
 
 
 def test_of_several_joints_the_worse_one_ranks_a_case_and_null_never_does():

@@ -117,7 +117,7 @@ def test_workers_on_this_machine_have_one_thread_each():
     workers = executors.Dask(1)
     try:
         inside = [workers.submit(os.getenv, name).result(20) for name in executors.THREAD_VARIABLES]
-        assert workers.jobs == 1
+        assert workers.worker_count == 1
     finally:
         workers.close()
     assert inside == ["1"] * len(inside)
@@ -207,7 +207,7 @@ def test_a_scheduler_that_is_asked_in_vain_is_lost(monkeypatch, silence):
     with pytest.raises(
         SchedulerLostError, match=r"scheduler: tcp://there:1 was lost .*run the same command again"
     ) as lost:
-        assert workers.jobs
+        assert workers.worker_count
     assert lost.value.exit_code == 4
 
 

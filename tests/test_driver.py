@@ -14,7 +14,7 @@ from clearsweep.language.errors import ClearsweepError
 from clearsweep.sweeping import driver as driving
 from clearsweep.sweeping import executors, progress
 from clearsweep.sweeping.driver import Batches, Driver
-from clearsweep.sweeping.worker import Job, Manifest, run_batch
+from clearsweep.sweeping.worker import BatchOutcome, RunContext, run_batch
 
 CASES = 12
 
@@ -46,21 +46,21 @@ class Unreliable(executors.Serial):
         future.set_exception(BrokenExecutor("all workers are gone"))
         return future
 
-    def commits_then_breaks(self, job, batch):
-        """Lose the manifest of a batch that was committed."""
-        run_batch(job, batch)
-        return self.breaks(job, batch)
+    def commits_then_breaks(self, context, batch):
+        """Lose the outcome of a batch that was committed."""
+        run_batch(context, batch)
+        return self.breaks(context, batch)
 
-    def vanishes(self, job, batch):
-        """Leave the note of a process that is no more, and never answer."""
+    def vanishes(self, context, batch):
+        """Leave the status of a process that is no more, and never answer."""
         gone = subprocess.Popen(["true"])
         gone.wait()
-        job.note(batch).write_text(f"{gone.pid} 0\n")
+        context.status_file(batch).write_text(f"{gone.pid} 0\n")
         return Future()
 
-    def leaves_early(self, job, batch):
+    def leaves_early(self, context, batch):
         """Commit the first case alone, as a worker does that is asked to go."""
-        return super().submit(run_batch, job, batch._replace(cases=batch.cases.part(0, 1)))
+        return super().submit(run_batch, context, batch._replace(cases=batch.cases.part(0, 1)))
 
 
 @pytest.fixture
@@ -72,9 +72,11 @@ def driven(tmp_path):
     def drive_with(executor):
         with store.RunDirectory(tmp_path / "run").open_for(held_grid) as contents:
             batches = Batches(np.arange(CASES), ids, 1, 0.0)
-            batches.learn(Manifest("x", 4, 0, 4.0))  # of four slow cases: batches of several, not of all
-            job = Job(contents.path, held_grid, Fake, None)
-            driver = Driver(executor, contents, job, batches, None, progress.Cases(CASES))
+            batches.update_time_estimate(
+                BatchOutcome("x", 4, 0, 4.0)
+            )  # of four slow cases: batches of several, not of all
+            context = RunContext(contents.path, held_grid, Fake, None)
+            driver = Driver(executor, contents, context, batches, None, progress.CaseProgress(CASES))
             assert driver.run()
             rows = contents.rows()
             assert not rows["failed"].any()
@@ -98,14 +100,14 @@ def test_batches_are_as_long_as_they_should_be_soon_after_a_first_case_that_load
     batches, sizes = Batches(np.arange(100_000), np.zeros(100_000, "u8"), 2, 0.0), []
     for seconds in (30.0, *[0.0] * 9):
         sizes.append(len(batches.next().cases))
-        batches.learn(Manifest("x", sizes[-1], 0, seconds + 1e-3 * sizes[-1]))
+        batches.update_time_estimate(BatchOutcome("x", sizes[-1], 0, seconds + 1e-3 * sizes[-1]))
     assert sizes[-1] > 0.9 * driving.TARGET_SECONDS / 1e-3
 
 
 def test_batches_of_the_next_block_begin_as_long_as_those_of_the_last_one():
     last, following = (Batches(np.arange(100_000), np.zeros(100_000, "u8"), 2, 0.0) for _ in range(2))
     for _ in range(10):
-        last.learn(Manifest("x", size := len(last.next().cases), 0, 1e-3 * size))
+        last.update_time_estimate(BatchOutcome("x", size := len(last.next().cases), 0, 1e-3 * size))
     following.copy_times(last)
     assert len(following.next().cases) > 0.9 * driving.TARGET_SECONDS / 1e-3
 
@@ -116,7 +118,7 @@ def test_a_pool_that_breaks_again_and_again_ends_the_run_with_advice(driven):
 
 
 def test_a_job_that_is_sent_again_and_again_is_unpacked_once(tmp_path):
-    sent, other = (pickle.dumps(Job(tmp_path, grids.load(grid(n), CATALOGUE), Fake, None)) for n in (2, 3))
+    sent, other = (pickle.dumps(RunContext(tmp_path, grids.load(grid(n), CATALOGUE), Fake, None)) for n in (2, 3))
     first = pickle.loads(sent)
     assert first.grid.case_id(1) == grids.load(grid(2), CATALOGUE).case_id(1)
     assert pickle.loads(sent) is first

@@ -25,8 +25,8 @@ from clearsweep.mechanics.joint.wear.contract import (
     cumulative_pressure,
     half_arc,
     peak_over_mean,
+    pressure_integral_over_load,
     smooth_range,
-    sum_over_load,
 )
 
 CLEARANCE, BEARING, LENGTH = 0.5e-3, 0.01, 0.02  # m
@@ -110,7 +110,7 @@ def test_the_resultant_of_a_pressure_is_the_load(name):
         distance = quad(
             lambda x, h=half: math.sin(h * x) * cumulative_pressure(pressure, x, h), -1.0, 1.0, epsrel=1e-9
         )[0]
-        resultant = sum_over_load(pressure, half) * (math.cos(half) + half * distance)
+        resultant = pressure_integral_over_load(pressure, half) * (math.cos(half) + half * distance)
         assert resultant == pytest.approx(1.0, abs=1e-6 + (0.5 * half * half if flat else 0.0))
 
 

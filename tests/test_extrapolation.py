@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from clearsweep.simulation.extrapolation import StepControl, extrapolated_life, redistributed_fraction
+from clearsweep.simulation.extrapolation import StepControl, extrapolate_life, redistributed_fraction
 from clearsweep.simulation.first_touch import first_touch
 
 SCALE, RATE = 0.3, 1e-6  # m, over which the made-up rates change; m per revolution
@@ -52,7 +52,7 @@ def control(**other):
 
 def life(rates, share=0.0, **other):
     asked = control(**other)
-    return extrapolated_life(
+    return extrapolate_life(
         lambda state: BlockRecord(rates(state), share), Deepest(), asked, np.zeros(asked.max_first_growth.size)
     )
 
@@ -136,7 +136,7 @@ def run_in(turns, *, drifting, initial, tolerance=1e-3):
         identical_blocks=True,
         drifting_rates=drifting,
     )
-    return extrapolated_life(measure, Depth(), asked, np.zeros(2))
+    return extrapolate_life(measure, Depth(), asked, np.zeros(2))
 
 
 @pytest.mark.parametrize("initial", [4.0, 0.25])
@@ -177,7 +177,7 @@ def test_what_intervals_explain_does_not_shorten_jumps():
     chance = np.random.default_rng(5)
     rates, exact = LAWS["growing"]
     lives = [
-        extrapolated_life(
+        extrapolate_life(
             lambda h: BlockRecord(rates(h) * (1.0 + 0.1 * chance.standard_normal(1)), 0.196),
             Deepest(),
             control(),
@@ -230,10 +230,10 @@ def test_a_life_that_does_not_come_to_its_end_is_as_long_as_it_was_run():
 def test_a_block_that_fails_ends_it():
     count = iter(range(3))
     assert (
-        extrapolated_life(lambda h: BlockRecord([RATE]) if next(count) < 2 else None, Deepest(), control(), np.zeros(1))
+        extrapolate_life(lambda h: BlockRecord([RATE]) if next(count) < 2 else None, Deepest(), control(), np.zeros(1))
         is None
     )
-    assert extrapolated_life(lambda h: None, Deepest(), control(), np.zeros(1)) is None
+    assert extrapolate_life(lambda h: None, Deepest(), control(), np.zeros(1)) is None
 
 
 # ---------------------------------------------------------------------------------------------- first touch

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from clearsweep.contracts.layout import Column, Layout
-from clearsweep.judging.lifetime import COLUMNS, Lifetime, faster_wear_sentences, hours_text, interval_sentences
+from clearsweep.judging.lifetime import FIELD_BY_COLUMN, Lifetime, faster_wear_sentences, hours_text, interval_sentences
 from clearsweep.sweeping.lives import LifeExtremes, life_lines
 
 
@@ -45,14 +45,16 @@ def test_a_life_without_an_upper_end_says_so():
 
 
 def test_an_end_that_is_not_known_is_not_said_to_be_endless():
-    low = sentences(life(0.02, low_uncertain=1000.0 / 3.0))[-1]
-    high = sentences(life(0.02, high_uncertain=3000.0))[-1]
+    low = sentences(life(0.02, revolutions_low_with_wear_uncertainty=1000.0 / 3.0))[-1]
+    high = sentences(life(0.02, revolutions_high_with_wear_uncertainty=3000.0))[-1]
     assert low == "With the uncertain wear coefficients: from 28.5 h, other end unknown."
     assert high == "With the uncertain wear coefficients: to 256 h, other end unknown."
 
 
 def test_an_uncertain_coefficient_is_reported_next_to_the_numerics():
-    known = life(0.02, low_uncertain=1000.0 / 3.0, high_uncertain=3100.0)
+    known = life(
+        0.02, revolutions_low_with_wear_uncertainty=1000.0 / 3.0, revolutions_high_with_wear_uncertainty=3100.0
+    )
     assert faster_wear_sentences(known) == []  # its uncertainty is known
     text = sentences(known)[-1]
     assert text == "With the uncertain wear coefficients: 28.5 h to 265 h."
@@ -60,23 +62,28 @@ def test_an_uncertain_coefficient_is_reported_next_to_the_numerics():
 
 
 def test_wide_smoothing_is_reported_next_to_the_interval():
-    last = sentences(life(0.02, smoothing=math.radians(11.0)))[-1]
+    last = sentences(life(0.02, smoothing_width=math.radians(11.0)))[-1]
     assert last == (
         "Not included: the effect of smoothing the worn shapes over 11 deg, which is unknown: take the hours as an "
         "estimate."
     )
-    assert len(sentences(life(0.02, smoothing=math.radians(3.0)))) == 1
+    assert len(sentences(life(0.02, smoothing_width=math.radians(3.0)))) == 1
 
 
 def test_no_sentence_on_a_life_has_more_than_25_words():
-    known = life(0.02, low_uncertain=1000.0 / 3.0, high_uncertain=3100.0, smoothing=0.3)
+    known = life(
+        0.02,
+        revolutions_low_with_wear_uncertainty=1000.0 / 3.0,
+        revolutions_high_with_wear_uncertainty=3100.0,
+        smoothing_width=0.3,
+    )
     assert len(sentences(known)) == 3
     assert max(len(sentence.split()) for sentence in sentences(known)) <= 25
     assert hours_text(known) == "85.5 h"
 
 
 def test_the_closing_lines_name_the_shortest_and_the_longest_life():
-    columns = tuple(Column(f"pin_{name}", "1", "") for name in [*COLUMNS][:4])
+    columns = tuple(Column(f"pin_{name}", "1", "") for name in [*FIELD_BY_COLUMN][:4])
     lives = LifeExtremes(
         Layout("planar", True, "", (), columns, (), life="pin"), {"of": "wear_depth_max", "limit": 2e-5}
     )

@@ -32,7 +32,9 @@ def test_every_picture_of_the_page_has_a_name_of_its_own_that_the_next_page_has_
     sections = of_page.all_sections(study.prepare(Run()))
     names = [name for name, _ in paper.named_pictures(sections)]
     assert names == [name for name, _ in paper.named_pictures(of_page.all_sections(study.prepare(Run())))]
-    played = [picture for first in sections for block in first.blocks for picture in getattr(block, "played", ())]
+    played = [
+        picture for first in sections for block in first.blocks for picture in getattr(block, "player_pictures", ())
+    ]
     assert played  # the page's player shows them; files have them all the same
     assert len(names) == len(set(names)) == report.page_of(Run()).text().count("<svg ") + len(played)
     assert all(re.fullmatch(r"[a-z0-9-]+", name) for name in names)

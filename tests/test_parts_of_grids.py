@@ -20,11 +20,11 @@ SWEEPS = {
 @pytest.mark.parametrize("name", SWEEPS)
 def test_identities_of_any_range_are_those_of_the_whole(name):
     whole = grids.load(grid(sweep=SWEEPS[name]), CATALOGUE)
-    ids, words = list(whole.identities()), list(whole.law_names())
+    ids, words = list(whole.identities()), list(whole.law_assignments())
     assert [f"{case_id:016x}" for case_id in ids] == [whole.case_id(index) for index in range(len(whole))]
     for first, last in itertools.combinations(range(len(whole) + 1), 2):
         assert list(whole.identities(range(first, last))) == ids[first:last]
-        assert list(whole.law_names(range(first, last))) == words[first:last]
+        assert list(whole.law_assignments(range(first, last))) == words[first:last]
 
 
 def test_added_cases_are_behind_the_product_in_a_range_too():

@@ -156,10 +156,10 @@ def test_what_a_worker_wrote_is_read_as_it_is_by_then(manual_time, monkeypatch):
     monkeypatch.setattr(phases.time, "time", lambda: wall[0])
     with phases.store_progress(content.append):
         with phases.phase("block 3, 10 um of 50 um") as life:
-            life.note(left=60.0)
+            life.note(remaining_time=60.0)
             assert not content  # as it may be over at once
             manual_time.now = 2.0
-            life.note(left=58.0, block=3)
+            life.note(remaining_time=58.0, block=3)
         assert content.pop() is None  # it is over
     wall[0] += 8.0
     result = phases.stored_progress(content[0])
@@ -219,8 +219,8 @@ def test_the_time_left_of_a_life_counts_those_that_follow_it(manual_time):
 
 
 def test_the_time_left_of_cases_does_not_jump_and_counts_what_workers_have_in_hand(manual_time):
-    cases, text, done = progress.Cases(1000), [], 0
-    cases.read_cases = lambda: (done - cases.done, ())
+    cases, text, done = progress.CaseProgress(1000), [], 0
+    cases.read_progress = lambda: (done - cases.done, ())
     with phases.phase(cases):
         for step in range(
             100
@@ -236,7 +236,7 @@ def test_the_time_left_of_cases_does_not_jump_and_counts_what_workers_have_in_ha
 
 
 def test_progress_of_cases_in_a_log_is_a_line_now_and_then(manual_time, capsys):
-    display, cases = phases.Display(), progress.Cases(1000)
+    display, cases = phases.Display(), progress.CaseProgress(1000)
     with phases.phase(cases):
         for _ in range(1000):
             manual_time.now += 0.5
@@ -276,7 +276,7 @@ class Long(Fake):
         """Take four seconds, of seven that were expected."""
         with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)) as compiling:
             for tenth in range(40):
-                compiling.note(left=7.0 - 0.1 * tenth)
+                compiling.note(remaining_time=7.0 - 0.1 * tenth)
                 time.sleep(0.1)
 
     @staticmethod
@@ -284,7 +284,7 @@ class Long(Fake):
         """Return a made-up trajectory after a life of three seconds."""
         with phases.phase(lambda: "block 7, 31 um of 50 um", whole=True) as life:
             for tenth in range(30):
-                life.note(left=300.0 - 0.1 * tenth, block=7, reached=31e-6, limit=50e-6)
+                life.note(remaining_time=300.0 - 0.1 * tenth, block=7, reached=31e-6, limit=50e-6)
                 time.sleep(0.1)
         return fake_physics.trajectory(case)
 
@@ -294,7 +294,7 @@ class Long(Fake):
 def test_a_run_and_its_status_report_compiling_and_a_life_at_work(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(phases, "FIRST_LINE", 0.3)  # s
     monkeypatch.setattr(phases, "PAUSE_GROWTH", 1.0)  # else a slow start leaves seconds between lines
-    monkeypatch.setattr(progress, "LONG_CASE", 0.3)
+    monkeypatch.setattr(progress, "LONG_CASE_TIME", 0.3)
     seen, ended = [], threading.Event()
 
     def watch():

@@ -52,7 +52,7 @@ def pictures(run, module=curves, **options):
 @pytest.mark.parametrize(("typical", "reduced"), [(False, "max"), (True, "median")])
 def test_a_curve_for_each_clearance_holds_the_worst_case_at_each_speed_or_the_median(typical, reduced):
     run = Run()
-    axes = painted(pictures(run, typical=typical)["Force peak over crank speed"])
+    axes = painted(pictures(run, shows_median=typical)["Force peak over crank speed"])
     by_value = run.summary.groupby([CLEARANCE, SPEED])[PEAK].agg(reduced)
     assert [line.get_label() for line in axes.lines] == ["0.05", "0.1", "0.2", "0.5"]
     for line, clearance in zip(axes.lines, (5e-5, 1e-4, 2e-4, 5e-4), strict=True):

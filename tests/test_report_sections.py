@@ -573,7 +573,7 @@ def test_the_table_of_limits_is_that_of_the_summary(limited_run):
 
 def test_a_map_shows_the_worst_of_a_cell_or_on_request_the_median(limited_run):
     for typical, reduced, word in ((False, np.max, "Largest over"), (True, np.median, "Median over")):
-        prepared = study.prepare(limited_run, typical=typical)
+        prepared = study.prepare(limited_run, shows_median=typical)
         across, up = prepared.axes[0], prepared.axes[3]
         values = prepared.cases[PEAK].to_numpy(float)
         table = study.reduce_over_other_axes(prepared, values, (across, up), reduced)

@@ -285,7 +285,7 @@ def test_advice_reports_for_which_bearings_a_law_of_a_film_holds():
     words = {}
     for length in ("40 mm", "60 mm", "120 mm"):
         (film_result,) = advice(clearsweep.load_case(oiled_grid(length, law="long")).case)
-        words[length] = {verdict.law: verdict.rating for verdict in film_result.verdicts if verdict.family == "film"}
+        words[length] = {item.law: item.rating for item in film_result.assessments if item.family == "film"}
     assert [words[length]["reynolds"] for length in words] == ["suitable", "suitable", "not here"]
     assert [words[length]["finite"] for length in words] == ["suitable", "not here", "not here"]
 

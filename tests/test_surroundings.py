@@ -76,7 +76,7 @@ def test_the_null_device_takes_the_place_of_a_stream_that_was_left(tmp_path):
 def test_a_program_without_stderr_sees_no_progress_in_its_stdout(monkeypatch, capsys):
     monkeypatch.setattr(sys, "stderr", None)
     progress.print_line("something")
-    with progress.show_progress(), phases.phase(progress.Cases(3)):
+    with progress.show_progress(), phases.phase(progress.CaseProgress(3)):
         phases.Display().refresh()
     assert not capsys.readouterr().out
 

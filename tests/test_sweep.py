@@ -22,7 +22,7 @@ from clearsweep.language import errors, phases
 from clearsweep.sweeping import estimate, executors, run_summary
 from clearsweep.sweeping.all_cases import complete_run
 from clearsweep.sweeping.driver import Batches
-from clearsweep.sweeping.worker import Manifest
+from clearsweep.sweeping.worker import BatchOutcome
 
 pytestmark = pytest.mark.heavy
 
@@ -349,7 +349,7 @@ def test_batches_grow_to_about_two_seconds_and_shrink_towards_the_end():
     sizes = []
     while batch := batches.next():
         sizes.append(len(batch.cases))
-        batches.learn(Manifest("x", len(batch.cases), 0, 0.01 * len(batch.cases)))
+        batches.update_time_estimate(BatchOutcome("x", len(batch.cases), 0, 0.01 * len(batch.cases)))
     assert sum(sizes) == 10_000
     assert sizes[:3] == [1, 8, 64]
     assert max(sizes) == 200
@@ -358,7 +358,7 @@ def test_batches_grow_to_about_two_seconds_and_shrink_towards_the_end():
 
 def test_batches_with_large_histories_stay_small():
     batches = Batches(np.arange(1000), np.arange(1000, dtype="u8"), 2, 8e6)
-    batches.learn(Manifest("x", 500, 0, 0.5))
+    batches.update_time_estimate(BatchOutcome("x", 500, 0, 0.5))
     assert len(batches.next().cases) == 4
 
 

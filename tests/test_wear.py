@@ -20,7 +20,7 @@ from clearsweep.mechanics.joint.wear.contract import (
     SlidingContact,
     Worn,
     half_arc,
-    sum_over_load,
+    pressure_integral_over_load,
 )
 from clearsweep.mechanics.joint.wear.persson import Persson
 from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean, Winkler
@@ -103,7 +103,7 @@ def test_the_profile_is_that_of_the_pressure_on_an_arc_of_the_bodys_own_radius(b
 def test_a_step_loses_nothing_wherever_the_arc_lies(pressure, angle, force, pen):
     joint = worn_joint(1e-14, 1e-14, pressure)
     arc = half_arc(pressure, joint, joint.bearing_radius, SlidingContact(force / 0.02, pen, 0.0, 0.0, 0.0, 0.0, 0.5e-3))
-    pressed = force / 0.02 * sum_over_load(pressure, arc)
+    pressed = force / 0.02 * pressure_integral_over_load(pressure, arc)
     for depths, radius in zip(slide(joint, force, turns=0.01, pen=pen, at=(angle, angle)), (0.01, 0.0095), strict=True):
         way = 2.0 * math.pi * 0.0095 * 0.01
         assert depths.sum() * 2.0 * math.pi / BINS == pytest.approx(1e-14 * pressed * way / radius, rel=1e-12)
@@ -171,7 +171,7 @@ def test_the_bins_of_an_arc_that_travels_sum_to_the_volume_of_the_step(pressure,
     pressed = []
     for f, d in zip(force, deep, strict=True):
         half = half_arc(pressure, joint, joint.bearing_radius, SlidingContact(f, d, 0.0, 0.0, 0.0, 0.0, 0.5e-3))
-        pressed.append(f * sum_over_load(pressure, half))
+        pressed.append(f * pressure_integral_over_load(pressure, half))
     rubbed = np.sum(weights * pressed * np.abs(slip))
     for depths, radius, coefficient in zip(
         both(joint, polynomials, step_values), (0.01, 0.0095), (1e-14, 3e-14), strict=True

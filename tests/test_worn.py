@@ -25,7 +25,7 @@ from clearsweep.mechanics.joint.modes import PRESSED
 from clearsweep.mechanics.joint.nearest import TurnedGap, nearest
 from clearsweep.mechanics.joint.wear.arc_over_step import DEEPEST, ON_BEARING, ON_JOURNAL, POINTS, WORKSPACE_SIZE
 from clearsweep.mechanics.joint.wear.contract import Bins, Worn, local_clearance
-from clearsweep.mechanics.joint.wear.foundation import arc_at, sum_over_force, update_wear_under_arc
+from clearsweep.mechanics.joint.wear.foundation import arc_at, pressure_integral_over_load, update_wear_under_arc
 from clearsweep.mechanics.joint.wear.shape import (
     KNOT_SPACING,
     KNOTS,
@@ -297,7 +297,7 @@ def test_springs_wear_every_bin_by_how_deep_they_are_pressed_there():
         assert depths == pytest.approx(expected, rel=2e-4, abs=1e-6 * depths.max())
     f = np.maximum(overlap(x, y, angles, fine), 0.0)
     resultant = np.hypot(np.trapezoid(f * np.cos(fine), fine), np.trapezoid(f * np.sin(fine), fine))
-    assert sum_over_force(worn, arc) == pytest.approx(np.trapezoid(f, fine) / resultant, rel=1e-7)
+    assert pressure_integral_over_load(worn, arc) == pytest.approx(np.trapezoid(f, fine) / resultant, rel=1e-7)
 
 
 def run_in(bins, cycles, step=0.035):
@@ -312,7 +312,7 @@ def run_in(bins, cycles, step=0.035):
 
         def missing(e, worn=worn):
             arc = arc_at(worn, room_at(0.0, 0.0, nearest(worn, gap(e, 0.0, (0.0, 0.0))).depth), 0.5)
-            return worn.elastic.stiffness * arc.total / sum_over_force(worn, arc) - load
+            return worn.elastic.stiffness * arc.overlap_integral / pressure_integral_over_load(worn, arc) - load
 
         e = brentq(missing, C + wear_depth_at(worn.bearing.table, 0.0)[0] + 1e-3 * C, 6.0 * C, xtol=1e-9 * C)
         depth = nearest(worn, gap(e, 0.0, (0.0, 0.0))).depth

@@ -1,7 +1,7 @@
 """Reads grid files: checks them, converts to SI and enumerates cases.  Imports neither llvmlite nor numpy."""
 
 from ..contracts.catalogue import Catalogue, Field, Law
-from .cases import LawNames
+from .cases import LawAssignment
 from .grid import SCHEMA_VERSION, Grid, identity
 from .keys.outline import key_units
 from .library.iso286 import Fit
@@ -41,7 +41,7 @@ __all__ = [
     "Grid",
     "Identify",
     "Law",
-    "LawNames",
+    "LawAssignment",
     "Optimise",
     "OverriddenGrid",
     "Refine",

@@ -15,13 +15,13 @@ from .resolve import SharedSection
 
 MAX_CACHED_ROWS = 4096  # rows of a factor kept in memory while all cases are enumerated
 
-LawNames = frozenset[tuple[str, str]]  # swept paths and their law names
+LawAssignment = frozenset[tuple[str, str]]  # swept paths and their laws
 
 
 class LawCombination(NamedTuple):
     """A combination of law names and the axes in use with it."""
 
-    law_names: dict[str, str | None]  # swept law names; None: not in use
+    law_by_path: dict[str, str | None]  # swept law names; None: not in use
     paths: tuple[str, ...]
     size: int
 
@@ -45,7 +45,7 @@ class Factor(NamedTuple):
         combination_index = bisect_right(self.stops, index)
         combination = self.combinations[combination_index]
         index -= self.stops[combination_index] - combination.size
-        values: dict[str, Any] = dict(combination.law_names)
+        values: dict[str, Any] = dict(combination.law_by_path)
         for path in reversed(combination.paths):
             index, k = divmod(index, len(axes[path]))
             values[path] = axes[path][k]
@@ -77,26 +77,35 @@ def zipped_axes(paths: tuple[str, ...], axes: Mapping[str, tuple[Any, ...]]) -> 
 
 
 def factor_of(
-    paths: list[str], axes: Mapping[str, tuple[Any, ...]], shape: KeyTable, names_in_grid: Mapping[str, frozenset[str]]
+    paths: list[str],
+    axes: Mapping[str, tuple[Any, ...]],
+    key_table: KeyTable,
+    names_in_grid: Mapping[str, frozenset[str]],
 ) -> Factor:
     """Return axes that depend on the same law names, for each distinct combination of these names."""
-    law_paths = [path for path in paths if isinstance(shape[path], Word)]
+    law_paths = [path for path in paths if isinstance(key_table[path], Word)]
     combinations = {}
-    for law_names in product(*(axes[path] for path in law_paths)):
-        names = dict(names_in_grid) | {path: frozenset({word}) for path, word in zip(law_paths, law_names, strict=True)}
-        laws_in_use = {
-            path: word if value_key(shape, path).is_used(names) else None
-            for path, word in zip(law_paths, law_names, strict=True)
+    for law_values in product(*(axes[path] for path in law_paths)):
+        names = dict(names_in_grid) | {
+            path: frozenset({word}) for path, word in zip(law_paths, law_values, strict=True)
         }
-        used_paths = tuple(path for path in paths if path not in laws_in_use and value_key(shape, path).is_used(names))
+        laws_in_use = {
+            path: word if value_key(key_table, path).is_used(names) else None
+            for path, word in zip(law_paths, law_values, strict=True)
+        }
+        used_paths = tuple(
+            path for path in paths if path not in laws_in_use and value_key(key_table, path).is_used(names)
+        )
         combinations[tuple(laws_in_use.values())] = LawCombination(
             laws_in_use, used_paths, math.prod(len(axes[path]) for path in used_paths)
         )
-    return Factor(tuple(combinations.values()), tuple(accumulate(block.size for block in combinations.values())))
+    return Factor(
+        tuple(combinations.values()), tuple(accumulate(combination.size for combination in combinations.values()))
+    )
 
 
-def law_names_at(point: Mapping[str, Any]) -> LawNames:
-    """Return the law names among the values at a point."""
+def law_assignment_at(point: Mapping[str, Any]) -> LawAssignment:
+    """Return the law names among the values at a point, with their paths."""
     return frozenset((path, value) for path, value in point.items() if isinstance(value, str))
 
 
@@ -105,10 +114,10 @@ def product_cases(
     axes: Mapping[str, tuple[Any, ...]],
     texts_of: Callable[[Mapping[str, Any]], dict[str, str]],
     indices: range,
-) -> Iterator[tuple[LawNames, dict[str, str]]]:
+) -> Iterator[tuple[LawAssignment, dict[str, str]]]:
     """Yield law names and value texts of the cases at `indices`, a range of step 1, in order.
 
-    `texts_of` returns the texts of the values of some axes.  Cases before the range take no time.
+    `texts_of` returns the texts of the values of some axes.  Cases before the range are skipped at no cost.
     """
     if not factors:
         if len(indices):
@@ -116,16 +125,18 @@ def product_cases(
         return
     *outer_factors, last = factors
 
-    def rows(row_indices: range) -> Iterator[tuple[LawNames, dict[str, str]]]:
+    def rows(row_indices: range) -> Iterator[tuple[LawAssignment, dict[str, str]]]:
         points = (last.point(k, axes) for k in row_indices)
-        return ((law_names_at(point), texts_of(point)) for point in points)
+        return ((law_assignment_at(point), texts_of(point)) for point in points)
 
     cached_rows = list(rows(range(last.size))) if last.size <= MAX_CACHED_ROWS else None
     outer = range(indices.start // last.size, -(-indices.stop // last.size))
-    for k, (outer_names, outer_texts) in zip(outer, product_cases(outer_factors, axes, texts_of, outer), strict=True):
+    for k, (outer_assignment, outer_texts) in zip(
+        outer, product_cases(outer_factors, axes, texts_of, outer), strict=True
+    ):
         start, end = max(indices.start - k * last.size, 0), min(indices.stop - k * last.size, last.size)
-        for row_names, row_texts in rows(range(start, end)) if cached_rows is None else cached_rows[start:end]:
-            yield outer_names | row_names, outer_texts | row_texts
+        for row_assignment, row_texts in rows(range(start, end)) if cached_rows is None else cached_rows[start:end]:
+            yield outer_assignment | row_assignment, outer_texts | row_texts
 
 
 KeyValue = Any  # value of a key: a number in SI, a word, True for a flag
@@ -238,7 +249,7 @@ def identity_of_text(text: str) -> str:
 
 
 def identity_number(text: str) -> int:
-    """Return the identity as a number below 2**64, from its text; ten times as fast as converting the name."""
+    """Return the identity as a number below 2**64, from its text; ten times as fast as by its hexadecimal digits."""
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8])
 
 
@@ -247,8 +258,10 @@ class IdentityTexts:
 
     def __init__(self, paths: Collection[str], varied_paths: Collection[str]):
         """Prepare for the `paths` of all keys, of which some are `varied_paths`."""
-        dependents = [slot for slot in dependent_values(paths) if slot.path not in varied_paths]
-        self.dependents = {source: [slot for slot in dependents if slot.source == source] for source in varied_paths}
+        dependents = [dependent for dependent in dependent_values(paths) if dependent.path not in varied_paths]
+        self.dependents_by_source = {
+            source: [dependent for dependent in dependents if dependent.source == source] for source in varied_paths
+        }
 
     def texts_at(self, point: Mapping[str, KeyValue]) -> dict[str, str]:
         """Return path -> text of the varied values at a point and of all values that follow from them."""
@@ -256,8 +269,8 @@ class IdentityTexts:
         for path, value in point.items():
             if value is not None and not isinstance(value, str):
                 texts[path] = _text(value)
-                for slot in self.dependents[path]:
-                    texts[slot.path] = _text(slot.derive(value))
+                for dependent in self.dependents_by_source[path]:
+                    texts[dependent.path] = _text(dependent.derive(value))
         return texts
 
 
@@ -279,25 +292,31 @@ class CaseTemplate:
         present_paths = {path for path, value in values_by_path.items() if value is not None}
         own_values = [DependentValue(path, path, _unchanged) for path in varied_paths if path in self.values]
         default_values = [
-            slot
-            for slot in dependent_values(values_by_path)
-            if slot.source in varied_paths and slot.path not in present_paths
+            dependent
+            for dependent in dependent_values(values_by_path)
+            if dependent.source in varied_paths and dependent.path not in present_paths
         ]
-        self.dependents = tuple(slot for slot in (*own_values, *default_values) if slot.path in self.values)
+        self.dependents = tuple(
+            dependent for dependent in (*own_values, *default_values) if dependent.path in self.values
+        )
         self._tree = _make_shared(_nest(self.values))
-        used_list_paths = [pair for pair in list_paths if any(path.startswith(f"{pair}.") for path in self.values)]
-        self._changing = _sections_above([*(slot.path for slot in self.dependents), *used_list_paths])
-        self._targets = [(slot.path.split("."), slot.source, slot.derive) for slot in self.dependents]
+        used_list_paths = [
+            list_path for list_path in list_paths if any(path.startswith(f"{list_path}.") for path in self.values)
+        ]
+        self._sections_to_copy = _sections_above([*(dependent.path for dependent in self.dependents), *used_list_paths])
+        self._assignments = [
+            (dependent.path.split("."), dependent.source, dependent.derive) for dependent in self.dependents
+        ]
 
     def case(self, point: Mapping[str, KeyValue]) -> dict[str, Any]:
         """Return the case at a point, swept path -> value, in the form of a grid file."""
         tree = dict(self._tree)
-        for *parents, key in self._changing:
+        for *parents, key in self._sections_to_copy:
             section = tree
             for parent in parents:
                 section = section[parent]
             section[key] = dict(section[key])
-        for (*parents, key), source, derive in self._targets:
+        for (*parents, key), source, derive in self._assignments:
             section = tree
             for parent in parents:
                 section = section[parent]
@@ -305,9 +324,9 @@ class CaseTemplate:
         return _convert_lists(tree, self._list_paths)
 
     @cached_property
-    def text(self) -> str:
+    def identity_template(self) -> str:
         """Return the text of the identity with %(path)s for every varied value."""
-        placeholders = {slot.path: _PLACEHOLDER.format(slot.path) for slot in self.dependents}
+        placeholders = {dependent.path: _PLACEHOLDER.format(dependent.path) for dependent in self.dependents}
         text = identity_text(nest(self.values | placeholders, self._list_paths)).replace("%", "%%")
         for path, placeholder in placeholders.items():
             text = text.replace(json.dumps(placeholder), f"%({path})s")

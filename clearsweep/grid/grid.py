@@ -17,13 +17,13 @@ from .cases import (
     Factor,
     IdentityTexts,
     KeyValue,
-    LawNames,
+    LawAssignment,
     ZippedAxes,
     factor_of,
     identity_number,
     identity_of_text,
     identity_text,
-    law_names_at,
+    law_assignment_at,
     nest,
     product_cases,
     with_dependent_values,
@@ -62,7 +62,7 @@ class Grid:
     _values: dict[str, KeyValue]
     _written: frozenset[str]
     _names: dict[str, frozenset[str]]
-    _zipped_paths: dict[str, tuple[str, ...]]  # 'zip', 'cases' or 'sample' -> the paths that vary in step
+    _zipped_paths: dict[str, tuple[str, ...]]  # 'zip', 'cases' or 'sample' -> the paths that vary together
     _sample: dict[str, Any]
     _outline: Outline
     fits: dict[str, tuple[Fit, ...]]  # path of a clearance -> its ISO 286 fits as written
@@ -153,7 +153,7 @@ class Grid:
         return self._tree(self.point(index))
 
     def _tree(self, point: Mapping[str, KeyValue]) -> dict[str, Any]:
-        return self._pattern(law_names_at(point)).case({**point, **self.defined.values_at(point)})
+        return self._pattern(law_assignment_at(point)).case({**point, **self.defined.values_at(point)})
 
     def identities(self, indices: range | None = None) -> Iterator[int]:
         """Yield the identity of every case, in order, as a number below 2**64.
@@ -165,23 +165,24 @@ class Grid:
         if self.defined.dependents:  # for numbers that may depend on several axes
             for point in map(self.point, indices):
                 yield identity_number(
-                    self._pattern(law_names_at(point)).text % texts.texts_at({**point, **self.defined.values_at(point)})
+                    self._pattern(law_assignment_at(point)).identity_template
+                    % texts.texts_at({**point, **self.defined.values_at(point)})
                 )
             return
-        for law_names, texts_by_path in product_cases(
+        for law_assignment, texts_by_path in product_cases(
             self._factors, self.axes, texts.texts_at, self._product_part(indices)
         ):
-            yield identity_number(self._pattern(law_names).text % texts_by_path)
+            yield identity_number(self._pattern(law_assignment).identity_template % texts_by_path)
         for point in map(self.point, range(max(indices.start, self._product), indices.stop)):
-            yield identity_number(self._pattern(law_names_at(point)).text % texts.texts_at(point))
+            yield identity_number(self._pattern(law_assignment_at(point)).identity_template % texts.texts_at(point))
 
-    def law_names(self, indices: range | None = None) -> Iterator[LawNames]:
+    def law_assignments(self, indices: range | None = None) -> Iterator[LawAssignment]:
         """Yield the swept law names of every case, or of those at `indices`, in order."""
         indices = range(self.size) if indices is None else indices
         yield from (
             names for names, _ in product_cases(self._factors, self.axes, lambda _: {}, self._product_part(indices))
         )
-        yield from map(law_names_at, map(self.point, range(max(indices.start, self._product), indices.stop)))
+        yield from map(law_assignment_at, map(self.point, range(max(indices.start, self._product), indices.stop)))
 
     def _product_part(self, indices: range) -> range:
         """Return the indices of a range that lie in the product."""
@@ -205,11 +206,11 @@ class Grid:
     def resolved(self) -> dict[str, Any]:
         """Return the grid in SI as a dict in the form of its file; `load` reads the same cases from it."""
         variations: dict[str, Any] = {
-            variation: {path: list(self.axes[path]) for path in paths}
-            for variation, paths in self._axes_by_section.items()
+            section_name: {path: list(self.axes[path]) for path in paths}
+            for section_name, paths in self._axes_by_section.items()
         }
         variations = {
-            variation: part for variation, part in variations.items() if variation not in (OPTIMISE, IDENTIFY)
+            section_name: part for section_name, part in variations.items() if section_name not in (OPTIMISE, IDENTIFY)
         }
         if self._sample:
             variations["sample"] = self._sample | {"drawn": variations["sample"]}
@@ -218,7 +219,7 @@ class Grid:
         if self.seek:
             swept = variations.get("sweep", {})
             variations["sweep"] = {path: values for path, values in swept.items() if path not in self.seek.paths}
-        variations = {variation: part for variation, part in variations.items() if part}
+        variations = {section_name: part for section_name, part in variations.items() if part}
         other_sections: dict[str, Any] = {"figures": self.figures, "limits": self.limits}
         other_sections |= {UNCERTAIN: dict(self.uncertain), CHECK_LAWS: self.checked_laws and (added_values or True)}
         other_sections |= {SEEK: self.seek.resolved() | added_values} if self.seek else {}
@@ -226,7 +227,7 @@ class Grid:
         other_sections |= {IDENTIFY: self.identify.resolved() | added_values} if self.identify else {}
         other_sections |= {REFINE: self.refine.resolved() | added_values} if self.refine else {}
         other_sections = {key: part for key, part in other_sections.items() if part}
-        sections: dict[str, Any] = {path: {} for path, node in self._shape.items() if isinstance(node, Section)}
+        sections: dict[str, Any] = {path: {} for path, key in self._shape.items() if isinstance(key, Section)}
         pairs = tuple(f"{path}." for path in self._list_paths)
         # a list has no gaps: any value fills one
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
@@ -243,36 +244,36 @@ class Grid:
 
     def unit(self, path: str) -> str:
         """Return the SI unit of a swept path, '' for the name of a law."""
-        node = value_key(self._shape, path)
-        if isinstance(node, Word):
+        key = value_key(self._shape, path)
+        if isinstance(key, Word):
             return ""
-        return unit_of_number(node, self._names, self._fixed_values.get(f"{path.rpartition('.')[0]}.exponent"))
+        return unit_of_number(key, self._names, self._fixed_values.get(f"{path.rpartition('.')[0]}.exponent"))
 
     @cached_property
-    def _patterns(self) -> dict[LawNames, CaseTemplate]:
+    def _patterns(self) -> dict[LawAssignment, CaseTemplate]:
         """Return a cache, swept law names -> shared part of their cases, since there are many cases and few laws."""
         return {}
 
-    def _pattern(self, law_names: LawNames) -> CaseTemplate:
+    def _pattern(self, law_assignment: LawAssignment) -> CaseTemplate:
         """Return the shared part of the cases with these swept law names."""
-        if law_names not in self._patterns:
-            values_in_use = self._values_in_use(dict(law_names))
-            swept = [path for path in values_in_use if path in self.axes and path not in dict(law_names)]
+        if law_assignment not in self._patterns:
+            values_in_use = self._values_in_use(dict(law_assignment))
+            swept = [path for path in values_in_use if path in self.axes and path not in dict(law_assignment)]
             numbers = {path: self.axes[path][0] for path in swept}
             numbers |= {path: self._values[path] for path in values_in_use if path in self.defined.dependents}
-            self._patterns[law_names] = CaseTemplate(values_in_use | numbers, numbers, self._list_paths)
-        return self._patterns[law_names]
+            self._patterns[law_assignment] = CaseTemplate(values_in_use | numbers, numbers, self._list_paths)
+        return self._patterns[law_assignment]
 
-    def _values_in_use(self, law_names: Mapping[str, str]) -> dict[str, KeyValue]:
+    def _values_in_use(self, law_by_path: Mapping[str, str]) -> dict[str, KeyValue]:
         """Return path -> value, or default, of every key in use with these swept law names."""
-        names = self._names | {path: frozenset({word}) for path, word in law_names.items()}
+        names = self._names | {path: frozenset({word}) for path, word in law_by_path.items()}
         values_in_use: dict[str, KeyValue] = {}
-        for path, node in self._shape.items():
-            if isinstance(node, Word) and node.is_used(names):
-                values_in_use[path] = law_names.get(path, self._values.get(path))
-            elif isinstance(node, Number) and (fields := node.fields(names)):
+        for path, key in self._shape.items():
+            if isinstance(key, Word) and key.is_used(names):
+                values_in_use[path] = law_by_path.get(path, self._values.get(path))
+            elif isinstance(key, Number) and (fields := key.fields(names)):
                 values_in_use[path] = self._values.get(path, fields[0].default)
-            elif isinstance(node, (Flag, NameList)) or (isinstance(node, Table) and node.is_used(names)):
+            elif isinstance(key, (Flag, NameList)) or (isinstance(key, Table) and key.is_used(names)):
                 values_in_use[path] = self._values.get(path)
         return put_material_numbers(values_in_use, self.materials) | dict(uncertain_leaves(self.uncertain))
 
@@ -280,17 +281,17 @@ class Grid:
     def _fixed_values(self) -> dict[str, KeyValue]:
         """Return path -> value of all keys that are not swept; for a swept law, only the keys that are written."""
         values_in_use: dict[str, KeyValue] = {}
-        for path, node in self._shape.items():
-            if isinstance(node, (Section, Name)) or path in self.axes or path in self.defined.dependents:
+        for path, key in self._shape.items():
+            if isinstance(key, (Section, Name)) or path in self.axes or path in self.defined.dependents:
                 continue
-            if any(chooser in self.axes for chooser in node.deciding_paths()):
+            if any(chooser in self.axes for chooser in key.deciding_paths()):
                 value = self._values.get(path) if path in self._written else None
-            elif isinstance(node, Word):
-                value = self._values[path] if node.is_used(self._names) else None
-            elif isinstance(node, (Flag, Table, NameList)):
+            elif isinstance(key, Word):
+                value = self._values[path] if key.is_used(self._names) else None
+            elif isinstance(key, (Flag, Table, NameList)):
                 value = self._values.get(path)
             else:
-                fields = node.fields(self._names)
+                fields = key.fields(self._names)
                 value = self._values.get(path, fields[0].default) if fields else None
             values_in_use[path] = value
         values_in_use |= dict(uncertain_leaves(self.uncertain))
@@ -308,21 +309,21 @@ class Grid:
 
     @cached_property
     def _factors(self) -> tuple[Factor | ZippedAxes, ...]:
-        """Return the factors of the product: axes in step, sections with swept law names, and every other axis."""
+        """Return the factors of the product: zipped axes, sections with swept law names, and every other axis."""
         steps = tuple(zipped_axes(paths, self.axes) for paths in self._zipped_paths.values())
         groups: dict[str, list[str]] = {}
         sweep = self._axes_by_section.get("sweep", ())
         for path in sweep:
-            node = value_key(self._shape, path)
-            swept = [chooser for chooser in node.deciding_paths() if chooser in sweep]
-            joint_axis = path if isinstance(node, Word) else swept[0] if swept else None
+            key = value_key(self._shape, path)
+            swept = [chooser for chooser in key.deciding_paths() if chooser in sweep]
+            joint_axis = path if isinstance(key, Word) else swept[0] if swept else None
             groups.setdefault(joint_axis.rpartition(".")[0] if joint_axis else path, []).append(path)
         return (*(factor_of(paths, self.axes, self._shape, self._names) for paths in groups.values()), *steps)
 
     @cached_property
     def _list_paths(self) -> tuple[str, ...]:
         """Return the paths of sections that are written as lists."""
-        return tuple(path for path, node in self._shape.items() if isinstance(node, Section) and node.items)
+        return tuple(path for path, key in self._shape.items() if isinstance(key, Section) and key.items)
 
 
 def identity(case: Mapping[str, Any]) -> str:

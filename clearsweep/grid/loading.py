@@ -17,7 +17,7 @@ from .reading.read_keys import check_channels, read_keys
 from .reading.values import assumed_units, written_units
 from .sections.identify import check_identify
 from .sections.reader import Reader, added_rows, checked_law_paths
-from .sections.variations import axes_in_step, first_values, labels_of_axes, paths_of_search
+from .sections.variations import first_values, labels_of_axes, paths_of_search, zipped_paths
 from .written.document import OverriddenGrid, Problems, apply_overrides, name_of_run, override, read_document
 
 MAX_CASES = 200_000_000  # their summaries take about 100 GB
@@ -54,11 +54,11 @@ def load(
         reader.axes | first_values(reader),
         reader.limits,
         reader.user_figures,
-        reader.shape,
+        reader.keys_in_use,
         reader.values,
         frozenset(reader.written),
         reader.names,
-        {reader.varied_by[paths[0]]: paths for paths in axes_in_step(reader)} | paths_of_search(reader),
+        {reader.varied_by[paths[0]]: paths for paths in zipped_paths(reader)} | paths_of_search(reader),
         _resolved_sample(reader),
         reader.outline,
         {path: tuple(entries) for path, entries in reader.fits.items()},
@@ -125,7 +125,7 @@ def _resolved_sample(reader: Reader) -> dict[str, Any]:
     section: dict[str, Any] = {"method": reader.sample.method}
     if reader.sample.method != "one-at-a-time":
         section |= {"n": reader.sample.n, "seed": reader.sample.seed}
-    return section | {"over": {path: reader.distributions[path].resolved() for path in reader.drawn}}
+    return section | {"over": {path: reader.distributions[path].resolved() for path in reader.drawn_paths}}
 
 
 HISTORY_COPIES = 2.0  # copies of a case's histories in memory: as recorded, and by channel

@@ -5,13 +5,13 @@ import math
 from ..language import wording
 from . import films
 from .case_ranking import START_UP
-from .cases import Cases
+from .cases import FinishedCases
 
 NO_LIMITS = "No limits are set, so no case is assessed."
 MICROMETRE = 1e-6  # m
 
 
-def suggest_limit(cases: Cases) -> str:
+def suggest_limit(cases: FinishedCases) -> str:
     """Return the suggested limit for a grid without limits, with the reason for its value."""
     names = {column.name for column in cases.layout.columns}
     if cases.ranking.question == "start-up":
@@ -32,7 +32,7 @@ def _advice_text(reason: str, limit: str) -> str:
     return " ".join(filter(None, (NO_LIMITS, reason, f"To assess them, add to the grid: limits: {{{limit}}}")))
 
 
-def _film_advice(cases: Cases) -> str:
+def _film_advice(cases: FinishedCases) -> str:
     """Return the advice on a film: a multiple of the roughness if this is known, else the end of the film law."""
     worst = cases.worst_case()
     joint = worst[2] if worst else cases.ranking.candidates[0].joint
@@ -51,7 +51,7 @@ def _film_advice(cases: Cases) -> str:
     if law_end is None:
         return f"{NO_LIMITS} {no_roughness_text}"
     law_end_text = _micrometres_text(law_end)
-    is_clearance_varied = f"joints.{wording.joint_name(joint)}.clearance" in cases.axes
+    is_clearance_varied = f"joints.{wording.joint_name(joint)}.clearance" in cases.varied_paths
     reason = (
         f"{no_roughness_text} The film law ends at "
         f"{law_end_text}{' for the largest clearance' if is_clearance_varied else ''}."

@@ -6,22 +6,22 @@ import numpy as np
 
 from ..language import wording
 from . import case_ranking, designs, effects, films, fits, labels, sampled, start_up, verdict, wear
-from .cases import MAX_NAMED_AXES, Cases
+from .cases import MAX_NAMED_AXES, FinishedCases
 
 RUN_LENGTH_COLUMN = "revolutions_run"  # column
 MAX_LISTED_LIMITS = 2  # limits that a sentence names
 
-__all__ = ["MAX_NAMED_AXES", "Cases", "question_sentences", "sentences"]
+__all__ = ["MAX_NAMED_AXES", "FinishedCases", "question_sentences", "sentences"]
 
 
-def sentences(cases: Cases) -> list[str]:
+def sentences(cases: FinishedCases) -> list[str]:
     """Return the answer to the question of a grid, then the range of the figures that it defines."""
     if not len(cases.case_ids):
         return []
     return [*question_sentences(cases), *figure_range_sentences(cases), *run_length_sentences(cases)]
 
 
-def question_sentences(cases: Cases) -> list[str]:
+def question_sentences(cases: FinishedCases) -> list[str]:
     """Return the answer to the leading question: a random sample, life, start-up, limits, film or force."""
     if sampled.is_one_sample(cases.record):
         return sampled.sentences(cases)
@@ -39,7 +39,7 @@ def question_sentences(cases: Cases) -> list[str]:
     ]
 
 
-def start_force_sentences(cases: Cases) -> list[str]:
+def start_force_sentences(cases: FinishedCases) -> list[str]:
     """Return the largest force until the start-up time and in the whole run, and the error, of the started cases."""
     started = start_up.started_cases(cases)
     worst_case = started.worst_case(case_ranking.force_ranking(started.layout))
@@ -55,12 +55,12 @@ def start_force_sentences(cases: Cases) -> list[str]:
     return lines
 
 
-def life_effect_sentences(cases: Cases) -> list[str]:
+def life_effect_sentences(cases: FinishedCases) -> list[str]:
     """Return sentences on the effects of varied values on the life."""
     name = cases.ranking.candidates[0].columns[0]
-    if not cases.has(name):
+    if not cases.has_values(name):
         return []
-    hours = cases.column(name).astype(float)
+    hours = cases.values_of(name).astype(float)
     effect_sentences = effects.sentences(
         cases, "life", hours, lambda values: [f"{wording.plain(value)}{wording.BLANK}h" for value in values]
     )
@@ -77,12 +77,12 @@ def life_effect_sentences(cases: Cases) -> list[str]:
     return lines
 
 
-def end_of_life_limit_sentences(cases: Cases) -> list[str]:
+def end_of_life_limit_sentences(cases: FinishedCases) -> list[str]:
     """Return whether the cases meet the limits at the end of the life, the state that their figures describe."""
     limits = cases.limits
     if not limits:
         return []
-    margins = cases.column(verdict.MARGIN).astype(float)
+    margins = cases.values_of(verdict.MARGIN).astype(float)
     count, exceeding = len(margins), int((~(margins >= 0.0)).sum())
     limit_texts = [cases.limit_label(limit) for limit in limits]
     limits_text = (
@@ -93,13 +93,13 @@ def end_of_life_limit_sentences(cases: Cases) -> list[str]:
     text = f"At the end of the life, {failing_text if exceeding else meeting_text} the limits: {limits_text}."
     if np.isfinite(margins).any():
         worst_case = int(np.nanargmin(margins))
-        exceeded = cases.column(verdict.EXCEEDED)[worst_case] or ""
+        exceeded = cases.values_of(verdict.EXCEEDED)[worst_case] or ""
         margin = verdict.margin_text(float(margins[worst_case]), limits, exceeded)
         text += f" Smallest margin there: {margin}{cases.setting_text(worst_case)}."
     return [text]
 
 
-def extreme_sentences(cases: Cases) -> list[str]:
+def extreme_sentences(cases: FinishedCases) -> list[str]:
     """Return the part of the answer that needs only the cases with the extremes of each column."""
     if not len(cases.case_ids):
         return []
@@ -109,13 +109,15 @@ def extreme_sentences(cases: Cases) -> list[str]:
     return [*force_sentences, *figure_range_sentences(cases)]
 
 
-def run_length_sentences(cases: Cases) -> list[str]:
+def run_length_sentences(cases: FinishedCases) -> list[str]:
     """Return sentences on how long the cases ran under `until`, and on how many did not reach its accuracy."""
-    if not cases.has(RUN_LENGTH_COLUMN):
+    if not cases.has_values(RUN_LENGTH_COLUMN):
         return []
-    fewest, most = (f"{cases.column(RUN_LENGTH_COLUMN)[index]:.0f}" for index in cases.extreme_cases(RUN_LENGTH_COLUMN))
+    fewest, most = (
+        f"{cases.values_of(RUN_LENGTH_COLUMN)[index]:.0f}" for index in cases.argmin_argmax(RUN_LENGTH_COLUMN)
+    )
     text = f"A case ran {fewest}{f' to {most}' if most != fewest else ''} revolutions."
-    count, unsettled_count = len(cases.case_ids), int(np.sum(cases.column("settled") == 0))
+    count, unsettled_count = len(cases.case_ids), int(np.sum(cases.values_of("settled") == 0))
     accuracy_sentence = "" if unsettled_count else "Each reached its accuracy or a periodic motion."
     if unsettled_count:
         accuracy_sentence = (
@@ -124,7 +126,7 @@ def run_length_sentences(cases: Cases) -> list[str]:
     return [f"{text} {accuracy_sentence}"]
 
 
-def largest_force_sentences(cases: Cases) -> list[str]:
+def largest_force_sentences(cases: FinishedCases) -> list[str]:
     """Return sentences on the largest normal force and the effects on it."""
     worst_case = cases.worst_case(case_ranking.force_ranking(cases.layout))
     if worst_case is None:
@@ -133,7 +135,7 @@ def largest_force_sentences(cases: Cases) -> list[str]:
     effect_sentences = effects.sentences(
         cases,
         cases.column_label(peak_column),
-        cases.column(peak_column).astype(float),
+        cases.values_of(peak_column).astype(float),
         partial(cases.format_values, peak_column),
     )
     return [
@@ -143,7 +145,7 @@ def largest_force_sentences(cases: Cases) -> list[str]:
     ]
 
 
-def peak_force_sentences(cases: Cases) -> list[str]:
+def peak_force_sentences(cases: FinishedCases) -> list[str]:
     """Return sentences on the largest normal force and the load over the largest reaction without clearance."""
     worst_case = cases.worst_case(case_ranking.force_ranking(cases.layout))
     if worst_case is None:
@@ -154,21 +156,23 @@ def peak_force_sentences(cases: Cases) -> list[str]:
         f"{cases.figure_text(peak_column, index)}{cases.setting_text(index)}{cases.case_text(index)}."
     )
     ratio_column, load_column = f"{joint}_force_peak_ratio", f"{joint}_load_peak"
-    if cases.has(ratio_column) and np.isfinite(cases.column(ratio_column)[index]):
-        is_load_larger = cases.has(load_column) and cases.column(load_column)[index] > cases.column(peak_column)[index]
+    if cases.has_values(ratio_column) and np.isfinite(cases.values_of(ratio_column)[index]):
+        is_load_larger = (
+            cases.has_values(load_column) and cases.values_of(load_column)[index] > cases.values_of(peak_column)[index]
+        )
         subject = "With friction, the load" if is_load_larger else "It"
         text += f" {subject} is {cases.figure_text(ratio_column, index)} times the largest reaction without clearance."
     return [text]
 
 
-def _restitution_sentences(cases: Cases) -> list[str]:
+def _restitution_sentences(cases: FinishedCases) -> list[str]:
     """Return for each joint the largest difference of measured and requested restitution, if it varies."""
     lines = []
     for joint in cases.layout.joints:
         column, path = f"{joint.name}_restitution", f"joints.{wording.joint_name(joint.name)}.contact.restitution"
-        if path not in cases.axes or not cases.has(column):
+        if path not in cases.varied_paths or not cases.has_values(column):
             continue
-        measured, requested = cases.column(column).astype(float), cases.column(path).astype(float)
+        measured, requested = cases.values_of(column).astype(float), cases.values_of(path).astype(float)
         worst_case = int(np.nanargmax(np.abs(measured - requested)))
         lines.append(
             f"Measured restitution{cases.joint_text(joint.name)} differs from the requested one by at most "
@@ -178,13 +182,13 @@ def _restitution_sentences(cases: Cases) -> list[str]:
     return lines
 
 
-def position_error_sentences(cases: Cases) -> list[str]:
+def position_error_sentences(cases: FinishedCases) -> list[str]:
     """Return sentences on the largest error of the output's position and the strongest effect on it."""
     error_column = next((column.name for column in cases.layout.columns if column.figure == "error_max"), "")
-    if not error_column or not cases.has(error_column):
+    if not error_column or not cases.has_values(error_column):
         return []
     worst_case, hardest_case = (
-        cases.extreme_cases(error_column)[1],
+        cases.argmin_argmax(error_column)[1],
         cases.worst_case(case_ranking.force_ranking(cases.layout)),
     )
     location = cases.difference_text(worst_case, hardest_case[0]) if hardest_case else cases.setting_text(worst_case)
@@ -192,13 +196,13 @@ def position_error_sentences(cases: Cases) -> list[str]:
     return [" ".join([text, *_strongest_effect_sentences(cases, error_column)])]
 
 
-def _strongest_effect_sentences(cases: Cases, name: str) -> list[str]:
+def _strongest_effect_sentences(cases: FinishedCases, name: str) -> list[str]:
     """Return the strongest effect on a column, with 'it' as its subject."""
-    values = cases.column(name).astype(float)
+    values = cases.values_of(name).astype(float)
     return effects.sentences(cases, effects.PRONOUN, values, partial(cases.format_values, name), 1)
 
 
-def limit_sentences(cases: Cases) -> list[str]:
+def limit_sentences(cases: FinishedCases) -> list[str]:
     """Return sentences on the designs that meet the limits, the effects on limited figures, and open points of fits."""
     limits = cases.limits
     if not limits:
@@ -217,10 +221,10 @@ def limit_sentences(cases: Cases) -> list[str]:
     return lines
 
 
-def _deciding_limits(cases: Cases, limits: tuple[verdict.Limit, ...]) -> list[verdict.Limit]:
+def _deciding_limits(cases: FinishedCases, limits: tuple[verdict.Limit, ...]) -> list[verdict.Limit]:
     """Return the limits that most cases exceed; if none is exceeded, the limit with the smallest margin."""
     columns = {
-        name: cases.column(name).astype(float) for limit in limits for name in (limit.column, limit.times) if name
+        name: cases.values_of(name).astype(float) for limit in limits for name in (limit.column, limit.times) if name
     }
     assessed_limits = [limit for limit in limits if np.isfinite(limit.margin(columns)).any()]
     exceeded_limits = sorted(
@@ -231,13 +235,13 @@ def _deciding_limits(cases: Cases, limits: tuple[verdict.Limit, ...]) -> list[ve
     return exceeded_limits[:MAX_LISTED_LIMITS] or nearest_limits
 
 
-def _limit_effect_sentences(cases: Cases, limit: verdict.Limit, max_effects: int) -> list[str]:
+def _limit_effect_sentences(cases: FinishedCases, limit: verdict.Limit, max_effects: int) -> list[str]:
     """Return the effects on a limited figure or, for a relative limit, on its ratio to the other column."""
-    values, name = cases.column(limit.column).astype(float), cases.column_label(limit.column)
+    values, name = cases.values_of(limit.column).astype(float), cases.column_label(limit.column)
     if not limit.times:
         return effects.sentences(cases, name, values, partial(cases.format_values, limit.column), max_effects)
     with np.errstate(all="ignore"):
-        ratios = values / cases.column(limit.times).astype(float)
+        ratios = values / cases.values_of(limit.times).astype(float)
     ratios = np.where(np.isfinite(ratios), ratios, np.nan)
     label = f"{name} over {cases.column_label(limit.times)}"
     return effects.sentences(
@@ -245,11 +249,11 @@ def _limit_effect_sentences(cases: Cases, limit: verdict.Limit, max_effects: int
     )
 
 
-def figure_range_sentences(cases: Cases) -> list[str]:
+def figure_range_sentences(cases: FinishedCases) -> list[str]:
     """Return sentences on the range of each user-defined figure and the strongest effect on it."""
     lines = []
     for name in cases.record.get("figures") or {}:
-        values = cases.column(name)
+        values = cases.values_of(name)
         if np.isfinite(values).any():
             low, high = (
                 cases.figure_text(name, int(arg_extreme(values))) for arg_extreme in (np.nanargmin, np.nanargmax)
@@ -262,9 +266,9 @@ def figure_range_sentences(cases: Cases) -> list[str]:
     return lines
 
 
-def _accepted_range_sentences(cases: Cases, name: str) -> list[str]:
+def _accepted_range_sentences(cases: FinishedCases, name: str) -> list[str]:
     """Return the range of a figure in the designs that meet the limits, if there are others; else []."""
-    values, accepted = cases.column(name).astype(float), designs.is_in_accepted_design(cases)
+    values, accepted = cases.values_of(name).astype(float), designs.is_in_accepted_design(cases)
     if not accepted.any() or accepted.all() or not np.isfinite(values[accepted]).any():
         return []
     accepted_values = values[accepted]

@@ -54,7 +54,7 @@ class CaseRanking(NamedTuple):
         candidate_numbers = np.argmax(np.where(np.isnan(values), -np.inf, sign * values), axis=0)
         return np.take_along_axis(values, candidate_numbers[None], axis=0)[0], candidate_numbers
 
-    def badness(self, values: np.ndarray) -> np.ndarray:
+    def severity(self, values: np.ndarray) -> np.ndarray:
         """Return numbers that increase from the best case to the worst; null gives -inf, for a start-up inf."""
         value_of_null = np.inf if self.question == "start-up" else -np.inf
         return np.where(np.isnan(values), value_of_null, -values if self.is_smallest_worst else values)

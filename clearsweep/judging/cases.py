@@ -18,54 +18,56 @@ UNIT_QUANTILE = 0.95  # the display unit suits this quantile of the values, so t
 DISPLAY_RANGE = (1e-3, 1e5)  # numbers outside this range have a unit of their own
 
 
-class Cases(NamedTuple):
+class FinishedCases(NamedTuple):
     """The finished cases of a run, as numbers and in words."""
 
     record: Mapping[str, Any]  # run.json
     layout: Layout
     ranking: CaseRanking
-    axes: tuple[str, ...]  # varied paths
+    varied_paths: tuple[str, ...]  # varied paths
     case_ids: Sequence[str]
-    column: Callable[[str], np.ndarray]  # values (n,) of a column or a path; SI, NaN for null
+    values_of: Callable[[str], np.ndarray]  # values (n,) of a column or a path; SI, NaN for null
     format_values: Callable[[str, Sequence[float]], list[str]]  # column and values -> words, in the unit of the column
-    named_value: Callable[[int, str], tuple[str, str] | None]  # index, path -> name and value in words; None: unused
+    name_and_value: Callable[[int, str], tuple[str, str] | None]  # index, path -> name and value in words; None: unused
     is_complete: bool = True  # whether these are all cases, so that medians over varied values are known
 
     def values_text(self, index: int, paths: Sequence[str]) -> str:
         """Return the values of a case at some paths in words: 'crank speed 60 rpm, clearance 0.1 mm'."""
-        pairs = [self.named_value(index, path) for path in paths]
+        pairs = [self.name_and_value(index, path) for path in paths]
         return ", ".join(f"{name} {value}" for name, value in filter(None, pairs))
 
     def setting_text(self, index: int) -> str:
         """Return ' at crank speed 60 rpm', or the identity if many values vary; '' if nothing varies."""
-        if len(self.axes) > MAX_NAMED_AXES:
+        if len(self.varied_paths) > MAX_NAMED_AXES:
             return f" in case {wording.short_id(self.case_ids[index])}"
-        setting = self.values_text(index, self.axes)
+        setting = self.values_text(index, self.varied_paths)
         return f" at {setting}" if setting else ""
 
-    def difference_text(self, index: int, other: int) -> str:
+    def difference_text(self, index: int, previous_index: int) -> str:
         """Return the values of a case that differ from those of the case mentioned before, ' at crank speed 60 rpm'."""
-        if len(self.axes) > MAX_NAMED_AXES:
+        if len(self.varied_paths) > MAX_NAMED_AXES:
             return self.setting_text(index)
-        if index == other:
-            return " in the same case" if self.axes else ""
-        paths = [path for path in self.axes if self.column(path)[index] != self.column(path)[other]]
-        unchanged_text = ", otherwise the same" if len(paths) < len(self.axes) else ""
+        if index == previous_index:
+            return " in the same case" if self.varied_paths else ""
+        paths = [
+            path for path in self.varied_paths if self.values_of(path)[index] != self.values_of(path)[previous_index]
+        ]
+        unchanged_text = ", otherwise the same" if len(paths) < len(self.varied_paths) else ""
         return f" at {self.values_text(index, paths)}{unchanged_text}"
 
     def case_text(self, index: int) -> str:
         """Return ' (case 1a7fc708)', or '' if `setting_text` returns the identity already."""
-        return "" if len(self.axes) > MAX_NAMED_AXES else f" (case {wording.short_id(self.case_ids[index])})"
+        return "" if len(self.varied_paths) > MAX_NAMED_AXES else f" (case {wording.short_id(self.case_ids[index])})"
 
-    def figure_text(self, column: str, index: int) -> str:
+    def figure_text(self, column_name: str, index: int) -> str:
         """Return a figure of a case in words."""
-        return self.format_values(column, [float(self.column(column)[index])])[0]
+        return self.format_values(column_name, [float(self.values_of(column_name)[index])])[0]
 
-    def has(self, column: str) -> bool:
+    def has_values(self, column_name: str) -> bool:
         """Return whether any case has a figure."""
-        if not any(known.name == column for known in self.layout.columns):
+        if not any(known.name == column_name for known in self.layout.columns):
             return False
-        return bool(np.isfinite(self.column(column)).any())
+        return bool(np.isfinite(self.values_of(column_name)).any())
 
     @property
     def limits(self) -> tuple[Limit, ...]:
@@ -78,13 +80,13 @@ class Cases(NamedTuple):
         units |= {figure.name: figure.unit for figure in figures_of(self.record.get("figures") or {}, units)}
         return labels.limit_label(self.layout, limit, units.get(limit.column, "1"))
 
-    def column_label(self, column: str) -> str:
+    def column_label(self, column_name: str) -> str:
         """Return the label of a column."""
-        return labels.column_label(self.layout, column)
+        return labels.column_label(self.layout, column_name)
 
-    def extreme_cases(self, column: str) -> tuple[int, int]:
-        """Return the cases with the smallest and the largest value of a figure that some case has."""
-        values = self.column(column)
+    def argmin_argmax(self, column_name: str) -> tuple[int, int]:
+        """Return the indices of the smallest and the largest value of a figure that some case has."""
+        values = self.values_of(column_name)
         return int(np.nanargmin(values)), int(np.nanargmax(values))
 
     def worst_case(self, ranking: CaseRanking | None = None) -> tuple[int, tuple[str, ...], str] | None:
@@ -92,11 +94,11 @@ class Cases(NamedTuple):
         ranking = ranking or self.ranking
         if not ranking.candidates:
             return None
-        values, candidate_indices = ranking.worst_values({name: self.column(name) for name in ranking.columns})
-        badness = ranking.badness(values)
-        if np.isneginf(badness).all():
+        values, candidate_indices = ranking.worst_values({name: self.values_of(name) for name in ranking.columns})
+        severity = ranking.severity(values)
+        if np.isneginf(severity).all():
             return None
-        index = int(np.flatnonzero(badness == badness.max())[-1])
+        index = int(np.flatnonzero(severity == severity.max())[-1])
         candidate = ranking.candidates[int(candidate_indices[index])]
         return index, candidate.columns, candidate.joint
 
@@ -122,8 +124,10 @@ def column_scale(name: str, unit: str, column_values: np.ndarray) -> wording.Sca
 def column_texts(name: str, unit: str, column_values: np.ndarray, values: Sequence[float]) -> list[str]:
     """Return values of a column as number and unit: in the unit of the column, or in their own if it does not suit."""
     scale = column_scale(name, unit, np.asarray(column_values, float))
-    magnitudes = [abs(value) / scale.factor for value in values if value and np.isfinite(value)]
-    if magnitudes and not (DISPLAY_RANGE[0] <= min(magnitudes) and max(magnitudes) < DISPLAY_RANGE[1]):
+    displayed_magnitudes = [abs(value) / scale.factor for value in values if value and np.isfinite(value)]
+    if displayed_magnitudes and not (
+        DISPLAY_RANGE[0] <= min(displayed_magnitudes) and max(displayed_magnitudes) < DISPLAY_RANGE[1]
+    ):
         return wording.in_common_unit(values, unit)
     return [scale.text(value) for value in values]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..language import wording
 from . import fits
-from .cases import Cases
+from .cases import FinishedCases
 from .verdict import MARGIN
 
 OPERATING_PREFIXES = ("drive.speed", "loads.")  # beginnings of the paths that are operating conditions
@@ -69,27 +69,29 @@ def _sort_designs(
     )
 
 
-def is_in_accepted_design(cases: Cases) -> np.ndarray:
+def is_in_accepted_design(cases: FinishedCases) -> np.ndarray:
     """Return which cases (n,) belong to a design that meets the limits in all of its cases; all without limits."""
     count = len(cases.case_ids)
     if not cases.limits:
         return np.ones(count, bool)
-    designs = designs_of(cases.axes, cases.column, count) or _sort_designs(cases.axes, (), cases.column, count)
+    designs = designs_of(cases.varied_paths, cases.values_of, count) or _sort_designs(
+        cases.varied_paths, (), cases.values_of, count
+    )
     meets_limits = np.zeros(count, bool)
     for margin, members in zip(designs.margins, designs.members, strict=True):
         meets_limits[list(members)] = margin >= 0.0
     return meets_limits
 
 
-def sentences(cases: Cases, limits: str) -> list[str]:
+def sentences(cases: FinishedCases, limits: str) -> list[str]:
     """Return sentences on the designs that meet the limits under every condition, and on the first one that does not.
 
     limits : the limits in words
     """
     count = len(cases.case_ids)
-    designs = designs_of(cases.axes, cases.column, count)
+    designs = designs_of(cases.varied_paths, cases.values_of, count)
     if designs is None:
-        designs = _sort_designs(cases.axes, (), cases.column, count)
+        designs = _sort_designs(cases.varied_paths, (), cases.values_of, count)
     condition_text, noun = "", "case"
     if designs.condition_paths:
         names = wording.sentence_list([wording.axis_name(path) for path in designs.condition_paths])
@@ -116,13 +118,13 @@ def sentences(cases: Cases, limits: str) -> list[str]:
     return [statement, *_boundary_sentences(cases, designs)] if total > 1 else [statement]
 
 
-def _boundary_sentences(cases: Cases, designs: Designs) -> list[str]:
+def _boundary_sentences(cases: FinishedCases, designs: Designs) -> list[str]:
     """Return the last value of a single varied path that meets the limits, or the margins of the best designs."""
     accepted_ranks = [rank for rank, margin in enumerate(designs.margins) if margin >= 0.0]
     if not accepted_ranks:
         return [f"Nearest: {_design_text(cases, designs, 0)} (smallest margin)."]
     if len(designs.design_paths) == 1 and len(accepted_ranks) < len(designs.margins):
-        values = cases.column(designs.design_paths[0])
+        values = cases.values_of(designs.design_paths[0])
         worst_values = [values[index] for index in designs.worst_cases]
         if not any(isinstance(value, str) or wording.is_missing(value) for value in worst_values):
             order = sorted(range(len(worst_values)), key=lambda rank: float(worst_values[rank]))
@@ -139,12 +141,12 @@ def _boundary_sentences(cases: Cases, designs: Designs) -> list[str]:
     return [f"Smallest margins, best first: {designs_text}{more_text}."] if designs.design_paths else []
 
 
-def _single_boundary_sentences(cases: Cases, designs: Designs, neighbours: list[int]) -> list[str]:
+def _single_boundary_sentences(cases: FinishedCases, designs: Designs, neighbours: list[int]) -> list[str]:
     """Return the last value that meets the limits, and the first that does not, with its worst condition."""
     accepted_rank, rejected_rank = neighbours if designs.margins[neighbours[0]] >= 0.0 else neighbours[::-1]
     preposition, opposite_preposition = ("up to", "From") if accepted_rank == neighbours[0] else ("from", "Up to")
     design_text = cases.values_text(designs.worst_cases[accepted_rank], designs.design_paths)
-    name_and_value = cases.named_value(designs.worst_cases[rejected_rank], designs.design_paths[0])
+    name_and_value = cases.name_and_value(designs.worst_cases[rejected_rank], designs.design_paths[0])
     condition_values = cases.values_text(designs.worst_cases[rejected_rank], designs.condition_paths)
     condition_text = f", worst at {condition_values}" if condition_values else ""
     margin_text = _margin_text(designs.margins[rejected_rank])
@@ -156,7 +158,7 @@ def _single_boundary_sentences(cases: Cases, designs: Designs, neighbours: list[
     ]
 
 
-def _design_text(cases: Cases, designs: Designs, rank: int) -> str:
+def _design_text(cases: FinishedCases, designs: Designs, rank: int) -> str:
     return f"{cases.values_text(designs.worst_cases[rank], designs.design_paths)} {_margin_text(designs.margins[rank])}"
 
 

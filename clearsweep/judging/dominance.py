@@ -4,27 +4,27 @@ import numpy as np
 
 from ..language import wording
 from . import labels
-from .cases import Cases
+from .cases import FinishedCases
 
 CaseByClearance = dict[float, int]  # clearance (m) -> index of the case with it
 
 
-def sentences(cases: Cases, thickness_column: str, loss_column: str) -> list[str]:
+def sentences(cases: FinishedCases, thickness_column: str, loss_column: str) -> list[str]:
     """Return sentences on the clearance with the thickest film in most combinations of the other values; [] if none.
 
     thickness, loss : columns
     """
     clearance_path = next(
-        (clearance_path for clearance_path in cases.axes if clearance_path.endswith(".clearance")), None
+        (clearance_path for clearance_path in cases.varied_paths if clearance_path.endswith(".clearance")), None
     )
     if (
         clearance_path is None
-        or len(cases.axes) < 2
+        or len(cases.varied_paths) < 2
         or clearance_path in (cases.record.get("sample") or {}).get("drawn", {})
     ):
         return []
     groups = _comparable_groups(cases, clearance_path)
-    thicknesses = cases.column(thickness_column).astype(float)
+    thicknesses = cases.values_of(thickness_column).astype(float)
     groups = [group for group in groups if np.isfinite(thicknesses[list(group.values())]).all()]
     if not groups:
         return []
@@ -37,8 +37,8 @@ def sentences(cases: Cases, thickness_column: str, loss_column: str) -> list[str
         f"{clearance_text} has the thickest film in {thickest_clearances.count(best_clearance)} of {combinations} of "
         "the other values"
     )
-    if cases.has(loss_column):
-        losses = cases.column(loss_column).astype(float)
+    if cases.has_values(loss_column):
+        losses = cases.values_of(loss_column).astype(float)
         least_loss_count = sum(
             bool(losses[group[best_clearance]] <= min(losses[index] for index in group.values())) for group in groups
         )
@@ -46,11 +46,11 @@ def sentences(cases: Cases, thickness_column: str, loss_column: str) -> list[str
     return [f"{text}."]
 
 
-def _comparable_groups(cases: Cases, clearance_path: str) -> list[CaseByClearance]:
+def _comparable_groups(cases: FinishedCases, clearance_path: str) -> list[CaseByClearance]:
     """Return the cases with equal other values, where these have all values of a path and there are several."""
     clearances, other_columns = (
-        cases.column(clearance_path),
-        [cases.column(other) for other in cases.axes if other != clearance_path],
+        cases.values_of(clearance_path),
+        [cases.values_of(other) for other in cases.varied_paths if other != clearance_path],
     )
     groups: dict[tuple, CaseByClearance] = {}
     for index in range(len(cases.case_ids)):

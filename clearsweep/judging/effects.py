@@ -7,7 +7,7 @@ import numpy as np
 
 from ..language import wording
 from . import interactions, labels
-from .cases import Cases, range_text
+from .cases import FinishedCases, range_text
 from .variance import is_clear, largest_over_smallest, variance_shares
 
 MAX_LEVELS = 30  # distinct values of an axis above which its levels are not compared
@@ -31,10 +31,10 @@ class Effect(NamedTuple):
     f_ratio: float  # variance between the values over the variance not explained by any axis (F ratio); NaN: undefined
 
 
-def rank_effects(cases: Cases, values: np.ndarray) -> list[Effect]:
+def rank_effects(cases: FinishedCases, values: np.ndarray) -> list[Effect]:
     """Return the effects of the axes on a figure, the strongest first; values : (n,) SI, NaN for null."""
     drawn = (cases.record.get("sample") or {}).get("drawn", {})
-    axis_levels = [(path, *_levels(cases.column(path))) for path in cases.axes if path not in drawn]
+    axis_levels = [(path, *_levels(cases.values_of(path))) for path in cases.varied_paths if path not in drawn]
     axis_levels = [entry for entry in axis_levels if 1 < len(entry[1]) <= MAX_LEVELS]
     shares_and_ratios = variance_shares(values, [level_indices for _, _, level_indices in axis_levels])
     effects = []
@@ -56,7 +56,7 @@ def rank_effects(cases: Cases, values: np.ndarray) -> list[Effect]:
 
 
 def sentences(
-    cases: Cases, label: str, values: np.ndarray, format_values: ValueFormatter, max_effects: int = MAX_EFFECTS
+    cases: FinishedCases, label: str, values: np.ndarray, format_values: ValueFormatter, max_effects: int = MAX_EFFECTS
 ) -> list[str]:
     """Return sentences on the clear effects on a figure with direction and size, and on values without effect.
 
@@ -92,14 +92,14 @@ def sentences(
 
 
 def _unclear_effect_sentences(
-    cases: Cases, unclear_effects: list[Effect], label: str, values: np.ndarray, format_values: ValueFormatter
+    cases: FinishedCases, unclear_effects: list[Effect], label: str, values: np.ndarray, format_values: ValueFormatter
 ) -> list[str]:
-    """Return sentences on values without a clear effect of their own: opposite effects, then those with little effect.
+    """Return sentences on values without a clear effect of their own: crossover interactions, then little effects.
 
-    Opposite effects at different values of the other axes cancel in the medians.
+    Crossover interactions with the other axes cancel in the medians.
     """
     sentence_by_path = {
-        effect.path: interactions.opposite_effects_sentence(cases, effect.path, label, values, format_values)
+        effect.path: interactions.crossover_interaction_sentence(cases, effect.path, label, values, format_values)
         for effect in unclear_effects
         if effect.numeric
     }
@@ -114,7 +114,7 @@ def _unclear_effect_sentences(
 
 
 def _effect_text(
-    cases: Cases, effect: Effect, subject: str, format_values: ValueFormatter, note: str = " (medians)"
+    cases: FinishedCases, effect: Effect, subject: str, format_values: ValueFormatter, note: str = " (medians)"
 ) -> str:
     """Return an effect: 'force peak rises from 1 to 2 kN (medians) as crank speed grows from 20 to 60 rpm.'."""
     axis_name, medians = _axis_name(cases, effect), effect.medians
@@ -148,15 +148,15 @@ def _is_monotone(medians: np.ndarray) -> bool:
     }
 
 
-def _axis_name(cases: Cases, effect: Effect) -> str:
+def _axis_name(cases: FinishedCases, effect: Effect) -> str:
     """Return the name of an effect's axis in words."""
-    name_and_value = cases.named_value(effect.example_cases[0], effect.path)
+    name_and_value = cases.name_and_value(effect.example_cases[0], effect.path)
     return name_and_value[0] if name_and_value else effect.path
 
 
-def _level_text(cases: Cases, effect: Effect, level: int) -> str:
+def _level_text(cases: FinishedCases, effect: Effect, level: int) -> str:
     """Return the value of an effect's axis with index `level`, with its unit."""
-    name_and_value = cases.named_value(effect.example_cases[level], effect.path)
+    name_and_value = cases.name_and_value(effect.example_cases[level], effect.path)
     return name_and_value[1] if name_and_value else ""
 
 

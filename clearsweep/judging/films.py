@@ -7,7 +7,7 @@ import numpy as np
 
 from ..language import wording
 from . import designs, dominance, effects, labels
-from .cases import Cases
+from .cases import FinishedCases
 
 ROUGHNESSES = 3.0  # combined roughnesses of both surfaces that a film should exceed to separate them
 NOT_MODELLED = "not modelled"
@@ -41,7 +41,7 @@ class SafeFilm(NamedTuple):
     loss: float  # W, its largest loss of all films; NaN: unknown
 
 
-def sentences(cases: Cases) -> list[str]:
+def sentences(cases: FinishedCases) -> list[str]:
     """Return sentences on a safe combination, on the thinnest film and the range of its law, on drivers and on loss."""
     worst = cases.worst_case()
     if worst is None:
@@ -58,22 +58,22 @@ def sentences(cases: Cases) -> list[str]:
     effect_sentences = effects.sentences(
         cases,
         cases.column_label(thinnest),
-        cases.column(thinnest).astype(float),
+        cases.values_of(thinnest).astype(float),
         partial(cases.format_values, thinnest),
     )
     lines += [" ".join(effect_sentences)] if effect_sentences else []
     lines += [*dominance.sentences(cases, thinnest, f"{joint}_{LOSS}"), *_loss_sentences(cases, joint)]
-    if not np.isnan(dry_share := float(cases.column(f"{joint}_{DRY_SHARE}")[index])):
+    if not np.isnan(dry_share := float(cases.values_of(f"{joint}_{DRY_SHARE}")[index])):
         lines.append(f"Dry load share in the case of the thinnest film: {dry_share_text(dry_share)}.")
     return lines
 
 
-def all_loss_sentences(cases: Cases) -> list[str]:
+def all_loss_sentences(cases: FinishedCases) -> list[str]:
     """Return sentences on the loss of each film, for a grid whose limits lead."""
     return [line for joint in _film_joints(cases) for line in _loss_sentences(cases, joint)]
 
 
-def find_best_design(cases: Cases) -> BestDesign | None:
+def find_best_design(cases: FinishedCases) -> BestDesign | None:
     """Return the safe combination with the thickest film; None if no combination is safe, or only one was tried.
 
     A combination is safe if its film stays within the range of its law in all of its cases, and above ROUGHNESSES
@@ -82,13 +82,13 @@ def find_best_design(cases: Cases) -> BestDesign | None:
     joints, count = _film_joints(cases), len(cases.case_ids)
     if not joints or cases.record.get("sample"):
         return None
-    paths, conditions = designs.split_axes(cases.axes)
-    groups = designs.group_cases(paths, cases.column, count)
-    thicknesses = np.array([cases.column(f"{joint}_{THICKNESS}").astype(float) for joint in joints])
+    paths, conditions = designs.split_axes(cases.varied_paths)
+    groups = designs.group_cases(paths, cases.values_of, count)
+    thicknesses = np.array([cases.values_of(f"{joint}_{THICKNESS}").astype(float) for joint in joints])
     least_thicknesses = np.where(np.isnan(thicknesses).any(axis=0), -np.inf, thicknesses.min(axis=0))
     is_safe = (least_thicknesses > 0.0) & ~_is_unsafe(cases, joints)
     loss_sums = sum(
-        np.asarray(cases.column(f"{joint}_{LOSS}"), float) for joint in joints if cases.has(f"{joint}_{LOSS}")
+        np.asarray(cases.values_of(f"{joint}_{LOSS}"), float) for joint in joints if cases.has_values(f"{joint}_{LOSS}")
     )
     losses = np.broadcast_to(np.nan if isinstance(loss_sums, int) else loss_sums, (count,))
     complete_size = max(map(len, groups))
@@ -116,7 +116,7 @@ def find_best_design(cases: Cases) -> BestDesign | None:
     )
 
 
-def design_text(cases: Cases, best: BestDesign) -> str:
+def design_text(cases: FinishedCases, best: BestDesign) -> str:
     """Return the values of a chosen combination in words."""
     return cases.values_text(best.thinnest_case, best.design_paths)
 
@@ -127,20 +127,20 @@ def conditions_text(best: BestDesign) -> str:
     return f" at every {names}" if names else ""
 
 
-def required_thickness(cases: Cases, joint: str) -> np.ndarray | None:
+def required_thickness(cases: FinishedCases, joint: str) -> np.ndarray | None:
     """Return ROUGHNESSES times the combined roughness (m) of a joint's surfaces in each case; None if it is unknown."""
     path = f"joints.{wording.joint_name(joint)}.film.transition.roughness"
-    if path in cases.axes:
-        return ROUGHNESSES * cases.column(path).astype(float)
+    if path in cases.varied_paths:
+        return ROUGHNESSES * cases.values_of(path).astype(float)
     value = _grid_value(cases, path)
     return np.full(len(cases.case_ids), ROUGHNESSES * value) if isinstance(value, float) else None
 
 
-def law_end_thickness(cases: Cases, joint: str) -> float | None:
+def law_end_thickness(cases: FinishedCases, joint: str) -> float | None:
     """Return the largest film (m) at which the law of a joint's film ends; None if the grid does not state it."""
     clearance_path, limit_path = (f"joints.{wording.joint_name(joint)}.{key}" for key in ("clearance", "film.limit"))
     clearances, limit_ratios = (
-        cases.column(path).astype(float) if path in cases.axes else _grid_value(cases, path)
+        cases.values_of(path).astype(float) if path in cases.varied_paths else _grid_value(cases, path)
         for path in (clearance_path, limit_path)
     )
     if clearances is None or limit_ratios is None:
@@ -149,11 +149,11 @@ def law_end_thickness(cases: Cases, joint: str) -> float | None:
     return float(np.nanmax(thicknesses)) if np.isfinite(thicknesses).any() else None
 
 
-def find_cases_outside_law(cases: Cases) -> tuple[np.ndarray, int]:
+def find_cases_outside_law(cases: FinishedCases) -> tuple[np.ndarray, int]:
     """Return the indices of the cases outside the range of their film law, and the number of all cases."""
     is_outside = np.zeros(len(cases.case_ids), bool)
     for joint in _film_joints(cases):
-        is_outside |= cases.column(f"{joint}_{LIMIT_FRACTION}").astype(float) > 0.0
+        is_outside |= cases.values_of(f"{joint}_{LIMIT_FRACTION}").astype(float) > 0.0
     return np.flatnonzero(is_outside), len(is_outside)
 
 
@@ -167,29 +167,29 @@ def dry_share_text(share: float) -> str:
     return NOT_MODELLED if np.isnan(share) else _percent_text(share)
 
 
-def _grid_value(cases: Cases, path: str) -> object:
+def _grid_value(cases: FinishedCases, path: str) -> object:
     value: object = cases.record
     for key in path.split("."):
         value = value.get(key) if isinstance(value, dict) else None
     return value
 
 
-def _film_joints(cases: Cases) -> list[str]:
-    return [joint.name for joint in cases.layout.joints if cases.has(f"{joint.name}_{THICKNESS}")]
+def _film_joints(cases: FinishedCases) -> list[str]:
+    return [joint.name for joint in cases.layout.joints if cases.has_values(f"{joint.name}_{THICKNESS}")]
 
 
-def _is_unsafe(cases: Cases, joints: list[str]) -> np.ndarray:
+def _is_unsafe(cases: FinishedCases, joints: list[str]) -> np.ndarray:
     """Return which cases (n,) leave the range of a film law or are too thin for the surfaces' roughness."""
     is_unsafe = np.zeros(len(cases.case_ids), bool)
     is_unsafe[find_cases_outside_law(cases)[0]] = True
     for joint in joints:
         required = required_thickness(cases, joint)
         if required is not None:
-            is_unsafe |= cases.column(f"{joint}_{THICKNESS}").astype(float) < required
+            is_unsafe |= cases.values_of(f"{joint}_{THICKNESS}").astype(float) < required
     return is_unsafe
 
 
-def _best_design_sentences(cases: Cases) -> list[str]:
+def _best_design_sentences(cases: FinishedCases) -> list[str]:
     """Return sentences on the safe combination with the thickest film, its loss, and the meaning of safe."""
     best = find_best_design(cases)
     if best is None:
@@ -218,7 +218,7 @@ def _best_design_sentences(cases: Cases) -> list[str]:
     return [f"{text} {count_text}{conditions_text(best)}: {criteria}.{unsafe_sentence}", *_other_safe(cases, best)]
 
 
-def _other_safe(cases: Cases, best: BestDesign) -> list[str]:
+def _other_safe(cases: FinishedCases, best: BestDesign) -> list[str]:
     """Return a sentence on each of the other safe combinations, or [] if there is none."""
     sentences: list[str] = []
     for film in best.others[:LISTED_SAFE]:
@@ -244,11 +244,11 @@ def heading(best: BestDesign) -> str:
     return f"Thickest film at the worst {names}" if names else "Thickest film"
 
 
-def _axes_at_range_end(cases: Cases, best: BestDesign) -> list[str]:
+def _axes_at_range_end(cases: FinishedCases, best: BestDesign) -> list[str]:
     """Return the names of the paths whose chosen value is the smallest or largest of at least two numbers."""
     names = []
     for path in best.design_paths:
-        values = cases.column(path)
+        values = cases.values_of(path)
         if isinstance(values[best.thinnest_case], str) or len(set(values.tolist())) < 2:
             continue
         if float(values[best.thinnest_case]) in (float(np.min(values)), float(np.max(values))):
@@ -256,21 +256,21 @@ def _axes_at_range_end(cases: Cases, best: BestDesign) -> list[str]:
     return names
 
 
-def _unsafe_count_text(cases: Cases, index: int, best: BestDesign) -> str:
+def _unsafe_count_text(cases: FinishedCases, index: int, best: BestDesign) -> str:
     """Return ' (1 of 3 cases)': how many cases of the combination of a case are unsafe; '' if all are."""
-    groups = designs.group_cases(best.design_paths, cases.column, len(cases.case_ids))
+    groups = designs.group_cases(best.design_paths, cases.values_of, len(cases.case_ids))
     case_indices = next(group for group in groups if index in group)
     unsafe_count = int(_is_unsafe(cases, _film_joints(cases))[case_indices].sum())
     return f" ({unsafe_count} of {len(case_indices)} cases)" if unsafe_count < len(case_indices) else ""
 
 
-def _no_safe_design_sentences(cases: Cases) -> list[str]:
+def _no_safe_design_sentences(cases: FinishedCases) -> list[str]:
     """Return a sentence if no combination of several is safe; [] if there is only one combination or a sample."""
     joints = _film_joints(cases)
     if not joints or len(cases.case_ids) < 2 or cases.record.get("sample"):
         return []
-    paths, conditions = designs.split_axes(cases.axes)
-    if len(designs.group_cases(paths, cases.column, len(cases.case_ids))) == 1:
+    paths, conditions = designs.split_axes(cases.varied_paths)
+    if len(designs.group_cases(paths, cases.values_of, len(cases.case_ids))) == 1:
         names = wording.sentence_list([wording.axis_name(path) for path in conditions])
         unsafe_count = int(_is_unsafe(cases, joints).sum())
         safety_text = (
@@ -285,7 +285,7 @@ def _no_safe_design_sentences(cases: Cases) -> list[str]:
     ]
 
 
-def _safety_criteria_text(cases: Cases, joint: str) -> str:
+def _safety_criteria_text(cases: FinishedCases, joint: str) -> str:
     """Return the criteria of a safe film: within its law, and thicker than the roughness if this is known."""
     if required_thickness(cases, joint) is None:
         return (
@@ -295,12 +295,12 @@ def _safety_criteria_text(cases: Cases, joint: str) -> str:
     return f"within the range of the film law and above {ROUGHNESSES:g} times the combined roughness"
 
 
-def _law_range_sentences(cases: Cases, index: int, thickness_column: str, joint: str) -> list[str]:
+def _law_range_sentences(cases: FinishedCases, index: int, thickness_column: str, joint: str) -> list[str]:
     """Return sentences on the cases that leave the range of their law, and on the thinnest film within it."""
     outside_cases, count = find_cases_outside_law(cases)
     if not len(outside_cases):
         return ["Every case is within the range of the film law."] if count > 1 else []
-    share, lines = float(cases.column(f"{joint}_{LIMIT_FRACTION}")[index]), []
+    share, lines = float(cases.values_of(f"{joint}_{LIMIT_FRACTION}")[index]), []
     if share > 0.0:
         lines.append(f"It is {beyond_law_text(share)}: do not rely on it.")
     total_text = wording.count(count, "case")
@@ -318,7 +318,7 @@ def _law_range_sentences(cases: Cases, index: int, thickness_column: str, joint:
             if len(others) <= LISTED_OUTSIDE
             else _outside_sentence(cases, outside_cases)
         )
-    thicknesses = cases.column(thickness_column).astype(float).copy()
+    thicknesses = cases.values_of(thickness_column).astype(float).copy()
     thicknesses[outside_cases] = np.nan
     if np.isfinite(thicknesses).any():
         thinnest_case = int(np.nanargmin(thicknesses))
@@ -329,20 +329,22 @@ def _law_range_sentences(cases: Cases, index: int, thickness_column: str, joint:
     return lines
 
 
-def _outside_sentence(cases: Cases, outside_cases: np.ndarray) -> str:
+def _outside_sentence(cases: FinishedCases, outside_cases: np.ndarray) -> str:
     """Return a sentence with the values that the cases outside the range of their law share, or with their number."""
-    shared = [path for path in cases.axes if len({str(cases.column(path)[case]) for case in outside_cases}) == 1]
+    shared = [
+        path for path in cases.varied_paths if len({str(cases.values_of(path)[case]) for case in outside_cases}) == 1
+    ]
     if not shared:
         return f"The {len(outside_cases)} others leave it."
     return f"All {len(outside_cases)} outside have {cases.values_text(int(outside_cases[0]), shared)}."
 
 
-def _loss_sentences(cases: Cases, joint: str) -> list[str]:
+def _loss_sentences(cases: FinishedCases, joint: str) -> list[str]:
     """Return sentences on the range of a film's loss and the effects on it."""
     loss_column = f"{joint}_{LOSS}"
-    if not cases.has(loss_column):
+    if not cases.has_values(loss_column):
         return []
-    least_case, largest_case = cases.extreme_cases(loss_column)
+    least_case, largest_case = cases.argmin_argmax(loss_column)
     least_text, largest_text = cases.figure_text(loss_column, least_case), cases.figure_text(loss_column, largest_case)
     name = labels.capitalise(cases.column_label(loss_column))
     if least_text == largest_text:
@@ -351,7 +353,7 @@ def _loss_sentences(cases: Cases, joint: str) -> list[str]:
     effect_sentences = effects.sentences(
         cases,
         cases.column_label(loss_column),
-        cases.column(loss_column).astype(float),
+        cases.values_of(loss_column).astype(float),
         partial(cases.format_values, loss_column),
     )
     return [" ".join([text, *effect_sentences])]

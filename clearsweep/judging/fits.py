@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..language import wording
-from .cases import Cases
+from .cases import FinishedCases
 from .verdict import MARGIN, Limit
 
 MAX_LISTED = 4  # fits in one sentence
@@ -32,12 +32,12 @@ class ClassifiedFits(NamedTuple):
         return len(self.accepted) + len(self.undecided) + len(self.rejected)
 
 
-def classify_fits(cases: Cases) -> ClassifiedFits | None:
+def classify_fits(cases: FinishedCases) -> ClassifiedFits | None:
     """Return the classified fits of the first varied path with fits; None without such a path or without limits."""
-    path = next((path for path in cases.record.get("fits") or {} if path in cases.axes), None)
+    path = next((path for path in cases.record.get("fits") or {} if path in cases.varied_paths), None)
     if path is None or not cases.record.get("limits") or (cases.record.get("sample") or {}).get("drawn", {}).get(path):
         return None
-    values, margins = cases.column(path).astype(float), cases.column(MARGIN).astype(float)
+    values, margins = cases.values_of(path).astype(float), cases.values_of(MARGIN).astype(float)
     meets_limits = {value: bool((margins[values == value] >= 0.0).all()) for value in np.unique(values).tolist()}
     run_fits: Sequence[Mapping[str, Any]] = [fit for fit in cases.record["fits"][path] if fit["mean"] in meets_limits]
     accepted_at_mean = [fit for fit in run_fits if meets_limits[fit["mean"]]]
@@ -68,7 +68,7 @@ def _is_covered(fit: Mapping[str, Any], meets_limits: Mapping[float, bool]) -> b
     return bool(fit["low"] >= safe_clearances[0] if fails_below else fit["high"] <= safe_clearances[-1])
 
 
-def sentences(cases: Cases) -> list[str]:
+def sentences(cases: FinishedCases) -> list[str]:
     """Return sentences on the accepted, the undecided and the rejected fits; [] without fits."""
     classified = classify_fits(cases)
     if classified is None:
@@ -146,27 +146,27 @@ def _accepted_sentence(classified: ClassifiedFits) -> str:
     return f"{subject} over {possessive} whole tolerance: {clearance_text} {reason}"
 
 
-def _load_sentences(cases: Cases, classified: ClassifiedFits) -> list[str]:
+def _load_sentences(cases: FinishedCases, classified: ClassifiedFits) -> list[str]:
     """Return a sentence on the limited figures of the accepted fits at their mean clearances, or []."""
     loads = accepted_loads(cases, classified)
     return [f"At their mean clearances, {wording.sentence_list(loads)}."] if loads else []
 
 
-def accepted_loads(cases: Cases, classified: ClassifiedFits) -> list[str]:
+def accepted_loads(cases: FinishedCases, classified: ClassifiedFits) -> list[str]:
     """Return the worst value of each limited figure of the accepted fits: ['load peak is at most 41.9 kN']."""
     means = [fit["mean"] for fit in classified.accepted]
-    is_accepted = np.isin(cases.column(classified.path).astype(float), means)
+    is_accepted = np.isin(cases.values_of(classified.path).astype(float), means)
     return [
         f"the {cases.column_label(limit.column)} is {limit.kind.replace('_', ' ')} "
         f"{_worst_text(cases, limit, is_accepted)}"
         for limit in cases.limits
-        if is_accepted.any() and np.isfinite(cases.column(limit.column).astype(float)[is_accepted]).any()
+        if is_accepted.any() and np.isfinite(cases.values_of(limit.column).astype(float)[is_accepted]).any()
     ][:MAX_LISTED]
 
 
-def _worst_text(cases: Cases, limit: Limit, is_member: np.ndarray) -> str:
+def _worst_text(cases: FinishedCases, limit: Limit, is_member: np.ndarray) -> str:
     """Return the value nearest to a limit among some cases in words; is_member : (n,)."""
-    values = cases.column(limit.column).astype(float)[is_member]
+    values = cases.values_of(limit.column).astype(float)[is_member]
     worst = np.nanmax(values) if limit.kind == "at_most" else np.nanmin(values)
     return cases.format_values(limit.column, [float(worst)])[0]
 

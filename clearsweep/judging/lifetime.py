@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from ..language import wording
-from .validity import WIDE_SMOOTHING
+from .validity import MAX_RELIABLE_SMOOTHING_WIDTH
 
-FASTER_WEAR = 3.0  # lower end of the usual uncertainty of a wear coefficient, a factor
+WEAR_UNCERTAINTY_FACTOR = 3.0  # lower end of the usual uncertainty of a wear coefficient, a factor
 INTERVAL_DIGITS = (3, 4, 5)  # digits: as few as distinguish the ends of an interval
-MIN_RELATIVE_WIDTH = 1e-5  # of a life: a smaller interval is reported as below this
+MIN_RELATIVE_HALF_WIDTH = 1e-5  # of a life: a smaller interval is reported as below this
 
 
 class Lifetime(NamedTuple):
@@ -17,33 +17,41 @@ class Lifetime(NamedTuple):
 
     hours: float  # h
     revolutions: float  # until the limit, as all following bounds
-    low: float  # lower bound from the numerical error
-    high: float  # upper bound; inf or NaN: unbounded
-    low_uncertain: float = math.nan  # lower bound from the uncertain wear coefficients
-    high_uncertain: float = math.nan  # upper bound from them
-    smoothing: float = math.nan  # rad, smoothing width of worn shapes at its end
+    revolutions_low: float  # lower bound from the numerical error
+    revolutions_high: float  # upper bound; inf or NaN: unbounded
+    revolutions_low_with_wear_uncertainty: float = math.nan  # lower bound from the uncertain wear coefficients
+    revolutions_high_with_wear_uncertainty: float = math.nan  # upper bound from them
+    smoothing_width: float = math.nan  # rad, smoothing width of worn shapes at its end
 
 
 #: Name of a joint's column -> field of Lifetime.
-COLUMNS = {f"life_{name}": name for name in Lifetime._fields[:-1]} | {"wear_smoothing": "smoothing"}
+FIELD_BY_COLUMN = {
+    "life_hours": "hours",
+    "life_revolutions": "revolutions",
+    "life_low": "revolutions_low",
+    "life_high": "revolutions_high",
+    "life_low_uncertain": "revolutions_low_with_wear_uncertainty",
+    "life_high_uncertain": "revolutions_high_with_wear_uncertainty",
+    "wear_smoothing": "smoothing_width",
+}
 
 
 def read_lifetime(columns: Mapping[str, float]) -> Lifetime:
     """Return a life from `columns`, whose names lack the joint; missing columns are NaN."""
-    return Lifetime(**{field: columns.get(name, math.nan) for name, field in COLUMNS.items()})
+    return Lifetime(**{field: columns.get(name, math.nan) for name, field in FIELD_BY_COLUMN.items()})
 
 
 #: Value of `life.of` -> the condition at which a life ends.
 _CRITERIA = {"wear_depth_max": "wear of one body reaches", "clearance_growth": "the clearance has grown by"}
 
 
-def criterion_text(section: Mapping[str, Any]) -> str:
-    """Return the condition at which a life ends as 'until ...', or ''; section : `life` of a grid."""
-    if not section:
+def criterion_text(life_section: Mapping[str, Any]) -> str:
+    """Return the condition at which a life ends as 'until ...', or ''; life_section : `life` of a grid."""
+    if not life_section:
         return ""
-    limit = section.get("limit")
-    limit_text = wording.text(limit, "m") if isinstance(limit, float) else "its limit"
-    return f"until {_CRITERIA[section['of']]} {limit_text}"
+    wear_limit = life_section.get("limit")
+    limit_text = wording.text(wear_limit, "m") if isinstance(wear_limit, float) else "its limit"
+    return f"until {_CRITERIA[life_section['of']]} {limit_text}"
 
 
 def hours_text(life: Lifetime) -> str:
@@ -53,35 +61,41 @@ def hours_text(life: Lifetime) -> str:
 
 def faster_wear_sentences(life: Lifetime) -> list[str]:
     """Return the sentence on a larger wear coefficient, which ends a life sooner; [] if its uncertainty is known."""
-    if math.isfinite(life.low_uncertain) or math.isfinite(life.high_uncertain):
+    if math.isfinite(life.revolutions_low_with_wear_uncertainty) or math.isfinite(
+        life.revolutions_high_with_wear_uncertainty
+    ):
         return []
     return [
-        f"With wear {FASTER_WEAR:g} times as fast, within the usual uncertainty of its coefficient, it is about "
-        f"{faster_wear_text(life.hours)}."
+        f"With wear {WEAR_UNCERTAINTY_FACTOR:g} times as fast, within the usual uncertainty of its coefficient, it is "
+        f"about {faster_wear_text(life.hours)}."
     ]
 
 
 def faster_wear_text(hours: float) -> str:
-    """Return a life in hours with the wear FASTER_WEAR times as fast."""
-    return f"{wording.plain(hours / FASTER_WEAR)}{wording.BLANK}h"
+    """Return a life in hours with the wear WEAR_UNCERTAINTY_FACTOR times as fast."""
+    return f"{wording.plain(hours / WEAR_UNCERTAINTY_FACTOR)}{wording.BLANK}h"
 
 
 def interval_sentences(life: Lifetime) -> list[str]:
     """Return sentences on the intervals of a life: from numerics, from uncertain coefficients, and what they omit."""
     sentences = [f"95{wording.BLANK}% interval of the numerics alone: {_numerical_interval_text(life)}."]
-    if math.isfinite(life.low_uncertain) or math.isfinite(life.high_uncertain):
+    if math.isfinite(life.revolutions_low_with_wear_uncertainty) or math.isfinite(
+        life.revolutions_high_with_wear_uncertainty
+    ):
         bounds = [
             f"{preposition}{_interval_end_text(life, revolutions, INTERVAL_DIGITS[0])}"
-            for preposition, revolutions in (("from ", life.low_uncertain), ("to ", life.high_uncertain))
+            for preposition, revolutions in (
+                ("from ", life.revolutions_low_with_wear_uncertainty),
+                ("to ", life.revolutions_high_with_wear_uncertainty),
+            )
             if math.isfinite(revolutions)
         ]
-        range_text = " ".join(bounds).removeprefix("from ") if len(bounds) == 2 else f"{bounds[0]}, other end unknown"
-        sentences.append(f"With the uncertain wear coefficients: {range_text}.")
-    if life.smoothing > WIDE_SMOOTHING:
+        bounds_text = " ".join(bounds).removeprefix("from ") if len(bounds) == 2 else f"{bounds[0]}, other end unknown"
+        sentences.append(f"With the uncertain wear coefficients: {bounds_text}.")
+    if life.smoothing_width > MAX_RELIABLE_SMOOTHING_WIDTH:
         sentences.append(
-            f"Not included: the effect of smoothing the worn shapes over {_degrees_text(life.smoothing)}, which is "
-            "unknown: "
-            "take the hours as an estimate."
+            f"Not included: the effect of smoothing the worn shapes over {_degrees_text(life.smoothing_width)}, "
+            "which is unknown: take the hours as an estimate."
         )
     return sentences
 
@@ -98,15 +112,16 @@ def _interval_end_text(life: Lifetime, revolutions: float, digits: int) -> str:
 
 def _numerical_interval_text(life: Lifetime) -> str:
     """Return the numerical 95 % interval: its ends if five digits distinguish them, else its half-width."""
-    if not math.isfinite(life.high):
-        return f"at least {_interval_end_text(life, life.low, INTERVAL_DIGITS[0])}"
+    if not math.isfinite(life.revolutions_high):
+        return f"at least {_interval_end_text(life, life.revolutions_low, INTERVAL_DIGITS[0])}"
     for digits in INTERVAL_DIGITS:
         texts = [
-            _interval_end_text(life, revolutions, digits) for revolutions in (life.low, life.revolutions, life.high)
+            _interval_end_text(life, revolutions, digits)
+            for revolutions in (life.revolutions_low, life.revolutions, life.revolutions_high)
         ]
         if len({*texts}) == len(texts):
             return f"{texts[0]} to {texts[2]}"
-    relative_half_width = 0.5 * (life.high - life.low) / life.revolutions
-    if relative_half_width < MIN_RELATIVE_WIDTH:
-        return f"\u00b1 under {wording.plain(100.0 * MIN_RELATIVE_WIDTH, 1)}{wording.BLANK}%"
+    relative_half_width = 0.5 * (life.revolutions_high - life.revolutions_low) / life.revolutions
+    if relative_half_width < MIN_RELATIVE_HALF_WIDTH:
+        return f"\u00b1 under {wording.plain(100.0 * MIN_RELATIVE_HALF_WIDTH, 1)}{wording.BLANK}%"
     return f"\u00b1 {wording.plain(100.0 * relative_half_width, 2)}{wording.BLANK}%"

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..language import wording
 from . import labels, probability, ranks, verdict, wear
-from .cases import Cases
+from .cases import FinishedCases
 from .probability import Estimate, is_one_sample
 
 __all__ = [
@@ -102,16 +102,16 @@ def _quarter_medians(x: np.ndarray, values: np.ndarray) -> list[float]:
     return [float(np.median(y[x <= low])), float(np.median(y[x >= high]))]
 
 
-def sentences(cases: Cases) -> list[str]:
+def sentences(cases: FinishedCases) -> list[str]:
     """Return sentences on chance, spread and drivers of the limited figures, or of the leading one, and on wear."""
     limits = cases.limits
-    columns = list(dict.fromkeys(limit.column for limit in limits if cases.has(limit.column)))
+    columns = list(dict.fromkeys(limit.column for limit in limits if cases.has_values(limit.column)))
     worst_case = None if columns else cases.worst_case()
     columns += [worst_case[1][0]] if worst_case else []
     lines = [" ".join(longer_run_warning(cases, columns))] if limits else []
     has_drivers = False
     for column_name in columns:
-        values = cases.column(column_name).astype(float)
+        values = cases.values_of(column_name).astype(float)
         probability_sentences = [_exceedance_sentence(cases, limit) for limit in limits if limit.column == column_name]
         quantile_texts = cases.format_values(
             column_name, np.nanquantile(values[np.isfinite(values)], QUANTILES).tolist()
@@ -131,7 +131,7 @@ def sentences(cases: Cases) -> list[str]:
     return [line for line in lines if line]
 
 
-def longer_run_warning(cases: Cases, limited_columns: Sequence[str]) -> list[str]:
+def longer_run_warning(cases: FinishedCases, limited_columns: Sequence[str]) -> list[str]:
     """Return sentences that longer runs exceed limits on extremes more often, and on the revolutions that suffice.
 
     Return [] if all motions are periodic.
@@ -144,7 +144,7 @@ def longer_run_warning(cases: Cases, limited_columns: Sequence[str]) -> list[str
     )
     if PERIOD not in columns or not limits_extremes:
         return []
-    irregular, total = int(np.isnan(cases.column(PERIOD).astype(float)).sum()), len(cases.case_ids)
+    irregular, total = int(np.isnan(cases.values_of(PERIOD).astype(float)).sum()), len(cases.case_ids)
     if not irregular:
         return []
     return [
@@ -155,12 +155,12 @@ def longer_run_warning(cases: Cases, limited_columns: Sequence[str]) -> list[str
     ]
 
 
-def _enough_revolutions(cases: Cases) -> str:
+def _enough_revolutions(cases: FinishedCases) -> str:
     """Return a sentence on the revolutions that suffice: a run of twice as many has a probability in the interval."""
     fails = np.any([_is_exceeded(cases, limit) for limit in cases.limits], axis=0)
     _, low, high = probability.binomial_interval(int(fails.sum()), len(fails))
     revolutions = (cases.record.get("simulate") or {}).get("revolutions")
-    is_varied = "simulate.revolutions" in cases.axes
+    is_varied = "simulate.revolutions" in cases.varied_paths
     next_text = f", to {2.0 * revolutions:g} next," if isinstance(revolutions, int | float) and not is_varied else ""
     return (
         f"Double simulate.revolutions{next_text} until the probability of any exceedance stays within "
@@ -168,7 +168,7 @@ def _enough_revolutions(cases: Cases) -> str:
     )
 
 
-def _wear_text(cases: Cases, joint: Any, depths: np.ndarray) -> str:
+def _wear_text(cases: FinishedCases, joint: Any, depths: np.ndarray) -> str:
     """Return the spread and the drivers of the wear of a joint: its depth in 1000 hours, or the hours to the clearance.
 
     A depth beyond the clearance is no forecast.
@@ -199,9 +199,9 @@ def _hours_texts(hours: Sequence[float]) -> list[str]:
     return [f"{wording.plain(value, 2)}{wording.BLANK}h" for value in hours]
 
 
-def _sentences_on_drivers(cases: Cases, values: np.ndarray, format_values: ValueFormatter) -> list[str]:
-    drawn = {path: cases.column(path).astype(float) for path in cases.axes}
-    names_and_values = {path: cases.named_value(0, path) for path in cases.axes}
+def _sentences_on_drivers(cases: FinishedCases, values: np.ndarray, format_values: ValueFormatter) -> list[str]:
+    drawn = {path: cases.values_of(path).astype(float) for path in cases.varied_paths}
+    names_and_values = {path: cases.name_and_value(0, path) for path in cases.varied_paths}
     return driver_sentences(
         drawn,
         values,
@@ -210,7 +210,7 @@ def _sentences_on_drivers(cases: Cases, values: np.ndarray, format_values: Value
     )
 
 
-def _exceedance_sentence(cases: Cases, limit: verdict.Limit) -> str:
+def _exceedance_sentence(cases: FinishedCases, limit: verdict.Limit) -> str:
     """Return sentences with the probability that a limit is exceeded, the worst value, and typical revolutions."""
     is_exceeded = _is_exceeded(cases, limit)
     limit_text = labels.capitalise(cases.limit_label(limit))
@@ -225,24 +225,24 @@ def _exceedance_sentence(cases: Cases, limit: verdict.Limit) -> str:
     return f"{text}.{_typical_revolution(cases, limit)}"
 
 
-def _typical_revolution(cases: Cases, limit: verdict.Limit) -> str:
+def _typical_revolution(cases: FinishedCases, limit: verdict.Limit) -> str:
     """Return ' In a typical revolution ...': how many median peaks exceed a limit on peaks; '' if it is unknown.
 
     Unlike a largest peak, the median peak does not grow with the run.
     """
     median = f"{limit.column}_median"
-    if limit.times or not limit.column.endswith("_peak") or not cases.has(median):
+    if limit.times or not limit.column.endswith("_peak") or not cases.has_values(median):
         return ""
-    exceeding = int(limit._replace(column=median).is_exceeded({median: cases.column(median).astype(float)}).sum())
+    exceeding = int(limit._replace(column=median).is_exceeded({median: cases.values_of(median).astype(float)}).sum())
     verb = "exceeds" if exceeding == 1 else "exceed"
     return f" In the median revolution, {exceeding} of {wording.count(len(cases.case_ids), 'case')} {verb} it."
 
 
-def _limit_columns(cases: Cases, limit: verdict.Limit) -> dict[str, np.ndarray]:
-    return {name: cases.column(name).astype(float) for name in (limit.column, limit.times) if name}
+def _limit_columns(cases: FinishedCases, limit: verdict.Limit) -> dict[str, np.ndarray]:
+    return {name: cases.values_of(name).astype(float) for name in (limit.column, limit.times) if name}
 
 
-def _is_exceeded(cases: Cases, limit: verdict.Limit) -> np.ndarray:
+def _is_exceeded(cases: FinishedCases, limit: verdict.Limit) -> np.ndarray:
     """Return which cases (n,) exceed a limit."""
     return limit.is_exceeded(_limit_columns(cases, limit))
 

@@ -9,7 +9,7 @@ from ..contracts.machine import STARTED_FRACTION
 from ..language import wording
 from . import effects
 from .case_ranking import MAX_SPEED, SPEED_AFTER_START, START_UP
-from .cases import Cases
+from .cases import FinishedCases
 
 FORCE_DURING_START = "force_peak_start"  # figure of a joint
 SWING_ENDS = (SPEED_AFTER_START, MAX_SPEED)  # columns: lowest and highest speed after the start-up time
@@ -17,7 +17,7 @@ MAX_SHARED = 4  # varied values in one sentence
 REVOLUTION_MARGIN = 1.25  # revolutions to set over those estimated: the speed swings, so that the estimate is too low
 
 
-def sentences(cases: Cases) -> list[str]:
+def sentences(cases: FinishedCases) -> list[str]:
     """Return sentences on the start-up time and its drivers, on starts that were cut off, and on the speed after it."""
     no_load_speed = _no_load_speed(cases)
     if no_load_speed is None:
@@ -31,9 +31,9 @@ def sentences(cases: Cases) -> list[str]:
     ]
 
 
-def _time_sentences(cases: Cases, target_text: str) -> list[str]:
+def _time_sentences(cases: FinishedCases, target_text: str) -> list[str]:
     """Return sentences on the time until the crank first reaches the speed, its drivers, and values that reach it."""
-    times = cases.column(START_UP)
+    times = cases.values_of(START_UP)
     reached_count = int(np.isfinite(times).sum())
     if not reached_count:
         return []
@@ -52,12 +52,12 @@ def _time_sentences(cases: Cases, target_text: str) -> list[str]:
     return [" ".join([text, *reaching_sentences, *effect_sentences])]
 
 
-def _swing_sentences(cases: Cases, target: str, no_load_speed: float) -> list[str]:
+def _swing_sentences(cases: FinishedCases, target: str, no_load_speed: float) -> list[str]:
     """Return sentences on the speed after the start-up time: its middle, its largest swing, and its drivers."""
     widest = _widest_swing(cases)
     if widest is None:
         return []
-    lowest, highest = (cases.column(name).astype(float) for name in SWING_ENDS)
+    lowest, highest = (cases.values_of(name).astype(float) for name in SWING_ENDS)
     middles, swings = 0.5 * (lowest + highest), highest - lowest
     middle_ends = [float(np.nanmin(middles)), float(np.nanmax(middles))]
     middle_text = " to ".join(dict.fromkeys(cases.format_values(MAX_SPEED, middle_ends)))
@@ -83,24 +83,24 @@ def _below_sentence(lowest: np.ndarray, target: str, no_load: float) -> str:
     return f"{count} {'fall' if below > 1 else 'falls'} below {target} again."
 
 
-def _widest_swing(cases: Cases) -> int | None:
+def _widest_swing(cases: FinishedCases) -> int | None:
     """Return the started case with the largest swing of the speed after its start-up time, or None."""
-    if not cases.has(SPEED_AFTER_START):
+    if not cases.has_values(SPEED_AFTER_START):
         return None
-    swings = cases.column(MAX_SPEED).astype(float) - cases.column(SPEED_AFTER_START).astype(float)
+    swings = cases.values_of(MAX_SPEED).astype(float) - cases.values_of(SPEED_AFTER_START).astype(float)
     return int(np.nanargmax(swings)) if np.isfinite(swings).any() else None
 
 
-def _swing_texts(cases: Cases, index: int) -> list[str]:
-    return cases.format_values(MAX_SPEED, [float(cases.column(name)[index]) for name in SWING_ENDS])
+def _swing_texts(cases: FinishedCases, index: int) -> list[str]:
+    return cases.format_values(MAX_SPEED, [float(cases.values_of(name)[index]) for name in SWING_ENDS])
 
 
-def start_up_cards(cases: Cases) -> list[tuple[str, str, str]]:
+def start_up_cards(cases: FinishedCases) -> list[tuple[str, str, str]]:
     """Return the cards on the start-up time, cut-off starts, and the speed after the start; [] without a motor."""
     no_load_speed = _no_load_speed(cases)
     if no_load_speed is None:
         return []
-    times = cases.column(START_UP)
+    times = cases.values_of(START_UP)
     cut_off_count, known_times = int(np.isnan(times).sum()), times[np.isfinite(times)]
     (target_text,) = cases.format_values(MAX_SPEED, [STARTED_FRACTION * no_load_speed])
     within = _within_revolutions_text(cases)
@@ -119,7 +119,7 @@ def start_up_cards(cases: Cases) -> list[tuple[str, str, str]]:
     if widest is not None:
         swing = " to ".join(_swing_texts(cases, widest)).replace(f"{wording.BLANK}rpm to", " to")
         (middle_text,) = cases.format_values(
-            MAX_SPEED, [float(np.mean([cases.column(name)[widest] for name in SWING_ENDS]))]
+            MAX_SPEED, [float(np.mean([cases.values_of(name)[widest] for name in SWING_ENDS]))]
         )
         setting = cases.setting_text(widest).removeprefix(" at ")
         note = ", ".join(filter(None, (f"largest swing, around {middle_text}", setting)))
@@ -127,20 +127,24 @@ def start_up_cards(cases: Cases) -> list[tuple[str, str, str]]:
     return cards
 
 
-def start_force_text(cases: Cases, joint: str) -> str:
+def start_force_text(cases: FinishedCases, joint: str) -> str:
     """Return the largest force of a joint until the start-up time in words, with its case; '' if it is unknown."""
     column_name = f"{joint}_{FORCE_DURING_START}"
-    if not cases.has(column_name):
+    if not cases.has_values(column_name):
         return ""
-    largest_case = cases.extreme_cases(column_name)[1]
+    largest_case = cases.argmin_argmax(column_name)[1]
     return f"{cases.figure_text(column_name, largest_case)}{cases.setting_text(largest_case)}"
 
 
-def _no_load_speed(cases: Cases) -> float | None:
+def _no_load_speed(cases: FinishedCases) -> float | None:
     """Return the no-load speed (rad/s) that all cases share, or None if there is none."""
     motor = (cases.record.get("drive") or {}).get("motor") or {}
     speed = motor.get("no_load_speed")
-    if not isinstance(speed, float) or "drive.motor.no_load_speed" in cases.axes or not cases.has(MAX_SPEED):
+    if (
+        not isinstance(speed, float)
+        or "drive.motor.no_load_speed" in cases.varied_paths
+        or not cases.has_values(MAX_SPEED)
+    ):
         return None
     return speed
 
@@ -150,9 +154,9 @@ def _is_varied(times: np.ndarray) -> bool:
     return bool(known_times.size > 1 and np.ptp(known_times) > 0.0)
 
 
-def _cut_off_sentences(cases: Cases, target_text: str, no_load: float) -> list[str]:
+def _cut_off_sentences(cases: FinishedCases, target_text: str, no_load: float) -> list[str]:
     """Return sentences on the cases that do not reach the speed, their highest speed, and the remedy."""
-    is_cut_off, speeds = np.isnan(cases.column(START_UP)), cases.column(MAX_SPEED)
+    is_cut_off, speeds = np.isnan(cases.values_of(START_UP)), cases.values_of(MAX_SPEED)
     if not is_cut_off.any():
         return []
     fastest_case = int(np.argmax(np.where(is_cut_off, speeds, -np.inf)))
@@ -169,24 +173,24 @@ def _cut_off_sentences(cases: Cases, target_text: str, no_load: float) -> list[s
     return [f"{text} {_remedy(cases, float(speeds[fastest_case]) / no_load, is_cut_off)}"]
 
 
-def _missing_text(cases: Cases, is_cut_off: np.ndarray) -> str:
+def _missing_text(cases: FinishedCases, is_cut_off: np.ndarray) -> str:
     """Return 'with drive inertia 0.008 kg*m^2' if such values explain all starts that were cut off, else ''."""
     shared = _shared_values(cases, is_cut_off)
     has_shared_value = np.any([has_value for _, has_value in shared], axis=0)
     return f"with {_settings_text(cases, shared)}" if shared and has_shared_value[is_cut_off].all() else ""
 
 
-def _settings_text(cases: Cases, shared: list[tuple[str, np.ndarray]]) -> str:
+def _settings_text(cases: FinishedCases, shared: list[tuple[str, np.ndarray]]) -> str:
     """Return varied values in words: 'drive inertia 0.002 kg*m^2 or 0.008 kg*m^2'; shared : as of `_shared_values`."""
     texts: dict[str, list[str]] = {}
     for path, has_value in shared:
-        pair = cases.named_value(int(np.flatnonzero(has_value)[0]), path)
+        pair = cases.name_and_value(int(np.flatnonzero(has_value)[0]), path)
         if pair is not None:
             texts.setdefault(pair[0], []).append(pair[1])
     return " or ".join(f"{name} {' or '.join(values)}" for name, values in texts.items())
 
 
-def _remedy(cases: Cases, speed_fraction: float, is_cut_off: np.ndarray) -> str:
+def _remedy(cases: FinishedCases, speed_fraction: float, is_cut_off: np.ndarray) -> str:
     """Return the sentences on the revolutions to set; speed_fraction : highest speed over that without load."""
     revolutions = _fixed_revolutions(cases)
     if not revolutions:
@@ -199,7 +203,7 @@ def _remedy(cases: Cases, speed_fraction: float, is_cut_off: np.ndarray) -> str:
     return f"{subject} about {needed:.0f} by the motor's torque: set simulate.revolutions to {rounded} or more."
 
 
-def _needed_revolutions(cases: Cases, revolutions: float, speed_fraction: float) -> float | None:
+def _needed_revolutions(cases: FinishedCases, revolutions: float, speed_fraction: float) -> float | None:
     """Return the revolutions until a motor alone brings a constant inertia to its speed; None with loads.
 
     With the time constant T = inertia no_load / stall_torque and f = speed / no_load, the angle from rest is
@@ -212,13 +216,13 @@ def _needed_revolutions(cases: Cases, revolutions: float, speed_fraction: float)
     return revolutions * angles[0] / angles[1]
 
 
-def _fixed_revolutions(cases: Cases) -> float | None:
+def _fixed_revolutions(cases: FinishedCases) -> float | None:
     """Return the revolutions of a run, or None where they vary or are unknown."""
     revolutions = (cases.record.get("simulate") or {}).get("revolutions")
-    return revolutions if isinstance(revolutions, float) and "simulate.revolutions" not in cases.axes else None
+    return revolutions if isinstance(revolutions, float) and "simulate.revolutions" not in cases.varied_paths else None
 
 
-def _within_revolutions_text(cases: Cases) -> str:
+def _within_revolutions_text(cases: FinishedCases) -> str:
     """Return ' within 8 revolutions', or ' within its run' where their number varies."""
     revolutions = _fixed_revolutions(cases)
     if not revolutions:
@@ -226,45 +230,45 @@ def _within_revolutions_text(cases: Cases) -> str:
     return f" within {revolutions:g} revolution{'' if revolutions == 1.0 else 's'}"
 
 
-def force_of_cut_off(cases: Cases, column: str) -> str:
+def force_of_cut_off(cases: FinishedCases, column: str) -> str:
     """Return a lower bound of a force of the starts that were cut off in words, or '' if there is none.
 
     column : the force
     """
-    is_cut_off = np.isnan(cases.column(START_UP).astype(float)) & np.isfinite(cases.column(column).astype(float))
+    is_cut_off = np.isnan(cases.values_of(START_UP).astype(float)) & np.isfinite(cases.values_of(column).astype(float))
     if _no_load_speed(cases) is None or not is_cut_off.any() or is_cut_off.all():
         return ""
-    force = float(cases.column(column)[is_cut_off].max())
+    force = float(cases.values_of(column)[is_cut_off].max())
     subject = _missing_text(cases, is_cut_off) or "of the starts that were cut off"
     return f"unknown {subject}: at least {cases.format_values(column, [force])[0]}"
 
 
-def started_cases(cases: Cases) -> Cases:
+def started_cases(cases: FinishedCases) -> FinishedCases:
     """Return the starts that reached the motor's speed, for their forces; all cases where nothing starts or none did.
 
     A start that was cut off lacks the rest of its forces, so that its peak cannot be compared.
     """
     if cases.ranking.question != "start-up" or _no_load_speed(cases) is None:
         return cases
-    started = np.flatnonzero(np.isfinite(cases.column(START_UP)))
+    started = np.flatnonzero(np.isfinite(cases.values_of(START_UP)))
     if len(started) in (0, len(cases.case_ids)):
         return cases
     return cases._replace(
         case_ids=[cases.case_ids[index] for index in started.tolist()],
-        column=lambda name: cases.column(name)[started],
-        named_value=lambda index, path: cases.named_value(int(started[index]), path),
+        values_of=lambda name: cases.values_of(name)[started],
+        name_and_value=lambda index, path: cases.name_and_value(int(started[index]), path),
     )
 
 
-def _shared_values(cases: Cases, is_member: np.ndarray) -> list[tuple[str, np.ndarray]]:
+def _shared_values(cases: FinishedCases, is_member: np.ndarray) -> list[tuple[str, np.ndarray]]:
     """Return path and cases (n,) of each varied value all of whose cases are members, at most MAX_SHARED or none.
 
     A value has several cases unless only one path varies, so that it may explain them.
     """
     shared = []
-    fewest = 1 if len(cases.axes) == 1 else 2
-    for path in cases.axes if not is_member.all() else ():
-        values = cases.column(path)
+    fewest = 1 if len(cases.varied_paths) == 1 else 2
+    for path in cases.varied_paths if not is_member.all() else ():
+        values = cases.values_of(path)
         if isinstance(values[0], str):
             continue
         for value in np.unique(values[is_member].astype(float)).tolist():

@@ -31,7 +31,7 @@ ERROR_CHECK_FAILED = "unchecked: "  # its error check failed
 LIFE_UNREACHED = "unreached: "  # its life did not reach the limit
 LIFE_FAILED = "life-failed: "  # a life at one end of the wear coefficients' intervals
 SMOOTHED = "smoothed: "  # its worn shapes were smoothed more widely than a contact arc
-WIDE_SMOOTHING = math.radians(4.0)
+MAX_RELIABLE_SMOOTHING_WIDTH = math.radians(4.0)
 SEPARATOR = " | "  # between the remarks of a message
 #: Of the bearing radius.  Beyond MAX_DEPTH a contact is not a small deformation.  Up to TOLERATED_DEPTH, a strain of
 #: about 1 %, a penetration may exceed the clearance, as it does in tight fits.
@@ -262,11 +262,11 @@ def pv_remark(joints: Iterable[RubbingJoint]) -> str:
 
 
 def smoothing_remark(widths: Iterable[tuple[str, float | None]]) -> str:
-    """Return the remark on joints with worn shapes smoothed by more than WIDE_SMOOTHING; widths in rad."""
+    """Return the remark on joints with shapes smoothed by more than MAX_RELIABLE_SMOOTHING_WIDTH; widths in rad."""
     remarks = [
         f"the worn shapes of {joint} are smoothed over {math.degrees(width):.3g} deg at the end, at first over 2 deg"
         for joint, width in widths
-        if width is not None and width > WIDE_SMOOTHING
+        if width is not None and width > MAX_RELIABLE_SMOOTHING_WIDTH
     ]
     hint = (
         ". Contact at one point needs this where the surfaces become conformal. The effect on the life is "

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-CLEAR_FACTOR = 1.05  # ratio of largest to smallest median below which an axis has no clear effect
+MIN_EFFECT_RATIO = 1.05  # ratio of largest to smallest median below which an axis has no clear effect
 CLEAR_F_RATIO = 4.0  # F ratio below which it has none
 PASSES = 20  # of the fit of main effects; one is exact if every combination finished
 
 
 def is_clear(medians: np.ndarray, f_ratio: float) -> bool:
     """Return whether an effect exceeds the scatter; without scatter (NaN), decide by its medians."""
-    is_large = bool(largest_over_smallest(medians) >= CLEAR_FACTOR)
+    is_large = bool(largest_over_smallest(medians) >= MIN_EFFECT_RATIO)
     return is_large if np.isnan(f_ratio) else is_large and f_ratio >= CLEAR_F_RATIO
 
 

@@ -30,8 +30,8 @@ class Limit(NamedTuple):
         threshold = scale.given(self.value) + (f" times {self.times}" if self.times else "")
         return f"{self.kind.replace('_', ' ')} {threshold}"
 
-    def threshold(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return the bound of every case, in the unit of the column; not finite for a multiple of a missing value."""
+    def limit_values(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+        """Return the limit of every case, in the unit of the column; not finite for a multiple of a missing value."""
         import numpy as np
 
         factors = columns[self.times] if self.times else np.ones(len(columns[self.column]))
@@ -44,7 +44,7 @@ class Limit(NamedTuple):
         import numpy as np
 
         with np.errstate(all="ignore"):
-            distance: np.ndarray = self.threshold(columns) - columns[self.column]
+            distance: np.ndarray = self.limit_values(columns) - columns[self.column]
         return distance if self.kind == "at_most" else -distance
 
     def is_unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
@@ -56,11 +56,11 @@ class Limit(NamedTuple):
 
         is_missing = ~np.isfinite(columns[self.column])
         if self.null == NOTHING:
-            unknown: np.ndarray = ~is_missing & ~np.isfinite(self.threshold(columns))
+            unknown: np.ndarray = ~is_missing & ~np.isfinite(self.limit_values(columns))
         elif self.null == ENDLESS:
-            unknown = ~np.isfinite(self.threshold(columns))
+            unknown = ~np.isfinite(self.limit_values(columns))
         else:
-            unknown = is_missing | ~np.isfinite(self.threshold(columns))
+            unknown = is_missing | ~np.isfinite(self.limit_values(columns))
         return unknown
 
     def is_exceeded(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
@@ -81,7 +81,7 @@ class Limit(NamedTuple):
 
         largest_float = np.finfo(float).max
         with np.errstate(all="ignore"):
-            bound_size = np.abs(self.threshold(columns))
+            bound_size = np.abs(self.limit_values(columns))
             margin: np.ndarray = np.where(bound_size > 0.0, self.slack(columns) / bound_size, np.nan)
             is_usable = np.isfinite(columns[self.column]) & np.isfinite(bound_size)
         return np.where(is_usable, np.clip(margin, -largest_float, largest_float), np.nan)

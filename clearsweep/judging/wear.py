@@ -7,11 +7,11 @@ import numpy as np
 from ..contracts.layout import JointLayout
 from ..language import wording
 from . import effects
-from .cases import Cases
+from .cases import FinishedCases
 from .validity import THOUSAND_HOURS
 
 
-def sentences(cases: Cases) -> list[str]:
+def sentences(cases: FinishedCases) -> list[str]:
     """Return sentences on the fastest wear of a body in each joint and, if surfaces evolve, the clearance growth."""
     lines = []
     for joint in cases.layout.joints:
@@ -32,15 +32,19 @@ def sentences(cases: Cases) -> list[str]:
     return lines
 
 
-def depth_in_1000_hours(cases: Cases, joint: JointLayout) -> np.ndarray | None:
+def depth_in_1000_hours(cases: FinishedCases, joint: JointLayout) -> np.ndarray | None:
     """Return the wear depth (m) of each case in 1000 hours at the rate of its window, or None without wear."""
     rate_column = f"{joint.name}_wear_rate_max"
     return (
-        THOUSAND_HOURS * cases.column(rate_column).astype(float) if joint.wear_bins and cases.has(rate_column) else None
+        THOUSAND_HOURS * cases.values_of(rate_column).astype(float)
+        if joint.wear_bins and cases.has_values(rate_column)
+        else None
     )
 
 
-def forecast_remark(cases: Cases, joint: JointLayout, index: int, depth: float, subject: str = "This") -> list[str]:
+def forecast_remark(
+    cases: FinishedCases, joint: JointLayout, index: int, depth: float, subject: str = "This"
+) -> list[str]:
     """Return the remark that a depth (m) in 1000 hours is no forecast if it exceeds the clearance, else []."""
     hours_text, clearance = clearance_hours_text(cases, joint, index, depth), _clearance(cases, joint, index)
     if not hours_text or clearance is None:
@@ -52,7 +56,7 @@ def forecast_remark(cases: Cases, joint: JointLayout, index: int, depth: float, 
     ]
 
 
-def clearance_hours_text(cases: Cases, joint: JointLayout, index: int, depth: float) -> str:
+def clearance_hours_text(cases: FinishedCases, joint: JointLayout, index: int, depth: float) -> str:
     """Return the hours after which the wear of a case equals its clearance; '' unless it does within 1000 hours.
 
     depth : m in 1000 hours
@@ -67,13 +71,13 @@ def _depth_texts(values: Sequence[float]) -> list[str]:
     return wording.in_common_unit(values, "m")
 
 
-def _growth_sentences(cases: Cases, joint: JointLayout, worst_case: int) -> list[str]:
+def _growth_sentences(cases: FinishedCases, joint: JointLayout, worst_case: int) -> list[str]:
     """Return a sentence on the growth of the clearance per 1000 hours of the life of a case, or [] without a life."""
     growth_column, hours_column = (f"{joint.name}_{figure}" for figure in ("clearance_growth", "life_hours"))
-    if not (cases.has(growth_column) and cases.has(hours_column)):
+    if not (cases.has_values(growth_column) and cases.has_values(hours_column)):
         return []
     growth_rate = (
-        1000.0 * float(cases.column(growth_column)[worst_case]) / float(cases.column(hours_column)[worst_case])
+        1000.0 * float(cases.values_of(growth_column)[worst_case]) / float(cases.values_of(hours_column)[worst_case])
     )
     if not np.isfinite(growth_rate):
         return []
@@ -82,27 +86,27 @@ def _growth_sentences(cases: Cases, joint: JointLayout, worst_case: int) -> list
     return [f"Wear of both bodies widens the clearance{location} by {growth_text} per 1000 h of the life."]
 
 
-def initial_clearance_text(cases: Cases, name: str) -> str:
+def initial_clearance_text(cases: FinishedCases, name: str) -> str:
     """Return the clearance of a joint in words if all cases have the same, else ''; name : 'rod_slider'."""
     joint_name = wording.joint_name(name)
     section: Mapping = (cases.record.get("joints") or {}).get(joint_name) or {}
-    value = None if f"joints.{joint_name}.clearance" in cases.axes else section.get("clearance")
+    value = None if f"joints.{joint_name}.clearance" in cases.varied_paths else section.get("clearance")
     return wording.in_common_unit([value], "m")[0] if isinstance(value, float) and value > 0.0 else ""
 
 
-def clearances(cases: Cases, joint: JointLayout) -> np.ndarray | None:
+def clearances(cases: FinishedCases, joint: JointLayout) -> np.ndarray | None:
     """Return the clearance (m) of a joint in each case (n,), or None if one is not a number above zero."""
     title = wording.joint_name(joint.name)
     path = f"joints.{title}.clearance"
     section: Mapping = (cases.record.get("joints") or {}).get(title) or {}
-    value = cases.column(path) if path in cases.axes else section.get("clearance")
+    value = cases.values_of(path) if path in cases.varied_paths else section.get("clearance")
     if not isinstance(value, float | np.ndarray):
         return None
     sizes = np.broadcast_to(np.asarray(value, float), (len(cases.case_ids),))
     return sizes if (sizes > 0.0).all() else None
 
 
-def _clearance(cases: Cases, joint: JointLayout, index: int) -> float | None:
+def _clearance(cases: FinishedCases, joint: JointLayout, index: int) -> float | None:
     """Return the clearance (m) of a joint in a case, or None if it is not a fixed number."""
     sizes = clearances(cases, joint)
     return None if sizes is None else float(sizes[index])

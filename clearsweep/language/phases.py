@@ -59,13 +59,13 @@ class Phase:
         self.begin = self.opened if since is None else since
         self.share: float | None = None
         self.facts: dict[str, Any] = {}
-        self._left: tuple[float, float] | None = None  # s left, and when this was recorded
+        self._remaining_time: tuple[float, float] | None = None  # s left, and when this was recorded
         self.compile_time = 0.0  # s of nested phases of the kind `once`, which do not count for the pace
 
-    def note(self, *, share: float | None = None, left: float | None = None, **facts: Any) -> None:
+    def note(self, *, share: float | None = None, remaining_time: float | None = None, **facts: Any) -> None:
         """Record the finished share of the work or the time (s) left, and facts for programs."""
         self.share = self.share if share is None else share
-        self._left = self._left if left is None else (left, time.monotonic())
+        self._remaining_time = self._remaining_time if remaining_time is None else (remaining_time, time.monotonic())
         if facts:
             self.facts = self.facts | facts
         _notify_listeners()
@@ -76,11 +76,11 @@ class Phase:
             return self._what()
         return self._what if self.share is None else f"{self._what}, {100.0 * self.share:.0f} %"
 
-    def left(self, now: float) -> float | None:
+    def remaining_time(self, now: float) -> float | None:
         """Return the time (s) left, or None if unknown."""
-        if self._left is not None:
-            left, noted = self._left
-            return max(left - (now - noted), 0.0) or None
+        if self._remaining_time is not None:
+            remaining_time, noted = self._remaining_time
+            return max(remaining_time - (now - noted), 0.0) or None
         elapsed = now - self.begin - self.compile_time
         return elapsed * (1.0 / self.share - 1.0) if self.share and elapsed >= MIN_ELAPSED else None
 
@@ -146,14 +146,14 @@ def progress(first: int = 0) -> Progress | None:
     if not phases:
         return None
     whole_phase = next((open_phase for open_phase in phases if open_phase.whole), None)
-    with_estimate = [open_phase for open_phase in reversed(phases) if open_phase.left(now) is not None]
+    with_estimate = [open_phase for open_phase in reversed(phases) if open_phase.remaining_time(now) is not None]
     timed_phase = whole_phase or (with_estimate[0] if with_estimate else phases[-1])
     facts: dict[str, Any] = {}
     for open_phase in phases:
         facts |= open_phase.facts
     name = ": ".join(filter(None, [open_phase.what() for open_phase in phases]))
     is_once = phases[-1].once
-    return Progress(name, now - timed_phase.begin, timed_phase.left(now), facts, phases[-1].share, is_once)
+    return Progress(name, now - timed_phase.begin, timed_phase.remaining_time(now), facts, phases[-1].share, is_once)
 
 
 def innermost_phase() -> Phase | None:

@@ -58,7 +58,7 @@ def page_of(run: "StoredRun", *, typical: bool = False, measured: str | Path | N
     from .data import study
     from .documents import page
 
-    return page.page_of(study.prepare(run, typical=typical), measured)
+    return page.page_of(study.prepare(run, shows_median=typical), measured)
 
 
 def compared(first: "StoredRun", second: "StoredRun") -> "Page":

@@ -32,8 +32,8 @@ RESTITUTION_TOLERANCE = 0.05  # relative error of the restitution that a suitabl
 STIFFNESS_GIVEN = Merit(0, "its stiffness is given in the grid")
 
 
-class Verdict(NamedTuple):
-    """The verdict on a law for a joint."""
+class LawAssessment(NamedTuple):
+    """The assessment of a law for a joint."""
 
     family: str
     law: str
@@ -47,7 +47,7 @@ class Advice(NamedTuple):
 
     joint: str
     conditions: str  # the deciding quantities, in words
-    verdicts: tuple[Verdict, ...]
+    assessments: tuple[LawAssessment, ...]
 
 
 def advice(case: Case) -> list[Advice]:
@@ -91,12 +91,12 @@ def laws_text(name: str | None = None) -> str:
 def advice_for_joint(joint: Joint, load: float | None) -> Advice:
     """Return the laws that suit a joint under a load (N), which is None if unknown."""
     dry = (
-        (*_elastic_verdicts(joint, load), *_roughness_verdicts(joint, load), *_loss_verdicts(joint))
+        (*_elastic_assessments(joint, load), *_roughness_assessments(joint, load), *_loss_assessments(joint))
         if joint.is_dry
         else ()
     )
-    verdicts = (*dry, *_film_verdicts(joint, load), *_pressure_verdicts(joint, load))
-    return Advice(joint.name, _conditions(joint, load), verdicts)
+    assessments = (*dry, *_film_assessments(joint, load), *_pressure_assessments(joint, load))
+    return Advice(joint.name, _conditions(joint, load), assessments)
 
 
 def _conditions(joint: Joint, load: float | None) -> str:
@@ -135,25 +135,25 @@ def _doubts(law: Law, joint: Joint, load: float | None) -> list[str]:
     return ([law.unsound] if law.unsound else []) + doubts
 
 
-def _elastic_verdicts(joint: Joint, load: float | None) -> Iterator[Verdict]:
-    """Yield the verdicts on the elastic laws."""
+def _elastic_assessments(joint: Joint, load: float | None) -> Iterator[LawAssessment]:
+    """Yield the assessments of the elastic laws."""
     laws = {law.name: law for law in registry.all_laws() if law.family == "elastic"}
     for name, (candidate, objection) in registry.elastic_candidates(joint).items():
         if objection:
-            yield Verdict("elastic", name, UNSUITABLE, objection)
+            yield LawAssessment("elastic", name, UNSUITABLE, objection)
             continue
         is_stiffness_given = "stiffness" in candidate.contact.values and any(
             field.name == "stiffness" for field in laws[name].fields
         )
         doubts = [] if is_stiffness_given else _doubts(laws[name], joint, load)
-        reason, too_deep = _depth_verdict(candidate, load)
+        reason, too_deep = _depth_assessment(candidate, load)
         reason = reason or ("its stiffness is given" if is_stiffness_given else NO_OBJECTION)
         rating = DOUBTFUL if doubts or too_deep else SUITABLE
         merit = STIFFNESS_GIVEN if is_stiffness_given else laws[name].merit
-        yield Verdict("elastic", name, rating, "; ".join(too_deep + doubts) or reason, merit)
+        yield LawAssessment("elastic", name, rating, "; ".join(too_deep + doubts) or reason, merit)
 
 
-def _depth_verdict(joint: Joint, load: float | None) -> tuple[str, list[str]]:
+def _depth_assessment(joint: Joint, load: float | None) -> tuple[str, list[str]]:
     """Return the penetration under a joint's load in words ('' without load), and objections if it is too deep."""
     if load is None:
         return "", []
@@ -162,20 +162,20 @@ def _depth_verdict(joint: Joint, load: float | None) -> tuple[str, list[str]]:
     return depth_text, [f"{depth_text}, valid up to {wording.text(limit, 'm')}"] if depth > limit else []
 
 
-def _roughness_verdicts(joint: Joint, load: float | None) -> Iterator[Verdict]:
-    """Yield the verdicts on the roughness laws if the joint has rough surfaces."""
+def _roughness_assessments(joint: Joint, load: float | None) -> Iterator[LawAssessment]:
+    """Yield the assessments of the roughness laws if the joint has rough surfaces."""
     roughness = joint.roughness
     if roughness is None or not roughness.values:
         return
     for law in (law for law in registry.all_laws() if law.family == "roughness"):
-        reason, too_deep = _depth_verdict(joint._replace(roughness=roughness._replace(law=law.name)), load)
-        yield Verdict(
+        reason, too_deep = _depth_assessment(joint._replace(roughness=roughness._replace(law=law.name)), load)
+        yield LawAssessment(
             "roughness", law.name, DOUBTFUL if too_deep else SUITABLE, "; ".join(too_deep) or reason or NO_OBJECTION
         )
 
 
-def _film_verdicts(joint: Joint, load: float | None) -> Iterator[Verdict]:
-    """Yield the verdicts on the film laws if the joint has a film."""
+def _film_assessments(joint: Joint, load: float | None) -> Iterator[LawAssessment]:
+    """Yield the assessments of the film laws if the joint has a film."""
     for law in (law for law in registry.all_laws() if law.family == "film" and joint.film):
         assert joint.length is not None  # a film needs both
         assert joint.bearing_radius is not None
@@ -184,30 +184,30 @@ def _film_verdicts(joint: Joint, load: float | None) -> Iterator[Verdict]:
         doubts = _doubts(law, joint, load)
         objection = "; ".join(f"{limit.path} {limit.allowed()}: {limit.reason}" for limit in violated_limits)
         rating = UNSUITABLE if objection else DOUBTFUL if doubts else SUITABLE
-        yield Verdict("film", law.name, rating, objection or "; ".join(doubts) or NO_OBJECTION)
+        yield LawAssessment("film", law.name, rating, objection or "; ".join(doubts) or NO_OBJECTION)
 
 
-def _loss_verdicts(joint: Joint) -> Iterator[Verdict]:
-    """Yield the verdicts on the laws of the normal force, by the restitution of the joint."""
+def _loss_assessments(joint: Joint) -> Iterator[LawAssessment]:
+    """Yield the assessments of the laws of the normal force, by the restitution of the joint."""
     required = joint.contact.values.get("restitution")
     for law in (law for law in registry.all_laws() if law.family == "law"):
         restitution_of = registry.RECIPES["law", law.name].returned
         field = next((field for field in law.fields if field.name == "restitution"), None)
         if missing := _missing_keys(law, joint):
-            yield Verdict("law", law.name, UNSUITABLE, f"needs {' and '.join(missing)}")
+            yield LawAssessment("law", law.name, UNSUITABLE, f"needs {' and '.join(missing)}")
         elif "hertz" in law.needs and joint.contact.elastic != "power":
-            yield Verdict("law", law.name, UNSUITABLE, "needs elastic: power with the exponent 1.5")
+            yield LawAssessment("law", law.name, UNSUITABLE, "needs elastic: power with the exponent 1.5")
         elif restitution_of is None:
-            yield Verdict("law", law.name, DOUBTFUL, "its restitution depends on its keys, mass and speed")
+            yield LawAssessment("law", law.name, DOUBTFUL, "its restitution depends on its keys, mass and speed")
         elif required is None:
-            yield Verdict("law", law.name, DOUBTFUL if field else SUITABLE, "the joint has no restitution")
+            yield LawAssessment("law", law.name, DOUBTFUL if field else SUITABLE, "the joint has no restitution")
         elif field and not field.contains(required):
-            yield Verdict("law", law.name, UNSUITABLE, f"takes a restitution {field.allowed()}")
+            yield LawAssessment("law", law.name, UNSUITABLE, f"takes a restitution {field.allowed()}")
         else:
             reproduced = float(restitution_of(required))
             rating = SUITABLE if abs(reproduced - required) <= RESTITUTION_TOLERANCE * required else DOUBTFUL
             reason = f"has a restitution of {reproduced:.3g} instead of {required:.3g}"
-            yield Verdict("law", law.name, rating, reason, law.merit)
+            yield LawAssessment("law", law.name, rating, reason, law.merit)
 
 
 def _missing_keys(law: Law, joint: Joint) -> list[str]:
@@ -217,12 +217,12 @@ def _missing_keys(law: Law, joint: Joint) -> list[str]:
     return [field.name for field in required if field.name not in available]
 
 
-def _pressure_verdicts(joint: Joint, load: float | None) -> Iterator[Verdict]:
-    """Yield the verdicts on the pressure laws of wear if the joint wears."""
+def _pressure_assessments(joint: Joint, load: float | None) -> Iterator[LawAssessment]:
+    """Yield the assessments of the pressure laws of wear if the joint wears."""
     for law in (law for law in registry.all_laws() if law.family == "pressure" and joint.wear):
         modulus = joint.contact.material or (joint.wear and joint.wear.values.get("pressure_modulus"))
         if "modulus" in law.needs and not modulus:
-            yield Verdict("pressure", law.name, UNSUITABLE, "needs material or pressure_modulus")
+            yield LawAssessment("pressure", law.name, UNSUITABLE, "needs material or pressure_modulus")
             continue
         doubts = _doubts(law, joint, load)
-        yield Verdict("pressure", law.name, DOUBTFUL if doubts else SUITABLE, "; ".join(doubts) or NO_OBJECTION)
+        yield LawAssessment("pressure", law.name, DOUBTFUL if doubts else SUITABLE, "; ".join(doubts) or NO_OBJECTION)

@@ -85,7 +85,7 @@ class Life(NamedTuple):
         return self.nodes[-1].revolutions
 
 
-def extrapolated_life(
+def extrapolate_life(
     run_block: Callable[[np.ndarray], Any], criterion: LimitedQuantity, settings: StepControl, start: np.ndarray
 ) -> Life | None:
     """Return the life from the worn state `start`, (n,), to its limit, or None if a block failed.

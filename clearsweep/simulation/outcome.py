@@ -137,9 +137,9 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
     )
 
 
-def _exceeded_forces(totals: Totals, duration: float) -> list[float]:
-    """Return the force (N) that each joint exceeds during `duration` (s); totals : by joint."""
-    return force_quantiles(totals.histogram, totals.bins[:, HIGHEST_BIN].tolist(), duration)
+def _exceeded_forces(totals: Totals, time_exceeded: float) -> list[float]:
+    """Return the force (N) that each joint exceeds during `time_exceeded` (s); totals : by joint."""
+    return force_quantiles(totals.histogram, totals.bins[:, HIGHEST_BIN].tolist(), time_exceeded)
 
 
 def _dry_times(histograms: np.ndarray, sums: Summed, layout: Layout, duration: float) -> list[float]:

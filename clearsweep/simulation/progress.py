@@ -59,7 +59,7 @@ class Life(phases.Phase):
         self.worn, self.block_begin, self.compile_time = worn, time.monotonic(), 0.0
         self.note(block=self.block, reached=worn, limit=self.limits.limit)
 
-    def left(self, now: float) -> float | None:
+    def remaining_time(self, now: float) -> float | None:
         """Return the time (s) left, for jumps like the last one up to the limit."""
         block_time = self._block_seconds(now)
         if block_time is None:

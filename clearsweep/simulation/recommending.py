@@ -11,7 +11,17 @@ from ..contracts.case import Case, Joint
 from ..language import wording
 from ..language.errors import InputError, did_you_mean
 from ..mechanics.joint import registry
-from .advice import DOUBTFUL, FAMILY_KEYS, RATINGS, SUITABLE, UNSUITABLE, Advice, Verdict, advice, advice_for_joint
+from .advice import (
+    DOUBTFUL,
+    FAMILY_KEYS,
+    RATINGS,
+    SUITABLE,
+    UNSUITABLE,
+    Advice,
+    LawAssessment,
+    advice,
+    advice_for_joint,
+)
 from .scene import catalogue
 
 FAMILIES = ("elastic", "law")  # of which one law each is recommended
@@ -41,13 +51,13 @@ class Recommendation(NamedTuple):
         return f"{self._law_kind()} {law}{', in use' if self.law == self.law_used else ''}"
 
     def _used_law_text(self) -> str:
-        """Return the verdict on the law in use as a sentence."""
+        """Return the assessment of the law in use as a sentence."""
         description = f"is {self.rating}" + ("" if self.rating == SUITABLE else f": {self.objection}")
         return f"The {self._law_kind()} in use, {self.law_used}, {description}."
 
 
 def _recommended_text(laws: Sequence[Recommendation]) -> str:
-    """Return the laws that are recommended for the joints _JOINTS, with reasons and the verdict on the laws in use."""
+    """Return the laws that are recommended for the joints _JOINTS, with reasons and the rating of the laws in use."""
     summary = f"Recommended for {_JOINTS}: {'; '.join(recommendation._law_text() for recommendation in laws)}."
     return " ".join(
         [
@@ -77,21 +87,21 @@ def recommendations(case: Case) -> list[Recommendation]:
     return [
         recommendation
         for joint, joint_advice in zip(case.joints, advice(case), strict=True)
-        for recommendation in _recommended_for(joint, joint_advice.verdicts)
+        for recommendation in _recommended_for(joint, joint_advice.assessments)
     ]
 
 
 def recommendations_for(joint: Joint, load: float | None) -> list[Recommendation]:
     """Return the recommendations for a joint under a load (N)."""
-    return _recommended_for(joint, advice_for_joint(joint, load).verdicts)
+    return _recommended_for(joint, advice_for_joint(joint, load).assessments)
 
 
 def elastic_ratings(joint: Joint, load: float | None) -> dict[str, tuple[str, str]]:
     """Return elastic law -> whether it is valid for a joint under a load (N), and why."""
     return {
-        verdict.law: (verdict.rating, verdict.reason)
-        for verdict in advice_for_joint(joint, load).verdicts
-        if verdict.family == "elastic"
+        assessment.law: (assessment.rating, assessment.reason)
+        for assessment in advice_for_joint(joint, load).assessments
+        if assessment.family == "elastic"
     }
 
 
@@ -99,20 +109,20 @@ def alternatives(case: Case) -> dict[str, list[str]]:
     """Return path of a law's name -> the other laws that are suitable for its joint."""
     names: dict[str, list[str]] = {}
     for joint, joint_advice in zip(case.joints, advice(case), strict=True):
-        for verdict in joint_advice.verdicts:
+        for assessment in joint_advice.assessments:
             if (
-                verdict.family in FAMILIES
-                and verdict.rating == SUITABLE
-                and verdict.law != _law_used(joint, verdict.family)
+                assessment.family in FAMILIES
+                and assessment.rating == SUITABLE
+                and assessment.law != _law_used(joint, assessment.family)
             ):
-                names.setdefault(f"joints.{joint.name}.{FAMILY_KEYS[verdict.family]}", []).append(verdict.law)
+                names.setdefault(f"joints.{joint.name}.{FAMILY_KEYS[assessment.family]}", []).append(assessment.law)
     return names
 
 
 def advice_text(source: str | PathLike, name: str | None = None) -> str:
-    """Return the verdicts on the laws for the joints of a grid, or those on the law `name`.
+    """Return the assessments of the laws for the joints of a grid, or those on the law `name`.
 
-    Only some of many cases are assessed; a law gets its worst verdict over these.  Raises InputError.
+    Only some of many cases are assessed; a law gets its worst assessment over these.  Raises InputError.
     """
     cases = grid.load(source, catalogue())
     sample_indices = np.unique(np.linspace(0, len(cases) - 1, MAX_CASES).round().astype(int)).tolist()
@@ -140,35 +150,38 @@ def _paragraphs(joint: Joint, sampled: Sequence[Advice], name: str | None) -> tu
     `joint` is taken from the first case.
     """
     conditions = dict.fromkeys((sampled[0].conditions, sampled[-1].conditions))
-    worst = [_worst(verdicts) for verdicts in _by_law(sampled).values()]
+    worst = [_worst(assessments) for assessments in _by_law(sampled).values()]
     if name is not None:
-        verdicts_of_name = [verdict for verdict in worst if verdict.law == name]
-        if not verdicts_of_name:
-            law_names = dict.fromkeys(verdict.law for verdict in worst)
+        assessments_of_name = [assessment for assessment in worst if assessment.law == name]
+        if not assessments_of_name:
+            law_names = dict.fromkeys(assessment.law for assessment in worst)
             raise InputError(f"list: no entry '{name}' there{did_you_mean(name, law_names)}")
-        return " ... ".join(conditions), *("\n".join(_rows([verdict])) for verdict in verdicts_of_name)
+        return " ... ".join(conditions), *("\n".join(_rows([assessment])) for assessment in assessments_of_name)
     recommended = _recommended_for(joint, worst)
     lines = [" ... ".join(conditions), *(["", _recommended_text(recommended)] if recommended else [])]
     if force_ratio := _force_ratio_text(
-        joint, [verdict.law for verdict in worst if verdict.family == "elastic" and verdict.rating == SUITABLE]
+        joint,
+        [assessment.law for assessment in worst if assessment.family == "elastic" and assessment.rating == SUITABLE],
     ):
         lines.append(force_ratio)
-    families = sorted({verdict.family for verdict in worst}, key=[*FAMILY_KEYS].index)
-    rows = ("\n".join(_rows([verdict for verdict in worst if verdict.family == family])) for family in families)
+    families = sorted({assessment.family for assessment in worst}, key=[*FAMILY_KEYS].index)
+    rows = (
+        "\n".join(_rows([assessment for assessment in worst if assessment.family == family])) for family in families
+    )
     return "\n".join(lines), *rows
 
 
-def _rows(verdicts: list[Verdict]) -> list[str]:
+def _rows(assessments: list[LawAssessment]) -> list[str]:
     """Return lines on the laws of a family: suitable ones row by row, others only by name."""
-    is_single = len(verdicts) == 1
-    listed = [verdict for verdict in verdicts if is_single or verdict.rating == SUITABLE]
-    width = max((len(verdict.law) for verdict in listed), default=0)
+    is_single = len(assessments) == 1
+    listed = [assessment for assessment in assessments if is_single or assessment.rating == SUITABLE]
+    width = max((len(assessment.law) for assessment in listed), default=0)
     lines = [
-        FAMILY_KEYS[verdicts[0].family],
-        *(f"  {verdict.law:{width}}  {verdict.rating:8}  {verdict.reason}" for verdict in listed),
+        FAMILY_KEYS[assessments[0].family],
+        *(f"  {assessment.law:{width}}  {assessment.rating:8}  {assessment.reason}" for assessment in listed),
     ]
     for rating in () if is_single else (DOUBTFUL, UNSUITABLE):
-        if names := [verdict.law for verdict in verdicts if verdict.rating == rating]:
+        if names := [assessment.law for assessment in assessments if assessment.rating == rating]:
             lines.append(f"  {rating}: {', '.join(names)} (clearsweep list NAME --for GRID gives the reason)")
     return lines
 
@@ -187,24 +200,30 @@ def _force_ratio_text(joint: Joint, names: list[str]) -> str:
     )
 
 
-def _recommended_for(joint: Joint, verdicts: Iterable[Verdict]) -> list[Recommendation]:
-    """Return the recommendations for a joint from the verdicts on the laws."""
-    all_verdicts = list(verdicts)
+def _recommended_for(joint: Joint, assessments: Iterable[LawAssessment]) -> list[Recommendation]:
+    """Return the recommendations for a joint from the assessments of the laws."""
+    all_assessments = list(assessments)
     recommended = []
     for family in FAMILIES:
-        by_law = {verdict.law: verdict for verdict in all_verdicts if verdict.family == family}
+        by_law = {assessment.law: assessment for assessment in all_assessments if assessment.family == family}
         if not by_law or all(
-            verdict.reason == _NO_RESTITUTION for verdict in by_law.values() if verdict.rating == SUITABLE
+            assessment.reason == _NO_RESTITUTION for assessment in by_law.values() if assessment.rating == SUITABLE
         ):
             continue
         law_used = _law_used(joint, family)
-        current_verdict = by_law.get(law_used, Verdict(family, law_used, SUITABLE, ""))
-        suitable = [verdict for verdict in by_law.values() if verdict.rating == SUITABLE]
+        current_assessment = by_law.get(law_used, LawAssessment(family, law_used, SUITABLE, ""))
+        suitable = [assessment for assessment in by_law.values() if assessment.rating == SUITABLE]
         best = min(suitable, key=_rank, default=None)
         law, reason = (best.law, best.merit.reason if best.merit else best.reason) if best else ("", "")
         recommended.append(
             Recommendation(
-                joint.name, FAMILY_KEYS[family], law, reason, law_used, current_verdict.rating, current_verdict.reason
+                joint.name,
+                FAMILY_KEYS[family],
+                law,
+                reason,
+                law_used,
+                current_assessment.rating,
+                current_assessment.reason,
             )
         )
     return recommended
@@ -213,25 +232,25 @@ def _recommended_for(joint: Joint, verdicts: Iterable[Verdict]) -> list[Recommen
 _NO_RESTITUTION = "the joint has no restitution"
 
 
-def _rank(verdict: Verdict) -> int:
-    return verdict.merit.rank if verdict.merit else len(RATINGS) + 10
+def _rank(assessment: LawAssessment) -> int:
+    return assessment.merit.rank if assessment.merit else len(RATINGS) + 10
 
 
 def _law_used(joint: Joint, family: str) -> str:
     return joint.contact.law if family == "law" else joint.contact.elastic or ""
 
 
-def _by_law(advices: Iterable[Advice]) -> dict[tuple[str, str], list[Verdict]]:
-    """Return the verdicts on each law in some cases."""
-    verdicts: dict[tuple[str, str], list[Verdict]] = {}
-    for verdict in (verdict for joint_advice in advices for verdict in joint_advice.verdicts):
-        verdicts.setdefault((verdict.family, verdict.law), []).append(verdict)
-    return verdicts
+def _by_law(advices: Iterable[Advice]) -> dict[tuple[str, str], list[LawAssessment]]:
+    """Return the assessments of each law in some cases."""
+    assessments: dict[tuple[str, str], list[LawAssessment]] = {}
+    for assessment in (assessment for joint_advice in advices for assessment in joint_advice.assessments):
+        assessments.setdefault((assessment.family, assessment.law), []).append(assessment)
+    return assessments
 
 
-def _worst(verdicts: list[Verdict]) -> Verdict:
-    """Return the worst verdict on a law, and in how many cases it applies."""
-    worst = max(verdicts, key=lambda verdict: RATINGS.index(verdict.rating))
-    count = sum(verdict.rating == worst.rating for verdict in verdicts)
-    case_share = f" ({count} of {len(verdicts)} cases)" if count < len(verdicts) else ""
+def _worst(assessments: list[LawAssessment]) -> LawAssessment:
+    """Return the worst assessment of a law, and in how many cases it applies."""
+    worst = max(assessments, key=lambda assessment: RATINGS.index(assessment.rating))
+    count = sum(assessment.rating == worst.rating for assessment in assessments)
+    case_share = f" ({count} of {len(assessments)} cases)" if count < len(assessments) else ""
     return worst._replace(reason=f"{worst.reason}{case_share}")

@@ -21,7 +21,7 @@ from ..mechanics.compiled.family import empty_entries
 from ..mechanics.observe.histogram import compile_force_quantiles
 from ..mechanics.solver import integration, loop
 from ..mechanics.solver.accumulate.within_step import Record
-from .extrapolation import extrapolated_life
+from .extrapolation import extrapolate_life
 from .figures.catalogue import SETUP, WORK_COUNTS
 from .heat import Balance, at_equilibrium, has_balance
 from .life import LifeRun
@@ -259,7 +259,7 @@ def _run_life(scene: Scene, times: ArrayLike | None, observers: Sequence[Observe
         return block_record_of(worn_scene, run, observer, life_run.seconds_before + time.process_time() - begin)
 
     with phases.phase(life_run.progress):
-        life = extrapolated_life(life_run.logged(run_block), life_run, life_run.settings(), life_run.start)
+        life = extrapolate_life(life_run.logged(run_block), life_run, life_run.settings(), life_run.start)
         if life and not life_run.constant_rates:
             last_block = run_block(life_run, life.nodes[-1].state)
             life = life_run.with_last_block(life, last_block) if last_block else None

@@ -12,7 +12,7 @@ import numpy as np
 from ..contracts.case import Case
 from ..judging.validity import LIFE_FAILED
 from ..language import phases
-from .extrapolation import Life, extrapolated_life
+from .extrapolation import Life, extrapolate_life
 from .life import LifeRun
 from .life_block import BlockRecord, WornJoint
 
@@ -56,12 +56,12 @@ def further_lives(
         case = with_bounding_coefficients(life_run.scene.case, end)
         if life_run.constant_rates:
             lives[end] = BoundingLife(
-                extrapolated_life(_repeated(_scaled(life_run, case)), life_run, life_run.settings(), life_run.start), ()
+                extrapolate_life(_repeated(_scaled(life_run, case)), life_run, life_run.settings(), life_run.start), ()
             )
             continue
         bounding_run = life_run.bounding(case, f"life with the wear coefficients at their {end} ends")
         with phases.phase(bounding_run.progress):
-            life = extrapolated_life(
+            life = extrapolate_life(
                 bounding_run.logged(run_block), bounding_run, bounding_run.settings(), bounding_run.start
             )
         lives[end] = BoundingLife(life, tuple(bounding_run.records), bounding_run.failure)

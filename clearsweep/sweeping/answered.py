@@ -8,7 +8,7 @@ import numpy as np
 from .. import grid as grids
 from ..judging import advice, answer, sampled, wear
 from ..judging.case_ranking import CONTENT_QUESTIONS, CaseRanking
-from ..judging.cases import Cases, column_texts
+from ..judging.cases import FinishedCases, column_texts
 from ..judging.verdict import units_of
 from ..language import wording
 from ..store import BlockedRun, SampledRun, StoredRun
@@ -66,22 +66,24 @@ def of_run(run: StoredRun, ranking: CaseRanking, checks: LawCheckResults, facts:
     )
 
 
-def _cases(run: StoredRun, ranking: CaseRanking, columns: _Columns, facts: dict[str, Any]) -> Cases:
+def _cases(run: StoredRun, ranking: CaseRanking, columns: _Columns, facts: dict[str, Any]) -> FinishedCases:
     units = {column.name: column.unit for column in run.layout.columns} | units_of(run.grid)
 
     def varies(path: str) -> bool:
         values = columns(path).tolist()
         return any(not wording.is_missing(value) and value != values[0] for value in values)
 
-    def named_value(index: int, path: str) -> tuple[str, str] | None:
+    def name_and_value(index: int, path: str) -> tuple[str, str] | None:
         value = columns(path)[index : index + 1].tolist()[0]
         if wording.is_missing(value):
             return None
-        return setting_name(path, axes, facts), value_text(path, value, facts)
+        return setting_name(path, varied_paths, facts), value_text(path, value, facts)
 
     def texts(name: str, values: Sequence[float]) -> list[str]:
         return column_texts(name, units.get(name, "1"), columns(name), values)
 
     checked = grids.base_laws(run.grid)
-    axes = tuple(path for path in run.grid["units"] if path not in checked and varies(path))
-    return Cases(run.grid, run.layout, ranking, axes, columns("case_id").tolist(), columns, texts, named_value)
+    varied_paths = tuple(path for path in run.grid["units"] if path not in checked and varies(path))
+    return FinishedCases(
+        run.grid, run.layout, ranking, varied_paths, columns("case_id").tolist(), columns, texts, name_and_value
+    )

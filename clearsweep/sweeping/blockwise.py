@@ -20,7 +20,7 @@ from .case_runner import CaseRunner, Options, Pending, failure_limit, is_common,
 from .driver import CHECK_INTERVAL, MAX_RESTARTS
 from .run_facts import RunFacts
 from .shard import Shard
-from .worker import Job, Simulator
+from .worker import RunContext, Simulator
 
 
 class BlockJob(NamedTuple):
@@ -57,24 +57,28 @@ def duplicate_indices(grid: Grid) -> np.ndarray:
     return np.sort(order[1:][ids[1:] == ids[:-1]])
 
 
-def finish_block(job: Job, block: store.Block, division: store.Division, requested: np.ndarray) -> dict[str, Any]:
+def finish_block(
+    context: RunContext, block: store.Block, division: store.Division, requested: np.ndarray
+) -> dict[str, Any]:
     """Write the final files of a block and return its mark; runs in a worker.
 
     requested : identities of the cases in the block, ascending.
     """
     store.use_one_thread()
-    result_schema, layout = job.result_schema, job.grid.layout
+    result_schema, layout = context.result_schema, context.grid.layout
     record = store.json_round_trip(
-        {**job.grid.resolved(), "layout": layout.written(), "units": dict.fromkeys(job.grid.axes, "1")}
+        {**context.grid.resolved(), "layout": layout.written(), "units": dict.fromkeys(context.grid.axes, "1")}
     )
 
     def find_peaks(worst: Sequence[store.Worst]) -> list[Peak | None]:
         peaks: list[Peak | None] = []
         for case_entry in worst:
-            case = job.grid.case_at(case_entry.point)
+            case = context.grid.case_at(case_entry.point)
             column = f"{layout.joints[case_entry.joint].name}_force_peak"
             try:
-                peak = job.simulator.peak(case, case_entry.joint, case_entry.revolutions or case.simulate.revolutions)
+                peak = context.simulator.peak(
+                    case, case_entry.joint, case_entry.revolutions or case.simulate.revolutions
+                )
             except Exception:  # left out, as in a run without blocks
                 peaks.append(None)
                 continue
@@ -184,11 +188,11 @@ class BlockRunner:
         directory.link_batches(earlier_directory)
 
     def _submit(self, number: int, block: store.Block, requested: np.ndarray) -> None:
-        task = Job(self.job.directory, self.job.grid, self.job.simulator, None)
+        context = RunContext(self.job.directory, self.job.grid, self.job.simulator, None)
 
         def submit() -> Future:
             assert self.case_runner.workers  # hired
-            return self.case_runner.workers.submit(finish_block, task, block, self.job.division, requested)
+            return self.case_runner.workers.submit(finish_block, context, block, self.job.division, requested)
 
         self.finishing[number] = submit(), submit
 

@@ -19,7 +19,7 @@ from ..language import phases
 from ..language.errors import InputError, brief
 from . import executors, progress, signals
 from .driver import CHECK_INTERVAL, Batches, Driver
-from .worker import Job, Simulator, find_peak, prepare
+from .worker import RunContext, Simulator, find_peak, prepare
 
 BULK_CASES = 64  # cases per kind of scene from which figures are computed in bulk
 
@@ -43,7 +43,9 @@ class Pending(NamedTuple):
     indices: np.ndarray  # (cases,)
     ids: np.ndarray  # (cases,), their identities, uint64
     title: str = ""  # title of their progress
-    drop: Callable[[], np.ndarray] | None = None  # returns identities, ascending, that need not be run any more
+    read_finished_ids: Callable[[], np.ndarray] | None = (
+        None  # returns identities, ascending, that need not be run any more
+    )
     has_similar_times: bool = False  # they take about as long as the cases before
 
 
@@ -97,16 +99,24 @@ class CaseRunner:
             scene_cases = one_case_per_scene(grid, pending.indices, self.simulator)
         in_bulk = not self.options.case_timeout and can_solve_in_bulk(self.simulator, count, len(scene_cases))
         workers = self._compiled_workers(scene_cases, count)
-        driver = secrets.token_hex(8) if pending.drop else ""
-        job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, in_bulk, driver)
-        batches = Batches(pending.indices, pending.ids, workers.jobs, grids.first_case_history(grid), pending.drop)
+        driver = secrets.token_hex(8) if pending.read_finished_ids else ""
+        context = RunContext(
+            self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, in_bulk, driver
+        )
+        batches = Batches(
+            pending.indices,
+            pending.ids,
+            workers.worker_count,
+            grids.first_case_history(grid),
+            pending.read_finished_ids,
+        )
         if pending.has_similar_times and self.batches:
             batches.copy_times(self.batches)
         self.batches = batches
-        with phases.phase(display := progress.Cases(count, pending.title)):
+        with phases.phase(display := progress.CaseProgress(count, pending.title)):
             if allowed_failures is None:
                 allowed_failures = failure_limit(self.options.max_failures, count)
-            run = Driver(workers, self.directory, job, batches, allowed_failures, display)
+            run = Driver(workers, self.directory, context, batches, allowed_failures, display)
             is_complete = run.run()
         if not is_complete:
             self.workers = None  # the driver has ended them
@@ -174,8 +184,10 @@ class CaseRunner:
 
     def start_workers(self, cases: int) -> executors.Executor:
         """Return started workers for at most `cases` cases at a time."""
-        jobs = min(self.options.jobs or executors.cores(), cases)
-        self.workers = executors.EXECUTORS[self.options.executor](jobs, self.options.scheduler, self.simulator.load)
+        worker_count = min(self.options.jobs or executors.cores(), cases)
+        self.workers = executors.EXECUTORS[self.options.executor](
+            worker_count, self.options.scheduler, self.simulator.load
+        )
         return self.workers
 
 
@@ -237,8 +249,8 @@ def one_case_per_scene(grid: grids.Grid, pending: np.ndarray, simulator: Simulat
     first, end = int(pending.min()), int(pending.max()) + 1
     is_pending = np.zeros(end - first, bool)
     is_pending[pending - first] = True
-    first_indices: dict[grids.LawNames, int] = {}
-    for offset, law_names in enumerate(grid.law_names(range(first, end))):
+    first_indices: dict[grids.LawAssignment, int] = {}
+    for offset, law_names in enumerate(grid.law_assignments(range(first, end))):
         if is_pending[offset] and law_names not in first_indices:
             first_indices[law_names] = first + offset
     cases = [grid.case(index) for index in first_indices.values()]
@@ -259,16 +271,18 @@ def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simul
 
     Errors are ignored here: they occur again when the case is run, and are recorded then.
     """
-    jobs = [(simulator.compile_loop, cases[0]), *((simulator.compile_for, case) for case in cases)]
-    progress_files = [store.Working(directory, secrets.token_hex(8)) for _ in jobs]
+    parts = [(simulator.compile_loop, cases[0]), *((simulator.compile_for, case) for case in cases)]
+    progress_files = [store.Working(directory, secrets.token_hex(8)) for _ in parts]
 
     def read_progress() -> list[phases.Progress]:
         return [results for working in progress_files if (results := working.read())]
 
     try:
-        compiling = progress.Compiling(len(jobs), read_progress)
+        compiling = progress.CompilationProgress(len(parts), read_progress)
         with phases.phase(compiling):
-            tasks = [workers.submit(prepare, working, *job) for working, job in zip(progress_files, jobs, strict=True)]
+            tasks = [
+                workers.submit(prepare, working, *part) for working, part in zip(progress_files, parts, strict=True)
+            ]
             failures, seconds = [], 0.0
             for task in tasks:
                 failures.append(_failure(task))

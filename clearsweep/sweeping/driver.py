@@ -17,9 +17,9 @@ from ..language.phases import Progress
 from ..store import durable
 from . import signals
 from .executors import Executor
-from .progress import Cases
+from .progress import CaseProgress
 from .tasks import Batch, Tasks
-from .worker import Job, Manifest, failure, read_note, run_batch
+from .worker import BatchOutcome, RunContext, failure, read_worker_status, run_batch
 
 TARGET_SECONDS = 2.0  # s of work in a batch: a commit takes about 20 ms, and a killed worker loses this much
 MIN_BATCH_SECONDS = 0.25  # s of work in a batch near the end, when the rest is distributed evenly
@@ -41,38 +41,47 @@ class Batches:
         self,
         pending: np.ndarray,
         ids: np.ndarray,
-        jobs: int,
+        worker_count: int,
         bytes_per_case: float,
-        drop: Callable[[], np.ndarray] | None = None,
+        read_finished_ids: Callable[[], np.ndarray] | None = None,
     ):
         """Prepare for the indices of the `pending` cases and their identities, uint64, both (cases,).
 
-        drop : called at intervals; returns the identities (ascending) of the cases that other drivers have finished
+        read_finished_ids : called at intervals; returns the identities (ascending) of cases that other drivers finished
         """
-        self.pending, self.ids, self.jobs, self.drop = pending, ids, jobs, drop
+        self.pending, self.ids, self.worker_count, self.read_finished_ids = (
+            pending,
+            ids,
+            worker_count,
+            read_finished_ids,
+        )
         self.max_cases = max(1, min(MAX_BATCH_CASES, int(MAX_BATCH_BYTES / max(bytes_per_case, 1.0))))
-        self.handed_out_count, self.largest_batch = 0, 1
-        self.done, self.seconds = 0.0, 0.0  # of recent batches
+        self.handed_out_count, self.largest_batch_size = 0, 1
+        self.weighted_case_count, self.weighted_seconds = 0.0, 0.0  # of recent batches; older ones count less
         self.requeued: deque[Batch] = deque()
-        self.last_drop_time = time.monotonic()
+        self.last_removal_time = time.monotonic()
 
     def copy_times(self, earlier: "Batches") -> None:
         """Expect these cases to take as long as those of earlier batches."""
-        self.done, self.seconds, self.largest_batch = earlier.done, earlier.seconds, earlier.largest_batch
+        self.weighted_case_count, self.weighted_seconds, self.largest_batch_size = (
+            earlier.weighted_case_count,
+            earlier.weighted_seconds,
+            earlier.largest_batch_size,
+        )
 
-    def learn(self, manifest: Manifest) -> None:
+    def update_time_estimate(self, outcome: BatchOutcome) -> None:
         """Include the time of a finished batch in the estimate; older batches count less: the first ones load code."""
-        if manifest.seconds:
-            self.done = OLD_BATCH_WEIGHT * self.done + manifest.done
-            self.seconds = OLD_BATCH_WEIGHT * self.seconds + manifest.seconds
-            self.largest_batch = max(self.largest_batch, manifest.done)
+        if outcome.seconds:
+            self.weighted_case_count = OLD_BATCH_WEIGHT * self.weighted_case_count + outcome.finished_count
+            self.weighted_seconds = OLD_BATCH_WEIGHT * self.weighted_seconds + outcome.seconds
+            self.largest_batch_size = max(self.largest_batch_size, outcome.finished_count)
 
     def next(self) -> Batch | None:
         """Return the next batch, or None if none is left."""
         if self.requeued:
             return self.requeued.popleft()
-        if self.drop and time.monotonic() - self.last_drop_time > TARGET_SECONDS:
-            self._drop(self.drop())
+        if self.read_finished_ids and time.monotonic() - self.last_removal_time > TARGET_SECONDS:
+            self._remove_finished(self.read_finished_ids())
         size = min(self._size(), len(self.pending) - self.handed_out_count)
         if not size:
             return None
@@ -80,26 +89,26 @@ class Batches:
         self.handed_out_count += size
         return new_batch(Tasks(self.pending[selection], self.ids[selection]))
 
-    def _drop(self, finished_ids: np.ndarray) -> None:
-        """Drop finished cases from those not handed out yet."""
+    def _remove_finished(self, finished_ids: np.ndarray) -> None:
+        """Remove finished cases from those not handed out yet."""
         is_left = ~np.isin(self.ids[self.handed_out_count :], finished_ids)
         self.pending, self.ids, self.handed_out_count = (
             self.pending[self.handed_out_count :][is_left],
             self.ids[self.handed_out_count :][is_left],
             0,
         )
-        self.last_drop_time = time.monotonic()
+        self.last_removal_time = time.monotonic()
 
     def _size(self) -> int:
-        if not self.done:
+        if not self.weighted_case_count:
             return 1
-        mean = max(self.seconds / self.done, 1e-6)
-        even_size = (len(self.pending) - self.handed_out_count) / (2.0 * self.jobs)
+        mean = max(self.weighted_seconds / self.weighted_case_count, 1e-6)
+        even_size = (len(self.pending) - self.handed_out_count) / (2.0 * self.worker_count)
         return max(
             1,
             min(
                 int(max(min(TARGET_SECONDS / mean, even_size), MIN_BATCH_SECONDS / mean)),
-                BATCH_GROWTH * self.largest_batch,
+                BATCH_GROWTH * self.largest_batch_size,
                 self.max_cases,
             ),
         )
@@ -117,14 +126,14 @@ class Driver:
         self,
         executor: Executor,
         directory: store.RunDirectory,
-        job: Job,
+        context: RunContext,
         batches: Batches,
         allowed_failures: int | None,
-        progress: Cases,
+        progress: CaseProgress,
     ):
-        self.executor, self.directory, self.job, self.batches = executor, directory, job, batches
+        self.executor, self.directory, self.context, self.batches = executor, directory, context, batches
         self.allowed_failures, self.progress = allowed_failures, progress
-        progress.read_cases = self._current_cases
+        progress.read_progress = self._current_cases
         self.running: dict[Future, Batch] = {}  # under way
         self.ran, self.failed, self.case_seconds, self.restarts = 0, 0, 0.0, 0
         self.death_times: dict[Future, float] = {}  # s, time at which its worker was found dead
@@ -139,9 +148,9 @@ class Driver:
                 self._hand_out()
                 if not self.running:
                     return True
-                done, _ = wait(self.running, timeout=CHECK_INTERVAL, return_when=FIRST_COMPLETED)
-                for future in done or self._orphans():
-                    self._settle(future)
+                completed_futures, _ = wait(self.running, timeout=CHECK_INTERVAL, return_when=FIRST_COMPLETED)
+                for future in completed_futures or self._futures_of_dead_workers():
+                    self._handle_completion(future)
             self._drain()
             raise signals.Stopped(
                 signals.requested(),
@@ -153,18 +162,19 @@ class Driver:
         return self.allowed_failures is not None and self.failed > self.allowed_failures
 
     def _hand_out(self) -> None:
-        jobs = self.batches.jobs = self.progress.jobs = self.executor.jobs  # the number of a cluster's workers varies
-        while len(self.running) < BATCHES_PER_WORKER * jobs and not signals.requested():
+        worker_count = self.executor.worker_count  # that of a cluster varies
+        self.batches.worker_count = self.progress.worker_count = worker_count
+        while len(self.running) < BATCHES_PER_WORKER * worker_count and not signals.requested():
             batch = self.batches.next()
             if batch is None:
                 return
             try:
-                self.running[self.executor.submit(run_batch, self.job, batch)] = batch
+                self.running[self.executor.submit(run_batch, self.context, batch)] = batch
             except RuntimeError:  # the pool has just broken
                 self.batches.requeued.appendleft(batch)
                 self._restart()
 
-    def _settle(self, future: Future) -> None:
+    def _handle_completion(self, future: Future) -> None:
         """Record the end of one batch."""
         if future not in self.running:
             return  # lost in a restart that another batch caused
@@ -174,7 +184,7 @@ class Driver:
             self._handle_death(batch, None)
             return
         try:
-            manifest = future.result()
+            outcome = future.result()
         except self.executor.death_errors as error:
             self._handle_death(batch, getattr(error, "exitcode", None))
         except (BrokenExecutor, CancelledError):
@@ -184,50 +194,50 @@ class Driver:
             self._drain()
             raise
         else:
-            self._record_result(batch, manifest)
+            self._record_result(batch, outcome)
 
-    def _record_result(self, batch: Batch, manifest: Manifest) -> None:
+    def _record_result(self, batch: Batch, outcome: BatchOutcome) -> None:
         """Record a batch that its worker has returned."""
-        self._discard(batch)
-        if manifest.committed:
-            self.directory.register_batch(manifest.committed)
+        self._remove_worker_files(batch)
+        if outcome.committed:
+            self.directory.register_batch(outcome.committed)
             self.restarts = 0
-        self.batches.learn(manifest)
-        self.ran += manifest.done
-        self.failed += manifest.failed
-        self.case_seconds += manifest.seconds
-        self.progress.advance(manifest.done, self.failed)
-        if remaining_cases := batch.cases.part(manifest.done):
+        self.batches.update_time_estimate(outcome)
+        self.ran += outcome.finished_count
+        self.failed += outcome.failed_count
+        self.case_seconds += outcome.seconds
+        self.progress.advance(outcome.finished_count, self.failed)
+        if remaining_cases := batch.cases.part(outcome.finished_count):
             self.batches.requeued.append(new_batch(remaining_cases))  # its worker was asked to stop
 
-    def _was_committed(self, batch: Batch) -> bool:
-        """Return whether a worker committed this batch before it died; if so, record it."""
+    def _record_if_committed(self, batch: Batch) -> bool:
+        """Record a batch if its worker committed it before it died; return whether it did."""
         committed = self.directory.committed_summary(batch.name)
         if committed is None:
             return False
-        self._record_result(batch, Manifest(committed, *self.directory.counts_of(committed), 0.0))
+        self._record_result(batch, BatchOutcome(committed, *self.directory.counts_of(committed), 0.0))
         return True
 
     def _handle_death(self, batch: Batch, exitcode: int | None) -> None:
         """Handle a batch whose worker died: its current case runs once more by itself, the others are requeued."""
-        note = read_note(self.job, batch)
-        self._discard(batch)
-        if self._was_committed(batch):
+        worker_status = read_worker_status(self.context, batch)
+        self._remove_worker_files(batch)
+        if self._record_if_committed(batch):
             return
-        if note is None:  # it died before the first case
+        if worker_status is None:  # it died before the first case
             self.batches.requeued.append(new_batch(batch.cases, batch.attempts + 1))
             if batch.attempts < MAX_RESTARTS:
                 return
             raise ClearsweepError(
                 f"workers die before their first case ({_death_cause(exitcode)}); try --executor serial to see why"
             )
-        position = note.batch_index
+        position = worker_status.batch_index
         failing_case, remaining = batch.cases.part(position, position + 1), batch.cases.without(position)
         if remaining:
             self.batches.requeued.append(new_batch(remaining, 1))  # one by one
-        if note.late:
+        if worker_status.timed_out:
             self._give_up(
-                failing_case, "timeout", f"took longer than the {self.job.case_timeout:g} s of --case-timeout"
+                failing_case, "timeout", f"took longer than the {self.context.case_timeout:g} s of --case-timeout"
             )
         elif remaining or not batch.attempts:
             self.batches.requeued.append(new_batch(failing_case, 1))
@@ -237,9 +247,9 @@ class Driver:
     def _give_up(self, failing_case: Tasks, status: str, message: str) -> None:
         """Commit a failed row for a case that cannot be computed."""
         batch, (case,) = new_batch(failing_case), failing_case.listed()
-        row = store.Row(case.case_id, self.job.grid.point(case.grid_index), failure(status, message))
-        committed = store.commit(self.job.directory, self.job.result_schema, batch.name, [row])
-        self._record_result(batch, Manifest(committed, 1, 1, 0.0))
+        row = store.Row(case.case_id, self.context.grid.point(case.grid_index), failure(status, message))
+        committed = store.commit(self.context.directory, self.context.result_schema, batch.name, [row])
+        self._record_result(batch, BatchOutcome(committed, 1, 1, 0.0))
 
     def _restart(self) -> None:
         """Replace a broken pool; running batches are handed out again unless they were committed."""
@@ -249,10 +259,10 @@ class Driver:
         running, self.running, self.death_times = self.running, {}, {}
         self.executor.restart()
         for batch in running.values():
-            if not self._was_committed(batch):
+            if not self._record_if_committed(batch):
                 self.batches.requeued.append(new_batch(batch.cases, batch.attempts))
 
-    def _orphans(self) -> list[Future]:
+    def _futures_of_dead_workers(self) -> list[Future]:
         """Return futures that will not end: their worker died some time ago, unnoticed by the pool.
 
         A worker on another machine cannot be checked, but its commits can.
@@ -260,41 +270,41 @@ class Driver:
         now, elsewhere = time.monotonic(), self.executor.is_remote
         committed = self.directory.committed() if elsewhere else set()
         for future, batch in self.running.items():
-            note = None if elsewhere else read_note(self.job, batch)
-            if batch.name in committed or (note and not _is_alive(note.process)):
+            worker_status = None if elsewhere else read_worker_status(self.context, batch)
+            if batch.name in committed or (worker_status and not _is_alive(worker_status.process)):
                 self.death_times.setdefault(future, now)
         return [future for future, since in list(self.death_times.items()) if now - since > DEATH_TIMEOUT]
 
-    def _discard(self, batch: Batch) -> None:
-        """Remove a worker's note on a batch."""
-        durable.discard(self.job.note(batch))
-        self.job.working(batch).replace_progress(None)
+    def _remove_worker_files(self, batch: Batch) -> None:
+        """Remove the status and the progress of a batch's worker."""
+        durable.discard(self.context.status_file(batch))
+        self.context.working(batch).replace_progress(None)
 
     def _current_cases(self) -> tuple[int, list[Progress]]:
         """Return how many cases of the running batches are finished, and the current cases of the workers."""
-        done, cases = 0, []
+        finished_count, cases = 0, []
         for batch in list(self.running.values()):  # another thread may change it
-            note = read_note(self.job, batch)
-            if note is None:
+            worker_status = read_worker_status(self.context, batch)
+            if worker_status is None:
                 continue
-            done += note.batch_index
-            task, progress = batch.cases[note.batch_index], self.job.working(batch).read()
+            finished_count += worker_status.batch_index
+            task, progress = batch.cases[worker_status.batch_index], self.context.working(batch).read()
             if progress is None or progress.facts.get("case_id") != task.case_id:
-                progress = Progress("", max(time.time() - note.since, 0.0), facts=self.job.facts(task))
+                progress = Progress("", max(time.time() - worker_status.since, 0.0), facts=self.context.facts(task))
             cases.append(progress)
-        return done, sorted(cases, key=lambda case: -case.seconds)
+        return finished_count, sorted(cases, key=lambda case: -case.seconds)
 
     def _drain(self) -> None:
         """Wait until the workers have finished their current cases, end them, and record their commits."""
         with contextlib.suppress(OSError):  # a full disk: end them without a warning
-            os.close(durable.create(self.job.stop))
+            os.close(durable.create(self.context.stop))
         for future in wait(self.running, timeout=STOP_TIMEOUT).done:
             with contextlib.suppress(Exception):
                 self._record_result(self.running[future], future.result())
                 del self.running[future]
         self.executor.close()
         for batch in self.running.values():
-            self._was_committed(batch)
+            self._record_if_committed(batch)
 
 
 def _is_alive(pid: int) -> bool:

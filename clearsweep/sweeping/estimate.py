@@ -254,31 +254,31 @@ class _Pilot(NamedTuple):
     start_up: float = 0.0  # s until workers are started and have loaded their code from the cache
 
 
-def _pilot(grid: Grid, remaining: _Remaining, jobs: int, simulator: Simulator) -> _Pilot:
-    """Return the times of a few cases spread over the grid, and of the start of `jobs` workers."""
+def _pilot(grid: Grid, remaining: _Remaining, worker_count: int, simulator: Simulator) -> _Pilot:
+    """Return the times of a few cases spread over the grid, and of the start of `worker_count` workers."""
     if not remaining.pending:
         return _Pilot([])
     with signals.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         directory = Path(folder)
         (directory / store.SCRATCH).mkdir()
-        workers, start_up, compiled = _start_workers(jobs, remaining.kinds, simulator, directory)
+        workers, start_up, compiled = _start_workers(worker_count, remaining.kinds, simulator, directory)
         try:
             working = store.Working(directory, "0" * 16)
             timed = _time_cases(workers, simulator, [grid.case(k) for k in remaining.timed.tolist()], working)
         finally:
             workers.close()
         if compiled > MIN_COMPILE_SECONDS:  # what a run has to load is in the cache now
-            workers, start_up, _ = _start_workers(jobs, remaining.kinds, simulator, directory)
+            workers, start_up, _ = _start_workers(worker_count, remaining.kinds, simulator, directory)
             workers.close()
         return _Pilot(timed, start_up)
 
 
 def _start_workers(
-    jobs: int, kinds: list[Case], simulator: Simulator, directory: Path
+    worker_count: int, kinds: list[Case], simulator: Simulator, directory: Path
 ) -> tuple[executors.Executor, float, float]:
     """Return started workers with compiled code, the elapsed time (s), and the sum of their compile times (s)."""
     begin = time.monotonic()
-    workers = executors.Local(jobs, load=simulator.load)
+    workers = executors.Local(worker_count, load=simulator.load)
     compiled = case_runner.compile_all(workers, kinds, simulator, directory)
     return workers, time.monotonic() - begin, compiled
 

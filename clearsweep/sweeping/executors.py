@@ -50,9 +50,9 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def allow_files(executor: str, jobs: int) -> None:
-    """Raise the limit of open files to the need of a run with `jobs` workers; InputError if that is not permitted."""
-    resources.allow_files(BASE_FILES + FILES_OF_WORKER[executor] * jobs)
+def allow_files(executor: str, worker_count: int) -> None:
+    """Raise the limit of open files to the need of `worker_count` workers; InputError if that is not permitted."""
+    resources.allow_files(BASE_FILES + FILES_OF_WORKER[executor] * worker_count)
 
 
 def no_preparation() -> None:
@@ -69,7 +69,7 @@ class Executor(Protocol):
     is_remote: bool  # whether workers may be on other machines
 
     @property
-    def jobs(self) -> int:
+    def worker_count(self) -> int:
         """Return the number of workers."""
 
     def submit(self, function: Callable, *args: Any) -> Future:
@@ -105,8 +105,8 @@ class Local:
     death_errors: tuple[type[Exception], ...] = (ProcessExpired,)
     is_remote = False
 
-    def __init__(self, jobs: int, _scheduler: str | None = None, load: Callable[[], None] = no_preparation):
-        self.jobs, self._load = jobs, load
+    def __init__(self, worker_count: int, _scheduler: str | None = None, load: Callable[[], None] = no_preparation):
+        self.worker_count, self._load = worker_count, load
         self._environment = {name: os.environ.get(name) for name in THREAD_VARIABLES}
         os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))  # read by numpy when the workers import it
         self._pool = self._started()
@@ -114,15 +114,15 @@ class Local:
     def _started(self) -> ProcessPool:
         with signals.shielded():
             try:
-                pool = ProcessPool(self.jobs, 0, worker.start_worker, (os.getpid(), self._load), _Context())
+                pool = ProcessPool(self.worker_count, 0, worker.start_worker, (os.getpid(), self._load), _Context())
                 if pool.active:  # this call starts the workers
                     return pool
                 reason = ""
             except (OSError, BrokenExecutor) as error:
                 reason = f" ({brief(error.__cause__ or error)})"
         raise InputError(
-            f"jobs: {self.jobs} worker processes could not be started{reason}; reduce --jobs, or raise the limit "
-            "(ulimit -a)"
+            f"jobs: {self.worker_count} worker processes could not be started{reason}; reduce --jobs, or raise the "
+            "limit (ulimit -a)"
         )
 
     def submit(self, function: Callable, *args: Any) -> Future:
@@ -152,11 +152,13 @@ class Local:
 class Serial:
     """This process, one batch at a time: for debugging a case, not for sweeps."""
 
-    jobs, is_remote = 1, False
+    worker_count, is_remote = 1, False
     death_errors: tuple[type[Exception], ...] = ()
 
-    def __init__(self, _jobs: int = 1, _scheduler: str | None = None, _load: Callable[[], None] = no_preparation):
-        """Ignore the number of jobs: it is 1."""
+    def __init__(
+        self, _worker_count: int = 1, _scheduler: str | None = None, _load: Callable[[], None] = no_preparation
+    ):
+        """Ignore the number of workers: it is 1."""
 
     def submit(self, function: Callable, *args: Any) -> Future:
         """Run `function(*args)` and return its outcome."""
@@ -179,28 +181,28 @@ class Dask:
 
     is_remote = True
 
-    def __init__(self, jobs: int, scheduler: str | None = None, _load: Callable[[], None] = no_preparation):
+    def __init__(self, worker_count: int, scheduler: str | None = None, _load: Callable[[], None] = no_preparation):
         distributed = _distributed()
         self.death_errors: tuple[type[Exception], ...] = (distributed.KilledWorker, worker.AbandonedError)
-        self._requested_jobs, self._scheduler = jobs, scheduler
+        self._requested_worker_count, self._scheduler = worker_count, scheduler
         self._start()
 
     def _start(self) -> None:
-        self._cluster = None if self._scheduler else _cluster(self._requested_jobs)
+        self._cluster = None if self._scheduler else _cluster(self._requested_worker_count)
         self._client = client(self._scheduler or self._cluster)
         self._executor = self._client.get_executor(pure=False, retries=0)
         self._counted_at = -math.inf
 
     @property
-    def jobs(self) -> int:
+    def worker_count(self) -> int:
         """Return the number of workers, at least 1, counted at most every RECOUNT_INTERVAL seconds."""
         if time.monotonic() - self._counted_at > RECOUNT_INTERVAL:
             try:
-                self._jobs = max(1, len(with_timeout(self._client.nthreads)))
+                self._worker_count = max(1, len(with_timeout(self._client.nthreads)))
             except Exception as error:
                 raise self._lost_error(error) from None
             self._counted_at = time.monotonic()
-        return self._jobs
+        return self._worker_count
 
     def submit(self, function: Callable, *args: Any) -> Future:
         """Run `function(*args)` on some worker; raise RuntimeError if the connection to the scheduler is lost."""
@@ -311,7 +313,7 @@ def with_timeout(function: Callable[[], T]) -> T:
         raise TimeoutError(f"no answer within {ANSWER_TIMEOUT:g} s") from None
 
 
-def _cluster(jobs: int) -> Any:
+def _cluster(worker_count: int) -> Any:
     """Return a cluster of processes on this machine, one thread each."""
     import dask
 
@@ -321,7 +323,7 @@ def _cluster(jobs: int) -> Any:
     }
     with dask.config.set(settings), signals.shielded():
         return _distributed().LocalCluster(
-            n_workers=jobs,
+            n_workers=worker_count,
             threads_per_worker=1,
             host="127.0.0.1",
             memory_limit=0,

@@ -28,10 +28,10 @@ class LawCheckSearch:
             return
         self.is_done = True
         values, _ = self.ranking.worst_values(results.columns)
-        badness = self.ranking.badness(values)
-        if np.isneginf(badness).all():
+        severity = self.ranking.severity(values)
+        if np.isneginf(severity).all():
             return
-        index = first_index + int(np.flatnonzero(badness == badness.max())[-1])
+        index = first_index + int(np.flatnonzero(severity == severity.max())[-1])
         point, case = grid.point(index), grid.case(index)
         for path, laws in self.simulator.alternatives(case).items():
             variants = [point | {path: law} for law in laws if path in grid.checked_laws]

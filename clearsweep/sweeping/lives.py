@@ -19,7 +19,7 @@ class LifeExtremes:
     def __init__(self, layout: Layout, section: Mapping[str, Any]):
         """Prepare for the layout of a run and the section `life` of its grid; without a life nothing is kept."""
         column_names = {column.name for column in layout.columns}
-        names = {name: f"{layout.life}_{name}" for name in lifetime.COLUMNS} if layout.life else {}
+        names = {name: f"{layout.life}_{name}" for name in lifetime.FIELD_BY_COLUMN} if layout.life else {}
         self.columns_by_name, self.joint = (
             {name: column for name, column in names.items() if column in column_names},
             layout.life,

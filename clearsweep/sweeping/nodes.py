@@ -100,7 +100,7 @@ class _Task:
 class NodesDriver:
     """Distributes blocks to nodes until all are finished, a signal arrives, or too many cases failed."""
 
-    def __init__(self, job: BlockJob, cluster: Cluster, display: progress.Cases):
+    def __init__(self, job: BlockJob, cluster: Cluster, display: progress.CaseProgress):
         """Prepare to run a job on a cluster; `display` is the phase that shows progress."""
         self.job, self.cluster, self.display = job, cluster, display
         self.token, self.content = secrets.token_hex(8), pickle.dumps(job)
@@ -146,7 +146,7 @@ class NodesDriver:
                     self._hand_out(queue, None if allowed is None else allowed - self.failed)
                     done = [task for task in self.tasks if task.future.done()]
                     for task in done:
-                        self._settle(task, queue)
+                        self._handle_completion(task, queue)
                 except (StorageError, InputError):
                     raise
                 except Exception:  # many kinds: the scheduler is gone
@@ -191,7 +191,7 @@ class NodesDriver:
                 future = self.cluster.submit(node.help_block, self.token, self.content, task.number)
                 self.tasks.append(_Task(task.number, future, is_helping=True))
 
-    def _settle(self, task: _Task, queue: "deque[int]") -> None:
+    def _handle_completion(self, task: _Task, queue: "deque[int]") -> None:
         """Record the end of a task."""
         try:
             report = task.future.result(timeout=executors.ANSWER_TIMEOUT)
@@ -270,7 +270,7 @@ def run_on_nodes(job: BlockJob) -> BlocksOutcome:
     for number in numbers:
         durable.remove_temporaries(store.Block(job.directory, number).path / store.SCRATCH)
     cases = sum(len(job.division.part(number)) for number in numbers)
-    with phases.phase(display := progress.Cases(cases)):
+    with phases.phase(display := progress.CaseProgress(cases)):
         driver = NodesDriver(job, Cluster(job.options.scheduler), display)
         complete = driver.run()
     for number in numbers:

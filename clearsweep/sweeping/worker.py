@@ -1,4 +1,4 @@
-"""A worker process: computes the cases of a batch, commits them and returns a manifest."""
+"""A worker process: computes the cases of a batch, commits them and returns its outcome."""
 
 import contextlib
 import ctypes
@@ -34,7 +34,7 @@ CHECK_INTERVAL = 0.01  # s between checks for a request to stop
 ERROR_CHECK_COST = 10.0**0.125  # run time of an error check over that of the case, at a tenth of the tolerance
 OUT_OF_TIME = "time-budget"  # status of a case that exceeded its time
 _PR_SET_PDEATHSIG = 1
-NOTE_LENGTH = 22  # bytes for worker and case; a watchdog writes the position of a late case after them
+STATUS_LENGTH = 22  # bytes for worker and case; after them a watchdog writes the position of a case that timed out
 
 
 class Simulator(Protocol):
@@ -85,7 +85,7 @@ class Simulator(Protocol):
 
 
 @dataclass(frozen=True)
-class Job:
+class RunContext:
     """Data that all batches of a run share; a process unpacks it only once."""
 
     directory: Path
@@ -95,8 +95,8 @@ class Job:
     in_bulk: bool = False  # whether cases of a batch are computed together, by `solve_each`
     driver: str = ""  # owner of the batches, if several drivers work at one block
 
-    def __reduce__(self) -> tuple[Callable[[bytes], "Job"], tuple[bytes]]:
-        return _unpack_job, (self._packed,)
+    def __reduce__(self) -> tuple[Callable[[bytes], "RunContext"], tuple[bytes]]:
+        return _unpack_context, (self._packed,)
 
     @cached_property
     def _packed(self) -> bytes:
@@ -113,7 +113,7 @@ class Job:
         name = f"{self.driver}.stop" if self.driver else "stop"
         return durable.scratch_file(self.directory / store.SCRATCH, name)
 
-    def note(self, batch: Batch) -> Path:
+    def status_file(self, batch: Batch) -> Path:
         """Return the file in which a worker records its current case."""
         return durable.scratch_file(self.directory / store.SCRATCH, f"{batch.name}.note")
 
@@ -127,20 +127,20 @@ class Job:
 
 
 @functools.lru_cache(maxsize=1)
-def _unpack_job(content: bytes) -> Job:
-    return Job(*pickle.loads(content))
+def _unpack_context(content: bytes) -> RunContext:
+    return RunContext(*pickle.loads(content))
 
 
 class AbandonedError(Exception):
     """A batch that another worker began but did not finish before it ended."""
 
 
-class Manifest(NamedTuple):
+class BatchOutcome(NamedTuple):
     """Outcome of a batch; the results themselves are in the store."""
 
     committed: str | None  # name of its summary, or None if nothing was committed
-    done: int
-    failed: int
+    finished_count: int
+    failed_count: int
     seconds: float  # s, time for its cases
 
 
@@ -216,65 +216,69 @@ def run_packed(content: bytes) -> Any:
     return function(*arguments)
 
 
-def run_batch(job: Job, batch: Batch) -> Manifest:
+def run_batch(context: RunContext, batch: Batch) -> BatchOutcome:
     """Compute the cases of a batch and commit them; on a request to stop, commit the finished ones."""
     signals.exit_if_requested()
     first_task = batch.cases[0]
-    if job.grid.case_id(first_task.grid_index) != first_task.case_id:
+    if context.grid.case_id(first_task.grid_index) != first_task.case_id:
         raise ClearsweepError(
             f"the worker on {platform.node()} has another version of clearsweep than the main "
             "program; install the same version everywhere"
         )
     rows, logs, begin = [], list[store.Unfinished](), time.perf_counter()
-    in_bulk = job.in_bulk and not batch.attempts
+    in_bulk = context.in_bulk and not batch.attempts
     with (
         signals.patience(),
-        _new_note(job.note(batch)) as note,
-        phases.store_progress(job.working(batch).replace_progress),
+        _new_status_file(context.status_file(batch)) as status_writer,
+        phases.store_progress(context.working(batch).replace_progress),
     ):
-        for task, point, trajectory in (_in_bulk if in_bulk else _one_by_one)(job, batch, note, logs):
+        for task, point, trajectory in (_in_bulk if in_bulk else _one_by_one)(context, batch, status_writer, logs):
             rows.append(store.Row(task.case_id, point, trajectory))
         seconds = time.perf_counter() - begin
-        committed = store.commit(job.directory, job.result_schema, batch.name, rows) if rows else None
+        committed = store.commit(context.directory, context.result_schema, batch.name, rows) if rows else None
         for log in logs:
             log.discard()
-    return Manifest(committed, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
+    return BatchOutcome(committed, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
 
 
 _SolvedCases = Iterator[tuple[Task, dict[str, Any], Trajectory]]
 
 
-def _one_by_one(job: Job, batch: Batch, note: "_NoteWriter", logs: list[store.Unfinished]) -> _SolvedCases:
+def _one_by_one(
+    context: RunContext, batch: Batch, status_writer: "_StatusWriter", logs: list[store.Unfinished]
+) -> _SolvedCases:
     """Yield the cases of a batch and their results; on a request to stop, end after the current case.
 
     `logs` : receives the logs of lives, which are obsolete once their results are stored.
     """
-    stop_request = _StopRequest(job)
-    for index, (task, point, case) in enumerate(_cases(job.grid, batch)):
+    stop_request = _StopRequest(context)
+    for index, (task, point, case) in enumerate(_cases(context.grid, batch)):
         if stop_request.is_requested():
             return
-        note.record(index)
-        log = store.Unfinished(job.directory, task.case_id) if case.life else None
+        status_writer.record(index)
+        log = store.Unfinished(context.directory, task.case_id) if case.life else None
         with phases.phase("") as phase:
-            phase.facts = job.facts(task)
-            trajectory = _solve(job, case, log, note.handle)
+            phase.facts = context.facts(task)
+            trajectory = _solve(context, case, log, status_writer.handle)
         yield task, point, trajectory
         logs += [log] if log else []
 
 
-def _in_bulk(job: Job, batch: Batch, note: "_NoteWriter", logs: list[store.Unfinished]) -> _SolvedCases:
+def _in_bulk(
+    context: RunContext, batch: Batch, status_writer: "_StatusWriter", logs: list[store.Unfinished]
+) -> _SolvedCases:
     """Yield the same as `_one_by_one`, but compute the cases together; after a request to stop, end at the first gap.
 
     Lives, which keep logs, are run one by one.  If the worker dies, the case is unknown: the first is recorded, and all
     are run one by one from then on.
     """
-    assert job.simulator.solve_each
-    stop_request, members, results = _StopRequest(job), list(_cases(job.grid, batch)), dict[int, Trajectory]()
+    assert context.simulator.solve_each
+    stop_request, members, results = _StopRequest(context), list(_cases(context.grid, batch)), dict[int, Trajectory]()
     if any(case.life for _, _, case in members):
-        yield from _one_by_one(job, batch, note, logs)
+        yield from _one_by_one(context, batch, status_writer, logs)
         return
-    note.record(0)
-    for index, result in job.simulator.solve_each([case for _, _, case in members]):
+    status_writer.record(0)
+    for index, result in context.simulator.solve_each([case for _, _, case in members]):
         results[index] = result if isinstance(result, Trajectory) else _result_of_error(result)
         if stop_request.is_requested():
             break
@@ -295,8 +299,8 @@ def _cases(grid: Grid, batch: Batch) -> Iterator[tuple[Task, dict[str, Any], Cas
 class _StopRequest:
     """Tells a worker whether to stop before its next case; at intervals it checks a file, which takes 5 us."""
 
-    def __init__(self, job: Job):
-        self.stop, self.due = os.fspath(job.stop), 0.0
+    def __init__(self, context: RunContext):
+        self.stop, self.due = os.fspath(context.stop), 0.0
 
     def is_requested(self) -> bool:
         """Return whether to stop."""
@@ -308,12 +312,12 @@ class _StopRequest:
         return os.path.exists(self.stop)
 
 
-class _NoteWriter:
-    """The note of a batch, written by its worker; space for the watchdog follows the text."""
+class _StatusWriter:
+    """The status of a batch's worker, written by itself; space for the watchdog follows the text."""
 
     def __init__(self, path: Path, handle: int):
         self.path, self.handle, self.process = path, handle, os.getpid()
-        os.lseek(handle, NOTE_LENGTH, os.SEEK_SET)
+        os.lseek(handle, STATUS_LENGTH, os.SEEK_SET)
 
     def record(self, index: int) -> None:
         """Record which case of the batch is next."""
@@ -324,50 +328,50 @@ class _NoteWriter:
 
 
 @contextlib.contextmanager
-def _new_note(path: Path) -> Iterator[_NoteWriter]:
-    """Yield a new note; AbandonedError if one exists, because the scheduler repeats a batch that killed a worker."""
+def _new_status_file(path: Path) -> Iterator[_StatusWriter]:
+    """Yield a new status file; AbandonedError if one exists: the scheduler repeats a batch that killed a worker."""
     with durable.storing(path):
         try:
             handle = durable.create(path)
         except FileExistsError:
             raise AbandonedError(f"{path.name}: its batch was begun before") from None
     try:
-        yield _NoteWriter(path, handle)
+        yield _StatusWriter(path, handle)
     finally:
         os.close(handle)
 
 
-class Note(NamedTuple):
-    """A worker's note on its batch."""
+class WorkerStatus(NamedTuple):
+    """The position of a worker in its batch."""
 
     process: int
     batch_index: int
-    late: bool  # the case exceeded its time
+    timed_out: bool  # the case exceeded its time
     since: float = 0.0  # s, time of writing
 
 
-def read_note(job: Job, batch: Batch) -> Note | None:
-    """Return the note of a batch, or None if no worker has begun it."""
+def read_worker_status(context: RunContext, batch: Batch) -> WorkerStatus | None:
+    """Return the status of a batch's worker, or None if no worker has begun it."""
     try:
-        path = job.note(batch)
+        path = context.status_file(batch)
         process, index, *mark = durable.read(path).split()
-        return Note(int(process), int(index), bool(mark), path.stat().st_mtime)
+        return WorkerStatus(int(process), int(index), bool(mark), path.stat().st_mtime)
     except (OSError, ValueError):
         return None
 
 
-def _solve(job: Job, case: Case, log: store.Unfinished | None, note: int) -> Trajectory:
+def _solve(context: RunContext, case: Case, log: store.Unfinished | None, status_handle: int) -> Trajectory:
     """Return the result of a case; errors in it become its status."""
-    if job.case_timeout:  # a watchdog ends the process, even in compiled code, and records this in the note
-        faulthandler.dump_traceback_later(job.case_timeout, exit=True, file=note)
+    if context.case_timeout:  # a watchdog ends the process, even in compiled code, and records this in the status file
+        faulthandler.dump_traceback_later(context.case_timeout, exit=True, file=status_handle)
     try:
-        return job.simulator.solve(case, log) if log else job.simulator.solve(case)
+        return context.simulator.solve(case, log) if log else context.simulator.solve(case)
     except (StorageError, DirectoryError):
         raise  # error of the log: no case can be stored
     except Exception as error:
         return _result_of_error(error)
     finally:
-        if job.case_timeout:
+        if context.case_timeout:
             faulthandler.cancel_dump_traceback_later()
 
 

@@ -25,18 +25,18 @@ class WorstCases:
         if not self.ranking.candidates:
             return
         values, candidate_numbers = self.ranking.worst_values(block)
-        badness = self.ranking.badness(values)
-        least_badness = np.partition(badness, -WORST_CASES)[-WORST_CASES] if len(badness) > WORST_CASES else -np.inf
-        worst = np.flatnonzero(badness >= least_badness)
-        worst = worst[np.lexsort((block["case_id"][worst], badness[worst]))[-WORST_CASES:]]
+        severity = self.ranking.severity(values)
+        least_severity = np.partition(severity, -WORST_CASES)[-WORST_CASES] if len(severity) > WORST_CASES else -np.inf
+        worst = np.flatnonzero(severity >= least_severity)
+        worst = worst[np.lexsort((block["case_id"][worst], severity[worst]))[-WORST_CASES:]]
         entries = [
             describe(index) | self._figures(block, index, int(candidate_numbers[index])) for index in worst.tolist()
         ]
-        self.entries = sorted([*self.entries, *entries], key=self._badness, reverse=True)[:WORST_CASES]
+        self.entries = sorted([*self.entries, *entries], key=self._severity, reverse=True)[:WORST_CASES]
 
-    def _badness(self, entry: dict[str, Any]) -> tuple[float, str]:
+    def _severity(self, entry: dict[str, Any]) -> tuple[float, str]:
         figure = entry["figures"][0]["value"]
-        return float(self.ranking.badness(np.array(np.nan if figure is None else figure))), entry["case_id"]
+        return float(self.ranking.severity(np.array(np.nan if figure is None else figure))), entry["case_id"]
 
     def _figures(self, block: Mapping[str, np.ndarray], index: int, number: int) -> dict[str, Any]:
         """Return the figures that rank a case, and the largest force peak with its joint; None for null."""

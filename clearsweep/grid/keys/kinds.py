@@ -161,20 +161,20 @@ KeyTable = dict[str, Section | Word | Number | Flag | Table | Name | NameList]
 
 def value_key(key_table: KeyTable, path: str) -> Word | Number:
     """Return the key at `path`, a word or a quantity; raise TypeError for any other kind."""
-    node = key_table[path]
-    assert isinstance(node, (Word, Number)), path
-    return node
+    key = key_table[path]
+    assert isinstance(key, (Word, Number)), path
+    return key
 
 
 def word_key(key_table: KeyTable, path: str) -> Word:
     """Return the key at `path`, a word; raise TypeError for any other kind."""
-    node = key_table[path]
-    assert isinstance(node, Word), path
-    return node
+    key = key_table[path]
+    assert isinstance(key, Word), path
+    return key
 
 
 def section_key(key_table: KeyTable, path: str) -> Section:
     """Return the key at `path`, a section; raise TypeError for any other kind."""
-    node = key_table[path]
-    assert isinstance(node, Section), path
-    return node
+    key = key_table[path]
+    assert isinstance(key, Section), path
+    return key

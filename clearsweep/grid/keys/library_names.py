@@ -82,8 +82,8 @@ class _NameReplacer:
             return film
         name, viscosity = film.value[OIL], film.value.get("viscosity")
         if viscosity is not None and not isinstance(viscosity.value, dict):
-            sentence = "conflicts with `viscosity`, which it determines; remove one of the two"
-            self.problems.add(film.key_position(OIL), f"{path}.{OIL}", sentence)
+            message = "conflicts with `viscosity`, which it determines; remove one of the two"
+            self.problems.add(film.key_position(OIL), f"{path}.{OIL}", message)
             return _at_position_of(film, {key: value for key, value in film.value.items() if key != OIL})
         content = {} if viscosity is None else viscosity.value
         entry = self._entry(library.OILS, f"{path}.{OIL}", name)
@@ -109,8 +109,8 @@ class _NameReplacer:
                 self.problems.add(name, path, str(error))
         else:
             kind = next(kind for kind, item in library.LIBRARIES.items() if item is entries)
-            sentence = f"found {quoted(name.value)}; expected a name that `clearsweep list {kind}` prints"
-            self.problems.add(name, path, sentence)
+            message = f"found {quoted(name.value)}; expected a name that `clearsweep list {kind}` prints"
+            self.problems.add(name, path, message)
         return next(iter(entries.values()))
 
     def _filled(

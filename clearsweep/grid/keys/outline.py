@@ -74,12 +74,12 @@ def outline_of_document(root: WrittenValue) -> Outline:
     sections = root.value if isinstance(root.value, dict) else {}
     tree = {key: _without_positions(sections[key]) for key in _SECTIONS if key in sections}
     axis_sections = [
-        _section(sections[variation].value) for variation in ("sweep", "zip", "cases") if variation in sections
+        _section(sections[section_name].value) for section_name in ("sweep", "zip", "cases") if section_name in sections
     ]
     if "sample" in sections:
         over = _section(sections["sample"].value).get("over")
         axis_sections.append(_section(over.value if over else None))
-    return outline_of(tree, [path for variation in axis_sections for path in variation])
+    return outline_of(tree, [path for section_name in axis_sections for path in section_name])
 
 
 def wrong_names(path: str, names: Iterable[str]) -> Iterable[tuple[str, str]]:
@@ -215,39 +215,39 @@ def key_units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
     axes = _axis_values(resolved)
     values = dict(leaves(resolved))
     names = {
-        path: frozenset(axes.get(path) or [values.get(path, node.default)])
-        for path, node in keys.items()
-        if isinstance(node, Word)
+        path: frozenset(axes.get(path) or [values.get(path, key.default)])
+        for path, key in keys.items()
+        if isinstance(key, Word)
     }
     units_by_path = {}
-    for path, node in keys.items():
-        if isinstance(node, Number):
+    for path, key in keys.items():
+        if isinstance(key, Number):
             exponent_path = f"{path.rpartition('.')[0]}.exponent"
             exponent = (
                 None
                 if exponent_path in axes
                 else values.get(exponent_path, _default_number(keys.get(exponent_path), names))
             )
-            units_by_path[path] = unit_of_number(node, names, exponent)
+            units_by_path[path] = unit_of_number(key, names, exponent)
     return {path: unit for path, unit in units_by_path.items() if unit}
 
 
 def _axis_values(resolved: Mapping) -> dict:
     """Return path -> values of the varied keys of a resolved grid."""
-    return {path: values for variation in VARIATIONS for path, values in (resolved.get(variation) or {}).items()}
+    return {path: values for section_name in VARIATIONS for path, values in (resolved.get(section_name) or {}).items()}
 
 
-def unit_of_number(node: Number, names: Mapping[str, frozenset[str]], exponent: float | None) -> str:
+def unit_of_number(key: Number, names: Mapping[str, frozenset[str]], exponent: float | None) -> str:
     """Return the SI unit of a number with the law names in use, 'A or B' where they differ, or '' if none is in use.
 
     `exponent` is the value of the key `exponent` next to it, or None if there is none or it varies.
     """
-    general_units = [field.unit for field in node.fields(names)]
+    general_units = [field.unit for field in key.fields(names)]
     units = general_units if exponent is None else [quantity.replace_exponent(name, exponent) for name in general_units]
     return " or ".join(dict.fromkeys(units))
 
 
-def _default_number(node: object, names: Mapping[str, frozenset[str]]) -> float | None:
+def _default_number(key: object, names: Mapping[str, frozenset[str]]) -> float | None:
     """Return the default of a missing key, or None if it has no numeric default."""
-    fields = node.fields(names) if isinstance(node, Number) else ()
+    fields = key.fields(names) if isinstance(key, Number) else ()
     return fields[0].default if fields else None

@@ -67,10 +67,10 @@ def page_sections(catalogue: Catalogue) -> tuple[PageSection, ...]:
     """
     sections: dict[str, _SectionsByOwner] = {}
     for tree in key_trees(catalogue, slots=True):
-        for path, node in tree.keys.items():
-            if isinstance(node, Section) and not node.items and (rows := tuple(_section_rows(tree.keys, path))):
+        for path, key in tree.keys.items():
+            if isinstance(key, Section) and not key.items and (rows := tuple(_section_rows(tree.keys, path))):
                 page_path, owner = _page_path(tree, path)
-                sections.setdefault(page_path, {}).setdefault(owner, (node, rows))
+                sections.setdefault(page_path, {}).setdefault(owner, (key, rows))
     paths_by_rows: dict[tuple[Row, ...], list[str]] = {}
     top_sections = list(dict.fromkeys(path.partition(".")[0] for path in sections))
     for path, sections_by_owner in sorted(
@@ -194,50 +194,50 @@ def _capitalised(text: str) -> str:
 
 def _section_rows(key_table: KeyTable, path: str) -> Iterator[Row]:
     """Yield the rows of the keys directly in the section at `path`; a list is one row."""
-    for nested, node in key_table.items():
-        parent, _, key = nested.rpartition(".")
+    for nested, key in key_table.items():
+        parent, _, key_name = nested.rpartition(".")
         if isinstance(key_table.get(parent), Number):  # a quantity, or a section that replaces it
             parent, _, parent_key = parent.rpartition(".")
-            key = f"{parent_key}.{key}"
+            key_name = f"{parent_key}.{key_name}"
         if parent != path:
             continue
-        if isinstance(node, Section):
-            if node.items:
-                yield _list_row(key_table, nested, key, node)
-        elif isinstance(node, Table):
-            columns = ", ".join(f"`{field.name}` ({field.unit})" for field in node.columns[2] + node.columns[3])
-            yield Row(key, (), f".csv: {columns}", "-", node.columns.text)
-        elif isinstance(node, Name):
-            yield Row(key, (), "a name", "-", _with_neutral_body(nested, node.text))
-        elif isinstance(node, Flag):
-            default = "`true`" if node.default else "`false`"
-            yield Row(key, (), "`true`, `false`", default, node.text)
-        elif isinstance(node, NameList):
-            yield Row(key, (), f"{node.noun}", "-", node.text, example=node.example)
-        elif isinstance(node, Word):
-            yield _word_row(nested, key, node)
+        if isinstance(key, Section):
+            if key.items:
+                yield _list_row(key_table, nested, key_name, key)
+        elif isinstance(key, Table):
+            columns = ", ".join(f"`{field.name}` ({field.unit})" for field in key.columns[2] + key.columns[3])
+            yield Row(key_name, (), f".csv: {columns}", "-", key.columns.text)
+        elif isinstance(key, Name):
+            yield Row(key_name, (), "a name", "-", _with_neutral_body(nested, key.text))
+        elif isinstance(key, Flag):
+            default = "`true`" if key.default else "`false`"
+            yield Row(key_name, (), "`true`, `false`", default, key.text)
+        elif isinstance(key, NameList):
+            yield Row(key_name, (), f"{key.noun}", "-", key.text, example=key.example)
+        elif isinstance(key, Word):
+            yield _word_row(nested, key_name, key)
         else:
-            yield from _quantity_rows(key_table, nested, key, node)
+            yield from _quantity_rows(key_table, nested, key_name, key)
 
 
-def _word_row(path: str, key: str, node: Word) -> Row:
+def _word_row(path: str, key_name: str, key: Word) -> Row:
     """Return the row of a word."""
-    default = f"`{node.default}`" if node.default else "required"
+    default = f"`{key.default}`" if key.default else "required"
     if path == "simulate.until.figure":
-        return Row(key, (), "a [column](columns.md) with a star", default, node.text)
+        return Row(key_name, (), "a [column](columns.md) with a star", default, key.text)
     if path.startswith("joints.") and path.endswith(".journal"):
-        return Row(key, (), "a body of the joint", "-", node.text)
+        return Row(key_name, (), "a body of the joint", "-", key.text)
     if path in ("life.joint", f"loads.{ANY}.on"):
-        return Row(key, (), "a name", "required", node.text)
-    if any(ANY in option for option in node.options) or not any(node.options):
-        return Row(key, (), "a name", "-", node.text)
-    return Row(key, (), "", default, node.text, options=tuple(filter(None, node.options)))
+        return Row(key_name, (), "a name", "required", key.text)
+    if any(ANY in option for option in key.options) or not any(key.options):
+        return Row(key_name, (), "a name", "-", key.text)
+    return Row(key_name, (), "", default, key.text, options=tuple(filter(None, key.options)))
 
 
-def _list_row(key_table: KeyTable, path: str, key: str, section: Section) -> Row:
+def _list_row(key_table: KeyTable, path: str, key_name: str, section: Section) -> Row:
     """Return the row of a list, from its items."""
-    nodes = [key_table[f"{path}.{k}"] for k in range(section.items)]
-    rows = [next(_quantity_rows(key_table, path, key, node)) for node in nodes if isinstance(node, Number)]
+    keys = [key_table[f"{path}.{k}"] for k in range(section.items)]
+    rows = [next(_quantity_rows(key_table, path, key_name, key)) for key in keys if isinstance(key, Number)]
     allowed_text = f"{COUNT_WORDS[section.items]} {'names' if not rows else ', each ' + rows[0].allowed}".replace(
         " ,", ","
     )
@@ -246,14 +246,14 @@ def _list_row(key_table: KeyTable, path: str, key: str, section: Section) -> Row
     defaults = list(dict.fromkeys(row.default for row in rows))
     default = "required" if section.need == "required" else "-"
     default = defaults[0] if section.need == "implied" and len(defaults) == 1 else default
-    return Row(key, rows[0].units if rows else (), allowed_text, default, section.text, example=example)
+    return Row(key_name, rows[0].units if rows else (), allowed_text, default, section.text, example=example)
 
 
-def _quantity_rows(key_table: KeyTable, path: str, key: str, node: Number) -> Iterator[Row]:
+def _quantity_rows(key_table: KeyTable, path: str, key_name: str, key: Number) -> Iterator[Row]:
     """Yield a row for each meaning of a quantity, with the laws for which it has that meaning."""
     meanings: dict[Field, list[str]] = {}
     elastic = key_table.get(f"{'.'.join(path.split('.')[:2])}.contact.elastic")
-    for field, when in node.uses:
+    for field, when in key.uses:
         is_always = not when or (isinstance(elastic, Word) and when == elastic.when)
         is_always = is_always or when[-1][0].endswith(".coefficient_unit")  # it only decides the unit
         meanings.setdefault(field, []).extend(() if is_always else sorted(when[-1][1]))
@@ -262,8 +262,8 @@ def _quantity_rows(key_table: KeyTable, path: str, key: str, node: Number) -> It
         default = default if field.default is None else _number_text(field.default)
         text = _with_neutral_body(path, field.text)
         unit = "" if field.unit == "1" else field.unit
-        text = text if node.sweep else f"{text}; *fixed*"
-        yield Row(key, (unit,), _range_text(field), default, text, tuple(laws), example=_example_value(field))
+        text = text if key.sweep else f"{text}; *fixed*"
+        yield Row(key_name, (unit,), _range_text(field), default, text, tuple(laws), example=_example_value(field))
 
 
 def _with_neutral_body(path: str, text: str) -> str:

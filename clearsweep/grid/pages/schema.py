@@ -110,45 +110,45 @@ def _object_schema(key_table: KeyTable, path: str) -> dict[str, Any]:
     properties: dict[str, Any] = {}
     required: list[str] = []
     alternatives: list[list[str]] = []
-    for nested, node in key_table.items():
-        parent, _, key = nested.rpartition(".")
+    for nested, key in key_table.items():
+        parent, _, key_name = nested.rpartition(".")
         if parent != path:
             continue
-        if isinstance(node, Section):
-            properties[key] = (
-                _list_schema(key_table, nested, node) if node.items else _section_schema(key_table, nested, node)
+        if isinstance(key, Section):
+            properties[key_name] = (
+                _list_schema(key_table, nested, key) if key.items else _section_schema(key_table, nested, key)
             )
-        elif isinstance(node, Word):
-            has_free_names = any(ANY in option for option in node.options)  # the user chooses the keys
-            properties[key] = {"description": node.text} | (
-                {"type": "string"} if has_free_names else {"enum": list(node.options)}
+        elif isinstance(key, Word):
+            has_free_names = any(ANY in option for option in key.options)  # the user chooses the keys
+            properties[key_name] = {"description": key.text} | (
+                {"type": "string"} if has_free_names else {"enum": list(key.options)}
             )
-            properties[key] |= {"default": node.default} if node.default and not has_free_names else {}
-        elif isinstance(node, Name):
-            properties[key] = {"description": node.text, "enum": list(node.options)}
-        elif isinstance(node, Table):
-            properties[key] = _table_schema(node)
-        elif isinstance(node, NameList):
+            properties[key_name] |= {"default": key.default} if key.default and not has_free_names else {}
+        elif isinstance(key, Name):
+            properties[key_name] = {"description": key.text, "enum": list(key.options)}
+        elif isinstance(key, Table):
+            properties[key_name] = _table_schema(key)
+        elif isinstance(key, NameList):
             names = {"type": "array", "items": {"type": "string"}, "minItems": 1}
-            properties[key] = {"description": f"{node.text}; such as {node.example}", **names}
-        elif isinstance(node, Flag):
-            properties[key] = {"description": node.text, "type": "boolean", "default": bool(node.default)}
+            properties[key_name] = {"description": f"{key.text}; such as {key.example}", **names}
+        elif isinstance(key, Flag):
+            properties[key_name] = {"description": key.text, "type": "boolean", "default": bool(key.default)}
         else:
             schemas = [
                 {"$ref": "#/$defs/quantity"},
                 *(_object_schema(key_table, item) for item in (nested,) if _has_keys_below(key_table, item)),
             ]
-            schemas += [FIT_SCHEMA] if any(key_use.field.fit for key_use in node.uses) else []
+            schemas += [FIT_SCHEMA] if any(key_use.field.fit for key_use in key.uses) else []
             value = {"anyOf": schemas} if schemas[1:] else schemas[0]
-            properties[key] = {"description": _number_description(node), **value}
-        if isinstance(node, Section) and node.need == "required" and key != ANY:
-            required += [] if node.unless else [key]
-            alternatives += [[key, node.unless]] if node.unless else []
+            properties[key_name] = {"description": _number_description(key), **value}
+        if isinstance(key, Section) and key.need == "required" and key_name != ANY:
+            required += [] if key.unless else [key_name]
+            alternatives += [[key_name, key.unless]] if key.unless else []
     user_properties = {ANY: False} | properties  # every user-defined name has the schema of the placeholder
     object_schema = {"type": "object", "additionalProperties": user_properties.pop(ANY), "properties": user_properties}
     object_schema |= {"required": required} if required else {}
     for pair in alternatives:
-        object_schema["anyOf"] = [{"required": [key]} for key in pair]
+        object_schema["anyOf"] = [{"required": [key_name]} for key_name in pair]
     return object_schema
 
 
@@ -157,46 +157,46 @@ def _has_keys_below(key_table: KeyTable, path: str) -> bool:
     return any(nested.rpartition(".")[0] == path for nested in key_table)
 
 
-def _section_schema(key_table: KeyTable, path: str, node: Section) -> dict[str, Any]:
+def _section_schema(key_table: KeyTable, path: str, key: Section) -> dict[str, Any]:
     object_schema, name = _object_schema(key_table, path), key_table.get(f"{path}.{MATERIAL}")
     if isinstance(name, Name):
-        return {"description": node.text, "anyOf": [{"enum": list(name.options)}, object_schema]}
-    return {"description": node.text, **object_schema}
+        return {"description": key.text, "anyOf": [{"enum": list(name.options)}, object_schema]}
+    return {"description": key.text, **object_schema}
 
 
-def _list_schema(key_table: KeyTable, path: str, node: Section) -> dict[str, Any]:
+def _list_schema(key_table: KeyTable, path: str, key: Section) -> dict[str, Any]:
     """Return the schema of a list of quantities or names, or of the single quantity that may replace it."""
-    item_key, count = key_table[f"{path}.0"], node.items
+    item_key, count = key_table[f"{path}.0"], key.items
     number = COUNT_WORDS[count]
     length_schema = {"type": "array", "minItems": count, "maxItems": count}
     if isinstance(item_key, Word):
-        return {"description": f"{node.text}: {number} names", "items": {"type": "string"}} | length_schema
+        return {"description": f"{key.text}: {number} names", "items": {"type": "string"}} | length_schema
     assert isinstance(item_key, Number)
-    description = {"description": f"{node.text}: {number} quantities ({item_key.uses[0].field.unit})"}
+    description = {"description": f"{key.text}: {number} quantities ({item_key.uses[0].field.unit})"}
     if count == 2:
         return description | {"$ref": "#/$defs/pair"}
     quantity_schema = {"$ref": "#/$defs/quantity"}
     list_schema = length_schema | {"prefixItems": [quantity_schema] * count}
-    return description | ({"anyOf": [quantity_schema, list_schema]} if node.scalar_factors else list_schema)
+    return description | ({"anyOf": [quantity_schema, list_schema]} if key.scalar_factors else list_schema)
 
 
-def _table_schema(node: Table) -> dict[str, Any]:
+def _table_schema(key: Table) -> dict[str, Any]:
     """Return the schema of a table: a file name, or columns."""
     independent_columns, dependent_columns = (
-        ", ".join(f"{field.name} ({field.unit})" for field in fields) for fields in node.columns[2:4]
+        ", ".join(f"{field.name} ({field.unit})" for field in fields) for fields in key.columns[2:4]
     )
     columns_schema = {"type": "object", "minProperties": 2, "additionalProperties": {"type": "array", "minItems": 2}}
     return {
-        "description": f"{node.columns.text}; a .csv file or columns: {independent_columns.replace(', ', ' or ')}; "
+        "description": f"{key.columns.text}; a .csv file or columns: {independent_columns.replace(', ', ' or ')}; "
         f"any of {dependent_columns}",
         "anyOf": [{"type": "string", "pattern": r"\.[cC][sS][vV]$"}, columns_schema],
     }
 
 
-def _number_description(node: Number) -> str:
+def _number_description(key: Number) -> str:
     """Return the description of a quantity, by law where it differs, with range, default and an example."""
     lines = []
-    for field, when in node.uses:
+    for field, when in key.uses:
         laws = f"{', '.join(sorted(when[-1][1]))}: " if when else ""
         default = "" if field.default is None else f"; default {field.default:.15g}"
         unit = quantity.replace_exponent(field.unit, 1.5)

@@ -36,8 +36,8 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
     check_machine(reader, catalogue)
     check_film_joints(reader, catalogue)
     _check_friction(reader, catalogue)
-    joints = [path for path, node in reader.shape.items() if isinstance(node, Section) and _is_joint(path)]
-    joints_section = reader.shape.get("joints")
+    joints = [path for path, key in reader.keys_in_use.items() if isinstance(key, Section) and _is_joint(path)]
+    joints_section = reader.keys_in_use.get("joints")
     if not joints and isinstance(joints_section, Section) and joints_section.need == "implied":
         text = (
             f"no joint has clearance; name at least one of {', '.join(site.name for site in reader.mechanism.joints)}"
@@ -47,12 +47,12 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
         _check_below(reader, f"{path}.clearance", f"{path}.bearing_radius", "the radius of the journal must be above 0")
         _check_material(reader, path)
         _check_elastic_law(reader, path, catalogue)
-        if f"{path}.roughness" in reader.shape:
+        if f"{path}.roughness" in reader.keys_in_use:
             _check_roughness(reader, path, catalogue)
-        if f"{path}.wear" in reader.shape:
+        if f"{path}.wear" in reader.keys_in_use:
             _check_wear(reader, path, catalogue)
             _check_pressure(reader, path, catalogue)
-        if f"{path}.thermal" in reader.shape:
+        if f"{path}.thermal" in reader.keys_in_use:
             _check_heat_balance(reader, path)
         if f"{path}.wear.evolve" in reader.values:
             _check_evolving(reader, path, catalogue)
@@ -61,18 +61,18 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
 def _check_heat_balance(reader: Reader, joint: str) -> None:
     """Check that a heat balance exists in a dry joint with friction."""
     thermal = f"{joint}.thermal"
-    if f"{joint}.film" in reader.shape:
-        sentence = "applies to dry joints, but this joint has a film; use film.thermal instead"
-        reader.problems.add(reader.position_of(thermal), thermal, sentence)
-    elif f"{joint}.friction" not in reader.shape:
-        sentence = "needs a heat source; add a friction law, or remove thermal"
-        reader.problems.add(reader.position_of(thermal), thermal, sentence)
+    if f"{joint}.film" in reader.keys_in_use:
+        message = "applies to dry joints, but this joint has a film; use film.thermal instead"
+        reader.problems.add(reader.position_of(thermal), thermal, message)
+    elif f"{joint}.friction" not in reader.keys_in_use:
+        message = "needs a heat source; add a friction law, or remove thermal"
+        reader.problems.add(reader.position_of(thermal), thermal, message)
 
 
 def _check_friction(reader: Reader, catalogue: Catalogue) -> None:
     """Check that the keys of friction laws are in order, in joints and in loads."""
     given_by_path = {f"loads.{load.name}.friction": load.given for load in reader.outline.loads if load.given}
-    for path in [path for path in reader.shape if path.endswith(".friction")]:
+    for path in [path for path in reader.keys_in_use if path.endswith(".friction")]:
         for law in catalogue.of("friction"):
             if law.name in reader.names.get(f"{path}.law", ()):
                 _check_order(reader, path, with_given_size(law, given_by_path[path]) if path in given_by_path else law)
@@ -83,17 +83,17 @@ def _check_until(reader: Reader) -> None:
     shortest, longest = reader.values_of("simulate.revolutions"), reader.values_of("simulate.until.max_revolutions")
     if shortest and longest and min(longest) < max(shortest):
         path = "simulate.until.max_revolutions"
-        sentence = (
+        message = (
             f"found {reader.text(path, min(longest))}; allowed: at least "
             f"{reader.text('simulate.revolutions', max(shortest))}, the value of simulate.revolutions, the shortest run"
         )
-        reader.problems.add(reader.position_of(path), path, sentence)
+        reader.problems.add(reader.position_of(path), path, message)
     path = "simulate.until.figure"
     figure = str(reader.values.get(path, ""))
     if figure and figure not in reader.figures:
-        names = [name for name in word_key(reader.shape, path).options if name in reader.figures]
-        sentence = f"{figure} is not a column of this grid{did_you_mean(figure, names)} (known: {', '.join(names)})"
-        reader.problems.add(reader.position_of(path), path, sentence)
+        names = [name for name in word_key(reader.keys_in_use, path).options if name in reader.figures]
+        message = f"{figure} is not a column of this grid{did_you_mean(figure, names)} (known: {', '.join(names)})"
+        reader.problems.add(reader.position_of(path), path, message)
 
 
 def _is_joint(path: str) -> bool:
@@ -105,7 +105,7 @@ def _check_below(reader: Reader, low: str, high: str, reason: str, *, equal: boo
     lows, highs = reader.values_of(low), reader.values_of(high)
     if not lows or not highs or max(lows) < min(highs) or (equal and max(lows) == min(highs)):
         return
-    if reader.vary_in_step(low, high):
+    if reader.vary_together(low, high):
         invalid = [(a, b) for a, b in zip(lows, highs, strict=False) if not (a < b or (equal and a == b))]
         if not invalid:
             return
@@ -135,54 +135,54 @@ _KEY_EXAMPLES = {
 
 def _check_material(reader: Reader, joint: str) -> None:
     """Check that materials are complete: one for both bodies, or one for each."""
-    material = f"{joint}.contact.material"
-    if material not in reader.shape or not value_key(reader.shape, f"{material}.young").is_used(reader.names):
+    material, keys = f"{joint}.contact.material", reader.keys_in_use
+    if material not in keys or not value_key(keys, f"{material}.young").is_used(reader.names):
         return
     shared = [key for key in ("young", "poisson") if reader.is_given(f"{material}.{key}")]
-    given_bodies = [body for body in Materials._fields if f"{material}.{body}" in reader.shape]
+    given_bodies = [body for body in Materials._fields if f"{material}.{body}" in keys]
     if given_bodies and shared:
-        sentence = f"conflicts with {' and '.join(given_bodies)}; write it within bearing and journal, or remove these"
-        reader.problems.add(reader.position_of(f"{material}.{shared[0]}"), f"{material}.{shared[0]}", sentence)
+        message = f"conflicts with {' and '.join(given_bodies)}; write it within bearing and journal, or remove these"
+        reader.problems.add(reader.position_of(f"{material}.{shared[0]}"), f"{material}.{shared[0]}", message)
     elif len(given_bodies) == 1:
         (other_body,) = set(Materials._fields) - set(given_bodies)
-        sentence = f"is missing; for example: {other_body}: {{young: 110 GPa, poisson: 0.34}}, or one material for both"
-        reader.problems.add(reader.position_of(material), f"{material}.{other_body}", sentence)
+        message = f"is missing; for example: {other_body}: {{young: 110 GPa, poisson: 0.34}}, or one material for both"
+        reader.problems.add(reader.position_of(material), f"{material}.{other_body}", message)
     elif not given_bodies:
         for key in ("young", "poisson"):
             if key not in shared:
-                sentence = (
+                message = (
                     "is missing; for example: {young: 207 GPa, poisson: 0.3} for both bodies, or one such section "
                     "for each of bearing and journal"
                 )
-                reader.problems.add(reader.position_of(material), f"{material}.{key}", sentence)
+                reader.problems.add(reader.position_of(material), f"{material}.{key}", message)
 
 
 def _check_elastic_law(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that the joint has the values that its stiffness laws need, within their valid range."""
     law_path, elastic = f"{joint}.contact.law", f"{joint}.contact.elastic"
-    is_known = elastic in reader.shape and reader.unread_laws.isdisjoint((law_path, elastic))
-    if not is_known or not value_key(reader.shape, elastic).is_used(reader.names):
+    is_known = elastic in reader.keys_in_use and reader.unread_laws.isdisjoint((law_path, elastic))
+    if not is_known or not value_key(reader.keys_in_use, elastic).is_used(reader.names):
         return
     families = {law_path: catalogue.of("law"), elastic: catalogue.of("elastic")}
     candidates = [law for path, laws in families.items() for law in laws if law.name in reader.names[path]]
     for law in sorted(candidates, key=lambda law: law.name):
         for path in _needed_keys(reader, joint, law):
             if not reader.is_given(f"{joint}.{path}"):
-                sentence = f"is missing; {law.family} '{law.name}' needs {_KEY_EXAMPLES[path]}"
-                reader.problems.add(reader.position_of(elastic), f"{joint}.{path}", sentence)
+                message = f"is missing; {law.family} '{law.name}' needs {_KEY_EXAMPLES[path]}"
+                reader.problems.add(reader.position_of(elastic), f"{joint}.{path}", message)
         _check_order(reader, f"{joint}.contact", law)
         if "hertz" in law.needs:
             _check_hertzian(reader, elastic, law)
         for path_of_body, low, high, unit, reason in law.ranges:
             path_of_both = path_of_body.replace(".bearing.", ".")
-            path = path_of_body if f"{joint}.{path_of_body}" in reader.shape else path_of_both
+            path = path_of_body if f"{joint}.{path_of_body}" in reader.keys_in_use else path_of_both
             outside = [value for value in reader.values_of(f"{joint}.{path}") if not low <= value <= high]
             if outside:
-                sentence = (
+                message = (
                     f"found {reader.text(f'{joint}.{path}', outside[0])}; elastic '{law.name}' allows {low:.15g} to "
                     f"{high:.15g}{'' if unit == '1' else f' ({unit})'}: {reason}"
                 )
-                reader.problems.add(reader.position_of(f"{joint}.{path}"), f"{joint}.{path}", sentence)
+                reader.problems.add(reader.position_of(f"{joint}.{path}"), f"{joint}.{path}", message)
 
 
 def _check_hertzian(reader: Reader, elastic: str, law: Law) -> None:
@@ -191,8 +191,8 @@ def _check_hertzian(reader: Reader, elastic: str, law: Law) -> None:
     exponents = [x for x in exponent_values(reader, elastic) if not math.isclose(x, 1.5)]
     culprit = other_laws[0] if other_laws else f"an exponent of {exponents[0]:.15g}" if exponents else ""
     if culprit:
-        sentence = f"found {culprit}; law '{law.name}' requires elastic: power with the exponent 1.5"
-        reader.problems.add(reader.position_of(elastic), elastic, sentence)
+        message = f"found {culprit}; law '{law.name}' requires elastic: power with the exponent 1.5"
+        reader.problems.add(reader.position_of(elastic), elastic, message)
 
 
 def _needed_keys(reader: Reader, joint: str, law: Law) -> tuple[str, ...]:
@@ -202,7 +202,7 @@ def _needed_keys(reader: Reader, joint: str, law: Law) -> tuple[str, ...]:
     needed_keys = tuple("contact.material" if name == "material" else name for name in law.needs if name != "hertz")
     is_from_material = law.name == "power" and not reader.is_given(f"{joint}.contact.stiffness")
     needs_radius = needed_keys or (is_from_material and reader.is_given(f"{joint}.contact.material"))
-    radius = reader.shape.get(f"{joint}.bearing_radius")
+    radius = reader.keys_in_use.get(f"{joint}.bearing_radius")
     is_optional = isinstance(radius, Number) and radius.uses[0].field.optional
     return ("bearing_radius", *needed_keys) if needs_radius and is_optional else needed_keys
 
@@ -214,48 +214,48 @@ def _check_roughness(reader: Reader, joint: str, catalogue: Catalogue) -> None:
         for needed_key in law.needs:
             path = "contact.material" if needed_key == "material" else needed_key
             if not reader.is_given(f"{joint}.{path}"):
-                sentence = f"is missing; roughness '{law.name}' needs {_KEY_EXAMPLES[path]}"
-                reader.problems.add(reader.position_of(roughness), f"{joint}.{path}", sentence)
+                message = f"is missing; roughness '{law.name}' needs {_KEY_EXAMPLES[path]}"
+                reader.problems.add(reader.position_of(roughness), f"{joint}.{path}", message)
         for columns in law.tables:
             table = f"{roughness}.{columns.name}"
             for field in [field for field in law.fields if field.optional]:
                 path = f"{roughness}.{field.name}"
                 if reader.is_given(path) and reader.is_given(table):
-                    sentence = f"conflicts with {columns.name}, which determines it; remove one of the two"
-                    reader.problems.add(reader.position_of(path), path, sentence)
+                    message = f"conflicts with {columns.name}, which determines it; remove one of the two"
+                    reader.problems.add(reader.position_of(path), path, message)
                 elif not reader.is_given(path) and not reader.is_given(table):
-                    sentence = f"is missing for {law.name} ({field.text}); write it, or {columns.name}: profile.csv"
-                    reader.problems.add(reader.position_of(path), path, sentence)
+                    message = f"is missing for {law.name} ({field.text}); write it, or {columns.name}: profile.csv"
+                    reader.problems.add(reader.position_of(path), path, message)
 
 
 def _check_wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that the joint has the keys that wear needs, with plausible coefficients."""
     wear = f"{joint}.wear"
     if not reader.is_given(f"{joint}.length"):
-        sentence = "is missing; wear needs the joint's length along the pin, such as 20 mm"
-        reader.problems.add(reader.position_of(wear), f"{joint}.length", sentence)
+        message = "is missing; wear needs the joint's length along the pin, such as 20 mm"
+        reader.problems.add(reader.position_of(wear), f"{joint}.length", message)
     is_dimensionless = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
     work_laws = [
         law for law in catalogue.of("wear") if "friction" in law.needs and law.name in reader.names[f"{wear}.law"]
     ]
-    if work_laws and f"{joint}.friction" not in reader.shape:
-        sentence = f"is missing; the wear law '{work_laws[0].name}' needs the work of friction; write a friction law"
-        reader.problems.add(reader.position_of(wear), f"{joint}.friction", sentence)
+    if work_laws and f"{joint}.friction" not in reader.keys_in_use:
+        message = f"is missing; the wear law '{work_laws[0].name}' needs the work of friction; write a friction law"
+        reader.problems.add(reader.position_of(wear), f"{joint}.friction", message)
     if work_laws and is_dimensionless:
-        sentence = (
+        message = (
             f"the wear law '{work_laws[0].name}' needs a coefficient in m^3/J; write this unit, also next to a hardness"
         )
-        reader.problems.add(reader.position_of(f"{wear}.coefficient_unit"), f"{wear}.coefficient_unit", sentence)
+        reader.problems.add(reader.position_of(f"{wear}.coefficient_unit"), f"{wear}.coefficient_unit", message)
         return
     if is_dimensionless and not reader.is_given(f"{wear}.hardness"):
-        sentence = "is missing; a dimensionless wear coefficient is k times the hardness; for example: 2 GPa"
-        reader.problems.add(reader.position_of(wear), f"{wear}.hardness", sentence)
+        message = "is missing; a dimensionless wear coefficient is k times the hardness; for example: 2 GPa"
+        reader.problems.add(reader.position_of(wear), f"{wear}.hardness", message)
     steady_key = "running_in.steady" if reader.is_given(f"{wear}.running_in.steady") else "coefficient"
     _check_common_or_each(reader, wear, steady_key, ("bearing_coefficient", "journal_coefficient"), "2e-14 m^2/N")
     if steady_key != "coefficient" and reader.is_given(f"{wear}.coefficient"):
-        sentence = "conflicts with running_in.steady, which means the same; remove one of the two"
-        reader.problems.add(reader.position_of(f"{wear}.coefficient"), f"{wear}.coefficient", sentence)
-    if f"{wear}.running_in" in reader.shape:
+        message = "conflicts with running_in.steady, which means the same; remove one of the two"
+        reader.problems.add(reader.position_of(f"{wear}.coefficient"), f"{wear}.coefficient", message)
+    if f"{wear}.running_in" in reader.keys_in_use:
         overriding = ("running_in.bearing_initial", "running_in.journal_initial")
         _check_common_or_each(reader, wear, "running_in.initial", overriding, "1e-13 m^2/N")
     _check_wear_magnitude(reader, wear)
@@ -265,11 +265,11 @@ def _check_common_or_each(reader: Reader, wear: str, key: str, overriding: tuple
     """Check that there is a common coefficient or one for each body, and that a varied one is used."""
     is_overridden = all(reader.is_given(f"{wear}.{overriding_key}") for overriding_key in overriding)
     if not reader.is_given(f"{wear}.{key}") and not is_overridden:
-        sentence = f"is missing; for example: {example} for both bodies, or {' and '.join(overriding)}"
-        reader.problems.add(reader.position_of(wear), f"{wear}.{key}", sentence)
+        message = f"is missing; for example: {example} for both bodies, or {' and '.join(overriding)}"
+        reader.problems.add(reader.position_of(wear), f"{wear}.{key}", message)
     if f"{wear}.{key}" in reader.written_axes and is_overridden:
-        sentence = f"is swept but not in use: {' and '.join(overriding)} override it"
-        reader.problems.add(reader.written_axes[f"{wear}.{key}"], f"{wear}.{key}", sentence)
+        message = f"is swept but not in use: {' and '.join(overriding)} override it"
+        reader.problems.add(reader.written_axes[f"{wear}.{key}"], f"{wear}.{key}", message)
 
 
 def _check_wear_magnitude(reader: Reader, wear: str) -> None:
@@ -294,14 +294,14 @@ def _check_wear_magnitude(reader: Reader, wear: str) -> None:
 def _check_evolving(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that a joint whose worn shape affects contact has no conflicting key."""
     evolve = f"{joint}.wear.evolve"
-    if f"{joint}.film" in reader.shape:
-        sentence = "is not available with a film, whose formula assumes circles; remove one of the two"
-        reader.problems.add(reader.position_of(evolve), evolve, sentence)
+    if f"{joint}.film" in reader.keys_in_use:
+        message = "is not available with a film, whose formula assumes circles; remove one of the two"
+        reader.problems.add(reader.position_of(evolve), evolve, message)
     sticking = {law.name for law in catalogue.of("friction") if law.sticks}
     for path in (path for path in reader.names if path.endswith(".friction.law")):
         for law in sorted(reader.names[path] & sticking):
-            sentence = f"{law} cannot stick, because the worn shape of {joint} acts on the contact; choose another law"
-            reader.problems.add(reader.position_of(path), path, sentence)
+            message = f"{law} cannot stick, because the worn shape of {joint} acts on the contact; choose another law"
+            reader.problems.add(reader.position_of(path), path, message)
 
 
 def _check_pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
@@ -311,17 +311,17 @@ def _check_pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
         law for law in catalogue.of("pressure") if "modulus" in law.needs and law.name in reader.names[path]
     ]
     if modulus_laws and not any(map(reader.is_given, modulus_paths(joint))):
-        sentence = (
+        message = (
             f"is missing; wear pressure '{modulus_laws[0].name}' needs material: "
             f"{{young: 207 GPa, poisson: 0.3}} or "
             "pressure_modulus; a stiffness does not determine it, and pressure: mean needs neither"
         )
-        reader.problems.add(reader.position_of(path), f"{contact}.material", sentence)
+        reader.problems.add(reader.position_of(path), f"{contact}.material", message)
 
 
 def _check_life(reader: Reader) -> None:
     """Report keys that conflict with `life`."""
-    if LIFE not in reader.shape:
+    if LIFE not in reader.keys_in_use:
         return
     joint = reader.values.get(f"{LIFE}.joint")
     if joint is not None:
@@ -342,25 +342,25 @@ def _check_life(reader: Reader) -> None:
 def _check_limited_joint(reader: Reader, joint: str) -> None:
     """Check that the limited joint wears, and that its limit is a small change of shape."""
     path, joint_path = f"{LIFE}.joint", f"joints.{joint}"
-    if joint_path not in reader.shape:
+    if joint_path not in reader.keys_in_use:
         worn_joints = [
-            name.split(".")[1] for name in reader.shape if name.startswith("joints.") and name.endswith(".wear")
+            name.split(".")[1] for name in reader.keys_in_use if name.startswith("joints.") and name.endswith(".wear")
         ]
         remedy = f"name one that wears ({', '.join(worn_joints)})" if worn_joints else "give it clearance and wear"
         reader.problems.add(reader.position_of(path), path, f"{joint} has no clearance in this grid; {remedy}")
         return
-    if f"{joint_path}.wear" not in reader.shape:
-        sentence = "is missing; life needs the wear of its joint; for example: {law: archard, coefficient: 2e-14 m^2/N}"
-        reader.problems.add(reader.position_of(path), f"{joint_path}.wear", sentence)
+    if f"{joint_path}.wear" not in reader.keys_in_use:
+        message = "is missing; life needs the wear of its joint; for example: {law: archard, coefficient: 2e-14 m^2/N}"
+        reader.problems.add(reader.position_of(path), f"{joint_path}.wear", message)
     limits, radii = reader.values_of(f"{LIFE}.limit"), reader.values_of(f"{joint_path}.bearing_radius")
     if limits and radii and max(limits) > MAX_RELATIVE_DEPTH * min(radii):
         path = f"{LIFE}.limit"
-        sentence = (
+        message = (
             f"found {reader.text(path, max(limits))}; allowed: at most {MAX_RELATIVE_DEPTH:g} of "
             f"{joint_path}.bearing_radius, "
             f"{reader.text(f'{joint_path}.bearing_radius', min(radii))}: wear must remain a small change of the shape"
         )
-        reader.problems.add(reader.position_of(path), path, sentence)
+        reader.problems.add(reader.position_of(path), path, message)
 
 
 def _check_blocks(reader: Reader) -> None:
@@ -368,23 +368,23 @@ def _check_blocks(reader: Reader) -> None:
     path = f"{LIFE}.max_revolutions"
     shortest, longest = reader.values_of("simulate.revolutions"), reader.values_of(path)
     if shortest and longest and min(longest) < max(shortest):
-        sentence = (
+        message = (
             f"found {reader.text(path, min(longest))}; allowed: at least "
             f"{reader.text('simulate.revolutions', max(shortest))}, the value of simulate.revolutions, the shortest "
             "block"
         )
-        reader.problems.add(reader.position_of(path), path, sentence)
+        reader.problems.add(reader.position_of(path), path, message)
     discards = reader.values_of("simulate.discard") or (2.0,)
     for revolutions in shortest:
         for discard in discards:
             window = revolutions - (discard if revolutions > 2.0 or reader.is_given("simulate.discard") else 0.0)
             if abs(window - round(window)) > WHOLE_TOLERANCE or round(window) < 1:
                 reported_path = "simulate.revolutions"
-                sentence = (
+                message = (
                     f"found {window:.6g} revolutions after simulate.discard; with life the number must be whole, "
                     "as their wear is extrapolated to all revolutions"
                 )
-                reader.problems.add(reader.position_of(reported_path), reported_path, sentence)
+                reader.problems.add(reader.position_of(reported_path), reported_path, message)
                 return
 
 
@@ -393,8 +393,8 @@ def _check_periodicity(reader: Reader) -> None:
     tables = {path: values for path, values in reader.values.items() if isinstance(values, dict)}
     for path, table in tables.items():
         if path.startswith(("drive.", "loads.")) and "time" in table:
-            sentence = (
+            message = (
                 "depends on time, but `life` assumes a periodic drive: write a table over "
                 "crank_angle, or a constant speed"
             )
-            reader.problems.add(reader.position_of(path), path, sentence)
+            reader.problems.add(reader.position_of(path), path, message)

@@ -12,24 +12,24 @@ _UNCONNECTED_TEXT = "no chain of joints connects it with the ground; connect it 
 
 def check_machine(reader: Reader, catalogue: Catalogue) -> None:
     """Report values that conflict with each other."""
-    if reader.outline.bodies and "mechanism.bodies" in reader.shape:
+    if reader.outline.bodies and "mechanism.bodies" in reader.keys_in_use:
         _check_bodies(reader)
         _check_drive(reader)
         _check_initial(reader)
     for load in reader.outline.loads:
         path = f"loads.{load.name}"
-        if path not in reader.shape:
+        if path not in reader.keys_in_use:
             continue
         if load.form == "force" and not (reader.is_given(f"{path}.force") or reader.is_given(f"{path}.torque")):
-            sentence = "has no force and no torque; for example: force: [-2 kN, 0 N] or torque: -3 N*m, or a table"
-            reader.problems.add(reader.position_of(path), path, sentence)
+            message = "has no force and no torque; for example: force: [-2 kN, 0 N] or torque: -3 N*m, or a table"
+            reader.problems.add(reader.position_of(path), path, message)
         if load.form == "friction":
             _check_friction_load(reader, path, load.on, load.given)
             _check_sticking(
                 reader, f"{path}.friction.law", {law.name for law in catalogue.of("friction") if law.sticks}
             )
     for site in reader.mechanism.joints:
-        if site.kind == "spatial" and f"joints.{site.name}" in reader.shape:
+        if site.kind == "spatial" and f"joints.{site.name}" in reader.keys_in_use:
             _check_flanges(reader, f"joints.{site.name}")
     for body in sorted(reader.outline.elastic):
         _check_elastic_link(reader, body)
@@ -46,8 +46,8 @@ def _check_bodies(reader: Reader) -> None:
     """Check that there is a ground, that no joint connects a body with itself, and that every body is connected."""
     outline, path_of_bodies = reader.outline, "mechanism.bodies"
     if GROUND not in {body.name for body in outline.bodies}:
-        sentence = "is missing; add the body that does not move, such as ground: {points: {main: [0 mm, 0 mm]}}"
-        reader.problems.add(reader.position_of(path_of_bodies), f"{path_of_bodies}.{GROUND}", sentence)
+        message = "is missing; add the body that does not move, such as ground: {points: {main: [0 mm, 0 mm]}}"
+        reader.problems.add(reader.position_of(path_of_bodies), f"{path_of_bodies}.{GROUND}", message)
         return
     links = []
     for joint in outline.joints if outline.spatial else ():
@@ -86,13 +86,13 @@ def _check_drive(reader: Reader) -> None:
     if joint is None or bodies is None:
         return
     if bodies[0] != GROUND:
-        sentence = (
+        message = (
             f"{joint.name} joins {bodies[0]} and {bodies[1]}; a drive must turn a joint whose first body is the ground"
         )
-        reader.problems.add(reader.position_of(path), path, sentence)
+        reader.problems.add(reader.position_of(path), path, message)
     if joint.name in reader.outline.clearances:
-        sentence = f"{joint.name} is the driven joint, which has no clearance; leave joints.{joint.name} out"
-        reader.problems.add(reader.position_of(f"joints.{joint.name}"), f"joints.{joint.name}", sentence)
+        message = f"{joint.name} is the driven joint, which has no clearance; leave joints.{joint.name} out"
+        reader.problems.add(reader.position_of(f"joints.{joint.name}"), f"joints.{joint.name}", message)
 
 
 def _check_initial(reader: Reader) -> None:
@@ -103,14 +103,14 @@ def _check_initial(reader: Reader) -> None:
             continue
         for joint in reader.outline.joints:
             if body.name in joint.bodies and joint.name not in reader.outline.clearances:
-                sentence = (
+                message = (
                     f"{joint.name} is ideal and fixes {body.name}, which determines how {body.name} starts; leave "
                     f"initial out, or give {joint.name} clearance"
                 )
-                reader.problems.add(reader.position_of(path), path, sentence)
+                reader.problems.add(reader.position_of(path), path, message)
         if "seated" in reader.values_of("simulate.start"):
-            sentence = f"seated conflicts with {path}, which says where {body.name} starts; remove one of the two"
-            reader.problems.add(reader.position_of("simulate.start"), "simulate.start", sentence)
+            message = f"seated conflicts with {path}, which says where {body.name} starts; remove one of the two"
+            reader.problems.add(reader.position_of("simulate.start"), "simulate.start", message)
 
 
 def _check_friction_load(reader: Reader, path: str, joint: str, given_quantity: str) -> None:
@@ -122,19 +122,19 @@ def _check_friction_load(reader: Reader, path: str, joint: str, given_quantity: 
         remedy = f"write the friction as joints.{joint}.friction"
         if given_quantity and site.kind in ("revolute", "guide"):
             remedy += ": {law, coefficient, ...}, and give it `preload`"
-        sentence = f"{joint} has clearance; {remedy}"
-        reader.problems.add(reader.position_of(f"{path}.on"), f"{path}.on", sentence)
+        message = f"{joint} has clearance; {remedy}"
+        reader.problems.add(reader.position_of(f"{path}.on"), f"{path}.on", message)
     radius = f"{path}.friction.radius"
     expected = "force" if site.kind == "guide" else "torque"
     if given_quantity and given_quantity != expected:
         kind = "guide, in which friction is a force" if site.kind == "guide" else "pin, in which friction is a couple"
-        sentence = f"{joint} is a {kind}; write {expected}"
-        reader.problems.add(reader.position_of(f"{path}.friction"), f"{path}.friction.{given_quantity}", sentence)
+        message = f"{joint} is a {kind}; write {expected}"
+        reader.problems.add(reader.position_of(f"{path}.friction"), f"{path}.friction.{given_quantity}", message)
     if given_quantity:
         return
     if site.kind == "revolute" and not reader.is_given(radius):
-        sentence = "is missing; friction in a pin is a torque, coefficient x reaction x radius; for example: 10 mm"
-        reader.problems.add(reader.position_of(f"{path}.friction"), radius, sentence)
+        message = "is missing; friction in a pin is a torque, coefficient x reaction x radius; for example: 10 mm"
+        reader.problems.add(reader.position_of(f"{path}.friction"), radius, message)
     if site.kind == "guide" and reader.is_given(radius):
         reader.problems.add(
             reader.position_of(radius), radius, f"{joint} is a guide, in which friction is a force; leave it out"
@@ -145,34 +145,34 @@ def _check_elastic_link(reader: Reader, body: str) -> None:
     """Check that an elastic link has a mass, a pin at each of two different points, and nothing else attached."""
     section = f"mechanism.{'bodies.' if reader.outline.bodies else ''}{body}"
     path = f"{section}.elastic"
-    if path not in reader.shape:
+    if path not in reader.keys_in_use:
         return
     if 0.0 in reader.values_of(f"{section}.mass"):
-        sentence = "found 0; an elastic link needs a mass above 0: write it, or remove `elastic`"
-        reader.problems.add(reader.position_of(f"{section}.mass"), f"{section}.mass", sentence)
+        message = "found 0; an elastic link needs a mass above 0: write it, or remove `elastic`"
+        reader.problems.add(reader.position_of(f"{section}.mass"), f"{section}.mass", message)
     pins = [f"{body}.{reader.values.get(f'{path}.between.{k}')}" for k in range(2)]
     if pins[0] == pins[1] and reader.outline.bodies:
-        sentence = f"lies between {pins[0]} and itself; name the points of its two pins"
-        reader.problems.add(reader.position_of(path), f"{path}.between", sentence)
+        message = f"lies between {pins[0]} and itself; name the points of its two pins"
+        reader.problems.add(reader.position_of(path), f"{path}.between", message)
     for joint in reader.outline.joints:
         attached_point = next(
             (point for point in (joint.proximal, joint.distal) if point.partition(".")[0] == body), None
         )
         if attached_point is not None and (joint.type != "revolute" or attached_point not in pins):
             attachment = {"prismatic": "a guide", "slot": "a slot"}.get(joint.type, f"at {attached_point}")
-            sentence = (
+            message = (
                 f"{joint.name}, {attachment}, is on this elastic link, which may have only two pins; remove `elastic`"
             )
-            reader.problems.add(reader.position_of(path), path, sentence)
+            reader.problems.add(reader.position_of(path), path, message)
     for load in reader.outline.loads:
         points = (reader.values.get(f"loads.{load.name}.{key}") for key in ("point", "between.0"))
         load_point, anchor_point = (f"{body}.{value}" for value in points)
         is_at_pin = load_point in pins and reader.outline.bodies
         if anchor_point == f"{body}.{body}" or (load.form != "friction" and load.on == body and not is_at_pin):
-            sentence = (
+            message = (
                 f"acts on {body}, an elastic link, away from its pins, which is not available; use the point of a pin"
             )
-            reader.problems.add(reader.position_of(f"loads.{load.name}"), f"loads.{load.name}", sentence)
+            reader.problems.add(reader.position_of(f"loads.{load.name}"), f"loads.{load.name}", message)
 
 
 def _check_sticking(reader: Reader, path: str, sticking: set[str]) -> None:
@@ -183,11 +183,11 @@ def _check_sticking(reader: Reader, path: str, sticking: set[str]) -> None:
     if reader.names.get(path, frozenset()) & sticking and any(
         reader.names[law_path] & sticking for law_path in joint_law_paths
     ):
-        sentence = (
+        message = (
             "cannot stick, because a joint with clearance has a law that sticks, too; choose another "
             "law for one of them"
         )
-        reader.problems.add(reader.position_of(path), path, sentence)
+        reader.problems.add(reader.position_of(path), path, message)
 
 
 def _check_flanges(reader: Reader, joint: str) -> None:
@@ -198,44 +198,46 @@ def _check_flanges(reader: Reader, joint: str) -> None:
         axial_clearances
     ):
         return
-    sentence = (
+    message = (
         f"found {max(journal_lengths):.15g}; allowed: below {min(lengths) + 2.0 * min(axial_clearances):.15g}, the "
         "length of the bearing "
         "and its axial clearance on both sides, between its flanges; shorten the journal, or write flange: false"
     )
-    reader.problems.add(reader.position_of(f"{joint}.journal_length"), f"{joint}.journal_length", sentence)
+    reader.problems.add(reader.position_of(f"{joint}.journal_length"), f"{joint}.journal_length", message)
 
 
 def _check_guides(reader: Reader) -> None:
     """Check that a body in an open guide can turn, and that the guide has no unsupported key."""
     for site in reader.mechanism.joints:
         path = f"joints.{site.name}"
-        if site.kind not in ("guide", "slot") or not isinstance(reader.shape.get(path), Section):
+        if site.kind not in ("guide", "slot") or not isinstance(reader.keys_in_use.get(path), Section):
             continue
         inertia = "mechanism.slider.inertia"
-        if site.kind == "guide" and inertia in reader.shape and not reader.is_given(inertia):
-            sentence = f"is missing; with clearance in {site.name} the slider turns; for example: 1e-4 kg*m^2"
-            reader.problems.add(reader.position_of("mechanism.slider"), inertia, sentence)
+        if site.kind == "guide" and inertia in reader.keys_in_use and not reader.is_given(inertia):
+            message = f"is missing; with clearance in {site.name} the slider turns; for example: 1e-4 kg*m^2"
+            reader.problems.add(reader.position_of("mechanism.slider"), inertia, message)
         wear_paths = (
-            wear_path for wear_path in reader.shape if wear_path.endswith(".wear") and wear_path.startswith("joints.")
+            wear_path
+            for wear_path in reader.keys_in_use
+            if wear_path.endswith(".wear") and wear_path.startswith("joints.")
         )
         for wear_path in wear_paths if site.kind == "guide" else ():
-            sentence = f"is not computed with clearance in {site.name}, a {site.kind}; leave it out"
-            reader.problems.add(reader.position_of(wear_path), wear_path, sentence)
+            message = f"is not computed with clearance in {site.name}, a {site.kind}; leave it out"
+            reader.problems.add(reader.position_of(wear_path), wear_path, message)
         if "seated" in reader.values_of("simulate.start"):
-            sentence = f"cannot be seated with clearance in {site.name}; leave it out, or write centred"
-            reader.problems.add(reader.position_of("simulate.start"), "simulate.start", sentence)
+            message = f"cannot be seated with clearance in {site.name}; leave it out, or write centred"
+            reader.problems.add(reader.position_of("simulate.start"), "simulate.start", message)
 
 
 def check_film_joints(reader: Reader, catalogue: Catalogue) -> None:
     """Report values that conflict with each other."""
-    films = [path for path, node in reader.shape.items() if isinstance(node, Section) and _is_film(path)]
+    films = [path for path, key in reader.keys_in_use.items() if isinstance(key, Section) and _is_film(path)]
     for film in films:
         joint = film.removesuffix(".film")
         _check_film_size(reader, joint, catalogue)
         _check_temperature(reader, film)
         _check_modulus(reader, joint)
-        if f"{joint}.contact" not in reader.shape and f"{joint}.contact" not in reader.unread_sections:
+        if f"{joint}.contact" not in reader.keys_in_use and f"{joint}.contact" not in reader.unread_sections:
             _check_unused_contact_keys(reader, joint)
     if films:
         _check_film_conflicts(reader, films[0].removesuffix(".film"), catalogue)
@@ -256,7 +258,7 @@ def _check_film_size(reader: Reader, joint: str, catalogue: Catalogue) -> None:
         return
     pairs = (
         list(zip(lengths, radii, strict=False))
-        if reader.vary_in_step(length, radius)
+        if reader.vary_together(length, radius)
         else _most_and_least_slender(lengths, radii)
     )
     for film_law in (film_law for film_law in catalogue.of("film") if film_law.name in reader.names[law]):
@@ -286,36 +288,36 @@ def _check_slenderness(reader: Reader, joint: str, law: Law, ratios: list[float]
 def _check_temperature(reader: Reader, film: str) -> None:
     """Check that viscosity falls with temperature, and that a temperature is given only with an oil."""
     if f"{film}.thermal" in reader.sections and not reader.mechanism.turns:
-        sentence = "needs a mechanism with revolutions; give a temperature instead"
-        reader.problems.add(reader.position_of(f"{film}.thermal"), f"{film}.thermal", sentence)
+        message = "needs a mechanism with revolutions; give a temperature instead"
+        reader.problems.add(reader.position_of(f"{film}.thermal"), f"{film}.thermal", message)
     viscosity, balance, temperature = f"{film}.viscosity", f"{film}.thermal", f"{film}.temperature"
     if viscosity not in reader.sections:
         for path in (balance, temperature):
             if reader.is_given(path):
-                sentence = (
+                message = (
                     "has no effect, because the viscosity is constant; use viscosity: {at_40C: 46 mm^2/s, "
                     "at_100C: 6.8 mm^2/s, density: 870 kg/m^3}"
                 )
-                reader.problems.add(reader.position_of(path), path, sentence)
+                reader.problems.add(reader.position_of(path), path, message)
         return
     cold, warm = reader.values_of(f"{viscosity}.at_40C"), reader.values_of(f"{viscosity}.at_100C")
     if cold and warm and max(warm) >= min(cold):
-        sentence = f"found {max(warm):.4g} m^2/s; allowed: below {min(cold):.4g}, at_40C: oil thins as it warms up"
-        reader.problems.add(reader.position_of(f"{viscosity}.at_100C"), f"{viscosity}.at_100C", sentence)
+        message = f"found {max(warm):.4g} m^2/s; allowed: below {min(cold):.4g}, at_40C: oil thins as it warms up"
+        reader.problems.add(reader.position_of(f"{viscosity}.at_100C"), f"{viscosity}.at_100C", message)
     if reader.is_given(balance) == reader.is_given(temperature):
-        sentence = "is missing; for example: temperature: 60 degC, or thermal: {conductance: 20 W/K, ambient: 40 degC}"
+        message = "is missing; for example: temperature: 60 degC, or thermal: {conductance: 20 W/K, ambient: 40 degC}"
         if reader.is_given(balance):
-            sentence = "conflicts with `thermal`, which determines it; remove one of the two"
-        reader.problems.add(reader.position_of(film), temperature, sentence)
+            message = "conflicts with `thermal`, which determines it; remove one of the two"
+        reader.problems.add(reader.position_of(film), temperature, message)
 
 
 def _check_modulus(reader: Reader, joint: str) -> None:
     """Check that asperity contact has a modulus."""
     law, modulus = f"{joint}.film.transition.law", f"{joint}.film.transition.modulus"
     is_known = reader.is_given(modulus) or reader.is_given(f"{joint}.contact.material")
-    if law in reader.shape and "greenwood-tripp" in reader.names[law] and not is_known:
-        sentence = "is missing; write E* of both bodies, such as 114 GPa for steel, or contact.material"
-        reader.problems.add(reader.position_of(f"{joint}.film"), modulus, sentence)
+    if law in reader.keys_in_use and "greenwood-tripp" in reader.names[law] and not is_known:
+        message = "is missing; write E* of both bodies, such as 114 GPa for steel, or contact.material"
+        reader.problems.add(reader.position_of(f"{joint}.film"), modulus, message)
 
 
 def _check_unused_contact_keys(reader: Reader, joint: str) -> None:
@@ -325,10 +327,10 @@ def _check_unused_contact_keys(reader: Reader, joint: str) -> None:
             path = f"{joint}.{key}"
             if key == "film.transition" and not _is_transition_written(reader, joint):
                 continue
-            sentence = (
+            message = (
                 "applies to the dry contact under a film, but the joint has no contact; add contact, or remove the key"
             )
-            reader.problems.add(reader.position_of(path), path, sentence)
+            reader.problems.add(reader.position_of(path), path, message)
 
 
 def _is_transition_written(reader: Reader, joint: str) -> bool:
@@ -341,10 +343,10 @@ def _check_film_conflicts(reader: Reader, joint: str, catalogue: Catalogue) -> N
     sticking = {law.name for law in catalogue.of("friction") if law.sticks}
     for path in (path for path in reader.names if path.endswith(".friction.law")):
         for law in sorted(reader.names[path] & sticking):
-            sentence = f"{law} cannot stick, because {joint} has a film; choose another law"
-            reader.problems.add(reader.position_of(path), path, sentence)
+            message = f"{law} cannot stick, because {joint} has a film; choose another law"
+            reader.problems.add(reader.position_of(path), path, message)
     if "seated" in reader.values_of("simulate.start"):
-        sentence = (
+        message = (
             f"cannot be seated in the film of {joint}, which carries no load at rest; remove the key, or use centred"
         )
-        reader.problems.add(reader.position_of("simulate.start"), "simulate.start", sentence)
+        reader.problems.add(reader.position_of("simulate.start"), "simulate.start", message)

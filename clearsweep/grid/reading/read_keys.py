@@ -30,7 +30,7 @@ from ..sections.variations import (
     record_seek_axes,
     record_variations,
     replace_label_axes,
-    report_column_names,
+    report_column_name_clashes,
 )
 from ..written.definitions import DEFINE, resolve_definitions, varied_paths
 from ..written.document import Problems, WrittenValue
@@ -63,39 +63,39 @@ def read_keys(
     mechanism = _find_mechanism(root, catalogue.mechanisms)
     mechanism = mechanism.outlined(outline) if mechanism.outlined else mechanism
     root, library_numbers = replace_library_names(root, problems)
-    key_table = keys_of_definitions(definitions) | table_of_keys(mechanism, catalogue)
-    materials = find_varied_materials([path for path, _ in varied_paths(root.value)], library_numbers, key_table)
+    all_keys = keys_of_definitions(definitions) | table_of_keys(mechanism, catalogue)
+    materials = find_varied_materials([path for path, _ in varied_paths(root.value)], library_numbers, all_keys)
     reader = Reader(problems, mechanism, outline, defined=definitions, materials=materials)
-    key_table |= keys_of_materials(materials)
-    _read_section(reader, root, "", key_table)
+    all_keys |= keys_of_materials(materials)
+    _read_section(reader, root, "", all_keys)
     reader.written |= written_material_names(materials, root)
-    _select_keys_in_use(reader, key_table)
-    record_variations(reader, root, key_table, fixed)
-    record_optimised_axes(reader, root, key_table)
+    _select_keys_in_use(reader, all_keys)
+    record_variations(reader, root, all_keys, fixed)
+    record_optimised_axes(reader, root, all_keys)
     replace_label_axes(reader)
     read_check_laws(reader, root)
     replace_fits_by_clearances(reader, lambda path: values_before_reading(reader, path))
     reader.library_numbers = {item.path: item for item in library_numbers if item.path not in reader.varied_numbers}
     set_wear_units(reader)
-    record_seek_axes(reader, root, key_table, lambda path: values_before_reading(reader, path))
+    record_seek_axes(reader, root, all_keys, lambda path: values_before_reading(reader, path))
     find_added_cases(reader, root, (*_SEARCHES, CHECK_LAWS))
-    for path, node in reader.shape.items():
-        if isinstance(node, Word):
-            read_word_key(reader, path, node)
-        elif isinstance(node, Number):
-            read_number(reader, path, node)
-        elif isinstance(node, Flag):
+    for path, key in reader.keys_in_use.items():
+        if isinstance(key, Word):
+            read_word_key(reader, path, key)
+        elif isinstance(key, Number):
+            read_number(reader, path, key)
+        elif isinstance(key, Flag):
             read_flag(reader, path)
-        elif isinstance(node, Table):
-            read_table_key(reader, path, node)
-        elif isinstance(node, NameList):
+        elif isinstance(key, Table):
+            read_table_key(reader, path, key)
+        elif isinstance(key, NameList):
             read_channels(reader, path)
     reader.axes = {path: reader.axes[path] for path in reader.written_axes if path in reader.axes}
     check_variations(reader)
     check_dependents(reader)
     read_uncertain(reader, root)
     reader.figures = expected_columns(reader, mechanism, catalogue)
-    report_column_names(reader, defined_section)
+    report_column_name_clashes(reader, defined_section)
     read_limits(reader, root)
     reader.seek = read_seek(reader, root, reader.limits)
     reader.optimise = read_optimise(reader, root)
@@ -115,15 +115,15 @@ def _find_mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Me
     return by_name[candidates[0]] if candidates else mechanisms[0]
 
 
-def _read_section(reader: Reader, written: WrittenValue, path: str, key_table: KeyTable) -> None:
+def _read_section(reader: Reader, written: WrittenValue, path: str, all_keys: KeyTable) -> None:
     """Record the sections and values under `path`; report keys that do not belong there."""
-    allowed = [nested.rpartition(".")[2] for nested in key_table if nested.rpartition(".")[0] == path]
+    allowed = [nested.rpartition(".")[2] for nested in all_keys if nested.rpartition(".")[0] == path]
     allowed += [] if path else _TOP_SECTIONS
     reader.sections[path] = written
     content = written.value
-    section = key_table.get(path)
+    section = all_keys.get(path)
     if isinstance(section, Section) and section.items:
-        content = list_items(reader, written, path, key_table)
+        content = list_items(reader, written, path, all_keys)
         if content is None:
             return
     if content is None and isinstance(section, Section) and section.need == "implied":
@@ -136,38 +136,36 @@ def _read_section(reader: Reader, written: WrittenValue, path: str, key_table: K
         return
     invalid = dict(wrong_names(path, content)) if has_user_names(path) else {}
     misspelt_by_key: dict[str, WrittenValue] = {}  # by the intended key
-    for key, entry in content.items():
-        nested = f"{path}.{key}" if path else key
-        if key in invalid:
-            reader.problems.add(written.key_position(key), nested, f"'{key}' {invalid[key]}")
-        elif "." not in key and nested in key_table:
-            _record_entry(reader, entry, nested, key_table)
-        elif key not in allowed and not _report_invalid_names(reader, nested, entry):
-            reader.problems.add(written.key_position(key), nested, _unknown_key_text(path, key, allowed))
-            misspelt_by_key |= {intended: entry for intended in nearest_words(key, allowed) if intended not in content}
+    for key_name, entry in content.items():
+        nested = f"{path}.{key_name}" if path else key_name
+        if key_name in invalid:
+            reader.problems.add(written.key_position(key_name), nested, f"'{key_name}' {invalid[key_name]}")
+        elif "." not in key_name and nested in all_keys:
+            _record_entry(reader, entry, nested, all_keys)
+        elif key_name not in allowed and not _report_invalid_names(reader, nested, entry):
+            reader.problems.add(written.key_position(key_name), nested, _unknown_key_text(path, key_name, allowed))
+            misspelt_by_key |= {
+                intended: entry for intended in nearest_words(key_name, allowed) if intended not in content
+            }
     for (
-        key,
+        key_name,
         entry,
     ) in misspelt_by_key.items():  # its content is read as that of the intended key, so that nothing is missing
-        _record_entry(reader, entry, f"{path}.{key}" if path else key, key_table)
+        _record_entry(reader, entry, f"{path}.{key_name}" if path else key_name, all_keys)
     content = content | misspelt_by_key
-    for nested, node in key_table.items():
-        if (
-            isinstance(node, Section)
-            and nested.rpartition(".")[0] == path
-            and _is_section_missing(nested, node, content)
-        ):
-            key = nested.rpartition(".")[2]
-            reader.problems.add(written, nested, f"is missing; write the section '{key}' ({node.text})")
+    for nested, key in all_keys.items():
+        if isinstance(key, Section) and nested.rpartition(".")[0] == path and _is_section_missing(nested, key, content):
+            key_name = nested.rpartition(".")[2]
+            reader.problems.add(written, nested, f"is missing; write the section '{key_name}' ({key.text})")
 
 
-def _record_entry(reader: Reader, written: WrittenValue, path: str, key_table: KeyTable) -> None:
+def _record_entry(reader: Reader, written: WrittenValue, path: str, all_keys: KeyTable) -> None:
     """Record the value of a known key or the content of a section, even of one that replaces a quantity."""
-    node = key_table.get(path)
-    is_replaced = isinstance(node, Number) and isinstance(written.value, dict) and _has_keys_below(key_table, path)
-    if isinstance(node, Section) or is_replaced:
-        _read_section(reader, written, path, key_table)
-    elif node is not None:
+    key = all_keys.get(path)
+    is_replaced = isinstance(key, Number) and isinstance(written.value, dict) and _has_keys_below(all_keys, path)
+    if isinstance(key, Section) or is_replaced:
+        _read_section(reader, written, path, all_keys)
+    elif key is not None:
         reader.written[path] = written
 
 
@@ -175,14 +173,14 @@ def _report_invalid_names(reader: Reader, path: str, written: WrittenValue) -> b
     """Report invalid names in an open section, and return whether there are any."""
     names = list(written.value) if has_user_names(path) and isinstance(written.value, dict) else []
     invalid = dict(wrong_names(path, names))
-    for name, sentence in invalid.items():
-        reader.problems.add(written.key_position(name), f"{path}.{name}", f"'{name}' {sentence}")
+    for name, message in invalid.items():
+        reader.problems.add(written.key_position(name), f"{path}.{name}", f"'{name}' {message}")
     return bool(invalid)
 
 
-def _is_section_missing(path: str, node: Section, content: dict[str, WrittenValue]) -> bool:
+def _is_section_missing(path: str, key: Section, content: dict[str, WrittenValue]) -> bool:
     """Return whether the section at `path` is missing from its parent `content`."""
-    return node.need == "required" and path.rpartition(".")[2] not in content and node.unless not in content
+    return key.need == "required" and path.rpartition(".")[2] not in content and key.unless not in content
 
 
 def _unknown_key_text(path: str, key: str, allowed: list[str]) -> str:
@@ -199,63 +197,63 @@ def _unknown_key_text(path: str, key: str, allowed: list[str]) -> str:
     return f"unknown key '{key}'{did_you_mean(key, allowed)} {allowed_text}"
 
 
-def _select_keys_in_use(reader: Reader, key_table: KeyTable) -> None:
+def _select_keys_in_use(reader: Reader, all_keys: KeyTable) -> None:
     """Reduce the whole shape to the keys in use; wear and roughness also get keys that otherwise only laws have."""
-    for path, node in key_table.items():
+    for path, key in all_keys.items():
         parent = path.rpartition(".")[0]
-        is_present = not isinstance(node, Section) or _section_exists(reader, path, node)
-        if isinstance(key_table.get(parent), Number):
+        is_present = not isinstance(key, Section) or _section_exists(reader, path, key)
+        if isinstance(all_keys.get(parent), Number):
             is_present = parent in reader.sections
-        elif isinstance(node, Number) and path in reader.sections:  # a section replaces it
+        elif isinstance(key, Number) and path in reader.sections:  # a section replaces it
             is_present = False
-        has_parent = not parent or parent in reader.shape or isinstance(key_table.get(parent), Number)
+        has_parent = not parent or parent in reader.keys_in_use or isinstance(all_keys.get(parent), Number)
         if (
             is_present
             and has_parent
-            and not isinstance(node, Name)
+            and not isinstance(key, Name)
             and reader.unread_sections.isdisjoint((path, parent))
         ):
-            reader.shape[path] = node
-            if isinstance(node, Section):
+            reader.keys_in_use[path] = key
+            if isinstance(key, Section):
                 reader.sections.setdefault(path, reader.sections[parent])
     set_life_time_budget(reader)
-    for path, node in reader.shape.items():
+    for path, key in reader.keys_in_use.items():
         joint = ".".join(path.split(".")[:2])
         is_of_material = path.startswith(f"{joint}.contact.material.")
-        needs_size = f"{joint}.roughness" in reader.shape and (
+        needs_size = f"{joint}.roughness" in reader.keys_in_use and (
             is_of_material or path in (f"{joint}.length", f"{joint}.bearing_radius")
         )
-        if isinstance(node, Number) and (needs_size or (is_of_material and f"{joint}.wear" in reader.shape)):
-            reader.shape[path] = Number(tuple(key_use._replace(when=()) for key_use in node.uses))
+        if isinstance(key, Number) and (needs_size or (is_of_material and f"{joint}.wear" in reader.keys_in_use)):
+            reader.keys_in_use[path] = Number(tuple(key_use._replace(when=()) for key_use in key.uses))
 
 
-def _has_keys_below(key_table: KeyTable, path: str) -> bool:
+def _has_keys_below(all_keys: KeyTable, path: str) -> bool:
     """Return whether there are keys below `path`."""
-    return any(nested.rpartition(".")[0] == path for nested in key_table)
+    return any(nested.rpartition(".")[0] == path for nested in all_keys)
 
 
-def _section_exists(reader: Reader, path: str, node: Section) -> bool:
+def _section_exists(reader: Reader, path: str, key: Section) -> bool:
     """Return whether the section at `path` exists: written or implied, together with the sections it needs."""
-    required = f"{path.rpartition('.')[0].rpartition('.')[0]}.{node.needs}"
-    return (path in reader.sections or node.need == "implied") and (not node.needs or required in reader.shape)
+    required = f"{path.rpartition('.')[0].rpartition('.')[0]}.{key.needs}"
+    return (path in reader.sections or key.need == "implied") and (not key.needs or required in reader.keys_in_use)
 
 
 def read_channels(reader: Reader, path: str) -> None:
     """Read the names of the time histories to store; `check_channels` checks them once the layout is known."""
-    written, node = reader.written.get(path), reader.shape[path]
+    written, key = reader.written.get(path), reader.keys_in_use[path]
     if written is None:
         return
-    assert isinstance(node, NameList), path
+    assert isinstance(key, NameList), path
     items = written.value if isinstance(written.value, list) else []
     invalid = [item for item in items if not isinstance(item.value, str)]
     for item in invalid or ([] if items else [written]):
-        sentence = f"found {quoted(item.value)}; expected {node.noun}, such as {node.example}"
-        reader.problems.add(item, path, sentence)
+        message = f"found {quoted(item.value)}; expected {key.noun}, such as {key.example}"
+        reader.problems.add(item, path, message)
     if invalid or not items:
         return
     if reader.values.get("save.orbits") == "none":
-        sentence = "is not used, as save.orbits is none; leave one of them out"
-        reader.problems.add(written, path, sentence)
+        message = "is not used, as save.orbits is none; leave one of them out"
+        reader.problems.add(written, path, message)
     else:
         reader.values[path] = list(dict.fromkeys(item.value for item in items))
 
@@ -274,6 +272,6 @@ def check_channels(reader: Reader, layout: Layout) -> None:
 
 def set_life_time_budget(reader: Reader) -> None:
     """Set the default of `patience` from the time budget of a case with a life."""
-    if LIFE in reader.shape and TIME_BUDGET_PATH in reader.shape:
+    if LIFE in reader.keys_in_use and TIME_BUDGET_PATH in reader.keys_in_use:
         field = TIME_BUDGET_FIELD._replace(default=None, optional=True)
-        reader.shape[TIME_BUDGET_PATH] = Number((Use(field),), sweep=False)
+        reader.keys_in_use[TIME_BUDGET_PATH] = Number((Use(field),), sweep=False)

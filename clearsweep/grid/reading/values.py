@@ -22,15 +22,15 @@ Meaning = tuple[Field, list[str]]  # meaning of a quantity, and its possible uni
 _MAX_LAWS_NAMED = 6  # laws in a message
 
 
-def read_word_key(reader: Reader, path: str, node: Word) -> None:
+def read_word_key(reader: Reader, path: str, key: Word) -> None:
     """Read a word, or the law names on its axis."""
 
     def read_word(written: WrittenValue) -> str | None:
-        if isinstance(written.value, str) and written.value in node.options:
+        if isinstance(written.value, str) and written.value in key.options:
             return written.value
-        noun = f"unknown {node.noun}"
-        hint = did_you_mean(written.value, node.options) if isinstance(written.value, str) else ""
-        allowed, reason = ", ".join(node.options) or "none", node.refused.get(str(written.value))
+        noun = f"unknown {key.noun}"
+        hint = did_you_mean(written.value, key.options) if isinstance(written.value, str) else ""
+        allowed, reason = ", ".join(key.options) or "none", key.refused.get(str(written.value))
         description = f"found {quoted(written.value)}; {reason}" if reason else f"{noun} {quoted(written.value)}"
         reader.problems.add(written, path, f"{description}{hint} (known: {allowed})")
         reader.unread_laws.add(path)
@@ -40,13 +40,11 @@ def read_word_key(reader: Reader, path: str, node: Word) -> None:
     if path in reader.written:
         value = read_word(reader.written[path])
         values = () if value is None else (value,)
-    elif node.default is not None:
-        has_conditional_default = node.conditional_default and node.conditional_default.applies(
+    elif key.default is not None:
+        has_conditional_default = key.conditional_default and key.conditional_default.applies(
             reader.is_given, reader.names
         )
-        values = (
-            node.conditional_default.word if node.conditional_default and has_conditional_default else node.default,
-        )
+        values = (key.conditional_default.word if key.conditional_default and has_conditional_default else key.default,)
     if path in reader.written_axes:
         _record_axis(reader, path, ValueReader(read_word, ""))
         values = reader.axes.get(path, ())
@@ -56,64 +54,64 @@ def read_word_key(reader: Reader, path: str, node: Word) -> None:
         reader.unread_laws.add(path)
         if path not in reader.written and path not in reader.written_axes:
             reader.problems.add(
-                reader.position_of(path), path, f"is missing; write one of {', '.join(node.options)} ({node.text})"
+                reader.position_of(path), path, f"is missing; write one of {', '.join(key.options)} ({key.text})"
             )
-    elif not node.may_be_unused and not node.is_used(reader.names) and _seems_used(reader, path, node):
+    elif not key.may_be_unused and not key.is_used(reader.names) and _seems_used(reader, path, key):
         reader.problems.add(
-            reader.position_of(path), path, f"is not used by {_law_names_text(reader, node)}; leave it out"
+            reader.position_of(path), path, f"is not used by {_law_names_text(reader, key)}; leave it out"
         )
-    reader.names[path] = frozenset(values or node.options)
+    reader.names[path] = frozenset(values or key.options)
     make_law_axis(reader, path)
 
 
-def read_table_key(reader: Reader, path: str, node: Table) -> None:
+def read_table_key(reader: Reader, path: str, key: Table) -> None:
     """Read one table."""
-    if node.when and not node.is_used(reader.names):
-        if _seems_used(reader, path, node):
+    if key.when and not key.is_used(reader.names):
+        if _seems_used(reader, path, key):
             reader.problems.add(
-                reader.position_of(path), path, f"is not used by {_law_names_text(reader, node)}; leave it out"
+                reader.position_of(path), path, f"is not used by {_law_names_text(reader, key)}; leave it out"
             )
         return
-    if path not in reader.written and node.optional:
+    if path not in reader.written and key.optional:
         return
     if path not in reader.written:
-        sentence = f"is missing; write the name of a .csv file in the directory of the grid ({node.columns.text})"
-        reader.problems.add(reader.position_of(path), path, sentence)
+        message = f"is missing; write the name of a .csv file in the directory of the grid ({key.columns.text})"
+        reader.problems.add(reader.position_of(path), path, message)
         return
-    if (values := read_table(reader.problems, path, reader.written[path], node.columns)) is not None:
+    if (values := read_table(reader.problems, path, reader.written[path], key.columns)) is not None:
         reader.values[path] = values
 
 
 def read_flag(reader: Reader, path: str) -> None:
     """Read a flag; false is treated as left out."""
-    node, written = reader.shape[path], reader.written.get(path)
-    assert isinstance(node, Flag), path
+    key, written = reader.keys_in_use[path], reader.written.get(path)
+    assert isinstance(key, Flag), path
     if written is not None and not isinstance(written.value, bool):
         reader.problems.add(written, path, f"found {quoted(written.value)}; expected true or false")
-    value = node.default if written is None else bool(written.value)
-    if value or node.default is not None:
+    value = key.default if written is None else bool(written.value)
+    if value or key.default is not None:
         reader.values[path] = value
 
 
-def read_number(reader: Reader, path: str, node: Number) -> None:
+def read_number(reader: Reader, path: str, key: Number) -> None:
     """Read a quantity, or its axis, with the meaning that each law in use gives it."""
-    fields = node.fields(reader.names)
-    if not fields and _seems_used(reader, path, node):
-        owners = sorted({name for key_use in node.uses for name in key_use.when[-1][1]})
+    fields = key.fields(reader.names)
+    if not fields and _seems_used(reader, path, key):
+        owners = sorted({name for key_use in key.uses for name in key_use.when[-1][1]})
         others_text = f" and {len(owners) - _MAX_LAWS_NAMED} more" if len(owners) > _MAX_LAWS_NAMED else ""
         owners_text = ", ".join(owners[:_MAX_LAWS_NAMED])
-        sentence = (
-            f"is not used by {_law_names_text(reader, node)}, only by {owners_text}{others_text}; leave it out or "
+        message = (
+            f"is not used by {_law_names_text(reader, key)}, only by {owners_text}{others_text}; leave it out or "
             "choose another law"
         )
-        reader.problems.add(reader.position_of(path), path, sentence)
+        reader.problems.add(reader.position_of(path), path, message)
         return
-    meanings = [(field, _possible_units(reader, path, field)) for field in fields or (node.uses[0].field,)]
-    if _depends_on_unreadable(reader, node):  # which meaning applies is unknown; any that fits will do
+    meanings = [(field, _possible_units(reader, path, field)) for field in fields or (key.uses[0].field,)]
+    if _depends_on_unreadable(reader, key):  # which meaning applies is unknown; any that fits will do
         silent_reader = Reader(Problems(), reader.mechanism, reader.outline)
         written = reader.written.get(path)
         if path in reader.written_axes or (
-            written and any(_read_quantity(silent_reader, path, written, [meaning]) is not None for meaning in meanings)
+            written and any(_read_number(silent_reader, path, written, [meaning]) is not None for meaning in meanings)
         ):
             return
         meanings = meanings[:1]
@@ -123,25 +121,25 @@ def read_number(reader: Reader, path: str, node: Number) -> None:
         _record_axis(
             reader,
             path,
-            ValueReader(lambda written: _read_quantity(reader, path, written, meanings), unit, possible_fields),
+            ValueReader(lambda written: _read_number(reader, path, written, meanings), unit, possible_fields),
         )
     if path in reader.written:
-        value = _read_quantity(reader, path, reader.written[path], meanings)
+        value = _read_number(reader, path, reader.written[path], meanings)
         if value is not None and path not in reader.written_axes:
             reader.values[path] = value
-    elif path not in reader.written_axes and not _depends_on_unreadable(reader, node):
+    elif path not in reader.written_axes and not _depends_on_unreadable(reader, key):
         for field in fields:
             if field.default is None and not field.optional and not _follows_from_material(reader, path, field):
-                _report_missing(reader, path, node, field)
+                _report_missing(reader, path, key, field)
 
 
-def _report_missing(reader: Reader, path: str, node: Number, field: Field) -> None:
+def _report_missing(reader: Reader, path: str, key: Number, field: Field) -> None:
     """Report a missing quantity, and which of the laws in use need it."""
     law_names = {
-        name for key_use in node.uses if key_use.field == field and key_use.when for name in key_use.when[-1][1]
+        name for key_use in key.uses if key_use.field == field and key_use.when for name in key_use.when[-1][1]
     }
     laws_needing = [
-        name for name in sorted(law_names) if any(name in reader.names[chooser] for chooser in node.deciding_paths())
+        name for name in sorted(law_names) if any(name in reader.names[chooser] for chooser in key.deciding_paths())
     ]
     laws_text = f" for {' and '.join(laws_needing)}" if laws_needing else ""
     unit_text = quantity.expected(quantity.replace_exponent(field.unit, 1.5))
@@ -156,7 +154,7 @@ def _record_axis(reader: Reader, path: str, reading: ValueReader) -> None:
         reader.axes[path] = tuple(values)
 
 
-def _read_quantity(reader: Reader, path: str, written: WrittenValue, meanings: list[Meaning]) -> float | int | None:
+def _read_number(reader: Reader, path: str, written: WrittenValue, meanings: list[Meaning]) -> float | int | None:
     """Return a quantity in SI that fits every field in all its units; None, with a problem, if there is none."""
     value = math.nan
     for field, units in meanings:
@@ -187,51 +185,51 @@ def exponent_values(reader: Reader, path: str) -> tuple[float, ...]:
 
 def values_before_reading(reader: Reader, path: str) -> tuple[float, ...]:
     """Return every value of the number at `path` before it is read in turn, or () if unreadable or drawn."""
-    node = reader.shape.get(path)
+    key = reader.keys_in_use.get(path)
     if path in reader.defined.dependents:
         return ()
     silent_reader = Reader(
         Problems(),
         reader.mechanism,
         reader.outline,
-        reader.shape,
+        reader.keys_in_use,
         reader.sections,
         reader.written,
         reader.written_axes,
         reader.names,
         varied_by=reader.varied_by,
     )
-    if isinstance(node, Number) and (path in reader.written or path in reader.written_axes):
-        read_number(silent_reader, path, node)
+    if isinstance(key, Number) and (path in reader.written or path in reader.written_axes):
+        read_number(silent_reader, path, key)
     return silent_reader.values_of(path)
 
 
 def _follows_from_material(reader: Reader, path: str, missing: Field) -> bool:
     """Return whether the stiffness at `path` follows from the material, which requires Hertz's exponent."""
     section = path.rpartition(".")[0]
-    if missing.unit != "N/m^exponent" or missing.name != "stiffness" or f"{section}.material" not in reader.shape:
+    if missing.unit != "N/m^exponent" or missing.name != "stiffness" or f"{section}.material" not in reader.keys_in_use:
         return False
     if any(not math.isclose(exponent, 1.5) for exponent in exponent_values(reader, path)):
-        sentence = "is missing; `material` determines the stiffness only for the exponent 1.5; write the stiffness"
-        reader.problems.add(reader.position_of(path), path, sentence)
+        message = "is missing; `material` determines the stiffness only for the exponent 1.5; write the stiffness"
+        reader.problems.add(reader.position_of(path), path, message)
     return True
 
 
-def _depends_on_unreadable(reader: Reader, node: Word | Number | Table) -> bool:
+def _depends_on_unreadable(reader: Reader, key: Word | Number | Table) -> bool:
     """Return whether this key depends on a law name that could not be read and is reported already."""
-    return any(path in reader.unread_laws for path in node.deciding_paths())
+    return any(path in reader.unread_laws for path in key.deciding_paths())
 
 
-def _seems_used(reader: Reader, path: str, node: Word | Number | Table) -> bool:
+def _seems_used(reader: Reader, path: str, key: Word | Number | Table) -> bool:
     """Return whether an unused key was written as if it were used; it may belong to another law that is swept."""
-    has_swept_law = any(chooser in reader.written_axes for chooser in node.deciding_paths())
+    has_swept_law = any(chooser in reader.written_axes for chooser in key.deciding_paths())
     is_written = path in reader.written_axes or (path in reader.written and not has_swept_law)
-    return is_written and not _depends_on_unreadable(reader, node)
+    return is_written and not _depends_on_unreadable(reader, key)
 
 
-def _law_names_text(reader: Reader, node: Word | Number | Table) -> str:
+def _law_names_text(reader: Reader, key: Word | Number | Table) -> str:
     """Return in words the law names on which this key depends: `law 'hertz'`."""
-    names = {path: sorted(reader.names[path]) for path in node.deciding_paths()}
+    names = {path: sorted(reader.names[path]) for path in key.deciding_paths()}
     return ", ".join(f"{path.rpartition('.')[2]} {' or '.join(map(repr, choice))}" for path, choice in names.items())
 
 
@@ -279,14 +277,14 @@ def _times_sign(written: WrittenValue, factor: int) -> WrittenValue:
 
 def assumed_units(reader: Reader) -> tuple[str, ...]:
     """Return the paths of quantities and axes that need a unit but are written without one."""
-    numbers = (path for path, node in reader.shape.items() if isinstance(node, Number) and _has_unit(reader, node))
+    numbers = (path for path, key in reader.keys_in_use.items() if isinstance(key, Number) and _has_unit(reader, key))
     return tuple(
         path for path in numbers if _contains_bare_number(reader.written_axes.get(path) or reader.written.get(path))
     )
 
 
-def _has_unit(reader: Reader, node: Number) -> bool:
-    fields = node.fields(reader.names)
+def _has_unit(reader: Reader, key: Number) -> bool:
+    fields = key.fields(reader.names)
     return bool(fields) and fields[0].unit != "1"
 
 
@@ -312,16 +310,18 @@ def written_units(reader: Reader) -> dict[str, WrittenUnit]:
     """
     units = {}
     seek_paths = (
-        {path for path, variation in reader.varied_by.items() if variation == "seek"} if reader.searched_fits else set()
+        {path for path, section_name in reader.varied_by.items() if section_name == "seek"}
+        if reader.searched_fits
+        else set()
     )
-    for path, node in reader.shape.items():
+    for path, key in reader.keys_in_use.items():
         written = reader.written_axes.get(path) or reader.written.get(path)
-        if not isinstance(node, Number) or not node.fields(reader.names) or written is None:
+        if not isinstance(key, Number) or not key.fields(reader.names) or written is None:
             continue
         if path in reader.fits or path in seek_paths:
             continue
         exponent = reader.values.get(f"{path.rpartition('.')[0]}.exponent")
-        unit = unit_of_number(node, reader.names, exponent)
+        unit = unit_of_number(key, reader.names, exponent)
         found_units = (written_unit(text, unit) for text in _written_texts(written))
         first_unit = next((found_unit for found_unit in found_units if found_unit), None)
         if first_unit:
@@ -355,7 +355,7 @@ COEFFICIENTS = (
 
 def set_wear_units(reader: Reader) -> None:
     """Set, for each joint with wear, whether its coefficients are dimensionless, unless the grid contains this."""
-    for path in [path for path in reader.shape if path.endswith(".wear.coefficient_unit")]:
+    for path in [path for path in reader.keys_in_use if path.endswith(".wear.coefficient_unit")]:
         wear = path.rpartition(".")[0]
         entries = reader.written_axes | reader.written
         coefficients = [entries[f"{wear}.{key}"] for key in COEFFICIENTS if f"{wear}.{key}" in entries]

@@ -37,7 +37,7 @@ def read_axis(
 ) -> list[Any] | None:
     """Return the values of the axis at the key at `key_path`, or None if it is invalid.
 
-    Values must be distinct unless they vary in step with those of other axes.
+    Values must be distinct unless they vary together with those of other axes.
     """
     if isinstance(written.value, list):
         if not written.value:
@@ -214,7 +214,7 @@ class Sample(NamedTuple):
     n: int
     seed: int
     points: "np.ndarray"  # (rows, variables) in the open interval (0, 1); the rows of the design
-    drawn: dict[str, WrittenValue]  # values drawn earlier, which are kept
+    earlier_values: dict[str, WrittenValue]  # values drawn earlier, which are kept
 
 
 def read_sample(problems: Problems, written: WrittenValue, variables: int) -> Sample | None:
@@ -224,8 +224,8 @@ def read_sample(problems: Problems, written: WrittenValue, variables: int) -> Sa
     if method == "one-at-a-time":
         for key in ("n", "seed"):
             if key in content:
-                sentence = "is not used by one-at-a-time, whose cases follow from the variables; leave it out"
-                problems.add(written.key_position(key), f"sample.{key}", sentence)
+                message = "is not used by one-at-a-time, whose cases follow from the variables; leave it out"
+                problems.add(written.key_position(key), f"sample.{key}", message)
         n, seed = 1, 0
     else:
         n, seed = (SAMPLE_SECTION.value(problems, written, key) for key in ("n", "seed"))
@@ -233,14 +233,16 @@ def read_sample(problems: Problems, written: WrittenValue, variables: int) -> Sa
         low = 1 << (n.bit_length() - 1)
         problems.add(content["n"], "sample.n", f"found {n}; {method} needs a power of 2, such as {low} or {2 * low}")
     if n and method == "saltelli" and n * (variables + 2) > _MAX_CASES:
-        sentence = f"found {n}; with {variables} variables these are {n * (variables + 2)} cases, at most {_MAX_CASES}"
-        problems.add(content["n"], "sample.n", sentence)
-    drawn = content.get("drawn", WrittenValue({})).value
-    if not isinstance(drawn, dict):
-        problems.add(content["drawn"], "sample.drawn", f"found {quoted(drawn)}; expected the values of each variable")
+        message = f"found {n}; with {variables} variables these are {n * (variables + 2)} cases, at most {_MAX_CASES}"
+        problems.add(content["n"], "sample.n", message)
+    earlier_values = content.get("drawn", WrittenValue({})).value
+    if not isinstance(earlier_values, dict):
+        problems.add(
+            content["drawn"], "sample.drawn", f"found {quoted(earlier_values)}; expected the values of each variable"
+        )
     if len(problems) > problems_before or method is None or n is None or seed is None:
         return None
-    return Sample(method, n, seed, _design_points(method, n, seed, variables), drawn)
+    return Sample(method, n, seed, _design_points(method, n, seed, variables), earlier_values)
 
 
 def _design_points(method: str, n: int, seed: int, variables: int) -> "np.ndarray":

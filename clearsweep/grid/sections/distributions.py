@@ -100,8 +100,8 @@ class _Bounded(Distribution):
         texts = {
             key: quantity.written_text(item.value, reading.unit) for key, item in zip(cls.keys, bounds, strict=True)
         }
-        for sentence in cls.mistakes(parameters, texts):
-            problems.add(written, key_path, f"{cls.name}: {sentence}")
+        for message in cls.mistakes(parameters, texts):
+            problems.add(written, key_path, f"{cls.name}: {message}")
         return parameters
 
 
@@ -194,8 +194,8 @@ class _WithMean(Distribution):
         std = values.pop("std") if cv is None else cv * abs(values["mean"])
         parameters = {"mean": values.pop("mean"), "std": std, **values}
         texts = {key: quantity.written_text(moments[key].value, reading.unit) for key in parameters if key in moments}
-        for sentence in cls.mistakes(parameters, texts):
-            problems.add(written, key_path, f"{cls.name}: {sentence}")
+        for message in cls.mistakes(parameters, texts):
+            problems.add(written, key_path, f"{cls.name}: {message}")
         return parameters
 
 
@@ -294,8 +294,8 @@ def read_distribution(
         return None
     ((name, written_parameters),) = written.value.items()
     if name not in DISTRIBUTIONS:
-        sentence = f"unknown distribution '{name}'{did_you_mean(name, DISTRIBUTIONS)} (known: {forms_text()})"
-        problems.add(written.key_position(name), key_path, sentence)
+        message = f"unknown distribution '{name}'{did_you_mean(name, DISTRIBUTIONS)} (known: {forms_text()})"
+        problems.add(written.key_position(name), key_path, message)
         return None
     problems_before = len(problems)
     numbers = DISTRIBUTIONS[name].read(problems, key_path, written_parameters, reading)
@@ -330,10 +330,10 @@ def draw_values(
     for field in fields:
         out_of_range = [value for value in extremes if not field.contains(value)]
         if out_of_range:
-            sentence = (
+            message = (
                 f"{distribution.name}: {out_of_range[0]:.6g} is among its values, out of range; allowed: "
                 f"{field.allowed(out_of_range[0])}; write low and high within that, or a distribution that stays there"
             )
-            problems.add(written, key_path, sentence)
+            problems.add(written, key_path, message)
             return None
     return [float(value) for value in values]

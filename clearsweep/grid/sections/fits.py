@@ -20,8 +20,8 @@ DISTRIBUTION_FORM = "{fit: H7/f7}, or {fit: H7/f7, distribution: normal}"
 
 def replace_fits_by_clearances(grid_reader: Reader, values_of: Callable[[str], tuple[float, ...]]) -> None:
     """Replace the fits of a reader by radial clearances; `values_of` returns the known values of a path."""
-    for path, node in list(grid_reader.shape.items()):
-        if not isinstance(node, Number) or not node.uses[0].field.fit:
+    for path, key in list(grid_reader.keys_in_use.items()):
+        if not isinstance(key, Number) or not key.uses[0].field.fit:
             continue
         for entries in (grid_reader.written, grid_reader.written_axes):
             if path not in entries or not _has_fit(entries[path]):
@@ -35,7 +35,7 @@ def replace_fits_by_clearances(grid_reader: Reader, values_of: Callable[[str], t
                 if str(error):
                     grid_reader.problems.add(error.written, path, str(error))
                 for mapping in (
-                    grid_reader.shape,
+                    grid_reader.keys_in_use,
                     grid_reader.written_axes,
                     grid_reader.written,
                 ):  # its problem is reported already
@@ -52,14 +52,14 @@ def read_fit_names(
     Return None if one is wrong.
     """
     for path in paths:
-        node = grid_reader.shape.get(path)
-        if not isinstance(node, Number) or not node.uses[0].field.fit:
+        key = grid_reader.keys_in_use.get(path)
+        if not isinstance(key, Number) or not key.uses[0].field.fit:
             grid_reader.problems.add(names[0], path, "is not a clearance, so it cannot have a fit")
             return None
     readers = [_FitReader(grid_reader, path, values_of) for path in paths]
     if len({reader.radii for reader in readers}) > 1:
-        sentence = "the clearances have different bearing radii; seek each separately"
-        grid_reader.problems.add(names[0], "seek.among", sentence)
+        message = "the clearances have different bearing radii; seek each separately"
+        grid_reader.problems.add(names[0], "seek.among", message)
         return None
     fits = []
     for name in names:
@@ -75,8 +75,8 @@ def read_fit_names(
 class _WrongFitError(Exception):
     """A mistake in a fit, with its place; without a sentence if it is reported for another value."""
 
-    def __init__(self, written: WrittenValue, sentence: str):
-        super().__init__(sentence)
+    def __init__(self, written: WrittenValue, message: str):
+        super().__init__(message)
         self.written = written
 
 
@@ -110,10 +110,10 @@ class _FitReader:
             if set(items) != {"fits"} or not isinstance(items["fits"].value, list):
                 raise _WrongFitError(written, f"found {quoted(items)}; expected {{fits: [H7/g6, H7/f7]}}")
             items = [_at_position_of(item, {"fit": item}) for item in items["fits"].value]
-        is_in_step = self.radius_path in self.grid_reader.written_axes and self.grid_reader.vary_in_step(
+        is_zipped = self.radius_path in self.grid_reader.written_axes and self.grid_reader.vary_together(
             self.path, self.radius_path
         )
-        radii = [self.radii[row : row + 1] if is_in_step else self.radii for row in range(len(items))]
+        radii = [self.radii[row : row + 1] if is_zipped else self.radii for row in range(len(items))]
         return _at_position_of(written, list(map(self._mean_clearance, items, radii)))
 
     def _mean_clearance(self, written: WrittenValue, radii: tuple[float, ...]) -> WrittenValue:
@@ -141,7 +141,7 @@ class _FitReader:
     def fit(self, name: WrittenValue, radii: tuple[float, ...]) -> Fit:
         """Return the fit called `name` at a bearing radius (m), and record it."""
         if len(radii) != 1:
-            sentence = (
+            message = (
                 f"found the fit {quoted(name.value)}, whose radial clearance follows from one nominal diameter; "
                 f"{self.radius_path} is varied: vary both together under `zip`, the fit once for each radius"
             )
@@ -149,7 +149,7 @@ class _FitReader:
                 self.radius_path in self.grid_reader.written_axes
                 or self.radius_path in self.grid_reader.defined.dependents
             )
-            raise _WrongFitError(name, sentence if is_varied else "")
+            raise _WrongFitError(name, message if is_varied else "")
         if not isinstance(name.value, str):
             raise _WrongFitError(name, f"found {quoted(name.value)}; expected a fit of ISO 286, such as H7/f7")
         try:

@@ -118,14 +118,14 @@ def find_identify_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[Wr
         return {}
     axes = {}
     for path, written in over.value.items():
-        node = reader.shape.get(path)
-        is_whole = isinstance(node, Number) and any(key_use.field.whole for key_use in node.uses)
+        key = reader.keys_in_use.get(path)
+        is_whole = isinstance(key, Number) and any(key_use.field.whole for key_use in key.uses)
         if not isinstance(written.value, list) or len(written.value) != 2 or is_whole:
             expected = (
                 ("a path of a quantity that may have a fraction") if is_whole else "[low, high], the range of its prior"
             )
-            sentence = f"found {quoted(written.value)}; expected {expected}"
-            reader.problems.add(written, f"{IDENTIFY}.over.{path}", sentence)
+            message = f"found {quoted(written.value)}; expected {expected}"
+            reader.problems.add(written, f"{IDENTIFY}.over.{path}", message)
         else:
             reader.choices[path] = "range"
             axes[path] = (over.key_position(path), written)
@@ -138,7 +138,7 @@ def read_identify(reader: Reader, root: WrittenValue) -> Identify | None:
     The signals have no units yet; `check_identify` adds them once the channels are known.
     """
     section = section_in(root, IDENTIFY)
-    paths = [path for path, variation in reader.varied_by.items() if variation == IDENTIFY]
+    paths = [path for path, section_name in reader.varied_by.items() if section_name == IDENTIFY]
     if section is None or not isinstance(section.value, dict):
         return None
     problems_before = len(reader.problems)
@@ -151,8 +151,8 @@ def read_identify(reader: Reader, root: WrittenValue) -> Identify | None:
     )
     if reader.values.get("save.orbits") != "last":
         position = reader.position_of("save.orbits")
-        sentence = f"found {reader.values.get('save.orbits')}; `identify` needs last: it compares time histories"
-        reader.problems.add(position, "save.orbits", sentence)
+        message = f"found {reader.values.get('save.orbits')}; `identify` needs last: it compares time histories"
+        reader.problems.add(position, "save.orbits", message)
     if cases is None or seed is None or not signals or len(reader.problems) > problems_before:
         return None
     if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
@@ -167,8 +167,8 @@ def _read_signals_section(reader: Reader, section: WrittenValue) -> tuple[Signal
     signals = []
     for name, columns in files.value.items() if files else ():
         if not isinstance(columns.value, dict) or not columns.value:
-            sentence = f"found {quoted(columns.value)}; expected channel: column, such as {_SIGNAL_EXAMPLE}"
-            reader.problems.add(columns, f"{IDENTIFY}.from.{name}", sentence)
+            message = f"found {quoted(columns.value)}; expected channel: column, such as {_SIGNAL_EXAMPLE}"
+            reader.problems.add(columns, f"{IDENTIFY}.from.{name}", message)
             continue
         folder = Path(columns.origin).parent if columns.line else Path()
         file = str((folder / name).absolute())
@@ -176,8 +176,8 @@ def _read_signals_section(reader: Reader, section: WrittenValue) -> tuple[Signal
             if isinstance(column.value, str):
                 signals.append(Signal(file, channel, column.value, ""))
             else:
-                sentence = f"found {quoted(column.value)}; expected the name of a column"
-                reader.problems.add(column, f"{IDENTIFY}.from.{name}.{channel}", sentence)
+                message = f"found {quoted(column.value)}; expected the name of a column"
+                reader.problems.add(column, f"{IDENTIFY}.from.{name}.{channel}", message)
     return tuple(signals)
 
 
@@ -230,14 +230,14 @@ def check_identify(reader: Reader, root: WrittenValue, layout: Layout) -> Identi
             reader.problems.add(written, f"{IDENTIFY}.from", f"there is no channel '{signal.channel}'{suggestion}")
     unsaved = sorted({signal.channel for signal in signals if signal.unit} - {*reader.values.get(CHANNELS, units)})
     if unsaved:
-        sentence = f"lacks {', '.join(unsaved)}, which `identify` compares; add it"
-        reader.problems.add(reader.position_of(CHANNELS), CHANNELS, sentence)
+        message = f"lacks {', '.join(unsaved)}, which `identify` compares; add it"
+        reader.problems.add(reader.position_of(CHANNELS), CHANNELS, message)
     saved_revolutions = reader.values.get("save.revolutions") or 2.0
     if saved_revolutions < MIN_REVOLUTIONS:
-        sentence = (
+        message = (
             f"found {saved_revolutions:g}; `identify` needs at least {MIN_REVOLUTIONS} revolutions that a case saves"
         )
-        reader.problems.add(reader.position_of("save.revolutions"), "save.revolutions", sentence)
+        reader.problems.add(reader.position_of("save.revolutions"), "save.revolutions", message)
     for file in dict.fromkeys(signal.file for signal in signals):
         file_signals = [signal for signal in signals if signal.file == file and signal.unit]
         try:

@@ -134,7 +134,7 @@ def unit_of_quotient(unit: str, divisor: str) -> str:
 
 def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue) -> dict[str, str]:
     """Return the figures of merit that the cases will have, each with its unit."""
-    sections = [path.split(".") for path, node in reader.shape.items() if isinstance(node, Section)]
+    sections = [path.split(".") for path, key in reader.keys_in_use.items() if isinstance(key, Section)]
     joint_paths = [path[1:] for path in sections if path[0] == "joints" and len(path) > 1]
     parts_by_joint = {
         column_name(joint): {
@@ -169,7 +169,7 @@ def _has_strength(reader: Reader, joint: str) -> bool:
     """Return whether a joint with contact has a yield strength or a hardness."""
     prefix = f"joints.{joint}."
     known_paths = [path for path in (*reader.written, *reader.written_axes) if path.startswith(prefix)]
-    return f"{prefix}contact" in reader.shape and any(
+    return f"{prefix}contact" in reader.keys_in_use and any(
         path.endswith(".yield_strength") or path in (f"{prefix}wear.hardness", f"{prefix}roughness.hardness")
         for path in known_paths
     )
@@ -212,9 +212,9 @@ def read_uncertain(reader: Reader, root: WrittenValue) -> None:
     if not entries:
         return
     section = root.value[UNCERTAIN]
-    if LIFE not in reader.shape:
-        sentence = "needs `life`, whose interval it widens; write life: {limit, joint}, or remove this key"
-        reader.problems.add(section, UNCERTAIN, sentence)
+    if LIFE not in reader.keys_in_use:
+        message = "needs `life`, whose interval it widens; write life: {limit, joint}, or remove this key"
+        reader.problems.add(section, UNCERTAIN, message)
         return
     for path, written in entries.items():
         if problem := _path_mistake(reader, path, [*entries]):
@@ -232,7 +232,7 @@ def _path_mistake(reader: Reader, path: str, paths: list[str]) -> str:
             "journal_coefficient; draw other values with `sample`"
         )
     wear = f"joints.{match[1]}.wear"
-    if wear not in reader.shape:
+    if wear not in reader.keys_in_use:
         return f"there is no section '{wear}'; write it, or name a joint that wears"
     if match[2] == "coefficient" and any(f"{wear}.{body}" in paths for body in BODY_COEFFICIENTS):
         return f"conflicts with {wear}.bearing_coefficient or journal_coefficient; write both bodies', or this"
@@ -248,8 +248,8 @@ def _coefficient_distribution(reader: Reader, path: str, written: WrittenValue) 
     if written.value == PUBLISHED:
         library_value = reader.library_numbers.get(path)
         if library_value is None:
-            sentence = f"needs the range of a wear pair; write `{path.rpartition('.')[0]}.pair`, or a distribution"
-            reader.problems.add(written, key_path, sentence)
+            message = f"needs the range of a wear pair; write `{path.rpartition('.')[0]}.pair`, or a distribution"
+            reader.problems.add(written, key_path, message)
             return None
         bounds = [
             WrittenValue(f"{endpoint!r} {library_value.value.unit}", written.origin)
@@ -264,19 +264,19 @@ def _coefficient_distribution(reader: Reader, path: str, written: WrittenValue) 
         )
         return None
     wear = path.rpartition(".")[0]
-    node = reader.shape[f"{wear}.{BODY_COEFFICIENTS[0]}"]
-    assert isinstance(node, Number)  # a single coefficient
-    (field, *_) = node.fields(reader.names)
+    key = reader.keys_in_use[f"{wear}.{BODY_COEFFICIENTS[0]}"]
+    assert isinstance(key, Number)  # a single coefficient
+    (field, *_) = key.fields(reader.names)
 
     reading = ValueReader(lambda item: read_quantity(reader.problems, key_path, item, field.unit), field.unit, (field,))
     distribution = read_distribution(reader.problems, key_path, written, reading)
     if distribution is None:
         return None
     if _interval(distribution)[0] <= 0.0:
-        sentence = (
+        message = (
             f"{distribution.name}: its 2.5 % quantile is not above 0; write a lognormal or loguniform distribution"
         )
-        reader.problems.add(written, key_path, sentence)
+        reader.problems.add(written, key_path, message)
         return None
     return distribution.resolved()
 

@@ -142,7 +142,7 @@ def find_optimise_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[Wr
         return {}
     axes = {}
     for key, written in over.value.items():
-        path = name_path(key, reader.shape)
+        path = name_path(key, reader.keys_in_use)
         values = _read_choice(reader, path, written)
         if values is not None:
             axes[path] = (over.key_position(key), values)
@@ -151,8 +151,8 @@ def find_optimise_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[Wr
 
 def _read_choice(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | None:
     """Return the values of one path in the form of an axis."""
-    key_path, node = f"{OPTIMISE}.over.{path}", reader.shape.get(path)
-    is_whole = isinstance(node, Number) and any(use.field.whole for use in node.uses)
+    key_path, key = f"{OPTIMISE}.over.{path}", reader.keys_in_use.get(path)
+    is_whole = isinstance(key, Number) and any(use.field.whole for use in key.uses)
     content, kind = written.value, "range"
     if isinstance(content, dict) and len(content) == 1 and {*content} <= {AMONG, WHOLE}:
         ((kind, written),) = content.items()
@@ -162,11 +162,11 @@ def _read_choice(reader: Reader, path: str, written: WrittenValue) -> WrittenVal
             return written
     is_pair = isinstance(content, list) and len(content) == 2
     if not isinstance(content, list) or not content or (kind != AMONG and not is_pair):
-        sentence = f"found {quoted(content)}; expected [low, high], {{among: [...]}} or {{whole: [low, high]}}"
-        reader.problems.add(written, key_path, sentence)
+        message = f"found {quoted(content)}; expected [low, high], {{among: [...]}} or {{whole: [low, high]}}"
+        reader.problems.add(written, key_path, message)
         return None
-    if kind != AMONG and (isinstance(node, Word) or is_whole != (kind == WHOLE)):
-        expected = "{among: [...]}" if isinstance(node, Word) else "{whole: [low, high]}" if is_whole else "[low, high]"
+    if kind != AMONG and (isinstance(key, Word) or is_whole != (kind == WHOLE)):
+        expected = "{among: [...]}" if isinstance(key, Word) else "{whole: [low, high]}" if is_whole else "[low, high]"
         reader.problems.add(written, key_path, f"found {quoted(content)}; this key takes {expected}")
         return None
     reader.choices[path] = kind
@@ -197,11 +197,11 @@ def check_range(reader: Reader, path: str, section: str) -> None:
     """Report a range whose ends are in the wrong order, and a path that cannot vary from case to case."""
     values = reader.axes[path]
     if reader.choices[path] != AMONG and values[0] >= values[-1]:
-        sentence = "the first value is not below the second; swap them"
-        reader.problems.add(reader.written_axes[path], f"{section}.over.{path}", sentence)
+        message = "the first value is not below the second; swap them"
+        reader.problems.add(reader.written_axes[path], f"{section}.over.{path}", message)
     if path.endswith(".exponent"):
-        sentence = f"cannot vary under `{section}`, because units of other keys depend on it"
-        reader.problems.add(reader.written_axes[path], f"{section}.over.{path}", sentence)
+        message = f"cannot vary under `{section}`, because units of other keys depend on it"
+        reader.problems.add(reader.written_axes[path], f"{section}.over.{path}", message)
 
 
 def _read_objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, bool], ...]:
@@ -212,15 +212,15 @@ def _read_objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, 
         for item in OPTIMISE_SECTION.value(reader.problems, section, sense) or ():
             if item.value not in known_columns:
                 suggestion = did_you_mean(item.value, known_columns) or f" (known: {', '.join(known_columns)})"
-                sentence = f"{quoted(item.value)} is not a column of this grid{suggestion}"
-                reader.problems.add(item, f"{OPTIMISE}.{sense}", sentence)
+                message = f"{quoted(item.value)} is not a column of this grid{suggestion}"
+                reader.problems.add(item, f"{OPTIMISE}.{sense}", message)
             elif item.value in dict(objectives):
                 reader.problems.add(item, f"{OPTIMISE}.{sense}", f"{item.value} occurs twice; remove one of them")
             else:
                 objectives.append((item.value, sense == SENSES[1]))
     if not any(sense in section.value for sense in SENSES):
-        sentence = "is missing; give the column to minimise, or maximise: the column to maximise"
-        reader.problems.add(section, f"{OPTIMISE}.{SENSES[0]}", sentence)
+        message = "is missing; give the column to minimise, or maximise: the column to maximise"
+        reader.problems.add(section, f"{OPTIMISE}.{SENSES[0]}", message)
     return tuple(objectives)
 
 
@@ -228,13 +228,13 @@ def start_values(reader: Reader, over: Mapping[str, Choice]) -> dict[str, Any]:
     """Return the values written in the grid, or {} unless all are written and within their choices."""
     start: dict[str, Any] = {}
     for path, choice in over.items():
-        written, node = reader.written.get(path), reader.shape[path]
+        written, key = reader.written.get(path), reader.keys_in_use[path]
         if written is None:
             return {}
         value: Any = written.value
-        if isinstance(node, Number):
+        if isinstance(key, Number):
             exponents = reader.values_of(f"{path.rpartition('.')[0]}.exponent")
-            unit = quantity.replace_exponent(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
+            unit = quantity.replace_exponent(key.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
             value = quantity.read(value, unit)
         is_allowed = value in choice.values if choice.kind == AMONG else choice.values[0] <= value <= choice.values[-1]
         if not is_allowed or (isinstance(value, float) and math.isnan(value)):

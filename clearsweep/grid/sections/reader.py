@@ -29,9 +29,9 @@ class Reader:
     problems: Problems
     mechanism: Mechanism  # the named mechanism, or the likeliest one
     outline: Outline
-    shape: KeyTable = field(default_factory=dict)  # the keys in use: sections that are left out are missing
+    keys_in_use: KeyTable = field(default_factory=dict)  # the keys in use: sections that are left out are missing
     sections: dict[str, WrittenValue] = field(default_factory=dict)
-    written: dict[str, WrittenValue] = field(default_factory=dict)  # values of the keys in `shape`
+    written: dict[str, WrittenValue] = field(default_factory=dict)  # values of the keys in use
     written_axes: dict[str, WrittenValue] = field(default_factory=dict)
     names: dict[str, frozenset[str]] = field(default_factory=dict)  # path of a law's name -> names in use
     unread_laws: set[str] = field(default_factory=set)  # paths of law names that could not be read
@@ -40,7 +40,7 @@ class Reader:
     axes: dict[str, tuple[Any, ...]] = field(default_factory=dict)
     varied_by: dict[str, str] = field(default_factory=dict)  # varied path -> the section that varies it
     sample: Sample | None = None
-    drawn: tuple[str, ...] = ()  # the paths under `sample`
+    drawn_paths: tuple[str, ...] = ()  # the paths under `sample`
     distributions: dict[str, Distribution] = field(default_factory=dict)
     fits: dict[str, list[Fit]] = field(default_factory=dict)  # path of a clearance -> its fits as written
     labels: dict[str, tuple[str, ...]] = field(default_factory=dict)  # path of an axis -> the labels of its values
@@ -72,8 +72,8 @@ class Reader:
 
     def text(self, path: str, value: Any) -> str:
         """Return a value of `path` as it was written, or in SI if it follows from other values."""
-        node = self.shape.get(path)
-        unit = node.fields(self.names)[0].unit if isinstance(node, Number) and node.is_used(self.names) else "1"
+        key = self.keys_in_use.get(path)
+        unit = key.fields(self.names)[0].unit if isinstance(key, Number) and key.is_used(self.names) else "1"
         entry = self.written_axes.get(path) or self.written.get(path)
         items = [] if entry is None else entry.value if isinstance(entry.value, list) else [entry]
         for item in items:
@@ -91,10 +91,10 @@ class Reader:
         """Return whether a value or a section is written or swept."""
         return path in self.written or path in self.written_axes or path in self.sections
 
-    def vary_in_step(self, *paths: str) -> bool:
-        """Return whether these paths vary in step, row by row."""
+    def vary_together(self, *paths: str) -> bool:
+        """Return whether these paths vary together, row by row."""
         dependents = self.defined.dependents
-        if all(path in dependents for path in paths):  # both follow one name, so they vary together
+        if all(path in dependents for path in paths):  # both follow one name
             return len({self.defined.varied_in(dependents[path]) for path in paths}) == 1
         sections = {self.varied_by.get(path) for path in paths}
         return len(sections) == 1 and sections.isdisjoint((None, "sweep", "seek"))
@@ -109,8 +109,8 @@ class Reader:
             return tuple(material_values(path, self.materials, self.axes))
         if path in self.values:
             return (self.values[path],)
-        node = self.shape.get(path)
-        fields = node.fields(self.names) if isinstance(node, Number) and path not in self.written else ()
+        key = self.keys_in_use.get(path)
+        fields = key.fields(self.names) if isinstance(key, Number) and path not in self.written else ()
         return tuple(field.default for field in fields if field.default is not None)
 
 
@@ -145,10 +145,10 @@ def find_over(
     """Return `over` of a section that chooses all cases, or None if it is missing or conflicts with another section."""
     for conflict in conflicts:
         if conflict in root.value:
-            sentence = (
+            message = (
                 f"conflicts with `{conflict}`; `{key_section.name}` chooses all cases itself; remove one of the two"
             )
-            reader.problems.add(section, key_section.name, sentence)
+            reader.problems.add(section, key_section.name, message)
             return None
     over: WrittenValue | None = key_section.value(reader.problems, section, "over")
     return over
@@ -156,14 +156,14 @@ def find_over(
 
 def check_always_used(reader: Reader, position: WrittenValue, section: str, path: str) -> None:
     """Report a swept key that some of the swept laws do not use, because every added case has a value of each key."""
-    node = value_key(reader.shape, path)
-    if isinstance(node, Word):
+    key = value_key(reader.keys_in_use, path)
+    if isinstance(key, Word):
         return
-    for chooser in node.deciding_paths():
+    for chooser in key.deciding_paths():
         for law in reader.axes.get(chooser, ()):
-            if not node.is_used(reader.names | {chooser: frozenset({law})}):
-                sentence = f"{path} is not used by {law}; with `{section}` every law that is tried must use every key"
-                reader.problems.add(position, section, f"{sentence} that is swept")
+            if not key.is_used(reader.names | {chooser: frozenset({law})}):
+                message = f"{path} is not used by {law}; with `{section}` every law that is tried must use every key"
+                reader.problems.add(position, section, f"{message} that is swept")
                 return
 
 
@@ -186,10 +186,10 @@ def read_check_laws(reader: Reader, root: WrittenValue) -> None:
         return
     for conflict in _CONFLICTING_SECTIONS:
         if conflict in root.value:
-            sentence = (
+            message = (
                 f"conflicts with `{conflict}`, which adds cases, too; run its answer as a grid with `{CHECK_LAWS}`"
             )
-            reader.problems.add(written, CHECK_LAWS, sentence)
+            reader.problems.add(written, CHECK_LAWS, message)
     reader.check_laws = True
 
 
@@ -211,7 +211,9 @@ def make_law_axis(reader: Reader, path: str) -> None:
 
 def checked_law_paths(reader: Reader) -> tuple[str, ...]:
     """Return the paths of the laws that are checked."""
-    swept = (path for path, node in reader.shape.items() if isinstance(node, Word) and path.endswith(_CHECKED_SUFFIXES))
+    swept = (
+        path for path, key in reader.keys_in_use.items() if isinstance(key, Word) and path.endswith(_CHECKED_SUFFIXES)
+    )
     return tuple(path for path in swept if reader.check_laws and len(reader.axes.get(path, ())) == 1)
 
 

@@ -94,9 +94,9 @@ class WordKey(Key):
         if word in self.words:
             return str(word)
         suggestion = did_you_mean(word, self.words) if isinstance(word, str) else ""
-        sentence = f"unknown {self.noun} {quoted(word)}{suggestion}{self.choices_text()}"
+        message = f"unknown {self.noun} {quoted(word)}{suggestion}{self.choices_text()}"
         problems.add(
-            written, key_path, sentence if self.noun else f"found {quoted(word)}; expected {' or '.join(self.words)}"
+            written, key_path, message if self.noun else f"found {quoted(word)}; expected {' or '.join(self.words)}"
         )
         return None
 
@@ -140,8 +140,8 @@ class NamesKey(Key):
         invalid = [item for item in items if not isinstance(item.value, str)]
         if invalid or not items:
             faulty = invalid[0] if invalid else written
-            sentence = f"found {quoted(faulty.value)}; expected a {self.noun}, or a list of such"
-            problems.add(faulty, key_path, sentence)
+            message = f"found {quoted(faulty.value)}; expected a {self.noun}, or a list of such"
+            problems.add(faulty, key_path, message)
             return None
         first_items: dict[str, WrittenValue] = {}
         for item in items:
@@ -171,8 +171,8 @@ class CountKey(Key):
             return None
         if number.denominator == 1 and self.low <= number <= self.high:
             return int(number)
-        sentence = f"found {written.value}; allowed: a whole number from {self.low} to {self.high:,}"
-        problems.add(written, key_path, sentence)
+        message = f"found {written.value}; allowed: a whole number from {self.low} to {self.high:,}"
+        problems.add(written, key_path, message)
         return None
 
 
@@ -283,8 +283,8 @@ class KeySection(NamedTuple):
         if section is None:
             return None
         if not isinstance(section.value, dict):
-            sentence = f"found {quoted(section.value)}; expected a section such as {self.example}"
-            problems.add(section, self.name, sentence)
+            message = f"found {quoted(section.value)}; expected a section such as {self.example}"
+            problems.add(section, self.name, message)
             return None
         report_unknown_keys(problems, self.name, section, self.known, {key.name for key in self.all_keys})
         return section
@@ -324,8 +324,8 @@ class NameSection(NamedTuple):
         if section is None:
             return {}
         if not isinstance(section.value, dict) or not section.value:
-            sentence = f"contains no {self.noun}; for example: `{self.example}`, or leave the key '{self.name}' out"
-            problems.add(section, self.name, sentence)
+            message = f"contains no {self.noun}; for example: `{self.example}`, or leave the key '{self.name}' out"
+            problems.add(section, self.name, message)
             return {}
         return dict(section.value)
 
@@ -341,8 +341,8 @@ def report_unknown_keys(
     """Report keys of the section that are neither known nor accepted, and return whether there are any."""
     unknown = [key for key in section.value if key not in known and key not in accepted]
     for key in unknown:
-        sentence = f"unknown key '{key}'{did_you_mean(key, known)} (allowed: {', '.join(known)})"
-        problems.add(section.key_position(key), f"{key_path}.{key}", sentence)
+        message = f"unknown key '{key}'{did_you_mean(key, known)} (allowed: {', '.join(known)})"
+        problems.add(section.key_position(key), f"{key_path}.{key}", message)
     return bool(unknown)
 
 
@@ -374,12 +374,12 @@ def report_mixed_units(problems: Problems, key_path: str, items: Iterable[Writte
     )
     bare_items = [item for item in items if quantity.is_bare(item.value)] if item_with_unit else []
     for item in bare_items:
-        sentence = (
+        message = (
             f"found {item.value} without a unit next to {quoted(item_with_unit.value if item_with_unit else '')}; "
             "alone it would mean "
             f"{item.value} {unit}: write the unit of each, or of none"
         )
-        problems.add(item, key_path, sentence)
+        problems.add(item, key_path, message)
     return bool(bare_items)
 
 

@@ -145,10 +145,10 @@ def read_seek_range(
         return None
     directions = [direction for direction in SEEK_DIRECTIONS if direction in section.value]
     if len(directions) != 1:
-        sentence = (
+        message = (
             "has both largest and smallest; write one of them" if directions else "is missing; write the path to vary"
         )
-        reader.problems.add(section, f"{SEEK}.{SEEK_DIRECTIONS[0]}", f"{sentence}, such as {_SEEK_EXAMPLE}")
+        reader.problems.add(section, f"{SEEK}.{SEEK_DIRECTIONS[0]}", f"{message}, such as {_SEEK_EXAMPLE}")
         return None
     paths = SEEK_SECTION.value(reader.problems, section, directions[0])
     if paths is None:
@@ -166,8 +166,8 @@ def _read_fits(
     among = section.value["among"]
     for key in ("between", "within"):
         if key in section.value:
-            sentence = "conflicts with `among`, which lists the values to try; remove one of the two"
-            reader.problems.add(section.value[key], f"{SEEK}.{key}", sentence)
+            message = "conflicts with `among`, which lists the values to try; remove one of the two"
+            reader.problems.add(section.value[key], f"{SEEK}.{key}", message)
             return None
     content = among.value
     names = content["fits"].value if isinstance(content, dict) and [*content] == ["fits"] else None
@@ -186,7 +186,7 @@ def _read_fits(
 def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Seek | None:
     """Return the section `seek`, or None if it is missing or wrong; its axis must have been read."""
     section = section_in(root, SEEK)
-    paths = tuple(path for path, variation in reader.varied_by.items() if variation == SEEK)
+    paths = tuple(path for path, section_name in reader.varied_by.items() if section_name == SEEK)
     if section is None or not paths or not set(paths) <= reader.axes.keys():
         return None
     path = paths[0]
@@ -221,17 +221,17 @@ def read_seek(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> 
             quantity.written_text(size, _unit_of_path(reader, path))
             for size in ((high - low) / 1e12, (high - low) / 4.0)
         )
-        sentence = f"found {entries['within'].value}; allowed: {smallest} to {largest}, a quarter of the range"
-        reader.problems.add(entries["within"], f"{SEEK}.within", sentence)
+        message = f"found {entries['within'].value}; allowed: {smallest} to {largest}, a quarter of the range"
+        reader.problems.add(entries["within"], f"{SEEK}.within", message)
         return None
     return Seek(direction, paths, (low, high), tolerance, is_per_case)
 
 
 def _unit_of_path(reader: Reader, path: str) -> str:
-    node = reader.shape[path]
-    assert isinstance(node, Number)  # others cannot be searched for
+    key = reader.keys_in_use[path]
+    assert isinstance(key, Number)  # others cannot be searched for
     exponents = reader.values_of(f"{path.rpartition('.')[0]}.exponent")
-    return quantity.replace_exponent(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
+    return quantity.replace_exponent(key.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
 
 
 REFINE = "refine"
@@ -271,14 +271,14 @@ def read_refine(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -
     if section is None:
         return None
     if SEEK in root.value:
-        sentence = "conflicts with `seek`, which finds the limit automatically; remove one of the two"
-        reader.problems.add(section, REFINE, sentence)
+        message = "conflicts with `seek`, which finds the limit automatically; remove one of the two"
+        reader.problems.add(section, REFINE, message)
     if not limits:
         reader.problems.add(section, REFINE, "needs limits, whose border it refines; add `limits`")
     paths = tuple(path for path in reader.axes if reader.varied_by[path] == "sweep" and _is_divisible(reader, path))
     if not paths:
-        sentence = "cannot add cases between those of the grid; `sweep` at least one quantity with two or more values"
-        reader.problems.add(section, REFINE, sentence)
+        message = "cannot add cases between those of the grid; `sweep` at least one quantity with two or more values"
+        reader.problems.add(section, REFINE, message)
     for path in reader.axes:
         check_always_used(reader, section, REFINE, path)
     REFINE_SECTION.value(reader.problems, section, "along")
@@ -288,6 +288,6 @@ def read_refine(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -
 
 def _is_divisible(reader: Reader, path: str) -> bool:
     """Return whether an axis can be subdivided."""
-    node = value_key(reader.shape, path)
-    is_indivisible = not isinstance(node, Number) or any(key_use.field.whole for key_use in node.uses)
+    key = value_key(reader.keys_in_use, path)
+    is_indivisible = not isinstance(key, Number) or any(key_use.field.whole for key_use in key.uses)
     return not is_indivisible and not path.endswith(".exponent") and len(reader.axes[path]) > 1

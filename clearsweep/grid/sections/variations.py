@@ -1,4 +1,4 @@
-"""Reads what a grid varies: combined (`sweep`), in step (`zip`, `cases`) or drawn (`sample`); labels of values."""
+"""Reads what a grid varies: combined (`sweep`), together (`zip`, `cases`) or drawn (`sample`); labels of values."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -20,24 +20,24 @@ from .reader import Reader
 from .section import ValueReader
 from .seek import SEEK, read_seek_range
 
-#: The sections that vary values, in the order in which their axes appear; those after `sweep` go in step.
+#: The sections that vary values, in the order in which their axes appear; those after `sweep` vary together.
 VARYING_SECTIONS = ("sweep", "zip", "cases", "sample")
 #: The sections with values that may be unused by some of the varied laws.
-MAY_BE_UNUSED = ("sweep", SEEK, OPTIMISE, IDENTIFY)
+SECTIONS_ALLOWING_UNUSED_VALUES = ("sweep", SEEK, OPTIMISE, IDENTIFY)
 
 
-def record_variations(reader: Reader, root: WrittenValue, key_table: KeyTable, fixed: frozenset[str]) -> None:
+def record_variations(reader: Reader, root: WrittenValue, all_keys: KeyTable, fixed: frozenset[str]) -> None:
     """Record the varied values; report paths that cannot vary.  Paths in `fixed` no longer vary."""
-    for variation in VARYING_SECTIONS:
-        section = root.value.get(variation) if isinstance(root.value, dict) else None
+    for section_name in VARYING_SECTIONS:
+        section = root.value.get(section_name) if isinstance(root.value, dict) else None
         if section is None:
             continue
-        written, key_path, example = section, variation, "[value, ...]"
-        if variation == "cases" and isinstance(section.value, str):
+        written, key_path, example = section, section_name, "[value, ...]"
+        if section_name == "cases" and isinstance(section.value, str):
             written = read_cases(reader.problems, section)
             if written is None:
                 continue
-        if variation == "sample":
+        if section_name == "sample":
             if SAMPLE_SECTION.find(reader.problems, root) is None:
                 continue
             written, key_path = section.value.get("over", section), "sample.over"
@@ -47,95 +47,97 @@ def record_variations(reader: Reader, root: WrittenValue, key_table: KeyTable, f
                 continue
         if not isinstance(written.value, dict) or not written.value:
             reason = {"sweep": "nothing is swept", "sample": "nothing is drawn"}.get(
-                variation, "no values vary together"
+                section_name, "no values vary together"
             )
-            remedy = f"write `dotted.path: {example}`, or leave the key '{variation}' out"
+            remedy = f"write `dotted.path: {example}`, or leave the key '{section_name}' out"
             reader.problems.add(written, key_path, f"{reason}; {remedy}")
             continue
         for path, values in written.value.items():
             if path not in fixed:
-                _record_axis(reader, variation, path, written.key_position(path), values, key_table)
-        if variation == "sample":
+                _record_axis(reader, section_name, path, written.key_position(path), values, all_keys)
+        if section_name == "sample":
             drawn_paths = [path for path in reader.written_axes if reader.varied_by[path] == "sample"]
-            reader.drawn = tuple(drawn_paths)
+            reader.drawn_paths = tuple(drawn_paths)
             reader.sample = read_sample(reader.problems, section, len(drawn_paths)) if drawn_paths else None
 
 
-def record_optimised_axes(reader: Reader, root: WrittenValue, key_table: KeyTable) -> None:
+def record_optimised_axes(reader: Reader, root: WrittenValue, all_keys: KeyTable) -> None:
     """Record the values that `optimise` and `identify` may choose."""
     for path, (position, values) in find_optimise_axes(reader, root).items():
-        _record_axis(reader, OPTIMISE, path, position, values, key_table)
+        _record_axis(reader, OPTIMISE, path, position, values, all_keys)
     for path, (position, values) in find_identify_axes(reader, root).items():
-        _record_axis(reader, IDENTIFY, path, position, values, key_table)
+        _record_axis(reader, IDENTIFY, path, position, values, all_keys)
 
 
 def record_seek_axes(
-    reader: Reader, root: WrittenValue, key_table: KeyTable, values_of: Callable[[str], tuple[float, ...]]
+    reader: Reader, root: WrittenValue, all_keys: KeyTable, values_of: Callable[[str], tuple[float, ...]]
 ) -> None:
     """Record the range of a search, as an axis of its two ends or of all values to try."""
-    between = read_seek_range(reader, root, values_of)
-    for position in between[0] if between else ():
-        assert between is not None  # there is at least one path
-        _record_seek_axis(reader, position.value, position, between[1], key_table)
+    seek_range = read_seek_range(reader, root, values_of)
+    for written_path in seek_range[0] if seek_range else ():
+        assert seek_range is not None  # there is at least one path
+        _record_seek_axis(reader, written_path.value, written_path, seek_range[1], all_keys)
 
 
 def _record_seek_axis(
-    reader: Reader, path: str, position: WrittenValue, between: WrittenValue, key_table: KeyTable
+    reader: Reader, path: str, written_path: WrittenValue, written_range: WrittenValue, all_keys: KeyTable
 ) -> None:
     """Record the values of one path of a search."""
-    node = key_table.get(path)
-    if isinstance(node, Word) or (isinstance(node, Number) and any(key_use.field.whole for key_use in node.uses)):
-        noun = "a name" if isinstance(node, Word) else "a whole number"
-        sentence = f"{path} is {noun}, which has no values in between; write it under `sweep`"
-        reader.problems.add(position, SEEK, sentence)
+    key = all_keys.get(path)
+    if isinstance(key, Word) or (isinstance(key, Number) and any(key_use.field.whole for key_use in key.uses)):
+        noun = "a name" if isinstance(key, Word) else "a whole number"
+        message = f"{path} is {noun}, which has no values in between; write it under `sweep`"
+        reader.problems.add(written_path, SEEK, message)
     elif path.endswith(".exponent"):
-        reader.problems.add(position, SEEK, f"{path} cannot be searched for, because units of other keys depend on it")
+        reader.problems.add(
+            written_path, SEEK, f"{path} cannot be searched for, because units of other keys depend on it"
+        )
     else:
-        _record_axis(reader, SEEK, path, position, between, key_table)
+        _record_axis(reader, SEEK, path, written_path, written_range, all_keys)
 
 
 def _record_axis(
-    reader: Reader, variation: str, path: str, position: WrittenValue, values: WrittenValue, key_table: KeyTable
+    reader: Reader, section_name: str, path: str, position: WrittenValue, values: WrittenValue, all_keys: KeyTable
 ) -> None:
     """Record the values of one path, or report a mistake; `position` is where the path itself is written."""
-    path = name_path(path, reader.shape)
-    key_path = _axis_key_path(variation, path)
-    sweepable_paths = [path for path, node in reader.shape.items() if not isinstance(node, Section) and node.sweep]
-    parent, node = path.rpartition(".")[0], reader.shape.get(path)
+    path = name_path(path, reader.keys_in_use)
+    key_path = _axis_key_path(section_name, path)
+    sweepable_paths = [path for path, key in reader.keys_in_use.items() if not isinstance(key, Section) and key.sweep]
+    parent, key = path.rpartition(".")[0], reader.keys_in_use.get(path)
     if path in reader.written_axes:
-        sentence = f"is under '{reader.varied_by[path]}' already; a value varies in one way only; remove one of the two"
-        reader.problems.add(position, key_path, sentence)
-    elif path in sweepable_paths and variation == "sample" and isinstance(node, Word):
+        message = f"is under '{reader.varied_by[path]}' already; a value varies in one way only; remove one of the two"
+        reader.problems.add(position, key_path, message)
+    elif path in sweepable_paths and section_name == "sample" and isinstance(key, Word):
         reader.problems.add(position, key_path, "is a law's name, which cannot be drawn; write it under `sweep`")
     elif (
         path in sweepable_paths
-        and variation == "sample"
-        and isinstance(node, Number)
-        and any(key_use.field.whole for key_use in node.uses)
+        and section_name == "sample"
+        and isinstance(key, Number)
+        and any(key_use.field.whole for key_use in key.uses)
     ):
         reader.problems.add(position, key_path, "is a whole number, which cannot be drawn; write it under `sweep`")
-    elif path in sweepable_paths and variation == "sample" and path.endswith(".exponent"):
+    elif path in sweepable_paths and section_name == "sample" and path.endswith(".exponent"):
         reader.problems.add(
             position, key_path, "cannot be drawn, because units of other keys depend on it; write it under `sweep`"
         )
     elif path in sweepable_paths:
-        reader.written_axes[path], reader.varied_by[path] = values, variation
-    elif isinstance(node, Section):
+        reader.written_axes[path], reader.varied_by[path] = values, section_name
+    elif isinstance(key, Section):
         paths_inside = [other_path for other_path in sweepable_paths if other_path.startswith(f"{path}.")]
-        is_named = isinstance(key_table.get(f"{path}.name"), Name) and path.rpartition(".")[2] in (*BODIES, "material")
+        is_named = isinstance(all_keys.get(f"{path}.name"), Name) and path.rpartition(".")[2] in (*BODIES, "material")
         remedy = "; to vary a material, write its name in the grid, such as `bearing: CuSn8`" if is_named else ""
         reader.problems.add(
             position,
             key_path,
             (f"is a section, not a value; write a key in it, such as {', '.join(paths_inside[:3])}{remedy}"),
         )
-    elif node is not None:
-        sentence = f"cannot be swept; write it outside `{variation}`, and a grid for each of its values"
-        reader.problems.add(position, key_path, sentence)
-    elif path in key_table:
-        missing = next(section for section in _enclosing_paths(path) if section not in reader.shape)
-        sentence = f"there is no section '{missing}'; write it before a value in it is swept"
-        reader.problems.add(position, key_path, sentence)
+    elif key is not None:
+        message = f"cannot be swept; write it outside `{section_name}`, and a grid for each of its values"
+        reader.problems.add(position, key_path, message)
+    elif path in all_keys:
+        missing = next(section for section in _enclosing_paths(path) if section not in reader.keys_in_use)
+        message = f"there is no section '{missing}'; write it before a value in it is swept"
+        reader.problems.add(position, key_path, message)
     elif path.startswith(DEFINE_PREFIX):
         name, allowed = path.removeprefix(DEFINE_PREFIX), [*reader.defined.texts]
         if name not in reader.defined.invalid:  # a mistake in the definition is reported elsewhere
@@ -147,13 +149,13 @@ def _record_axis(
         reader.problems.add(position, key_path, f"names nothing{did_you_mean(path, sweepable_paths)}{hint_text}")
 
 
-def _axis_key_path(variation: str, path: str) -> str:
+def _axis_key_path(section_name: str, path: str) -> str:
     """Return the full key of a varied path: 'sweep.drive.speed', 'sample.over.drive.speed'."""
-    if variation == SEEK:
-        return f"{variation}.between"
-    if variation in (OPTIMISE, IDENTIFY):
-        return f"{variation}.over.{path}"
-    return f"sample.over.{path}" if variation == "sample" else f"{variation}.{path}"
+    if section_name == SEEK:
+        return f"{section_name}.between"
+    if section_name in (OPTIMISE, IDENTIFY):
+        return f"{section_name}.over.{path}"
+    return f"sample.over.{path}" if section_name == "sample" else f"{section_name}.{path}"
 
 
 def _enclosing_paths(path: str) -> list[str]:
@@ -164,93 +166,95 @@ def _enclosing_paths(path: str) -> list[str]:
 
 def values_of_axis(reader: Reader, path: str, reading: ValueReader) -> list[Any] | None:
     """Return the values of a varied path, or None if they are invalid."""
-    variation, written = reader.varied_by[path], reader.written_axes[path]
-    key_path = _axis_key_path(variation, path)
+    section_name, written = reader.varied_by[path], reader.written_axes[path]
+    key_path = _axis_key_path(section_name, path)
     if path in reader.added_written:
         added_values = read_axis(
             reader.problems, f"{reader.added_path}.{path}", reader.added_written[path], reading, distinct=False
         )
         reader.added_cases[path] = added_values or []
-    if variation != "sample":
-        return read_axis(reader.problems, key_path, written, reading, distinct=variation in MAY_BE_UNUSED)
+    if section_name != "sample":
+        return read_axis(
+            reader.problems, key_path, written, reading, distinct=section_name in SECTIONS_ALLOWING_UNUSED_VALUES
+        )
     distribution = read_distribution(reader.problems, key_path, written, reading)
     if distribution is None or reader.sample is None:
         return None
     reader.distributions[path] = distribution
-    if path not in reader.sample.drawn:
-        points = reader.sample.points[:, reader.drawn.index(path)]
+    if path not in reader.sample.earlier_values:
+        points = reader.sample.points[:, reader.drawn_paths.index(path)]
         return draw_values(reader.problems, key_path, written, distribution, points, reading.fields)
-    drawn_before = reader.sample.drawn[path]
+    drawn_before = reader.sample.earlier_values[path]
     drawn_values = read_axis(reader.problems, f"sample.drawn.{path}", drawn_before, reading, distinct=False)
     if drawn_values is not None and len(drawn_values) != len(reader.sample.points):
-        sentence = f"found {len(drawn_values)} values; this sample has {len(reader.sample.points)}: leave 'drawn' out"
-        reader.problems.add(drawn_before, f"sample.drawn.{path}", sentence)
+        message = f"found {len(drawn_values)} values; this sample has {len(reader.sample.points)}: leave 'drawn' out"
+        reader.problems.add(drawn_before, f"sample.drawn.{path}", message)
         return None
     return drawn_values
 
 
-def axes_in_step(reader: Reader) -> tuple[tuple[str, ...], ...]:
-    """Return the paths that vary in step, by section."""
+def zipped_paths(reader: Reader) -> tuple[tuple[str, ...], ...]:
+    """Return the paths that vary together, by section."""
     groups = [
-        tuple(path for path in reader.axes if reader.varied_by[path] == variation)
-        for variation in (*VARYING_SECTIONS[1:], SEEK)
+        tuple(path for path in reader.axes if reader.varied_by[path] == section_name)
+        for section_name in (*VARYING_SECTIONS[1:], SEEK)
     ]
     groups[-1] = groups[-1] if len(groups[-1]) > 1 else ()
     return tuple(paths for paths in groups if paths)
 
 
 def check_variations(reader: Reader) -> None:
-    """Report axes in step of different length, and values that varied law names do not use."""
-    for paths in axes_in_step(reader):
-        variation, first_path = reader.varied_by[paths[0]], paths[0]
+    """Report zipped axes of different length, and values that varied law names do not use."""
+    for paths in zipped_paths(reader):
+        section_name, first_path = reader.varied_by[paths[0]], paths[0]
         unequal_paths = [path for path in paths if len(reader.axes[path]) != len(reader.axes[first_path])]
         for path in unequal_paths:
             line_text = (
                 f" (line {reader.written_axes[first_path].line})" if reader.written_axes[first_path].line else ""
             )
-            sentence = (
+            message = (
                 f"found {len(reader.axes[path])} values, but {first_path} has "
                 f"{len(reader.axes[first_path])}{line_text}; "
                 "axes that vary together need equally many values"
             )
-            reader.problems.add(reader.written_axes[path], _axis_key_path(variation, path), sentence)
-        if not unequal_paths and variation != "sample":
-            _report_repeated_rows(reader, variation, paths)
+            reader.problems.add(reader.written_axes[path], _axis_key_path(section_name, path), message)
+        if not unequal_paths and section_name != "sample":
+            _report_repeated_rows(reader, section_name, paths)
     for path in reader.axes:
         _report_unused_values(reader, path)
 
 
-def _report_repeated_rows(reader: Reader, variation: str, paths: tuple[str, ...]) -> None:
-    """Report repeated rows of values in step."""
+def _report_repeated_rows(reader: Reader, section_name: str, paths: tuple[str, ...]) -> None:
+    """Report repeated rows of zipped values."""
     first_rows: dict[tuple[Any, ...], int] = {}
     for row, values in enumerate(zip(*(reader.axes[path] for path in paths), strict=True)):
         if values in first_rows:
             written = reader.written_axes[paths[0]]
             item = written.value[row] if isinstance(written.value, list) else written
-            sentence = f"row {row + 1} has the values of row {first_rows[values] + 1}; each case may occur only once"
-            reader.problems.add(item, variation, sentence)
+            message = f"row {row + 1} has the values of row {first_rows[values] + 1}; each case may occur only once"
+            reader.problems.add(item, section_name, message)
         first_rows.setdefault(values, row)
 
 
 def _report_unused_values(reader: Reader, path: str) -> None:
-    """Report a value in step that some varied law names do not use, because it would be unclear which rows count."""
-    node = value_key(reader.shape, path)
-    varied_law_paths = [other_path for other_path in node.deciding_paths() if other_path in reader.axes]
-    if all(reader.varied_by[other_path] in MAY_BE_UNUSED for other_path in (path, *varied_law_paths)):
+    """Report a zipped value that some varied law names do not use, because it would be unclear which rows count."""
+    key = value_key(reader.keys_in_use, path)
+    varied_law_paths = [other_path for other_path in key.deciding_paths() if other_path in reader.axes]
+    if all(reader.varied_by[other_path] in SECTIONS_ALLOWING_UNUSED_VALUES for other_path in (path, *varied_law_paths)):
         return
     for law_names in product(*(sorted(reader.names[other_path]) for other_path in varied_law_paths)):
         names = reader.names | {
             other_path: {name} for other_path, name in zip(varied_law_paths, law_names, strict=True)
         }
-        if not node.is_used(names):
+        if not key.is_used(names):
             required = "every tried law must use a value that is drawn or varies together with others"
-            sentence = f"is not used by {' and '.join(law_names)}; {required}"
-            reader.problems.add(reader.written_axes[path], _axis_key_path(reader.varied_by[path], path), sentence)
+            message = f"is not used by {' and '.join(law_names)}; {required}"
+            reader.problems.add(reader.written_axes[path], _axis_key_path(reader.varied_by[path], path), message)
             return
 
 
 def paths_of_search(reader: Reader) -> dict[str, tuple[str, ...]]:
-    """Return the paths that `optimise` or `identify` vary in step, by section."""
+    """Return the paths that `optimise` or `identify` vary together, by section."""
     searches = {OPTIMISE: reader.optimise, IDENTIFY: reader.identify}
     return {section: tuple(search.over) for section, search in searches.items() if search}
 
@@ -292,12 +296,12 @@ def _is_single(item: WrittenValue) -> bool:
 def _replace_by_list(reader: Reader, path: str, written: WrittenValue) -> None:
     """Replace one axis with labels by a list; a mistake is reported, and the axis then has no labels."""
     key_path = f"{reader.varied_by[path]}.{path}"
-    invalid = {name: sentence for name in written.value if (sentence := _label_mistake(name))}
-    if not isinstance(reader.shape[path], Number):
-        sentence = "is a word, and only numbers have labels; write a list such as [a, b]"
-        reader.problems.add(written, key_path, sentence)
-    for name, sentence in invalid.items():
-        reader.problems.add(written.key_position(name), key_path, sentence)
+    invalid = {name: message for name in written.value if (message := _label_mistake(name))}
+    if not isinstance(reader.keys_in_use[path], Number):
+        message = "is a word, and only numbers have labels; write a list such as [a, b]"
+        reader.problems.add(written, key_path, message)
+    for name, message in invalid.items():
+        reader.problems.add(written.key_position(name), key_path, message)
     items = [item for name, item in written.value.items() if name not in invalid]
     reader.written_axes[path] = WrittenValue(items, written.origin, written.line, written.column)
     if not invalid:
@@ -333,9 +337,9 @@ def labels_of_axes(reader: Reader) -> dict[str, dict[str, Any]]:
         if len(values) < len(names):
             continue  # a mistake that is noted already
         labels[path] = dict(zip(names, values, strict=False))
-        if len(set(labels[path].values())) < len(names):  # of axes in step, whose values may repeat
-            sentence = "has two labels for one value; write repeated values as a list without labels"
-            reader.problems.add(reader.written_axes[path], f"{reader.varied_by[path]}.{path}", sentence)
+        if len(set(labels[path].values())) < len(names):  # of zipped axes, whose values may repeat
+            message = "has two labels for one value; write repeated values as a list without labels"
+            reader.problems.add(reader.written_axes[path], f"{reader.varied_by[path]}.{path}", message)
     return labels
 
 
@@ -357,10 +361,10 @@ def keys_of_definitions(definitions: Definitions) -> KeyTable:
 def check_dependents(reader: Reader) -> None:
     """Report numbers that cannot depend on a varied name, and dependent values out of range."""
     for path, text in reader.defined.dependents.items():
-        node, name = reader.shape.get(path), min(reader.defined.varied_in(text))
+        key, name = reader.keys_in_use.get(path), min(reader.defined.varied_in(text))
         dependence_text = f"depends on {DEFINE_PREFIX}{name}, which varies"
-        fields = node.fields(reader.names) if isinstance(node, Number) else ()
-        if not isinstance(node, Number) or not node.sweep or path.endswith(".exponent"):
+        fields = key.fields(reader.names) if isinstance(key, Number) else ()
+        if not isinstance(key, Number) or not key.sweep or path.endswith(".exponent"):
             reader.problems.add(
                 reader.position_of(path),
                 path,
@@ -368,20 +372,18 @@ def check_dependents(reader: Reader) -> None:
             )
             continue
         if any(field.whole for field in fields):
-            sentence = (
-                f"{dependence_text}, but a whole number must be the same in all cases; write it without that name"
-            )
-            reader.problems.add(reader.position_of(path), path, sentence)
+            message = f"{dependence_text}, but a whole number must be the same in all cases; write it without that name"
+            reader.problems.add(reader.position_of(path), path, message)
             continue
         invalid = [(field, value) for value in reader.values_of(path) for field in fields if not field.contains(value)]
         for field, value in invalid[:1]:
-            sentence = f"= {text} gives {value:.6g}, out of range; allowed: {field.allowed(value)}"
-            reader.problems.add(reader.written_axes[f"{DEFINE_PREFIX}{name}"], path, sentence)
+            message = f"= {text} gives {value:.6g}, out of range; allowed: {field.allowed(value)}"
+            reader.problems.add(reader.written_axes[f"{DEFINE_PREFIX}{name}"], path, message)
 
 
-def report_column_names(reader: Reader, section: WrittenValue | None) -> None:
+def report_column_name_clashes(reader: Reader, section: WrittenValue | None) -> None:
     """Report names in `define` that are also columns of the summary."""
     for name in reader.defined.texts:
         if section is not None and name in reader.figures:
-            sentence = "is the name of a column of the summary; give the quantity another name"
-            reader.problems.add(section.key_position(name), f"{DEFINE_PREFIX}{name}", sentence)
+            message = "is the name of a column of the summary; give the quantity another name"
+            reader.problems.add(section.key_position(name), f"{DEFINE_PREFIX}{name}", message)

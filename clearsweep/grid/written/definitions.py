@@ -145,8 +145,8 @@ def resolve_definitions(
         if definitions.texts.get(name) and DEFINE_PREFIX + name in varied:
             reader.refuse_axis(DEFINE_PREFIX + name, entry)
         elif name not in reader.used:
-            sentence = "is not used; use it, for example: `clearance: = " + name + "`, or leave it out"
-            problems.add(section.key_position(name) if section else entry, DEFINE_PREFIX + name, sentence)
+            message = "is not used; use it, for example: `clearance: = " + name + "`, or leave it out"
+            problems.add(section.key_position(name) if section else entry, DEFINE_PREFIX + name, message)
     if definitions.varied and section is not None:
         varied_entries = {
             name: reader.with_value(named[name], definitions.grid_text(name))
@@ -219,19 +219,19 @@ class _ExpressionReader:
             if path.split(".", 1)[0] in _CASE_SECTIONS:
                 self.dependents[path] = text
             else:
-                sentence = (
+                message = (
                     f"depends on {DEFINE_PREFIX}{min(names)}, which varies; only mechanism, drive, loads and "
                     "joints may depend on it"
                 )
-                self.problems.add(written, path, sentence)
+                self.problems.add(written, path, message)
         return self.with_value(written, _quantity_text(value, unit))
 
     def refuse_axis(self, path: str, written: WrittenValue) -> None:
         """Report a varied path whose value is an expression."""
-        sentence = (
+        message = (
             f"varies, but its value is the expression {quoted(written.value)}; vary a name in it, or write a number"
         )
-        self.problems.add(self.varied[path], path, sentence)
+        self.problems.add(self.varied[path], path, message)
 
     def with_value(self, written: WrittenValue, value: str) -> WrittenValue:
         """Return the quantity that replaces a written expression."""
@@ -253,14 +253,14 @@ def _can_define(section: WrittenValue | None, name: str, problems: Problems) -> 
     """Return whether a name can be defined; if not, report why."""
     assert section is not None  # it has the name
     if not name.isidentifier() or keyword.iskeyword(name):
-        sentence = "is not a valid name; expected letters, digits and _, and a letter or _ first"
+        message = "is not a valid name; expected letters, digits and _, and a letter or _ first"
     elif name in expression.FUNCTIONS:
-        sentence = "is a function of expressions; give the quantity another name"
+        message = "is a function of expressions; give the quantity another name"
     elif quantity.is_unit(name):
-        sentence = "is a unit; give the quantity another name"
+        message = "is a unit; give the quantity another name"
     else:
         return True
-    problems.add(section.key_position(name), DEFINE_PREFIX + name, sentence)
+    problems.add(section.key_position(name), DEFINE_PREFIX + name, message)
     return False
 
 
@@ -287,7 +287,7 @@ def _evaluate_definitions(written: Mapping[str, WrittenValue], problems: Problem
             text = text_of(entry.value) if is_expression(entry.value) else ""
             for other in sorted(expression.names_in(text, expression.DEFINED) & written.keys()) if text else ():
                 evaluate(other)
-            values[name], units[name] = _evaluate(text, definitions) if text else _read_quantity(entry.value)
+            values[name], units[name] = _evaluate(text, definitions) if text else _quantity_of_definition(entry.value)
             texts[name] = text
         except InputError as error:
             if name not in invalid and not _already_reported(entry, written, invalid):
@@ -324,7 +324,7 @@ def _evaluate(text: str, known: Definitions) -> tuple[Fraction, str]:
     return expression.exact_value(text, known.values), unit
 
 
-def _read_quantity(value: Any) -> tuple[Fraction, str]:
+def _quantity_of_definition(value: Any) -> tuple[Fraction, str]:
     """Return value (SI) and unit of a written quantity."""
     if isinstance(value, str):
         number, dimension = quantity.value_and_dimension(value)

@@ -114,8 +114,8 @@ def _case_columns(problems: Problems, origin: str, headers: list[str], rows: lis
         units.append(unit)
     for line, cells in rows:
         if len(cells) != len(headers):
-            sentence = f"row {line} has {len(cells)} cells but the header has {len(headers)}; write every value"
-            problems.add(WrittenValue(None, origin, line, 1), "cases", sentence)
+            message = f"row {line} has {len(cells)} cells but the header has {len(headers)}; write every value"
+            problems.add(WrittenValue(None, origin, line, 1), "cases", message)
             is_valid = False
     if not is_valid:
         return None
@@ -149,8 +149,8 @@ def read_table(problems: Problems, path: str, written: WrittenValue, columns: Co
         table, positions = content
     else:
         example = ", ".join(field.name for field in (*columns.over[:1], *columns.values[:1]))
-        sentence = f"found {quoted(written.value)}; expected the name of a .csv file, or columns: {example}"
-        problems.add(written, path, sentence)
+        message = f"found {quoted(written.value)}; expected the name of a .csv file, or columns: {example}"
+        problems.add(written, path, message)
         return None
     problems_before = len(problems)
     values = _read_columns(
@@ -182,8 +182,8 @@ def _columns_of_csv(
         return None
     for line, cells in rows:
         if len(cells) != len(headers):
-            sentence = f"row {line} has {len(cells)} cells but the header has {len(headers)}; write every value"
-            problems.add(WrittenValue(None, str(file), line, 1), path, sentence)
+            message = f"row {line} has {len(cells)} cells but the header has {len(headers)}; write every value"
+            problems.add(WrittenValue(None, str(file), line, 1), path, message)
             return None
     table, positions = {}, {}
     for column, header in enumerate(headers, start=1):
@@ -238,18 +238,18 @@ def _check_table(
 ) -> bool:
     """Return whether a table is complete and increasing; report mistakes."""
     abscissae = [field.name for field in columns.over if field.name in values]
-    sentence = ""
+    message = ""
     if len(abscissae) != 1:
         names = " or ".join(field.name for field in columns.over)
-        sentence = f"has {len(abscissae)} of the columns {names}; expected exactly one independent column"
+        message = f"has {len(abscissae)} of the columns {names}; expected exactly one independent column"
     elif len(values) < 2:
         names = ", ".join(field.name for field in columns.values)
-        sentence = f"has no column of {names}; write at least one"
+        message = f"has no column of {names}; write at least one"
     elif len({len(column) for column in values.values()}) > 1 or len(values[abscissae[0]]) < 2:
         lengths = ", ".join(f"{name} {len(column)}" for name, column in values.items())
-        sentence = f"has columns of {lengths} values; expected equally many, at least 2"
-    if sentence:
-        problems.add(written, path, sentence)
+        message = f"has columns of {lengths} values; expected equally many, at least 2"
+    if message:
+        problems.add(written, path, message)
         return False
     knots = values[abscissae[0]]
     cells = next(cells for header, cells in table.items() if split_header(header)[0] == abscissae[0]).value
@@ -275,17 +275,17 @@ def _check_period(problems: Problems, path: str, last: WrittenValue, values: Col
     knots = values["crank_angle"]
     span = knots[-1] - knots[0]
     if not any(math.isclose(span, period, rel_tol=1e-9) for period in _PERIODS):
-        sentence = (
+        message = (
             f"crank_angle: the table spans {math.degrees(span):.6g} deg; expected one period of 360 or 720 deg, "
             "whose last row repeats the first"
         )
-        problems.add(last, path, sentence)
+        problems.add(last, path, message)
         return False
     for name, column in values.items():
         largest = max(map(abs, column))
         if name != "crank_angle" and abs(column[-1] - column[0]) > 1e-9 * largest:
-            sentence = f"{name}: the last row has the same crank angle as the first, but another value; make both equal"
-            problems.add(last, path, sentence)
+            message = f"{name}: the last row has the same crank angle as the first, but another value; make both equal"
+            problems.add(last, path, message)
             return False
         column[-1] = column[0] if name != "crank_angle" else column[-1]
     return True
@@ -363,8 +363,8 @@ def _signal_values(file: str, rows: list[TableRow], column_index: int, unit: str
             value = float("nan")
         if value - value != 0.0:
             cell = quoted(cells[column_index])
-            sentence = f"found {cell}; expected a finite number; leave cells empty where nothing was measured"
-            raise InputError(f"{file}:{line}:{column_index + 1}: {sentence}")
+            message = f"found {cell}; expected a finite number; leave cells empty where nothing was measured"
+            raise InputError(f"{file}:{line}:{column_index + 1}: {message}")
         numbers.append(scale * value)
     return numbers
 
@@ -379,5 +379,5 @@ def _check_steps(file: str, name: str, abscissa: "np.ndarray", lines: list[int])
         raise InputError(f"{file}:{line}: {name} does not increase; sort the rows, and unwrap the angle")
     if steps.max() > MAX_STEP_RATIO * np.median(steps):
         line = lines[int(np.argmax(steps)) + 1]
-        sentence = f"a step of {name} is {steps.max() / np.median(steps):.3g} times the median step"
-        raise InputError(f"{file}:{line}: {sentence}; samples are missing; cut the file there")
+        message = f"a step of {name} is {steps.max() / np.median(steps):.3g} times the median step"
+        raise InputError(f"{file}:{line}: {message}; samples are missing; cut the file there")

@@ -123,7 +123,7 @@ def add_profile(histogram, j, step_values, duration):
 
 @kernel
 def _force_quantile(histogram, j, highest, duration):
-    """Return the force (N) that histogram `j` exceeds during `duration` (s), or 0 if contact was shorter."""
+    """Return the force (N) that histogram `j` exceeds during `time_exceeded` (s), or 0 if contact was shorter."""
     index, higher_time, density, force = highest, 0.0, 0.0, -1.0
     while force < 0.0:  # from the top, as most bins are below the result
         density += histogram[j, index, 1]
@@ -170,14 +170,14 @@ def compile_force_quantiles() -> objects.Code | None:
     return _CODE[0]
 
 
-def force_quantiles(histograms: np.ndarray, highest: list[int], duration: float) -> list[float]:
-    """Return the force (N) that each histogram exceeds during `duration` (s), or 0 if contact was shorter.
+def force_quantiles(histograms: np.ndarray, highest: list[int], time_exceeded: float) -> list[float]:
+    """Return the force (N) that each histogram exceeds during `time_exceeded` (s), or 0 if contact was shorter.
 
     histograms : (contacts, BINS, 2), of the Totals; highest : by contact, the highest bin that may not be empty.
     """
     count = len(highest)
     forces = (ctypes.c_double * count)()
-    arrays = (ctypes.c_int64 * count)(*highest), (ctypes.c_double * 1)(duration), forces
+    arrays = (ctypes.c_int64 * count)(*highest), (ctypes.c_double * 1)(time_exceeded), forces
     if is_plain():
         _force_quantiles_entry((_NO_PARAMETERS,), histograms, *arrays, count)
     else:
@@ -186,9 +186,9 @@ def force_quantiles(histograms: np.ndarray, highest: list[int], duration: float)
     return list(forces)
 
 
-def force_quantile(histogram: np.ndarray, duration: float) -> float:
-    """Return the force (N) that one histogram, (BINS, 2), exceeds during `duration` (s)."""
-    return force_quantiles(np.ascontiguousarray(histogram)[None], [BINS - 1], duration)[0]
+def force_quantile(histogram: np.ndarray, time_exceeded: float) -> float:
+    """Return the force (N) that one histogram, (BINS, 2), exceeds during `time_exceeded` (s)."""
+    return force_quantiles(np.ascontiguousarray(histogram)[None], [BINS - 1], time_exceeded)[0]
 
 
 def time_above(force: float, histogram: np.ndarray) -> float:

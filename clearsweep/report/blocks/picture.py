@@ -47,7 +47,7 @@ class Picture(NamedTuple):
     projection: str | None = None  # 'polar', '3d'; None: a plane
     spots: tuple[Spot, ...] = ()
     dots: tuple[Dot, ...] = ()
-    played: bool = False  # whether the player of a page also shows it
+    shown_in_player: bool = False  # whether the player of a page also shows it
 
     @property
     def is_wide(self) -> bool:

@@ -49,7 +49,7 @@ class Detail(NamedTuple):
     pictures: list[Picture]
     moving: "Interactive | None" = None
     key: str = "motion"  # of the content shown of a case, unique on a page for each case
-    played: tuple[Picture, ...] = ()  # shown by the player as well: only for files
+    player_pictures: tuple[Picture, ...] = ()  # shown by the player as well: only for files
     note: str = ""  # below the figures
 
 
@@ -134,7 +134,7 @@ def _pictures(block: Block) -> list[tuple[str, Picture]]:
         case Gallery():
             return [("", picture) for picture in block.pictures]
         case Detail():
-            return [(block.why, picture) for picture in (*block.pictures, *block.played)]
+            return [(block.why, picture) for picture in (*block.pictures, *block.player_pictures)]
         case Columns():
             return [picture for column in block.columns for inner_block in column for picture in _pictures(inner_block)]
         case _:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...judging import answer
-from ...judging.cases import Cases, column_texts
+from ...judging.cases import FinishedCases, column_texts
 from .study import Study
 from .worst_case import case_ranking_of
 
@@ -17,7 +17,7 @@ def answer_sentences(study: Study) -> list[str]:
     return answer.sentences(answer_cases(study))
 
 
-def answer_cases(study: Study) -> Cases:
+def answer_cases(study: Study) -> FinishedCases:
     """Return the finished cases of a study for `judging.answer`."""
     axes = {axis.path: axis for axis in study.swept()}
     ids = study.cases.index
@@ -26,13 +26,13 @@ def answer_cases(study: Study) -> Cases:
         values: np.ndarray = study.cases[name].to_numpy()
         return values
 
-    def named_value(index: int, path: str) -> tuple[str, str] | None:
+    def name_and_value(index: int, path: str) -> tuple[str, str] | None:
         value = study.value(ids[index], path) if path in axes else None
         return None if value is None else (axes[path].name, axes[path].text(value))
 
     def texts(name: str, values: Sequence[float]) -> list[str]:
         return column_texts(name, study.unit(name), column(name), values)
 
-    return Cases(
-        study.run.grid, study.run.layout, case_ranking_of(study), tuple(axes), list(ids), column, texts, named_value
+    return FinishedCases(
+        study.run.grid, study.run.layout, case_ranking_of(study), tuple(axes), list(ids), column, texts, name_and_value
     )

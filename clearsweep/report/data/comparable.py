@@ -6,19 +6,19 @@ from ...judging.case_ranking import MAX_SPEED, SPEED_AFTER_START, START_UP
 from .study import Study
 from .worst_case import case_ranking_of
 
-LEFT_OUT = " Starts that were cut off before the motor's speed are left out."
+EXCLUDED_STARTS_NOTE = " Starts that were cut off before the motor's speed are left out."
 
 
 def comparable_values(study: Study, column: str) -> np.ndarray:
     """Return a figure of the finished cases (n,) in SI, NaN for null and for starts that were cut off."""
     values = study.cases[column].to_numpy(float)
-    if not leaves_out(study, column):
+    if not excludes_cut_off_starts(study, column):
         return values
     finished = np.where(_cut_off(study), np.nan, values)
     return finished if np.isfinite(finished).any() else values
 
 
-def leaves_out(study: Study, column: str) -> bool:
+def excludes_cut_off_starts(study: Study, column: str) -> bool:
     """Return whether a figure leaves out starts that were cut off."""
     return column not in (START_UP, MAX_SPEED, SPEED_AFTER_START) and bool(_cut_off(study).any())
 

@@ -96,7 +96,7 @@ class Rows:
         values = self[column].to_numpy()
         return np.argsort(values if smallest else -values, kind="stable")
 
-    def extreme_cases(self, column: str) -> tuple[str, ...]:
+    def representative_cases(self, column: str) -> tuple[str, ...]:
         """Return the cases with the largest, the median and the smallest value of a column, without repetition."""
         order = self.ordered(column)[: int(self[column].count())]
         return tuple(self.index[order[k]] for k in dict.fromkeys((0, len(order) // 2, len(order) - 1)) if len(order))

@@ -66,7 +66,7 @@ class Study(NamedTuple):
     failed: Rows
     units: dict[str, str]  # SI, by column of the summary and by dotted path of the grid
     base: dict
-    typical: bool = False  # maps show the median over the axes that they leave out, not the worst
+    shows_median: bool = False  # maps show the median over the axes that they leave out, not the worst
     defined: grid.Definitions = grid.NO_DEFINITIONS  # numbers that follow from swept names
     law_checks: tuple[law_check.LawResult, ...] = ()  # the deciding case under other laws, which `cases` has not
 
@@ -128,7 +128,7 @@ class Study(NamedTuple):
             return self.defined.values_at({name: self._value_of(case_id, name) for name in names})[path]
         return value_at(self.base, path)
 
-    def hardest_joint(self) -> Joint:
+    def most_loaded_joint(self) -> Joint:
         """Return the joint with the worst leading figure of all finished cases."""
         lead = self.lead
 
@@ -191,7 +191,7 @@ class Study(NamedTuple):
         return (self.failed if self.cases.row_of(case_id) < 0 else self.cases).at[case_id, path]
 
 
-def prepare(run: StoredRun, *, typical: bool = False) -> Study:
+def prepare(run: StoredRun, *, shows_median: bool = False) -> Study:
     """Return a run, as the store opens it, prepared for reading; `typical` as in Study."""
     if isinstance(run, BlockedRun):
         run = SampledRun(run)
@@ -221,7 +221,7 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
     cases = Rows(run, run.column("case_id"), is_finished & is_grid_case, text_columns, computed)
     failed = Rows(run, run.column("case_id"), ~is_finished & is_grid_case, text_columns)
     checks = _law_checks(run, is_finished & ~is_grid_case) if not is_grid_case.all() else ()
-    return Study(run, axes, joints, layout.mechanism, cases, failed, units, base, typical, definitions, checks)
+    return Study(run, axes, joints, layout.mechanism, cases, failed, units, base, shows_median, definitions, checks)
 
 
 def _is_grid_case(run: StoredRun | SampledRun) -> np.ndarray:

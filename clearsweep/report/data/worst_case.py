@@ -19,6 +19,6 @@ def worst_case(study: Study) -> tuple[str, case_ranking.Candidate] | None:
     values, candidate_indices = ranking.worst_values({name: cases[name].to_numpy(float) for name in ranking.columns})
     if np.isnan(values).all():
         return None
-    badness = ranking.badness(values)
-    row = int(np.flatnonzero(badness == badness.max())[-1])  # of equal ones the last, as in the last lines of the run
+    severity = ranking.severity(values)
+    row = int(np.flatnonzero(severity == severity.max())[-1])  # of equal ones the last, as in the last lines of the run
     return cases.index[row], ranking.candidates[int(candidate_indices[row])]

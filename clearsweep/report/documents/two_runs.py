@@ -227,7 +227,7 @@ def _columns(pairs: Pairs) -> list[str]:
 
 def _leading_column(pairs: Pairs) -> str:
     """Return the leading figure of the most loaded joint in A, if both have it."""
-    column = pairs.first.hardest_joint().column(pairs.first.lead.figure)
+    column = pairs.first.most_loaded_joint().column(pairs.first.lead.figure)
     return column if column in pairs.second.cases else _columns(pairs)[0]
 
 

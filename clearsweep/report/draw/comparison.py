@@ -52,7 +52,7 @@ class Curve(NamedTuple):
     effect: MainEffect
 
 
-class Family(NamedTuple):
+class CurveFamily(NamedTuple):
     """One figure (SI) over an axis, a curve for each value of another axis, and its limit."""
 
     axis: Axis
@@ -62,7 +62,7 @@ class Family(NamedTuple):
     limit_values: np.ndarray | None  # (values of the axis,)
 
 
-def draw_family(ax: "Axes", family: Family, scale: wording.Scale, name: str) -> None:
+def draw_family(ax: "Axes", family: CurveFamily, scale: wording.Scale, name: str) -> None:
     """Draw the curves of a family in the unit `scale`, and the limit as a horizontal line."""
     known_values = family.curves[np.isfinite(family.curves)]
     positions, spacing = _positions(family.axis)

@@ -167,7 +167,7 @@ def _output_pictures(study: Study, case_id: str, history: History) -> list[Pictu
         alt += f"; the ideal mechanism reaches {ideal_text[0]}." if ideal_text else "."
         paint = history.painter(acceleration, acceleration_channel.unit, f"{output} acceleration", ideal_values)
         title = f"{capitalise(output)} acceleration against the ideal mechanism"
-        output_pictures.append(Picture(title, "", alt, paint, FLAT_SIZE, played=True))
+        output_pictures.append(Picture(title, "", alt, paint, FLAT_SIZE, shown_in_player=True))
     if unit in name_by_unit and ideal:
         error = history.values(name_by_unit[unit]) - ideal.position
         output_pictures.append(
@@ -200,7 +200,7 @@ def _torque_pictures(study: Study, case_id: str, history: History) -> list[Pictu
             caption = "Torque of the drive." if is_crank_free else "Torque that keeps the crank speed constant."
             alt = f"{capitalise(name)}, at most {_largest_text(values, channel.unit)}."
             paint = history.painter(values, channel.unit, name, ideal.torque if ideal else None)
-            torque_pictures.append(Picture(capitalise(name), caption, alt, paint, FLAT_SIZE, played=True))
+            torque_pictures.append(Picture(capitalise(name), caption, alt, paint, FLAT_SIZE, shown_in_player=True))
     return torque_pictures
 
 
@@ -249,10 +249,10 @@ def _joint_pictures(study: Study, case_id: str, joint: Joint, history: History) 
                 f"{clearance_text}.",
                 lambda ax: motion.draw_orbit(ax, x, y, force, float(clearance)),
                 SQUARE_SIZE,
-                played=True,
+                shown_in_player=True,
             )
         )
-        if joint == study.hardest_joint():
+        if joint == study.most_loaded_joint():
             orbit_pictures.append(_unrolled_orbit(joint_text, (x, y, force), float(clearance)))
     return [
         *orbit_pictures,
@@ -272,7 +272,7 @@ def _force_pictures(study: Study, case_id: str, joint: Joint, history: History) 
     if angle is not None:
         abscissa, paint = "crank angle", partial(motion.draw_force, angle=angle, normal=force, levels=levels)
     alt = f"Normal force over {abscissa}, at most {_largest_text(force, 'N')} among the samples."
-    return [Picture(f"Normal force{joint_text}", "", alt, paint, FLAT_SIZE, played=True)]
+    return [Picture(f"Normal force{joint_text}", "", alt, paint, FLAT_SIZE, shown_in_player=True)]
 
 
 def _unrolled_orbit(joint_text: str, curve: tuple[np.ndarray, ...], clearance: float) -> Picture:

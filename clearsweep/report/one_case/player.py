@@ -42,7 +42,7 @@ def player_data(study: Study, case_id: str, channels: Mapping) -> Interactive | 
 
 def _shown_samples(study: Study, channels: Mapping) -> slice:
     """Return the slice of displayed samples."""
-    force = np.asarray(channels[f"joints/{study.hardest_joint().name}/force_normal"], float)
+    force = np.asarray(channels[f"joints/{study.most_loaded_joint().name}/force_normal"], float)
     if len(force) <= MAX_SAMPLES:
         return slice(None)
     start = min(max(int(force.argmax()) - MAX_SAMPLES // 2, 0), len(force) - MAX_SAMPLES)

@@ -72,7 +72,7 @@ FOLDED: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (  # folded below t
     ),
     (
         "Motion",
-        (peak_revolution.sections, cases.other_cases, motion_type.sections, films.sections),
+        (peak_revolution.sections, cases.other_cases_sections, motion_type.sections, films.sections),
     ),
     ("Wear and life", (life.sections, wear.sections, trends.sections)),
     (

@@ -46,7 +46,7 @@ def sections(study: Study) -> list[Section]:
     """Return the section, or [] unless the finished cases are a base case and cases that each change one unknown."""
     if study.cases.empty or not study.joints:
         return []
-    column = study.hardest_joint().column(PEAK.figure)
+    column = study.most_loaded_joint().column(PEAK.figure)
     design = one_at_a_time_design(study)
     if design is None or not study.has(column) or not study.cases.at[design[0], column] > 0.0:
         return []

@@ -1,4 +1,4 @@
-"""The motion of the worst case for the question of the grid, and of the worst, the median and the mildest case.
+"""The motion of the worst case for the question of the grid, and of the cases that represent the leading figure.
 
 Pictures do not repeat the content of a player.
 """
@@ -16,7 +16,7 @@ from ..data.worst_case import case_ranking_of, worst_case
 from ..one_case import player
 from ..one_case.motion import motion_pictures, onset_pictures, saved_channels
 
-NO_JOINT = Joint("-", "", wears=False)  # figures of the mechanism alone
+MECHANISM_ONLY = Joint("-", "", wears=False)  # figures of the mechanism alone
 NOT_SAVED = Markup(
     "No time histories were saved (<code>save: {{orbits: none}}</code>). <code>clearsweep show {} {}</code> "
     "shows this case in motion."
@@ -35,41 +35,43 @@ def sections(study: Study) -> list[Section]:
         if len(study.cases) > 1
         else "The case"
     )
-    shown_ids = [*worst_ids, *_extreme_cases(study)][:1]
-    blocks: list[Block] = [*_details(study, shown_ids, {}, label)] or [
-        _without_history(study, case_id, label) for case_id in shown_ids
-    ]
+    shown_id = next(iter([*worst_ids, *_representative_case_ids(study)]), None)
+    blocks: list[Block] = []
+    if shown_id is not None:
+        blocks += _details(study, [shown_id], {}, label) or [_without_history(study, shown_id, label)]
     return [Section("cases", "The worst case" if len(study.cases) > 1 else "The motion", blocks)]
 
 
 def _without_history(study: Study, case_id: str, label: str) -> Detail:
     """Return a case without time histories: its figures, and the command that draws it."""
     remark = NOT_SAVED.format(study.run.directory, wording.short_id(case_id))
-    return Detail(label, case_id, study.setting(case_id), _figures(study, case_id), [], note=remark)
+    return Detail(label, case_id, study.setting(case_id), _summary_values(study, case_id), [], note=remark)
 
 
-def other_cases(study: Study) -> list[Section]:
+def other_cases_sections(study: Study) -> list[Section]:
     """Return the cases with the largest, the median and the smallest leading figure, except the worst case."""
     if study.cases.empty:
         return []
-    worst, ranked = worst_case(study), _extreme_cases(study)
-    shown_id = worst[0] if worst else next(iter(ranked), None)
+    worst_id, ranked_ids = worst_case(study), _representative_case_ids(study)
+    shown_id = worst_id[0] if worst_id else next(iter(ranked_ids), None)
     shown_id = None if case_ranking_of(study).question == "identify" else shown_id
-    rank_words = ("largest", "smallest") if len(ranked) == 2 else ("largest", "median", "smallest")
+    rank_words = ("largest", "smallest") if len(ranked_ids) == 2 else ("largest", "median", "smallest")
     name = capitalise(study.lead.name)
     labels = {
-        case_id: f"{name}, the {rank_word} of all cases" for case_id, rank_word in zip(ranked, rank_words, strict=False)
+        case_id: f"{name}, the {rank_word} of all cases"
+        for case_id, rank_word in zip(ranked_ids, rank_words, strict=False)
     }
-    other_ids = [case_id for case_id in ranked if case_id != shown_id]
+    other_ids = [case_id for case_id in ranked_ids if case_id != shown_id]
     return [Section("other-cases", "Other cases in motion", [*_details(study, other_ids, labels, "")])]
 
 
-def _extreme_cases(study: Study) -> tuple[str, ...]:
+def _representative_case_ids(study: Study) -> tuple[str, ...]:
     """Return the cases with the largest, the median and the smallest leading figure of the most loaded joint."""
-    return study.cases.extreme_cases(study.hardest_joint().column(study.lead.figure))
+    return study.cases.representative_cases(study.most_loaded_joint().column(study.lead.figure))
 
 
 def _details(study: Study, case_ids: Iterable[str], labels: dict[str, str], default_label: str) -> list[Detail]:
+    """Return the cases with saved time histories in motion, each with its label."""
     details = []
     for case_id in case_ids:
         channels = saved_channels(study.run, case_id)
@@ -78,22 +80,24 @@ def _details(study: Study, case_ids: Iterable[str], labels: dict[str, str], defa
                 study, case_id, study.run.events(case_id), channels
             )
             animation = player.player_data(study, case_id, channels)
-            animated_pictures = tuple(picture for picture in case_pictures if picture.played and animation)
-            static_pictures = [picture for picture in case_pictures if not (picture.played and animation)]
-            setting, figures = study.setting(case_id), _figures(study, case_id)
+            player_pictures = tuple(picture for picture in case_pictures if picture.shown_in_player and animation)
+            static_pictures = [picture for picture in case_pictures if not (picture.shown_in_player and animation)]
+            setting, figures = study.setting(case_id), _summary_values(study, case_id)
             label = labels.get(case_id, default_label)
             details.append(
-                Detail(label, case_id, setting, figures, static_pictures, animation, played=animated_pictures)
+                Detail(label, case_id, setting, figures, static_pictures, animation, player_pictures=player_pictures)
             )
     return details
 
 
-def _figures(study: Study, case_id: str) -> list[tuple[str, str]]:
+def _summary_values(study: Study, case_id: str) -> list[tuple[str, str]]:
     """Return name and value with unit of the figures of a case; if there are several joints, each is named."""
-    mechanism_columns = {name for name, _ in columns_in_table(study, "case", NO_JOINT)}
+    mechanism_columns = {name for name, _ in columns_in_table(study, "case", MECHANISM_ONLY)}
     figures: list[tuple[str, str]] = []
     for joint in study.joints:
         figures += [("joint", joint.title)] if len(study.joints) > 1 else []
         columns = [entry for entry in columns_in_table(study, "case", joint) if entry[0] not in mechanism_columns]
         figures += [(name, study.text(case_id, column)) for column, name in columns]
-    return figures + [(name, study.text(case_id, column)) for column, name in columns_in_table(study, "case", NO_JOINT)]
+    return figures + [
+        (name, study.text(case_id, column)) for column, name in columns_in_table(study, "case", MECHANISM_ONLY)
+    ]

@@ -10,11 +10,11 @@ from ...language import wording
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Gallery, Section, without_empty
 from ..data.axis import Axis
-from ..data.comparable import LEFT_OUT, comparable_values, leaves_out
+from ..data.comparable import EXCLUDED_STARTS_NOTE, comparable_values, excludes_cut_off_starts
 from ..data.study import REDUCTION_NAMES, Study, indices_by_value, largest, median, reduce_over_other_axes, smallest
 from ..data.table_columns import column_label
 from ..draw import comparison
-from ..draw.comparison import Family
+from ..draw.comparison import CurveFamily
 from ..statistics.main_effects import MainEffect, main_effects_of
 from . import maps
 
@@ -24,7 +24,7 @@ MIN_VALUES = 3  # values that make a curve
 
 
 class PlottedFigure(NamedTuple):
-    """One figure over an axis: a column, its name, and its bound, if any."""
+    """One figure over an axis: a column, its name, and its limit, if any."""
 
     column: str
     name: str
@@ -38,11 +38,11 @@ def sections(study: Study) -> list[Section]:
         return []
     curve_axis = _curve_axis(study, x_axis)
     pictures = [_picture(study, plotted, x_axis, curve_axis) for plotted in _plotted_figures(study)[:MAX_PICTURES]]
-    note = f"Each point is the {'median' if study.typical else 'worst'} of its cases."
+    note = f"Each point is the {'median' if study.shows_median else 'worst'} of its cases."
     if any(plotted.limit for plotted in _plotted_figures(study)):
         note += " The horizontal line is the limit."
-    if any(leaves_out(study, plotted.column) for plotted in _plotted_figures(study)):
-        note += LEFT_OUT
+    if any(excludes_cut_off_starts(study, plotted.column) for plotted in _plotted_figures(study)):
+        note += EXCLUDED_STARTS_NOTE
     return [Section("curves", f"Over {x_axis.name}", without_empty([Gallery(note, pictures)]))]
 
 
@@ -54,14 +54,14 @@ def _x_axis(study: Study) -> Axis | None:
 
 def _curve_axis(study: Study, x_axis: Axis) -> Axis | None:
     """Return the axis with one curve for each value: a clearance, or the axis with the largest effect on the force."""
-    others = [effect.axis for effect in _effects(study)]
-    others = [axis for axis in others if axis is not x_axis]
-    return next((axis for axis in others if axis.path.endswith(".clearance")), next(iter(others), None))
+    other_axes = [effect.axis for effect in _effects(study)]
+    other_axes = [axis for axis in other_axes if axis is not x_axis]
+    return next((axis for axis in other_axes if axis.path.endswith(".clearance")), next(iter(other_axes), None))
 
 
 def _effects(study: Study) -> list[MainEffect]:
     """Return the main effects on the leading figure, the strongest first, or [] if no case has it."""
-    column = study.hardest_joint().column(study.lead.figure)
+    column = study.most_loaded_joint().column(study.lead.figure)
     return main_effects_of(study, column) if study.has(column) else []
 
 
@@ -79,26 +79,35 @@ def _plotted_figures(study: Study) -> list[PlottedFigure]:
 
 
 def _picture(study: Study, plotted: PlottedFigure, x_axis: Axis, curve_axis: Axis | None) -> Picture:
-    lower_is_worse = plotted.column.endswith(maps.LESS_IS_WORSE) or (
+    """Return the picture of one figure over the x axis, with a curve for each shown value of the curve axis."""
+    lower_is_worse = plotted.column.endswith(maps.LOWER_IS_WORSE_SUFFIXES) or (
         plotted.limit is not None and plotted.limit.kind == "at_least"
     )
     values = comparable_values(study, plotted.column)
-    reduction = median if study.typical else smallest if lower_is_worse else largest
-    table = _table(study, values, (x_axis, curve_axis), reduction)
-    row_indices = np.unique(np.linspace(0, len(table) - 1, min(len(table), MAX_CURVES)).round().astype(int))
+    reduction = median if study.shows_median else smallest if lower_is_worse else largest
+    reduced_values = _reduced_values(study, values, (x_axis, curve_axis), reduction)
+    row_indices = np.unique(
+        np.linspace(0, len(reduced_values) - 1, min(len(reduced_values), MAX_CURVES)).round().astype(int)
+    )
     names = [curve_axis.short(curve_axis.values[index]) if curve_axis else "" for index in row_indices]
-    limit_values = None if plotted.limit is None else _strictest_bounds(study, plotted.limit, x_axis)
-    family = Family(x_axis, curve_axis.label() if curve_axis else "", names, table[row_indices], limit_values)
+    limit_values = None if plotted.limit is None else _strictest_limit_values(study, plotted.limit, x_axis)
+    family = CurveFamily(
+        x_axis, curve_axis.label() if curve_axis else "", names, reduced_values[row_indices], limit_values
+    )
     scale = study.scale(plotted.column)
-    range_text = " to ".join(scale.text(value) for value in (float(np.nanmin(table)), float(np.nanmax(table))))
-    others = [axis.name for axis in study.swept() if axis not in (x_axis, curve_axis)]
+    range_text = " to ".join(
+        scale.text(value) for value in (float(np.nanmin(reduced_values)), float(np.nanmax(reduced_values)))
+    )
+    reduced_axis_names = [axis.name for axis in study.swept() if axis not in (x_axis, curve_axis)]
     reduction_name = REDUCTION_NAMES[reduction]
     selection_note = (
-        f"{len(row_indices)} of {len(table)} values of {curve_axis.name}. "
-        if curve_axis and len(row_indices) < len(table)
+        f"{len(row_indices)} of {len(reduced_values)} values of {curve_axis.name}. "
+        if curve_axis and len(row_indices) < len(reduced_values)
         else ""
     )
-    caption = selection_note + (f"{reduction_name} over {wording.sentence_list(others)}." if others else "")
+    caption = selection_note + (
+        f"{reduction_name} over {wording.sentence_list(reduced_axis_names)}." if reduced_axis_names else ""
+    )
     return Picture(
         f"{capitalise(plotted.name)} over {x_axis.name}",
         caption,
@@ -109,7 +118,7 @@ def _picture(study: Study, plotted: PlottedFigure, x_axis: Axis, curve_axis: Axi
     )
 
 
-def _table(
+def _reduced_values(
     study: Study, values: np.ndarray, axes: tuple[Axis, Axis | None], reduction: Callable[[np.ndarray], float]
 ) -> np.ndarray:
     """Return one value for each pair of values of the second and the first axis; one row if there is no second axis."""
@@ -124,9 +133,9 @@ def _table(
     return row
 
 
-def _strictest_bounds(study: Study, limit: Limit, x_axis: Axis) -> np.ndarray:
-    """Return the strictest bound (SI) at each value of an axis."""
+def _strictest_limit_values(study: Study, limit: Limit, x_axis: Axis) -> np.ndarray:
+    """Return the strictest value (SI) of a limit at each value of an axis."""
     columns = {name: study.cases[name].to_numpy(float) for name in (limit.column, limit.times) if name}
     strictest = smallest if limit.kind == "at_most" else largest
-    bounds: np.ndarray = _table(study, limit.threshold(columns), (x_axis, None), strictest)[0]
-    return bounds
+    limit_values: np.ndarray = _reduced_values(study, limit.limit_values(columns), (x_axis, None), strictest)[0]
+    return limit_values

@@ -7,7 +7,7 @@ from ...language.wording import Scale
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Gallery, Points, Section, without_empty
 from ..blocks.table import Column, Quantity, Table
-from ..data.comparable import LEFT_OUT, leaves_out
+from ..data.comparable import EXCLUDED_STARTS_NOTE, excludes_cut_off_starts
 from ..data.leading import PEAK
 from ..data.study import P99_OVER_IDEAL, Joint, Study
 from ..data.table_columns import columns_in_table
@@ -28,7 +28,7 @@ def sections(study: Study) -> list[Section]:
     """Return the section with pictures of the strongest axes, or [] if no two cases share the value of an axis."""
     if not _has_shared_values(study):
         return []
-    points = Points(sentences(study, study.hardest_joint()))
+    points = Points(sentences(study, study.most_loaded_joint()))
     gallery = Gallery(_note(study), _lead_pictures(study)[: _unfolded_count(study)], small=True)
     return [Section("drivers", "What drives it", without_empty([points, gallery]))]
 
@@ -37,7 +37,7 @@ def folded_sections(study: Study) -> list[Section]:
     """Return the other axes, the drivers of the force over the ideal reaction, and a table of all main effects."""
     if not _has_shared_values(study):
         return []
-    joint, pictures = study.hardest_joint(), _lead_pictures(study)[_unfolded_count(study) :]
+    joint, pictures = study.most_loaded_joint(), _lead_pictures(study)[_unfolded_count(study) :]
     if study.has(joint.column(P99_OVER_IDEAL)) and len(study.levels()) > 1 and ideal_varies(study, joint):
         pictures += _pictures(study, ((P99_OVER_IDEAL, "p99 / ideal"),), "p99 / ideal peak")
     return [Section("main-effects", "Main effects", without_empty([Gallery("", pictures, small=True), _table(study)]))]
@@ -56,7 +56,7 @@ def sentences(study: Study, joint: Joint) -> list[str]:
     driver_texts = [f"{effect.axis.name} ({wording.percent(effect.share)})" for effect in clear_effects]
     text = f"The variation of the {study.lead.name} is caused by {wording.sentence_list(driver_texts)}."
     if unclear_names:
-        scope_text = " among the started cases" if leaves_out(study, column) else ""
+        scope_text = " among the started cases" if excludes_cut_off_starts(study, column) else ""
         text += f" The effect of {wording.sentence_list(unclear_names)} is not clear{scope_text}."
     return [text, *_other_driver_sentences(study, joint), *_ideal_ratio_sentences(study, joint)]
 
@@ -117,7 +117,7 @@ def _has_shared_values(study: Study) -> bool:
     """Return whether any axis has a value that several cases share."""
     if study.cases.empty or not study.levels():
         return False
-    return study.has(study.hardest_joint().column(study.lead.figure))
+    return study.has(study.most_loaded_joint().column(study.lead.figure))
 
 
 def _lead_pictures(study: Study) -> list[Picture]:
@@ -128,7 +128,7 @@ def _lead_pictures(study: Study) -> list[Picture]:
 
 def _unfolded_count(study: Study) -> int:
     """Return how many axes are drawn outside the folded part: those with an effect on the leading figure."""
-    effects = main_effects_of(study, study.hardest_joint().column(study.lead.figure))
+    effects = main_effects_of(study, study.most_loaded_joint().column(study.lead.figure))
     return min(MAX_UNFOLDED_AXES, max(sum(not effect.share < MIN_SHARE for effect in effects), 1))
 
 
@@ -143,14 +143,14 @@ def _note(study: Study) -> str:
     note = f"Each point is the median of the cases with that value{band}. Panels share their scale."
     if len(study.joints) > 1 and study.lead is PEAK:
         note += " Solid lines or dots are the peaks of a joint, dashed lines or squares its rms values."
-    if leaves_out(study, study.hardest_joint().column(study.lead.figure)):
-        note += LEFT_OUT
+    if excludes_cut_off_starts(study, study.most_loaded_joint().column(study.lead.figure)):
+        note += EXCLUDED_STARTS_NOTE
     return note
 
 
 def _pictures(study: Study, figures: tuple[tuple[str, str], ...], name: str) -> list[Picture]:
     """Return one picture per axis, the strongest first; the first of the `figures`, (figure, name), has a band."""
-    leading = study.hardest_joint().column(figures[0][0])
+    leading = study.most_loaded_joint().column(figures[0][0])
     curves: dict[str, list[Curve]] = {effect.axis.path: [] for effect in main_effects_of(study, leading)}
     for joint_index, joint in enumerate(study.joints):
         for figure_index, (figure, figure_name) in enumerate(figures):

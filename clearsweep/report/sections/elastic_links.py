@@ -24,7 +24,7 @@ def sections(study: Study) -> list[Section]:
     """Return the section, or [] if no link is elastic."""
     if study.cases.empty or not study.joints:
         return []
-    joint = study.hardest_joint()
+    joint = study.most_loaded_joint()
     worst = study.worst(joint)
     try:
         (case,) = resolve_cases(study, [worst])

@@ -89,7 +89,7 @@ def _displayed_cases(study: Study) -> np.ndarray:
         return np.arange(len(study.cases))
     if _objectives(study):
         return np.union1d(np.flatnonzero(_is_best(study))[: MAX_CASES // 2], np.arange(MAX_CASES // 2))
-    lead = study.cases[study.hardest_joint().column(study.lead.figure)].to_numpy(float)
+    lead = study.cases[study.most_loaded_joint().column(study.lead.figure)].to_numpy(float)
     hardest = np.argsort(lead if study.lead.smallest else -lead, kind="stable")[: MAX_CASES // 2]
     return np.union1d(hardest, np.arange(MAX_CASES // 2))
 
@@ -114,7 +114,7 @@ def _figure_columns(study: Study, case_indices: np.ndarray) -> list[dict]:
     for table in TABLES:
         for name, heading in columns_in_table(study, table):
             headings.setdefault(name, heading)
-    lead_column = objectives[0] if objectives else study.hardest_joint().column(study.lead.figure)
+    lead_column = objectives[0] if objectives else study.most_loaded_joint().column(study.lead.figure)
     names = [name for name in headings if study.has(name)]
     if not objectives:
         names.sort(key=lambda name: name != lead_column)

@@ -138,7 +138,7 @@ def periodicity_sentences(study: Study) -> list[str]:
         )
     points += _chaos_sentences(study)
     if len(known_periods) < count:
-        motions, suffix = wording.count(count, "motion"), _ratio_to_median_text(study, study.hardest_joint())
+        motions, suffix = wording.count(count, "motion"), _ratio_to_median_text(study, study.most_loaded_joint())
         points.append(
             f"{count - len(known_periods)} of {motions} did not become periodic within the run, so the largest peak is "
             f"partly random{suffix}. Compare the median peak, rms or p99, the force exceeded during 1 % of the time."
@@ -213,7 +213,7 @@ def _extremes_by_speed_table(study: Study) -> Table:
     others = [axis for axis in study.swept() if axis is not speed]
     if speed is None or not others or study.cases.empty:
         return Table("by_speed", "", "", (), [])
-    joint = study.hardest_joint()
+    joint = study.most_loaded_joint()
     p99 = joint.column("force_p99")
     error = study.column("error_max")
     output_figures = [(error, f"{study.run.layout.output} error")] if error else []

@@ -147,24 +147,24 @@ def _spread_table(study: Study, matched_cases: MatchedCases) -> Table:
 
 def _spread_sentence(study: Study, axis: Axis, spread: Table) -> str:
     """Return a sentence on the spread in the joint with the largest force."""
-    hardest = study.hardest_joint()
-    rows = {name: cells for name, title, *cells in spread.rows if title == hardest.title}
+    most_loaded = study.most_loaded_joint()
+    rows = {name: cells for name, title, *cells in spread.rows if title == most_loaded.title}
     if "force peak" not in rows:
         return f"No two finished cases differ only in the {axis.name}, so this section compares unlike cases."
     factors = [
         f"the {name} by a factor of {wording.plain(median)} (at most {wording.plain(largest)})"
         for name, (_, median, largest, *_) in rows.items()
     ]
-    joint_text = study.joint_text(hardest, " in joint {}")
+    joint_text = study.joint_text(most_loaded, " in joint {}")
     comparisons, median, *_ = rows["force peak"]
     sentence = (
         f"At otherwise equal values the choice among {len(axis.values)} {_plural_name(axis)} changes "
         f"{wording.sentence_list(factors)}{joint_text}"
     )
     sentence += f", the median of {comparisons.value} comparisons." if comparisons.value > 1 else "."
-    effects = main_effects_of(study, hardest.column("force_peak"))
+    effects = main_effects_of(study, most_loaded.column("force_peak"))
     effect = next((effect for effect in effects if effect.axis is axis), None)
-    if effect is not None and not effect.is_clear() and median >= variance.CLEAR_FACTOR:
+    if effect is not None and not effect.is_clear() and median >= variance.MIN_EFFECT_RATIO:
         sentence += (
             " The change of the peak is within the scatter, because a peak is a single event. To compare laws, use "
             "p99 or rms instead."

@@ -66,7 +66,9 @@ def _extreme_life_sentences(study: Study, joint: Joint) -> list[str]:
 
 def _lifetime(study: Study, joint: Joint, case_id: str) -> lifetime.Lifetime:
     """Return the life of a case."""
-    column_by_name = {name: joint.column(name) for name in lifetime.COLUMNS if joint.column(name) in study.cases}
+    column_by_name = {
+        name: joint.column(name) for name in lifetime.FIELD_BY_COLUMN if joint.column(name) in study.cases
+    }
     return lifetime.read_lifetime(
         {name: float(study.cases.at[case_id, column]) for name, column in column_by_name.items()}
     )
@@ -74,7 +76,7 @@ def _lifetime(study: Study, joint: Joint, case_id: str) -> lifetime.Lifetime:
 
 def _pictures(study: Study, joint: Joint) -> list[Picture]:
     hours, limited_figure = joint.column("life_hours"), study.run.grid["life"]["of"]
-    ids = study.cases.extreme_cases(hours)[::-1] if study.has(hours) else ()
+    ids = study.cases.representative_cases(hours)[::-1] if study.has(hours) else ()
     names = {1: ("the case",), 2: ("shortest", "longest"), 3: ("shortest", "median", "longest")}.get(len(ids), ())
     histories = {name: (case_id, study.run.history(case_id)) for name, case_id in zip(names, ids, strict=True)}
     caption = "; ".join(f"{name}: {study.setting(case_id) or case_id}" for name, (case_id, _) in histories.items())

@@ -17,7 +17,7 @@ from ...language import wording
 from ..blocks.picture import Picture, Spot, capitalise
 from ..blocks.section import Gallery, Section, without_empty
 from ..data.axis import Axis
-from ..data.comparable import LEFT_OUT, comparable_values, leaves_out
+from ..data.comparable import EXCLUDED_STARTS_NOTE, comparable_values, excludes_cut_off_starts
 from ..data.dotted_paths import value_at
 from ..data.study import (
     P99_OVER_IDEAL,
@@ -38,7 +38,7 @@ from .drivers import effect_picture, ideal_varies
 MAX_SPOTS = 150  # largest number of cells with tooltips; larger maps are pixels
 MAX_PAIRS = 6  # heat maps per joint: every pair of up to four axes
 WITHOUT_WORSE_DIRECTION = ("contact_fraction", "impacts_per_rev", "restitution")  # figures without a worse direction
-LESS_IS_WORSE = ("film_thickness_min", "life_hours", MARGIN)
+LOWER_IS_WORSE_SUFFIXES = ("film_thickness_min", "life_hours", MARGIN)
 FIGURES = (  # of a joint
     ("contact_fraction", "time in contact"),
     ("film_thickness_min", "least film"),
@@ -68,7 +68,7 @@ def sections(study: Study) -> list[Section]:
 def _section(study: Study, joint: Joint, maps: list[FigureMap]) -> Section:
     note = "The maps show every pair of swept values; the last ones show more figures of the pair with most effect. "
     worst_note = "Each cell shows its worst case; for contact time, impacts and restitution it shows the median."
-    note += "Each cell shows the median of its cases." if study.typical else worst_note
+    note += "Each cell shows the median of its cases." if study.shows_median else worst_note
     if "refine" in study.run.grid:
         note += " The maps leave out the cases that refine added between the values of the axes."
     note += " Maps of one figure share their colours."
@@ -145,7 +145,7 @@ def _maps(study: Study, joint: Joint) -> list[FigureMap]:
     further_figures += [(joint.column(P99_OVER_IDEAL), "p99 / ideal peak")] if ideal_varies(study, joint) else []
     further_figures.append((joint.column("impacts_per_rev"), study.onset_name))
     further_figures += [(joint.column(figure), name) for figure, name in FIGURES]
-    if joint == study.hardest_joint():
+    if joint == study.most_loaded_joint():
         further_figures.append((study.column("error_max"), f"{study.run.layout.output} error"))
     mapped = [(lead, study.lead.name, pair) for pair in pairs]
     mapped += [(column, name, pairs[0]) for column, name in further_figures if study.has(column) and column != lead]
@@ -178,10 +178,10 @@ def _table(study: Study, column: str, pair: tuple[Axis, Axis]) -> np.ndarray:
 
 def _reduction(study: Study, column: str) -> Callable[[np.ndarray], float]:
     """Return the reduction of the values of a cell's cases."""
-    if study.typical or column.endswith(WITHOUT_WORSE_DIRECTION):
+    if study.shows_median or column.endswith(WITHOUT_WORSE_DIRECTION):
         return median
     lead_is_smallest = study.lead.smallest and column.endswith(f"_{study.lead.figure}")
-    return smallest if lead_is_smallest or column.endswith(LESS_IS_WORSE) else largest
+    return smallest if lead_is_smallest or column.endswith(LOWER_IS_WORSE_SUFFIXES) else largest
 
 
 def pictures_over_axes(study: Study, joint: Joint, figure: str, name: str) -> list[Picture]:
@@ -218,7 +218,7 @@ def _picture(study: Study, figure_map: FigureMap, value_range: tuple[float, floa
         revolutions = value_at(study.base, "simulate.revolutions")
         end_text = f" after {revolutions:g} revolutions" if isinstance(revolutions, int | float) else ""
         caption += f" In a cell marked as cut off, at least one case ends{end_text}, before the motor's speed."
-    caption += LEFT_OUT if leaves_out(study, figure_map.column) else ""
+    caption += EXCLUDED_STARTS_NOTE if excludes_cut_off_starts(study, figure_map.column) else ""
     return Picture(
         f"{capitalise(figure_map.name)}: {x_axis.name} {wording.TIMES} {y_axis.name}",
         caption,

@@ -24,7 +24,7 @@ SMALL_SIZE = (3.5, 2.9)  # inches
 
 def sections(study: Study) -> list[Section]:
     """Return the section, or [] if no drive turns the mechanism or no case finished."""
-    joint = study.hardest_joint()
+    joint = study.most_loaded_joint()
     if study.cases.empty or study.is_start_up or not study.is_driven or not study.has(joint.column("contact_fraction")):
         return []
     note = "The period is the number of revolutions after which the force repeats. Irregular motion has no such period."

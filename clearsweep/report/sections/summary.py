@@ -7,7 +7,7 @@ from ...judging.case_ranking import Candidate
 from ...language import wording
 from ..blocks.section import Cards, Section
 from ..data.answered import answer_cases
-from ..data.comparable import comparable_values, leaves_out
+from ..data.comparable import comparable_values, excludes_cut_off_starts
 from ..data.leading import PEAK
 from ..data.study import WEAR_PER_1000_HOURS, Joint, Study
 from ..data.worst_case import case_ranking_of, worst_case
@@ -74,7 +74,7 @@ def _largest_cards(study: Study, figure: str, name: str, suffix: str) -> list[tu
                 "in the worst case, at the wear rate of the window",
             )
         ]
-    start_note = "of the started cases" if leaves_out(study, column) else ""
+    start_note = "of the started cases" if excludes_cut_off_starts(study, column) else ""
     if figure == PEAK.figure and joint and case_ranking_of(study).question == "start-up":
         force_until_start = start_up.start_force_text(start_up.started_cases(answer_cases(study)), joint.name)
         until_note = force_until_start and f"until the start: {force_until_start}"
@@ -112,7 +112,9 @@ def _worst_case_cards(study: Study) -> list[tuple[str, str, str]]:
     if ranking.question == "life":
         faster = lifetime.faster_wear_text(value)
         condition_note = (
-            "; for the given wear coefficient, " + faster + f" if wear is {lifetime.FASTER_WEAR:g} times as fast"
+            "; for the given wear coefficient, "
+            + faster
+            + f" if wear is {lifetime.WEAR_UNCERTAINTY_FACTOR:g} times as fast"
         )
         condition_note = "" if study.run.grid.get("uncertain") else condition_note
         return [
@@ -177,7 +179,7 @@ def _film_cards(study: Study, case_id: str, candidate: Candidate) -> list[tuple[
 def _design_cards(study: Study) -> list[tuple[str, str, str]]:
     """Return the card on designs that meet the limits under every condition, or [] without designs."""
     cases = answer_cases(study)
-    design_groups = designs.designs_of(cases.axes, cases.column, len(cases.case_ids))
+    design_groups = designs.designs_of(cases.varied_paths, cases.values_of, len(cases.case_ids))
     if design_groups is None or sampled.is_one_sample(study.run.grid):
         return []
     accepted = sum(margin >= 0.0 for margin in design_groups.margins)

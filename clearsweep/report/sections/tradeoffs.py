@@ -28,7 +28,7 @@ def sections(study: Study) -> list[Section]:
     """Return the clouds of the peak over p99, output error and fastest onset, or [] for few cases."""
     if len(study.cases) < 3 or not study.is_driven:
         return []
-    joint = study.hardest_joint()
+    joint = study.most_loaded_joint()
     p99 = joint.column("force_p99")
     peak, onset = joint.column("force_peak"), joint.column("onset_rate_max")
     p99_note = "Cases of equal p99 have different peaks: p99 ignores impacts shorter than 1 % of the time."

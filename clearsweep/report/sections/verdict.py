@@ -273,7 +273,7 @@ def _reservations(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, st
     It is `pass_share.ELSEWHERE` where the design exceeds a limit under some condition, `OPEN` for an open fit, else 0.
     """
     cases = answer_cases(study)
-    design_groups = designs.designs_of(cases.axes, cases.column, len(cases.case_ids))
+    design_groups = designs.designs_of(cases.varied_paths, cases.values_of, len(cases.case_ids))
     codes = np.zeros(len(cases.case_ids))
     if design_groups is not None and any(axis.path in design_groups.condition_paths for axis in pair):
         for margin, members in zip(design_groups.margins, design_groups.members, strict=True):
@@ -282,7 +282,9 @@ def _reservations(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, st
     remark = f" (ok): met here, but not at every {wording.sentence_list(names)}." if codes.any() else ""
     fit_states = fits.classify_fits(cases)
     if fit_states is not None and fit_states.undecided and any(axis.path == fit_states.path for axis in pair):
-        codes[np.isin(cases.column(fit_states.path), [fit["mean"] for fit in fit_states.undecided])] = pass_share.OPEN
+        codes[np.isin(cases.values_of(fit_states.path), [fit["mean"] for fit in fit_states.undecided])] = (
+            pass_share.OPEN
+        )
         remark += " open: met at the mean clearance; an end of the fit's tolerance was not covered."
     return reduce_over_other_axes(study, codes, pair, largest), remark
 

@@ -20,10 +20,11 @@ from .contract import (
     cumulative_pressure,
     half_arc,
     local_clearance,
-    sum_over_load,
+    pressure_integral_over_load,
     wear_rate,
 )
 
+LINE_LOAD_ROW = FORCE_ROW  # of the workspace, N/m; in the values of a Step the same row is a force, N
 DEGREE = 6  # of the polynomials over the fraction of the step, as many as its stages determine
 POINTS = 8  # vector width, and sufficient for the DEGREE
 ON_BEARING, ON_JOURNAL, DEEPEST, DISTANCE, ROWS = range(
@@ -95,18 +96,18 @@ def clearance_at(joint, workspace, x):
 @inlined
 def sliding_contact_of(joint, values, sliding_distance, clearance):
     """Return the SlidingContact of a joint from its profiles' values at one time, in the order of the profiles."""
-    (load, _, slip, depth, work), pressure = values, joint.wear.pressure
-    load, slip, work = max(load, 0.0), abs(slip), max(work, 0.0)
-    sliding = SlidingContact(load, depth, slip, work, sliding_distance, 0.0, clearance)
-    load_sum = sum_over_load(pressure, half_arc(pressure, joint, joint.bearing_radius, sliding))
-    return SlidingContact(load, depth, slip, work, sliding_distance, load * load_sum, clearance)
+    (load, _, sliding_speed, depth, friction_power), pressure = values, joint.wear.pressure
+    load, sliding_speed, friction_power = max(load, 0.0), abs(sliding_speed), max(friction_power, 0.0)
+    sliding = SlidingContact(load, depth, sliding_speed, friction_power, sliding_distance, 0.0, clearance)
+    load_sum = pressure_integral_over_load(pressure, half_arc(pressure, joint, joint.bearing_radius, sliding))
+    return SlidingContact(load, depth, sliding_speed, friction_power, sliding_distance, load * load_sum, clearance)
 
 
 @inlined
 def sliding_contact_at(joint, workspace, x):
     """Return the SlidingContact of a joint at the fraction `x` (0 to 1) of the step."""
     load, depth, slip = (
-        evaluate_polynomial(workspace, FORCE_ROW, x),
+        evaluate_polynomial(workspace, LINE_LOAD_ROW, x),
         evaluate_polynomial(workspace, DEPTH_ROW, x),
         evaluate_polynomial(workspace, SLIP_ROW, x),
     )
@@ -131,24 +132,27 @@ def _write_arc(workspace, body_offset, i, area, angle, half_angle):
 
 
 @kernel
-def evaluate_arc(joint, workspace, length, low, high):
+def evaluate_arc(joint, workspace, step_length, low, high):
     """Write the position of the arc and its wear (m rad) at the nodes between two fractions of a step to `workspace`.
 
-    length : of the step, in the unit of kappa.
+    step_length : s over kappa
     """
     arc_middle, half_width, pressure = 0.5 * (low + high), 0.5 * (high - low), joint.wear.pressure
-    on_bearing, on_journal = length * half_width / joint.bearing_radius, length * half_width / joint.journal_radius
+    on_bearing, on_journal = (
+        step_length * half_width / joint.bearing_radius,
+        step_length * half_width / joint.journal_radius,
+    )
     for i in lane_range(POINTS):
         x = arc_middle + half_width * NODES[i]
         sliding = sliding_contact_at(joint, workspace, x)
-        bearing, journal = wear_rate(joint.wear, sliding)
+        bearing_rate, journal_rate = wear_rate(joint.wear, sliding)
         weight = WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, x), 0.0)
         half_angle = half_arc(pressure, joint, joint.bearing_radius, sliding)
         _write_arc(
             workspace,
             FIRST_BODY,
             i,
-            on_bearing * weight * bearing,
+            on_bearing * weight * bearing_rate,
             evaluate_polynomial(workspace, ON_BEARING, x),
             half_angle,
         )
@@ -157,7 +161,7 @@ def evaluate_arc(joint, workspace, length, low, high):
             workspace,
             FIRST_BODY + BODY_SIZE,
             i,
-            on_journal * weight * journal,
+            on_journal * weight * journal_rate,
             evaluate_polynomial(workspace, ON_JOURNAL, x),
             half_angle,
         )

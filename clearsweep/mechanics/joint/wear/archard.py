@@ -23,7 +23,7 @@ class Archard(NamedTuple):
 
 @wear_rate.member(Archard)
 def _wear_rate_archard(law, sliding):
-    pressed_speed = sliding.pressure_sum * sliding.slip
+    pressed_speed = sliding.pressure_sum * sliding.sliding_speed
     return law.bearing_coefficient * pressed_speed, law.journal_coefficient * pressed_speed
 
 
@@ -40,7 +40,7 @@ class Energy(NamedTuple):
 
 @wear_rate.member(Energy)
 def _wear_rate_energy(law, sliding):
-    return law.bearing_coefficient * sliding.work, law.journal_coefficient * sliding.work
+    return law.bearing_coefficient * sliding.friction_power, law.journal_coefficient * sliding.friction_power
 
 
 class RunningIn(NamedTuple):

@@ -94,9 +94,9 @@ def write_wear_before_edges(pressure, workspace, edge, edges, last_edge):
 @inlined
 def update_wear_bin(workspace, bins, number, total, cursor):
     """Add the wear between an edge, item `number` of WORN, and the previous one to a bin; return the next BinCursor."""
-    per_width = bins.count / (2.0 * math.pi)
+    bins_per_radian = bins.count / (2.0 * math.pi)
     cumulative = min(max(workspace[WORN * POINTS + number], cursor.wear_before), total)
-    bins.depths[bins.start + cursor.position] += (cumulative - cursor.wear_before) * per_width
+    bins.depths[bins.start + cursor.position] += (cumulative - cursor.wear_before) * bins_per_radian
     return BinCursor(cursor.position + 1 if cursor.position + 1 < bins.count else 0, cumulative)
 
 
@@ -161,16 +161,16 @@ def update_body_wear(pressure, workspace, bins):
 
 
 @update_wear_over_span.member(None)
-def _default_update_wear_over_span(joint, workspace, length, span, bins):
-    evaluate_arc(joint, workspace, length, span[0], span[1])
+def _default_update_wear_over_span(joint, workspace, step_length, span, bins):
+    evaluate_arc(joint, workspace, step_length, span[0], span[1])
     for body in range(2):
         body_workspace = workspace[FIRST_BODY + body * BODY_SIZE : FIRST_BODY + (body + 1) * BODY_SIZE]
         update_body_wear(joint.wear.pressure, body_workspace, bins[body])
 
 
 @kernel
-def update_worn_profile(joint, workspace, values, length, bins):
-    """Add the wear of a step of `length`, in the unit of kappa, to the worn profiles of bearing and journal.
+def update_worn_profile(joint, workspace, values, step_length, bins):
+    """Add the wear of a step of `step_length` (s over kappa), to the worn profiles of bearing and journal.
 
     workspace : (WORKSPACE_SIZE,) with the coefficients over the fraction of the step; values : (STEP_VALUE_ROWS, PARTS
     + 1), from which the sliding speed is read; bins : of both bodies.
@@ -183,5 +183,5 @@ def update_worn_profile(joint, workspace, values, length, bins):
             if a * b >= 0.0:
                 continue
             high = (i + a / (a - b)) / PARTS  # where sliding reverses, its speed has a kink
-        update_wear_over_span(joint, workspace, length, (low, high), bins)
+        update_wear_over_span(joint, workspace, step_length, (low, high), bins)
         low = high

@@ -1,8 +1,8 @@
 """The interface of wear laws and contact pressures.
 
 A wear law is a member of `wear_rate` and has the fields `bins` (of each body), `length` (m, along the pin), `pv_limit`
-(W/m^2, inf for none) and `pressure`, a member of `half_arc`, `cumulative_pressure`, `smooth_range`, `sum_over_load`
-and `peak_over_mean`.
+(W/m^2, inf for none) and `pressure`, a member of `half_arc`, `cumulative_pressure`, `smooth_range`,
+`pressure_integral_over_load` and `peak_over_mean`.
 """
 
 import math
@@ -45,8 +45,8 @@ class SlidingContact(NamedTuple):
 
     line_load: float  # N/m
     depth: float  # m, penetration
-    slip: float  # m/s, at least 0
-    work: float  # W/m, dissipated by friction, at least 0
+    sliding_speed: float  # m/s, at least 0
+    friction_power: float  # W/m, dissipated by friction, at least 0
     sliding_distance: float  # m, sliding distance in contact so far
     pressure_sum: float  # N/m, integral of the scalar pressure over the arc
     clearance: float  # m, difference of the radii of curvature of both surfaces where they touch
@@ -77,13 +77,13 @@ def _default_local_clearance(joint, on_bearing, on_journal):
 
 
 @family
-def pressure_on(joint, step, j, index):
+def pressure_on(joint, step, j, point_index):
     """Return mean and largest pressure (Pa) on the bearing of joint `j` at one of the equidistant points of a Step."""
 
 
 @family
-def update_wear_over_span(joint, workspace, length, span, bins):
-    """Add the wear of bearing and journal between two fractions of a step of `length`, in the unit of kappa."""
+def update_wear_over_span(joint, workspace, step_length, span, bins):
+    """Add the wear of bearing and journal between two fractions of a step of `step_length` (s over kappa)."""
 
 
 @family
@@ -112,7 +112,7 @@ def smooth_range(pressure):
 
 
 @family
-def sum_over_load(pressure, half_angle):
+def pressure_integral_over_load(pressure, half_angle):
     """Return the integral of the scalar pressure over an arc of half-angle `half_angle` (rad), divided by the load."""
 
 
@@ -125,7 +125,7 @@ PRESSURE_FAMILIES = (
     half_arc,
     cumulative_pressure,
     smooth_range,
-    sum_over_load,
+    pressure_integral_over_load,
     peak_over_mean,
 )  # a type of pressure is a member of each
 WEAR_FAMILIES = (wear_rate,)

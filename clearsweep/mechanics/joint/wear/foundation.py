@@ -1,4 +1,4 @@
-"""Wear under the springs of `joint.worn_foundation`: they press where the worn gap is closed, by the local overlap f.
+"""Wear under the Winkler foundation of `joint.worn_foundation`, whose springs press where worn surfaces overlap.
 
 In the frame of the normal at the deepest point the surfaces overlap by
 
@@ -8,8 +8,9 @@ c : radial clearance (m); h : wear depth of bearing and journal together (m); ps
 depth : penetration (m), the maximum of f, at psi = 0.
 
 The pressure is proportional to f.  Its fraction before the edge of a bin is known in closed form, because the table of
-a shape has the integral of h.  The wear is integrated over time by Lobatto's rule.  The total wear of a body is that of
-the law.  A bin whose edge an end of the arc passes within a step receives an approximate depth.
+a shape has the integral of h.  The wear is integrated by Lobatto's rule over the step, whose length is in tau; the
+factor kappa = dt/dtau (s) makes it a time.  The total wear of a body is that of the law.  A bin whose edge an end of
+the arc passes within a step receives an approximate depth.
 """
 
 import math
@@ -21,7 +22,17 @@ from ...observe.histogram import FORCE_ROW, FRICTION_POWER_ROW, KAPPA_ROW, PARTS
 from ..nearest import surfaces_of
 from ..worn import WornOnFoundation
 from ..worn_foundation import MIN_RADIUS_DIFFERENCE, arc_ends, overlap
-from .arc_over_step import DEEPEST, DISTANCE, NODES, ON_BEARING, ON_JOURNAL, POINTS, WEIGHTS, evaluate_polynomial
+from .arc_over_step import (
+    DEEPEST,
+    DISTANCE,
+    LINE_LOAD_ROW,
+    NODES,
+    ON_BEARING,
+    ON_JOURNAL,
+    POINTS,
+    WEIGHTS,
+    evaluate_polynomial,
+)
 from .contract import SlidingContact, middle_arc, pressure_on, update_wear_over_span, wear_rate
 from .shape import wear_depth_at, wear_integral_at
 
@@ -32,14 +43,14 @@ class Arc(NamedTuple):
     x: float  # m, coefficient of cos psi in f
     y: float  # m, coefficient of sin psi in f
     body_angles: tuple  # rad, angles of bearing and journal in the frame of the deepest point
-    start: float  # rad, first end of the arc
-    stop: float  # rad, last end of the arc
+    start_angle: float  # rad, first end of the arc
+    stop_angle: float  # rad, last end of the arc
     depth: float  # m, the maximum of f
-    total: float  # m rad, integral of f over the arc; 0 without contact
+    overlap_integral: float  # m rad, integral of f over the arc; 0 without contact
 
 
 @inlined
-def antiderivative(joint, arc, psi):
+def overlap_antiderivative(joint, arc, psi):
     """Return the antiderivative of f at psi (m rad); its constant cancels in differences.  psi : angle (rad)."""
     worn = wear_integral_at(joint.bearing, psi - arc.body_angles[0]) + wear_integral_at(
         joint.journal, psi - arc.body_angles[1]
@@ -63,22 +74,22 @@ def arc_at(joint, workspace, fraction):
     guess = math.sqrt(2.0 * depth / max(x + curvature_b + curvature_j, depth + MIN_RADIUS_DIFFERENCE * joint.clearance))
     low, high = arc_ends(surfaces, x, y, body_angles, (0.0, guess))
     arc = Arc(x, y, body_angles, -low, high, depth, 0.0)
-    total = max(antiderivative(joint, arc, high) - antiderivative(joint, arc, -low), 0.0)
-    return Arc(x, y, body_angles, -low, high, depth, total)
+    overlap_integral = max(overlap_antiderivative(joint, arc, high) - overlap_antiderivative(joint, arc, -low), 0.0)
+    return Arc(x, y, body_angles, -low, high, depth, overlap_integral)
 
 
 @kernel
-def sum_over_force(joint, arc):
+def pressure_integral_over_load(joint, arc):
     """Return the integral of the pressure over an Arc divided by the magnitude of its resultant (Lobatto's rule)."""
-    normal_sum, tangential_sum, half_width = 0.0, 0.0, 0.5 * (arc.stop - arc.start)
+    normal_sum, tangential_sum, half_width = 0.0, 0.0, 0.5 * (arc.stop_angle - arc.start_angle)
     for i in rolled_range(POINTS):
-        psi = arc.start + half_width * (1.0 + NODES[i])
+        psi = arc.start_angle + half_width * (1.0 + NODES[i])
         f, _, _ = overlap(surfaces_of(joint), arc.x, arc.y, psi, arc.body_angles)
         normal_sum += WEIGHTS[i] * f * math.cos(psi)
         tangential_sum += WEIGHTS[i] * f * math.sin(psi)
     return (
-        arc.total / (half_width * math.sqrt(normal_sum * normal_sum + tangential_sum * tangential_sum))
-        if arc.total > 0.0
+        arc.overlap_integral / (half_width * math.sqrt(normal_sum * normal_sum + tangential_sum * tangential_sum))
+        if arc.overlap_integral > 0.0
         else 0.0
     )
 
@@ -87,65 +98,72 @@ def sum_over_force(joint, arc):
 def sliding_contact_on(joint, workspace, arc, fraction):
     """Return the SlidingContact on an Arc at a fraction (0 to 1) of a step."""
     load, sliding_distance = (
-        max(evaluate_polynomial(workspace, FORCE_ROW, fraction), 0.0),
+        max(evaluate_polynomial(workspace, LINE_LOAD_ROW, fraction), 0.0),
         workspace[DISTANCE * POINTS] + workspace[DISTANCE * POINTS + 1] * fraction,
     )
     return SlidingContact(
         line_load=load,
         depth=arc.depth,
-        slip=abs(evaluate_polynomial(workspace, SLIP_ROW, fraction)),
-        work=max(evaluate_polynomial(workspace, FRICTION_POWER_ROW, fraction), 0.0),
+        sliding_speed=abs(evaluate_polynomial(workspace, SLIP_ROW, fraction)),
+        friction_power=max(evaluate_polynomial(workspace, FRICTION_POWER_ROW, fraction), 0.0),
         sliding_distance=sliding_distance,
-        pressure_sum=load * sum_over_force(joint, arc),
+        pressure_sum=load * pressure_integral_over_load(joint, arc),
         clearance=joint.clearance,
     )
 
 
 @kernel
-def update_wear_under_arc(joint, arc, body, area, bins):
+def update_wear_under_arc(joint, arc, body, area_over_radius, bins):
     """Add the wear of a body under an Arc to its bins.
 
     body : 0 bearing, 1 journal; area : worn cross-section over the radius of the body (m rad)
     """
-    width, per_width, worn_so_far = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
-    start, stop_angle = arc.start - arc.body_angles[body], arc.stop - arc.body_angles[body]
-    first_bin, last_bin = math.floor(start / width), math.floor(stop_angle / width)
-    at_start, per_total = antiderivative(joint, arc, arc.start), area / arc.total
+    width, bins_per_radian, worn_so_far = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
+    start_angle, stop_angle = arc.start_angle - arc.body_angles[body], arc.stop_angle - arc.body_angles[body]
+    first_bin, last_bin = math.floor(start_angle / width), math.floor(stop_angle / width)
+    at_start, wear_per_overlap = (
+        overlap_antiderivative(joint, arc, arc.start_angle),
+        area_over_radius / arc.overlap_integral,
+    )
     bin_index = first_bin % bins.count
-    for edge in range(first_bin + 1, last_bin + 2):
-        cumulative = area
-        if edge <= last_bin:
-            cumulative = (antiderivative(joint, arc, edge * width + arc.body_angles[body]) - at_start) * per_total
-            cumulative = min(max(cumulative, worn_so_far), area)
-        bins.depths[bins.start + bin_index] += (cumulative - worn_so_far) * per_width
+    for edge_index in range(first_bin + 1, last_bin + 2):
+        cumulative = area_over_radius
+        if edge_index <= last_bin:
+            cumulative = (
+                overlap_antiderivative(joint, arc, edge_index * width + arc.body_angles[body]) - at_start
+            ) * wear_per_overlap
+            cumulative = min(max(cumulative, worn_so_far), area_over_radius)
+        bins.depths[bins.start + bin_index] += (cumulative - worn_so_far) * bins_per_radian
         worn_so_far = cumulative
         bin_index = bin_index + 1 if bin_index + 1 < bins.count else 0
 
 
 @update_wear_over_span.member(WornOnFoundation)
-def _update_wear_over_span_worn_on_foundation(joint, workspace, length, span, bins):
+def _update_wear_over_span_worn_on_foundation(joint, workspace, step_length, span, bins):
     half_width = 0.5 * (span[1] - span[0])
     for i in rolled_range(POINTS):
         fraction = span[0] + half_width * (1.0 + NODES[i])
         arc = arc_at(joint, workspace, fraction)
-        if arc.total > 0.0:
-            bearing, journal = wear_rate(joint.wear, sliding_contact_on(joint, workspace, arc, fraction))
-            weight = length * half_width * WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, fraction), 0.0)
-            update_wear_under_arc(joint, arc, 0, weight * bearing / joint.bearing_radius, bins[0])
-            update_wear_under_arc(joint, arc, 1, weight * journal / joint.journal_radius, bins[1])
+        if arc.overlap_integral > 0.0:
+            bearing_rate, journal_rate = wear_rate(joint.wear, sliding_contact_on(joint, workspace, arc, fraction))
+            weight = (
+                step_length * half_width * WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, fraction), 0.0)
+            )
+            update_wear_under_arc(joint, arc, 0, weight * bearing_rate / joint.bearing_radius, bins[0])
+            update_wear_under_arc(joint, arc, 1, weight * journal_rate / joint.journal_radius, bins[1])
 
 
 @pressure_on.member(WornOnFoundation)
-def _pressure_on_worn_on_foundation(joint, step, j, sample):
-    arc = arc_at(joint, step.workspace, sample / PARTS)
-    if not arc.total > 0.0:
+def _pressure_on_worn_on_foundation(joint, step, j, point_index):
+    arc = arc_at(joint, step.workspace, point_index / PARTS)
+    if not arc.overlap_integral > 0.0:
         return 0.0, 0.0
-    load = max(step.step_values[j, FORCE_ROW, sample], 0.0) / joint.wear.length
-    pressure_sum = load * sum_over_force(joint, arc) / joint.bearing_radius
-    return pressure_sum / (arc.stop - arc.start), pressure_sum * arc.depth / arc.total
+    load = max(step.step_values[j, FORCE_ROW, point_index], 0.0) / joint.wear.length
+    pressure_sum = load * pressure_integral_over_load(joint, arc) / joint.bearing_radius
+    return pressure_sum / (arc.stop_angle - arc.start_angle), pressure_sum * arc.depth / arc.overlap_integral
 
 
 @middle_arc.member(WornOnFoundation)
 def _middle_arc_worn_on_foundation(joint, workspace):
     arc = arc_at(joint, workspace, 0.5)
-    return arc.stop - arc.start, sliding_contact_on(joint, workspace, arc, 0.5)
+    return arc.stop_angle - arc.start_angle, sliding_contact_on(joint, workspace, arc, 0.5)

@@ -16,7 +16,7 @@ from ...trace import portable
 from ...trace.portable import coefficients_through, exact, polynomial_through
 from ..elastic.conformal import MAX_B2, half_angle_at_load
 from ..recipe import register
-from .contract import cumulative_pressure, half_arc, peak_over_mean, smooth_range, sum_over_load
+from .contract import cumulative_pressure, half_arc, peak_over_mean, pressure_integral_over_load, smooth_range
 from .pressure import MODULUS, modulus_of
 
 LIMIT = 2.0 * math.atan(math.sqrt(MAX_B2))  # rad: half of the arc at an infinite load
@@ -122,7 +122,7 @@ def _smooth_within_persson(pressure):
     return 0.95  # at the ends it varies as the power 3/2
 
 
-@sum_over_load.member(Persson)
+@pressure_integral_over_load.member(Persson)
 def _sum_over_load_persson(pressure, half_angle):
     square, total = half_angle * half_angle * (1.0 / (LIMIT * LIMIT)), 0.0
     for i in range(SUM.size - 1, -1, -1):

@@ -13,7 +13,7 @@ from ..elastic.conformal import angle_minus_sine
 from ..elastic.contract import SMALL_ARC
 from ..material import plane_strain_modulus, relative_radius
 from ..recipe import register
-from .contract import cumulative_pressure, half_arc, peak_over_mean, smooth_range, sum_over_load
+from .contract import cumulative_pressure, half_arc, peak_over_mean, pressure_integral_over_load, smooth_range
 
 
 class HertzLine(NamedTuple):
@@ -52,7 +52,7 @@ def _smooth_within_hertz_line(pressure):
     return 0.95  # at the ends it varies as the power 3/2
 
 
-@sum_over_load.member(HertzLine)
+@pressure_integral_over_load.member(HertzLine)
 def _sum_over_load_hertz_line(pressure, half_angle):
     return 1.0  # half-spaces: all pressure has the direction of the load
 
@@ -140,7 +140,7 @@ def _smooth_within_mean_or_winkler(pressure):
     return 1.0
 
 
-@sum_over_load.member(Mean)
+@pressure_integral_over_load.member(Mean)
 def _sum_over_load_mean(pressure, half_angle):
     """Return theta0 / sin(theta0), from the balance of forces, integral p cos(psi) R dpsi = f."""
     return half_angle / math.sin(half_angle) if half_angle > 1e-3 else 1.0 + half_angle * half_angle / 6.0
@@ -188,7 +188,7 @@ def _cumulative_pressure_winkler(pressure, x, half_angle):
     return 0.5 + 0.5 * _overlap_integral(x, half_angle) / _overlap_integral(1.0, half_angle)
 
 
-@sum_over_load.member(Winkler)
+@pressure_integral_over_load.member(Winkler)
 def _sum_over_load_winkler(pressure, half_angle):
     """Return 2 (sin t - t cos t) / (t - sin t cos t), from the balance of forces."""
     return (

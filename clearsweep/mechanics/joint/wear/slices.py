@@ -179,8 +179,8 @@ def accumulate_strip_pressure(joint, step, strips, account):
         time = (0.5 if i in (0, PARTS) else 1.0) / PARTS * step.length * step_values[KAPPA_ROW, i]
         account[PRESSURE_TIME] += mean_sliding.pressure_sum / (2.0 * joint.bearing_radius * half_angle) * time
         account[PRESSURE_MAX] = max(account[PRESSURE_MAX], peak)
-        account[PV_MAX] = max(account[PV_MAX], peak * peak_sliding.slip)
-        if peak * peak_sliding.slip > law.pv_limit:
+        account[PV_MAX] = max(account[PV_MAX], peak * peak_sliding.sliding_speed)
+        if peak * peak_sliding.sliding_speed > law.pv_limit:
             account[PV_BEYOND] += time
 
 

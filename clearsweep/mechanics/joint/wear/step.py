@@ -206,14 +206,14 @@ def write_end_slopes(step, j):
 
 
 @pressure_on.member(None)
-def _default_pressure_on(joint, step, j, part_index):
+def _default_pressure_on(joint, step, j, point_index):
     law, step_values, per_length = joint.wear, step.step_values[j], 1.0 / joint.wear.length
     load, depth, slip = (
-        step_values[FORCE_ROW, part_index] * per_length,
-        step_values[DEPTH_ROW, part_index],
-        step_values[SLIP_ROW, part_index],
+        step_values[FORCE_ROW, point_index] * per_length,
+        step_values[DEPTH_ROW, point_index],
+        step_values[SLIP_ROW, point_index],
     )
-    clearance = clearance_at(joint, step.workspace, part_index / PARTS)
+    clearance = clearance_at(joint, step.workspace, point_index / PARTS)
     sliding = sliding_contact_of(joint, (load, 0.0, slip, depth, 0.0), 0.0, clearance)
     half_angle = half_arc(law.pressure, joint, joint.bearing_radius, sliding)
     if half_angle < SMALLEST_ARC:  # at an onset or a separation, where there is no load either
@@ -259,12 +259,12 @@ def _default_middle_arc(joint, workspace):
 def accumulate_arc_width(joint, step, account, length_fraction):
     """Add the arc's width in the middle of a step, and the wear over `length_fraction` of the length, to an account."""
     width, sliding = middle_arc(joint, step.workspace)
-    bearing, journal = wear_rate(joint.wear, sliding)
+    bearing_rate, journal_rate = wear_rate(joint.wear, sliding)
     account[ARC_COUNT] += 1.0
     if width < RESOLVED_WIDTH * 2.0 * math.pi / joint.wear.bins:
         account[NARROW_COUNT] += 1.0
     duration = step.length * evaluate_polynomial(step.workspace, KAPPA_ROW, 0.5)
-    account[FIRST_CLASS + width_class(width)] += length_fraction * duration * (bearing + journal)
+    account[FIRST_CLASS + width_class(width)] += length_fraction * duration * (bearing_rate + journal_rate)
 
 
 @family
