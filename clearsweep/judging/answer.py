@@ -40,7 +40,7 @@ def question_sentences(cases: FinishedCases) -> list[str]:
 
 
 def start_force_sentences(cases: FinishedCases) -> list[str]:
-    """Return the largest force until the start-up time and in the whole run, and the error, of the started cases."""
+    """Return the largest force within the run and until the start-up time, and the error, of the started cases."""
     started = start_up.started_cases(cases)
     worst_case = started.worst_case(case_ranking.force_ranking(started.layout))
     lines = [*peak_force_sentences(started), *position_error_sentences(started)]
@@ -48,7 +48,8 @@ def start_force_sentences(cases: FinishedCases) -> list[str]:
         lines = [line.replace(": ", " of the started cases: ", 1) for line in lines]
     force_until_start = start_up.start_force_text(started, worst_case[2]) if worst_case is not None else ""
     if force_until_start:
-        lines[0] = f"{lines[0].replace(': ', ', in the whole run: ', 1)} Until the start-up time: {force_until_start}."
+        within = start_up.within_revolutions_text(started)
+        lines[0] = f"{lines[0].replace(': ', f'{within}: ', 1)} Until the start-up time: {force_until_start}."
     unknown_text = start_up.force_of_cut_off(cases, worst_case[1][0]) if worst_case is not None else ""
     if unknown_text and len(started.case_ids) < len(cases.case_ids):
         lines[0] += f" The peak is {unknown_text} until the end of the run."

@@ -148,13 +148,13 @@ def _single_boundary_sentences(cases: FinishedCases, designs: Designs, neighbour
     design_text = cases.values_text(designs.worst_cases[accepted_rank], designs.design_paths)
     name_and_value = cases.name_and_value(designs.worst_cases[rejected_rank], designs.design_paths[0])
     condition_values = cases.values_text(designs.worst_cases[rejected_rank], designs.condition_paths)
-    condition_text = f", worst at {condition_values}" if condition_values else ""
+    condition_text = f", at {condition_values}" if condition_values else ""
     margin_text = _margin_text(designs.margins[rejected_rank])
     return [
         f"The limits are met {preposition} {design_text} (smallest margin "
         f"{_margin_text(designs.margins[accepted_rank])}).",
-        f"{opposite_preposition} {name_and_value[1] if name_and_value else ''} a limit is exceeded{condition_text} "
-        f"(margin {margin_text}).",
+        f"{opposite_preposition} {name_and_value[1] if name_and_value else ''} a limit is exceeded "
+        f"(margin {margin_text} there{condition_text}).",
     ]
 
 

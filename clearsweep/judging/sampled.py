@@ -59,9 +59,13 @@ def is_clear(correlation: Estimate) -> bool:
 
 
 def driver_sentences(
-    drawn: Mapping[str, np.ndarray], values: np.ndarray, names: Mapping[str, str], format_values: ValueFormatter
+    drawn: Mapping[str, np.ndarray],
+    values: np.ndarray,
+    names: Mapping[str, str],
+    format_values: ValueFormatter,
+    subject: str = "It",
 ) -> list[str]:
-    """Return sentences on the drivers of a figure, called 'it', with direction and size of the strongest.
+    """Return sentences on the drivers of a figure, the `subject`, with direction and size of the strongest.
 
     Return [] if there are too few cases.
 
@@ -78,7 +82,7 @@ def driver_sentences(
     (path, strongest), *others = clear
     low, high = format_values(_quarter_medians(np.asarray(drawn[path], float), values))
     lines = [
-        f"It {direction_verb(strongest)} most with {names[path]} (strength {wording.plain(abs(strongest), 2)}): "
+        f"{subject} {direction_verb(strongest)} most with {names[path]} (strength {wording.plain(abs(strongest), 2)}): "
         f"median {low} in its lowest quarter, {high} in its highest."
     ]
     if others:
@@ -156,15 +160,13 @@ def longer_run_warning(cases: FinishedCases, limited_columns: Sequence[str]) -> 
 
 
 def _enough_revolutions(cases: FinishedCases) -> str:
-    """Return a sentence on the revolutions that suffice: a run of twice as many has a probability in the interval."""
-    fails = np.any([_is_exceeded(cases, limit) for limit in cases.limits], axis=0)
-    _, low, high = probability.binomial_interval(int(fails.sum()), len(fails))
+    """Return a sentence on the revolutions that suffice."""
     revolutions = (cases.record.get("simulate") or {}).get("revolutions")
     is_varied = "simulate.revolutions" in cases.varied_paths
     next_text = f", to {2.0 * revolutions:g} next," if isinstance(revolutions, int | float) and not is_varied else ""
     return (
-        f"Double simulate.revolutions{next_text} until the probability of any exceedance stays within "
-        f"{100.0 * low:.2g} to {100.0 * high:.2g} %: then they are enough."
+        f"The probability is a lower value. Double simulate.revolutions{next_text} until a doubling no longer "
+        "raises it."
     )
 
 
@@ -183,7 +185,7 @@ def _wear_text(cases: FinishedCases, joint: Any, depths: np.ndarray) -> str:
             [
                 spread_sentence(subject, _hours_texts(np.nanquantile(hours, QUANTILES).tolist())),
                 "After that the rate changes, so no depth is forecast.",
-                *_sentences_on_drivers(cases, hours, _hours_texts),
+                *_sentences_on_drivers(cases, depths / 1000.0, _wear_rate_texts, "The wear rate"),
             ]
         )
     quantile_texts = wording.in_common_unit(np.nanquantile(depths, QUANTILES).tolist(), "m")
@@ -199,7 +201,13 @@ def _hours_texts(hours: Sequence[float]) -> list[str]:
     return [f"{wording.plain(value, 2)}{wording.BLANK}h" for value in hours]
 
 
-def _sentences_on_drivers(cases: FinishedCases, values: np.ndarray, format_values: ValueFormatter) -> list[str]:
+def _wear_rate_texts(rates: Sequence[float]) -> list[str]:
+    return [f"{text}/h" for text in wording.in_common_unit(rates, "m")]
+
+
+def _sentences_on_drivers(
+    cases: FinishedCases, values: np.ndarray, format_values: ValueFormatter, subject: str = "It"
+) -> list[str]:
     drawn = {path: cases.values_of(path).astype(float) for path in cases.varied_paths}
     names_and_values = {path: cases.name_and_value(0, path) for path in cases.varied_paths}
     return driver_sentences(
@@ -207,6 +215,7 @@ def _sentences_on_drivers(cases: FinishedCases, values: np.ndarray, format_value
         values,
         {path: name_and_value[0] if name_and_value else path for path, name_and_value in names_and_values.items()},
         format_values,
+        subject,
     )
 
 

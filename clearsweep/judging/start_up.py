@@ -103,7 +103,7 @@ def start_up_cards(cases: FinishedCases) -> list[tuple[str, str, str]]:
     times = cases.values_of(START_UP)
     cut_off_count, known_times = int(np.isnan(times).sum()), times[np.isfinite(times)]
     (target_text,) = cases.format_values(MAX_SPEED, [STARTED_FRACTION * no_load_speed])
-    within = _within_revolutions_text(cases)
+    within = within_revolutions_text(cases)
     cut_off_text = f"; not reached{within}" if cut_off_count else ""
     range_texts = (
         dict.fromkeys(cases.format_values(START_UP, [float(known_times.min()), float(known_times.max())]))
@@ -160,7 +160,7 @@ def _cut_off_sentences(cases: FinishedCases, target_text: str, no_load: float) -
     if not is_cut_off.any():
         return []
     fastest_case = int(np.argmax(np.where(is_cut_off, speeds, -np.inf)))
-    fastest, within = cases.figure_text(MAX_SPEED, fastest_case), _within_revolutions_text(cases)
+    fastest, within = cases.figure_text(MAX_SPEED, fastest_case), within_revolutions_text(cases)
     if is_cut_off.all():
         subject = "No case reaches" if len(speeds) > 1 else "The case does not reach"
         text = f"{subject} {target_text},{within}: at most {fastest}{cases.setting_text(fastest_case)}."
@@ -222,7 +222,7 @@ def _fixed_revolutions(cases: FinishedCases) -> float | None:
     return revolutions if isinstance(revolutions, float) and "simulate.revolutions" not in cases.varied_paths else None
 
 
-def _within_revolutions_text(cases: FinishedCases) -> str:
+def within_revolutions_text(cases: FinishedCases) -> str:
     """Return ' within 8 revolutions', or ' within its run' where their number varies."""
     revolutions = _fixed_revolutions(cases)
     if not revolutions:

@@ -79,7 +79,8 @@ def _largest_cards(study: Study, figure: str, name: str, suffix: str) -> list[tu
         force_until_start = start_up.start_force_text(start_up.started_cases(answer_cases(study)), joint.name)
         until_note = force_until_start and f"until the start: {force_until_start}"
         unknown_note = start_up.force_of_cut_off(answer_cases(study), column) if start_note else ""
-        start_note = "; ".join(filter(None, ("in the whole run", start_note, until_note, unknown_note)))
+        location_note = _setting_text(study, str(worst)) + start_up.within_revolutions_text(answer_cases(study))
+        start_note = "; ".join(filter(None, (location_note, start_note, until_note, unknown_note)))
     elastic_note = elastic_range.first_yield_text(study, joint, worst) if joint and figure == ONSET_FIGURE else ""
     note = "; ".join(filter(None, (joint_text, suffix, start_note, elastic_note))) or (
         f"joint {joint.title}" if joint else ""
@@ -191,7 +192,8 @@ def _design_cards(study: Study) -> list[tuple[str, str, str]]:
             for group in (classified.accepted, classified.undecided)
         )
         parts = (accepted_names, open_names and f"open: {open_names}", f"at every {names}")
-        note = "; ".join(filter(None, [*parts, *fits.accepted_loads(cases, classified)]))
+        loads = wording.sentence_list(fits.accepted_loads(cases, classified))
+        note = "; ".join(filter(None, [*parts, loads and f"at their mean clearances {loads}"]))
         return [("Fits within the limits", f"{len(classified.accepted)} of {classified.total}", note)]
     return [("Designs within the limits", f"{accepted} of {len(design_groups.margins)}", f"at every {names}")]
 
