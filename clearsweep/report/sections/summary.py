@@ -80,7 +80,7 @@ def _largest_cards(study: Study, figure: str, name: str, suffix: str) -> list[tu
         until_note = force_until_start and f"until the start: {force_until_start}"
         unknown_note = start_up.force_of_cut_off(answer_cases(study), column) if start_note else ""
         location_note = _setting_text(study, str(worst)) + start_up.within_revolutions_text(answer_cases(study))
-        start_note = "; ".join(filter(None, (location_note, start_note, until_note, unknown_note)))
+        start_note = "; ".join(filter(None, (location_note, until_note, unknown_note)))
     elastic_note = elastic_range.first_yield_text(study, joint, worst) if joint and figure == ONSET_FIGURE else ""
     note = "; ".join(filter(None, (joint_text, suffix, start_note, elastic_note))) or (
         f"joint {joint.title}" if joint else ""
