@@ -176,7 +176,7 @@ MUTATIONS = (
     Mutation(BLOCKS, "Blocks.record", "self.stride *= 2", "self.stride += 2", MEANS),
     # where events are
     Mutation(EVENTS, "fit_gap", "depth * (depth + 2.0 * size)", "depth", SEARCH),
-    Mutation(EVENTS, "find_onset", "if begin >= 0.0 and work", "if begin >= 1e9 and work", SEARCH),
+    Mutation(EVENTS, "find_onset", "if start_depth >= 0.0 and work", "if begin >= 1e9 and work", SEARCH),
     Mutation(EVENTS, "refine_onset", "x - correction", "x + correction", SEARCH),
     Mutation(EVENTS, "ROUGH_ERROR", "1e-3", "1e3", SEARCH),
     Mutation(EVENTS, "find_separation", "negate(work.polynomials)", "None", ENDS),
@@ -247,24 +247,24 @@ MUTATIONS = (
     Mutation(ALONG, "interior_peak", "0.0 > sign * end_slope", "0.0 < sign * end_slope", WINDOW),
     Mutation(ALONG, "sum_stages", "dissipated + weight * o", "dissipated + 1.001 * weight * o", IMPACT),
     # pressures and wear laws: each of them three times too large
-    Mutation(PRESSURE, "_sum_over_load_hertz_line", "return 1.0", "return 3.0", BINS),
+    Mutation(PRESSURE, "_pressure_integral_over_load_hertz_line", "return 1.0", "return 3.0", BINS),
     Mutation(
         PRESSURE,
-        "_sum_over_load_mean",
+        "_pressure_integral_over_load_uniform",
         "return half_angle / math.sin(half_angle) if",
         "return 3.0 * half_angle / math.sin(half_angle) if",
         BINS,
     ),
     Mutation(
         PRESSURE,
-        "_sum_over_load_winkler",
+        "_pressure_integral_over_load_winkler",
         "return (4.0 * half_angle * half_angle",
         "return (12.0 * half_angle * half_angle",
         BINS,
     ),
-    Mutation(PERSSON, "_sum_over_load_persson", "return total", "return 3.0 * total", BINS),
+    Mutation(PERSSON, "_pressure_integral_over_load_persson", "return total", "return 3.0 * total", BINS),
     Mutation(PRESSURE, "_peak_over_mean_hertz_line", "return 4.0 / math.pi", "return 12.0 / math.pi", BINS),
-    Mutation(PRESSURE, "_peak_over_mean_mean", "return 1.0", "return 3.0", BINS),
+    Mutation(PRESSURE, "_peak_over_mean_uniform", "return 1.0", "return 3.0", BINS),
     Mutation(
         PRESSURE,
         "_peak_over_mean_winkler",
@@ -278,13 +278,13 @@ MUTATIONS = (
     ),
     Mutation(
         PRESSURE,
-        "_half_arc_mean_or_winkler",
+        "_half_arc_of_rigid_circles",
         "return 2.0 * total * math.sqrt(square)",
         "return 6.0 * total * math.sqrt(square)",
         BINS,
     ),
     Mutation(PERSSON, "_half_arc_persson", "return total * math.sqrt(z)", "return 3.0 * total * math.sqrt(z)", BINS),
-    Mutation(PRESSURE, "_cumulative_pressure_mean", "0.5 + 0.5 * x, 0.0", "0.5 + 1.5 * x, 0.0", BINS),
+    Mutation(PRESSURE, "_cumulative_pressure_uniform", "0.5 + 0.5 * x, 0.0", "0.5 + 1.5 * x, 0.0", BINS),
     Mutation(
         PRESSURE, "_cumulative_pressure_winkler", "0.5 + 0.5 * _overlap_integral", "0.5 + 1.5 * _overlap_integral", BINS
     ),
@@ -305,8 +305,8 @@ MUTATIONS = (
     Mutation(
         ARCHARD,
         "_wear_rate_archard",
-        "pressed_speed = sliding.pressure_sum",
-        "pressed_speed = 3.0 * sliding.pressure_sum",
+        "pressure_times_speed = sliding.pressure_sum",
+        "pressure_times_speed = 3.0 * sliding.pressure_sum",
         BINS,
     ),
     Mutation(
@@ -356,8 +356,8 @@ MUTATIONS = (
     Mutation(
         OIL,
         "blend_loads",
-        "elastic=film_fraction * a.elastic + fraction",
-        "elastic=film_fraction * a.elastic + 3.0 * fraction",
+        "elastic=film_fraction * film_contact.elastic + fraction",
+        "elastic=film_fraction * film_contact.elastic + 3.0 * fraction",
         PASSES,
     ),
     # what is stored
@@ -517,7 +517,7 @@ MUTATIONS = (
     Mutation(
         OIL,
         "film_load",
-        "spin=journal + bearing - 2.0 * tangential_rate",
+        "spin=journal_spin + bearing_spin - 2.0 * tangential_rate",
         "spin=journal - bearing - 2.0 * tangential_rate",
         BALANCE,
     ),
@@ -543,7 +543,7 @@ MUTATIONS = (
     ),
     Mutation(
         f"{FILMS}/reynolds.py",
-        "expansion",
+        "evaluate_expansion",
         "2.0 * pair * a * previous_slope",
         "2.0 * pair * a * current_slope",
         REYNOLDS,
@@ -562,8 +562,14 @@ MUTATIONS = (
         "math.log(1.05 * slenderness) - nodes",
         REYNOLDS,
     ),
-    Mutation(f"{FILMS}/transition.py", "_greenwood", "or plane_strain_modulus", "or 2.0 * plane_strain_modulus", TIPS),
-    Mutation(f"{FILMS}/transition.py", "FIT", "0.05308344", "0.05408344", TIPS),
+    Mutation(
+        f"{FILMS}/transition.py",
+        "_make_greenwood_tripp",
+        "or plane_strain_modulus",
+        "or 2.0 * plane_strain_modulus",
+        TIPS,
+    ),
+    Mutation(f"{FILMS}/transition.py", "EXPONENT_FIT", "0.05308344", "0.05408344", TIPS),
     Mutation(
         "grid/reading/machine_checks.py",
         "_most_and_least_slender",

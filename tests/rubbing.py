@@ -7,7 +7,7 @@ import numpy as np
 
 from clearsweep.mechanics.joint.wear.arc_over_step import WORKSPACE_SIZE
 from clearsweep.mechanics.joint.wear.binning import update_worn_profile
-from clearsweep.mechanics.joint.wear.contract import ACCOUNT, Bins
+from clearsweep.mechanics.joint.wear.contract import ACCOUNT_SIZE, Bins
 from clearsweep.mechanics.joint.wear.step import (
     AXIAL_ROWS,
     POSITIONS,
@@ -70,7 +70,7 @@ def _step_of(history, begin, length, workspace):
 
 def worn_off(joint, history, steps=1):
     """Return the depths (m) of bearing and journal, the account, and the workspace of the last of `steps` steps."""
-    law, account, workspace = joint.wear, np.zeros(ACCOUNT), np.zeros(WORKSPACE_SIZE)
+    law, account, workspace = joint.wear, np.zeros(ACCOUNT_SIZE), np.zeros(WORKSPACE_SIZE)
     count, length = int(law.bins), history.duration / steps
     depths = np.zeros(2 * count)
     for k in range(steps):

@@ -76,7 +76,7 @@ class Oracle:
         self.speed, self.joint = grid["drive"]["speed"], joint
         self.bearing = joint["bearing_radius"]
         self.journal = self.bearing - joint["clearance"]
-        self.half, self.half_journal = 0.5 * joint["length"], 0.5 * joint.get("journal_length", joint["length"])
+        self.half, self.journal_half_length = 0.5 * joint["length"], 0.5 * joint.get("journal_length", joint["length"])
         self.tilt = turned_about(np.array([*joint.get("tilt", (0.0, 0.0)), 0.0]))
         self.offset = np.array(joint.get("offset", (0.0, 0.0, 0.0)), float)
         contact = joint["contact"]
@@ -114,7 +114,7 @@ class Oracle:
         w, result = turn[:, 2], []
         facing = math.copysign(1.0, u @ w)
         for end in ENDS:
-            if self.count == 2 and self.half_journal > self.half:
+            if self.count == 2 and self.journal_half_length > self.half:
                 a = np.cross(u, np.array([1.0, 0.3, 0.2]))
                 a /= np.linalg.norm(a)
                 edge = middle + end * facing * self.half * u - journal
@@ -125,7 +125,11 @@ class Oracle:
                 result.append((journal + p + depth * n, n, depth))
             else:
                 p = extreme(
-                    journal + end * self.half_journal * w - middle, self.journal, (turn[:, 0], turn[:, 1]), u, 1.0
+                    journal + end * self.journal_half_length * w - middle,
+                    self.journal,
+                    (turn[:, 0], turn[:, 1]),
+                    u,
+                    1.0,
                 )
                 out = p - (p @ u) * u
                 distance = np.linalg.norm(out)
@@ -134,7 +138,7 @@ class Oracle:
             n = end * facing * u
             rim = n - (n @ w) * w
             size = np.linalg.norm(rim)
-            p = journal + end * self.half_journal * w + (self.journal * rim / size if size > 0.0 else 0.0)
+            p = journal + end * self.journal_half_length * w + (self.journal * rim / size if size > 0.0 else 0.0)
             result.append((p, n, (p - middle) @ n - self.half - self.joint["axial_clearance"]))
         return result
 

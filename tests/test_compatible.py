@@ -139,7 +139,7 @@ def test_points_of_one_s_own_give_stiffness_and_exponent_without_a_material(tmp_
     rows = [(pen, 1e-3 * 3e9 * (1e-6 * pen) ** 1.2) for pen in (0.5, 1.0, 3.0, 10.0)]
     source = with_points(tmp_path, "points.csv", rows)
     case = loaded(source).case(0)
-    term = registry.contact_terms(case.joints[0])[1]
+    term = registry.compile_contact(case.joints[0])[1]
     assert (term.stiffness, term.exponent) == (pytest.approx(3e9, rel=1e-9), pytest.approx(1.2, rel=1e-12))
     assert registry.penetration_limit(case.joints[0]) == pytest.approx(10e-6, rel=1e-12)
     moved = loaded(with_points(tmp_path, "moved.csv", rows))
@@ -151,7 +151,7 @@ def test_points_of_one_s_own_give_stiffness_and_exponent_without_a_material(tmp_
 def test_forces_that_fall_are_reported(tmp_path):
     case = loaded(with_points(tmp_path, "points.csv", [(1.0, 2.0), (2.0, 1.0)])).case(0)
     with pytest.raises(InputError, match=r"contact\.fit: its forces do not grow"):
-        registry.contact_terms(case.joints[0])
+        registry.compile_contact(case.joints[0])
 
 
 def test_a_fit_over_nothing_is_reported():

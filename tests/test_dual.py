@@ -75,7 +75,7 @@ def test_stiffness_of_every_elastic_law_is_exact(name):
 @pytest.mark.parametrize("rate", [RATE, -RATE])
 @pytest.mark.parametrize("name", law_cases.names("law"))
 def test_derivatives_of_every_contact_law_are_exact(name, rate):
-    law, term = registry.contact_terms(law_cases.joint(law=name))
+    law, term = registry.compile_contact(law_cases.joint(law=name))
     by_pen, by_rate = slopes_of_contact(law, term, PEN, rate, ONSET)
     expected = differences(lambda pen: contact_force(law, term, pen, rate, ONSET)[0], PEN, PEN)
     assert by_pen == pytest.approx(expected, rel=1e-7)

@@ -85,7 +85,7 @@ def test_asperities_push_the_surfaces_apart_and_harder_the_closer_they_are(name)
 @pytest.mark.parametrize("moving", [(0.03, 2.0, 40.0, -60.0), (-0.02, -30.0, 0.0, 300.0), (0.0, 5.0, 0.0, 100.0)])
 def test_the_force_is_continuous_over_a_transition_and_passes_from_the_film_to_the_dry_contact(name, moving):
     """Half the distance between two depths halves the largest jump of the force."""
-    term = registry.joint_term(case_of(name), "slider")
+    term = registry.compile_joint(case_of(name), "slider")
     jumps = []
     for count in (1200, 2400):
         result = [load_at(term, gap_at(d, 0.7, moving), d) for d in np.linspace(-4e-6, 5e-6, count)]
@@ -127,7 +127,9 @@ def work_around(term, spins):
 @pytest.mark.parametrize("name", names("transition"))
 def test_a_transition_alone_takes_and_gives_no_energy(name):
     """With hardly any oil and lossless contact what is left is elastic, and comes back."""
-    work, size = work_around(registry.joint_term(case_of(name, viscosity=1e-18, restitution=1.0), "slider"), (0.0, 0.0))
+    work, size = work_around(
+        registry.compile_joint(case_of(name, viscosity=1e-18, restitution=1.0), "slider"), (0.0, 0.0)
+    )
     assert size > 1e-4
     assert abs(work) < 1e-9 * size
 
@@ -136,13 +138,13 @@ def test_a_transition_alone_takes_and_gives_no_energy(name):
 @pytest.mark.parametrize("spins", [(0.0, 0.0), (100.0, -30.0), (0.0, 300.0)])
 def test_a_joint_in_transition_takes_energy_from_its_bodies(name, spins):
     """Pressed in and drawn out once, at rest and while both bodies turn."""
-    work, size = work_around(registry.joint_term(case_of(name), "slider"), spins)
+    work, size = work_around(registry.compile_joint(case_of(name), "slider"), spins)
     assert work < -1e-3 * size
 
 
 @pytest.mark.parametrize("name", names("transition"))
 def test_what_a_joint_in_transition_takes_in_addition_to_its_elastic_part_is_never_negative(name):
-    term, rng = registry.joint_term(case_of(name), "slider"), np.random.default_rng(5)
+    term, rng = registry.compile_joint(case_of(name), "slider"), np.random.default_rng(5)
     for _ in range(300):
         depth, rate = rng.uniform(-4e-6, 5e-6), rng.uniform(-0.04, 0.04)
         moving = (rate, rng.normal(0.0, 50.0), *rng.normal(0.0, 100.0, 2))

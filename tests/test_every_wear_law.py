@@ -62,7 +62,7 @@ def case_of(pressure="mean", wear="archard", running_in=None, bins=720, scale=1.
 
 def term_of(case):
     """Return the compiled form of a joint whose journal is on the slider, without its friction."""
-    return registry.joint_term(case._replace(friction=None), "slider")
+    return registry.compile_joint(case._replace(friction=None), "slider")
 
 
 def sliding(load, depth, clearance=CLEARANCE, **changes):

@@ -148,7 +148,7 @@ REYNOLDS = {
 
 @pytest.mark.parametrize("slenderness", [0.25, 0.5, 1.0])
 def test_a_finite_film_is_within_the_stated_error_of_reynolds_equation(slenderness):
-    law = finite.butenschoen(1.0, slenderness)
+    law = finite.make_butenschoen(1.0, slenderness)
     for (b, ratio), (angle_rate, attitude, squeeze) in REYNOLDS.items():
         if b == slenderness:
             radial, tangential = film_result(law, ratio, 0.0)
@@ -201,7 +201,7 @@ def test_shear_has_petroffs_couple_where_the_journal_is_concentric():
 def test_butenschoens_shear_is_the_published_coefficient_of_a_bearing_at_rest():
     ratio, spin, b, psi = 0.6, 80.0, 1.0, 5e-4 / 0.02
     joint = oiled(friction="butenschoen")
-    law, shear = registry.film_terms(joint)
+    law, shear = registry.compile_film(joint)
     size, sine, _ = finite.wedge_number(law, ratio)
     journal, _ = film_couples(
         shear, FilmMotion(ratio, 0.0, spin), spin, ratio * 5e-4 * film_result(law, ratio, 0.0, spin)[1]

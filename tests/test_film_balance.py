@@ -22,7 +22,7 @@ def film_of(law, friction, journal=None):
     """Return the compiled joint with a film and nothing behind it."""
     film = Film(law=law, friction=friction, viscosity=VISCOSITY, limit=0.99)
     joint = Joint("rod-slider", CLEARANCE, NO_CONTACT, RADIUS, LENGTH, journal, film=film)
-    return registry.joint_term(joint, "slider")
+    return registry.compile_joint(joint, "slider")
 
 
 def gap_of(ratio, squeeze_rate, spin, bearing=-40.0, around=0.0, angle=0.7):
@@ -64,8 +64,8 @@ def test_the_couples_of_a_film_and_the_moment_of_its_force_add_up_to_nothing(nam
         for gap in MOTIONS:
             film = lubricated.film_load(term, gap)
             moment = math.hypot(gap.x, gap.y) * film.tangential
-            size = abs(film.on_journal) + abs(film.on_bearing) + abs(moment)
-            assert film.on_journal + film.on_bearing == pytest.approx(-moment, rel=0.0, abs=1e-14 * size)
+            size = abs(film.journal_couple) + abs(film.bearing_couple) + abs(moment)
+            assert film.journal_couple + film.bearing_couple == pytest.approx(-moment, rel=0.0, abs=1e-14 * size)
             load = lubricated.film_only_load(term, film, 0.0)  # about the proximal centre, all that acts on both bodies
             whole = load.moment_proximal + load.moment_distal + gap.x * load.fy - gap.y * load.fx
             size += math.hypot(gap.x, gap.y) * abs(film.radial)
@@ -79,7 +79,7 @@ def test_by_law_and_butenschoen_are_the_same_couple_and_none_is_no_couple(name):
             film_of(name, "butenschoen"), gap
         )
         film = lubricated.film_load(film_of(name, "none"), gap)
-        assert (film.on_journal, film.on_bearing) == (0.0, 0.0)
+        assert (film.journal_couple, film.bearing_couple) == (0.0, 0.0)
 
 
 def test_sommerfelds_couple_next_to_the_moment_of_his_full_film_is_the_published_one():
@@ -105,8 +105,8 @@ def test_a_rotation_of_everything_changes_no_force_no_shear_and_no_loss(name):
         for field in (
             "radial",
             "tangential",
-            "on_journal",
-            "on_bearing",
+            "journal_couple",
+            "bearing_couple",
             *(["lost_power"] if friction != "none" else []),
         ):
             assert getattr(turned, field) == pytest.approx(getattr(still, field), rel=1e-10)

@@ -27,7 +27,7 @@ def joint(elastic="compatible", clearance=0.1e-3, material=STEEL, **more):
 
 def speed(made):
     """Return the approach speed (m/s) at which a joint first yields under MASS."""
-    return math.sqrt(2.0 * first_yield.yield_energy(made, registry.contact_terms(made)[1]) / MASS)
+    return math.sqrt(2.0 * first_yield.yield_energy(made, registry.compile_contact(made)[1]) / MASS)
 
 
 @pytest.mark.parametrize("degrees", [3.0, 20.0, 60.0, 77.0])
@@ -73,7 +73,7 @@ def test_steel_first_yields_at_metres_a_second_and_not_at_centimetres(elastic, c
 @pytest.mark.parametrize("elastic", ["power", "johnson", "compatible", "persson", "liu"])
 def test_the_energy_is_the_work_up_to_the_load_at_first_yield(elastic):
     made = joint(elastic)
-    term, modulus = registry.contact_terms(made)[1], plane_strain_modulus(made.contact.material)
+    term, modulus = registry.compile_contact(made)[1], plane_strain_modulus(made.contact.material)
     kind = first_yield.contact_kind(made)
     load = first_yield.load_at_pressure(kind, {"line": 1.67, "ball": 1.6}[kind] * 600e6, made, modulus)
     depth = static_penetration(term, load)
@@ -87,7 +87,7 @@ def test_the_weaker_body_or_a_hardness_decides_and_without_both_nothing_is_judge
     assert made._replace(contact=made.contact._replace(material=Materials(STEEL, soft))).strength == 200e6
     bare = joint(material=STEEL._replace(yield_strength=None))
     assert bare.strength is None
-    assert first_yield.yield_energy(bare, registry.contact_terms(bare)[1]) is None
+    assert first_yield.yield_energy(bare, registry.compile_contact(bare)[1]) is None
     hard = bare._replace(wear=Wear("archard", "mean", 360, {"hardness": 2.8e9}))
     assert hard.strength == pytest.approx(1e9)
     assert speed(hard) > speed(joint())
@@ -95,12 +95,12 @@ def test_the_weaker_body_or_a_hardness_decides_and_without_both_nothing_is_judge
 
 def test_a_stiffness_of_hertz_gives_the_modulus_where_no_material_does():
     given = joint("power", 0.5e-3)
-    stiffness = registry.contact_terms(given)[1].stiffness
+    stiffness = registry.compile_contact(given)[1].stiffness
     wear = Wear("archard", "mean", 360, {"hardness": 2.8 * 600e6})
     bare = joint("power", 0.5e-3, None, values={"stiffness": stiffness}, wear=wear)
     assert speed(bare) == pytest.approx(speed(given), rel=1e-9)
     other = joint("power", 0.5e-3, None, values={"stiffness": stiffness, "exponent": 1.2}, wear=wear)
-    assert first_yield.yield_energy(other, registry.contact_terms(other)[1]) is None
+    assert first_yield.yield_energy(other, registry.compile_contact(other)[1]) is None
 
 
 def test_the_largest_mass_is_that_of_the_best_of_many_directions():
@@ -129,7 +129,7 @@ def test_a_slider_crank_yields_under_the_mass_of_its_slider():
     scene = machine()
     result = joint("johnson", scene.case.joints[0].clearance)._replace(length=scene.case.joints[0].length)
     result = result._replace(bearing_radius=scene.case.joints[0].bearing_radius)
-    energy = first_yield.yield_energy(result, registry.contact_terms(result)[1])
+    energy = first_yield.yield_energy(result, registry.compile_contact(result)[1])
     slider = scene.case.mechanism.values["slider.mass"]  # at crank angle 0 it moves alone along the rod
     assert yield_speeds(scene) == {"rod_slider_yield_speed": pytest.approx(math.sqrt(2.0 * energy / slider), rel=1e-9)}
     assert "rod_slider_yield_speed" in scene.layout.units
@@ -156,6 +156,6 @@ def test_the_speed_can_be_limited_and_an_impact_pair_has_its_own():
     source = PAIR | {"joints": {"pair": pair}, "limits": {"pair_yield_speed": {"at_least": 2.0}}}
     scene = clearsweep.load_case(source)
     masses = [scene.case.mechanism.values[f"masses.{place}"] for place in (0, 1)]
-    energy = first_yield.yield_energy(scene.case.joints[0], registry.contact_terms(scene.case.joints[0])[1])
+    energy = first_yield.yield_energy(scene.case.joints[0], registry.compile_contact(scene.case.joints[0])[1])
     reduced = masses[0] * masses[1] / sum(masses)
     assert yield_speeds(scene)["pair_yield_speed"] == pytest.approx(math.sqrt(2.0 * energy / reduced), rel=1e-9)

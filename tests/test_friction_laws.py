@@ -18,7 +18,7 @@ SLIPS = np.concatenate([-_FORWARD[::-1], [0.0], _FORWARD])
 
 
 def made(name, **changes):
-    return registry.friction_term(joint(friction=name, **changes))
+    return registry.compile_friction(joint(friction=name, **changes))
 
 
 def force(name, slip, normal=100.0, **numbers):
@@ -57,9 +57,9 @@ def test_compiled_and_plain_code_give_the_same_force(name):
 
 @pytest.mark.parametrize("name", LAWS)
 def test_a_law_does_not_depend_on_the_unit_of_length(name):
-    scaled = registry.friction_term(in_millimetres(written(friction=name)))
+    scaled = registry.compile_friction(in_millimetres(written(friction=name)))
     for slip in (1e-4, 1.5e-3, 0.3):
-        expected = friction_force(registry.friction_term(joint(friction=name)), 100.0, slip)
+        expected = friction_force(registry.compile_friction(joint(friction=name)), 100.0, slip)
         assert friction_force(scaled, 100.0, 1e3 * slip) == pytest.approx(expected, rel=1e-12)
 
 

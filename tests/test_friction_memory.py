@@ -30,7 +30,7 @@ LUGRE = {
 }
 ELASTO_PLASTIC = LUGRE | {"law": "elasto-plastic", "elastic_share": 0.6}
 DAHL = {"law": "dahl", "coefficient": 0.1, "bristle_stiffness": 1e5}
-REMEMBERING = [name for name in names("friction") if internal_state(registry.friction_term(joint(friction=name)))]
+REMEMBERING = [name for name in names("friction") if internal_state(registry.compile_friction(joint(friction=name)))]
 
 
 def term(bend=0.0, **friction):
@@ -38,7 +38,7 @@ def term(bend=0.0, **friction):
     fields = RECIPES["friction", friction["law"]].law.fields
     defaults = {field.name: field.default for field in fields if field.default is not None}
     return with_internal_state(
-        registry.friction_term(resolved(written() | {"friction": defaults | friction})), [bend], 0
+        registry.compile_friction(resolved(written() | {"friction": defaults | friction})), [bend], 0
     )
 
 
@@ -196,7 +196,7 @@ def test_a_mass_that_is_shaken_below_the_share_comes_back_on_elasto_plastic_bris
 
 @pytest.mark.parametrize("name", REMEMBERING)
 def test_bent_bristles_give_the_same_force_compiled_and_in_any_unit(name):
-    term = registry.friction_term(joint(friction=name))
+    term = registry.compile_friction(joint(friction=name))
     ((size, kept),) = internal_state(term)
     assert not kept
     slips = np.linspace(-0.01, 0.01, 21)
@@ -204,7 +204,7 @@ def test_bent_bristles_give_the_same_force_compiled_and_in_any_unit(name):
         law = with_internal_state(term, [bend], 0)
         plain = np.array([friction_force(law, 100.0, slip) for slip in slips])
         np.testing.assert_allclose(compiled_friction(law, 100.0, slips), plain, rtol=1e-13, atol=1e-300)
-        scaled = with_internal_state(registry.friction_term(in_millimetres(written(friction=name))), [1e3 * bend], 0)
+        scaled = with_internal_state(registry.compile_friction(in_millimetres(written(friction=name))), [1e3 * bend], 0)
         in_mm = [friction_force(scaled, 100.0, 1e3 * slip) for slip in slips]
         np.testing.assert_allclose(in_mm, plain, rtol=1e-11)
 

@@ -10,7 +10,7 @@ from test_given_friction import FOUR_BAR
 
 import clearsweep
 from clearsweep.mechanics.joint.friction.bristles import Dahl, LuGre
-from clearsweep.mechanics.joint.friction.contract import friction_force, settled, settled_state
+from clearsweep.mechanics.joint.friction.contract import friction_force, settled_state, without_history
 from clearsweep.mechanics.joint.friction.sliding import Tanh
 from clearsweep.mechanics.mechanism.planar import loads as planar_loads
 from clearsweep.verify.measured.stick_slip import LAW
@@ -173,10 +173,10 @@ def test_a_machine_without_history_has_bristles_bent_as_after_long_sliding():
     lugre = LuGre(0.1, 0.2, 0.5, 2.0, 0.3, 1e4, 100.0, 0.2)
     for slip in (-2.0, -0.1, 0.3):
         curve = 0.1 + 0.1 * math.exp(-((slip / 0.5) ** 2)) + 0.3 * abs(slip)
-        assert friction_force(settled(lugre), 50.0, slip) == pytest.approx(-50.0 * math.copysign(curve, slip))
-    assert friction_force(settled(lugre), 50.0, 0.0) == 0.0
+        assert friction_force(without_history(lugre), 50.0, slip) == pytest.approx(-50.0 * math.copysign(curve, slip))
+    assert friction_force(without_history(lugre), 50.0, 0.0) == 0.0
     assert settled_state(Dahl(0.2, 1e3, 1.0), -1.0) == (-2e-4,)
-    assert settled(Tanh(0.1, 1e-3)) == Tanh(0.1, 1e-3)
+    assert without_history(Tanh(0.1, 1e-3)) == Tanh(0.1, 1e-3)
 
 
 def test_a_free_crank_has_an_ideal_machine_with_bristles():

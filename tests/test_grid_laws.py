@@ -107,7 +107,7 @@ def test_an_impact_pair_can_take_its_stiffness_from_the_material():
     contact = {"law": "hertz", "material": MATERIAL}
     pair = {"clearance": 0.5e-3, "bearing_radius": 0.01, "contact": contact}
     joint = clearsweep.load_case(changed(PAIR, {"joints.pair": pair})).case.joints[0]
-    assert registry.contact_terms(joint)[1].stiffness == pytest.approx(6.610198e10, rel=1e-7)
+    assert registry.compile_contact(joint)[1].stiffness == pytest.approx(6.610198e10, rel=1e-7)
     del pair["bearing_radius"]
     assert "bearing_radius: is missing" in problems(changed(PAIR, {"joints.pair": pair}))[0]
 

@@ -74,7 +74,7 @@ def seen(slip):
 @pytest.mark.parametrize("name", names("friction"))
 def test_friction_is_smooth_over_the_sliding_speed_between_its_kinks(name):
     """Karnopp slides to a latched side; the band in which it sticks and its static limit are events of their own."""
-    friction = registry.joint_term(joint(friction=name), "slider").friction
+    friction = registry.compile_joint(joint(friction=name), "slider").friction
     friction = friction._replace(piece=1.0) if name == "karnopp" else friction
     scales = [value for value in numbers(RECIPES["friction", name].law).values() if value < 0.1]
     places = kinks(friction) if type(friction) in kinks.members else ()
@@ -87,7 +87,7 @@ def test_friction_is_smooth_over_the_sliding_speed_between_its_kinks(name):
 
 @pytest.mark.parametrize("name", names("law"))
 def test_the_loss_is_smooth_over_rate_and_penetration_between_its_kinks(name):
-    dry = registry.joint_term(joint(law=name), "slider")
+    dry = registry.compile_joint(joint(law=name), "slider")
     law, places, over = dry.law, (), ""
     if type(law) in kinks.members:
         places = kinks(law)
@@ -110,14 +110,14 @@ def test_the_loss_is_smooth_over_rate_and_penetration_between_its_kinks(name):
 @pytest.mark.parametrize("name", [name for name in names("elastic") if name != "pereira"])
 def test_an_elastic_law_is_smooth_over_the_penetration_but_at_its_limit(name):
     made = joint(elastic=name)
-    term, limit = registry.contact_terms(made)[1], RECIPES["elastic", name].limit(made)
+    term, limit = registry.compile_contact(made)[1], RECIPES["elastic", name].limit(made)
     end = math.sqrt(limit if limit < math.inf else 1e-4)
     assert is_smooth_between(lambda root: elastic_force(term, root * root), [end], 0.3 * end, 1.3 * end)
 
 
 @pytest.mark.parametrize("name", names("film"))
 def test_a_film_is_smooth_over_its_rate_and_its_spin_but_where_it_declares_their_signs(name):
-    film = registry.joint_term(oiled(name), "slider").film
+    film = registry.compile_joint(oiled(name), "slider").film
     places = [0.0] if type(film) in has_reversal_corners.members else []
     for i in range(2):  # the radial and the tangential force
         for ratio in (0.3, 0.9):
@@ -142,7 +142,7 @@ REACHED = {
 
 def has_guards(family, name):
     """Return whether contacts with a law end steps at something that it declares."""
-    term = registry.joint_term(joint(**{family: name}), "slider")
+    term = registry.compile_joint(joint(**{family: name}), "slider")
     return type(term.law if family == "law" else term.friction) in guards.members
 
 

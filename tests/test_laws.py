@@ -139,7 +139,7 @@ def returned(**contact):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_every_normal_law_is_finite_elastic_at_rest_and_dissipates_over_a_cycle(law):
-    term, elastic = registry.contact_terms(joint(law))
+    term, elastic = registry.compile_contact(joint(law))
     assert contact_force(term, elastic, 0.0, 0.0, 1.0) == (0.0, 0.0)
     for pen in (1e-300, 1e-12, 1e-5, 1.0):
         force, stored = contact_force(term, elastic, pen, 0.0, 1.0)
@@ -162,7 +162,7 @@ def test_every_normal_law_is_finite_elastic_at_rest_and_dissipates_over_a_cycle(
 
 @pytest.mark.parametrize("law", LAWS)
 def test_force_grows_with_the_closing_rate(law):
-    term, elastic = registry.contact_terms(joint(law))
+    term, elastic = registry.compile_contact(joint(law))
     for pen in (1e-8, 1e-5, 1e-3):
         forces = [contact_force(term, elastic, pen, rate, 0.5)[0] for rate in np.linspace(-1.0, 1.0, 41)]
         assert np.all(np.diff(forces) >= 0.0)
@@ -170,7 +170,7 @@ def test_force_grows_with_the_closing_rate(law):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_compiled_and_plain_code_give_the_same_force(law):
-    term, elastic = registry.contact_terms(joint(law))
+    term, elastic = registry.compile_contact(joint(law))
     rates = np.linspace(-2.0, 2.0, 41)
     for pen in (0.0, 1e-9, 1e-5, 1e-3, 1e-1):
         plain = [contact_force(term, elastic, pen, rate, 0.5)[0] for rate in rates]
@@ -191,7 +191,7 @@ def test_only_a_law_that_says_so_pulls(law):
 @pytest.mark.parametrize("law", WITH_RESTITUTION)
 def test_simulated_restitution_is_the_closed_form(law):
     for asked in ASKED:
-        expected = RECIPES["law", law].returned(asked)
+        expected = RECIPES["law", law].free_restitution(asked)
         got = returned(law=law, restitution=asked, mass=0.1)
         assert got == pytest.approx(expected, abs=1e-8)
         if law in RETURNED:
@@ -202,8 +202,8 @@ def test_simulated_restitution_is_the_closed_form(law):
 def test_a_law_does_not_depend_on_the_unit_of_length(law):
     scaled = in_millimetres(written(law))
     for pen, rate in ((1e-6, 0.3), (1e-4, -0.2)):
-        plain = contact_force(*registry.contact_terms(joint(law)), pen, rate, 0.5)
-        in_mm = contact_force(*registry.contact_terms(scaled), 1e3 * pen, 1e3 * rate, 500.0)
+        plain = contact_force(*registry.compile_contact(joint(law)), pen, rate, 0.5)
+        in_mm = contact_force(*registry.compile_contact(scaled), 1e3 * pen, 1e3 * rate, 500.0)
         assert in_mm == pytest.approx([1e3 * part for part in plain], rel=1e-9)
 
 
@@ -216,7 +216,7 @@ def test_hysteresis_factor_has_its_tabulated_values(law):
 
 
 def test_gharib_and_hurmuzlu_s_factor_gives_back_lambert_s_closed_form_and_never_more_than_at_one():
-    returned_by = RECIPES["law", "gharib-hurmuzlu"].returned
+    returned_by = RECIPES["law", "gharib-hurmuzlu"].free_restitution
     assert [returned_by(e) for e in ASKED] == pytest.approx([free_impact(1.0 / e) for e in ASKED], rel=1e-12)
     assert returned_by(0.01) == pytest.approx(0.01, rel=1e-12)
     assert max(map(returned_by, ASKED)) < returned_by(1.0) == pytest.approx(0.59362426, rel=1e-8)
@@ -238,17 +238,17 @@ def test_the_exact_factor_has_the_same_bits_as_scipy_s_root(monkeypatch):
 
     restitutions = np.linspace(2e-3, 0.9999, 300).tolist()
     own = [rebound.exact_factor(restitution) for restitution in restitutions]
-    monkeypatch.setattr(rebound, "root", lambda *known: brentq(*known[:3], xtol=known[3], rtol=known[4]))
+    monkeypatch.setattr(rebound, "find_root", lambda *known: brentq(*known[:3], xtol=known[3], rtol=known[4]))
     assert [rebound.exact_factor(restitution) for restitution in restitutions] == own
 
 
 def test_a_root_is_found_between_opposite_signs_only():
-    from clearsweep.mechanics.joint.rebound import root
+    from clearsweep.mechanics.joint.rebound import find_root
 
-    assert root(lambda x: x**3 - 2.0, 0.0, 2.0, 1e-15, 1e-15) == pytest.approx(2.0 ** (1 / 3), abs=1e-15)
-    assert root(lambda x: x, 0.0, 1.0, 1e-15, 1e-15) == 0.0
+    assert find_root(lambda x: x**3 - 2.0, 0.0, 2.0, 1e-15, 1e-15) == pytest.approx(2.0 ** (1 / 3), abs=1e-15)
+    assert find_root(lambda x: x, 0.0, 1.0, 1e-15, 1e-15) == 0.0
     with pytest.raises(ValueError, match="one sign"):
-        root(lambda x: x * x + 1.0, -1.0, 1.0, 1e-15, 1e-15)
+        find_root(lambda x: x * x + 1.0, -1.0, 1.0, 1e-15, 1e-15)
 
 
 @pytest.mark.parametrize("chi", [1e-9, 1e-5, 1.01e-4, 1e-2, 0.099, 0.101, 0.5, 3.0, 10.0, 150.0])
@@ -279,7 +279,7 @@ def test_hertz_gives_everything_back_and_meets_the_elastic_impact():
 @pytest.mark.parametrize("law", ON_APPROACH)
 def test_laws_that_damp_the_approach_alone_return_their_tabulated_restitution(law):
     for asked, expected in ON_APPROACH[law].items():
-        assert RECIPES["law", law].returned(asked) == pytest.approx(expected, abs=5.1e-5)
+        assert RECIPES["law", law].free_restitution(asked) == pytest.approx(expected, abs=5.1e-5)
 
 
 # ---------------------------------------------------------------------------------------------- springs and dampers
@@ -331,7 +331,7 @@ def test_tsuji_s_restitution_holds_for_any_power(exponent):
     ],
 )
 def test_laws_without_a_restitution_move_as_an_independent_integration_says(law, numbers):
-    term, elastic = registry.contact_terms(joint(law, stiffness=6.61e10, **numbers))
+    term, elastic = registry.compile_contact(joint(law, stiffness=6.61e10, **numbers))
 
     def motion_of(t, y):
         return [y[1], -max(contact_force(term, elastic, max(y[0], 0.0), y[1], 1.0)[0], 0.0) / 0.1]
@@ -345,7 +345,7 @@ def test_laws_without_a_restitution_move_as_an_independent_integration_says(law,
 
 
 def test_adams_damping_grows_as_a_smooth_step():
-    term, elastic = registry.contact_terms(joint("adams-impact", damping=100.0, depth=1e-3))
+    term, elastic = registry.compile_contact(joint("adams-impact", damping=100.0, depth=1e-3))
     shares = []
     for pen in (0.0, 0.25e-3, 0.5e-3, 1e-3, 2e-3):
         force, stored = contact_force(term, elastic, pen, 1.0, 1.0)
@@ -386,7 +386,7 @@ def test_all_laws_can_be_swept_in_one_grid():
         },
     )
     cases = grid.load(case, simulation.catalogue())
-    kinds = {type(registry.contact_terms(cases.case(k).joints[0])[0]).__name__ for k in range(len(cases))}
+    kinds = {type(registry.compile_contact(cases.case(k).joints[0])[0]).__name__ for k in range(len(cases))}
     assert len(cases) > 10
     assert kinds == {"Renewed", "RootDamper", "ApproachRootDamper", "Plastic"}
 
@@ -459,7 +459,7 @@ def test_every_law_reports_formula_parameters_and_source(name):
         for part in (recipe.law.formula, recipe.law.source, *(field.name for field in recipe.law.fields)):
             assert " ".join(part.split()) in message
         if takes_restitution(recipe.law.family, recipe.law.name):
-            assert f"0.5 {recipe.returned(0.5):.4f}" in message
+            assert f"0.5 {recipe.free_restitution(0.5):.4f}" in message
         if recipe.law.family == "elastic":
             assert "pen, um" in message
 

@@ -153,7 +153,7 @@ def lagrange(mechanism, state, n, accelerations, acting):
         total = energy(mechanism, pose)[1]
         for gap, load in zip(gaps(mechanism, pose), acting, strict=True):
             total += np.dot(load.force, gap.velocity)
-            total += np.dot(load.on_journal, gap.on_journal) + np.dot(load.on_bearing, gap.on_bearing)
+            total += np.dot(load.journal_moment, gap.journal_spin) + np.dot(load.bearing_moment, gap.bearing_spin)
         return total
 
     def slope(function, i, at, size):
@@ -201,7 +201,7 @@ def test_bodies_that_hang_in_any_way_obey_lagranges_equations(name):
     outside = energy(mechanism, pose)[1] + motion.torque * scene.case.drive.speed
     for gap, load in zip(gaps(mechanism, pose), acting, strict=True):
         outside += np.dot(load.force, gap.velocity)
-        outside += np.dot(load.on_journal, gap.on_journal) + np.dot(load.on_bearing, gap.on_bearing)
+        outside += np.dot(load.journal_moment, gap.journal_spin) + np.dot(load.bearing_moment, gap.bearing_spin)
     assert gain == pytest.approx(outside, rel=1e-6, abs=1e-6 * abs(outside))  # the crank's row is the torque's
 
 

@@ -20,20 +20,20 @@ from clearsweep.mechanics.joint.contract import internal_state
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.elastic.power import Linear
 from clearsweep.mechanics.joint.friction.contract import friction_force
-from clearsweep.mechanics.joint.loss.contract import RESTITUTION, contact_force, loss_form
+from clearsweep.mechanics.joint.loss.contract import RESTITUTION, contact_force, register_contact_force
 from clearsweep.mechanics.joint.rebound import hysteresis_rebound
 
 BLOCK = """
 from typing import NamedTuple
 from clearsweep.contracts.catalogue import Field, Law
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
-from clearsweep.mechanics.joint.loss.contract import loss_form
+from clearsweep.mechanics.joint.loss.contract import register_contact_force
 from clearsweep.mechanics.joint.recipe import register
 
 class Sticky(NamedTuple):
     damping: float
 
-@loss_form(Sticky, pulls=True, times_elastic=True)
+@register_contact_force(Sticky, pulls=True, times_elastic=True)
 def _sticky(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     return force * (1.0 + law.damping * rate / onset_rate), force
@@ -67,7 +67,7 @@ def sticky(recipes, tmp_path):
 
 def test_the_grid_and_the_list_know_a_law_that_was_entered(sticky):
     (joint,) = grid.load(changed(PAIR, {"joints.pair.contact": CONTACT}), simulation.catalogue()).case(0).joints
-    law, elastic = registry.contact_terms(joint)
+    law, elastic = registry.compile_contact(joint)
     assert law == sticky(0.8)
     assert registry.can_pull(joint)
     assert registry.restitution(joint) is None
@@ -140,7 +140,7 @@ def test_a_law_without_its_declarations_is_refused_when_it_is_entered(recipes):
     with pytest.raises(TypeError, match="unknown family"):
         entered(Law("lubrication", "bare", "", "", ""), Bare)
     with pytest.raises(TypeError, match="pulls"):
-        loss_form(Bare, times_elastic=True)
+        register_contact_force(Bare, times_elastic=True)
     assert len(recipes) == known
 
 
@@ -160,7 +160,7 @@ def test_a_maker_that_returns_another_type_than_it_was_entered_with_is_found(rec
     case = changed(PAIR, {"joints.pair.contact": {"law": "astray", "stiffness": 6.61e10}})
     joint = grid.load(case, simulation.catalogue()).case(0).joints[0]
     with pytest.raises(TypeError, match="law 'astray': makes a Linear, entered with Lossless"):
-        registry.contact_terms(joint)
+        registry.compile_contact(joint)
 
 
 def test_a_pressure_and_a_friction_law_that_were_entered_are_found_by_the_grid(recipes):
@@ -173,5 +173,5 @@ def test_a_pressure_and_a_friction_law_that_were_entered_are_found_by_the_grid(r
         "joints.rod-slider.friction": {"law": "soft", "coefficient": 0.1},
     }
     joint = grid.load(slider_crank("rod-slider", changes=changes), simulation.catalogue()).case(0).joints[0]
-    assert type(registry.wear_term(joint).pressure) is mean.types[0]
-    assert registry.friction_term(joint) == (0.1, 2e-3)
+    assert type(registry.compile_wear(joint).pressure) is mean.types[0]
+    assert registry.compile_friction(joint) == (0.1, 2e-3)

@@ -54,7 +54,7 @@ def lasting(elastic, restitution):
 
 @pytest.mark.parametrize("name", KEEPING)
 def test_until_a_contact_lasts_its_law_is_the_published_one(name):
-    law, elastic = registry.contact_terms(joint(name))
+    law, elastic = registry.compile_contact(joint(name))
     impact = renewed_law(law, elastic, 0.25)._replace(doubling_energy=1.0)
     for rate in (-RATE, 0.0, RATE):
         assert contact_force(impact, elastic, PEN, rate, 0.7) == contact_force(law, elastic, PEN, rate, 0.7)
@@ -63,7 +63,7 @@ def test_until_a_contact_lasts_its_law_is_the_published_one(name):
 @pytest.mark.parametrize("name", [name for name in KEEPING if name != "pant-wijeyewickrema"])
 @pytest.mark.parametrize("asked", [0.02, 0.1, 0.5, 0.9, 0.99])
 def test_no_free_impact_comes_near_the_speed_at_which_a_contact_lasts(name, asked):
-    chi = registry.contact_terms(joint(name, restitution=asked))[0].factor
+    chi = registry.compile_contact(joint(name, restitution=asked))[0].factor
     assert math.sqrt(2.0 * approach_loss(chi)) / chi < 1.0  # v / v0 at the deepest point, where 2 is asked for
 
 
@@ -99,7 +99,7 @@ def test_guards_look_for_the_doubled_speed_then_for_rest():
 @pytest.mark.parametrize("elastic", ["power", "johnson", "liu", "winkler", "persson"])
 @pytest.mark.parametrize("asked", [0.1, 0.5, 0.9])
 def test_a_lasting_contact_gives_back_what_was_requested(elastic, asked):
-    term = registry.contact_terms(joint("exact", elastic))[1]
+    term = registry.compile_contact(joint("exact", elastic))[1]
     law = lasting(term, asked)
 
     def rates(t, y):
@@ -116,7 +116,7 @@ def test_a_lasting_contact_gives_back_what_was_requested(elastic, asked):
 
 @pytest.mark.parametrize("name", names("elastic"))
 def test_elastic_energy_is_the_integral_of_the_force(name):
-    term = registry.contact_terms(joint("exact", name))[1]
+    term = registry.compile_contact(joint("exact", name))[1]
     for pen in (1e-7, 1e-5, 2e-4):
         truth = quad(lambda x, p=pen: 2.0 * p * x * elastic_force(term, p * x * x), 0.0, 1.0, epsrel=1e-11)[0]
         assert elastic_energy(term, pen) == pytest.approx(truth, rel=2e-6)
@@ -197,7 +197,7 @@ def test_a_free_impact_gives_back_what_the_law_does(asked):
 def test_free_impacts_of_all_laws_are_as_published(name, contact):
     for asked in (0.1, 0.3, 0.5, 0.7, 0.9, 0.95):
         result = bounce("renewed", name, asked, **contact)["pair_restitution"]
-        assert result == pytest.approx(RECIPES["law", name].returned(asked), rel=1e-6)
+        assert result == pytest.approx(RECIPES["law", name].free_restitution(asked), rel=1e-6)
 
 
 def test_the_start_is_forgotten_unless_the_first_touch_counts():

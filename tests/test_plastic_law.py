@@ -65,7 +65,7 @@ def on_the_loop(pen, restitution):
 
 def test_the_way_back_begins_at_the_largest_force_and_ends_at_the_indentation():
     joint = resolved(written() | {"contact": CONTACT | {"elastic": "power", "exponent": 1.5, "yield_rate": 0.0}})
-    law, elastic = registry.contact_terms(joint)
+    law, elastic = registry.compile_contact(joint)
     back = with_internal_state(law, [2e-5], 0)
     assert contact_force(back, elastic, 2e-5, -1.0, 1.0)[0] == pytest.approx(STIFFNESS * 2e-5**1.5, rel=1e-14)
     assert contact_force(back, elastic, (1.0 - 0.49) * 2e-5, -1.0, 1.0)[0] == pytest.approx(0.0, abs=1e-9)
@@ -78,7 +78,7 @@ def test_the_way_back_begins_at_the_largest_force_and_ends_at_the_indentation():
 
 def test_below_the_yield_rate_all_is_elastic():
     joint = resolved(written() | {"contact": CONTACT | {"elastic": "power", "exponent": 1.5, "yield_rate": 0.05}})
-    law, elastic = registry.contact_terms(joint)
+    law, elastic = registry.compile_contact(joint)
     for deepest in (0.0, 2e-5):
         force = elastic_force(elastic, 1e-5)
         assert contact_force(with_internal_state(law, [deepest], 0), elastic, 1e-5, -0.01, 0.05) == (force, force)

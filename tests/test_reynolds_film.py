@@ -75,7 +75,7 @@ def test_the_file_is_what_its_solver_makes():
         law, sines = law_of(slenderness), np.array([-0.97, -0.4, 0.1, 0.8])
         exact = film_table.logarithms_over_short(slenderness, ratio, sines)
         for table, rows, tolerance in ((law.power, exact[0], 2e-3), (law.peak, exact[1], 0.1)):
-            result = [reynolds.expansion(table, ratio, sine)[0] for sine in sines]
+            result = [reynolds.evaluate_expansion(table, ratio, sine)[0] for sine in sines]
             assert result == pytest.approx(rows, rel=0.0, abs=tolerance)
 
 
@@ -130,11 +130,11 @@ def test_a_bearing_that_is_squeezed_bears_what_butenschoen_tabulated():
 def test_the_fits_of_finite_are_as_near_to_the_tables_as_they_say():
     """Each alone: a steady wedge and a pure squeeze, over what the law is trusted for."""
     for slenderness, ratio, load, _ in published("wedge", 0.125):
-        result = math.hypot(*film_force(finite.butenschoen(1.0, slenderness), FilmMotion(ratio, 0.0, 1.0)))
+        result = math.hypot(*film_force(finite.make_butenschoen(1.0, slenderness), FilmMotion(ratio, 0.0, 1.0)))
         assert ratio > 0.95 or result == pytest.approx(load, rel=0.07, abs=6e-5), (slenderness, ratio)
     for slenderness, ratio, load, _ in published("squeeze", 0.125):
         motion = FilmMotion(abs(ratio), math.copysign(1.0, ratio), 0.0)
-        result = math.hypot(*film_force(finite.butenschoen(1.0, slenderness), motion))
+        result = math.hypot(*film_force(finite.make_butenschoen(1.0, slenderness), motion))
         assert abs(ratio) > 0.95 or result == pytest.approx(load, rel=0.07, abs=6e-5), (slenderness, ratio)
 
 

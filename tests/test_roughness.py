@@ -17,10 +17,15 @@ from clearsweep.mechanics.compiled import calculus
 from clearsweep.mechanics.compiled.dual import Dual
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
-from clearsweep.mechanics.joint.roughness.fractal import yielding_surface
-from clearsweep.mechanics.joint.roughness.kogut_etsion import kogut_etsion_surface
+from clearsweep.mechanics.joint.roughness.fractal import make_yielding_surface
+from clearsweep.mechanics.joint.roughness.kogut_etsion import make_kogut_etsion_surface
 from clearsweep.mechanics.joint.roughness.profile import fit_profile
-from clearsweep.mechanics.joint.roughness.spots import critical_area, domain_extension, spot_load, total_load
+from clearsweep.mechanics.joint.roughness.spots import (
+    domain_extension,
+    log_critical_area,
+    log_spot_load,
+    log_total_load,
+)
 
 MODULUS, HARDNESS, POISSON = 113.7e9, 5.5e9, 0.3
 BULK = ("power", "johnson", "liu", "persson", "compatible")
@@ -33,7 +38,7 @@ def rough(elastic="johnson", law="fractal", **texture):
 
 
 def term_of(section):
-    return registry.contact_terms(section)[1]
+    return registry.compile_contact(section)[1]
 
 
 # ---------------------------------------------------------------------------------------------- spots
@@ -49,12 +54,12 @@ def term_of(section):
     ],
 )
 def test_the_load_on_fractal_spots_has_its_tabulated_parts(dimension, scale, critical, elastic, plastic):
-    surface = yielding_surface(dimension, scale, HARDNESS, MODULUS)
-    assert math.exp(critical_area(dimension, scale, 2.0 * MODULUS / HARDNESS)) == pytest.approx(critical, rel=5e-5)
+    surface = make_yielding_surface(dimension, scale, HARDNESS, MODULUS)
+    assert math.exp(log_critical_area(dimension, scale, 2.0 * MODULUS / HARDNESS)) == pytest.approx(critical, rel=5e-5)
     largest = np.log([1e-8])
-    whole = math.exp(total_load(surface, largest)[0])
+    whole = math.exp(log_total_load(surface, largest)[0])
     hard = surface._replace(pieces=(surface.pieces[0], surface.pieces[1]._replace(factor=-700.0)))
-    yielded = math.exp(total_load(hard, largest)[0])
+    yielded = math.exp(log_total_load(hard, largest)[0])
     assert yielded == pytest.approx(plastic, rel=5e-6)
     assert whole - yielded == pytest.approx(elastic, rel=5e-6)
 
@@ -65,45 +70,47 @@ def test_the_domain_of_the_spots_is_extended_as_tabulated(dimension, psi):
 
 
 def test_spots_that_all_yield_bear_the_hardness():
-    surface = yielding_surface(1.5, 1e-9, HARDNESS, MODULUS)
-    largest = surface.pieces[0].upper_area - 3.0
-    assert total_load(surface, np.array([largest]))[0] == pytest.approx(math.log(3.0 * HARDNESS) + largest, rel=1e-14)
+    surface = make_yielding_surface(1.5, 1e-9, HARDNESS, MODULUS)
+    largest = surface.pieces[0].log_upper_area - 3.0
+    assert log_total_load(surface, np.array([largest]))[0] == pytest.approx(
+        math.log(3.0 * HARDNESS) + largest, rel=1e-14
+    )
 
 
 @pytest.mark.parametrize(("r", "below", "above"), [(1.0, 1.0, 1.03), (6.0, 13.234, 13.457), (110.0, 530.16, 571.92)])
 def test_an_asperity_jumps_between_its_regimes_as_the_fits_do(r, below, above):
     dimension, scale = 1.5, 1e-11
-    surface, factor = kogut_etsion_surface(dimension, scale, HARDNESS, MODULUS, POISSON), 0.454 + 0.41 * POISSON
-    critical = critical_area(dimension, scale, 2.0 * MODULUS / (factor * HARDNESS))
+    surface, factor = make_kogut_etsion_surface(dimension, scale, HARDNESS, MODULUS, POISSON), 0.454 + 0.41 * POISSON
+    critical = log_critical_area(dimension, scale, 2.0 * MODULUS / (factor * HARDNESS))
     area = critical - math.log(r) / (dimension - 1.0)
     unit = math.log(2.0 / 3.0 * factor * HARDNESS / math.pi / r) + area  # F_c of an asperity of this area
-    softer, harder = (math.exp(spot_load(surface, area + step)[()] - unit) for step in (1e-9, -1e-9))
+    softer, harder = (math.exp(log_spot_load(surface, area + step)[()] - unit) for step in (1e-9, -1e-9))
     assert (softer, harder) == (pytest.approx(below, rel=4e-5), pytest.approx(above, rel=4e-5))
 
 
 def test_the_elastic_regime_is_hertz_s_force_on_a_sphere():
     dimension, scale, area = 1.4, 1e-11, 1e-9
-    surface = kogut_etsion_surface(dimension, scale, HARDNESS, MODULUS, POISSON)
+    surface = make_kogut_etsion_surface(dimension, scale, HARDNESS, MODULUS, POISSON)
     depth = scale ** (dimension - 1.0) * area ** (1.0 - 0.5 * dimension)
     radius = area ** (0.5 * dimension) / (math.pi**2 * scale ** (dimension - 1.0))
     hertz = 4.0 / 3.0 * MODULUS * math.sqrt(radius) * depth**1.5
-    assert math.exp(spot_load(surface, math.log(area))[()]) == pytest.approx(hertz, rel=1e-12)
+    assert math.exp(log_spot_load(surface, math.log(area))[()]) == pytest.approx(hertz, rel=1e-12)
 
 
 @pytest.mark.parametrize("dimension", [1.2, 1.5, 1.8])
-@pytest.mark.parametrize("make", [yielding_surface, lambda *given: kogut_etsion_surface(*given, POISSON)])
+@pytest.mark.parametrize("make", [make_yielding_surface, lambda *given: make_kogut_etsion_surface(*given, POISSON)])
 def test_the_sum_over_all_spots_is_an_integral(dimension, make):
     surface = make(dimension, 1e-10, HARDNESS, MODULUS)
-    last = surface.pieces[-2].upper_area + 5.0
-    ends = [piece.upper_area for piece in surface.pieces[:-1]]
+    last = surface.pieces[-2].log_upper_area + 5.0
+    ends = [piece.log_upper_area for piece in surface.pieces[:-1]]
 
     def borne(area):  # by spots around an area, over ln area
         spots = 0.5 * dimension * math.exp(0.5 * dimension * (last - area))
-        return math.exp(spot_load(surface, area)[()]) * spots
+        return math.exp(log_spot_load(surface, area)[()]) * spots
 
     parts = zip([ends[0] - 200.0, *ends], [*ends, last], strict=True)
     whole = sum(quad(borne, low, high, epsabs=0.0, epsrel=1e-11, limit=200)[0] for low, high in parts)
-    assert total_load(surface, np.array([last]))[0] == pytest.approx(math.log(whole), rel=1e-9)
+    assert log_total_load(surface, np.array([last]))[0] == pytest.approx(math.log(whole), rel=1e-9)
 
 
 # ---------------------------------------------------------------------------------------------- in series
@@ -117,7 +124,9 @@ def total_depth(force, surface, bulk, section):
         middle = 0.5 * (low + high)
         spread = math.log(psi) * (1.0 - 0.5 * dimension)
         low, high = (
-            (middle, high) if total_load(surface, np.array([middle]))[0] + spread < math.log(force) else (low, middle)
+            (middle, high)
+            if log_total_load(surface, np.array([middle]))[0] + spread < math.log(force)
+            else (low, middle)
         )
     spots = psi ** (1.0 - 0.5 * dimension) * dimension / (2.0 - dimension) * math.exp(low)
     modulus = 207e9 / (2.0 * 0.91)
@@ -138,7 +147,7 @@ def test_bodies_and_asperities_share_the_penetration_at_one_force(elastic, textu
     dimension, scale = texture
     section = rough(elastic, dimension=dimension, scale=scale)
     term, bulk = term_of(section), term_of(section._replace(roughness=None))
-    surface = yielding_surface(dimension, scale, HARDNESS, 207e9 / (2.0 * 0.91))
+    surface = make_yielding_surface(dimension, scale, HARDNESS, 207e9 / (2.0 * 0.91))
     for depth in np.geomspace(1e-8, 1e-4, 9):
         force = elastic_force(bulk, depth)
         total = total_depth(force, surface, depth, section)
@@ -148,7 +157,7 @@ def test_bodies_and_asperities_share_the_penetration_at_one_force(elastic, textu
 def test_away_from_the_critical_area_the_table_errs_by_less_than_a_billionth():
     section = rough("compatible", dimension=1.6, scale=1e-11)
     term, bulk = term_of(section), term_of(section._replace(roughness=None))
-    surface = yielding_surface(1.6, 1e-11, HARDNESS, 207e9 / (2.0 * 0.91))
+    surface = make_yielding_surface(1.6, 1e-11, HARDNESS, 207e9 / (2.0 * 0.91))
     for depth in np.geomspace(1e-8, 1e-4, 15):
         force = elastic_force(bulk, depth)
         assert elastic_force(term, total_depth(force, surface, depth, section)) == pytest.approx(force, rel=1e-9)
@@ -360,10 +369,10 @@ def test_rough_surfaces_go_with_every_contact_law(law):
 def test_elastic_spots_of_both_laws_differ_by_the_factor_that_their_notes_report():
     """Of F = exp(level) a^power the last piece of `fractal` and the first of `kogut-etsion` are elastic."""
     dimension, scale, hardness, modulus = 1.4, 1e-11, 5.5e9, 113.7e9
-    large = yielding_surface(dimension, scale, hardness, modulus).pieces[-1]
-    spots = kogut_etsion_surface(dimension, scale, hardness, modulus, 0.3).pieces
-    elastic = next(piece for piece in spots if math.isinf(piece.upper_area))
+    large = make_yielding_surface(dimension, scale, hardness, modulus).pieces[-1]
+    spots = make_kogut_etsion_surface(dimension, scale, hardness, modulus, 0.3).pieces
+    elastic = next(piece for piece in spots if math.isinf(piece.log_upper_area))
     assert large.power == pytest.approx(elastic.power, rel=1e-12)
-    assert math.exp(large.factor - elastic.factor) == pytest.approx(math.pi**1.5, rel=1e-9)
+    assert math.exp(large.log_factor - elastic.log_factor) == pytest.approx(math.pi**1.5, rel=1e-9)
     for name in ("fractal", "kogut-etsion"):
         assert "do not compare the two at equal G" in " ".join(describe.law_text(name).split())

@@ -178,7 +178,7 @@ def test_the_default_elastic_law_is_that_of_a_journal_where_it_can_be(contact, l
     source = slider_crank("rod-slider", changes={f"{J}.contact": contact, f"{J}.length": length})
     (joint,) = clearsweep.load_case(source).case.joints
     assert joint.contact.elastic == elastic
-    assert registry.is_ball(joint) == flagged
+    assert registry.uses_ball_stiffness(joint) == flagged
     remark = validity.ball_stiffness_remark([joint.name] if flagged else [])
     assert ("rod-slider has the stiffness of a ball in a socket" in remark) == flagged
 

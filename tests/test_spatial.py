@@ -20,7 +20,7 @@ from clearsweep.mechanics.compiled.vector import Vector
 from clearsweep.mechanics.joint import spatial as joints
 from clearsweep.mechanics.joint.contract import JointState, Offsets, contact_modes, load, power_lost, power_stored
 from clearsweep.mechanics.joint.modes import ACTS, FREE, PRESSED
-from clearsweep.mechanics.joint.spatial.points import farthest
+from clearsweep.mechanics.joint.spatial.points import farthest_direction
 from clearsweep.mechanics.mechanism.contract import accelerate, energy, gaps, place
 from clearsweep.mechanics.mechanism.spatial.form import Loose, Slide
 
@@ -113,7 +113,7 @@ def test_the_farthest_point_of_a_leaning_circle_is_where_a_search_finds_it(radiu
     for _ in range(5):
         p, k = 2e-4 * random.standard_normal(2), lean * random.standard_normal(2) / math.sqrt(2.0)
         values = p @ d - 0.5 * radius * (k @ d) ** 2
-        result = np.array(farthest(*p, *k, radius))
+        result = np.array(farthest_direction(*p, *k, radius))
         assert result @ result == pytest.approx(1.0, rel=1e-14, abs=0.0)
         assert p @ result - 0.5 * radius * (k @ result) ** 2 >= values.max() * (1.0 - 1e-9) - 1e-18
 
@@ -200,7 +200,7 @@ def seen(turn, bearing, journal, middle, walls="ends"):
     ]
     mode = np.array(modes + [ACTS] * 2)
     message = load(joint, gap, Offsets(0, 0, 0, 0), JointState(y, mode, np.full(6, 0.1), 0))
-    sides = (message.force, message.on_journal, message.on_bearing)
+    sides = (message.force, message.journal_moment, message.bearing_moment)
     return mode, np.array([np.array(to_fixed_frame(frame, side)) @ turn for side in sides]), message.contacts
 
 

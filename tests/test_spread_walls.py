@@ -61,12 +61,12 @@ def ends_of(joint, middle, axis):
     """Return (depth, lean inwards, half of the length that bears) at both ends, and the share of the stiffness."""
     w, result = np.array([0.0, 0.0, 1.0]), []
     longer = not isinstance(joint, joints.Flanged)
-    shorter = min(joint.half_journal, joint.half_length)
-    half = joint.half_journal
+    shorter = min(joint.journal_half_length, joint.half_length)
+    half = joint.journal_half_length
     if longer:
-        half = min(shorter, 0.5 * (joint.half_journal + joint.half_length - abs(middle[2])))
+        half = min(shorter, 0.5 * (joint.journal_half_length + joint.half_length - abs(middle[2])))
     for end in joints.ENDS:
-        center = middle + end * joint.half_journal * w
+        center = middle + end * joint.journal_half_length * w
         point = extreme(center, joint.journal_radius, np.eye(3)[:2], axis, 1.0)
         if longer and end * (point @ axis) > joint.half_length:
             across = np.cross(axis, [1.0, 0.3, 0.2])
@@ -80,7 +80,7 @@ def ends_of(joint, middle, axis):
             off = center - (center @ axis) * axis
             depth = np.linalg.norm(point - (point @ axis) * axis) - joint.bearing_radius
             result.append((depth, end * (off / np.linalg.norm(off)) @ w))
-    return [(depth, lean, half) for depth, lean in result], half / (shorter if longer else joint.half_journal)
+    return [(depth, lean, half) for depth, lean in result], half / (shorter if longer else joint.journal_half_length)
 
 
 def stored(joint, middle, axis, stiffness=1e9, power=1.5):
@@ -125,9 +125,11 @@ def test_force_and_moment_are_the_slopes_of_what_the_slices_store(name):
     size = np.linalg.norm(force)
     assert size > 0.01
     assert np.array(message.force) == pytest.approx(np.array(force), rel=0.0, abs=1e-6 * size)
-    assert np.array(message.on_journal) == pytest.approx(np.array(moment), rel=0.0, abs=1e-6 * size * joint.half_length)
-    assert np.array(message.on_bearing) == pytest.approx(  # what acts on one body acts on the other the other way
-        -np.array(message.on_journal) - np.cross(middle, message.force), rel=0.0, abs=1e-12 * size
+    assert np.array(message.journal_moment) == pytest.approx(
+        np.array(moment), rel=0.0, abs=1e-6 * size * joint.half_length
+    )
+    assert np.array(message.bearing_moment) == pytest.approx(  # what acts on one body acts on the other the other way
+        -np.array(message.journal_moment) - np.cross(middle, message.force), rel=0.0, abs=1e-12 * size
     )
 
 
@@ -136,7 +138,7 @@ def test_what_bodies_lose_goes_into_the_walls_to_the_last_digit(name):
     keys, middle, lean = POSES[name]
     joint, velocity, spin = joint_of(**keys), np.array([0.3, -0.2, 0.7]), np.array([3.0, -5.0, 2.0])
     message = loaded(joint, gap_of(middle, [*lean, 1.0], velocity, spin))
-    lost = -np.dot(message.force, velocity) - np.dot(message.on_journal, spin)
+    lost = -np.dot(message.force, velocity) - np.dot(message.journal_moment, spin)
     kept = sum(power_stored(contact) for contact in message.contacts)
     assert kept == pytest.approx(lost, rel=1e-12, abs=1e-12 * np.linalg.norm(message.force))
     assert sum(abs(power_lost(contact)) for contact in message.contacts) <= 1e-13 * abs(kept)
@@ -172,7 +174,7 @@ def test_in_one_plane_the_ends_bear_what_slices_between_them_come_to(lean, loss)
     rates = [np.dot(v, point.normal) for v, point in zip(moving, points, strict=True)]
     message = loaded(joint, gap)
     expected = by_slices([point.depth for point in points], rates, 0.75 * (1.0 - 0.7**2) if loss else 0.0, 0.1)
-    result = [contact.at_end for contact in message.contacts[:2]]
+    result = [contact.end_force for contact in message.contacts[:2]]
     assert result == pytest.approx(expected, rel=2e-5 if abs(lean) > 5e-3 else 1e-7, abs=1e-9)
     assert message.contacts[0].normal + message.contacts[1].normal == pytest.approx(sum(result), rel=1e-14)
     assert message.contacts[-1].normal == pytest.approx(abs(result[0] - result[1]), rel=1e-12, abs=1e-13)
@@ -224,7 +226,7 @@ def both(middle, lean, **keys):
     for walls in ("spread", "ends"):
         joint = joint_of(walls=walls, **keys)
         message = loaded(joint, gap_of([middle, 0.0, 0.0], [-math.sin(lean), 0.0, math.cos(lean)]))
-        result.append((-message.force.x, -message.on_journal.y))
+        result.append((-message.force.x, -message.journal_moment.y))
     return result
 
 
@@ -271,7 +273,7 @@ def test_an_end_that_pulls_is_clipped_by_itself():
     assert first.contacts[1].normal == pytest.approx(free.contacts[1].normal, rel=1e-14)
     none = loaded(joint, gap, modes=[CLIPPED, CLIPPED])
     assert np.array(none.force) == pytest.approx(np.zeros(3), rel=0.0, abs=1e-15)
-    assert np.array(none.on_journal) == pytest.approx(np.zeros(3), rel=0.0, abs=1e-15)
+    assert np.array(none.journal_moment) == pytest.approx(np.zeros(3), rel=0.0, abs=1e-15)
     assert sum(power_stored(c) + power_lost(c) for c in none.contacts) == pytest.approx(0.0, rel=0.0, abs=1e-12)
 
 
@@ -284,7 +286,7 @@ def test_force_and_moment_do_not_jump_where_a_strip_begins_to_pull(shift, lean):
         def sides(rate, modes=None, spin=spin):
             gap = gap_of([2.1e-4, 0.0, shift], [lean, 0.0, 1.0], [rate, 0.0, 0.1], [0.0, spin, 0.0])
             message = loaded(joint, gap, modes=modes)
-            return message.contacts[0].raw, np.array([*message.force, *(100.0 * np.array(message.on_journal))])
+            return message.contacts[0].raw, np.array([*message.force, *(100.0 * np.array(message.journal_moment))])
 
         low, high = -3.0, 3.0
         for _ in range(80):

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from test_slot import GRID as SLOT
 
 import clearsweep
-from clearsweep.mechanics.coupling.sticking import every_grip, joined, slip_rates, with_sticking_forces
+from clearsweep.mechanics.coupling.sticking import every_grip, flatten_once, slip_rates, with_sticking_forces
 from clearsweep.mechanics.joint.contract import JointState, every_latched
 from clearsweep.mechanics.joint.loads import loads_of
 from clearsweep.mechanics.joint.modes import FREE, STUCK
@@ -99,9 +99,11 @@ def test_slip_rates_are_the_slopes_of_the_slips(case):
         there[: 2 * n + 1] += step * flow
         around = gaps(scene.mechanism, place(scene.mechanism, there))
         pushed = loads_of(scene.joints, around, JointState(there, mode, latched(scene, mode), 2 * n + 1))
-        ends.append([grip.slip for grip in joined(every_grip(scene.joints, around, pushed, mode)) if grip.limit])
+        ends.append([grip.slip for grip in flatten_once(every_grip(scene.joints, around, pushed, mode)) if grip.limit])
     rates = [
-        rate for rate, grip in zip(slip_rates(scene, y, pose, grips, loads), joined(grips), strict=True) if grip.limit
+        rate
+        for rate, grip in zip(slip_rates(scene, y, pose, grips, loads), flatten_once(grips), strict=True)
+        if grip.limit
     ]
     scale = max(map(abs, motion.accelerations))
     np.testing.assert_allclose(rates, np.diff(ends, axis=0)[0] / 2e-7, rtol=1e-5, atol=1e-7 * scale)
@@ -114,8 +116,8 @@ def test_what_sticks_lets_no_sliding_grow_and_shares_its_force(case):
     grips = every_grip(scene.joints, relative, loads, mode)
     before = slip_rates(scene, y, pose, grips, loads)
     after = slip_rates(scene, y, pose, grips, still)
-    free = max(abs(rate) for rate, grip in zip(before, joined(grips), strict=True) if grip.limit)
-    for rate, grip in zip(after, joined(grips), strict=True):
+    free = max(abs(rate) for rate, grip in zip(before, flatten_once(grips), strict=True) if grip.limit)
+    for rate, grip in zip(after, flatten_once(grips), strict=True):
         if grip.limit:
             assert rate == pytest.approx(-scene.reference_rate * grip.slip, abs=1e-9 * free)
     shares = [

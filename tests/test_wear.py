@@ -23,7 +23,7 @@ from clearsweep.mechanics.joint.wear.contract import (
     pressure_integral_over_load,
 )
 from clearsweep.mechanics.joint.wear.persson import Persson
-from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean, Winkler
+from clearsweep.mechanics.joint.wear.pressure import HertzLine, UniformPressure, Winkler
 from clearsweep.mechanics.observe.histogram import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
 from clearsweep.simulation.run import Run
 from clearsweep.simulation.start import start_of
@@ -97,7 +97,7 @@ def test_the_profile_is_that_of_the_pressure_on_an_arc_of_the_bodys_own_radius(b
     assert np.argmax(depths) == int(0.3 / (2.0 * math.pi) * BINS)
 
 
-@pytest.mark.parametrize("pressure", [LINE, Mean(), Winkler(), Persson(1e11)])
+@pytest.mark.parametrize("pressure", [LINE, UniformPressure(), Winkler(), Persson(1e11)])
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 3.1, 6.28318, -7.0, 100.0])
 @pytest.mark.parametrize(("force", "pen"), [(1e-12, 1e-18), (10.0, 1e-8), (1e5, 1e-5), (1e9, 0.4)])
 def test_a_step_loses_nothing_wherever_the_arc_lies(pressure, angle, force, pen):
@@ -113,7 +113,7 @@ def test_a_step_loses_nothing_wherever_the_arc_lies(pressure, angle, force, pen)
 @pytest.mark.parametrize("pen", [1e-9, 5e-6, 0.4e-3])
 def test_a_mean_pressure_bears_the_load_over_the_geometric_arc_and_wears_it_evenly(pen):
     coefficient, force, way = 1e-14, 1000.0, 0.7
-    joint = worn_joint(coefficient, 2.0 * coefficient, Mean())
+    joint = worn_joint(coefficient, 2.0 * coefficient, UniformPressure())
     bearing, journal = slide(joint, force, way=way, pen=pen, at=(1.0, 4.0))
     theta = math.acos(0.5e-3 / (0.5e-3 + pen))
     edges, width = np.arange(BINS + 1) * 2.0 * math.pi / BINS, 2.0 * math.pi / BINS
@@ -148,7 +148,7 @@ def test_an_arc_that_travels_and_grows_within_a_step_leaves_the_exact_means():
     assert depths[:59] == pytest.approx(naive, rel=0.0, abs=1e-6 * naive.max())
 
 
-@pytest.mark.parametrize("pressure", [LINE, Mean(), Winkler(), Persson(1e11)])
+@pytest.mark.parametrize("pressure", [LINE, UniformPressure(), Winkler(), Persson(1e11)])
 @pytest.mark.parametrize(("travel", "turn"), [(0.06, -0.02), (0.02, -0.05), (-1.3, 0.4), (0.0, 0.0)])
 @pytest.mark.parametrize("sliding", [(1e-3, 0.0), (1e-3, -2.5e-3)])
 def test_the_bins_of_an_arc_that_travels_sum_to_the_volume_of_the_step(pressure, travel, turn, sliding):
@@ -320,7 +320,7 @@ def test_the_modulus_of_a_line_contact_does_not_follow_the_stiffness():
     for stiffness in (1e9, 1e11):
         changes = {**MATERIAL, "joints.rod-slider.contact.stiffness": stiffness}
         (joint,) = case_of(**changes).case(0).joints
-        assert registry.wear_term(joint).pressure.width_factor == pytest.approx(
+        assert registry.compile_wear(joint).pressure.width_factor == pytest.approx(
             math.sqrt(4.0 * 0.19 / (math.pi * STEEL)), rel=1e-12
         )
 
@@ -393,7 +393,7 @@ def test_shapes_that_act_are_part_of_a_case_and_those_that_do_not_are_as_if_left
 @pytest.mark.parametrize("way", [0.0, 0.02, 0.5])
 def test_an_even_arc_that_opens_at_an_onset_and_travels_leaves_the_exact_means(angle, way):
     """Against ten thousand arcs that rest still; narrow arcs and far angles must not lose digits."""
-    joint, count = worn_joint(1e-14, 1e-14, Mean()), 10000
+    joint, count = worn_joint(1e-14, 1e-14, UniformPressure()), 10000
     polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((STEP_VALUE_ROWS, PARTS + 1))
     polynomials[FORCE_ROW, 3], polynomials[DEPTH_ROW, 2] = 3e5, 1e-5  # N/m, m: as of a ball that touches
     polynomials[KAPPA_ROW, 0], polynomials[SLIP_ROW, 0] = 1.0, 1e-3

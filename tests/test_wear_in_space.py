@@ -17,7 +17,7 @@ from clearsweep.mechanics.joint.spatial import SpatialGap, wall_point
 from clearsweep.mechanics.joint.spatial.form import APART
 from clearsweep.mechanics.joint.wear import slices, wall_strips
 from clearsweep.mechanics.joint.wear.arc_over_step import WORKSPACE_SIZE
-from clearsweep.mechanics.joint.wear.contract import ACCOUNT, SLIDING_DISTANCE, Bins
+from clearsweep.mechanics.joint.wear.contract import ACCOUNT_SIZE, SLIDING_DISTANCE, Bins
 from clearsweep.mechanics.joint.wear.step import (
     AXIAL_ROWS,
     BEARING_START,
@@ -30,7 +30,7 @@ from clearsweep.mechanics.joint.wear.step import (
     STRIP_ROWS,
     Instant,
     Step,
-    Worn,
+    WearTotals,
     record,
     update_joint_wear,
 )
@@ -60,7 +60,7 @@ def empty(joint):
     """Return a Step in which both walls are pressed over the whole journal without load, and its Worn."""
     stride = int(joint.wear.bins * joint.wear_rows)
     distance = np.zeros((6, AXIAL_ROWS, STATE_POINTS))
-    distance[:, REACH], distance[:, FACING] = joint.half_journal, 1.0
+    distance[:, REACH], distance[:, FACING] = joint.journal_half_length, 1.0
     step = Step(
         np.zeros((6, STEP_VALUE_ROWS, PARTS + 1)),
         1e-5,
@@ -71,7 +71,7 @@ def empty(joint):
         np.zeros(WORKSPACE_SIZE),
         np.zeros(3 * stride),
     )
-    return step, Worn(np.zeros(12 * stride), stride, np.zeros((6, ACCOUNT)))
+    return step, WearTotals(np.zeros(12 * stride), stride, np.zeros((6, ACCOUNT_SIZE)))
 
 
 def volumes(joint, worn):
@@ -79,7 +79,7 @@ def volumes(joint, worn):
     shape = 2, int(joint.wear_rows), int(joint.wear.bins)
     depths = worn.depths[: math.prod(shape)].reshape(shape)
     cell = 2.0 * math.pi / shape[2] / shape[1]
-    round_ = (2.0 * joint.half_length * joint.bearing_radius, 2.0 * joint.half_journal * joint.journal_radius)
+    round_ = (2.0 * joint.half_length * joint.bearing_radius, 2.0 * joint.journal_half_length * joint.journal_radius)
     return [float(cell * size * depth.sum()) for size, depth in zip(round_, depths, strict=True)], depths
 
 
@@ -184,7 +184,7 @@ def test_strips_begin_where_the_surfaces_are_deepest_and_lean_as_they_do(keys):
     record(joint, gap, Vector(*(across / np.linalg.norm(across))), 0, Instant((), (), 0, step))
     for wall, end in enumerate((1.0, -1.0)):
         point = wall_point(joint.end_type, joint, gap, end)
-        size = "half_journal" if not keys else "half_length"
+        size = "journal_half_length" if not keys else "half_length"
         shorter = joint._replace(**{size: getattr(joint, size) - 1e-5})
         lean = (point.depth - wall_point(joint.end_type, shorter, gap, end).depth) / 1e-5
         assert step.axial[wall, LEAN, 0] == pytest.approx(lean, rel=1e-2, abs=1e-7)
@@ -264,7 +264,7 @@ def worn_by_quadrature(joint, depths, lean, angle):
     At each time and place the elastic force is spread evenly over the arc in which the circles overlap.  The scale of
     the result is arbitrary.
     """
-    rows, count, half = int(joint.wear_rows), int(joint.wear.bins), joint.half_journal
+    rows, count, half = int(joint.wear_rows), int(joint.wear.bins), joint.journal_half_length
     edges, result = np.arange(count + 1) * 2.0 * math.pi / count, np.zeros((rows, count))
     positions = (np.arange(200) + 0.5) * half / 200  # from the end inwards
     for depth in depths:
@@ -297,7 +297,7 @@ def test_a_step_from_an_onset_or_to_a_separation_wears_like_its_moments(before, 
     """The depth of an end is 0 while its strip is pressed from the other end (lean below 0), or not (above)."""
     joint = joint_of(walls="spread", contact=HERTZ, wear={"pressure": "mean", "bins": 360})
     step, worn = empty(joint)
-    distance, half = np.linspace(before, after, PARTS + 1), joint.half_journal
+    distance, half = np.linspace(before, after, PARTS + 1), joint.journal_half_length
     positions = (np.arange(200) + 0.5) * half / 200
     step.step_values[0, DEPTH_ROW], step.step_values[0, KAPPA_ROW], step.step_values[0, SLIP_ROW] = (
         distance,
@@ -328,7 +328,7 @@ def test_a_journal_partly_outside_the_bore_wears_only_where_both_overlap(walls, 
     joint = joint_of(
         walls=walls, flange=False, axial_clearance=None, wear={"pressure": "hertz-line", "pressure_modulus": 1e11}
     )
-    assert (joint.half_journal, joint.half_length) == (0.01, 0.01)
+    assert (joint.journal_half_length, joint.half_length) == (0.01, 0.01)
     step, worn = empty(joint)
     depth, still = 5e-6, Vector(0.0, 0.0, 0.0)
     for i in range(QUARTER_POINTS + 2):

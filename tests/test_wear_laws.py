@@ -20,7 +20,7 @@ from clearsweep.mechanics.joint.wear.arc_over_step import ON_BEARING, POINTS
 from clearsweep.mechanics.joint.wear.archard import Archard, Energy, RunningIn
 from clearsweep.mechanics.joint.wear.contract import PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLIDING_DISTANCE
 from clearsweep.mechanics.joint.wear.persson import Persson
-from clearsweep.mechanics.joint.wear.pressure import HertzLine, Mean, Winkler
+from clearsweep.mechanics.joint.wear.pressure import HertzLine, UniformPressure, Winkler
 
 BINS, LENGTH, LOAD, SPEED = 360, 0.02, 1000.0, 0.3  # 1, m, N, m/s
 STEEL = 207e9 / (2.0 * (1.0 - 0.3**2))  # Pa, E* of steel on steel
@@ -84,7 +84,7 @@ def test_an_even_pressure_balances_its_load_and_wears_more_than_the_load_times_t
     """Its volume over k F s is theta0 / sin(theta0): 1.0051, 1.0472, 1.2092 at 10, 30 and 60 degrees."""
     theta = math.radians(degrees)
     pen = 0.5e-3 * (1.0 / math.cos(theta) - 1.0)
-    depths, account = slide(Archard(1e-14, 1e-14, float(BINS), LENGTH, Mean(), math.inf), pen=pen)
+    depths, account = slide(Archard(1e-14, 1e-14, float(BINS), LENGTH, UniformPressure(), math.inf), pen=pen)
     assert account[PRESSURE_MAX] == pytest.approx(LOAD / (2.0 * 0.01 * LENGTH * math.sin(theta)), rel=1e-9)
     assert volume(depths) / (1e-14 * LOAD * SPEED * 0.1) == pytest.approx(theta / math.sin(theta), rel=1e-9)
 
@@ -159,7 +159,7 @@ TANH = {"law": "tanh", "coefficient": 0.1, "velocity_scale": "1 mm/s"}
 
 def term(cases):
     """Return the compiled wear of the first case."""
-    return registry.wear_term(cases.case(0).joints[0])
+    return registry.compile_wear(cases.case(0).joints[0])
 
 
 def test_a_bare_coefficient_next_to_a_hardness_is_that_of_the_hardness():
@@ -209,7 +209,7 @@ def test_a_swept_coefficient_that_runs_in_is_that_of_both_bodies():
     )
     source["sweep"] = {"joints.rod-slider.wear.running_in.initial": [5e-14, 9e-14]}
     cases = grid.load(source, simulation.catalogue())
-    assert [registry.wear_term(cases.case(k).joints[0]).bearing[1] for k in range(2)] == [5e-14, 9e-14]
+    assert [registry.compile_wear(cases.case(k).joints[0]).bearing[1] for k in range(2)] == [5e-14, 9e-14]
     assert len(set(cases.identities())) == 2
 
 

@@ -22,7 +22,7 @@ from clearsweep.mechanics.joint import dry, registry
 from clearsweep.mechanics.joint.contract import every_contact
 from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
 from clearsweep.mechanics.joint.modes import PRESSED
-from clearsweep.mechanics.joint.nearest import TurnedGap, nearest
+from clearsweep.mechanics.joint.nearest import GapWithAngles, nearest
 from clearsweep.mechanics.joint.wear.arc_over_step import DEEPEST, ON_BEARING, ON_JOURNAL, POINTS, WORKSPACE_SIZE
 from clearsweep.mechanics.joint.wear.contract import Bins, Worn, local_clearance
 from clearsweep.mechanics.joint.wear.foundation import arc_at, pressure_integral_over_load, update_wear_under_arc
@@ -72,11 +72,11 @@ BEARING, JOURNAL = Wave((2, 0.08 * C, 0.4), (3, 0.02 * C, 1.0)), Wave((2, 0.05 *
 def joint(bearing=NOTHING, journal=NOTHING, wear=WORN, **laws):
     """Return the compiled form of the reference joint with these worn depths and laws."""
     case = joint_of(**({"law": "hertz"} | laws))._replace(wear=wear, clearance=C)
-    return registry.joint_term(case, "rod", Worn(bearing, journal))
+    return registry.compile_joint(case, "rod", Worn(bearing, journal))
 
 
 def gap(x, y, angles=(0.3, -0.7), rates=(0.0, 0.0, 0.0, 0.0)):
-    return TurnedGap(x, y, rates[0], rates[1], rates[2], rates[3], *angles)
+    return GapWithAngles(x, y, rates[0], rates[1], rates[2], rates[3], *angles)
 
 
 def overlap(x, y, angles, phi, shapes=(BEARING, JOURNAL)):

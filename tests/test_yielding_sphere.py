@@ -28,7 +28,7 @@ def force(x, deepest=0.0, part=0):
     """Return the force over that where yielding begins, at `x` yield depths, the deepest before (0: none) likewise."""
     section = written(LAW, hardness=HARDNESS)
     del section["contact"]["stiffness"]  # from the material
-    law, elastic = registry.contact_terms(resolved(section))
+    law, elastic = registry.compile_contact(resolved(section))
     assert law.yield_depth == pytest.approx(YIELD_DEPTH, rel=1e-12, abs=0.0)
     now = with_internal_state(law, [deepest * YIELD_DEPTH], 0)
     return contact_force(now, elastic, x * YIELD_DEPTH, -1.0 if deepest else 1.0, 1.0)[part] / YIELD_FORCE

@@ -143,7 +143,7 @@ def _table(heading: str, columns: tuple[str, str], rows: list[tuple[str, str]]) 
 
 
 def _restitution_table(recipe: Recipe) -> str:
-    rows = [(f"{e:g}", f"{recipe.returned(e):.4f}") for e in RESTITUTIONS]
+    rows = [(f"{e:g}", f"{recipe.free_restitution(e):.4f}") for e in RESTITUTIONS]
     return _table("restitution of a free impact", ("specified", "returned"), rows)
 
 

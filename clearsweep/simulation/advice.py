@@ -157,7 +157,7 @@ def _depth_assessment(joint: Joint, load: float | None) -> tuple[str, list[str]]
     """Return the penetration under a joint's load in words ('' without load), and objections if it is too deep."""
     if load is None:
         return "", []
-    limit, depth = registry.penetration_limit(joint), static_penetration(registry.contact_terms(joint)[1], load)
+    limit, depth = registry.penetration_limit(joint), static_penetration(registry.compile_contact(joint)[1], load)
     depth_text = f"{wording.text(depth, 'm')} deep under the load"
     return depth_text, [f"{depth_text}, valid up to {wording.text(limit, 'm')}"] if depth > limit else []
 
@@ -191,7 +191,7 @@ def _loss_assessments(joint: Joint) -> Iterator[LawAssessment]:
     """Yield the assessments of the laws of the normal force, by the restitution of the joint."""
     required = joint.contact.values.get("restitution")
     for law in (law for law in registry.all_laws() if law.family == "law"):
-        restitution_of = registry.RECIPES["law", law.name].returned
+        restitution_of = registry.RECIPES["law", law.name].free_restitution
         field = next((field for field in law.fields if field.name == "restitution"), None)
         if missing := _missing_keys(law, joint):
             yield LawAssessment("law", law.name, UNSUITABLE, f"needs {' and '.join(missing)}")

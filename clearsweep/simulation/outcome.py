@@ -213,7 +213,7 @@ def _escaped_journal(scene: Scene, run: Run) -> dict[str, str | float]:
         "joint": scene.case.joints[index].name,
         "escape_time": work.end[work.time],
         "revolutions": turns,
-        "axial_distance": 1e3 * (joint.half_length + joint.half_journal),
+        "axial_distance": 1e3 * (joint.half_length + joint.journal_half_length),
     }
 
 

@@ -37,7 +37,7 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
         if layout.friction and not layout.film:
             conductance = joint.thermal.conductance if joint.thermal else None
             rubbing_powers.append((joint.name, summary[f"{name}_friction_power"], conductance))
-        if scene.mechanism.turns and registry.is_ball(joint):
+        if scene.mechanism.turns and registry.uses_ball_stiffness(joint):
             balls.append(joint.name)
         penetration = summary[f"{name}_penetration_max"] if joint.is_dry else 0.0
         wear_depth = summary[f"{name}_wear_depth_max"] if layout.wear_bins else 0.0

@@ -21,7 +21,7 @@ from ..mechanics.joint.contract import every_contact, every_latched
 from ..mechanics.joint.loss.contract import needs_mass, needs_onset_rate
 from ..mechanics.joint.modes import touches
 from ..mechanics.joint.offsets import Offsets, after_joint, first_offsets, with_current_state
-from ..mechanics.joint.wear.contract import ACCOUNT, MAX_BINS, SLIDING_DISTANCE
+from ..mechanics.joint.wear.contract import ACCOUNT_SIZE, MAX_BINS, SLIDING_DISTANCE
 from ..mechanics.mechanism.contract import friction_laws
 from ..mechanics.observe import histogram
 from ..mechanics.observe.histogram import STATE_POINTS
@@ -58,7 +58,7 @@ def _accumulators_of(
         dense_states=zeros((2 * len(scene.value.coordinates) + 1, STATE_POINTS)),
         workspace=zeros(workspace_size(contacts, bins) if has_wear else 0),
         wear=zeros(2 * contacts * bins),
-        account=zeros((contacts, ACCOUNT)),
+        account=zeros((contacts, ACCOUNT_SIZE)),
         friction=zeros(len(friction_laws(scene.value.mechanism))),
     )
 

@@ -111,7 +111,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     mechanism = mechanism_of(case)
     machine = None if mechanism.build else machine_of(mechanism, case)
     joints = {
-        joint.name: registry.joint_term(joint, mechanism.site(joint.name).distal, worn.get(joint.name))
+        joint.name: registry.compile_joint(joint, mechanism.site(joint.name).distal, worn.get(joint.name))
         for joint in case.joints
     }
     terms: tuple[Any, ...] = tuple(joints.values())
@@ -225,10 +225,10 @@ def signature(case: Case) -> tuple:
     joints = tuple(
         (
             joint.name,
-            *map(_type_text, registry.contact_terms(joint) if joint.is_dry else ()),
-            *map(_type_text, registry.film_terms(joint) if joint.film else ()),
-            _type_text(registry.friction_term(joint)),
-            _type_text(registry.wear_term(joint)),
+            *map(_type_text, registry.compile_contact(joint) if joint.is_dry else ()),
+            *map(_type_text, registry.compile_film(joint) if joint.film else ()),
+            _type_text(registry.compile_friction(joint)),
+            _type_text(registry.compile_wear(joint)),
             joint.wear is not None and joint.wear.evolve,
         )
         for joint in case.joints

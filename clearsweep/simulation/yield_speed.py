@@ -34,7 +34,7 @@ def _speed(joint: Joint, mass: float | None) -> float | None:
     """Return the approach speed (m/s) at which a joint first yields under a mass (kg), or None if unknown."""
     if mass is None:
         return None
-    energy = yield_energy(joint, registry.contact_terms(joint)[1])
+    energy = yield_energy(joint, registry.compile_contact(joint)[1])
     return None if energy is None else math.sqrt(2.0 * energy / mass)
 
 

@@ -47,7 +47,7 @@ class Guards(NamedTuple):
 # ---------------------------------------------------------------------------------------------- values of guards
 
 
-class _Values(NamedTuple):
+class _GuardContext(NamedTuple):
     """Inputs and results of the evaluation of guards."""
 
     y: np.ndarray  # (n,) state
@@ -95,29 +95,31 @@ def guards_entry(scene, y, nodes, latched, o, value, row):
     Arrays are bare pointers; `scene` is a pointer to the Scene.
     """
     parameters = scene[0]
-    roots, size = 2 * len(parameters.coordinates) + 1, total_counts(parameters.joints)
+    roots, counts = 2 * len(parameters.coordinates) + 1, total_counts(parameters.joints)
     _, n, _ = size_of(parameters)
     y, nodes = shaped(y, (n,)), shaped(nodes, (n + 1, STAGES))
-    latched, o = shaped(latched, (size.contact + size.latched,)), shaped(o, (observed_width(parameters), ROW_COUNT))
-    value, offsets = shaped(value, (size.guard, SINGLE_STATE + 1)), first_offsets(parameters.joints, roots)
+    latched, o = shaped(latched, (counts.contact + counts.latched,)), shaped(o, (observed_width(parameters), ROW_COUNT))
+    value, offsets = shaped(value, (counts.guard, SINGLE_STATE + 1)), first_offsets(parameters.joints, roots)
     if row != END:
         _evaluate_joints(
             parameters.joints,
             parameters.joints,
             offsets,
-            _Values(y, latched, o, row, roots, value[:, SINGLE_STATE]),
+            _GuardContext(y, latched, o, row, roots, value[:, SINGLE_STATE]),
         )
         return
-    _evaluate_joints(parameters.joints, parameters.joints, offsets, _Values(y, latched, o, START, roots, value[:, 0]))
+    _evaluate_joints(
+        parameters.joints, parameters.joints, offsets, _GuardContext(y, latched, o, START, roots, value[:, 0])
+    )
     for i in rolled_range(STAGES):
-        at_stage = _Values(nodes[:, i], latched, o, i, roots, value[:, 1 + i])
+        at_stage = _GuardContext(nodes[:, i], latched, o, i, roots, value[:, 1 + i])
         _evaluate_joints(parameters.joints, parameters.joints, offsets, at_stage)
 
 
 # ---------------------------------------------------------------------------------------------- latching
 
 
-class _Event(NamedTuple):
+class _LatchContext(NamedTuple):
     """The state at an event and the arrays that latching changes."""
 
     y: np.ndarray  # (n,) state, changed
@@ -130,8 +132,8 @@ class _Event(NamedTuple):
 
 
 @kernel
-def _store_value(value, _, offsets, numbers):
-    numbers[offsets] = value
+def _store_value(value, _, offsets, latched_values):
+    latched_values[offsets] = value
 
 
 _store_values = map_joints(_store_value, after_number)
@@ -141,13 +143,13 @@ _store_values = map_joints(_store_value, after_number)
 def _latch_part(part, _, offsets, context):
     if type(part.law) not in latched.members:
         return
-    y, numbers, o, row, roots, contact, guard = context
+    y, latched_values, o, row, roots, contact, guard = context
     is_guard_of_part = 0 <= guard - offsets.guard < after_part(offsets, part).guard - offsets.guard
     if offsets.contact + part.contact == contact and (guard < 0 or is_guard_of_part):
-        law = with_current_state(part.law, y, numbers, offsets)
+        law = with_current_state(part.law, y, latched_values, offsets)
         event = guard - offsets.guard if is_guard_of_part else guard
         values = latched(law, event, contact_observables_in(o, row, contact), y[roots + contact])
-        destination, start = internal_state_location(part.law, y, numbers, offsets)
+        destination, start = internal_state_location(part.law, y, latched_values, offsets)
         _store_values(values, values, start, destination)
 
 
@@ -169,11 +171,11 @@ def latch_entry(scene, y, latched, o, event, row):
     event : (2,) int64, the contact, and ENTERED, LEFT or the guard's number.
     """
     parameters = scene[0]
-    roots, size = 2 * len(parameters.coordinates) + 1, total_counts(parameters.joints)
+    roots, counts = 2 * len(parameters.coordinates) + 1, total_counts(parameters.joints)
     event_values = shaped(event, (2,))
-    context = _Event(
+    context = _LatchContext(
         shaped(y, (size_of(parameters)[1],)),
-        shaped(latched, (size.contact + size.latched,)),
+        shaped(latched, (counts.contact + counts.latched,)),
         shaped(o, (observed_width(parameters), ROW_COUNT)),
         row,
         roots,

@@ -14,20 +14,20 @@ from ..mechanism.contract import gaps, impact_masses, place
 
 
 @family
-def _needs_mass(joint, gap, offsets, state):
+def _joint_law_needs_mass(joint, gap, offsets, state):
     """Return whether the law of a joint needs the effective mass in its current state."""
 
 
-@_needs_mass.member(None)
-def _needs_no_mass(joint, gap, offsets, state):
+@_joint_law_needs_mass.member(None)
+def _default_joint_law_needs_mass(joint, gap, offsets, state):
     return False
 
 
-@_needs_mass.member(Joint)
-@_needs_mass.member(Lubricated)
-@_needs_mass.member(WornJoint)
-@_needs_mass.member(WornOnFoundation)
-def _law_needs_mass(joint, gap, offsets, state):
+@_joint_law_needs_mass.member(Joint)
+@_joint_law_needs_mass.member(Lubricated)
+@_joint_law_needs_mass.member(WornJoint)
+@_joint_law_needs_mass.member(WornOnFoundation)
+def _joint_law_needs_mass_of_joint(joint, gap, offsets, state):
     law = with_current_state(joint.law, state.y, state.latched, offsets)
     return touches(state.mode[offsets.contact]) and needs_mass(law)
 
@@ -38,7 +38,7 @@ def _with_mass(joint, mass, offsets, shared):
 
 
 @_with_mass.member(None)
-def _unchanged(joint, mass, offsets, shared):
+def _default_with_mass(joint, mass, offsets, shared):
     return joint
 
 
@@ -52,7 +52,7 @@ def _with_mass_in_law(joint, mass, offsets, shared):
 
 @inlined
 def _joint_needs_mass(joint, gap, offsets, state):
-    return _needs_mass(joint, gap, offsets, state)
+    return _joint_law_needs_mass(joint, gap, offsets, state)
 
 
 @inlined
@@ -77,13 +77,13 @@ _zero_masses = map_joints(_zero_mass, after_number)
 
 
 @inlined
-def _joints_with_needed_mass(scene, pose, relative, state):
+def _joints_with_needed_mass(scene, pose, joint_gaps, state):
     is_needed = False
-    for joint_needs_mass in _all_need_mass(scene.joints, relative, first_offsets(scene.joints, state.roots), state):
+    for joint_needs_mass in _all_need_mass(scene.joints, joint_gaps, first_offsets(scene.joints, state.roots), state):
         is_needed = is_needed | joint_needs_mass
     if none_of(is_needed):
-        return _all_with_mass(scene.joints, _zero_masses(relative, relative, 0, 0), 0, 0)
-    masses = _masses_like(impact_masses(scene.mechanism, pose, relative), relative, 0, 0)
+        return _all_with_mass(scene.joints, _zero_masses(joint_gaps, joint_gaps, 0, 0), 0, 0)
+    masses = _masses_like(impact_masses(scene.mechanism, pose, joint_gaps), joint_gaps, 0, 0)
     return _all_with_mass(scene.joints, masses, 0, 0)
 
 
@@ -94,9 +94,9 @@ def _joints_at_event(scene, y):
 
 
 @kernel
-def joints_with_mass(scene, pose, relative, state):
+def joints_with_mass(scene, pose, joint_gaps, state):
     """Return the joints of a scene; laws that need the effective mass in this JointState and pose get it."""
-    return _joints_with_needed_mass(scene, pose, relative, state) if _may_need_mass(scene.joints) else scene.joints
+    return _joints_with_needed_mass(scene, pose, joint_gaps, state) if _may_need_mass(scene.joints) else scene.joints
 
 
 @kernel

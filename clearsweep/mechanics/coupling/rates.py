@@ -84,14 +84,14 @@ class Scene(NamedTuple):
 
 
 @inlined
-def _gaps_with_angles(scene, y, relative):
-    return with_body_angles(scene.joints, relative, body_angles(scene.mechanism, y))
+def _gaps_with_angles(scene, y, joint_gaps):
+    return with_body_angles(scene.joints, joint_gaps, body_angles(scene.mechanism, y))
 
 
 @kernel
-def gaps_with_angles(scene, y, relative):
-    """Return the Gaps `relative` of a scene at the state `y`, with the rotation (rad) of the bodies of worn joints."""
-    return _gaps_with_angles(scene, y, relative) if uses_body_angles(map(type, scene.joints)) else relative
+def gaps_with_angles(scene, y, joint_gaps):
+    """Return the Gaps of a scene at the state `y`, with the rotation (rad) of the bodies of worn joints."""
+    return _gaps_with_angles(scene, y, joint_gaps) if uses_body_angles(map(type, scene.joints)) else joint_gaps
 
 
 def uses_body_angles(joint_types):
@@ -103,13 +103,13 @@ def uses_body_angles(joint_types):
 def evaluate_motion(scene, y, mode, latched):
     """Return the pose at the state `y`, and the Gaps, Loads and Motion that follow from the pose."""
     pose = place(scene.mechanism, y)
-    relative = gaps_with_angles(scene, y, gaps(scene.mechanism, pose))
+    joint_gaps = gaps_with_angles(scene, y, gaps(scene.mechanism, pose))
     state = JointState(y, mode, latched, 2 * len(scene.coordinates) + 1)
-    joints = joints_with_mass(scene, pose, relative, state)
-    loads = loads_of(joints, relative, state)
+    joints = joints_with_mass(scene, pose, joint_gaps, state)
+    loads = loads_of(joints, joint_gaps, state)
     scene = with_friction_states(scene, y)
-    loads = with_sticking_forces(scene, y, pose, relative, loads, mode)
-    return pose, relative, loads, accelerate(scene.mechanism, pose, loads)
+    loads = with_sticking_forces(scene, y, pose, joint_gaps, loads, mode)
+    return pose, joint_gaps, loads, accelerate(scene.mechanism, pose, loads)
 
 
 @inlined
@@ -243,9 +243,9 @@ def put_error(scene, pose, o, row):
 
 
 @inlined
-def put_root_rates(scene, relative, state, kappa, k, row):
-    """Write the rates of all roots of penetration to a row of `k`, from the Gaps `relative`; see `rates`."""
-    loads = loads_of(scene.joints, relative, state)
+def put_root_rates(scene, joint_gaps, state, kappa, k, row):
+    """Write the rates of all roots of penetration to a row of `k`, from the Gaps of the joints; see `rates`."""
+    loads = loads_of(scene.joints, joint_gaps, state)
     _put_all_roots(
         scene.joints, loads, first_offsets(scene.joints, state.roots), _RootRates(scene, state, kappa, k, row)
     )
@@ -334,7 +334,7 @@ FILM_CHANNELS = (Channel("force_dry", "N", "dry share of the normal force"),)
 CHANNELS = (JOINT_CHANNELS, FILM_CHANNELS, spatial.CHANNELS, spatial.POINT_CHANNELS)
 
 
-class _Samples(NamedTuple):
+class _SampleCursor(NamedTuple):
     """Destination of the time histories of a joint: its first contact and first column."""
 
     offsets: tuple  # Offsets of the joint
@@ -342,18 +342,18 @@ class _Samples(NamedTuple):
 
 
 @kernel
-def _after_samples(samples, joint):
-    return _Samples(
-        after_joint(samples.offsets, joint), samples.column + history_count_of(joint) + extra_channel_count(joint)
+def _cursor_after(cursor, joint):
+    return _SampleCursor(
+        after_joint(cursor.offsets, joint), cursor.column + history_count_of(joint) + extra_channel_count(joint)
     )
 
 
 @inlined
-def _put_gap(joint, gap, samples, destination):
+def _put_gap(joint, gap, cursor, destination):
     out, journal_sides = destination
-    values = gap_histories(joint, gap, journal_sides[samples.offsets.contact])
+    values = gap_histories(joint, gap, journal_sides[cursor.offsets.contact])
     for i in range(len(values)):
-        out[samples.column + i] = values[i]
+        out[cursor.column + i] = values[i]
 
 
 @kernel
@@ -365,16 +365,16 @@ _put_channels = map_joints(_put_channel, after_number)
 
 
 @inlined
-def _put_force(joint, load, samples, destination):
+def _put_force(joint, load, cursor, destination):
     values = load_histories(joint, load)
-    first_column = samples.column + history_count_of(joint) - len(values)
+    first_column = cursor.column + history_count_of(joint) - len(values)
     for i in range(len(values)):
         destination[0][first_column + i] = values[i]
     extra = extra_channels(load.contacts[0])
-    _put_channels(extra, extra, samples.column + history_count_of(joint), destination[0])
+    _put_channels(extra, extra, cursor.column + history_count_of(joint), destination[0])
 
 
-_put_gaps, _put_forces = map_joints(_put_gap, _after_samples), map_joints(_put_force, _after_samples)
+_put_gaps, _put_forces = map_joints(_put_gap, _cursor_after), map_joints(_put_force, _cursor_after)
 
 
 def sample_entry(scene, y, mode, latched, journal_sides, out, channels):
@@ -384,10 +384,10 @@ def sample_entry(scene, y, mode, latched, journal_sides, out, channels):
     values = shaped(out, (channels,))
     journal_sides, y = shaped(journal_sides, (contacts,)), shaped(y, (n,))
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
-    pose, relative, loads, motion = evaluate_motion(parameters, y, mode, latched)
-    samples = _Samples(first_offsets(parameters.joints, 0), describe(parameters.mechanism, y, pose, motion, values))
-    _put_gaps(parameters.joints, relative, samples, (values, journal_sides))
-    _put_forces(parameters.joints, loads, samples, (values, journal_sides))
+    pose, joint_gaps, loads, motion = evaluate_motion(parameters, y, mode, latched)
+    cursor = _SampleCursor(first_offsets(parameters.joints, 0), describe(parameters.mechanism, y, pose, motion, values))
+    _put_gaps(parameters.joints, joint_gaps, cursor, (values, journal_sides))
+    _put_forces(parameters.joints, loads, cursor, (values, journal_sides))
 
 
 def slopes_of(scene, parameters) -> Entry:

@@ -11,7 +11,7 @@ import numpy as np
 from ..compiled.dual import rate_or_slope
 from ..compiled.family import form_number, inlined, kernel, map_joints
 from ..joint.contract import every_internal_state, internal_rates, internal_state, is_integrated, state_kinds_of
-from ..joint.offsets import after_number, form_of, total_counts, with_internal_state
+from ..joint.offsets import after_number, total_counts, type_of, with_internal_state
 from ..mechanism.contract import friction_laws, friction_slips, with_friction_laws
 
 NEVER_RESET = -1  # in place of the index of the contact whose separation resets a number
@@ -25,11 +25,11 @@ class Sliding(NamedTuple):
 
 def _state_size(law):
     """Return the number of a friction load's internal states in the state vector."""
-    form = form_of(law)
-    return len(form._field_defaults) if is_integrated(form) else 0
+    law_type = type_of(law)
+    return len(law_type._field_defaults) if is_integrated(law_type) else 0
 
 
-def _after(offset, law):
+def _offset_after(offset, law):
     return offset + _state_size(law)
 
 
@@ -45,15 +45,15 @@ def friction_state_count(scene):
 @kernel
 def size_of(scene):
     """Return the number of contacts, the length of the state vector, and the number of latched values."""
-    size = total_counts(scene.joints)
-    count = 2 * len(scene.coordinates) + 1 + size.contact + size.internal + friction_state_count(scene)
-    return size.contact, count, size.contact + size.latched
+    counts = total_counts(scene.joints)
+    count = 2 * len(scene.coordinates) + 1 + counts.contact + counts.internal + friction_state_count(scene)
+    return counts.contact, count, counts.contact + counts.latched
 
 
 def every_state(scene) -> list[tuple]:
     """Return (index of its contact or NEVER_RESET, InternalState, initial value) of every integrated number."""
-    form = form_number(scene)
-    if form in _STATELESS:
+    scene_form = form_number(scene)
+    if scene_form in _STATELESS:
         return []
     joint_states = every_internal_state(scene.joints) if state_kinds_of(scene).integrated else []
     states = joint_states + [
@@ -63,7 +63,7 @@ def every_state(scene) -> list[tuple]:
         for declared, initial in zip(internal_state(law), law[len(law) - len(internal_state(law)) :], strict=True)
     ]
     if not states:
-        _STATELESS.add(form)
+        _STATELESS.add(scene_form)
     return states
 
 
@@ -71,8 +71,8 @@ _STATELESS: set[int] = set()  # form numbers of scenes whose laws have no integr
 
 
 def _first_friction_state(scene):
-    size = total_counts(scene.joints)
-    return 2 * len(scene.coordinates) + 1 + size.contact + size.internal
+    counts = total_counts(scene.joints)
+    return 2 * len(scene.coordinates) + 1 + counts.contact + counts.internal
 
 
 @kernel
@@ -80,7 +80,7 @@ def _with_state(law, _, offset, y):
     return with_internal_state(law, y, offset) if _state_size(law) else law
 
 
-_with_states = map_joints(_with_state, _after)
+_with_states = map_joints(_with_state, _offset_after)
 
 
 @inlined
@@ -93,7 +93,7 @@ def with_friction_states(scene, y):
     return scene._replace(mechanism=with_friction_laws(scene.mechanism, laws))
 
 
-class _Rates(NamedTuple):
+class _RatesContext(NamedTuple):
     """Destination of the rates of internal states, or of their slopes."""
 
     kappa: float  # s
@@ -105,17 +105,17 @@ def _put_rate(rate, _, offset, destination):
     destination.out[offset] = rate_or_slope(destination.kappa * rate)
 
 
-_put_each = map_joints(_put_rate, after_number)
+_put_rates = map_joints(_put_rate, after_number)
 
 
 @kernel
-def _put_law(law, slip, offset, destination):
+def _put_law_rates(law, slip, offset, destination):
     if _state_size(law):
         rates = internal_rates(law, Sliding(slip))
-        _put_each(rates, rates, offset, destination)
+        _put_rates(rates, rates, offset, destination)
 
 
-_put_laws = map_joints(_put_law, _after)
+_put_rates_of_laws = map_joints(_put_law_rates, _offset_after)
 
 
 @inlined
@@ -123,4 +123,6 @@ def put_friction_rates(scene, y, motion, kappa, out):
     """Write the rates of the internal states of friction loads with respect to tau to `out`, or their slopes."""
     if friction_state_count(scene):
         laws = friction_laws(with_friction_states(scene, y).mechanism)
-        _put_laws(laws, friction_slips(scene.mechanism, motion), _first_friction_state(scene), _Rates(kappa, out))
+        _put_rates_of_laws(
+            laws, friction_slips(scene.mechanism, motion), _first_friction_state(scene), _RatesContext(kappa, out)
+        )

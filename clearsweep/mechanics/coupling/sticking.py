@@ -25,23 +25,23 @@ FORCE_TOLERANCE = 1e-15  # of the largest force of the surfaces
 
 
 @kernel
-def _paired(gap, load, index, shared):
+def _gap_and_load(gap, load, index, shared):
     return gap, load
 
 
 @kernel
-def _grips(joint, pair, index, mode):
-    return grips_of(joint, pair[0], pair[1], mode, index.contact)
+def _grips_of_joint(joint, gap_and_load, index, mode):
+    return grips_of(joint, gap_and_load[0], gap_and_load[1], mode, index.contact)
 
 
-_pairs = map_joints(_paired, after_number)  # of two tuples, item by item
-_grips_of_each = map_joints(_grips, after_joint)
+_gaps_and_loads = map_joints(_gap_and_load, after_number)  # of two tuples, item by item
+_grips_of_joints = map_joints(_grips_of_joint, after_joint)
 
 
 @kernel
-def every_grip(joints, relative, loads, mode):
-    """Return the grips of each joint of the tuple `joints` under the loads; `relative` are the Gaps of the joints."""
-    return _grips_of_each(joints, _pairs(relative, loads, 0, 0), first_offsets(joints, 0), mode)
+def every_grip(joints, joint_gaps, loads, mode):
+    """Return the grips of each joint of the tuple `joints` under the loads; joint_gaps : of the joints."""
+    return _grips_of_joints(joints, _gaps_and_loads(joint_gaps, loads, 0, 0), first_offsets(joints, 0), mode)
 
 
 @kernel
@@ -58,21 +58,24 @@ def _with_grip_forces(grips, load, index, shared):
 
 
 @kernel
-def _rates(grips, gap, index, shared):
+def _slip_rates_of_joint(grips, acceleration, index, shared):
     rates = ()
     for i in range(len(grips)):
-        rates = (*rates, slip_rate(grips[i], gap))
+        rates = (*rates, slip_rate(grips[i], acceleration))
     return rates
 
 
-_loads, _rates_of_each = map_joints(_with_grip_forces, _after_grips), map_joints(_rates, after_number)
+_loads_with_grip_forces, _slip_rates_of_joints = (
+    map_joints(_with_grip_forces, _after_grips),
+    map_joints(_slip_rates_of_joint, after_number),
+)
 
 
 @kernel
-def joined(nested):
+def flatten_once(tuples):
     """Return the items of a tuple of tuples as one tuple."""
     items = ()
-    for group in nested:
+    for group in tuples:
         items = (*items, *group)
     return items
 
@@ -81,7 +84,7 @@ def joined(nested):
 def slip_rates(scene, y, pose, grips, loads):
     """Return the rate (m/s^2) of the sliding speed of every grip under the loads; grips : per joint."""
     motion = accelerate(scene.mechanism, pose, loads)
-    return joined(_rates_of_each(grips, gap_accelerations(scene.mechanism, y, motion), 0, 0))
+    return flatten_once(_slip_rates_of_joints(grips, gap_accelerations(scene.mechanism, y, motion), 0, 0))
 
 
 @kernel
@@ -110,7 +113,7 @@ def _per_force(loaded_rate, base_rate, index, force):
 
 
 @kernel
-def _zero(_, base, index, shared):
+def _zero_rate(_, base, index, shared):
     return as_type_of(0.0, base)
 
 
@@ -120,7 +123,7 @@ def _changed_rate(rate, gain, index, change):
 
 
 @kernel
-def _replaced(_, force, index, shared):
+def _force_or_replacement(_, force, index, shared):
     j, value = shared
     return value if index == j else force
 
@@ -129,9 +132,9 @@ _limit_signs = map_joints(_limit_sign, after_number)
 _forces = map_joints(_force, after_number)  # of grips, and their sides
 _limits, _slips = map_joints(_limit, after_number), map_joints(_slip, after_number)
 _rates_per_force = map_joints(_per_force, after_number)  # of rates with and without an additional force, and that force
-_no_rates = map_joints(_zero, after_number)
+_zero_rates = map_joints(_zero_rate, after_number)
 _changed_rates = map_joints(_changed_rate, after_number)  # of rates, rates per force, and the additional force
-_replaced_in_one = map_joints(_replaced, after_number)  # of grips, forces, and (the grip, its force)
+_replace_one_force = map_joints(_force_or_replacement, after_number)  # of grips, forces, and (the grip, its force)
 
 
 class GainInputs(NamedTuple):
@@ -149,10 +152,10 @@ class GainInputs(NamedTuple):
 @kernel
 def _gain(limit, force, index, inputs):
     if limit == 0.0:
-        return _no_rates(inputs.rates, inputs.rates, 0, 0)
+        return _zero_rates(inputs.rates, inputs.rates, 0, 0)
     force_increment = abs(plain(limit)) + MIN_FORCE_INCREMENT
-    changed_forces = _replaced_in_one(inputs.forces, inputs.forces, 0, (index, force + force_increment))
-    loads = _loads(inputs.grips, inputs.loads, 0, (changed_forces, changed_forces))
+    changed_forces = _replace_one_force(inputs.forces, inputs.forces, 0, (index, force + force_increment))
+    loads = _loads_with_grip_forces(inputs.grips, inputs.loads, 0, (changed_forces, changed_forces))
     rates = slip_rates(inputs.scene, inputs.y, inputs.pose, inputs.grips, loads)
     return _rates_per_force(rates, inputs.rates, 0, force_increment)
 
@@ -161,7 +164,7 @@ _gains = map_joints(_gain, after_number)
 
 
 @kernel
-def with_sticking_forces(scene, y, pose, relative, loads, mode):
+def with_sticking_forces(scene, y, pose, joint_gaps, loads, mode):
     """Return the loads with tangential forces that let the sliding speed of sticking joints decay.
 
     The decay rate is `scene.reference_rate`, because the remaining speed is within the band and negligible.  Grips in
@@ -169,21 +172,21 @@ def with_sticking_forces(scene, y, pose, relative, loads, mode):
     """
     if not any(type(joint.friction) in static_limit.members for joint in scene.joints if hasattr(joint, "friction")):
         return loads
-    nested, sticking_count = every_grip(scene.joints, relative, loads, mode), 0
+    grips_of_joints, sticking_count = every_grip(scene.joints, joint_gaps, loads, mode), 0
     for j in range(total_counts(scene.joints).contact):
         sticking_count += is_sticking(mode[j])
     if sticking_count == 0:
         return loads
-    grips = joined(nested)
+    grips = flatten_once(grips_of_joints)
     limit_signs, limits, slips = (
         _limit_signs(grips, grips, 0, mode),
         _limits(grips, grips, 0, mode),
         _slips(grips, grips, 0, 0),
     )
     forces = _forces(grips, limit_signs, 0, 0)
-    loads = _loads(nested, loads, 0, (forces, forces))
-    rates = slip_rates(scene, y, pose, nested, loads)
-    gains = _gains(limits, forces, 0, GainInputs(scene, y, pose, nested, loads, forces, rates))
+    loads = _loads_with_grip_forces(grips_of_joints, loads, 0, (forces, forces))
+    rates = slip_rates(scene, y, pose, grips_of_joints, loads)
+    gains = _gains(limits, forces, 0, GainInputs(scene, y, pose, grips_of_joints, loads, forces, rates))
     for _ in range(MAX_SWEEPS if sticking_count > 1 else 1):
         largest_change = 0.0
         for j in range(len(limits)):
@@ -192,12 +195,12 @@ def with_sticking_forces(scene, y, pose, relative, loads, mode):
             force_change = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
             largest_change = max(largest_change, abs(force_change / limits[j]))
             rates = _changed_rates(rates, gains[j], 0, force_change)
-            forces = _replaced_in_one(forces, forces, 0, (j, forces[j] + force_change))
+            forces = _replace_one_force(forces, forces, 0, (j, forces[j] + force_change))
         if largest_change < FORCE_TOLERANCE:
             break
     stopping_forces = forces
     for j in range(len(limits)):
         if limits[j] != 0.0:
             stopping_change = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
-            stopping_forces = _replaced_in_one(stopping_forces, stopping_forces, 0, (j, forces[j] + stopping_change))
-    return _loads(nested, loads, 0, (forces, stopping_forces))
+            stopping_forces = _replace_one_force(stopping_forces, stopping_forces, 0, (j, forces[j] + stopping_change))
+    return _loads_with_grip_forces(grips_of_joints, loads, 0, (forces, stopping_forces))

@@ -64,12 +64,12 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     if touching:
         for i in lane_range(STAGES):
             state = nodes[:, i]
-            relative = gaps_with_angles(
+            joint_gaps = gaps_with_angles(
                 parameters, state, gaps(parameters.mechanism, place(parameters.mechanism, state))
             )
             put_root_rates(
                 parameters,
-                relative,
+                joint_gaps,
                 JointState(state, mode, latched, time_index + 1),
                 time_scale(parameters, state, mode),
                 k,

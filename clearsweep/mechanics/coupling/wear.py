@@ -5,17 +5,17 @@ from ..compiled.family import Entry, entry, kernel, shaped
 from ..joint.nearest import with_body_angles
 from ..joint.offsets import first_offsets, total_counts
 from ..joint.wear.arc_over_step import WORKSPACE_SIZE
-from ..joint.wear.contract import ACCOUNT
+from ..joint.wear.contract import ACCOUNT_SIZE
 from ..joint.wear.step import (
     AXIAL_ROWS,
     POSITIONS,
-    RECORDED,
+    RECORDED_SIZE,
     SLOPES,
     STRIP_ROWS,
     Instant,
     JointCursor,
     Step,
-    Worn,
+    WearTotals,
     record_positions,
     update_wear_of_joints,
 )
@@ -30,8 +30,8 @@ def _record_step_positions(scene, dense_states, step):
         y = dense_states[:, i]
         pose = place(scene.mechanism, y)
         angles = body_angles(scene.mechanism, y)
-        relative = with_body_angles(scene.joints, gaps(scene.mechanism, pose), angles)
-        instant = Instant(relative, angles, i, step)
+        joint_gaps = with_body_angles(scene.joints, gaps(scene.mechanism, pose), angles)
+        instant = Instant(joint_gaps, angles, i, step)
         record_positions(scene.joints, instant.gaps, JointCursor(0, first_offsets(scene.joints, 0)), instant)
 
 
@@ -42,7 +42,7 @@ def wear_entry(scene, dense_states, mode, step_values, length, workspace, depths
     workspace : of the size that `workspace_size` returns.
     """
     parameters = scene[0]
-    contacts, size = total_counts(parameters.joints).contact, 2 * len(parameters.coordinates) + 1
+    contacts, state_size = total_counts(parameters.joints).contact, 2 * len(parameters.coordinates) + 1
     workspace_array, axial_offset = (
         shaped(workspace, (workspace_size(contacts, stride),)),
         WORKSPACE_SIZE + contacts * (POSITIONS + SLOPES) * STATE_POINTS,
@@ -59,15 +59,15 @@ def wear_entry(scene, dense_states, mode, step_values, length, workspace, depths
         workspace_array[:WORKSPACE_SIZE],
         workspace_array[buffer_offset:],
     )
-    _record_step_positions(parameters, shaped(dense_states, (size, STATE_POINTS)), step)
-    worn = Worn(shaped(depths, (2 * contacts * stride,)), stride, shaped(account, (contacts, ACCOUNT)))
-    update_wear_of_joints(parameters.joints, parameters.joints, first_offsets(parameters.joints, 0), (step, worn))
+    _record_step_positions(parameters, shaped(dense_states, (state_size, STATE_POINTS)), step)
+    totals = WearTotals(shaped(depths, (2 * contacts * stride,)), stride, shaped(account, (contacts, ACCOUNT_SIZE)))
+    update_wear_of_joints(parameters.joints, parameters.joints, first_offsets(parameters.joints, 0), (step, totals))
 
 
 @kernel
 def workspace_size(contacts, stride):
     """Return the size of the workspace for the wear of `contacts`; stride : largest number of bins of a body."""
-    return WORKSPACE_SIZE + contacts * RECORDED + STRIP_ROWS * (PARTS + 1) + 3 * stride
+    return WORKSPACE_SIZE + contacts * RECORDED_SIZE + STRIP_ROWS * (PARTS + 1) + 3 * stride
 
 
 def wear_of(scene, parameters) -> Entry:

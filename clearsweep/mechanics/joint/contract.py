@@ -9,7 +9,7 @@ the motion that cross zero upwards where something changes: the loop locates tha
 mode as the guard requires and lets the part latch new internal values.  Internal state with rates is integrated, after
 the roots of penetration; state without rates changes only at events and is stored after the contacts' onset rates.
 
-A new kind of joint is one file and a choice in `registry.joint_term`: a NamedTuple with the fields `clearance` and
+A new kind of joint is one file and a choice in `registry.compile_joint`: a NamedTuple with the fields `clearance` and
 `side`, and members of the families
 
     contact_modes(joint)                   modes of its contacts when apart and pressed, one entry per contact
@@ -290,7 +290,7 @@ def latched(law, event, contact, root):
 
 @internal_state.member(None)
 @guards.member(None)
-def _empty(law):
+def _empty_declaration(law):
     return ()
 
 
@@ -315,21 +315,21 @@ PAIRED_FAMILIES = (
 )  # a law must be a member of both or of neither
 
 
-def describe_missing_members(form):
+def describe_missing_members(law_type):
     """Yield descriptions of the missing members of a law's type."""
     for declaration, evaluation in PAIRED_FAMILIES:
-        if (form in declaration.members) != (form in evaluation.members):
+        if (law_type in declaration.members) != (law_type in evaluation.members):
             yield f"declares one of {declaration.__name__} and {evaluation.__name__}; a law needs both or neither"
-    if (is_integrated(form) or form in latched.members) != bool(form._field_defaults):
+    if (is_integrated(law_type) or law_type in latched.members) != bool(law_type._field_defaults):
         yield (
             "must declare an internal_state with rates, or latched numbers, if and only if fields have defaults: these "
             "fields are the state"
         )
 
 
-def is_integrated(form):
+def is_integrated(law_type):
     """Return whether the internal state of a type of law is integrated rather than only latched at events."""
-    return form in internal_state.members
+    return law_type in internal_state.members
 
 
 # ---------------------------------------------------------------------------------------------- tables of a scene

@@ -76,10 +76,10 @@ def _load_joint(joint, gap, offsets, state):
 @kernel
 def surface_speed(joint, gap, tx, ty):
     """Return the speed (m/s) of the journal surface over the bearing surface along the unit tangent (tx, ty)."""
-    on_distal = gap.spin_distal * joint.journal_radius - gap.spin_proximal * joint.bearing_radius
-    on_proximal = gap.spin_proximal * joint.journal_radius - gap.spin_distal * joint.bearing_radius
-    spin = where(joint.side < 0.0, on_proximal, on_distal)
-    return joint.side * (gap.vx * tx + gap.vy * ty) + spin
+    distal_spin_speed = gap.spin_distal * joint.journal_radius - gap.spin_proximal * joint.bearing_radius
+    proximal_spin_speed = gap.spin_proximal * joint.journal_radius - gap.spin_distal * joint.bearing_radius
+    spin_speed = where(joint.side < 0.0, proximal_spin_speed, distal_spin_speed)
+    return joint.side * (gap.vx * tx + gap.vy * ty) + spin_speed
 
 
 @inlined
@@ -122,8 +122,8 @@ def _load_pressed(joint, gap, mode, pen, onset_rate):
     # The root of penetration determines the eccentricity and its inverse before the gap is known; one
     # Newton step squares the remaining difference.  Everything after this waits only for the gap,
     # not for a root and a division.
-    guess = 1.0 / (joint.clearance + pen)
-    inverse = guess * (1.5 - 0.5 * square * guess * guess)
+    first_inverse = 1.0 / (joint.clearance + pen)
+    inverse = first_inverse * (1.5 - 0.5 * square * first_inverse * first_inverse)
     nx, ny = x * inverse, y * inverse
     rate = vx * nx + vy * ny
     normal, friction_load, elastic, unclipped = normal_forces(joint, mode, pen, rate, onset_rate)
@@ -131,18 +131,18 @@ def _load_pressed(joint, gap, mode, pen, onset_rate):
     tangential = as_type_of(friction_force(joint.friction, friction_load, slip), slip)
     fx = -normal * nx - tangential * ny
     fy = -normal * ny + tangential * nx
-    on_journal = joint.journal_radius * tangential
-    on_bearing = -joint.bearing_radius * tangential
+    journal_moment = joint.journal_radius * tangential
+    bearing_moment = -joint.bearing_radius * tangential
     depth = square * inverse - joint.clearance
     contact = Contact(
         normal=normal, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=unclipped
     )
-    on_proximal_body = joint.side < 0.0  # the journal is on the proximal body
+    is_journal_proximal = joint.side < 0.0  # the journal is on the proximal body
     return Load(
         fx=joint.side * fx,
         fy=joint.side * fy,
-        moment_proximal=where(on_proximal_body, on_journal, on_bearing),
-        moment_distal=where(on_proximal_body, on_bearing, on_journal),
+        moment_proximal=where(is_journal_proximal, journal_moment, bearing_moment),
+        moment_distal=where(is_journal_proximal, bearing_moment, journal_moment),
         contacts=(contact,),
     )
 

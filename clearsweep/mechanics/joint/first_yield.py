@@ -36,8 +36,8 @@ def load_at_pressure(kind: str, pressure: float, joint: Joint, modulus: float) -
     radius = relative_radius(joint)
     assert joint.bearing_radius is not None  # it determines the relative radius
     if kind == BALL:
-        narrow = math.pi**3 * radius**2 * pressure**3 / (6.0 * modulus**2)
-        return min(narrow, 2.0 / 3.0 * math.pi * joint.bearing_radius**2 * pressure)
+        narrow_load = math.pi**3 * radius**2 * pressure**3 / (6.0 * modulus**2)
+        return min(narrow_load, 2.0 / 3.0 * math.pi * joint.bearing_radius**2 * pressure)
     assert joint.length is not None  # line contacts have a length
     ratio = pressure * joint.bearing_radius / (modulus * joint.clearance)
     scale_force = modulus * joint.length * joint.clearance
@@ -46,11 +46,11 @@ def load_at_pressure(kind: str, pressure: float, joint: Joint, modulus: float) -
     low, high = 0.0, END_Q
     for _ in range(200):
         midpoint = 0.5 * (low + high)
-        low, high = (midpoint, high) if math.sqrt(midpoint) * _widening(midpoint) < ratio else (low, midpoint)
-    return 0.5 * math.pi * scale_force * _widening(high) * high * (2.0 - high)
+        low, high = (midpoint, high) if math.sqrt(midpoint) * _radius_ratio(midpoint) < ratio else (low, midpoint)
+    return 0.5 * math.pi * scale_force * _radius_ratio(high) * high * (2.0 - high)
 
 
-def _widening(q: float) -> float:
+def _radius_ratio(q: float) -> float:
     """Return (c + pen) / c at `q`, see `compatible`; 1 at 0."""
     return 1.0 / (1.0 - q * (math.log(4.0 / q) - 1.0)) if q else 1.0
 

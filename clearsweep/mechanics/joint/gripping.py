@@ -30,7 +30,7 @@ def grips_of(joint, gap, load, mode, first_contact):
 
 
 @family
-def slip_rate(grip, gap):
+def slip_rate(grip, acceleration):
     """Return the rate (m/s^2) of the sliding speed of a grip, from the GapAcceleration of its joint."""
 
 
@@ -104,29 +104,29 @@ def _grips_of_joint(joint, gap, load, mode, first_contact):
 
 
 @slip_rate.member(BearingGrip)
-def _slip_rate_surface(surface, gap):
-    x, y, vx, vy = surface.x, surface.y, surface.vx, surface.vy
+def _slip_rate_bearing_grip(grip, acceleration):
+    x, y, vx, vy = grip.x, grip.y, grip.vx, grip.vy
     squared = x * x + y * y
-    transverse = x * gap.ay - y * gap.ax - (x * vy - y * vx) * (x * vx + y * vy) / squared
-    relative_spin = gap.distal * surface.journal_radius - gap.proximal * surface.bearing_radius
-    if surface.side < 0.0:
-        relative_spin = gap.proximal * surface.journal_radius - gap.distal * surface.bearing_radius
+    transverse = x * acceleration.ay - y * acceleration.ax - (x * vy - y * vx) * (x * vx + y * vy) / squared
+    relative_spin = acceleration.distal * grip.journal_radius - acceleration.proximal * grip.bearing_radius
+    if grip.side < 0.0:
+        relative_spin = acceleration.proximal * grip.journal_radius - acceleration.distal * grip.bearing_radius
     return transverse / squared**0.5 + relative_spin
 
 
 @with_tangential.member(BearingGrip)
-def _with_tangential_surface(surface, load, force, stopping_force):
+def _with_tangential_bearing_grip(grip, load, force, stopping_force):
     contact = load.contacts[0]
     force_change = force - contact.tangential
-    force_per_distance = force_change / (surface.x * surface.x + surface.y * surface.y) ** 0.5
-    bearing, journal = -surface.bearing_radius * force_change, surface.journal_radius * force_change
-    if surface.side < 0.0:
-        bearing, journal = journal, bearing
+    force_per_distance = force_change / (grip.x * grip.x + grip.y * grip.y) ** 0.5
+    bearing_moment, journal_moment = -grip.bearing_radius * force_change, grip.journal_radius * force_change
+    if grip.side < 0.0:
+        bearing_moment, journal_moment = journal_moment, bearing_moment
     return Load(
-        fx=load.fx - force_per_distance * surface.y,
-        fy=load.fy + force_per_distance * surface.x,
-        moment_proximal=load.moment_proximal + bearing,
-        moment_distal=load.moment_distal + journal,
+        fx=load.fx - force_per_distance * grip.y,
+        fy=load.fy + force_per_distance * grip.x,
+        moment_proximal=load.moment_proximal + bearing_moment,
+        moment_distal=load.moment_distal + journal_moment,
         contacts=(_with_friction(contact, force, stopping_force),),
     )
 
@@ -153,8 +153,8 @@ def _grips_of_slot_joint(joint, gap, load, mode, first_contact):
     if type(joint.friction) not in static_limit.members:
         return ()
     contact, normal = load.contacts[0], normal_of(joint, gap)
-    at_end = abs(gap.x) > joint.half_length
-    axial, transverse = where(at_end, gap.vx, 0.0), gap.vy
+    is_at_end = abs(gap.x) > joint.half_length
+    axial, transverse = where(is_at_end, gap.vx, 0.0), gap.vy
     inverse_eccentricity = 1.0 / (contact.depth + joint.clearance)
     approach = normal.x * axial + normal.y * transverse
     normal_rate = (
@@ -177,25 +177,25 @@ def _grips_of_slot_joint(joint, gap, load, mode, first_contact):
 
 
 @slip_rate.member(SlotGrip)
-def _slip_rate_slot_surface(surface, gap):
-    relative_spin = surface.journal_radius * (gap.distal - gap.proximal)
-    return surface.nx * gap.ay - surface.ny * gap.ax + relative_spin + surface.drift
+def _slip_rate_slot_grip(grip, acceleration):
+    relative_spin = grip.journal_radius * (acceleration.distal - acceleration.proximal)
+    return grip.nx * acceleration.ay - grip.ny * acceleration.ax + relative_spin + grip.drift
 
 
 @with_tangential.member(SlotGrip)
-def _with_tangential_slot_surface(surface, load, force, stopping_force):
-    contact, gap = load.contacts[0], surface.gap
+def _with_tangential_slot_grip(grip, load, force, stopping_force):
+    contact, gap = load.contacts[0], grip.gap
     force_change = force - contact.tangential
-    axial, transverse, on_pin = (
-        -force_change * surface.ny,
-        force_change * surface.nx,
-        surface.journal_radius * force_change,
+    axial, transverse, pin_moment = (
+        -force_change * grip.ny,
+        force_change * grip.nx,
+        grip.journal_radius * force_change,
     )
     return Load(
         fx=load.fx + (gap.axis_x * axial - gap.axis_y * transverse),
         fy=load.fy + (gap.axis_y * axial + gap.axis_x * transverse),
-        moment_proximal=load.moment_proximal + (gap.y * axial - gap.x * transverse - on_pin),
-        moment_distal=load.moment_distal + on_pin,
+        moment_proximal=load.moment_proximal + (gap.y * axial - gap.x * transverse - pin_moment),
+        moment_distal=load.moment_distal + pin_moment,
         contacts=(_with_friction(contact, force, stopping_force),),
     )
 
@@ -223,11 +223,13 @@ class WallGrip(NamedTuple):
 def _grips_of_guide(joint, gap, load, mode, first_contact):
     if type(joint.friction) not in static_limit.members:
         return ()
-    return _wall(joint, gap, load, mode, first_contact, (0, 1)), _wall(joint, gap, load, mode, first_contact, (2, 3))
+    return _wall_grip(joint, gap, load, mode, first_contact, (0, 1)), _wall_grip(
+        joint, gap, load, mode, first_contact, (2, 3)
+    )
 
 
 @inlined
-def _wall(joint, gap, load, mode, first_contact, corners):
+def _wall_grip(joint, gap, load, mode, first_contact, corners):
     sign, (a, b) = CORNERS[corners[0]][1], (load.contacts[corner] for corner in corners)
     contacts = first_contact + corners[0], first_contact + corners[1]
     stuck = is_sticking(mode[contacts[0]]), is_sticking(mode[contacts[1]])
@@ -253,31 +255,31 @@ def _wall(joint, gap, load, mode, first_contact, corners):
 
 
 @slip_rate.member(WallGrip)
-def _slip_rate_wall(wall, gap):
-    height = wall.fractions[0] * wall.heights[0] + wall.fractions[1] * wall.heights[1]
-    return wall.drift - wall.sign * (gap.ax - height * (gap.distal - gap.proximal))
+def _slip_rate_wall_grip(grip, acceleration):
+    height = grip.fractions[0] * grip.heights[0] + grip.fractions[1] * grip.heights[1]
+    return grip.drift - grip.sign * (acceleration.ax - height * (acceleration.distal - acceleration.proximal))
 
 
 @with_tangential.member(WallGrip)
-def _with_tangential_wall(wall, load, force, stopping_force):
+def _with_tangential_wall_grip(grip, load, force, stopping_force):
     contacts, force_change, moment = load.contacts, 0.0, 0.0
     for i in range(2):
-        corner, corner_contact = wall.corners[i], contacts[wall.corners[i]]
-        tangential = where(wall.stuck[i], wall.fractions[i] * force, corner_contact.tangential)
+        corner, corner_contact = grip.corners[i], contacts[grip.corners[i]]
+        tangential = where(grip.stuck[i], grip.fractions[i] * force, corner_contact.tangential)
         force_change += tangential - corner_contact.tangential
-        moment += wall.heights[i] * (tangential - corner_contact.tangential)
-        corner_stopping_force = where(wall.stuck[i], wall.fractions[i] * stopping_force, 0.0)
+        moment += grip.heights[i] * (tangential - corner_contact.tangential)
+        corner_stopping_force = where(grip.stuck[i], grip.fractions[i] * stopping_force, 0.0)
         contacts = (
             *contacts[:corner],
             _with_friction(corner_contact, tangential, corner_stopping_force),
             *contacts[corner + 1 :],
         )
-    gap, axial, on_block = wall.gap, -wall.sign * force_change, wall.sign * moment
+    gap, axial, block_moment = grip.gap, -grip.sign * force_change, grip.sign * moment
     return Load(
         fx=load.fx + gap.axis_x * axial,
         fy=load.fy + gap.axis_y * axial,
-        moment_proximal=load.moment_proximal + (gap.y * axial - on_block),
-        moment_distal=load.moment_distal + on_block,
+        moment_proximal=load.moment_proximal + (gap.y * axial - block_moment),
+        moment_distal=load.moment_distal + block_moment,
         contacts=contacts,
     )
 
@@ -288,19 +290,19 @@ def _with_tangential_wall(wall, load, force, stopping_force):
 @kernel
 def is_sticking(mode):
     """Return whether the surfaces of a contact in this mode stick."""
-    sticking = False
+    any_sticking = False
     for sticking_mode in STICKING:
-        sticking = sticking | (mode == sticking_mode)
-    return sticking
+        any_sticking = any_sticking | (mode == sticking_mode)
+    return any_sticking
 
 
 @kernel
 def is_grip_sticking(grip, mode):
     """Return whether a contact of a grip sticks."""
-    sticking = False
+    any_sticking = False
     for contact in grip.contacts:
-        sticking = sticking | is_sticking(mode[contact])
-    return sticking
+        any_sticking = any_sticking | is_sticking(mode[contact])
+    return any_sticking
 
 
 @kernel

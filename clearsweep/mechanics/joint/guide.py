@@ -114,14 +114,14 @@ def corner_position(joint, gap, signs):
 
 
 @kernel
-def _corner(signs, _, number, context):
+def _corner_force(signs, _, corner_number, context):
     joint, gap, offsets, state = context
     x, y = corner_position(joint, gap, signs)
-    spin = gap.spin_distal - gap.spin_proximal
+    relative_spin = gap.spin_distal - gap.spin_proximal
     depth = signs.height * (gap.y + y) - 0.5 * joint.height - joint.clearance
-    rate = signs.height * (gap.vy + spin * x)
-    slip = -signs.height * (gap.vx - spin * y)
-    mode, c = state.mode[offsets.contact + number], offsets.contact + number
+    rate = signs.height * (gap.vy + relative_spin * x)
+    slip = -signs.height * (gap.vx - relative_spin * y)
+    mode, contact_index = state.mode[offsets.contact + corner_number], offsets.contact + corner_number
     if mode == FREE:
         zero = as_type_of(0.0, depth)
         speed = abs(rate)  # of the gap: sliding along the wall does not change it
@@ -136,15 +136,15 @@ def _corner(signs, _, number, context):
     )
     corner_offsets = Offsets(
         offsets.contact,
-        offsets.internal + number * internal_count,
-        offsets.latched + number * latched_count,
+        offsets.internal + corner_number * internal_count,
+        offsets.latched + corner_number * latched_count,
         offsets.guard,
     )
     law = with_current_state(joint.law, state.y, state.latched, corner_offsets)
     friction = with_current_state(joint.friction, state.y, state.latched, after_law(corner_offsets, joint.law))
-    root = state.y[state.roots + c]
+    root = state.y[state.roots + contact_index]
     pen = root * abs(root)
-    force, elastic = contact_force(law, joint.elastic, abs(pen), rate, state.latched[c])
+    force, elastic = contact_force(law, joint.elastic, abs(pen), rate, state.latched[contact_index])
     lowest = lowest_force(law)
     unclipped = force - lowest
     if pen < 0.0:
@@ -159,19 +159,19 @@ def _corner(signs, _, number, context):
     return Corner(-signs.height * tangential, -signs.height * normal, x, y, contact)
 
 
-_corners = map_joints(_corner, after_number)
+_corner_forces = map_joints(_corner_force, after_number)
 
 
 @load.member(Guide)
 def _load_guide(joint, gap, offsets, state):
-    a, b, c, d = _corners(_SIGNS, _SIGNS, 0, _BlockContext(joint, gap, offsets, state))
+    a, b, c, d = _corner_forces(_SIGNS, _SIGNS, 0, _BlockContext(joint, gap, offsets, state))
     axial, transverse = a.fx + b.fx + c.fx + d.fx, a.fy + b.fy + c.fy + d.fy
-    on_block = _moment(a) + _moment(b) + _moment(c) + _moment(d)
+    block_moment = _corner_moment(a) + _corner_moment(b) + _corner_moment(c) + _corner_moment(d)
     return Load(
         fx=gap.axis_x * axial - gap.axis_y * transverse,
         fy=gap.axis_y * axial + gap.axis_x * transverse,
-        moment_proximal=-on_block - gap.x * transverse + gap.y * axial,
-        moment_distal=on_block,
+        moment_proximal=-block_moment - gap.x * transverse + gap.y * axial,
+        moment_distal=block_moment,
         contacts=(a.contact, b.contact, c.contact, d.contact),
     )
 
@@ -187,5 +187,5 @@ def deepest_corner(joint: Guide, gap: GuideGap) -> float:
 
 
 @inlined
-def _moment(corner):
+def _corner_moment(corner):
     return corner.x * corner.fy - corner.y * corner.fx

@@ -92,15 +92,15 @@ def _latched_piece(law, event, contact, root):
     return (_next_piece(kinks(law), law.piece, event),)
 
 
-def register_pieces(form, variable):
+def register_pieces(law_type, variable):
     """Register a type of law whose contacts end steps at its kinks over a `variable`, see `kink_variable`.
 
     The last field of the type is its `piece`, UNKNOWN at first.
     """
-    kink_variable.member(form)(variable)
-    guards.member(form)(_guards_of_pieces)
-    guard_values.member(form)(_guard_values_of_pieces)
-    latched.member(form)(_latched_piece)
+    kink_variable.member(law_type)(variable)
+    guards.member(law_type)(_guards_of_pieces)
+    guard_values.member(law_type)(_guard_values_of_pieces)
+    latched.member(law_type)(_latched_piece)
 
 
 # ---------------------------------------------------------------------------------------------- stateless laws
@@ -129,14 +129,14 @@ def _guard_values_of_kinks(law, start, contact, root):
     return distances_past_kinks(kinks(law), kink_variable(law, start, root), kink_variable(law, contact, root))
 
 
-def register_kinks(form, variable):
+def register_kinks(law_type, variable):
     """Register a type of law whose contacts end steps at its kinks, without a stored number of the piece.
 
     This is for laws with another state, or whose formula covers all pieces; the `variable` may not depend on the root.
     """
-    kink_variable.member(form)(variable)
-    guards.member(form)(_guards_of_kinks)
-    guard_values.member(form)(_guard_values_of_kinks)
+    kink_variable.member(law_type)(variable)
+    guards.member(law_type)(_guards_of_kinks)
+    guard_values.member(law_type)(_guard_values_of_kinks)
 
 
 def slip_variable(law, contact, root):

@@ -20,15 +20,15 @@ _loads = map_joints(_load, after_joint)
 
 
 @inlined
-def loads_of(joints, relative, state):
-    """Return a Load for each joint of the tuple `joints`, with the Gaps `relative`."""
-    return _loads(joints, relative, first_offsets(joints, state.roots), state)
+def loads_of(joints, gaps, state):
+    """Return a Load for each joint of the tuple `joints`, with their Gaps."""
+    return _loads(joints, gaps, first_offsets(joints, state.roots), state)
 
 
 # ---------------------------------------------------------------------------------------------- internal states
 
 
-class _Rates(NamedTuple):
+class _RatesContext(NamedTuple):
     """Data for the rates of internal states."""
 
     load: Load
@@ -37,7 +37,7 @@ class _Rates(NamedTuple):
     out: np.ndarray  # (n,) rates of the state vector, or their slopes
 
 
-class _Rate(NamedTuple):
+class _RateContext(NamedTuple):
     """Data for the rate of one number."""
 
     touching: bool
@@ -61,35 +61,35 @@ def _survives(declared, _, index, context):
     return declared.survives_separation
 
 
-_put_each, _put_zeros, _survive_each = (
+_put_rates, _put_all_zeros, _survival_of_each = (
     map_joints(function, after_number) for function in (_put_rate, _put_zero, _survives)
 )
 
 
 @kernel
-def _put_part(part, _, offsets, context):
+def _put_part_rates(part, _, offsets, context):
     if not counts_of_part(part).internal:
         return
     declared, touching = internal_state(part.law), touches(context.state.mode[offsets.contact + part.contact])
-    if touching or True in _survive_each(declared, declared, 0, 0):
+    if touching or True in _survival_of_each(declared, declared, 0, 0):
         law = with_current_state(part.law, context.state.y, context.state.latched, offsets)
         rates = internal_rates(law, context.load.contacts[part.contact])
-        _put_each(rates, declared, offsets.internal, _Rate(touching, context.kappa, context.out))
+        _put_rates(rates, declared, offsets.internal, _RateContext(touching, context.kappa, context.out))
     else:
-        _put_zeros(declared, declared, offsets.internal, context.out)
+        _put_all_zeros(declared, declared, offsets.internal, context.out)
 
 
-_put_parts = map_joints(_put_part, after_part)
+_put_rates_of_parts = map_joints(_put_part_rates, after_part)
 
 
 @kernel
-def _put_joint(joint, load, offsets, context):
+def _put_joint_rates(joint, load, offsets, context):
     state, kappa, out = context
     joint_parts = parts(joint)
-    _put_parts(joint_parts, joint_parts, offsets, _Rates(load, state, kappa, out))
+    _put_rates_of_parts(joint_parts, joint_parts, offsets, _RatesContext(load, state, kappa, out))
 
 
-_put_joints = map_joints(_put_joint, after_joint)
+_put_rates_of_joints = map_joints(_put_joint_rates, after_joint)
 
 
 @kernel
@@ -98,4 +98,4 @@ def put_internal_rates(joints, loads, state, kappa, out):
 
     Out of contact only numbers that are kept over separations have a rate.
     """
-    _put_joints(joints, loads, first_offsets(joints, state.roots), (state, kappa, out))
+    _put_rates_of_joints(joints, loads, first_offsets(joints, state.roots), (state, kappa, out))

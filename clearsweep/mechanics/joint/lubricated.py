@@ -86,8 +86,8 @@ class FilmLoad(NamedTuple):
 
     radial: float  # N, on the journal
     tangential: float  # N
-    on_journal: float  # N m
-    on_bearing: float  # N m
+    journal_couple: float  # N m
+    bearing_couple: float  # N m
     lost_power: float  # W
     pressure_power: float  # W, of this by pressure
     motion: FilmMotion
@@ -102,19 +102,21 @@ class FilmLoad(NamedTuple):
 def film_load(joint, gap):
     """Return the FilmLoad of a film; a concentric journal has no direction and no force."""
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
-    journal, bearing = gap.spin_distal, gap.spin_proximal
+    journal_spin, bearing_spin = gap.spin_distal, gap.spin_proximal
     if joint.side < 0.0:
-        journal, bearing = bearing, journal
-    square, speed = x * x + y * y, abs(journal - bearing) * joint.bearing_radius
+        journal_spin, bearing_spin = bearing_spin, journal_spin
+    square, speed = x * x + y * y, abs(journal_spin - bearing_spin) * joint.bearing_radius
     if square == 0.0:
         zero = as_type_of(0.0, square)
-        on_journal, on_bearing = film_couples(joint.shear, FilmMotion(zero, zero, zero), journal - bearing, zero)
+        journal_couple, bearing_couple = film_couples(
+            joint.shear, FilmMotion(zero, zero, zero), journal_spin - bearing_spin, zero
+        )
         return FilmLoad(
             radial=zero,
             tangential=zero,
-            on_journal=on_journal,
-            on_bearing=on_bearing,
-            lost_power=-on_journal * journal - on_bearing * bearing,
+            journal_couple=journal_couple,
+            bearing_couple=bearing_couple,
+            lost_power=-journal_couple * journal_spin - bearing_couple * bearing_spin,
             pressure_power=zero,
             motion=FilmMotion(zero, zero, zero),
             nx=as_type_of(1.0, square),
@@ -129,16 +131,20 @@ def film_load(joint, gap):
     motion = FilmMotion(
         ratio=min(eccentricity / joint.clearance, as_type_of(joint.limit, eccentricity)),
         squeeze_rate=rate / joint.clearance,
-        spin=journal + bearing - 2.0 * tangential_rate / eccentricity,
+        spin=journal_spin + bearing_spin - 2.0 * tangential_rate / eccentricity,
     )
     radial, tangential = film_force(joint.film, motion)
-    on_journal, on_bearing = film_couples(joint.shear, motion, journal - bearing, eccentricity * tangential)
-    lost_power = -radial * rate - tangential * tangential_rate - on_journal * journal - on_bearing * bearing
+    journal_couple, bearing_couple = film_couples(
+        joint.shear, motion, journal_spin - bearing_spin, eccentricity * tangential
+    )
+    lost_power = (
+        -radial * rate - tangential * tangential_rate - journal_couple * journal_spin - bearing_couple * bearing_spin
+    )
     return FilmLoad(
         radial=radial,
         tangential=tangential,
-        on_journal=on_journal,
-        on_bearing=on_bearing,
+        journal_couple=journal_couple,
+        bearing_couple=bearing_couple,
         lost_power=lost_power,
         pressure_power=0.5 * eccentricity * tangential * motion.spin - radial * rate,
         motion=motion,
@@ -172,31 +178,33 @@ def film_only_load(joint, film, speed):
         pressure_inputs=(joint.film, film.motion),
         speed=film.speed,
     )
-    bearing, journal = film.on_bearing, film.on_journal
+    bearing_couple, journal_couple = film.bearing_couple, film.journal_couple
     if joint.side < 0.0:
-        return Load(fx=-fx, fy=-fy, moment_proximal=journal, moment_distal=bearing, contacts=(contact,))
-    return Load(fx=fx, fy=fy, moment_proximal=bearing, moment_distal=journal, contacts=(contact,))
+        return Load(fx=-fx, fy=-fy, moment_proximal=journal_couple, moment_distal=bearing_couple, contacts=(contact,))
+    return Load(fx=fx, fy=fy, moment_proximal=bearing_couple, moment_distal=journal_couple, contacts=(contact,))
 
 
 @kernel
 def blend_loads(film_only, dry_load, fraction):
     """Return the Load that is the `fraction` of the dry joint's plus 1 - `fraction` of the film's."""
-    a, b, film_fraction = film_only.contacts[0], dry_load.contacts[0], 1.0 - fraction
+    film_contact, dry_contact, film_fraction = film_only.contacts[0], dry_load.contacts[0], 1.0 - fraction
     contact = FilmContact(
-        normal=film_fraction * a.normal + fraction * b.normal,
-        tangential=film_fraction * a.tangential + fraction * b.tangential,
-        slip=b.slip,
-        rate=b.rate,
-        depth=b.depth,
-        elastic=film_fraction * a.elastic + fraction * b.elastic,
-        raw=b.raw,
-        lost_power=film_fraction * a.lost_power + fraction * (b.normal - b.elastic) * b.rate,
-        dry_friction_power=film_fraction * a.dry_friction_power - fraction * b.tangential * b.slip,
-        film_power=film_fraction * a.film_power,
-        pressure_power=film_fraction * a.pressure_power,
-        dry=film_fraction * a.dry + fraction * b.normal,
-        pressure_inputs=a.pressure_inputs,
-        speed=a.speed,
+        normal=film_fraction * film_contact.normal + fraction * dry_contact.normal,
+        tangential=film_fraction * film_contact.tangential + fraction * dry_contact.tangential,
+        slip=dry_contact.slip,
+        rate=dry_contact.rate,
+        depth=dry_contact.depth,
+        elastic=film_fraction * film_contact.elastic + fraction * dry_contact.elastic,
+        raw=dry_contact.raw,
+        lost_power=film_fraction * film_contact.lost_power
+        + fraction * (dry_contact.normal - dry_contact.elastic) * dry_contact.rate,
+        dry_friction_power=film_fraction * film_contact.dry_friction_power
+        - fraction * dry_contact.tangential * dry_contact.slip,
+        film_power=film_fraction * film_contact.film_power,
+        pressure_power=film_fraction * film_contact.pressure_power,
+        dry=film_fraction * film_contact.dry + fraction * dry_contact.normal,
+        pressure_inputs=film_contact.pressure_inputs,
+        speed=film_contact.speed,
     )
     return Load(
         fx=film_fraction * film_only.fx + fraction * dry_load.fx,
@@ -215,14 +223,14 @@ def with_asperities(joint, gap, film, load):
     slip = dry.surface_speed(joint, gap, -film.ny, film.nx)
     friction = as_type_of(friction_force(joint.friction, asperity_force, slip), slip)
     fx, fy = -asperity_force * film.nx - friction * film.ny, -asperity_force * film.ny + friction * film.nx
-    bearing, journal = -joint.bearing_radius * friction, joint.journal_radius * friction
+    bearing_moment, journal_moment = -joint.bearing_radius * friction, joint.journal_radius * friction
     if joint.side < 0.0:
-        fx, fy, bearing, journal = -fx, -fy, journal, bearing
+        fx, fy, bearing_moment, journal_moment = -fx, -fy, journal_moment, bearing_moment
     return Load(
         fx=load.fx + fx,
         fy=load.fy + fy,
-        moment_proximal=load.moment_proximal + bearing,
-        moment_distal=load.moment_distal + journal,
+        moment_proximal=load.moment_proximal + bearing_moment,
+        moment_distal=load.moment_distal + journal_moment,
         contacts=(
             FilmContact(
                 normal=contact.normal + asperity_force,
@@ -322,14 +330,14 @@ def _load_lubricated(joint, gap, offsets, state):
     mode = state.mode[offsets.contact]
     film = film_load(joint, gap)
     film_only = film_only_load(joint, film, relative_speed(gap))
-    afloat = with_asperity_contact(joint.transition, joint, gap, film, film_only)
+    film_and_asperities = with_asperity_contact(joint.transition, joint, gap, film, film_only)
     if not touches(mode):
-        return afloat
+        return film_and_asperities
     root = state.y[state.roots + offsets.contact]
     current = with_current_laws(joint, offsets, state)
     dry_load = dry.joint_load(current, gap, mode, root * abs(root), state.latched[offsets.contact])
     fraction = dry_fraction(joint.transition, film.depth)
-    return blend_loads(afloat, dry_load, fraction)
+    return blend_loads(film_and_asperities, dry_load, fraction)
 
 
 # ---------------------------------------------------------------------------------------------- observables

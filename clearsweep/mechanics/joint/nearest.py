@@ -35,7 +35,7 @@ class Surfaces(NamedTuple):
     journal: float
 
 
-class TurnedGap(NamedTuple):
+class GapWithAngles(NamedTuple):
     """A Gap with the angles of both bodies."""
 
     x: float  # m
@@ -56,7 +56,7 @@ class Nearest(NamedTuple):
     ny: float
     depth: float  # m, negative for a gap
     rate: float  # m/s, of the depth
-    rolling: float  # m/s, of the journal's surface over the bearing's from spins only
+    rolling_speed: float  # m/s, of the journal's surface over the bearing's from spins only
     radii: tuple  # m, worn radii of bearing and journal there
     slopes: tuple  # m/rad, h' of bearing and journal there
     local_clearance: float  # m, difference of the radii of curvature of the surfaces there
@@ -109,13 +109,17 @@ def halley(surfaces, angle, body_angles, radial, tangential_distance):
     body_angles : the angles of bearing and journal, rad
     radial, tangential_distance : m, components of the eccentricity in the direction `angle`
     """
-    h, slope, bearing_curvature, third = wear_depth_at(surfaces.bearing, angle - body_angles[0])
-    h_journal, journal_slope, journal_curvature, journal_third = wear_depth_at(surfaces.journal, angle - body_angles[1])
+    bearing_wear, bearing_slope, bearing_curvature, bearing_third = wear_depth_at(
+        surfaces.bearing, angle - body_angles[0]
+    )
+    journal_wear, journal_slope, journal_curvature, journal_third = wear_depth_at(
+        surfaces.journal, angle - body_angles[1]
+    )
     curvature = radial + (bearing_curvature + journal_curvature)
     inverse_curvature = 1.0 / curvature
-    step = (tangential_distance - (slope + journal_slope)) * inverse_curvature
-    third_order = -0.5 * (tangential_distance + (third + journal_third)) * step * inverse_curvature
-    return step + step * min(max(third_order, -0.5), 0.5), curvature > 0.0, radial - (h + h_journal)
+    step = (tangential_distance - (bearing_slope + journal_slope)) * inverse_curvature
+    third_order = -0.5 * (tangential_distance + (bearing_third + journal_third)) * step * inverse_curvature
+    return step + step * min(max(third_order, -0.5), 0.5), curvature > 0.0, radial - (bearing_wear + journal_wear)
 
 
 @kernel
@@ -124,17 +128,17 @@ def deepest_by_sampling(surfaces, x, y, body_angles):
     greatest_depth, deepest_at, width = -math.inf, 0.0, 2.0 * math.pi / SAMPLES
     for i in rolled_range(SAMPLES):
         c, s = direction(i * width)
-        h, _, _, _ = wear_depth_at(surfaces.bearing, i * width - body_angles[0])
+        bearing_wear, _, _, _ = wear_depth_at(surfaces.bearing, i * width - body_angles[0])
         journal_wear, _, _, _ = wear_depth_at(surfaces.journal, i * width - body_angles[1])
-        if x * c + y * s - (h + journal_wear) > greatest_depth:
-            greatest_depth, deepest_at = x * c + y * s - (h + journal_wear), i * width
+        if x * c + y * s - (bearing_wear + journal_wear) > greatest_depth:
+            greatest_depth, deepest_at = x * c + y * s - (bearing_wear + journal_wear), i * width
     angle, low, high = deepest_at, deepest_at - width, deepest_at + width
     for _ in range(MAX_BISECTIONS):
         c, s = direction(angle)
-        _, slope, bearing_curvature, _ = wear_depth_at(surfaces.bearing, angle - body_angles[0])
+        _, bearing_slope, bearing_curvature, _ = wear_depth_at(surfaces.bearing, angle - body_angles[0])
         _, journal_slope, journal_curvature, _ = wear_depth_at(surfaces.journal, angle - body_angles[1])
         residual, curvature = (
-            y * c - x * s - (slope + journal_slope),
+            y * c - x * s - (bearing_slope + journal_slope),
             x * c + y * s + bearing_curvature + journal_curvature,
         )
         low, high = (angle, high) if residual > 0.0 else (low, angle)
@@ -183,30 +187,32 @@ def deepest_angle(joint, x, y, body_angles, tolerance):
 
 @inlined
 def nearest(joint, gap):
-    """Return the Nearest of a TurnedGap, differentiable through the last Newton step."""
+    """Return the Nearest of a GapWithAngles, differentiable through the last Newton step."""
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
-    on_bearing, on_journal, bearing_spin, journal_spin = bodies_of(joint, gap)
-    angle = deepest_angle(joint, plain(x), plain(y), (plain(on_bearing), plain(on_journal)), step_tolerance(x))
+    bearing_angle, journal_angle, bearing_spin, journal_spin = bodies_of(joint, gap)
+    angle = deepest_angle(joint, plain(x), plain(y), (plain(bearing_angle), plain(journal_angle)), step_tolerance(x))
     c, s = direction(angle)
-    h, slope, bearing_curvature, third = wear_depth_at(joint.bearing.table, angle - on_bearing)
+    bearing_wear, bearing_slope, bearing_curvature, bearing_third = wear_depth_at(
+        joint.bearing.table, angle - bearing_angle
+    )
     journal_wear, journal_slope, journal_curvature, journal_third = wear_depth_at(
-        joint.journal.table, angle - on_journal
+        joint.journal.table, angle - journal_angle
     )
     radial, tangential_distance = x * c + y * s, y * c - x * s
-    residual = tangential_distance - (slope + journal_slope)
+    residual = tangential_distance - (bearing_slope + journal_slope)
     curvature = plain(radial) + bearing_curvature + journal_curvature
     inverse_curvature = 1.0 / curvature if curvature > 0.0 else 0.0
     correction = residual * inverse_curvature
-    skew = plain(tangential_distance) + (third + journal_third)
+    skew = plain(tangential_distance) + (bearing_third + journal_third)
     correction, third_of_skew = (
         correction - 0.5 * skew * inverse_curvature * correction * correction,
         skew * (1.0 / 3.0),
     )
     cosine = 1.0 - 0.5 * correction * correction  # series of the cosine of the remainder
     nx, ny = c * cosine - s * correction, s * cosine + c * correction
-    radii = joint.bearing_radius + h, joint.journal_radius - journal_wear
+    radii = joint.bearing_radius + bearing_wear, joint.journal_radius - journal_wear
     slopes = (
-        slope + correction * (bearing_curvature + 0.5 * third * correction),
+        bearing_slope + correction * (bearing_curvature + 0.5 * bearing_third * correction),
         journal_slope + correction * (journal_curvature + 0.5 * journal_third * correction),
     )
     return Nearest(
@@ -215,12 +221,12 @@ def nearest(joint, gap):
         ny=ny,
         depth=radial
         + correction * (residual - 0.5 * correction * (curvature + third_of_skew * correction))
-        - (joint.clearance + (h + journal_wear)),
+        - (joint.clearance + (bearing_wear + journal_wear)),
         rate=vx * nx + vy * ny + slopes[0] * bearing_spin + slopes[1] * journal_spin,
-        rolling=journal_spin * radii[1] - bearing_spin * radii[0],
+        rolling_speed=journal_spin * radii[1] - bearing_spin * radii[0],
         radii=radii,
         slopes=slopes,
-        local_clearance=joint.clearance + (h + bearing_curvature + journal_wear + journal_curvature),
+        local_clearance=joint.clearance + (bearing_wear + bearing_curvature + journal_wear + journal_curvature),
         normal_rate=(vy * c - vx * s + bearing_curvature * bearing_spin + journal_curvature * journal_spin)
         * inverse_curvature,
     )
@@ -240,9 +246,9 @@ def _default_with_angles(joint, gap, angles):
 
 
 @inlined
-def turned_gap(joint, gap, angles):
-    """Return the TurnedGap of a Gap."""
-    return TurnedGap(
+def gap_with_angles(joint, gap, angles):
+    """Return the GapWithAngles of a Gap; angles : rad, of the proximal and the distal body."""
+    return GapWithAngles(
         x=gap.x,
         y=gap.y,
         vx=gap.vx,
@@ -255,12 +261,12 @@ def turned_gap(joint, gap, angles):
 
 
 @kernel
-def _with_angles(joint, pair, index, shared):
-    return with_angles(joint, pair[0], pair[1])
+def _with_angles(joint, gap_and_angles, index, _context):
+    return with_angles(joint, gap_and_angles[0], gap_and_angles[1])
 
 
 @kernel
-def _pair(gap, angles, index, shared):
+def _pair(gap, angles, index, _context):
     return gap, angles
 
 

@@ -20,17 +20,17 @@ class _Fields:
         return fields.types[fields.fields.index(name)] if hasattr(fields, "instance_class") else getattr(fields, name)
 
 
-def form_of(value):
+def type_of(value):
     """Return the class of a tuple, or the class that a compiler type represents."""
     return getattr(value, "instance_class", type(value))
 
 
 def _counts_of_law(law):
     """Return the numbers of internal state and guards of a law or its compiler type, as Offsets."""
-    form = form_of(law)
-    numbers = len(form._field_defaults)
-    internal = numbers if is_integrated(form) else 0
-    return Offsets(0, internal, numbers - internal, len(guards.body_for(form)(None)))
+    law_type = type_of(law)
+    state_count = len(law_type._field_defaults)
+    internal = state_count if is_integrated(law_type) else 0
+    return Offsets(0, internal, state_count - internal, len(guards.body_for(law_type)(None)))
 
 
 def counts_of_part(part):
@@ -42,9 +42,9 @@ def counts_of_joint(joint):
     """Return the numbers of contacts, internal state and guards of a joint or its compiler type."""
     kind = kinds(joint) if isinstance(joint, tuple) else joint
     if kind not in _COUNTS:
-        form = form_of(joint)
-        contacts = Offsets(len(contact_modes.body_for(form)(None)), 0, 0, 0)
-        _COUNTS[kind] = _sum([contacts, *map(counts_of_part, parts.body_for(form)(_Fields(joint)))])
+        joint_type = type_of(joint)
+        contacts = Offsets(len(contact_modes.body_for(joint_type)(None)), 0, 0, 0)
+        _COUNTS[kind] = _sum_counts([contacts, *map(counts_of_part, parts.body_for(joint_type)(_Fields(joint)))])
     return _COUNTS[kind]
 
 
@@ -53,10 +53,10 @@ _COUNTS: dict[object, Offsets] = {}  # types in a joint -> result of `counts_of_
 
 def counts_of_joints(joints):
     """Return the sum of `counts_of_joint` over the joints."""
-    return _sum(map(counts_of_joint, joints))
+    return _sum_counts(map(counts_of_joint, joints))
 
 
-def _sum(all_counts):
+def _sum_counts(all_counts):
     return Offsets(*map(sum, zip(*all_counts, strict=True)))
 
 
@@ -66,22 +66,26 @@ def after_number(offsets, number):
     return offsets + 1
 
 
-def _after(counts_of_one):
+def _advance_by(counts_of_one):
     """Return a function that advances Offsets past a joint or part of the size `counts_of_one`."""
 
     def offsets_after(offsets, joint_part):
-        contacts, internal, latched, guards = counts_of_one(joint_part)
+        contact_count, internal_count, latched_count, guard_count = counts_of_one(joint_part)
         return Offsets(
-            offsets.contact + contacts,
-            offsets.internal + internal,
-            offsets.latched + latched,
-            offsets.guard + guards,
+            offsets.contact + contact_count,
+            offsets.internal + internal_count,
+            offsets.latched + latched_count,
+            offsets.guard + guard_count,
         )
 
     return offsets_after
 
 
-after_law, after_part, after_joint = _after(_counts_of_law), _after(counts_of_part), _after(counts_of_joint)
+after_law, after_part, after_joint = (
+    _advance_by(_counts_of_law),
+    _advance_by(counts_of_part),
+    _advance_by(counts_of_joint),
+)
 
 
 def total_counts(joints):
@@ -91,7 +95,7 @@ def total_counts(joints):
 
 def history_count_of(joint):
     """Return the number of time histories of a joint or its compiler type."""
-    return history_count.body_for(form_of(joint))(None)
+    return history_count.body_for(type_of(joint))(None)
 
 
 @kernel
@@ -102,7 +106,7 @@ def first_offsets(joints, roots):
 
 
 def _extra_counts(joint):
-    return extra_columns.body_for(form_of(joint))(None)
+    return extra_columns.body_for(type_of(joint))(None)
 
 
 def observable_count(joints):
@@ -120,18 +124,18 @@ def extra_channel_count(joint):
 
 
 @kernel
-def _number(default, _, offsets, numbers):
+def _state_item(default, _, offsets, numbers):
     return numbers[offsets]
 
 
-_numbers = map_joints(_number, after_number)
+_state_items = map_joints(_state_item, after_number)
 
 
 @kernel
 def with_internal_state(law, numbers, start):
     """Return the law with its internal state from `numbers`, starting at `start`."""
-    cls, parameters = type(law), len(law) - len(law._field_defaults)
-    return cls(*law[:parameters], *_numbers(law[parameters:], law[parameters:], start, numbers))
+    law_type, parameter_count = type(law), len(law) - len(law._field_defaults)
+    return law_type(*law[:parameter_count], *_state_items(law[parameter_count:], law[parameter_count:], start, numbers))
 
 
 @kernel

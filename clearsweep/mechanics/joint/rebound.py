@@ -29,49 +29,49 @@ def exact_factor(restitution: float) -> float:
         chi = -math.expm1(-s) / restitution
         return math.log1p(chi) + s - chi * (1.0 + restitution)
 
-    return -math.expm1(-root(residual, 1e-9, 800.0, 1e-15, 1e-15)) / restitution
+    return -math.expm1(-find_root(residual, 1e-9, 800.0, 1e-15, 1e-15)) / restitution
 
 
-def root(function: Callable[[float], float], low: float, high: float, xtol: float, rtol: float) -> float:
+def find_root(function: Callable[[float], float], low: float, high: float, xtol: float, rtol: float) -> float:
     """Return a root of a function with opposite signs at `low` and `high`, within 2 (xtol + rtol |root|).
 
     Brent 1973, Algorithms for Minimization without Derivatives, ch. 4, step by step as in `scipy.optimize.brentq`,
     which gives the same bits but takes a third of a second to import.
     """
-    before, now = low, high
-    f_before, f_now = function(before), function(now)
-    if f_before == 0.0 or f_now == 0.0:
-        return before if f_before == 0.0 else now
-    if (f_before < 0.0) == (f_now < 0.0):
+    previous, current = low, high
+    f_previous, f_current = function(previous), function(current)
+    if f_previous == 0.0 or f_current == 0.0:
+        return previous if f_previous == 0.0 else current
+    if (f_previous < 0.0) == (f_current < 0.0):
         raise ValueError(f"the function has one sign at {low:g} and {high:g}")
-    opposite, f_opposite, step, step_before = before, f_before, now - before, now - before
+    opposite, f_opposite, step, previous_step = previous, f_previous, current - previous, current - previous
     for _ in range(MAX_ITERATIONS):
-        if (f_before < 0.0) != (f_now < 0.0):
-            opposite, f_opposite, step, step_before = before, f_before, now - before, now - before
-        if abs(f_opposite) < abs(f_now):
-            before, now, opposite = now, opposite, now
-            f_before, f_now, f_opposite = f_now, f_opposite, f_now
-        tolerance, half = 0.5 * (xtol + rtol * abs(now)), 0.5 * (opposite - now)
-        if f_now == 0.0 or abs(half) < tolerance:
-            return now
-        last_steps = step_before, step
-        step_before = step = half
-        if abs(last_steps[0]) > tolerance and abs(f_now) < abs(f_before):
-            if before == opposite:  # secant
-                trial = -f_now * (now - before) / (f_now - f_before)
+        if (f_previous < 0.0) != (f_current < 0.0):
+            opposite, f_opposite, step, previous_step = previous, f_previous, current - previous, current - previous
+        if abs(f_opposite) < abs(f_current):
+            previous, current, opposite = current, opposite, current
+            f_previous, f_current, f_opposite = f_current, f_opposite, f_current
+        tolerance, half_interval = 0.5 * (xtol + rtol * abs(current)), 0.5 * (opposite - current)
+        if f_current == 0.0 or abs(half_interval) < tolerance:
+            return current
+        last_steps = previous_step, step
+        previous_step = step = half_interval
+        if abs(last_steps[0]) > tolerance and abs(f_current) < abs(f_previous):
+            if previous == opposite:  # secant
+                trial = -f_current * (current - previous) / (f_current - f_previous)
             else:  # inverse quadratic interpolation
-                slope = (f_before - f_now) / (before - now)
-                slope_opposite = (f_opposite - f_now) / (opposite - now)
+                previous_slope = (f_previous - f_current) / (previous - current)
+                opposite_slope = (f_opposite - f_current) / (opposite - current)
                 trial = (
-                    -f_now
-                    * (f_opposite * slope_opposite - f_before * slope)
-                    / (slope_opposite * slope * (f_opposite - f_before))
+                    -f_current
+                    * (f_opposite * opposite_slope - f_previous * previous_slope)
+                    / (opposite_slope * previous_slope * (f_opposite - f_previous))
                 )
-            if 2.0 * abs(trial) < min(abs(last_steps[0]), 3.0 * abs(half) - tolerance):
-                step_before, step = last_steps[1], trial
-        before, f_before = now, f_now
-        now += step if abs(step) > tolerance else math.copysign(tolerance, half)
-        f_now = function(now)
+            if 2.0 * abs(trial) < min(abs(last_steps[0]), 3.0 * abs(half_interval) - tolerance):
+                previous_step, step = last_steps[1], trial
+        previous, f_previous = current, f_current
+        current += step if abs(step) > tolerance else math.copysign(tolerance, half_interval)
+        f_current = function(current)
     raise ValueError("the search for a root did not converge")
 
 
@@ -112,9 +112,9 @@ def damping_ratio(restitution: float) -> float:
 
 def approach_damping_rebound(zeta: float) -> float:
     """Return the restitution with a damping ratio `zeta` that acts on the approach only."""
-    width = math.sqrt(abs(1.0 - zeta * zeta))
+    root_term = math.sqrt(abs(1.0 - zeta * zeta))
     if zeta < 1.0:
-        return math.exp(-zeta / width * math.atan2(width, zeta))
-    if width < 1e-6:
+        return math.exp(-zeta / root_term * math.atan2(root_term, zeta))
+    if root_term < 1e-6:
         return math.exp(-1.0)
-    return ((zeta + width) / (zeta - width)) ** (-0.5 * zeta / width)
+    return ((zeta + root_term) / (zeta - root_term)) ** (-0.5 * zeta / root_term)

@@ -43,7 +43,7 @@ class Recipe(NamedTuple):
     law: Law
     types: tuple[type, ...]  # the types that `make` may return
     make: Callable  # joint -> compiled form
-    returned: Callable | None = None  # requested restitution -> restitution of a free impact, in closed form
+    free_restitution: Callable | None = None  # requested restitution -> restitution of a free impact, in closed form
     limit: Callable = no_limit  # joint -> largest valid penetration, m
     derived: Callable = no_derived_values  # joint -> derived values: path within the joint -> (value, unit)
 
@@ -56,35 +56,35 @@ def register(law: Law, types: tuple[type, ...], make: Callable, **options) -> No
 
     A `source` that begins with 'after' names the paper whose formula was taken from later work that quotes it.
     """
-    for problem in _describe_faults(law, types, options.get("returned")):
+    for problem in _describe_faults(law, types, options.get("free_restitution")):
         raise TypeError(f"{law.family} '{law.name}': {problem}")
     RECIPES[law.family, law.name] = Recipe(law, types, make, **options)
 
 
-def _describe_faults(law: Law, types: tuple[type, ...], returned: Callable | None):
+def _describe_faults(law: Law, types: tuple[type, ...], free_restitution: Callable | None):
     """Yield descriptions of the missing declarations of a law."""
     if law.family not in REQUIRED_FAMILIES:
         yield f"unknown family (known: {', '.join(REQUIRED_FAMILIES)})"
         return
     if (law.family, law.name) in RECIPES:
         yield "is entered already; give it another name"
-    for form in types:
-        missing = [family.__name__ for family in REQUIRED_FAMILIES[law.family] if form not in family.members]
+    for law_type in types:
+        missing = [family.__name__ for family in REQUIRED_FAMILIES[law.family] if law_type not in family.members]
         if missing:
-            yield f"{form.__name__} declares no {', '.join(missing)}"
-        yield from (f"{form.__name__} {problem}" for problem in describe_missing_members(form))
+            yield f"{law_type.__name__} declares no {', '.join(missing)}"
+        yield from (f"{law_type.__name__} {problem}" for problem in describe_missing_members(law_type))
     names = {field.name for field in law.fields}
-    if "restitution" in names and returned is None:
+    if "restitution" in names and free_restitution is None:
         yield "takes a restitution, but declares none that a free impact returns"
     if not law.uses_elastic and "stiffness" not in names:
         yield "uses no elastic law, but takes no stiffness for a spring of its own"
 
 
-def compiled_term(family: str, name: str, joint: Joint):
+def compile_law(family: str, name: str, joint: Joint):
     """Return the compiled form of the law called `name` for a joint."""
     recipe = RECIPES[family, name]
-    term = recipe.make(joint)
-    if type(term) not in recipe.types:
-        types = ", ".join(form.__name__ for form in recipe.types)
-        raise TypeError(f"{family} '{name}': makes a {type(term).__name__}, entered with {types}")
-    return term
+    compiled = recipe.make(joint)
+    if type(compiled) not in recipe.types:
+        types = ", ".join(law_type.__name__ for law_type in recipe.types)
+        raise TypeError(f"{family} '{name}': makes a {type(compiled).__name__}, entered with {types}")
+    return compiled

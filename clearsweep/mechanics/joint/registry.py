@@ -16,15 +16,15 @@ from . import dry, guide, lubricated, slot, spatial, worn, worn_slot
 from .elastic.conformal import Foundation
 from .elastic.contract import elastic_force
 from .elastic.power import Linear
-from .film.shear import DEFAULT
+from .film.shear import DEFAULT_SHEAR_LAW
 from .film.transition import transition_depths
 from .friction.contract import Frictionless
-from .friction.rest import at_contact
+from .friction.piecewise import as_contact_friction
 from .loss.contract import lowest_force
 from .loss.renewed import renewed_law
 from .material import line_modulus
-from .recipe import RECIPES, Recipe, compiled_term
-from .roughness.series import Arc, Series, in_series
+from .recipe import RECIPES, Recipe, compile_law
+from .roughness.series import ArcParameters, Series, combine_in_series
 from .roughness.spots import Surface
 from .wear.contract import NoWear, Worn
 from .wear.shape import FOUNDATION_MARGIN, POINT_MARGIN, Shape, shapes_of
@@ -43,21 +43,21 @@ __all__ = [
     "RECIPES",
     "all_laws",
     "can_pull",
-    "contact_terms",
+    "compile_contact",
+    "compile_film",
+    "compile_friction",
+    "compile_joint",
+    "compile_wear",
     "departs_from_hertz",
     "derived_values",
     "elastic_candidates",
     "elastic_choices",
     "elastic_forces",
-    "film_terms",
-    "friction_term",
-    "is_ball",
     "jam_angle",
-    "joint_term",
     "penetration_limit",
     "restitution",
     "smoothing_width",
-    "wear_term",
+    "uses_ball_stiffness",
 ]
 
 
@@ -72,7 +72,7 @@ def _elastic_recipe(joint: Joint) -> Recipe | None:
     return RECIPES["elastic", joint.contact.elastic] if uses_elastic else None
 
 
-def joint_term(joint: Joint, distal: str, earlier_wear: Worn | None = None) -> tuple:
+def compile_joint(joint: Joint, distal: str, earlier_wear: Worn | None = None) -> tuple:
     """Return the compiled form of a joint; `distal` is its body further from the drive.  Chooses the kind of joint.
 
     `earlier_wear` is the earlier wear of its bodies.
@@ -85,26 +85,28 @@ def joint_term(joint: Joint, distal: str, earlier_wear: Worn | None = None) -> t
             bearing_radius=radius,
             journal_radius=radius - joint.clearance,
             side=side,
-            film=film_terms(joint)[0],
-            shear=film_terms(joint)[1],
+            film=compile_film(joint)[0],
+            shear=compile_film(joint)[1],
             limit=joint.film.limit,
             wear=NoWear(),
             corners=lubricated.corners_of(joint.clearance, joint.film.limit),
         )
-    law, elastic = contact_terms(joint)
+    law, elastic = compile_contact(joint)
     if joint.is_guide:
-        return guide.Guide(joint.clearance, 1.0, joint.length, joint.height, law, elastic, _sliding_term(joint))
+        return guide.Guide(
+            joint.clearance, 1.0, joint.length, joint.height, law, elastic, _compile_contact_friction(joint)
+        )
     if joint.slot_length is not None:
         half_slot, mean_radius = 0.5 * joint.slot_length, radius + joint.slot_length / math.pi
-        laws = law, elastic, _sliding_term(joint), mean_radius, wear_term(joint)
-        unworn = slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half_slot, *laws)
+        later_fields = law, elastic, _compile_contact_friction(joint), mean_radius, compile_wear(joint)
+        unworn_slot = slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half_slot, *later_fields)
         return (
-            worn_slot.WornSlot(*unworn, *_worn_slot_shapes(joint, unworn, earlier_wear)[:2])
-            if _evolves(joint)
-            else unworn
+            worn_slot.WornSlot(*unworn_slot, *_worn_slot_shapes(joint, unworn_slot, earlier_wear)[:2])
+            if _has_evolving_shape(joint)
+            else unworn_slot
         )
     if joint.is_spatial:
-        return _spatial_term(joint)
+        return _compile_spatial_joint(joint)
     dry_joint = dry.Joint(
         clearance=joint.clearance,
         bearing_radius=radius,
@@ -112,31 +114,31 @@ def joint_term(joint: Joint, distal: str, earlier_wear: Worn | None = None) -> t
         side=side,
         law=law,
         elastic=elastic,
-        friction=_sliding_term(joint),
-        wear=wear_term(joint),
+        friction=_compile_contact_friction(joint),
+        wear=compile_wear(joint),
     )
-    if _evolves(joint):
-        form = worn.WornOnFoundation if _is_on_foundation(joint, elastic) else worn.WornJoint
-        return form(*dry_joint, *_worn_shapes(joint, elastic, earlier_wear)[:2])
+    if _has_evolving_shape(joint):
+        worn_type = worn.WornOnFoundation if _is_on_foundation(joint, elastic) else worn.WornJoint
+        return worn_type(*dry_joint, *_worn_shapes(joint, elastic, earlier_wear)[:2])
     if joint.film is None:
         return dry_joint
-    film, drag = film_terms(joint)
-    film_transition = compiled_term("transition", joint.film.transition, joint)
+    film, film_shear = compile_film(joint)
+    film_transition = compile_law("transition", joint.film.transition, joint)
     corners = lubricated.corners_of(joint.clearance, joint.film.limit, *transition_depths(film_transition))
-    return lubricated.Lubricated(*dry_joint, film, drag, joint.film.limit, film_transition, corners)
+    return lubricated.Lubricated(*dry_joint, film, film_shear, joint.film.limit, film_transition, corners)
 
 
-def _evolves(joint: Joint) -> bool:
+def _has_evolving_shape(joint: Joint) -> bool:
     """Return whether the worn shape of a joint acts."""
     return joint.wear is not None and joint.wear.evolve
 
 
-def _worn_slot_shapes(joint: Joint, term: Any, worn: Worn | None) -> tuple[Shape, Shape, float]:
-    """Return the result of `_worn_shapes` for a slot with the compiled form `term`."""
+def _worn_slot_shapes(joint: Joint, compiled: Any, worn: Worn | None) -> tuple[Shape, Shape, float]:
+    """Return the result of `_worn_shapes` for a slot with the compiled form `compiled`."""
     assert joint.wear is not None  # only joints with wear
-    unworn = np.zeros(joint.wear.bins)
-    bearing, journal = worn[:2] if worn else (unworn, unworn)
-    return worn_slot.slot_shapes(term, bearing, journal)
+    zero_depths = np.zeros(joint.wear.bins)
+    bearing, journal = worn[:2] if worn else (zero_depths, zero_depths)
+    return worn_slot.slot_shapes(compiled, bearing, journal)
 
 
 def _is_on_foundation(joint: Joint, elastic: tuple) -> bool:
@@ -150,8 +152,8 @@ def _worn_shapes(joint: Joint, elastic: tuple, worn: Worn | None) -> tuple[Shape
     The width is the standard deviation (rad) of the Gaussian.
     """
     assert joint.wear is not None  # only joints with wear
-    unworn = np.zeros(joint.wear.bins)
-    bearing, journal = worn[:2] if worn else (unworn, unworn)
+    zero_depths = np.zeros(joint.wear.bins)
+    bearing, journal = worn[:2] if worn else (zero_depths, zero_depths)
     return shapes_of(
         bearing, journal, joint.clearance, FOUNDATION_MARGIN if _is_on_foundation(joint, elastic) else POINT_MARGIN
     )
@@ -159,23 +161,23 @@ def _worn_shapes(joint: Joint, elastic: tuple, worn: Worn | None) -> tuple[Shape
 
 def smoothing_width(joint: Joint, worn: Worn) -> float | None:
     """Return the standard deviation (rad) of the Gaussian that smooths worn shapes, or None if they have no effect."""
-    if not _evolves(joint):
+    if not _has_evolving_shape(joint):
         return None
     if joint.slot_length is not None:
-        return _worn_slot_shapes(joint, joint_term(joint, "", worn), worn)[2]
-    return _worn_shapes(joint, contact_terms(joint)[1], worn)[2]
+        return _worn_slot_shapes(joint, compile_joint(joint, "", worn), worn)[2]
+    return _worn_shapes(joint, compile_contact(joint)[1], worn)[2]
 
 
-def film_terms(joint: Joint) -> tuple:
+def compile_film(joint: Joint) -> tuple:
     """Return the compiled form of (film, shear) of a joint that has a film."""
     assert joint.film is not None  # only joints with one
-    drag = DEFAULT if joint.film.friction == "by-law" else joint.film.friction
-    return compiled_term("film", joint.film.law, joint), compiled_term("film-friction", drag, joint)
+    shear_name = DEFAULT_SHEAR_LAW if joint.film.friction == "by-law" else joint.film.friction
+    return compile_law("film", joint.film.law, joint), compile_law("film-friction", shear_name, joint)
 
 
-def _spatial_term(joint: Joint) -> spatial.Through | spatial.Flanged:
+def _compile_spatial_joint(joint: Joint) -> spatial.Through | spatial.Flanged:
     """Return the compiled form of a spatial joint; its journal is on the rod."""
-    law, elastic = contact_terms(joint)
+    law, elastic = compile_contact(joint)
     assert None not in (joint.bearing_radius, joint.length, joint.journal_length)  # the grid requires them
     tilt_vector = np.array([*joint.tilt, 0.0])
     angle = float(np.linalg.norm(tilt_vector))
@@ -188,67 +190,67 @@ def _spatial_term(joint: Joint) -> spatial.Through | spatial.Flanged:
         bearing_radius=joint.bearing_radius,
         journal_radius=joint.bearing_radius - joint.clearance,
         half_length=0.5 * joint.length,
-        half_journal=0.5 * joint.journal_length,
+        journal_half_length=0.5 * joint.journal_length,
         offset=Vector(*joint.offset),
         axis=Vector(sinc * b, -sinc * a, math.cos(angle)),
         end_type=spatial.InBore() if joint.flange else spatial.Overlapping(),
         walls=spatial.spread_over(elastic) if joint.walls == "spread" else spatial.EndContacts(),
         law=law,
         elastic=elastic,
-        friction=friction_term(joint),
-        wear=wear_term(joint),
+        friction=compile_friction(joint),
+        wear=compile_wear(joint),
         across=Vector(math.cos(angle) + versine_factor * a * a, versine_factor * a * b, -sinc * b),
         wear_rows=float(joint.wear.length_bins) if joint.wear else 0.0,
     )
     if not joint.flange:
         return through
-    axial = contact_terms(joint._replace(contact=joint.axial)) if joint.axial else (law, elastic)
+    axial = compile_contact(joint._replace(contact=joint.axial)) if joint.axial else (law, elastic)
     return spatial.Flanged(*through, joint.axial_clearance, *axial)
 
 
 def jam_angle(joint: Joint) -> float:
     """Return the tilt (rad) at which the journal of a spatial joint jams, or inf if it cannot."""
-    return spatial.jam_angle(_spatial_term(joint))
+    return spatial.jam_angle(_compile_spatial_joint(joint))
 
 
-def contact_terms(joint: Joint) -> tuple:
-    """Return the compiled form of (law, elastic) of a joint."""
+def compile_contact(joint: Joint) -> tuple:
+    """Return (law, elastic) of a joint in compiled form."""
     contact = joint.contact
-    law, rough = compiled_term("law", contact.law, joint), _roughness(joint)
-    elastic = rough.term if rough else _bulk_term(joint)
+    law, rough = compile_law("law", contact.law, joint), _rough_series(joint)
+    elastic = rough.compiled if rough else _compile_bulk_elastic(joint)
     if contact.onset != "renewed" or not _elastic_recipe(joint):
         return law, elastic
     restitution_of_law = restitution(joint)
     return (law if restitution_of_law is None else renewed_law(law, elastic, restitution_of_law)), elastic
 
 
-def _bulk_term(joint: Joint) -> tuple:
+def _compile_bulk_elastic(joint: Joint) -> tuple:
     """Return the compiled elastic law of a joint's bodies, without roughness."""
     if not _elastic_recipe(joint):
         return Linear(joint.contact.values["stiffness"])
-    return compiled_term("elastic", joint.contact.elastic, joint)
+    return compile_law("elastic", joint.contact.elastic, joint)
 
 
-def _roughness(joint: Joint) -> Series | None:
+def _rough_series(joint: Joint) -> Series | None:
     """Return the elastic law of a joint with rough surfaces in series, or None if they are smooth."""
-    surface = compiled_term("roughness", joint.roughness.law, joint) if joint.roughness else None
+    surface = compile_law("roughness", joint.roughness.law, joint) if joint.roughness else None
     if not isinstance(surface, Surface):
         return None
-    arc = Arc(line_modulus(joint) * joint.clearance, 2.0 * joint.bearing_radius * joint.length)
-    return in_series(_bulk_term(joint), surface, arc)
+    arc = ArcParameters(line_modulus(joint) * joint.clearance, 2.0 * joint.bearing_radius * joint.length)
+    return combine_in_series(_compile_bulk_elastic(joint), surface, arc)
 
 
 def penetration_limit(joint: Joint) -> float:
     """Return the largest valid penetration (m) of a joint's elastic law, rough or not; inf if there is no limit."""
-    elastic_law, rough = _elastic_recipe(joint), _roughness(joint)
+    elastic_law, rough = _elastic_recipe(joint), _rough_series(joint)
     limit = elastic_law.limit(joint) if elastic_law else math.inf
-    return min(rough.flattening_depth, rough.depth(limit)) if rough else limit
+    return min(rough.flattening_depth, rough.total_depth(limit)) if rough else limit
 
 
 def elastic_forces(joint: Joint, depths) -> list[float]:
     """Return the elastic forces (N) in a joint at penetrations (m)."""
-    term = contact_terms(joint)[1]
-    return [float(elastic_force(term, depth)) for depth in depths]
+    elastic = compile_contact(joint)[1]
+    return [float(elastic_force(elastic, depth)) for depth in depths]
 
 
 def elastic_choices(joint: Joint) -> dict[str, Joint]:
@@ -310,16 +312,16 @@ def elastic_candidates(joint: Joint) -> dict[str, tuple[Joint, str]]:
 
 def restitution(joint: Joint) -> float | None:
     """Return the restitution of a free impact in a joint, or None if it depends on mass and speed or does not exist."""
-    formula = joint.is_dry and RECIPES["law", joint.contact.law].returned
+    formula = joint.is_dry and RECIPES["law", joint.contact.law].free_restitution
     return float(formula(joint.contact.values.get("restitution"))) if formula else None
 
 
 def departs_from_hertz(joint: Joint) -> bool:
     """Return whether the contact law of a joint assumes Hertz's force, which rough surfaces change."""
-    return "hertz" in RECIPES["law", joint.contact.law].law.needs and _roughness(joint) is not None
+    return "hertz" in RECIPES["law", joint.contact.law].law.needs and _rough_series(joint) is not None
 
 
-def is_ball(joint: Joint) -> bool:
+def uses_ball_stiffness(joint: Joint) -> bool:
     """Return whether the stiffness of a joint is that of a ball in a socket and another law could replace it."""
     contact = joint.contact
     if contact.elastic != "power" or contact.material is None or "stiffness" in contact.values or joint.is_guide:
@@ -329,7 +331,7 @@ def is_ball(joint: Joint) -> bool:
 
 def can_pull(joint: Joint) -> bool:
     """Return whether the normal force of a joint can be negative."""
-    return joint.is_dry and lowest_force(contact_terms(joint)[0]) < 0.0
+    return joint.is_dry and lowest_force(compile_contact(joint)[0]) < 0.0
 
 
 def derived_values(joint: Joint) -> dict[str, tuple[float, str]]:
@@ -343,19 +345,19 @@ def derived_values(joint: Joint) -> dict[str, tuple[float, str]]:
     return values | ({"contact.penetration_limit": (limit, "m")} if math.isfinite(limit) else {})
 
 
-def friction_term(joint: Joint):
+def compile_friction(joint: Joint):
     """Return the compiled form of the friction of a joint."""
-    return compiled_term("friction", joint.friction.law, joint) if joint.friction else Frictionless()
+    return compile_law("friction", joint.friction.law, joint) if joint.friction else Frictionless()
 
 
-def _sliding_term(joint: Joint):
+def _compile_contact_friction(joint: Joint):
     """Return the compiled friction for a planar contact, whose sliding speed has a sign.
 
     It stores the piece that applies.
     """
-    return at_contact(friction_term(joint))
+    return as_contact_friction(compile_friction(joint))
 
 
-def wear_term(joint: Joint):
+def compile_wear(joint: Joint):
     """Return the compiled form of the wear of a joint."""
-    return compiled_term("wear", joint.wear.law, joint) if joint.wear else NoWear()
+    return compile_law("wear", joint.wear.law, joint) if joint.wear else NoWear()

@@ -80,8 +80,8 @@ def normal_of(joint, gap):
 
 @kernel
 def _contact_load(joint, gap, offsets, state):
-    normal, c = normal_of(joint, gap), offsets.contact
-    mode = state.mode[c]
+    normal, contact_index = normal_of(joint, gap), offsets.contact
+    mode = state.mode[contact_index]
     if mode == FREE:
         zero = as_type_of(0.0, normal.depth)
         speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
@@ -89,7 +89,7 @@ def _contact_load(joint, gap, offsets, state):
         return zero, zero, zero, no_contact
     law = with_current_state(joint.law, state.y, state.latched, offsets)
     friction = with_current_state(joint.friction, state.y, state.latched, after_law(offsets, joint.law))
-    root = state.y[state.roots + c]
+    root = state.y[state.roots + contact_index]
     current = SlotJoint(
         clearance=joint.clearance,
         journal_radius=joint.journal_radius,
@@ -102,7 +102,7 @@ def _contact_load(joint, gap, offsets, state):
         wear=joint.wear,
     )
     force, friction_load, elastic, unclipped = normal_forces(
-        current, mode, root * abs(root), normal.rate, state.latched[c]
+        current, mode, root * abs(root), normal.rate, state.latched[contact_index]
     )
     tangential = as_type_of(friction_force(friction, friction_load, normal.slip), normal.slip)
     contact = Contact(force, tangential, normal.slip, normal.rate, normal.depth, elastic, unclipped)
@@ -111,13 +111,13 @@ def _contact_load(joint, gap, offsets, state):
 
 
 @inlined
-def load_at_pin(gap, axial, transverse, on_pin, contact):
+def load_at_pin(gap, axial, transverse, pin_couple, contact):
     """Return the Load and Contact of a force (N) on the pin, in the frame of the slot, and a couple (N m)."""
     return Load(
         fx=gap.axis_x * axial - gap.axis_y * transverse,
         fy=gap.axis_y * axial + gap.axis_x * transverse,
-        moment_proximal=-on_pin - gap.x * transverse + gap.y * axial,
-        moment_distal=on_pin,
+        moment_proximal=-pin_couple - gap.x * transverse + gap.y * axial,
+        moment_distal=pin_couple,
         contacts=(contact,),
     )
 
@@ -159,30 +159,30 @@ def record_slot_contact(joint, gap, body_angles, j, instant):
 
 
 @local_clearance.member(SlotJoint)
-def _local_clearance_slot_joint(joint, on_wall, on_pin):
-    return unworn_local_clearance(joint, on_wall)
+def _local_clearance_slot_joint(joint, wall_angle, pin_angle):
+    return unworn_local_clearance(joint, wall_angle)
 
 
 @inlined
-def is_on_flat_wall(joint, on_wall):
-    """Return whether the wall is flat at `on_wall`, the arc length over the radius of the equivalent circle."""
+def is_on_flat_wall(joint, wall_angle):
+    """Return whether the wall is flat at `wall_angle`, the arc length over the radius of the equivalent circle."""
     radius, full_turn = joint.journal_radius + joint.clearance, 2.0 * math.pi
-    wall_distance = (on_wall - full_turn * math.floor(on_wall / full_turn)) * joint.bearing_radius
-    quarter, wall_length = 0.5 * math.pi * radius, 2.0 * joint.half_length
+    wall_distance = (wall_angle - full_turn * math.floor(wall_angle / full_turn)) * joint.bearing_radius
+    quarter_arc, wall_length = 0.5 * math.pi * radius, 2.0 * joint.half_length
     half_circumference = math.pi * joint.bearing_radius
     distance_in_half = where(
         wall_distance > half_circumference, wall_distance - half_circumference, wall_distance
     )  # both halves are alike
-    return (distance_in_half > quarter) & (distance_in_half < quarter + wall_length)
+    return (distance_in_half > quarter_arc) & (distance_in_half < quarter_arc + wall_length)
 
 
 @inlined
-def unworn_local_clearance(joint, on_wall):
-    """Return the difference (m) of the radii of curvature of new surfaces, by the arc length along the wall.
+def unworn_local_clearance(joint, wall_angle):
+    """Return the difference (m) of the radii of curvature of new surfaces; wall_angle : as in `is_on_flat_wall`.
 
     On a flat wall the relevant radius is that of the pin: R_b R_j / c for c = R_b.
     """
-    return where(is_on_flat_wall(joint, on_wall), joint.journal_radius + joint.clearance, joint.clearance)
+    return where(is_on_flat_wall(joint, wall_angle), joint.journal_radius + joint.clearance, joint.clearance)
 
 
 @middle_arc.member(SlotJoint)

@@ -22,7 +22,7 @@ from .contract import ContactModes, Load, Part, contact_modes, load, parts, powe
 from .dry import Clip, Joint, normal_forces
 from .friction.contract import friction_force
 from .modes import FREE, PRESSED
-from .nearest import bodies_of, nearest, turned_gap, with_angles
+from .nearest import bodies_of, gap_with_angles, nearest, with_angles
 from .offsets import with_current_laws
 from .wear.contract import contact_angle, local_clearance
 from .wear.shape import Shape, wear_depth_at
@@ -69,7 +69,7 @@ class GeneralisedDepth(NamedTuple):
 
 @family
 def generalised_depth(joint, nearest_point, gap, pen):
-    """Return the GeneralisedDepth of a worn joint from its Nearest and TurnedGap, at the penetration `pen` (m)."""
+    """Return the GeneralisedDepth of a worn joint from its Nearest and GapWithAngles, at the penetration `pen` (m)."""
 
 
 @generalised_depth.member(WornJoint)
@@ -120,14 +120,14 @@ def worn_load(joint, gap, mode, pen, onset_rate):
     generalised_rate = generalised.rate / force_factor
     force, friction_load, elastic, unclipped = normal_forces(joint, mode, pen, generalised_rate, onset_rate)
     x_rate, y_rate = joint.side * gap.vx, joint.side * gap.vy
-    slip = y_rate * nx - x_rate * ny + nearest_point.rolling
+    slip = y_rate * nx - x_rate * ny + nearest_point.rolling_speed
     normal, tangential = (
         force_factor * force,
         as_type_of(friction_force(joint.friction, force_factor * friction_load, slip), slip),
     )
     fx, fy = -normal * nx - tangential * ny, -normal * ny + tangential * nx
-    on_bearing = -nearest_point.radii[0] * tangential - generalised.body_slopes[0] * force
-    on_journal = nearest_point.radii[1] * tangential - generalised.body_slopes[1] * force
+    bearing_moment = -nearest_point.radii[0] * tangential - generalised.body_slopes[0] * force
+    journal_moment = nearest_point.radii[1] * tangential - generalised.body_slopes[1] * force
     contact = WornContact(
         normal=normal,
         tangential=tangential,
@@ -139,8 +139,8 @@ def worn_load(joint, gap, mode, pen, onset_rate):
         generalised_rate=generalised_rate,
     )
     if joint.side < 0.0:
-        return Load(fx=-fx, fy=-fy, moment_proximal=on_journal, moment_distal=on_bearing, contacts=(contact,))
-    return Load(fx=fx, fy=fy, moment_proximal=on_bearing, moment_distal=on_journal, contacts=(contact,))
+        return Load(fx=-fx, fy=-fy, moment_proximal=journal_moment, moment_distal=bearing_moment, contacts=(contact,))
+    return Load(fx=fx, fy=fy, moment_proximal=bearing_moment, moment_distal=journal_moment, contacts=(contact,))
 
 
 @power_stored.member(WornContact)
@@ -197,13 +197,13 @@ def _seated_position_worn_joint(joint, eccentricity, angles):
     """With n the direction of the load, at the angle phi: (c + h + depth) n + h' n', n' being n turned by 90 deg."""
     distance = float(np.hypot(*eccentricity))
     nx, ny = eccentricity / distance
-    bearing, journal = angles if joint.side > 0.0 else angles[::-1]
-    angle = math.atan2(ny, nx)
-    h, slope, _, _ = wear_depth_at(joint.bearing.table, angle - bearing)
-    journal_wear, journal_slope, _, _ = wear_depth_at(joint.journal.table, angle - journal)
-    radial, tangential_load = distance + h + journal_wear, slope + journal_slope
+    bearing_angle, journal_angle = angles if joint.side > 0.0 else angles[::-1]
+    load_angle = math.atan2(ny, nx)
+    bearing_wear, bearing_slope, _, _ = wear_depth_at(joint.bearing.table, load_angle - bearing_angle)
+    journal_wear, journal_slope, _, _ = wear_depth_at(joint.journal.table, load_angle - journal_angle)
+    radial, tangential_offset = distance + bearing_wear + journal_wear, bearing_slope + journal_slope
     return np.array(
-        [radial * nx - tangential_load * ny, radial * ny + tangential_load * nx]
+        [radial * nx - tangential_offset * ny, radial * ny + tangential_offset * nx]
     ), distance - joint.clearance
 
 
@@ -218,11 +218,11 @@ def _contact_angle_worn_joint_or_worn_on_foundation(joint, gap):
 
 
 @local_clearance.member(WornJoint)
-def _local_clearance_worn_joint(joint, on_bearing, on_journal):
-    h, _, bearing_curvature, _ = wear_depth_at(joint.bearing.table, on_bearing)
-    journal_wear, _, journal_curvature, _ = wear_depth_at(joint.journal.table, on_journal)
-    return joint.clearance + (h + bearing_curvature + journal_wear + journal_curvature)
+def _local_clearance_worn_joint(joint, bearing_angle, journal_angle):
+    bearing_wear, _, bearing_curvature, _ = wear_depth_at(joint.bearing.table, bearing_angle)
+    journal_wear, _, journal_curvature, _ = wear_depth_at(joint.journal.table, journal_angle)
+    return joint.clearance + (bearing_wear + bearing_curvature + journal_wear + journal_curvature)
 
 
-with_angles.member(WornJoint)(turned_gap)
-with_angles.member(WornOnFoundation)(turned_gap)
+with_angles.member(WornJoint)(gap_with_angles)
+with_angles.member(WornOnFoundation)(gap_with_angles)

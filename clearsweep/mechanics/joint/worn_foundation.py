@@ -22,7 +22,7 @@ from ..compiled.dual import as_type_of, plain
 from ..compiled.family import inlined, kernel
 from ..trace import portable
 from .elastic.contract import elastic_force
-from .nearest import TurnedGap, bodies_of, nearest, surfaces_of
+from .nearest import GapWithAngles, bodies_of, nearest, surfaces_of
 from .wear.shape import wear_depth_at
 from .worn import GeneralisedDepth, WornJoint, WornOnFoundation, generalised_depth, seated_position
 
@@ -67,12 +67,12 @@ ENERGY_SERIES, FORCE_SERIES = (
 def overlap(surfaces, x, y, angle, body_angles):
     """Return f (m) at an angle (rad), its slope and curvature; x, y : journal's centre, m; body_angles : (2,) rad."""
     c, s = direction(angle)
-    h, slope, bearing_curvature, _ = wear_depth_at(surfaces.bearing, angle - body_angles[0])
+    bearing_wear, bearing_slope, bearing_curvature, _ = wear_depth_at(surfaces.bearing, angle - body_angles[0])
     journal_wear, journal_slope, journal_curvature, _ = wear_depth_at(surfaces.journal, angle - body_angles[1])
     radial = x * c + y * s
     return (
-        radial - (surfaces.clearance + (h + journal_wear)),
-        y * c - x * s - (slope + journal_slope),
+        radial - (surfaces.clearance + (bearing_wear + journal_wear)),
+        y * c - x * s - (bearing_slope + journal_slope),
         -(radial + (bearing_curvature + journal_curvature)),
     )
 
@@ -121,7 +121,7 @@ def circle_energy_and_force(clearance, pen):
 @generalised_depth.member(WornOnFoundation)
 def _generalised_depth_worn_on_foundation(joint, nearest_point, gap, pen):
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
-    on_bearing, on_journal, bearing_spin, journal_spin = bodies_of(joint, gap)
+    bearing_angle, journal_angle, bearing_spin, journal_spin = bodies_of(joint, gap)
     c = joint.clearance
     radius_difference = max(plain(nearest_point.local_clearance), MIN_RADIUS_DIFFERENCE * c)
     if pen <= POINT_CONTACT_DEPTH * c or nearest_point.depth <= POINT_CONTACT_DEPTH * c:
@@ -135,7 +135,7 @@ def _generalised_depth_worn_on_foundation(joint, nearest_point, gap, pen):
             point_factor + 0.0 * nearest_point.depth,
             body_slopes,
         )
-    body_angles, point_depth = (plain(on_bearing), plain(on_journal)), plain(nearest_point.depth)
+    body_angles, point_depth = (plain(bearing_angle), plain(journal_angle)), plain(nearest_point.depth)
     guess = nearest_point.angle, math.sqrt(2.0 * point_depth / (radius_difference + point_depth))
     low, high = arc_ends(surfaces_of(joint), plain(x), plain(y), body_angles, guess)
     half_width, arc_middle = 0.5 * (high + low), nearest_point.angle + 0.5 * (high - low)
@@ -144,15 +144,18 @@ def _generalised_depth_worn_on_foundation(joint, nearest_point, gap, pen):
     for i in range(GAUSS_POINTS):
         angle = arc_middle + half_width * NODES[i]
         ux, uy = direction(angle)
-        h, slope, _, _ = wear_depth_at(joint.bearing.table, angle - on_bearing)
-        journal_wear, journal_slope, _, _ = wear_depth_at(joint.journal.table, angle - on_journal)
-        f = x * ux + y * uy - (c + (h + journal_wear))
-        weighted = WEIGHTS[i] * f
-        x_sum, y_sum = x_sum + weighted * ux, y_sum + weighted * uy
-        bearing_sum, journal_sum = bearing_sum + weighted * slope, journal_sum + weighted * journal_slope
-        energy_sum = energy_sum + weighted * f
+        bearing_wear, bearing_slope, _, _ = wear_depth_at(joint.bearing.table, angle - bearing_angle)
+        journal_wear, journal_slope, _, _ = wear_depth_at(joint.journal.table, angle - journal_angle)
+        f = x * ux + y * uy - (c + (bearing_wear + journal_wear))
+        weighted_overlap = WEIGHTS[i] * f
+        x_sum, y_sum = x_sum + weighted_overlap * ux, y_sum + weighted_overlap * uy
+        bearing_sum, journal_sum = (
+            bearing_sum + weighted_overlap * bearing_slope,
+            journal_sum + weighted_overlap * journal_slope,
+        )
+        energy_sum = energy_sum + weighted_overlap * f
     circle_energy, circle_force = circle_energy_and_force(c, pen)
-    # just after an onset, a Newton step from a lagging root overshoots the pen that stores at most deep^2 / 2
+    # just after an onset, a Newton step from a lagging root overshoots; the depth cannot be above max_depth
     max_depth = 2.0 * max(point_depth, (point_depth * point_depth * half_width) ** 0.4 * c**0.2)
     depth = min(
         pen + (0.5 * half_width * energy_sum - circle_energy) / circle_force,
@@ -171,22 +174,22 @@ def _seated_position_worn_on_foundation(joint, eccentricity, angles):
     distance = float(np.hypot(*eccentricity))
     load, pen = elastic_force(joint.elastic, distance - joint.clearance), distance - joint.clearance
 
-    def force(pin):
-        gap = TurnedGap(joint.side * pin[0], joint.side * pin[1], 0.0, 0.0, 0.0, 0.0, *angles)
+    def force_and_depth(pin):
+        gap = GapWithAngles(joint.side * pin[0], joint.side * pin[1], 0.0, 0.0, 0.0, 0.0, *angles)
         nearest_point, depth = nearest(joint, gap), pen
         for _ in range(DEPTH_ITERATIONS):
             generalised = generalised_depth(joint, nearest_point, gap, depth)
             depth = max(generalised.depth, 1e-3 * pen)
-        size = generalised.force_factor * elastic_force(joint.elastic, depth)
-        return np.array([size * generalised.nx, size * generalised.ny]) / load, depth
+        magnitude = generalised.force_factor * elastic_force(joint.elastic, depth)
+        return np.array([magnitude * generalised.nx, magnitude * generalised.ny]) / load, depth
 
     pin, target = seated_position(WornJoint(*joint), eccentricity, angles)[0], eccentricity / distance
     for _ in range(MAX_STEPS):
-        force_now, _ = force(pin)
+        current_force, _ = force_and_depth(pin)
         step = 1e-6 * pen
-        slopes = np.array([(force(pin + step * axis)[0] - force_now) / step for axis in np.eye(2)]).T
-        correction = np.linalg.solve(slopes, target - force_now)
+        jacobian = np.array([(force_and_depth(pin + step * axis)[0] - current_force) / step for axis in np.eye(2)]).T
+        correction = np.linalg.solve(jacobian, target - current_force)
         pin = pin + correction * min(1.0, pen / float(np.hypot(*correction)))
         if np.hypot(*correction) < 1e-13 * distance:
             break
-    return pin, force(pin)[1]
+    return pin, force_and_depth(pin)[1]

@@ -106,16 +106,16 @@ def _worn_contact(joint, gap):
     radius, nearest_x = joint.journal_radius + joint.clearance, min(max(gap.x, -half_length), half_length)
     angle = _angle_of(normal.x, normal.y)
     wall_distance = radius * angle + where(normal.y >= 0.0, half_length - nearest_x, nearest_x - half_length)
-    at_end, inverse = abs(gap.x) > half_length, 1.0 / (normal.depth + joint.clearance)
-    g, slope, _, _ = wear_depth_at(joint.bearing.table, wall_distance / joint.bearing_radius)
-    on_pin = angle + _angle_of(gap.axis_x, gap.axis_y) - gap.angle_distal
-    h, journal_slope, _, _ = wear_depth_at(joint.journal.table, on_pin)
-    wall_force_ratio = slope / joint.bearing_radius * where(at_end, radius * inverse, 1.0) + where(
-        at_end, journal_slope * inverse, 0.0
+    is_at_end, inverse = abs(gap.x) > half_length, 1.0 / (normal.depth + joint.clearance)
+    wall_wear, wall_slope, _, _ = wear_depth_at(joint.bearing.table, wall_distance / joint.bearing_radius)
+    pin_angle = angle + _angle_of(gap.axis_x, gap.axis_y) - gap.angle_distal
+    pin_wear, pin_slope, _, _ = wear_depth_at(joint.journal.table, pin_angle)
+    wall_force_ratio = wall_slope / joint.bearing_radius * where(is_at_end, radius * inverse, 1.0) + where(
+        is_at_end, pin_slope * inverse, 0.0
     )
     tangential_rate = gap.vy * normal.x - gap.vx * normal.y
-    rate = normal.rate - wall_force_ratio * tangential_rate - journal_slope * (gap.spin_proximal - gap.spin_distal)
-    return _WornContact(normal, normal.depth - (g + h), rate, wall_force_ratio, journal_slope)
+    rate = normal.rate - wall_force_ratio * tangential_rate - pin_slope * (gap.spin_proximal - gap.spin_distal)
+    return _WornContact(normal, normal.depth - (wall_wear + pin_wear), rate, wall_force_ratio, pin_slope)
 
 
 @contact_modes.member(WornSlot)
@@ -149,8 +149,8 @@ def _load_worn_slot(joint, gap, offsets, state):
     contact = Contact(force, tangential, normal.slip, pin_contact.rate, pin_contact.depth, elastic, unclipped)
     tangential_load = tangential + force * pin_contact.wall_force_ratio  # along the normal turned by +90 degrees
     axial, transverse = -force * normal.x - tangential_load * normal.y, -force * normal.y + tangential_load * normal.x
-    on_pin = joint.journal_radius * tangential - force * pin_contact.couple_arm
-    return load_at_pin(gap, axial, transverse, on_pin, contact)
+    pin_couple = joint.journal_radius * tangential - force * pin_contact.couple_arm
+    return load_at_pin(gap, axial, transverse, pin_couple, contact)
 
 
 # ---------------------------------------------------------------------------------------------- wear
@@ -163,10 +163,10 @@ def _record_worn_slot(joint, gap, body_angles, j, instant):
 
 
 @local_clearance.member(WornSlot)
-def _local_clearance_worn_slot(joint, on_wall, on_pin):
+def _local_clearance_worn_slot(joint, wall_angle, pin_angle):
     """Return the local clearance (m): new surfaces' times (K + h'') / K, with K + h'' = K^2 / (K - g'')."""
-    clearance = unworn_local_clearance(joint, on_wall)
-    _, _, curvature, _ = wear_depth_at(joint.bearing.table, on_wall)
+    clearance = unworn_local_clearance(joint, wall_angle)
+    _, _, curvature, _ = wear_depth_at(joint.bearing.table, wall_angle)
     radii = (joint.journal_radius + joint.clearance) * joint.journal_radius
     difference = clearance - radii / (joint.bearing_radius * joint.bearing_radius) * curvature
     return clearance * clearance / max(difference, POINT_MARGIN * clearance)
@@ -192,14 +192,18 @@ def slot_shapes(joint: SlotJoint, bearing: np.ndarray, journal: np.ndarray) -> t
     is_flat = np.array([is_on_flat_wall(joint, position) for position in positions])
     curvature = np.where(is_flat, 1.0 / joint.journal_radius, joint.clearance / radii) * mean_radius**2  # per rad^2
     while True:
-        h = smooth_depths(bearing, width)
-        if np.all(curvature + h(positions, 2) >= POINT_MARGIN * curvature):
+        smooth_wear = smooth_depths(bearing, width)
+        if np.all(curvature + smooth_wear(positions, 2) >= POINT_MARGIN * curvature):
             break
         width *= WIDENING_FACTOR
     shift = np.zeros(KNOTS)
     for _ in range(NEWTON_STEPS):
-        shift -= (curvature * shift + h(positions + shift, 1)) / (curvature + np.maximum(h(positions + shift, 2), 0.0))
-    g = 0.5 * curvature * shift**2 + h(positions + shift)
-    spline = CubicSpline(np.append(positions, 2.0 * plain_math.pi), np.append(g, g[0]), bc_type="periodic")
-    _, pin, pin_width = shapes_of(np.zeros_like(journal), journal, joint.clearance, POINT_MARGIN)
-    return shape_of(spline), pin, max(width, pin_width)
+        shift -= (curvature * shift + smooth_wear(positions + shift, 1)) / (
+            curvature + np.maximum(smooth_wear(positions + shift, 2), 0.0)
+        )
+    effective_wear = 0.5 * curvature * shift**2 + smooth_wear(positions + shift)
+    spline = CubicSpline(
+        np.append(positions, 2.0 * plain_math.pi), np.append(effective_wear, effective_wear[0]), bc_type="periodic"
+    )
+    _, pin_shape, pin_width = shapes_of(np.zeros_like(journal), journal, joint.clearance, POINT_MARGIN)
+    return shape_of(spline), pin_shape, max(width, pin_width)

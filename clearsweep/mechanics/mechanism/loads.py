@@ -8,7 +8,7 @@ import numpy as np
 from ...contracts import case, machine
 from ...contracts.catalogue import Choice, Columns, Field, Keys, Law
 from ...contracts.outline import ANY, GROUND, SIZES, LoadOutline
-from ..joint.recipe import compiled_term
+from ..joint.recipe import compile_law
 
 CENTER = "center"  # the name of a body's centre of mass as a point
 MASS = "centre of mass"
@@ -207,16 +207,14 @@ def _rubbing(load: case.Load, load_points: LoadPoints) -> machine.Rubbing | mach
     if given_size:
         names = {given_size: "coefficient", f"static_{given_size}": "static_coefficient"}
         values = {names.get(key, key): value for key, value in load.friction.values.items()}
-        term = compiled_term(
-            "friction", load.friction.law, load._replace(friction=load.friction._replace(values=values))
-        )
+        term = compile_law("friction", load.friction.law, load._replace(friction=load.friction._replace(values=values)))
         return machine.Braking(load.name, load.values["on"], term)
-    term = compiled_term("friction", load.friction.law, load)
+    term = compile_law("friction", load.friction.law, load)
     return machine.Rubbing(load.name, load.values["on"], term, load.friction.values.get("radius", 0.0))
 
 
 def _preload(load: case.Load, load_points: LoadPoints) -> machine.Braking:
-    term = compiled_term("friction", load.friction.law, load)
+    term = compile_law("friction", load.friction.law, load)
     return machine.Braking(load.name, load.values["on"], term, load.values["radius"], load.values["preload"])
 
 

@@ -158,14 +158,14 @@ def bracket_passage(pointer, x, value):
 @kernel
 def find_maximum_after(p, x):
     """Return the fraction of the largest of several values of WHOLE between `x` and its next negative value."""
-    best, best_value, step = x, 0.0, 0.02 * (1.0 - x)
+    x_of_maximum, largest, step = x, 0.0, 0.02 * (1.0 - x)
     for i in range(1, 51):
         value, _ = value_and_slope(p, WHOLE, x + i * step)
         if value <= 0.0:
             break
-        if value > best_value:
-            best, best_value = x + i * step, value
-    return best
+        if value > largest:
+            x_of_maximum, largest = x + i * step, value
+    return x_of_maximum
 
 
 @kernel
@@ -258,16 +258,16 @@ def cannot_reach_bearing(pointer, j, h):
 def find_onset(pointer, j, h):
     """Return the fraction of the step at which free contact `j` first touches its bearing, or NO_CROSSING."""
     work = pointer[0]
-    p, begin = work.polynomials, work.o[column_of(j, DEPTH), START]
+    p, start_depth = work.polynomials, work.o[column_of(j, DEPTH), START]
     if cannot_reach_bearing(pointer, j, h):
         return NO_CROSSING
-    if begin >= 0.0 and work.o[column_of(j, RATE), START] >= 0.0:
+    if start_depth >= 0.0 and work.o[column_of(j, RATE), START] >= 0.0:
         return 0.0
     fit_gap(pointer, j, h)
     if is_rough(p):
         return find_onset_in_parts(pointer, j, h)
     x = find_certain_crossing(p, 0.0)
-    if x == NO_CROSSING and begin >= 0.0 and p[VALUES, DEGREE] >= 0.0:  # it never quite separated
+    if x == NO_CROSSING and start_depth >= 0.0 and p[VALUES, DEGREE] >= 0.0:  # it never quite separated
         return find_minimum(p)
     return x if x == NO_CROSSING else refine_onset(pointer, j, h, x)
 
@@ -350,9 +350,9 @@ def locate_first_event(pointer, h, stop):
         elif touches(work.mode[j]):
             x, event_kind = find_separation(pointer, j), SEPARATION
             if work.limit_depth[j] < math.inf:
-                limit_share = find_limit(pointer, j)
-                if limit_share < x:
-                    x, event_kind = limit_share, LIMIT
+                limit_fraction = find_limit(pointer, j)
+                if limit_fraction < x:
+                    x, event_kind = limit_fraction, LIMIT
         if x < earliest:
             earliest, kind, contact = x, event_kind, j
     if guards.contact.size > 0:

@@ -17,7 +17,7 @@ from .collocation import dense_state
 NOTHING, ONSET, SEPARATION, STOP, LIMIT, GUARD = range(6)
 MAX_TRAVEL = 8.0  # clearances: largest travel of a journal in free flight in a step
 EXPLICIT, IMPLICIT, AUTO = range(3)  # methods; AUTO: chosen from step to step
-# How the loop returns; GOING: it goes on
+# Status with which the loop returns; GOING: it has not ended
 OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF, TIME_LIMIT, STALLED = range(9)
 LEFT_BEARING, GOING = range(9, 11)
 
@@ -182,10 +182,10 @@ class Work(NamedTuple):
     onset_rates: np.ndarray  # (2^(1+c),) m/s, largest onset rate of these contacts
     control: ControlNumbers
     log: np.ndarray  # (LOG_ROWS, 5) events since the latest pause, see event_actions.Event
-    guards: tuple  # joint.guards.Guards
+    guards: tuple  # coupling.guards.Guards
     implicit: Implicit
     totals: tuple  # totals.Totals
-    record: tuple  # record.Record
+    record: tuple  # within_step.Record
     revolutions: tuple  # within_step.RevolutionMarks
 
 

@@ -5,18 +5,18 @@ begin_case, then until the case ends or pauses:
     take_step           stages by iteration, end, polynomial, error, sums        step, collocation, radau
     assess_step         its error, the length that it allows for the next        step_control
     if its error is too large:
-        reject          try again with a shorter length
+        reject_step     try again with a shorter length
     find_first_event    the first zero of its event functions                    event_search, bernstein
     if there is an event:
         take_step       up to the event; reject if the error is too large
         step_to_event   the end, corrected to the exact event                    step
-        accept          sums, peaks, wear, samples up to there                   accumulate
+        accept_step     sums, peaks, wear, samples up to there                   accumulate
         apply_event     modes, laws and states after it                          event_actions
         restart         rates of the new equations
     else:
-        accept          sums, peaks, wear, samples of the whole step             accumulate
+        accept_step     sums, peaks, wear, samples of the whole step             accumulate
         choose_method   explicit or implicit                                     choice
-        advance         its end is the next start
+        advance_start   its end is the next start
     set_next_length     after a rejection, a first step or an accepted one       step_control
 """
 
@@ -69,7 +69,7 @@ LOG_ROWS = 512  # events in the log before the loop pauses so that the caller ca
 
 
 @kernel
-def advance(pointer):
+def advance_start(pointer):
     """Make the end of a step the start of the next one, if no event has changed the state."""
     work = pointer[0]
     for i in range(work.y.size):
@@ -80,7 +80,7 @@ def advance(pointer):
 
 
 @kernel
-def accept(pointer):
+def accept_step(pointer):
     """Add an accepted step to the sums."""
     pointer[0].step.accepted = 1.0
     accumulate_step(accumulators_of(pointer), pointer[0].time)
@@ -98,7 +98,7 @@ def restart(pointer):
 
 
 @kernel
-def state_was_changed(pointer):
+def is_state_changed(pointer):
     """Return whether the caller changed the state after the end of the last step."""
     is_changed = False
     for i in range(pointer[0].y.size):
@@ -115,7 +115,7 @@ def begin_case(pointer):
     stepper.begun, stepper.logged, stepper.rejections = 1.0, 0.0, 0.0
     stepper.in_window = 1.0 if control.window <= position else 0.0
     stepper.next_stop = next_stop(pointer, position)
-    if stepper.next_length == 0.0 or state_was_changed(pointer):
+    if stepper.next_length == 0.0 or is_state_changed(pointer):
         begin_step(pointer)
     stepper.pause_step = work.counts.steps + control.pause_steps
     if stepper.next_length > 0.0:
@@ -136,7 +136,7 @@ def begin_case(pointer):
 
 
 @kernel
-def target_of(pointer):
+def next_boundary(pointer):
     """Return the start of the window of figures (s, or rad of a free crank); within the window the end of the run."""
     work = pointer[0]
     return work.control.end if work.stepper.in_window != 0.0 else work.control.window
@@ -144,12 +144,12 @@ def target_of(pointer):
 
 @kernel
 def next_stop(pointer, position):
-    """Return the end of the next step (s; rad for a free crank): the first knot beyond `position`, or `target_of`."""
-    target = target_of(pointer)
+    """Return the end of the next step (s; rad of a free crank): the first knot beyond `position`, or `next_boundary`."""
+    boundary = next_boundary(pointer)
     for knot in pointer[0].knots:
         if knot > position:
-            return min(knot, target)
-    return target
+            return min(knot, boundary)
+    return boundary
 
 
 @kernel
@@ -170,8 +170,8 @@ def status_before_step(pointer):
     stepper.farthest = max(stepper.farthest, angle)
     if angle > stepper.progress_angle + STALL_ADVANCE:
         stepper.progress_angle, stepper.progress_time = angle, time
-    stalled = stepper.farthest - angle > REVERSAL_TOLERANCE or time - stepper.progress_time > control.patience
-    return STALLED if stalled else GOING
+    is_stalled = stepper.farthest - angle > REVERSAL_TOLERANCE or time - stepper.progress_time > control.patience
+    return STALLED if is_stalled else GOING
 
 
 @kernel
@@ -183,16 +183,16 @@ def prepare_step(pointer):
         begin_case(pointer)
     if work.counts.steps + work.counts.rejected >= work.control.step_budget:
         return STEP_BUDGET
-    reason = GOING
+    status = GOING
     if stepper.rejections == 0.0:
-        reason, stepper.evaluations = status_before_step(pointer), work.counts.evaluations
-    if reason == GOING:
+        status, stepper.evaluations = status_before_step(pointer), work.counts.evaluations
+    if status == GOING:
         work.step.length = min(stepper.next_length, work.max_duration / work.o[KAPPA, START])
-    return reason
+    return status
 
 
 @kernel
-def reject(pointer):
+def reject_step(pointer):
     """Reject a step and shorten the next; return GOING, or a failure after MAX_REJECTIONS rejections."""
     work = pointer[0]
     stepper, error = work.stepper, work.step.error
@@ -227,7 +227,7 @@ def pass_stop(pointer):
     """Pass a stop, where a step had to end and the window may open; return GOING, or OK at the end of the run."""
     work = pointer[0]
     stepper = work.stepper
-    if stepper.next_stop == target_of(pointer):
+    if stepper.next_stop == next_boundary(pointer):
         if stepper.in_window != 0.0:
             return OK
         stepper.in_window = 1.0
@@ -237,7 +237,7 @@ def pass_stop(pointer):
 
 
 @kernel
-def apply_event(pointer, kind, contact):
+def apply_event_or_stop(pointer, kind, contact):
     """Apply an event or a stop to the state at the end of the step; return GOING or the status at the end."""
     if kind == STOP:
         return pass_stop(pointer)
@@ -251,16 +251,16 @@ def cut_at_event(pointer, h, event):
     fraction, kind, contact = event
     work.stepper.contact = contact
     if repeat_up_to(pointer, h, fraction):
-        return reject(pointer)
+        return reject_step(pointer)
     evaluations_before = work.counts.evaluations
     step_to_event(pointer, (kind, contact, work.stepper.next_stop))
     work.counts.locating += work.counts.evaluations - evaluations_before
     choose_method(pointer, work.step.length, contact_pattern(pointer))
-    accept(pointer)
+    accept_step(pointer)
     add_slow_sums(pointer, work.step.length)
-    reason = apply_event(pointer, kind, contact)
-    if reason != GOING:
-        return reason
+    status = apply_event_or_stop(pointer, kind, contact)
+    if status != GOING:
+        return status
     restart(pointer)
     set_next_length(pointer, BEGINNING)
     return GOING
@@ -275,16 +275,16 @@ def take_or_reject_step(pointer):
     assess_step(accumulators_of(pointer), work.method.current)
     h = step.length
     if not step.error < 1.0:
-        return reject(pointer)
+        return reject_step(pointer)
     pattern = contact_pattern(pointer)
     work.proposals[pattern], work.onset_rates[pattern] = step.proposal, onset_rate_of(pointer)
     fraction, kind, contact = find_first_event(pointer, h, stepper.next_stop)
     if kind != NOTHING:
         return cut_at_event(pointer, h, (fraction, kind, contact))
-    accept(pointer)
+    accept_step(pointer)
     choose_method(pointer, h, pattern)
     add_slow_sums(pointer, h)
-    advance(pointer)
+    advance_start(pointer)
     set_next_length(pointer, ACCEPTANCE)
     return GOING
 
@@ -322,9 +322,9 @@ def integrate(pinned: Pinned) -> None:
 @kernel
 def integrate_case(pointer):
     """Integrate one case; `pointer[0]` is its Work."""
-    reason = GOING
-    while reason == GOING:
-        reason = prepare_step(pointer)
-        if reason == GOING:
-            reason = take_or_reject_step(pointer)
-    pointer[0].stepper.status = reason
+    status = GOING
+    while status == GOING:
+        status = prepare_step(pointer)
+        if status == GOING:
+            status = take_or_reject_step(pointer)
+    pointer[0].stepper.status = status

@@ -106,12 +106,12 @@ def assess_step(accumulators, method):
     step.error, step.accepted, step.stiff = error, 0.0, 0.0
     if not error < 1.0:
         return
-    change = min(stepper.growth, growth_factor(error, stepper.expected_error))
-    stepper.expected_error = error * twelfth_power(change)
+    length_ratio = min(stepper.growth, growth_factor(error, stepper.expected_error))
+    stepper.expected_error = error * twelfth_power(length_ratio)
     if method != IMPLICIT and step.contraction > STIFF_CONTRACTION:
-        largest = BEST_CONTRACTION if step.sweeps > CHEAP_SWEEPS else MAX_CONTRACTION
-        step.stiff, change = 1.0, min(change, math.sqrt(largest / step.contraction))
-    step.proposal, stepper.rejections = h * change, 0.0
+        best_contraction = BEST_CONTRACTION if step.sweeps > CHEAP_SWEEPS else MAX_CONTRACTION
+        step.stiff, length_ratio = 1.0, min(length_ratio, math.sqrt(best_contraction / step.contraction))
+    step.proposal, stepper.rejections = h * length_ratio, 0.0
 
 
 @inlined

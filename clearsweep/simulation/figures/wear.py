@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...contracts.catalogue import Figure, Shown
-from ...mechanics.joint.spatial.form import KINDS as SPATIAL
+from ...mechanics.joint.spatial.form import SPATIAL_JOINT_TYPES as SPATIAL
 from ...mechanics.joint.wear.contract import (
     ARC_COUNT,
     FIRST_CLASS,
@@ -42,7 +42,7 @@ def volume(window: Window, index: int) -> float:
 def _relative_bin_areas(joint: Any) -> tuple[float, float]:
     """Return the arc lengths of a bin on bearing and journal, relative to the bearing."""
     if type(joint) in SPATIAL:
-        return 1.0 / joint.wear_rows, joint.half_journal / (joint.half_length * joint.wear_rows)
+        return 1.0 / joint.wear_rows, joint.journal_half_length / (joint.half_length * joint.wear_rows)
     return 1.0, 1.0
 
 

@@ -26,7 +26,7 @@ def of_film(law: str, slenderness: float, sommerfeld: float, ratio: float, attit
     load = film_at_rest.load_of(slenderness, sommerfeld)
     scene = load_case(film_at_rest.grid_of(law, slenderness, sommerfeld))
     (joint,) = scene.case.joints
-    term = registry.joint_term(joint, str(joint.journal))
+    term = registry.compile_joint(joint, str(joint.journal))
     clearance, speed = film_at_rest.CLEARANCE, film_at_rest.SPEED
     scales = clearance * np.array([1.0, 1.0, speed, speed])
     equilibrium = np.array([ratio * math.cos(attitude), ratio * math.sin(attitude), 0.0, 0.0])

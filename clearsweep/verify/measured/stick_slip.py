@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from ...contracts.results import Trajectory
 from ...mechanics.joint.friction.contract import friction_force
-from ...mechanics.joint.registry import friction_term
+from ...mechanics.joint.registry import compile_friction
 from ...simulation.scene import load_case
 from ...simulation.trajectory import simulate
 from .drawing import COLOURS, REFERENCE, tidy
@@ -99,7 +99,7 @@ def run(law: str) -> Trajectory:
 def bend(law: str, trajectory: Trajectory) -> float:
     """Return the deflection (m) of the bristles at the friction force at the end of a run."""
     (joint,) = load_case(grid({"law": law, **LAWS[law]})).case.joints
-    term = friction_term(joint)
+    term = compile_friction(joint)
     normal, tangential, slip = (
         float(trajectory[f"joints/guide/{name}"][-1]) for name in ("force_normal", "force_tangential", "vx")
     )

@@ -33,7 +33,7 @@ from ...compiled.family import kernel
 from ...trace.portable import line_through, log, power
 from ..material import line_modulus
 from ..recipe import register
-from .contract import CYLINDER_NEEDS, NODES, elastic_energy, elastic_force, elastic_form
+from .contract import CYLINDER_NEEDS, NODES, elastic_energy, elastic_force, register_elastic_force
 from .cylinders import inverse_lambert
 from .power import Power, derived_power
 
@@ -57,7 +57,7 @@ def depth_of_arc(angle: float) -> float:
     return depth_ratio / (1.0 - depth_ratio)
 
 
-@elastic_form(Compatible, is_odd=False)
+@register_elastic_force(Compatible, is_odd=False)
 def _compatible(elastic, pen):
     if pen <= 0.0:
         return as_type_of(0.0, pen)
@@ -79,10 +79,10 @@ def energy_ratio(q):
     w = q * (calculus.log(4.0 / q) - 1.0)
     energy_factor = 0.0
     for node, weight in NODES:
-        t = q * (node * node)
-        logarithm = t * (calculus.log(4.0 / t) - 1.0)
+        q_at_node = q * (node * node)
+        logarithm = q_at_node * (calculus.log(4.0 / q_at_node) - 1.0)
         energy_factor += (
-            weight * logarithm * ((1.0 - t) * (2.0 - logarithm) / ((1.0 - logarithm) * (1.0 - logarithm)) - 2.0)
+            weight * logarithm * ((1.0 - q_at_node) * (2.0 - logarithm) / ((1.0 - logarithm) * (1.0 - logarithm)) - 2.0)
         )
     return 0.5 * q * (2.0 - q) * w * (2.0 - w) / ((1.0 - w) * (1.0 - w)) - q * (w + 0.5 * q + energy_factor)
 

@@ -17,7 +17,7 @@ from ...compiled.family import kernel
 from ...trace import portable
 from ..material import line_modulus, plane_strain_modulus
 from ..recipe import register
-from .contract import CYLINDER_NEEDS, WIDE_ARC, elastic_form
+from .contract import CYLINDER_NEEDS, WIDE_ARC, register_elastic_force
 from .power import Power, derived_power
 
 _ARC = "The contact arc is that of rigid circles, cos theta = c / (c + pen)."
@@ -30,7 +30,7 @@ class Liu(NamedTuple):
     clearance: float  # c, m
 
 
-@elastic_form(Liu, is_odd=True)
+@register_elastic_force(Liu, is_odd=True)
 def _liu(elastic, pen):
     return elastic.stiffness * pen * math.sqrt(0.5 * pen / (elastic.clearance + pen))
 
@@ -83,11 +83,11 @@ class LiuTangent(NamedTuple):
     exponent: float  # n, 1
 
 
-@elastic_form(LiuTangent, is_odd=False)
+@register_elastic_force(LiuTangent, is_odd=False)
 def _liu_tangent(elastic, pen):
-    bearing_depth = elastic.clearance + pen
-    factor = (1.5 * elastic.clearance + pen) / bearing_depth
-    return elastic.modulus * pen**elastic.exponent * factor * math.sqrt(0.5 * pen / bearing_depth)
+    clearance_and_pen = elastic.clearance + pen
+    factor = (1.5 * elastic.clearance + pen) / clearance_and_pen
+    return elastic.modulus * pen**elastic.exponent * factor * math.sqrt(0.5 * pen / clearance_and_pen)
 
 
 def _make_literal(joint):
@@ -135,7 +135,7 @@ def angle_minus_sine(angle):
     return angle * x / 6.0 * series
 
 
-@elastic_form(Foundation, is_odd=True)
+@register_elastic_force(Foundation, is_odd=True)
 def _foundation(elastic, pen):
     angle = 2.0 * math.atan(math.sqrt(pen / (2.0 * elastic.clearance + pen)))
     return elastic.stiffness * (pen * angle + elastic.clearance * angle_minus_sine(angle))
@@ -193,7 +193,7 @@ def load_ratio(depth_ratio):
     return b2 * (b2 + 1.0) / (2.0 - math.log1p(b2) - 2.0 * b2 * b2)
 
 
-@elastic_form(Conformal, is_odd=False)
+@register_elastic_force(Conformal, is_odd=False)
 def _conformal(elastic, pen):
     depth_ratio = pen / elastic.clearance
     if depth_ratio < CONFORMAL_END:
@@ -251,7 +251,7 @@ FIT_END = 0.5  # clearances: largest penetration of the fit to persson
 
 @functools.cache
 def fit_conformal_power() -> tuple[float, float, float]:
-    """Return (k, n, residual) of the best power law k x^n for Persson's load over 0 < x <= FIT_END.
+    """Return (k, n, residual) of the best-fitting power law k x^n for Persson's load over 0 < x <= FIT_END.
 
     The load is in units of E* c L, x in clearances; least squares of the relative error, `residual` its rms.
     """

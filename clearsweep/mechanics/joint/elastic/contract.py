@@ -61,15 +61,15 @@ NODES = tuple((float(0.5 * x + 0.5), float(w * (0.5 * x + 0.5))) for x, w in zip
 FAMILIES = (elastic_force, root_parity)  # every type must be a member of these families
 
 
-def elastic_form(form, *, is_odd: bool):
+def register_elastic_force(law_type, *, is_odd: bool):
     """Return the decorator that registers the `elastic_force` of a type.
 
     `is_odd` : whether the force at small penetration is an odd power of the root of the penetration.
     """
 
     def decorate(function):
-        root_parity.member(form)(_odd if is_odd else _even)
-        return elastic_force.member(form)(function)
+        root_parity.member(law_type)(_odd if is_odd else _even)
+        return elastic_force.member(law_type)(function)
 
     return decorate
 

@@ -13,7 +13,7 @@ from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..material import line_modulus
 from ..recipe import register
-from .contract import CYLINDER_NEEDS, SMALL_ARC, elastic_energy, elastic_force, elastic_form
+from .contract import CYLINDER_NEEDS, SMALL_ARC, elastic_energy, elastic_force, register_elastic_force
 from .power import Power, derived_power
 
 #: Where the tangent of pen = g F ln(S / F) is twice the secant, in units of g S.  The law folds back at exp(-1).
@@ -42,11 +42,11 @@ def inverse_lambert(w):
     quadratic = 2.0 * base * (base + 2.0 / 3.0 * z)
     denominator = base * (
         quadratic - 2.0 * z
-    )  # v (1 + z (second - z) / below) is the root; its inverse needs one division
+    )  # v (1 + z (quadratic - z) / denominator) is the root; its inverse needs one division
     return denominator / (v * (denominator + z * (quadratic - z)))
 
 
-@elastic_form(Logarithmic, is_odd=False)
+@register_elastic_force(Logarithmic, is_odd=False)
 def _logarithmic(elastic, pen):
     if pen <= 0.0:
         return 0.0
@@ -68,8 +68,8 @@ def _elastic_energy_logarithmic(elastic, pen):
     )
 
 
-def logarithmic_of(joint: Joint, depth: float) -> Logarithmic:
-    """Return pen = g F ln(S / F) of a joint with its S such that g S = `depth` (m)."""
+def make_logarithmic(joint: Joint, depth: float) -> Logarithmic:
+    """Return the Logarithmic law of a joint whose g S is `depth` (m)."""
     return Logarithmic(math.pi * line_modulus(joint), depth)
 
 
@@ -80,13 +80,13 @@ _FOLD = (
 
 
 def register_line_law(law: Law, make: Callable) -> None:
-    """Register a law pen = g F ln(S / F), g = 1 / (pi E* L), with its S."""
+    """Register a law pen = g F ln(S / F), g = 1 / (pi E* L); make : joint -> Logarithmic, which has the law's S."""
     law = law._replace(notes=f"{law.notes}  {_FOLD}", trusted=(SMALL_ARC,))
     register(law, (Logarithmic,), make, limit=lambda joint: LOGARITHMIC_END * make(joint).depth)
 
 
-def _johnson(joint, constant=-1.0):
-    return logarithmic_of(joint, 4.0 * joint.clearance * math.exp(constant))
+def _make_johnson(joint, constant=-1.0):
+    return make_logarithmic(joint, 4.0 * joint.clearance * math.exp(constant))
 
 
 register_line_law(
@@ -101,7 +101,7 @@ register_line_law(
         notes="Treats the bodies as half-spaces, so it is for small contact arcs.",
         merit=Merit(3, "it is the line contact of elastic half-spaces, and the arc is small"),
     ),
-    _johnson,
+    _make_johnson,
 )
 
 
@@ -116,14 +116,14 @@ register_line_law(
         needs=CYLINDER_NEEDS,
         notes="Some codes have a further factor pi, which is wrong.",
     ),
-    lambda joint: _johnson(joint, 1.0),
+    lambda joint: _make_johnson(joint, 1.0),
 )
 
 
-def _radzimovsky(joint):
+def _make_radzimovsky(joint):
     # b^2 = 1.6^2 f k R / E* with R = R_b R_j / c leaves ln(4 R_b / b) + ln(4 R_j / b) = ln(16 E* c / (2.56 k f))
-    squared = 2.56 * joint.contact.values["curvature_factor"]
-    return logarithmic_of(joint, 16.0 / squared / math.pi * joint.clearance * math.exp(2.0 / 3.0))
+    width_factor_squared = 2.56 * joint.contact.values["curvature_factor"]
+    return make_logarithmic(joint, 16.0 / width_factor_squared / math.pi * joint.clearance * math.exp(2.0 / 3.0))
 
 
 register_line_law(
@@ -153,13 +153,13 @@ register_line_law(
         notes="b is the full width of contact, and K_D uses diameters.  With radii, as often printed, b is too small "
         "by sqrt(2) and the force 6 to 13 % lower; curvature_factor 1 reproduces curves of the multibody literature.",
     ),
-    _radzimovsky,
+    _make_radzimovsky,
 )
 
 
-def _dubowsky_freudenstein(joint, power_of_length=3.0):
+def _make_dubowsky_freudenstein(joint, power_of_length=3.0):
     radii = joint.bearing_radius * (joint.bearing_radius - joint.clearance)
-    return logarithmic_of(joint, joint.length ** (power_of_length - 1.0) * joint.clearance / radii * math.e)
+    return make_logarithmic(joint, joint.length ** (power_of_length - 1.0) * joint.clearance / radii * math.e)
 
 
 register_line_law(
@@ -175,7 +175,7 @@ register_line_law(
         notes="The length in the logarithm has no physical basis; only its third power makes the argument "
         "dimensionless.",
     ),
-    _dubowsky_freudenstein,
+    _make_dubowsky_freudenstein,
 )
 
 
@@ -192,11 +192,11 @@ register_line_law(
         notes="Dimensionally inconsistent: the argument of the logarithm has the unit 1/m^2.  Here all lengths are in "
         "metres; in millimetres the law gives other forces.",
     ),
-    lambda joint: _dubowsky_freudenstein(joint, 1.0),
+    lambda joint: _make_dubowsky_freudenstein(joint, 1.0),
 )
 
 
-def _pereira(joint):
+def _make_pereira(joint):
     clearance = joint.clearance * 1e3  # mm, like all lengths of the fit; moduli in MPa
     y = 1.51 * math.log(1e3 * clearance) ** -0.151 if clearance < 0.34954 else 0.0151 * clearance + 1.151
     exponent = y * clearance**-0.005
@@ -219,6 +219,6 @@ register(
         "codes, is wrong.",
     ),
     (Power,),
-    _pereira,
-    derived=lambda joint: derived_power(_pereira(joint)),
+    _make_pereira,
+    derived=lambda joint: derived_power(_make_pereira(joint)),
 )

@@ -6,7 +6,7 @@ from ....contracts.catalogue import Field, Law, Range
 from ...compiled import calculus as math
 from ..material import material_stiffness
 from ..recipe import register
-from .contract import elastic_energy, elastic_form, energy_stiffness
+from .contract import elastic_energy, energy_stiffness, register_elastic_force
 
 
 class Power(NamedTuple):
@@ -16,7 +16,7 @@ class Power(NamedTuple):
     exponent: float  # 1
 
 
-@elastic_form(Power, is_odd=False)
+@register_elastic_force(Power, is_odd=False)
 def _power(elastic, pen):
     return elastic.stiffness * pen**elastic.exponent
 
@@ -32,7 +32,7 @@ class PowerThreeHalves(NamedTuple):
     stiffness: float  # N m^-1.5
 
 
-@elastic_form(PowerThreeHalves, is_odd=True)
+@register_elastic_force(PowerThreeHalves, is_odd=True)
 def _power_three_halves(elastic, pen):
     return elastic.stiffness * pen * math.sqrt(pen)
 
@@ -53,7 +53,7 @@ class Linear(NamedTuple):
     stiffness: float  # N/m
 
 
-@elastic_form(Linear, is_odd=False)
+@register_elastic_force(Linear, is_odd=False)
 def _linear(elastic, pen):
     return elastic.stiffness * pen
 
@@ -89,7 +89,7 @@ def derived_power(term: Power) -> dict:
     return derived_stiffness(term.stiffness, term.exponent) | {"contact.exponent": (term.exponent, "1")}
 
 
-def _given_stiffness(joint):
+def _stiffness_of(joint):
     stiffness = joint.contact.values.get("stiffness")
     return material_stiffness(joint) if stiffness is None else stiffness
 
@@ -118,7 +118,7 @@ register(
         "pi in K; mixing the two conventions is an error of a factor pi.",
     ),
     POWERS,
-    lambda joint: power_of(_given_stiffness(joint), joint.contact.values["exponent"]),
+    lambda joint: power_of(_stiffness_of(joint), joint.contact.values["exponent"]),
     derived=lambda joint: (
         {}
         if "stiffness" in joint.contact.values

@@ -24,7 +24,7 @@ class FilmMotion(NamedTuple):
     spin: float  # rad/s, effective: of journal and bearing minus twice that of the line of centres
 
 
-class Arc(NamedTuple):
+class FilmArc(NamedTuple):
     """The half of the circumference in which a half film has pressure.
 
     Angles are measured from the thickest film, opposite to the line of centres.
@@ -97,12 +97,12 @@ TRANSITION_FAMILIES = (dry_fraction,)
 @kernel
 def arc_from(ratio, sine, cosine):
     """Return the Arc that begins where sine and cosine have the given ratio; one of them must not be 0."""
-    length = math.sqrt(sine * sine + cosine * cosine)
-    sine, cosine = sine / length, cosine / length
+    norm = math.sqrt(sine * sine + cosine * cosine)
+    sine, cosine = sine / norm, cosine / norm
     one_minus_square = 1.0 - ratio * ratio
     root = math.sqrt(one_minus_square)
     inverse_thickness = (math.pi + 2.0 * math.atan(ratio * sine / root)) / root
-    return Arc(cosine, sine, 1.0 - (ratio * cosine) ** 2, one_minus_square, inverse_thickness)
+    return FilmArc(cosine, sine, 1.0 - (ratio * cosine) ** 2, one_minus_square, inverse_thickness)
 
 
 @kernel

@@ -69,8 +69,8 @@ def _guards_reversals(reversals):
 
 @guard_values.member(Reversals)
 def _guard_values_reversals(reversals, start, contact, root):
-    opens, closes = distances_past_kinks((0.0,), start.rate, contact.rate)
-    turns, turns_back = distances_past_kinks((0.0,), start.guard_quantity, contact.guard_quantity)
+    above_zero_rate, below_zero_rate = distances_past_kinks((0.0,), start.rate, contact.rate)
+    above_zero_spin, below_zero_spin = distances_past_kinks((0.0,), start.guard_quantity, contact.guard_quantity)
     if start.depth < reversals.end:
-        return opens, closes, turns, turns_back
+        return above_zero_rate, below_zero_rate, above_zero_spin, below_zero_spin
     return NEVER, NEVER, NEVER, NEVER

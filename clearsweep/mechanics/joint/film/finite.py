@@ -26,7 +26,7 @@ class Finite(NamedTuple):
     a9: float
 
 
-def butenschoen(force: float, b: float) -> Finite:
+def make_butenschoen(force: float, b: float) -> Finite:
     """Return the compiled law with the factor `force` (N s) for a length / diameter `b`."""
     return Finite(
         force,
@@ -91,10 +91,10 @@ def _film_force_finite(law, motion):
     return radial, law.force * wedge * sine * entrainment
 
 
-def _finite(joint):
+def _make_finite(joint):
     slenderness = 0.5 * joint.length / joint.bearing_radius
     psi = joint.clearance / joint.bearing_radius
-    return butenschoen(joint.length * 2.0 * joint.bearing_radius * joint.film.viscosity / (psi * psi), slenderness)
+    return make_butenschoen(joint.length * 2.0 * joint.bearing_radius * joint.film.viscosity / (psi * psi), slenderness)
 
 
 register(
@@ -133,5 +133,5 @@ register(
         "energy; the message of such a case says so.  The law reynolds generates none.  This law gives no pressure.",
     ),
     (Finite,),
-    _finite,
+    _make_finite,
 )

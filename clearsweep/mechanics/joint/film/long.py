@@ -38,10 +38,10 @@ def _film_force_long(law, motion):
         arc.one_minus_square,
         arc.inverse_thickness,
     )
-    film_at_start, ratio_cosine_square = 1.0 + ratio * c, ratio * c * c
+    start_thickness, ratio_cosine_square = 1.0 + ratio * c, ratio * c * c
     wedge_factor, end_term = (
         6.0 * law.force * wedge / two_plus_square,
-        (2.0 + ratio * c) / (film_at_start * film_at_start),
+        (2.0 + ratio * c) / (start_thickness * start_thickness),
     )
     # the pressure of the wedge, 0 at the beginning, plus that of the squeeze
     radial = wedge_factor * (2.0 * s * s * end_term - 2.0 * ratio_cosine_square * c / d)
@@ -51,10 +51,10 @@ def _film_force_long(law, motion):
         6.0
         * law.force
         * squeeze_rate
-        * (inverse_thickness + 2.0 * s * cosine_terms / (film_at_start * film_at_start * d))
+        * (inverse_thickness + 2.0 * s * cosine_terms / (start_thickness * start_thickness * d))
         / one_minus_square
     )
-    tangential += 24.0 * law.force * squeeze_rate * c * c / (d * film_at_start)
+    tangential += 24.0 * law.force * squeeze_rate * c * c / (d * start_thickness)
     return radial, tangential
 
 
@@ -62,15 +62,15 @@ def _film_force_long(law, motion):
 def _pressure(law, motion, cosine, sine):
     ratio, two_plus_square = motion.ratio, 2.0 + motion.ratio * motion.ratio
     squeeze, wedge = motion.squeeze_rate * two_plus_square, motion.spin * ratio
-    length = math.sqrt(squeeze * squeeze + wedge * wedge)
-    if length == 0.0:
+    norm = math.sqrt(squeeze * squeeze + wedge * wedge)
+    if norm == 0.0:
         return 0.0
-    s, c = squeeze / length, wedge / length
-    film_at_start, film_at_angle = 1.0 + ratio * c, 1.0 + ratio * cosine
-    wedge_term = sine * (1.0 + film_at_angle) / (film_at_angle * film_at_angle) - s * (1.0 + film_at_start) / (
-        film_at_start * film_at_start
+    s, c = squeeze / norm, wedge / norm
+    start_thickness, thickness = 1.0 + ratio * c, 1.0 + ratio * cosine
+    wedge_term = sine * (1.0 + thickness) / (thickness * thickness) - s * (1.0 + start_thickness) / (
+        start_thickness * start_thickness
     )
-    squeeze_term = (c - cosine) * (film_at_start + film_at_angle) / (film_at_start * film_at_angle) ** 2
+    squeeze_term = (c - cosine) * (start_thickness + thickness) / (start_thickness * thickness) ** 2
     return law.pressure * (wedge / two_plus_square * wedge_term + motion.squeeze_rate * squeeze_term)
 
 
@@ -82,10 +82,10 @@ def _film_pressure_long(law, motion):
     )
 
 
-def _factors(joint):
+def _force_and_pressure_factors(joint):
     viscosity, length, radius = joint.film.viscosity, joint.length, joint.bearing_radius
-    squared = joint.clearance * joint.clearance
-    return viscosity * length * radius**3 / squared, 6.0 * viscosity * radius**2 / squared
+    clearance_squared = joint.clearance * joint.clearance
+    return viscosity * length * radius**3 / clearance_squared, 6.0 * viscosity * radius**2 / clearance_squared
 
 
 register(
@@ -103,7 +103,7 @@ register(
         notes="Pressure counts only over the half circle; near its ends it can be negative while the film opens.",
     ),
     (Long,),
-    lambda joint: Long(*_factors(joint)),
+    lambda joint: Long(*_force_and_pressure_factors(joint)),
 )
 
 
@@ -119,18 +119,18 @@ has_reversal_corners.member(PinkusSternlicht)(None)
 @film_force.member(PinkusSternlicht)
 def _film_force_pinkus_sternlicht(law, motion):
     ratio, squeeze_rate, entrainment = motion.ratio, motion.squeeze_rate, motion.spin
-    squared = ratio * ratio
-    one_minus_square, two_plus_square, speed = 1.0 - squared, 2.0 + squared, abs(squeeze_rate)
+    ratio_squared = ratio * ratio
+    one_minus_square, two_plus_square, squeeze_speed = 1.0 - ratio_squared, 2.0 + ratio_squared, abs(squeeze_rate)
     half_wedge = 0.5 * entrainment * ratio
-    weight = math.sqrt(one_minus_square * (half_wedge * half_wedge + squeeze_rate * squeeze_rate))  # eps |eps'| k
-    denominator = weight + 1.5 * ratio * speed
+    scaled_k = math.sqrt(one_minus_square * (half_wedge * half_wedge + squeeze_rate * squeeze_rate))  # eps |eps'| k
+    denominator = scaled_k + 1.5 * ratio * squeeze_speed
     if denominator == 0.0:
         zero = as_type_of(0.0, denominator)
         return zero, zero
-    q = (weight + 3.0 * ratio * speed if squeeze_rate > 0.0 else weight) / denominator
+    q = (scaled_k + 3.0 * ratio * squeeze_speed if squeeze_rate > 0.0 else scaled_k) / denominator
     sign = 1.0 if squeeze_rate > 0.0 else -1.0
     radial = -6.0 * law.force / (two_plus_square * one_minus_square * math.sqrt(one_minus_square))
-    radial *= 4.0 * weight * ratio + sign * speed * two_plus_square * math.pi * q
+    radial *= 4.0 * scaled_k * ratio + sign * squeeze_speed * two_plus_square * math.pi * q
     tangential = 6.0 * math.pi * law.force * ratio * entrainment / (two_plus_square * math.sqrt(one_minus_square)) * q
     return radial, tangential
 
@@ -151,5 +151,5 @@ register(
         "more near eps = 1.  It gives no pressure.",
     ),
     (PinkusSternlicht,),
-    lambda joint: PinkusSternlicht(_factors(joint)[0]),
+    lambda joint: PinkusSternlicht(_force_and_pressure_factors(joint)[0]),
 )

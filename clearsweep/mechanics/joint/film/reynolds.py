@@ -74,7 +74,7 @@ def tables_at(slenderness: float) -> tuple[float, float]:
 
 
 @kernel
-def expansion(table, ratio, direction):
+def evaluate_expansion(table, ratio, direction):
     """Return the sum of c_k(ratio) T_k(direction) over the TERMS of an array, and its derivative by direction.
 
     With t = artanh(ratio) / MAX_ARTANH, c_k is a polynomial of 2 t^2 - 1, times t for odd terms: the film is the same
@@ -103,7 +103,7 @@ def expansion(table, ratio, direction):
 
 
 @kernel
-def _direction(motion):
+def _scaled_velocities(motion):
     """Return S and the scaled W (1/s), their magnitude (1/s), and the scale factor (1 - eps^2)^(1/4) of W (1)."""
     wedge_scale = math.sqrt(math.sqrt(1.0 - motion.ratio * motion.ratio))
     squeeze, wedge = 2.0 * motion.squeeze_rate, motion.spin * motion.ratio * wedge_scale
@@ -113,28 +113,28 @@ def _direction(motion):
 
 @film_force.member(Reynolds)
 def _film_force_reynolds(law, motion):
-    squeeze, wedge, speed, wedge_scale = _direction(motion)
+    squeeze, wedge, speed, wedge_scale = _scaled_velocities(motion)
     if speed == 0.0:
         zero = as_type_of(0.0, speed)
         return zero, zero
     sine, cosine = squeeze / speed, wedge / speed
-    log_factor, slope = expansion(law.power, motion.ratio, sine)
+    log_factor, slope = evaluate_expansion(law.power, motion.ratio, sine)
     radial, tangential = film_force(law.short, motion)
     factor = math.exp(log_factor)
-    # P / c = (-S F_r + W F_t) / 2 of the short film, times the derivative of exp(g); W = wedge / stretch
+    # P / c = (-S F_r + W F_t) / 2 of the short film, times the derivative of exp(g); W = wedge / wedge_scale
     direction_term = 0.5 * slope * cosine * (wedge / wedge_scale * tangential - squeeze * radial) / speed
     return factor * (radial - direction_term * cosine), factor * (tangential - direction_term * sine * wedge_scale)
 
 
 @film_pressure.member(Reynolds)
 def _film_pressure_reynolds(law, motion):
-    squeeze, _, speed, _ = _direction(motion)
+    squeeze, _, speed, _ = _scaled_velocities(motion)
     if speed == 0.0:
         return 0.0
-    return math.exp(expansion(law.peak, motion.ratio, squeeze / speed)[0]) * film_pressure(law.short, motion)
+    return math.exp(evaluate_expansion(law.peak, motion.ratio, squeeze / speed)[0]) * film_pressure(law.short, motion)
 
 
-def _reynolds(joint):
+def _make_reynolds(joint):
     short_bearing = RECIPES["film", "short"].make(joint)
     return Reynolds(short_bearing, *tables_at(0.5 * joint.length / joint.bearing_radius))
 
@@ -165,5 +165,5 @@ register(
         "tables it begins where it is thickest, which turns a light load on a long bearing by up to 5 deg.",
     ),
     (Reynolds,),
-    _reynolds,
+    _make_reynolds,
 )

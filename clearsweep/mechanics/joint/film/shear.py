@@ -14,7 +14,7 @@ from ..recipe import register
 from .contract import film_couples, shear_couple
 
 BALANCED = "M_j = -C - e F_t / 2, M_b = C - e F_t / 2, C = "
-DEFAULT = "butenschoen"  # the meaning of `film.friction: by-law`
+DEFAULT_SHEAR_LAW = "butenschoen"  # the meaning of `film.friction: by-law`
 
 
 class Unsheared(NamedTuple):
@@ -58,7 +58,7 @@ def _shear_couple_petroff(shear, motion, rotation):
     return as_type_of(shear.drag * rotation, motion.ratio)
 
 
-def drag(joint) -> float:
+def petroff_drag(joint) -> float:
     """Return 2 pi mu R^3 L / c of a joint with a film, N m s."""
     return 2.0 * math.pi * joint.film.viscosity * joint.bearing_radius**3 * joint.length / joint.clearance
 
@@ -73,7 +73,7 @@ register(
         notes="C does not depend on the eccentricity: it is the smallest drag of a full film.",
     ),
     (Petroff,),
-    lambda joint: Petroff(drag(joint)),
+    lambda joint: Petroff(petroff_drag(joint)),
 )
 
 
@@ -99,7 +99,7 @@ register(
         notes="C is that of butenschoen and is valid for any full film.",
     ),
     (Couette,),
-    lambda joint: Couette(drag(joint)),
+    lambda joint: Couette(petroff_drag(joint)),
 )
 
 
@@ -115,5 +115,5 @@ register(
         "cavity has about half the drag.  For the journal of a bearing at rest this is the published formula.",
     ),
     (Couette,),
-    lambda joint: Couette(drag(joint)),
+    lambda joint: Couette(petroff_drag(joint)),
 )

@@ -31,16 +31,16 @@ def _film_force_short(law, motion):
         arc.one_minus_square,
         arc.inverse_thickness,
     )
-    cosine_square = (ratio * c) ** 2
+    ratio_cosine_squared = (ratio * c) ** 2
     # integrals over the arc of sin^2, sin cos, 1 over H^3 (Booker 1965)
-    squeeze_integral = 0.5 * inverse_thickness / one_minus_square + s * ratio * (1.0 - 2.0 * c * c + cosine_square) / (
-        d * d * one_minus_square
-    )
+    squeeze_integral = 0.5 * inverse_thickness / one_minus_square + s * ratio * (
+        1.0 - 2.0 * c * c + ratio_cosine_squared
+    ) / (d * d * one_minus_square)
     wedge_integral = -2.0 * ratio * c * c * c / (d * d)
     square_integral = (inverse_thickness + 2.0 * ratio * s / d) / one_minus_square
     cube_integral = (
         0.5
-        * (3.0 * square_integral - inverse_thickness + 2.0 * ratio * s * (1.0 + cosine_square) / (d * d))
+        * (3.0 * square_integral - inverse_thickness + 2.0 * ratio * s * (1.0 + ratio_cosine_squared) / (d * d))
         / one_minus_square
     )
     radial = 0.5 * law.force * (wedge * wedge_integral - squeeze * (cube_integral - squeeze_integral))
@@ -59,10 +59,10 @@ def _film_pressure_short(law, motion):
     return maximum_over_arc(law, motion, _pressure, math.atan2(2.0 * motion.squeeze_rate, motion.spin * motion.ratio))
 
 
-def _short(joint):
+def _make_short(joint):
     viscosity, length, radius = joint.film.viscosity, joint.length, joint.bearing_radius
-    squared = joint.clearance * joint.clearance
-    return Short(viscosity * radius * length**3 / squared, 0.75 * viscosity * length**2 / squared)
+    clearance_squared = joint.clearance * joint.clearance
+    return Short(viscosity * radius * length**3 / clearance_squared, 0.75 * viscosity * length**2 / clearance_squared)
 
 
 register(
@@ -83,5 +83,5 @@ register(
         "circle: no suction.",
     ),
     (Short,),
-    _short,
+    _make_short,
 )

@@ -15,7 +15,7 @@ from .contract import asperity_load, dry_fraction
 MAX_SEPARATION = 5.0  # standard deviations: further away the load is below 3e-8 of that at contact
 #: Of ln F_5/2 + 2.5 ln g by powers of g from the sixth to the first, fitted to the integral: F_5/2 within 0.15 % from 0
 #: to 4 standard deviations, and within 1.5 % below and up to MAX_SEPARATION.
-FIT = (0.00043721, -0.00780786, 0.05308344, -0.1640149, -0.31382968, -0.05197362)
+EXPONENT_FIT = (0.00043721, -0.00780786, 0.05308344, -0.1640149, -0.31382968, -0.05197362)
 #: Nodes and weights of Gauss's rule on (0, 1): of half the arc in which asperities touch.
 NODES = tuple((float(0.5 * x + 0.5), float(0.5 * w)) for x, w in zip(*gauss_rule(12), strict=True))
 
@@ -57,7 +57,7 @@ def asperity_integral(x):
     root = calculus.sqrt(x * x + 4.0)
     g = 0.5 * (root + x) if x > 0.0 else 2.0 / (root - x)  # the same without cancellation
     exponent = as_type_of(0.0, x)
-    for coefficient in FIT:
+    for coefficient in EXPONENT_FIT:
         exponent = (exponent + coefficient) * g
     return calculus.exp(exponent) / (g * g * calculus.sqrt(g))
 
@@ -68,9 +68,11 @@ def _asperity_load_greenwood_tripp(transition, depth):
     contact_height = MAX_SEPARATION * transition.roughness + transition.mean_height
     if depth <= -contact_height:
         return as_type_of(0.0, depth)
-    edge = max((transition.clearance - contact_height) / eccentricity, as_type_of(-1.0, depth))
+    cosine_of_edge = max((transition.clearance - contact_height) / eccentricity, as_type_of(-1.0, depth))
     half_angle = (
-        2.0 * calculus.atan(calculus.sqrt((1.0 - edge) / (1.0 + edge))) if edge > -1.0 else as_type_of(math.pi, depth)
+        2.0 * calculus.atan(calculus.sqrt((1.0 - cosine_of_edge) / (1.0 + cosine_of_edge)))
+        if cosine_of_edge > -1.0
+        else as_type_of(math.pi, depth)
     )
     total, mean_gap = as_type_of(0.0, depth), transition.clearance - transition.mean_height
     for node, weight in NODES:
@@ -106,7 +108,7 @@ register(
 )
 
 
-def _greenwood(joint) -> GreenwoodTripp:
+def _make_greenwood_tripp(joint) -> GreenwoodTripp:
     values, film = joint.film.asperities, joint.film
     modulus = values.get("modulus") or plane_strain_modulus(joint.contact.material)
     factor = 16.0 * math.sqrt(2.0) * math.pi / 15.0 * values["density"] ** 2 * math.sqrt(values["sharpness"])
@@ -144,5 +146,5 @@ register(
         "it. Their load counts as dry contact.",
     ),
     (GreenwoodTripp,),
-    _greenwood,
+    _make_greenwood_tripp,
 )

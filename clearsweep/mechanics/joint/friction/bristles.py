@@ -10,8 +10,8 @@ from ...compiled.family import family, kernel
 from ..contract import InternalState, internal_rates, internal_state
 from ..kinks import kinks, register_kinks, slip_variable
 from ..recipe import register
-from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values, settled_state
-from .rest import zero_slip_kink
+from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, maker_from_values, settled_state
+from .piecewise import zero_slip_kink
 from .sliding import stribeck_coefficient
 
 SLIDING = COEFFICIENT._replace(low_open=True)
@@ -19,7 +19,7 @@ BRISTLES = Field("bristle_stiffness", "1/m", "stiffness of the bristles per load
 
 
 @kernel
-def direction_of(slip):
+def sign_of(slip):
     """Return the sign of a sliding speed, 0 at rest."""
     return where(slip > 0.0, 1.0, where(slip < 0.0, -1.0, 0.0))
 
@@ -47,7 +47,7 @@ def _friction_force_dahl(friction, normal, slip):
 
 @settled_state.member(Dahl)
 def _settled_state_dahl(friction, slip):
-    return (friction.coefficient * direction_of(slip) / friction.bristle_stiffness,)
+    return (friction.coefficient * sign_of(slip) / friction.bristle_stiffness,)
 
 
 internal_state.member(Dahl)(_bristle_state)
@@ -89,12 +89,12 @@ register(
         "the load, so a varying load can draw energy from bent bristles, up to mu^2 / (2 sigma0) times its change.",
     ),
     (Dahl,),
-    from_values(Dahl),
+    maker_from_values(Dahl),
 )
 
 
 class LuGre(NamedTuple):
-    """T = -N (sigma0 z + sigma1(slip) z' + viscous slip) with z' = slip - sigma0 |slip| z / g(slip); ledger as Dahl."""
+    """T = -N (sigma0 z + sigma1(slip) z' + viscous slip), z' = slip - sigma0 |slip| z / g(slip); energy as in Dahl."""
 
     coefficient: float  # kinetic, 1
     static_coefficient: float  # 1
@@ -120,14 +120,14 @@ def _bend_rate_lugre(friction, slip):
 @friction_force.member(LuGre)
 def _friction_force_lugre(friction, normal, slip):
     decay = math.exp(-((slip / friction.damping_velocity) ** 2))
-    ratio = friction.bristle_stiffness * friction.bend
-    ratio += friction.bristle_damping * decay * bend_rate(friction, slip)
-    return -normal * (ratio + friction.viscous * slip)
+    coefficient = friction.bristle_stiffness * friction.bend
+    coefficient += friction.bristle_damping * decay * bend_rate(friction, slip)
+    return -normal * (coefficient + friction.viscous * slip)
 
 
 @settled_state.member(LuGre)
 def _settled_state_damped(friction, slip):
-    return (stribeck_coefficient(friction, slip) * direction_of(slip) / friction.bristle_stiffness,)
+    return (stribeck_coefficient(friction, slip) * sign_of(slip) / friction.bristle_stiffness,)
 
 
 internal_state.member(LuGre)(_bristle_state)
@@ -151,13 +151,13 @@ def passive_velocity(friction: Mapping[str, float]) -> float:
     return 4.0 * math.sqrt(2.0 * math.e) * least_coefficient / damping if damping > 0.0 else math.inf
 
 
-def _with_damping_velocity(form):
+def _maker_with_damping_velocity(law_type):
     """Return a function that creates a law from a joint; damping_velocity defaults to the passive one."""
 
     def make(joint):
         parameters = joint.friction.values
         values = {"damping_velocity": passive_velocity(parameters)} | parameters
-        return form(*(values[name] for name in form._fields if name not in form._field_defaults))
+        return law_type(*(values[name] for name in law_type._fields if name not in law_type._field_defaults))
 
     return make
 
@@ -199,7 +199,7 @@ register(
         orders=(KINETIC_FIRST,),
     ),
     (LuGre,),
-    _with_damping_velocity(LuGre),
+    _maker_with_damping_velocity(LuGre),
 )
 
 
@@ -270,5 +270,5 @@ register(
         orders=(KINETIC_FIRST,),
     ),
     (ElastoPlastic,),
-    _with_damping_velocity(ElastoPlastic),
+    _maker_with_damping_velocity(ElastoPlastic),
 )

@@ -47,7 +47,7 @@ def _friction_force_settled(friction, normal, slip):
     return friction_force(type(law)(*law[:parameter_count], *settled_state(law, slip)), normal, slip)
 
 
-def settled(friction):
+def without_history(friction):
     """Return a law without history: itself, or Settled where its state is integrated."""
     return Settled(friction) if type(friction) in settled_state.members else friction
 
@@ -79,7 +79,7 @@ STRIBECK = (
 KINETIC_FIRST = Order("coefficient", "static_coefficient", "friction falls once surfaces slide", equal=True)
 
 
-def from_values(form) -> Callable:
+def maker_from_values(law_type) -> Callable:
     """Return a function that creates a law of type `form` from the parameters of a joint."""
-    names = [name for name in form._fields if name not in form._field_defaults]
-    return lambda joint: form(*(joint.friction.values[name] for name in names))
+    names = [name for name in law_type._fields if name not in law_type._field_defaults]
+    return lambda joint: law_type(*(joint.friction.values[name] for name in names))

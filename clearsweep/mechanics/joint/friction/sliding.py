@@ -8,8 +8,8 @@ from ...compiled.choosing import where
 from ...compiled.family import kernel
 from ..kinks import kinks, register_kinks, slip_variable
 from ..recipe import register
-from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, VISCOUS, friction_force, from_values
-from .rest import piecewise
+from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, VISCOUS, friction_force, maker_from_values
+from .piecewise import register_force_in_piece
 
 SCALE = Field("velocity_scale", "m/s", "sliding speed at which 76 % of the friction acts")
 
@@ -37,7 +37,7 @@ register(
         notes="Creeps where it should stick.",
     ),
     (Tanh,),
-    from_values(Tanh),
+    maker_from_values(Tanh),
 )
 
 
@@ -53,7 +53,7 @@ register(
         "creep.",
     ),
     (Tanh,),
-    from_values(Tanh),
+    maker_from_values(Tanh),
 )
 
 
@@ -69,7 +69,7 @@ def _kinks_ambrosio(friction):
     return -friction.v1, -friction.v0, friction.v0, friction.v1
 
 
-@piecewise(Ambrosio, _kinks_ambrosio)
+@register_force_in_piece(Ambrosio, _kinks_ambrosio)
 def _force_in_piece_ambrosio(friction, piece, normal, slip):
     dead_zone = where(piece < 2.0, -friction.v0, friction.v0)
     ramp = (slip - dead_zone) / (friction.v1 - friction.v0)
@@ -93,7 +93,7 @@ register(
         orders=(Order("v0", "v1", "friction grows from v0 to v1"),),
     ),
     (Ambrosio,),
-    from_values(Ambrosio),
+    maker_from_values(Ambrosio),
 )
 
 
@@ -109,7 +109,7 @@ def _kinks_threlfall(friction):
     return -friction.velocity_scale, 0.0, friction.velocity_scale
 
 
-@piecewise(Threlfall, _kinks_threlfall)
+@register_force_in_piece(Threlfall, _kinks_threlfall)
 def _force_in_piece_threlfall(friction, piece, normal, slip):
     sign, is_rising = where(piece < 2.0, -1.0, 1.0), (piece == 1.0) | (piece == 2.0)
     x = sign * slip / friction.velocity_scale
@@ -144,7 +144,7 @@ register(
         "N, 5 % lower throughout.  Creeps where it should stick.",
     ),
     (Threlfall,),
-    from_values(Threlfall),
+    maker_from_values(Threlfall),
 )
 
 
@@ -157,7 +157,7 @@ class BengisuAkay(NamedTuple):
     decay: float  # s/m
 
 
-@piecewise(BengisuAkay, _kinks_threlfall)
+@register_force_in_piece(BengisuAkay, _kinks_threlfall)
 def _force_in_piece_bengisu_akay(friction, piece, normal, slip):
     sign, is_rising = where(piece < 2.0, -1.0, 1.0), (piece == 1.0) | (piece == 2.0)
     speed_above = sign * slip - friction.velocity_scale
@@ -184,7 +184,7 @@ register(
         notes="Creeps where it should stick.",
     ),
     (BengisuAkay,),
-    from_values(BengisuAkay),
+    maker_from_values(BengisuAkay),
 )
 
 
@@ -225,7 +225,7 @@ register(
         orders=(KINETIC_FIRST,),
     ),
     (BrownMcPhee,),
-    from_values(BrownMcPhee),
+    maker_from_values(BrownMcPhee),
 )
 
 
@@ -274,5 +274,5 @@ register(
         "static friction is never reached.",
     ),
     (Stribeck,),
-    from_values(Stribeck),
+    maker_from_values(Stribeck),
 )

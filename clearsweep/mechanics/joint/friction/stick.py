@@ -8,12 +8,12 @@ from ...compiled.choosing import where
 from ..contract import Guard, guard_values, guards, latched
 from ..modes import AT_LIMIT_DOWN, AT_LIMIT_UP, CLIPPED, PRESSED, STICKING, STUCK
 from ..recipe import register
-from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values, static_limit
+from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, maker_from_values, static_limit
 from .sliding import stribeck_coefficient
 
-#: Guards: into the band; out of it; the side to which it slides is not known yet; it turns where the force is clipped;
-#: the force needed to stop the sliding reaches its limit, upwards or downwards, or falls below it again.
-STICKS, SLIPS, SLIDES, TURNS, REACHES_UP, REACHES_DOWN, HOLDS_UP, HOLDS_DOWN = range(8)
+#: Guards: the sliding speed enters the band, or leaves it; its sign is not known yet; it changes sign while the force
+#: is clipped; the force needed to stop the sliding passes its upper or lower limit, outwards or back.
+STICKS, SLIPS, DIRECTION_UNKNOWN, REVERSES, REACHES_UPPER, REACHES_LOWER, BELOW_UPPER, ABOVE_LOWER = range(8)
 RELEASE_FACTOR = 1.001  # times the sticking speed: sliding speed at which surfaces are released
 
 
@@ -26,19 +26,19 @@ class Karnopp(NamedTuple):
     shape: float  # 1
     viscous: float  # s/m
     band: float  # m/s
-    piece: float = 0.0  # sign of the sliding speed as it began to slide; 0: not known yet
+    sliding_sign: float = 0.0  # sign of the sliding speed as it began to slide; 0: not known yet
 
 
 @friction_force.member(Karnopp)
 def _friction_force_karnopp(friction, normal, slip):
-    sign = where(friction.piece != 0.0, friction.piece, min(max(slip / friction.band, -1.0), 1.0))
+    sign = where(friction.sliding_sign != 0.0, friction.sliding_sign, min(max(slip / friction.band, -1.0), 1.0))
     return -normal * (stribeck_coefficient(friction, slip) * sign + friction.viscous * slip)
 
 
 @static_limit.member(Karnopp)
 def _static_limit_karnopp(friction):
-    edge = stribeck_coefficient(friction, friction.band) + friction.viscous * friction.band
-    return max(friction.static_coefficient, edge)  # otherwise released surfaces would stick again at once
+    edge_coefficient = stribeck_coefficient(friction, friction.band) + friction.viscous * friction.band
+    return max(friction.static_coefficient, edge_coefficient)  # otherwise released surfaces would stick again at once
 
 
 @guards.member(Karnopp)
@@ -57,13 +57,13 @@ def _guards_karnopp(friction):
 
 @guard_values.member(Karnopp)
 def _guard_values_karnopp(friction, start, contact, root):
-    direction = where(friction.piece != 0.0, friction.piece, math.copysign(1.0, start.slip))
+    slip_sign = where(friction.sliding_sign != 0.0, friction.sliding_sign, math.copysign(1.0, start.slip))
     limit = static_limit(friction) * contact.normal
     return (
-        friction.band - direction * contact.slip,
+        friction.band - slip_sign * contact.slip,
         abs(contact.slip) - RELEASE_FACTOR * friction.band,
-        abs(direction) - abs(friction.piece),
-        -direction * contact.slip,
+        abs(slip_sign) - abs(friction.sliding_sign),
+        -slip_sign * contact.slip,
         contact.guard_quantity - limit,
         -contact.guard_quantity - limit,
         limit - contact.guard_quantity,
@@ -73,9 +73,9 @@ def _guard_values_karnopp(friction, start, contact, root):
 
 @latched.member(Karnopp)
 def _latched_karnopp(friction, event, contact, root):
-    if event == TURNS:
-        return (-friction.piece,)
-    return (math.copysign(1.0, contact.slip) if event in (SLIPS, SLIDES) else 0.0,)
+    if event == REVERSES:
+        return (-friction.sliding_sign,)
+    return (math.copysign(1.0, contact.slip) if event in (SLIPS, DIRECTION_UNKNOWN) else 0.0,)
 
 
 register(
@@ -106,5 +106,5 @@ register(
         ),
     ),
     (Karnopp,),
-    from_values(Karnopp),
+    maker_from_values(Karnopp),
 )

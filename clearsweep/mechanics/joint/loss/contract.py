@@ -72,7 +72,7 @@ def always_needs_onset_rate(law):
 FAMILIES = (contact_force, lowest_force, sign_past_separation)  # every type must be a member of these families
 
 
-def loss_form(form, *, pulls: bool, times_elastic: bool):
+def register_contact_force(law_type, *, pulls: bool, times_elastic: bool):
     """Return the decorator that registers `contact_force`, `lowest_force` and `sign_past_separation` of a type.
 
     `pulls` : the force may be negative until separation, otherwise it is clipped at 0; `times_elastic` : it is the
@@ -80,9 +80,9 @@ def loss_form(form, *, pulls: bool, times_elastic: bool):
     """
 
     def register(force_function):
-        lowest_force.member(form)(_unbounded if pulls else _clipped_at_zero)
-        sign_past_separation.member(form)(_sign_of_elastic if times_elastic else _positive_sign)
-        return contact_force.member(form)(force_function)
+        lowest_force.member(law_type)(_unbounded if pulls else _clipped_at_zero)
+        sign_past_separation.member(law_type)(_sign_of_elastic if times_elastic else _positive_sign)
+        return contact_force.member(law_type)(force_function)
 
     return register
 

@@ -9,7 +9,7 @@ from ..elastic.contract import elastic_force
 from ..kinks import UNKNOWN, current_piece, kinks, penetration_variable, rate_variable, register_pieces
 from ..rebound import approach_damping_rebound, damping_ratio
 from ..recipe import register
-from .contract import RESTITUTION, approach_rate, loss_form, zero_rate_kink
+from .contract import RESTITUTION, approach_rate, register_contact_force, zero_rate_kink
 
 MASS = Field("mass", "kg", "effective mass of the impact, m1 m2 / (m1 + m2)")
 SPRING = Field("stiffness", "N/m", "stiffness of the spring")
@@ -24,20 +24,20 @@ class RootDamper(NamedTuple):
     damping: float  # d, kg^0.5: sqrt(F_elastic / pen) is the root of a stiffness
 
 
-@loss_form(RootDamper, pulls=True, times_elastic=False)
+@register_contact_force(RootDamper, pulls=True, times_elastic=False)
 def _root_damper(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
-    root = (
+    root_stiffness = (
         math.sqrt(force / pen) if pen > 0.0 else 0.0
     )  # the limit, except for a linear spring, where a single point does not matter
-    return force + law.damping * root * rate, force
+    return force + law.damping * root_stiffness * rate, force
 
 
 def _make_tsuji(joint):
-    contact = joint.contact.values
+    parameters = joint.contact.values
     # Hertz's exponent if the elastic force is not a power law
-    alpha = math.sqrt(2.0 * (contact.get("exponent", 1.5) + 1.0)) * damping_ratio(contact["restitution"])
-    return RootDamper(alpha * math.sqrt(contact["mass"]))
+    alpha = math.sqrt(2.0 * (parameters.get("exponent", 1.5) + 1.0)) * damping_ratio(parameters["restitution"])
+    return RootDamper(alpha * math.sqrt(parameters["mass"]))
 
 
 register(
@@ -54,7 +54,7 @@ register(
     ),
     (RootDamper,),
     _make_tsuji,
-    returned=lambda e: e,
+    free_restitution=lambda e: e,
 )
 
 
@@ -69,11 +69,11 @@ register_pieces(ApproachRootDamper, rate_variable)
 kinks.member(ApproachRootDamper)(zero_rate_kink)
 
 
-@loss_form(ApproachRootDamper, pulls=False, times_elastic=False)
+@register_contact_force(ApproachRootDamper, pulls=False, times_elastic=False)
 def _approach_root_damper(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
-    root = math.sqrt(force / pen) if pen > 0.0 else 0.0
-    return force + law.damping * root * approach_rate(law.piece, rate), force
+    root_stiffness = math.sqrt(force / pen) if pen > 0.0 else 0.0
+    return force + law.damping * root_stiffness * approach_rate(law.piece, rate), force
 
 
 def jankowski_ratio(e: float) -> float:
@@ -82,8 +82,8 @@ def jankowski_ratio(e: float) -> float:
 
 
 def _make_jankowski(joint):
-    contact = joint.contact.values
-    return ApproachRootDamper(2.0 * jankowski_ratio(contact["restitution"]) * math.sqrt(contact["mass"]))
+    parameters = joint.contact.values
+    return ApproachRootDamper(2.0 * jankowski_ratio(parameters["restitution"]) * math.sqrt(parameters["mass"]))
 
 
 register(
@@ -99,7 +99,7 @@ register(
     ),
     (ApproachRootDamper,),
     _make_jankowski,
-    returned=lambda e: approach_damping_rebound(2.0 * jankowski_ratio(e) / math.sqrt(5.0)),
+    free_restitution=lambda e: approach_damping_rebound(2.0 * jankowski_ratio(e) / math.sqrt(5.0)),
 )
 
 # ---------------------------------------------------------------------------------------------- constant damping
@@ -116,13 +116,13 @@ class PullingSpring(NamedTuple):
     damping: float  # c, N s/m
 
 
-loss_form(PullingSpring, pulls=True, times_elastic=False)(_viscous_spring)
+register_contact_force(PullingSpring, pulls=True, times_elastic=False)(_viscous_spring)
 
 
 def _make_anagnostopoulos(joint):
-    contact = joint.contact.values
-    zeta = damping_ratio(contact["restitution"])
-    return PullingSpring(2.0 * zeta * math.sqrt(contact["stiffness"] * contact["mass"]))
+    parameters = joint.contact.values
+    zeta = damping_ratio(parameters["restitution"])
+    return PullingSpring(2.0 * zeta * math.sqrt(parameters["stiffness"] * parameters["mass"]))
 
 
 register(
@@ -140,7 +140,7 @@ register(
     ),
     (PullingSpring,),
     _make_anagnostopoulos,
-    returned=lambda e: e,
+    free_restitution=lambda e: e,
 )
 
 
@@ -168,7 +168,7 @@ class ViscousSpring(NamedTuple):
     damping: float  # c, N s/m
 
 
-loss_form(ViscousSpring, pulls=False, times_elastic=False)(_viscous_spring)
+register_contact_force(ViscousSpring, pulls=False, times_elastic=False)(_viscous_spring)
 
 
 register(
@@ -213,7 +213,7 @@ class RootViscous(NamedTuple):
     damping: float  # g, N s/m^1.5
 
 
-@loss_form(RootViscous, pulls=False, times_elastic=False)
+@register_contact_force(RootViscous, pulls=False, times_elastic=False)
 def _root_viscous(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     return force + law.damping * math.sqrt(pen) * rate, force
@@ -254,7 +254,7 @@ def _kinks_stepped_damper(law):
     return (law.depth,)
 
 
-@loss_form(SteppedDamper, pulls=False, times_elastic=False)
+@register_contact_force(SteppedDamper, pulls=False, times_elastic=False)
 def _stepped_damper(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     x = where(current_piece(law.piece, kinks(law), pen) == 0.0, pen / law.depth, 1.0)

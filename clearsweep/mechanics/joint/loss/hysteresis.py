@@ -17,8 +17,8 @@ from .contract import (
     RESTITUTION,
     always_needs_onset_rate,
     approach_rate,
-    loss_form,
     needs_onset_rate,
+    register_contact_force,
     zero_rate_kink,
 )
 
@@ -27,7 +27,7 @@ class Lossless(NamedTuple):
     """Only the elastic force."""
 
 
-@loss_form(Lossless, pulls=False, times_elastic=True)
+@register_contact_force(Lossless, pulls=False, times_elastic=True)
 def _lossless(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     return force, force
@@ -43,7 +43,7 @@ register(
     ),
     (Lossless,),
     lambda joint: Lossless(),
-    returned=lambda e: 1.0,
+    free_restitution=lambda e: 1.0,
 )
 
 
@@ -53,7 +53,7 @@ class Hysteresis(NamedTuple):
     factor: float  # chi, 1
 
 
-@loss_form(Hysteresis, pulls=False, times_elastic=True)
+@register_contact_force(Hysteresis, pulls=False, times_elastic=True)
 def _hysteresis(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     return force + force * (law.factor / onset_rate) * rate, force
@@ -69,7 +69,7 @@ def register_factor_law(law: Law, chi: Callable[[float], float]) -> None:
         law._replace(uses_onset=True),
         (Hysteresis,),
         lambda joint: Hysteresis(float(chi(joint.contact.values["restitution"]))),
-        returned=lambda e: hysteresis_rebound(chi(e)),
+        free_restitution=lambda e: hysteresis_rebound(chi(e)),
     )
 
 
@@ -285,7 +285,7 @@ register_pieces(ApproachHysteresis, rate_variable)
 kinks.member(ApproachHysteresis)(zero_rate_kink)
 
 
-@loss_form(ApproachHysteresis, pulls=False, times_elastic=True)
+@register_contact_force(ApproachHysteresis, pulls=False, times_elastic=True)
 def _approach_hysteresis(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     return force + force * (law.factor / onset_rate) * approach_rate(law.piece, rate), force
@@ -313,5 +313,5 @@ register(
     ),
     (ApproachHysteresis,),
     lambda joint: ApproachHysteresis(approach_only_factor(joint.contact.values["restitution"])),
-    returned=lambda e: approach_hysteresis_rebound(approach_only_factor(e)),
+    free_restitution=lambda e: approach_hysteresis_rebound(approach_only_factor(e)),
 )

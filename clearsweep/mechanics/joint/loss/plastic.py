@@ -12,7 +12,7 @@ from ..kinks import depth_variable, distances_past_kinks, kink_variable, kinks
 from ..material import plane_strain_modulus, relative_radius
 from ..modes import TOUCHING
 from ..recipe import register
-from .contract import RESTITUTION, always_needs_onset_rate, loss_form, needs_onset_rate
+from .contract import RESTITUTION, always_needs_onset_rate, needs_onset_rate, register_contact_force
 
 MIN_DEPTH = 1e-12  # m, least recorded depth of a yielding contact
 RELOAD_FACTOR = 1.0 + 1e-12  # times the root of the deepest penetration: keeps rounding from reaching it again
@@ -31,13 +31,13 @@ class Plastic(NamedTuple):
     deepest: float = 0.0  # m, deepest penetration of the last loading; 0 during loading
 
 
-@loss_form(Plastic, pulls=False, times_elastic=True)
+@register_contact_force(Plastic, pulls=False, times_elastic=True)
 def _plastic(law, elastic, pen, rate, onset_rate):
-    returned = law.returned_fraction if onset_rate > law.yield_rate else 1.0
+    fraction = law.returned_fraction if onset_rate > law.yield_rate else 1.0
     if law.deepest < MIN_DEPTH:
         force = elastic_force(elastic, pen)
-        return force, returned * force
-    recovered = (pen - (1.0 - returned) * law.deepest) / returned
+        return force, fraction * force
+    recovered = (pen - (1.0 - fraction) * law.deepest) / fraction
     force = math.copysign(elastic_force(elastic, abs(recovered)), recovered)  # negative if the indentation is clear
     return force, max(force, 0.0)
 
@@ -53,7 +53,7 @@ class YieldingSphere(NamedTuple):
     """
 
     yield_depth: float  # w_c, m
-    plastic: float  # 3 / K: the force on a fully plastic contact over pen / w_c, in forces at the yield depth
+    plastic_factor: float  # 3 / K: the force on a fully plastic contact over pen / w_c, in forces at the yield depth
     deepest: float = 0.0  # m, deepest penetration of the last loading; 0 during loading
 
 
@@ -71,10 +71,10 @@ AREA_FIT_BEGIN, AREA_FIT_END = ((end / AREA_FIT[0]) ** (1.0 / AREA_FIT[1]) for e
 def force_ratio(law, x):
     """Return the force over Hertz's at `x` >= 1 yield depths, and its exponent in `x`: the least published fit."""
     ratio, power = FIRST_FIT[0] * x ** FIRST_FIT[1], FIRST_FIT[1]
-    fit = SECOND_FIT[0] * x ** SECOND_FIT[1]
-    if fit < ratio:
-        ratio, power = fit, SECOND_FIT[1]
-    plastic_ratio = law.plastic * x**-0.5
+    second_ratio = SECOND_FIT[0] * x ** SECOND_FIT[1]
+    if second_ratio < ratio:
+        ratio, power = second_ratio, SECOND_FIT[1]
+    plastic_ratio = law.plastic_factor * x**-0.5
     if plastic_ratio < ratio:
         ratio, power = plastic_ratio, -0.5
     if ratio > 1.0:
@@ -93,7 +93,7 @@ def area_ratio(x):
     return area, power
 
 
-@loss_form(YieldingSphere, pulls=False, times_elastic=True)
+@register_contact_force(YieldingSphere, pulls=False, times_elastic=True)
 def _yielding_sphere(law, elastic, pen, rate, onset_rate):
     is_loading = law.deepest < MIN_DEPTH
     deepest_now = pen if is_loading else as_type_of(law.deepest, pen)
@@ -116,7 +116,7 @@ def _yielding_sphere(law, elastic, pen, rate, onset_rate):
 
 @kinks.member(YieldingSphere)
 def _kinks_yielding_sphere(law):
-    plastic_ratio = (law.plastic / SECOND_FIT[0]) ** (1.0 / (0.5 + SECOND_FIT[1]))
+    plastic_ratio = (law.plastic_factor / SECOND_FIT[0]) ** (1.0 / (0.5 + SECOND_FIT[1]))
     depth_ratios = FIRST_FIT_BEGIN, AREA_FIT_BEGIN, SECOND_FIT_BEGIN, plastic_ratio, AREA_FIT_END
     return tuple([law.yield_depth * depth_ratio for depth_ratio in depth_ratios])
 
@@ -143,7 +143,7 @@ def _guards_plastic(law):
 
 
 @guard_values.member(Plastic)
-def _guard_values_yielding_sphere_or_plastic(law, start, contact, root):
+def _guard_values_plastic(law, start, contact, root):
     if law.deepest == 0.0:
         return -contact.rate, NEVER
     return NEVER, root - RELOAD_FACTOR * math.sqrt(law.deepest)
@@ -180,7 +180,7 @@ register(
     ),
     (Plastic,),
     lambda joint: Plastic(joint.contact.values["restitution"] ** 2, joint.contact.values["yield_rate"]),
-    returned=lambda e: e,
+    free_restitution=lambda e: e,
 )
 
 

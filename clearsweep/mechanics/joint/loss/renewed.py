@@ -24,7 +24,7 @@ from ..contract import ENTERED, LEFT, NEVER, ONSET_FLOOR, Guard, guard_values, g
 from ..elastic.contract import elastic_energy, elastic_force, energy_stiffness
 from ..modes import TOUCHING
 from ..rebound import damping_ratio
-from .contract import contact_force, loss_form, needs_mass, needs_onset_rate, with_mass
+from .contract import contact_force, needs_mass, needs_onset_rate, register_contact_force, with_mass
 
 ENERGY_EXCEEDED, RATE_ZERO = 0, 1  # guards: v exceeds 2 v0; the rate crosses zero
 INITIAL_ENERGY = 1.0  # J, any positive value: separate contacts follow the law of an impact
@@ -45,7 +45,7 @@ def renewed_law(impact: tuple, elastic: tuple, restitution: float) -> Renewed:
     return Renewed(impact, elastic, 2.0 * damping_ratio(restitution), 0.0)
 
 
-@loss_form(Renewed, pulls=False, times_elastic=True)
+@register_contact_force(Renewed, pulls=False, times_elastic=True)
 def _renewed(law, elastic, pen, rate, onset_rate):
     return _by_phase(law.doubling_energy > 0.0, (law, elastic, pen, rate, onset_rate))
 

@@ -6,8 +6,8 @@ from ....contracts.case import Joint
 from ....contracts.catalogue import Field, Law
 from ..material import plane_strain_modulus
 from ..recipe import register
-from .profile import DIMENSION, PROFILE, SCALE, derived_texture, texture
-from .spots import Piece, Surface, critical_area
+from .profile import DIMENSION, PROFILE, SCALE, derived_profile_values, dimension_and_scale
+from .spots import Piece, Surface, log_critical_area
 
 HARDNESS = Field("hardness", "Pa", "hardness H of the softer body")
 SERIES = (
@@ -20,18 +20,18 @@ SERIES = (
 NEEDED = ("length", "material", "bearing_radius")  # from the contact arc and E*
 
 
-def yielding_surface(dimension: float, scale: float, hardness: float, modulus: float) -> Surface:
+def make_yielding_surface(dimension: float, scale: float, hardness: float, modulus: float) -> Surface:
     """Return a surface (scale in m, hardness and E* in Pa) of which spots below a_c yield."""
-    elastic = math.log(4.0 * math.sqrt(math.pi) / 3.0 * modulus) + (dimension - 1.0) * math.log(scale)
-    critical = critical_area(dimension, scale, 2.0 * modulus / hardness)
-    pieces = Piece(critical, math.log(hardness), 1.0), Piece(math.inf, elastic, 0.5 * (3.0 - dimension))
+    log_elastic_factor = math.log(4.0 * math.sqrt(math.pi) / 3.0 * modulus) + (dimension - 1.0) * math.log(scale)
+    log_area = log_critical_area(dimension, scale, 2.0 * modulus / hardness)
+    pieces = Piece(log_area, math.log(hardness), 1.0), Piece(math.inf, log_elastic_factor, 0.5 * (3.0 - dimension))
     return Surface(dimension, scale, pieces)
 
 
-def _make(joint: Joint) -> Surface:
+def _make_fractal(joint: Joint) -> Surface:
     assert joint.roughness is not None
     hardness = joint.roughness.values["hardness"]
-    return yielding_surface(*texture(joint), hardness, plane_strain_modulus(joint.contact.material))
+    return make_yielding_surface(*dimension_and_scale(joint), hardness, plane_strain_modulus(joint.contact.material))
 
 
 register(
@@ -52,6 +52,6 @@ register(
         "pair.  In this model small spots yield and large ones do not; kogut-etsion has the regimes between.",
     ),
     (Surface,),
-    _make,
-    derived=derived_texture,
+    _make_fractal,
+    derived=derived_profile_values,
 )

@@ -7,8 +7,8 @@ from ....contracts.catalogue import Law
 from ..material import plane_strain_modulus
 from ..recipe import register
 from .fractal import HARDNESS, NEEDED, SERIES
-from .profile import DIMENSION, PROFILE, SCALE, derived_texture, texture
-from .spots import Piece, Surface, critical_area
+from .profile import DIMENSION, PROFILE, SCALE, derived_profile_values, dimension_and_scale
+from .spots import Piece, Surface, log_critical_area
 
 #: Up to which interference r, in critical ones, the force on an asperity is c r^n critical forces: (r, c, n).
 REGIMES = ((1.0, 1.0, 1.5), (6.0, 1.03, 1.425), (110.0, 1.40, 1.263))
@@ -19,26 +19,42 @@ def hardness_factor(poisson: float) -> float:
     return 0.454 + 0.41 * poisson
 
 
-def kogut_etsion_surface(dimension: float, scale: float, hardness: float, modulus: float, poisson: float) -> Surface:
+def make_kogut_etsion_surface(
+    dimension: float, scale: float, hardness: float, modulus: float, poisson: float
+) -> Surface:
     """Return a surface (scale in m, hardness and E* in Pa) of spots in three regimes and full plasticity."""
-    factor = hardness_factor(poisson)
-    critical = critical_area(dimension, scale, 2.0 * modulus / (factor * hardness))
-    force = 2.0 / 3.0 * factor * hardness / math.pi  # F_c r / a, Pa: that of a spot of critical interference
-    pieces = [Piece(critical - math.log(REGIMES[-1][0]) / (dimension - 1.0), math.log(force * 3.0 / factor), 1.0)]
-    upper_ends = [math.inf, *(critical - math.log(r) / (dimension - 1.0) for r, _, _ in REGIMES[:-1])]
-    for end, (_, coefficient, power) in reversed(list(zip(upper_ends, REGIMES, strict=True))):
+    pressure_ratio = hardness_factor(poisson)
+    log_area = log_critical_area(dimension, scale, 2.0 * modulus / (pressure_ratio * hardness))
+    critical_pressure = (
+        2.0 / 3.0 * pressure_ratio * hardness / math.pi
+    )  # F_c r / a, Pa: that of a spot of critical interference
+    pieces = [
+        Piece(
+            log_area - math.log(REGIMES[-1][0]) / (dimension - 1.0),
+            math.log(critical_pressure * 3.0 / pressure_ratio),
+            1.0,
+        )
+    ]
+    upper_ends = [math.inf, *(log_area - math.log(r) / (dimension - 1.0) for r, _, _ in REGIMES[:-1])]
+    for upper_end, (_, coefficient, power) in reversed(list(zip(upper_ends, REGIMES, strict=True))):
         exponent_change = (dimension - 1.0) * (
             power - 1.0
-        )  # F = F_c share r^power, r = (a_c / a)^(D - 1), F_c r = force a
-        pieces.append(Piece(end, math.log(force * coefficient) + exponent_change * critical, 1.0 - exponent_change))
+        )  # F = F_c c r^power, r = (a_c / a)^(D - 1), F_c r = critical_pressure a
+        pieces.append(
+            Piece(
+                upper_end,
+                math.log(critical_pressure * coefficient) + exponent_change * log_area,
+                1.0 - exponent_change,
+            )
+        )
     return Surface(dimension, scale, tuple(pieces))
 
 
-def _make(joint: Joint) -> Surface:
+def _make_kogut_etsion(joint: Joint) -> Surface:
     assert joint.roughness is not None
     material = joint.contact.material
     hardness, poisson = joint.roughness.values["hardness"], material.bearing.poisson
-    return kogut_etsion_surface(*texture(joint), hardness, plane_strain_modulus(material), poisson)
+    return make_kogut_etsion_surface(*dimension_and_scale(joint), hardness, plane_strain_modulus(material), poisson)
 
 
 register(
@@ -61,6 +77,6 @@ register(
         "5.57 times less: do not compare the two at equal G.",
     ),
     (Surface,),
-    _make,
-    derived=derived_texture,
+    _make_kogut_etsion,
+    derived=derived_profile_values,
 )

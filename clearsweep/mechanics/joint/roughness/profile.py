@@ -50,15 +50,15 @@ class ProfileFit(NamedTuple):
     residual: float  # rms residual of ln S, 1
 
 
-def texture(joint: Joint) -> tuple[float, float]:
+def dimension_and_scale(joint: Joint) -> tuple[float, float]:
     """Return dimension and scale (m) of the surfaces of a joint, as given or from its profile.  Raises InputError."""
     assert joint.roughness is not None  # only rough joints
     if joint.roughness.tables:
-        return fit_of(joint)[:2]
+        return fit_joint_profile(joint)[:2]
     return joint.roughness.values["dimension"], joint.roughness.values["scale"]
 
 
-def fit_of(joint: Joint) -> ProfileFit:
+def fit_joint_profile(joint: Joint) -> ProfileFit:
     """Return the parameters from the profile of a joint.  Raises InputError."""
     assert joint.roughness is not None
     table = joint.roughness.tables[PROFILE.name]
@@ -68,12 +68,14 @@ def fit_of(joint: Joint) -> ProfileFit:
         raise InputError(f"joints.{joint.name}.roughness.{PROFILE.name}: {error}") from None
 
 
-def derived_texture(joint: Joint) -> dict[str, tuple[float, str]]:
+def derived_profile_values(joint: Joint) -> dict[str, tuple[float, str]]:
     """Return the parameters from the profile of a joint as derived values: path -> (value, unit)."""
     if not joint.roughness or not joint.roughness.tables:
         return {}
     units = {"scale": "m", "scale_low": "m", "scale_high": "m"}
-    return {f"roughness.{key}": (value, units.get(key, "1")) for key, value in fit_of(joint)._asdict().items()}
+    return {
+        f"roughness.{key}": (value, units.get(key, "1")) for key, value in fit_joint_profile(joint)._asdict().items()
+    }
 
 
 @functools.lru_cache(maxsize=8)
@@ -93,22 +95,22 @@ def fit_profile(x: tuple[float, ...], height: tuple[float, ...]) -> ProfileFit:
     )  # remove the tilt
     lags = np.unique(np.geomspace(1, len(heights) // _LAG_DIVISOR, 24).round().astype(int))
     distances = step * lags
-    power, height, cut_off, residual = _fit_structure_function(distances, _structure_function(heights, lags))
-    dimension, scale = _dimension_and_log_scale(power, height)
+    power, log_factor, cut_off, residual = _fit_structure_function(distances, _structure_function(heights, lags))
+    dimension, log_scale = _dimension_and_log_scale(power, log_factor)
     estimates = []
     for segment in np.array_split(heights, SEGMENTS):
         squares = _structure_function(segment, lags) + cut_off
         estimates.append(_dimension_and_log_scale(*np.polyfit(np.log(distances), np.log(squares), 1)))
-    width = stdtrit(SEGMENTS - 1, 0.975) * np.std(estimates, axis=0, ddof=1) / math.sqrt(SEGMENTS)
+    half_widths = stdtrit(SEGMENTS - 1, 0.975) * np.std(estimates, axis=0, ddof=1) / math.sqrt(SEGMENTS)
     slope_error = residual / math.log(lags[-1] / lags[0])  # error of D if S had the residual at both ends
-    width *= math.hypot(1.0, slope_error / float(width[0]))
+    half_widths *= math.hypot(1.0, slope_error / float(half_widths[0]))
     return ProfileFit(
         dimension,
-        math.exp(scale),
-        dimension - float(width[0]),
-        dimension + float(width[0]),
-        math.exp(scale - float(width[1])),
-        math.exp(scale + float(width[1])),
+        math.exp(log_scale),
+        dimension - float(half_widths[0]),
+        dimension + float(half_widths[0]),
+        math.exp(log_scale - float(half_widths[1])),
+        math.exp(log_scale + float(half_widths[1])),
         residual,
     )
 
@@ -144,7 +146,7 @@ def _fit_structure_function(distances: np.ndarray, squares: np.ndarray) -> tuple
 
 
 def _dimension_and_log_scale(power: float, log_factor: float) -> tuple[float, float]:
-    """Return D and ln G of S = exp(height) t^power, in m."""
+    """Return D and ln G (G in m) of S = exp(log_factor) t^power."""
     from scipy.special import gamma
 
     dimension = 2.0 - 0.5 * power

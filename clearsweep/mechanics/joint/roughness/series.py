@@ -21,7 +21,7 @@ from ...compiled.dual import as_type_of, plain
 from ...compiled.family import kernel
 from ..elastic.conformal import half_angle_at_load
 from ..elastic.contract import elastic_energy, elastic_force, root_parity
-from .spots import Surface, approach, contact_area, domain_extension, largest_spot
+from .spots import Surface, approach, domain_extension, log_contact_area, log_largest_spot
 
 MIN_PENETRATION, MAX_PENETRATION = (
     1e-13,
@@ -47,7 +47,7 @@ class Rough(NamedTuple):
     root_parity: float  # as in the contract of elastic laws
 
 
-class Arc(NamedTuple):
+class ArcParameters(NamedTuple):
     """Parameters that determine the contact arc of a joint."""
 
     stiffness: float  # E* c L, N
@@ -57,16 +57,16 @@ class Arc(NamedTuple):
 class Series(NamedTuple):
     """Rough surfaces in series with an elastic law: the compiled form and its valid range."""
 
-    term: Rough
+    compiled: Rough
     flattening_depth: float  # m, penetration at which the spots would cover the whole arc; inf if that never matters
     surface: Surface
-    arc: Arc
+    arc: ArcParameters
 
-    def depth(self, bulk: float) -> float:
+    def total_depth(self, bulk: float) -> float:
         """Return the total penetration (m) at which that of the bodies is `bulk` (m)."""
         if math.isinf(bulk):
             return bulk
-        return bulk + float(rough_approach(self.surface, self.arc, np.log(elastic_force(self.term.elastic, bulk))))
+        return bulk + float(rough_approach(self.surface, self.arc, np.log(elastic_force(self.compiled.elastic, bulk))))
 
 
 @kernel
@@ -108,89 +108,101 @@ def _parity_rough(elastic):
 
 
 @functools.lru_cache(maxsize=256, typed=True)  # laws of different types may have equal numbers
-def in_series(elastic: tuple, surface: Surface, arc: Arc) -> Series:
+def combine_in_series(elastic: tuple, surface: Surface, arc: ArcParameters) -> Series:
     """Return an elastic law with rough surfaces in series."""
     from scipy.interpolate import make_interp_spline
 
-    x, bulk, force = _solve_bulk_penetration(elastic, surface, arc)
-    log_ratio = make_interp_spline(x, bulk - x, k=5)
-    log_force = make_interp_spline(x, force, k=5)
-    power = float(log_force(x[0], 1))
-    energy = make_interp_spline(x, _energies(x, log_force, power) / np.exp(force + x), k=5)
+    log_pen, log_bulk, log_force = _solve_bulk_penetration(elastic, surface, arc)
+    log_ratio_spline = make_interp_spline(log_pen, log_bulk - log_pen, k=5)
+    log_force_spline = make_interp_spline(log_pen, log_force, k=5)
+    power = float(log_force_spline(log_pen[0], 1))
+    energy_spline = make_interp_spline(
+        log_pen, _energies(log_pen, log_force_spline, power) / np.exp(log_force + log_pen), k=5
+    )
     columns = [
-        curve(x[:-1], order) * STEP**order / math.factorial(order) for curve in (log_ratio, energy) for order in _ORDERS
+        curve(log_pen[:-1], order) * STEP**order / math.factorial(order)
+        for curve in (log_ratio_spline, energy_spline)
+        for order in _ORDERS
     ]
-    term = Rough(
+    compiled = Rough(
         elastic,
         array_handle(np.stack(columns, -1)),
-        float(len(x) - 1),
-        float(x[0]),
-        float(log_ratio(x[0], 1)),
+        float(len(log_pen) - 1),
+        float(log_pen[0]),
+        float(log_ratio_spline(log_pen[0], 1)),
         -1.0 if round(2.0 * power) % 2 else 1.0,
     )
-    spots = contact_area(surface, largest_spot(surface, force, _psi(surface)), _psi(surface))
-    flattened_rows = np.flatnonzero((spots >= _log_arc_area(arc, force)) & (x - bulk > MIN_ROUGH_FRACTION))
-    return Series(term, float(np.exp(x[flattened_rows[0]])) if flattened_rows.size else math.inf, surface, arc)
+    log_spot_area = log_contact_area(
+        surface, log_largest_spot(surface, log_force, _domain_extension_of(surface)), _domain_extension_of(surface)
+    )
+    flattened_rows = np.flatnonzero(
+        (log_spot_area >= _log_arc_area(arc, log_force)) & (log_pen - log_bulk > MIN_ROUGH_FRACTION)
+    )
+    return Series(
+        compiled, float(np.exp(log_pen[flattened_rows[0]])) if flattened_rows.size else math.inf, surface, arc
+    )
 
 
 _ORDERS = tuple(reversed(range(_POWERS)))
 
 
-def _psi(surface: Surface) -> float:
+def _domain_extension_of(surface: Surface) -> float:
     return domain_extension(surface.dimension)
 
 
-def _log_arc_area(arc: Arc, force: np.ndarray) -> np.ndarray:
+def _log_arc_area(arc: ArcParameters, log_force: np.ndarray) -> np.ndarray:
     """Return the logarithm of the contact arc's area (m^2) from that of the force (N)."""
-    return np.log(arc.width * half_angle_at_load(np.exp(force) / arc.stiffness))
+    return np.log(arc.width * half_angle_at_load(np.exp(log_force) / arc.stiffness))
 
 
-def rough_approach(surface: Surface, arc: Arc, force: np.ndarray) -> np.ndarray:
+def rough_approach(surface: Surface, arc: ArcParameters, log_force: np.ndarray) -> np.ndarray:
     """Return the approach (m) of rough surfaces from the logarithm of the force (N)."""
-    psi = _psi(surface)
-    largest = largest_spot(surface, force, psi)
-    residual = contact_area(surface, largest, psi) - _log_arc_area(arc, force)
-    return approach(surface, largest - np.logaddexp(0.0, BLEND * residual) / BLEND)
+    psi = _domain_extension_of(surface)
+    log_largest = log_largest_spot(surface, log_force, psi)
+    residual = log_contact_area(surface, log_largest, psi) - _log_arc_area(arc, log_force)
+    return approach(surface, log_largest - np.logaddexp(0.0, BLEND * residual) / BLEND)
 
 
-def _solve_bulk_penetration(elastic: tuple, surface: Surface, arc: Arc) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _solve_bulk_penetration(
+    elastic: tuple, surface: Surface, arc: ArcParameters
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return ln pen in uniform steps, and the logarithms of u (m) and of the force (N) at each step."""
     from scipy.interpolate import PchipInterpolator
 
-    def curve_at(bulk: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        force = np.log([elastic_force(elastic, depth) for depth in np.exp(bulk)])
-        return np.log(np.exp(bulk) + rough_approach(surface, arc, force)), force
+    def curve_at(log_bulk: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        log_force = np.log([elastic_force(elastic, depth) for depth in np.exp(log_bulk)])
+        return np.log(np.exp(log_bulk) + rough_approach(surface, arc, log_force)), log_force
 
-    coarse = np.linspace(math.log(MIN_BULK), math.log(MAX_PENETRATION), 800)
-    pen = curve_at(coarse)[0]
-    guess = PchipInterpolator(pen, coarse)
-    lowest = max(math.log(MIN_PENETRATION), float(pen[0]))
-    step_count = math.ceil((float(pen[-1]) - lowest) / STEP)
-    x = float(pen[-1]) - STEP * np.arange(step_count, -1.0, -1.0)
-    x = x[x >= pen[0]]
-    upper = np.clip(np.searchsorted(pen, x), 1, len(pen) - 1)
-    low, high = coarse[upper - 1], coarse[upper]
-    bulk, slope = guess(x), guess(x, 1)
-    pen, force = curve_at(bulk)
+    coarse_log_bulk = np.linspace(math.log(MIN_BULK), math.log(MAX_PENETRATION), 800)
+    log_pen_at_bulk = curve_at(coarse_log_bulk)[0]
+    first_log_bulk = PchipInterpolator(log_pen_at_bulk, coarse_log_bulk)
+    lowest = max(math.log(MIN_PENETRATION), float(log_pen_at_bulk[0]))
+    step_count = math.ceil((float(log_pen_at_bulk[-1]) - lowest) / STEP)
+    log_pen = float(log_pen_at_bulk[-1]) - STEP * np.arange(step_count, -1.0, -1.0)
+    log_pen = log_pen[log_pen >= log_pen_at_bulk[0]]
+    upper = np.clip(np.searchsorted(log_pen_at_bulk, log_pen), 1, len(log_pen_at_bulk) - 1)
+    low_log_bulk, high_log_bulk = coarse_log_bulk[upper - 1], coarse_log_bulk[upper]
+    log_bulk, slope = first_log_bulk(log_pen), first_log_bulk(log_pen, 1)
+    log_pen_at_bulk, log_force = curve_at(log_bulk)
     for _ in range(MAX_STEPS):  # Newton's method with the slope of the guess, halving where that leaves the bracket
-        unsolved = np.flatnonzero(np.abs(pen - x) > TOLERANCE)
+        unsolved = np.flatnonzero(np.abs(log_pen_at_bulk - log_pen) > TOLERANCE)
         if not unsolved.size:
             break
-        current, residual = bulk[unsolved], pen[unsolved] - x[unsolved]
-        low[unsolved], high[unsolved] = (
-            np.where(residual < 0.0, current, low[unsolved]),
-            np.where(residual > 0.0, current, high[unsolved]),
+        current, residual = log_bulk[unsolved], log_pen_at_bulk[unsolved] - log_pen[unsolved]
+        low_log_bulk[unsolved], high_log_bulk[unsolved] = (
+            np.where(residual < 0.0, current, low_log_bulk[unsolved]),
+            np.where(residual > 0.0, current, high_log_bulk[unsolved]),
         )
         newton = current - slope[unsolved] * residual
-        is_inside = (newton > low[unsolved]) & (newton < high[unsolved])
-        bulk[unsolved] = np.where(is_inside, newton, 0.5 * (low[unsolved] + high[unsolved]))
-        pen[unsolved], force[unsolved] = curve_at(bulk[unsolved])
-    return x, bulk, force
+        is_inside = (newton > low_log_bulk[unsolved]) & (newton < high_log_bulk[unsolved])
+        log_bulk[unsolved] = np.where(is_inside, newton, 0.5 * (low_log_bulk[unsolved] + high_log_bulk[unsolved]))
+        log_pen_at_bulk[unsolved], log_force[unsolved] = curve_at(log_bulk[unsolved])
+    return log_pen, log_bulk, log_force
 
 
-def _energies(x: np.ndarray, load, power: float) -> np.ndarray:
-    """Return the integral (J) of the force over the penetration up to each x = ln pen; `load` : spline of ln F."""
+def _energies(x: np.ndarray, log_force, power: float) -> np.ndarray:
+    """Return the integral (J) of the force over the penetration up to each x = ln pen; `log_force` : spline of ln F."""
     nodes, weights = leggauss(5)
     points = x[:-1, None] + 0.5 * STEP * (nodes + 1.0)
-    increments = 0.5 * STEP * np.exp(load(points) + points) @ weights
-    return np.concatenate([[0.0], np.cumsum(increments)]) + math.exp(float(load(x[0])) + x[0]) / (power + 1.0)
+    increments = 0.5 * STEP * np.exp(log_force(points) + points) @ weights
+    return np.concatenate([[0.0], np.cumsum(increments)]) + math.exp(float(log_force(x[0])) + x[0]) / (power + 1.0)

@@ -69,7 +69,7 @@ def _contact_force(point, context, laws, contact_state):
         force, elastic = sign * force, sign * elastic
     clipped_force = force if contact_state.mode != CLIPPED else as_type_of(0.0, force)
     friction_load = clipped_force if lowest == 0.0 else max(clipped_force, 0.0)
-    sliding = plus_scaled(plus_scaled(relative_velocity, -rate, normal), depth, cross(gap.on_bearing, normal))
+    sliding = plus_scaled(plus_scaled(relative_velocity, -rate, normal), depth, cross(gap.bearing_spin, normal))
     square, circumferential = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
     slip = math.copysign(math.sqrt(square), circumferential) if square > 0.0 else as_type_of(0.0, square)
     tangential = as_type_of(friction_force(laws.friction, friction_load, slip), slip)
@@ -95,10 +95,10 @@ class _JointContext(NamedTuple):
 
 
 @kernel
-def _contact_state(context, number):
+def _contact_state(context, contact_number):
     """Return the present state of contact `number`."""
-    state, c = context.state, context.offsets.contact + number
-    return _ContactState(state.mode[c], state.y[state.roots + c], state.latched[c])
+    state, contact_index = context.state, context.offsets.contact + contact_number
+    return _ContactState(state.mode[contact_index], state.y[state.roots + contact_index], state.latched[contact_index])
 
 
 @kernel
@@ -114,14 +114,14 @@ def _laws_at(context, law, elastic, stiffness_fraction, law_offsets):
 
 
 @kernel
-def _wall(context, number, end, law_offsets):
+def _wall_force(context, number, end, law_offsets):
     joint, gap = context.joint, context.gap
     laws = _laws_at(context, joint.law, joint.elastic, WALL_FRACTION, law_offsets)
     return _contact_force(wall_point(joint.end_type, joint, gap, end), context, laws, _contact_state(context, number))
 
 
 @kernel
-def _flange(context, number, end, law_offsets):
+def _flange_force(context, number, end, law_offsets):
     joint, gap = context.joint, context.gap
     laws = _laws_at(context, joint.axial_law, joint.axial_elastic, 1.0, law_offsets)
     return _contact_force(flange_point(joint, gap, end), context, laws, _contact_state(context, number))
@@ -133,27 +133,27 @@ def _in_wall_form(walls, contact):
 
 
 @_in_wall_form.member(EndContacts)
-def _contact_of_end_contacts(walls, contact):
+def _in_wall_form_end_contacts(walls, contact):
     return contact
 
 
 @_in_wall_form.member(Spread)
-def _contact_of_spread(walls, contact):
+def _in_wall_form_spread(walls, contact):
     return as_spread(contact, contact.normal)
 
 
 @family
-def _walls(walls, context, second_offsets):
+def _wall_forces(walls, context, second_offsets):
     """Return the ContactForces of both walls; second_offsets : Offsets of the laws of the second wall."""
 
 
-@_walls.member(EndContacts)
-def _walls_end_contacts(walls, context, second_offsets):
-    return _wall(context, 0, 1.0, context.offsets), _wall(context, 1, -1.0, second_offsets)
+@_wall_forces.member(EndContacts)
+def _wall_forces_end_contacts(walls, context, second_offsets):
+    return _wall_force(context, 0, 1.0, context.offsets), _wall_force(context, 1, -1.0, second_offsets)
 
 
-@_walls.member(Spread)
-def _walls_spread(walls, context, second_offsets):
+@_wall_forces.member(Spread)
+def _wall_forces_spread(walls, context, second_offsets):
     return spread_walls(context)
 
 
@@ -169,7 +169,7 @@ def _force_at_end_contact(contact):
 
 @force_at_end.member(SpreadContact)
 def _force_at_end_spread_contact(contact):
-    return contact.at_end
+    return contact.end_force
 
 
 @kernel
@@ -182,12 +182,12 @@ def _auxiliary_contacts(joint, gap, a, b):
     friction_square = (
         dot(resultant_force, resultant_force) - square
     )  # contribution of friction to the square of the resultant
-    friction_load = math.sqrt(friction_square) if friction_square > 0.0 else zero
+    friction_magnitude = math.sqrt(friction_square) if friction_square > 0.0 else zero
     difference = abs(force_at_end(a.contact) - force_at_end(b.contact))
     depth = max(a.contact.depth, b.contact.depth)
     sine, flange_gap = sine_of_tilt(gap.axis), -overlap_of(joint, gap)
     resultant_contact = Contact(
-        normal=resultant, tangential=friction_load, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero
+        normal=resultant, tangential=friction_magnitude, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero
     )
     difference_contact = Contact(
         normal=difference, tangential=zero, slip=zero, rate=zero, depth=sine, elastic=zero, raw=flange_gap
@@ -198,12 +198,14 @@ def _auxiliary_contacts(joint, gap, a, b):
 @kernel
 def _context_of(joint, gap, offsets, state):
     """Return the _JointContext of a joint."""
-    velocity = minus(gap.velocity, cross(gap.on_bearing, gap.middle))
-    return _JointContext(joint, gap, _RelativeMotion(velocity, minus(gap.on_journal, gap.on_bearing)), offsets, state)
+    velocity = minus(gap.velocity, cross(gap.bearing_spin, gap.middle))
+    return _JointContext(
+        joint, gap, _RelativeMotion(velocity, minus(gap.journal_spin, gap.bearing_spin)), offsets, state
+    )
 
 
 @kernel
-def _loaded(gap, force, moment, twist, contacts):
+def _spatial_load(gap, force, moment, twist, contacts):
     """Return the SpatialLoad of contacts with this total force, moment and twist.
 
     The opposite forces act on the bearing's surface, at the penetration along the normal from the journal's.
@@ -216,10 +218,10 @@ def _loaded(gap, force, moment, twist, contacts):
 def _load_through(joint, gap, offsets, state):
     context = _context_of(joint, gap, offsets, state)
     second_offsets = after_law(after_law(offsets, joint.law), joint.friction)
-    a, b = _walls(joint.walls, context, second_offsets)
+    a, b = _wall_forces(joint.walls, context, second_offsets)
     auxiliary = _auxiliary_contacts(joint, gap, a, b)
     contacts = (a.contact, b.contact, auxiliary[0], auxiliary[1])
-    return _loaded(gap, plus(a.force, b.force), plus(a.moment, b.moment), plus(a.twist, b.twist), contacts)
+    return _spatial_load(gap, plus(a.force, b.force), plus(a.moment, b.moment), plus(a.twist, b.twist), contacts)
 
 
 @load.member(Flanged)
@@ -228,11 +230,11 @@ def _load_flanged(joint, gap, offsets, state):
     second_offsets = after_law(after_law(offsets, joint.law), joint.friction)
     third_offsets = after_law(after_law(second_offsets, joint.law), joint.friction)
     fourth_offsets = after_law(after_law(third_offsets, joint.axial_law), joint.friction)
-    a, b = _walls(joint.walls, context, second_offsets)
-    c, d = _flange(context, 2, 1.0, third_offsets), _flange(context, 3, -1.0, fourth_offsets)
+    a, b = _wall_forces(joint.walls, context, second_offsets)
+    c, d = _flange_force(context, 2, 1.0, third_offsets), _flange_force(context, 3, -1.0, fourth_offsets)
     auxiliary = _auxiliary_contacts(joint, gap, a, b)
     flange_contacts = _in_wall_form(joint.walls, c.contact), _in_wall_form(joint.walls, d.contact)
-    return _loaded(
+    return _spatial_load(
         gap,
         plus(plus(a.force, b.force), plus(c.force, d.force)),
         plus(plus(a.moment, b.moment), plus(c.moment, d.moment)),
@@ -256,12 +258,12 @@ POINT_CHANNELS = (
 
 
 @history_count.member(Through)
-def _histories_through(joint):
+def _history_count_through(joint):
     return 12
 
 
 @history_count.member(Flanged)
-def _histories_flanged(joint):
+def _history_count_flanged(joint):
     return 16
 
 

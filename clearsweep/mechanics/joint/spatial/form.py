@@ -51,11 +51,11 @@ class Through(NamedTuple):
     bearing_radius: float  # m
     journal_radius: float  # m
     half_length: float  # m, of the bearing
-    half_journal: float  # m
+    journal_half_length: float  # m
     offset: Vector  # m, offset of the bearing's centre, in the frame of its body
     axis: Vector  # unit vector along the bearing, likewise
     end_type: tuple  # Overlapping
-    walls: tuple  # Ends or Spread
+    walls: tuple  # EndContacts or Spread
     law: tuple  # contact_force of the whole joint
     elastic: tuple  # elastic_force
     friction: tuple  # friction_force
@@ -75,7 +75,7 @@ Flanged = NamedTuple(
 )
 Flanged.__doc__ = "A spatial joint between flanges."
 
-KINDS: tuple[type, ...] = (Through, Flanged)
+SPATIAL_JOINT_TYPES: tuple[type, ...] = (Through, Flanged)
 
 
 class SpatialGap(NamedTuple):
@@ -84,8 +84,8 @@ class SpatialGap(NamedTuple):
     middle: Vector  # m, of the journal, from the centre of the bearing
     velocity: Vector  # m/s, of the journal's middle less that of the bearing's
     axis: Vector  # unit vector along the bearing
-    on_bearing: Vector  # rad/s, angular velocity of the bearing
-    on_journal: Vector  # rad/s, of the journal
+    bearing_spin: Vector  # rad/s, angular velocity of the bearing
+    journal_spin: Vector  # rad/s, of the journal
     frame: tuple  # attitude.Frame of the journal
 
 
@@ -93,8 +93,8 @@ class SpatialLoad(NamedTuple):
     """Forces of a spatial joint on its bodies, in the frame of the journal."""
 
     force: Vector  # N, on the journal
-    on_journal: Vector  # N m, moment about the journal's middle
-    on_bearing: Vector  # N m, moment on the bearing about its middle
+    journal_moment: Vector  # N m, moment about the journal's middle
+    bearing_moment: Vector  # N m, moment on the bearing about its middle
     contacts: tuple  # of Contacts
 
 
@@ -118,19 +118,19 @@ class SpreadContact(NamedTuple):
     depth: float  # m, at the end
     elastic: float  # N
     raw: float  # N
-    stored: float  # W
-    lost: float  # W
-    at_end: float  # N, for a wall: force at its end, of the two end forces with the strips' sum and moment
+    stored_power: float  # W
+    lost_power: float  # W
+    end_force: float  # N, for a wall: force at its end, of the two end forces with the strips' sum and moment
 
 
 @power_stored.member(SpreadContact)
 def _power_stored_spread_contact(contact):
-    return contact.stored
+    return contact.stored_power
 
 
 @power_lost.member(SpreadContact)
 def _power_lost_spread_contact(contact):
-    return contact.lost
+    return contact.lost_power
 
 
 #: Mode of a wall contact in `Spread`: the pressed length may reach the half of an end that is apart.
@@ -140,18 +140,18 @@ _SPREAD_WALLS = (ContactModes(APART, PRESSED), ContactModes(APART, PRESSED))
 _AUXILIARY = (ContactModes(ACTS, ACTS), ContactModes(ACTS, ACTS))
 
 
-def _walls_of(joint):
+def _wall_modes_of(joint):
     return _SPREAD_WALLS if joint is not None and isinstance(joint.walls, Spread) else _WALLS
 
 
 @contact_modes.member(Through)
 def _contact_modes_through(joint):
-    return (*_walls_of(joint), *_AUXILIARY)
+    return (*_wall_modes_of(joint), *_AUXILIARY)
 
 
 @contact_modes.member(Flanged)
 def _contact_modes_flanged(joint):
-    return (*_walls_of(joint), *_WALLS, *_AUXILIARY)
+    return (*_wall_modes_of(joint), *_WALLS, *_AUXILIARY)
 
 
 @guards.member(Leaving)

@@ -47,7 +47,7 @@ def inclination_of(end_type, joint, gap, end):
 @inclination_of.member(InBore)
 def _inclination_of_in_bore(end_type, joint, gap, end):
     midpoint, zero = gap.middle, as_type_of(0.0, gap.middle.z)
-    center = Vector(midpoint.x, midpoint.y, midpoint.z + end * joint.half_journal)
+    center = Vector(midpoint.x, midpoint.y, midpoint.z + end * joint.journal_half_length)
     radial_offset = plus_scaled(center, -dot(center, gap.axis), gap.axis)
     return _inclination(center, radial_offset, Vector(zero, zero, zero + end), gap.axis, 1.0)
 

@@ -24,7 +24,7 @@ class Point(NamedTuple):
 
 
 @kernel
-def farthest(px, py, kx, ky, radius):
+def farthest_direction(px, py, kx, ky, radius):
     """Return the unit vector d that maximises p . d - radius (k . d)^2 / 2.
 
     A circle of this radius about p, seen along an axis that leans by k against its own, is an ellipse: d is where it
@@ -41,7 +41,7 @@ def farthest(px, py, kx, ky, radius):
     """
     tilt_square, square = radius * (kx * kx + ky * ky), px * px + py * py
     if not tilt_square * tilt_square < SERIES_LIMIT * SERIES_LIMIT * square:
-        return farthest_by_newton(px, py, kx, ky, radius)
+        return farthest_direction_by_newton(px, py, kx, ky, radius)
     product = kx * px + ky * py
     radius_product, distance, inverse = radius * product, math.sqrt(square), 1.0 / square
     along_both = radius_product * product
@@ -60,8 +60,8 @@ def farthest(px, py, kx, ky, radius):
 
 
 @kernel
-def farthest_by_newton(px, py, kx, ky, radius):
-    """Return the result of `farthest` for a strongly inclined or centred circle, by Newton's method between bounds."""
+def farthest_direction_by_newton(px, py, kx, ky, radius):
+    """Return `farthest_direction` of a strongly inclined or centred circle, by Newton's method between bounds."""
     tilt_square = radius * (kx * kx + ky * ky)
     product = kx * px + ky * py
     distance = math.sqrt(px * px + py * py)
@@ -103,9 +103,9 @@ def wall_point(end_type, joint, gap, end):
 @wall_point.member(InBore)
 def _wall_point_in_bore(end_type, joint, gap, end):
     axis, midpoint, radius = gap.axis, gap.middle, joint.journal_radius
-    center = Vector(midpoint.x, midpoint.y, midpoint.z + end * joint.half_journal)
+    center = Vector(midpoint.x, midpoint.y, midpoint.z + end * joint.journal_half_length)
     radial_offset = plus_scaled(center, -dot(center, axis), axis)
-    dx, dy = farthest(radial_offset.x, radial_offset.y, axis.x, axis.y, radius)
+    dx, dy = farthest_direction(radial_offset.x, radial_offset.y, axis.x, axis.y, radius)
     rx, ry = radius * dx, radius * dy
     position = Vector(center.x + rx, center.y + ry, center.z)
     correction = rx * axis.x + ry * axis.y
@@ -127,7 +127,7 @@ def _wall_point_at_edges(end_type, joint, gap, end):
     second_axis = Vector(-axis.x * axis.y * factor, 1.0 - axis.y * axis.y * factor, -axis.y)
     center = times(end * joint.half_length, axis)
     ox, oy = gap.middle.x - center.x, gap.middle.y - center.y
-    dx, dy = farthest(
+    dx, dy = farthest_direction(
         ox * first_axis.x + oy * first_axis.y,
         ox * second_axis.x + oy * second_axis.y,
         first_axis.z,
@@ -150,7 +150,7 @@ def is_past_edge(joint, gap, end):
     The circle's point is searched only if its centre is closer to the edge than the circle extends along the axis.
     """
     axis, midpoint, outward_sign = gap.axis, gap.middle, end * math.copysign(1.0, gap.axis.z)
-    center = Vector(midpoint.x, midpoint.y, midpoint.z + end * joint.half_journal)
+    center = Vector(midpoint.x, midpoint.y, midpoint.z + end * joint.journal_half_length)
     overshoot, radial_reach = (
         outward_sign * dot(center, axis) - joint.half_length,
         joint.journal_radius * sine_of_tilt(axis),
@@ -176,7 +176,7 @@ def overlap_of(joint, gap):
 
     This is the overlap unless one of them is shorter; below 0 the journal has left the bore.
     """
-    return joint.half_journal + joint.half_length - abs(gap.middle.z)
+    return joint.journal_half_length + joint.half_length - abs(gap.middle.z)
 
 
 @kernel
@@ -191,7 +191,9 @@ def flange_point(joint, gap, end):
         else as_type_of(0.0, tilt_square)
     )
     position = Vector(
-        midpoint.x + radial_reach * axis.x, midpoint.y + radial_reach * axis.y, midpoint.z + end * joint.half_journal
+        midpoint.x + radial_reach * axis.x,
+        midpoint.y + radial_reach * axis.y,
+        midpoint.z + end * joint.journal_half_length,
     )
     normal = times(outward_sign, axis)
     return Point(position, normal, dot(position, normal) - joint.half_length - joint.axial_clearance)
@@ -221,13 +223,13 @@ def deepest_of(joint, gap) -> float:
 def jam_angle(joint) -> float:
     """Return the tilt (rad) at which a centred journal touches both walls, inf if it can turn over."""
     if (
-        isinstance(joint.end_type, Overlapping) and joint.half_journal > joint.half_length
+        isinstance(joint.end_type, Overlapping) and joint.journal_half_length > joint.half_length
     ):  # bearing_radius cos - half_length sin = journal_radius
         diagonal = std.hypot(joint.bearing_radius, joint.half_length)
         return std.acos(joint.journal_radius / diagonal) - std.atan2(joint.half_length, joint.bearing_radius)
     diagonal = std.hypot(
-        joint.half_journal, joint.journal_radius
-    )  # half_journal sin + journal_radius cos = bearing_radius
+        joint.journal_half_length, joint.journal_radius
+    )  # journal_half_length sin + journal_radius cos = bearing_radius
     if diagonal < joint.bearing_radius:
         return std.inf
-    return std.asin(joint.bearing_radius / diagonal) - std.atan2(joint.journal_radius, joint.half_journal)
+    return std.asin(joint.bearing_radius / diagonal) - std.atan2(joint.journal_radius, joint.journal_half_length)

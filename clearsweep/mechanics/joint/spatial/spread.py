@@ -23,8 +23,8 @@ from .strips import Strip, is_pressed, nodes_of, pressed_part, strip_load_of
 
 
 @kernel
-def as_spread(contact, at_end):
-    """Return a Contact, whose force acts at its point, as a SpreadContact with the field `at_end` (N)."""
+def as_spread(contact, end_force):
+    """Return a Contact, whose force acts at its point, as a SpreadContact with `end_force` (N)."""
     return SpreadContact(
         normal=contact.normal,
         tangential=contact.tangential,
@@ -33,9 +33,9 @@ def as_spread(contact, at_end):
         depth=contact.depth,
         elastic=contact.elastic,
         raw=contact.raw,
-        stored=contact.elastic * contact.rate,
-        lost=(contact.normal - contact.elastic) * contact.rate,
-        at_end=at_end,
+        stored_power=contact.elastic * contact.rate,
+        lost_power=(contact.normal - contact.elastic) * contact.rate,
+        end_force=end_force,
     )
 
 
@@ -45,7 +45,7 @@ def as_spread(contact, at_end):
 class Overlap(NamedTuple):
     """The length on which journal and bore overlap."""
 
-    half: float  # m, overlap
+    half_length: float  # m, overlap
     stiffness_fraction: float  # 1, fraction of the full stiffness that acts on this overlap
     growth: float  # 1, rate of the length per velocity (m/s) of the journal along its axis, seen from the bearing
 
@@ -58,12 +58,12 @@ def bearing_length(end_type, joint, gap):
 @bearing_length.member(InBore)
 def _bearing_length_in_bore(end_type, joint, gap):
     zero = as_type_of(0.0, gap.middle.z)
-    return Overlap(zero + joint.half_journal, zero + 1.0, zero)
+    return Overlap(zero + joint.journal_half_length, zero + 1.0, zero)
 
 
 @bearing_length.member(Overlapping)
 def _bearing_length_overlapping(end_type, joint, gap):
-    full_length, length = 2.0 * min(joint.half_journal, joint.half_length), overlap_of(joint, gap)
+    full_length, length = 2.0 * min(joint.journal_half_length, joint.half_length), overlap_of(joint, gap)
     zero = as_type_of(0.0, length)
     if length >= full_length:
         return Overlap(zero + 0.5 * full_length, zero + 1.0, zero)
@@ -86,19 +86,26 @@ class EndState(NamedTuple):
 
 
 @kernel
-def end_state_of(context, number, end):
+def end_state_of(context, contact_number, end):
     """Return the EndState at one of the ENDS, contact `number` of the joint of a context."""
     joint, gap, relative_motion, state = context.joint, context.gap, context.relative_motion, context.state
-    c = context.offsets.contact + number
+    contact_index = context.offsets.contact + contact_number
     point = wall_point(joint.end_type, joint, gap, end)
     velocity = plus(relative_motion.velocity, cross(relative_motion.spin, minus(point.position, gap.middle)))
     rate = dot(velocity, point.normal)
-    return EndState(point, state.mode[c], state.y[state.roots + c], state.latched[c], velocity, rate)
+    return EndState(
+        point,
+        state.mode[contact_index],
+        state.y[state.roots + contact_index],
+        state.latched[contact_index],
+        velocity,
+        rate,
+    )
 
 
 @kernel
-def _unloaded_contact(end_state, at_end):
-    """Return the ContactForce of an unloaded end; at_end : N, from the other end's strip."""
+def _unloaded_contact(end_state, end_force):
+    """Return the ContactForce of an unloaded end; end_force : N, from the other end's strip."""
     zero = as_type_of(0.0, end_state.rate)
     no_force, slip = Vector(zero, zero, zero), math.sqrt(dot(end_state.velocity, end_state.velocity))
     contact = Contact(
@@ -110,7 +117,7 @@ def _unloaded_contact(end_state, at_end):
         elastic=zero,
         raw=zero,
     )
-    return ContactForce(no_force, no_force, no_force, no_force, as_spread(contact, at_end))
+    return ContactForce(no_force, no_force, no_force, no_force, as_spread(contact, end_force))
 
 
 class _LoadedStrip(NamedTuple):
@@ -135,9 +142,13 @@ def _loaded_strip(context, end_state, end, overlap):
     )
     length_rate = overlap.growth * along_axis
     depth = end_state.root * end_state.root if touches(end_state.mode) else end_state.point.depth
-    fall_rate = overlap.half * slope_rate + 0.5 * length_rate * inclination.slope
+    fall_rate = overlap.half_length * slope_rate + 0.5 * length_rate * inclination.slope
     strip = Strip(
-        end_state.root, depth, depth - overlap.half * inclination.slope, end_state.rate, end_state.rate - fall_rate
+        end_state.root,
+        depth,
+        depth - overlap.half_length * inclination.slope,
+        end_state.rate,
+        end_state.rate - fall_rate,
     )
     return _LoadedStrip(end, inclination, overlap, length_rate, strip)
 
@@ -146,16 +157,18 @@ class StripForce(NamedTuple):
     """Load of a strip."""
 
     force: float  # N, 0 where it is clipped
-    inner: float  # N, first moment of the force over the fraction of the strip from its end, between 0 and the force
+    inner_moment: (
+        float  # N, first moment of the force over the fraction of the strip from its end, between 0 and the force
+    )
     elastic: float  # N, the elastic part of the force, clipped or not
-    elastic_inner: float  # N
+    elastic_inner_moment: float  # N
     raw: float  # N, force before clipping, minus the least force of its law
     lengthening: float  # N, derivative of the stored energy by the overlap, clipped like the force
     elastic_lengthening: float  # N, the same, clipped or not
 
 
 @kernel
-def _strip_force(context, end_state, other_end, loaded_strip):
+def _strip_load(context, end_state, other_end, loaded_strip):
     """Return the StripForce of the strip of an EndState.
 
     The law uses the onset rate of this end if it touches, else that of the other end.
@@ -173,8 +186,8 @@ def _strip_force(context, end_state, other_end, loaded_strip):
     onset_rate = end_state.onset_rate if is_touching else other_end.onset_rate
     moments = strip_load_of(strip, pressed_range, (joint.law, joint.elastic), joint.walls.rule, onset_rate)
     stiffness_fraction = 0.5 * overlap.stiffness_fraction
-    force, inner_load = stiffness_fraction * (moments.outer + moments.inner), stiffness_fraction * moments.inner
-    elastic, elastic_inner = (
+    force, inner_moment = stiffness_fraction * (moments.outer + moments.inner), stiffness_fraction * moments.inner
+    elastic, elastic_inner_moment = (
         stiffness_fraction * (moments.elastic_outer + moments.elastic_inner),
         stiffness_fraction * moments.elastic_inner,
     )
@@ -184,12 +197,12 @@ def _strip_force(context, end_state, other_end, loaded_strip):
         lowest == 0.0
     ):  # forces are continuous where clipping begins or ends; otherwise these events would alternate endlessly
         force = max(force, 0.0) if end_state.mode != CLIPPED else zero
-        inner_load = min(max(inner_load, 0.0), force)
+        inner_moment = min(max(inner_moment, 0.0), force)
     if overlap.growth == 0.0 or elastic <= 0.0:
-        return StripForce(force, inner_load, elastic, elastic_inner, unclipped, zero, zero)
+        return StripForce(force, inner_moment, elastic, elastic_inner_moment, unclipped, zero, zero)
     lengthening = _energy_per_length(joint, strip, pressed_range, overlap)
     return StripForce(
-        force, inner_load, elastic, elastic_inner, unclipped, lengthening * (force / elastic), lengthening
+        force, inner_moment, elastic, elastic_inner_moment, unclipped, lengthening * (force / elastic), lengthening
     )
 
 
@@ -203,7 +216,7 @@ def _energy_per_length(joint, strip, pressed_range, overlap):
         total = total + 2.0 * weight * pressed_range.length_fraction * (x * inverse) * elastic_energy(
             joint.elastic, x * x
         )
-    return 0.5 * overlap.stiffness_fraction * total / (2.0 * overlap.half)
+    return 0.5 * overlap.stiffness_fraction * total / (2.0 * overlap.half_length)
 
 
 @kernel
@@ -213,14 +226,21 @@ def _strip_resultant(context, end_state, loaded_strip, load):
     It acts along the normal at the end; the slope has a force and a couple; stored energy separates the bodies along
     the axis if that shortens the overlap.
     """
-    midpoint, inclination, lever = context.gap.middle, loaded_strip.inclination, load.inner * loaded_strip.overlap.half
-    pressing, couple = times(-load.force, end_state.point.normal), times(lever, inclination.velocity_factor)
-    axial_force = (0.5 * load.inner * inclination.slope - load.lengthening) * loaded_strip.overlap.growth
+    midpoint, inclination, moment_arm_product = (
+        context.gap.middle,
+        loaded_strip.inclination,
+        load.inner_moment * loaded_strip.overlap.half_length,
+    )
+    pressing, couple = (
+        times(-load.force, end_state.point.normal),
+        times(moment_arm_product, inclination.velocity_factor),
+    )
+    axial_force = (0.5 * load.inner_moment * inclination.slope - load.lengthening) * loaded_strip.overlap.growth
     force = plus(pressing, couple)
     moment = plus(
         cross(minus(end_state.point.position, midpoint), pressing), cross(minus(inclination.center, midpoint), couple)
     )
-    moment = plus_scaled(moment, lever, inclination.spin_factor)
+    moment = plus_scaled(moment, moment_arm_product, inclination.spin_factor)
     return (
         Vector(force.x, force.y, force.z + axial_force),
         Vector(moment.x - axial_force * midpoint.y, moment.y + axial_force * midpoint.x, moment.z),
@@ -244,18 +264,18 @@ def _strip_friction(context, end_state, loaded_strip, load):
         context.joint,
         context.gap,
         context.relative_motion,
-        loaded_strip.overlap.half,
+        loaded_strip.overlap.half_length,
     )
     friction_load = load.force if lowest_force(joint.law) == 0.0 else max(load.force, 0.0)
     weight = load.elastic if load.elastic > 0.0 else as_type_of(1.0, load.elastic)
-    center_distance = min(max(load.elastic_inner / weight, 0.0), 1.0) * half_overlap
+    center_distance = min(max(load.elastic_inner_moment / weight, 0.0), 1.0) * half_overlap
     normal, arm_point = end_state.point.normal, minus(end_state.point.position, gap.middle)
     arm, depth = (
         Vector(arm_point.x, arm_point.y, arm_point.z - loaded_strip.end * center_distance),
         end_state.point.depth - center_distance * loaded_strip.inclination.slope,
     )
     velocity = plus_scaled(
-        plus(relative_motion.velocity, cross(relative_motion.spin, arm)), depth, cross(gap.on_bearing, normal)
+        plus(relative_motion.velocity, cross(relative_motion.spin, arm)), depth, cross(gap.bearing_spin, normal)
     )
     sliding = plus_scaled(velocity, -dot(velocity, normal), normal)
     square, circumferential = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
@@ -271,15 +291,17 @@ def _strip_friction(context, end_state, loaded_strip, load):
 
 
 @kernel
-def _contact_force(context, end_state, loaded_strip, load, at_end):
-    """Return the ContactForce of an EndState with the StripForce `load`; at_end : N, as for a SpreadContact."""
+def _strip_contact_force(context, end_state, loaded_strip, load, end_force):
+    """Return the ContactForce of an EndState with the StripForce `load`; end_force : N, as in a SpreadContact."""
     strip = loaded_strip.strip
     if not is_pressed(strip):
-        return _unloaded_contact(end_state, at_end)
+        return _unloaded_contact(end_state, end_force)
     fall_rate = strip.rate - strip.inner_rate
     length_rate = loaded_strip.length_rate
-    stored = load.elastic * end_state.rate - load.elastic_inner * fall_rate + load.elastic_lengthening * length_rate
-    total_power = load.force * end_state.rate - load.inner * fall_rate + load.lengthening * length_rate
+    stored = (
+        load.elastic * end_state.rate - load.elastic_inner_moment * fall_rate + load.elastic_lengthening * length_rate
+    )
+    total_power = load.force * end_state.rate - load.inner_moment * fall_rate + load.lengthening * length_rate
     normal_force, moment = _strip_resultant(context, end_state, loaded_strip, load)
     friction = _strip_friction(context, end_state, loaded_strip, load)
     contact = SpreadContact(
@@ -290,9 +312,9 @@ def _contact_force(context, end_state, loaded_strip, load, at_end):
         depth=end_state.point.depth,
         elastic=load.elastic,
         raw=load.raw,
-        stored=stored,
-        lost=total_power - stored,
-        at_end=at_end,
+        stored_power=stored,
+        lost_power=total_power - stored,
+        end_force=end_force,
     )
     moment = plus(moment, cross(friction.arm, friction.force))
     return ContactForce(normal_force, plus(normal_force, friction.force), moment, friction.twist, contact)
@@ -307,11 +329,11 @@ def spread_walls(context):
         return _unloaded_contact(first_end, zero), _unloaded_contact(second_end, zero)
     overlap = bearing_length(context.joint.end_type, context.joint, context.gap)
     a, b = _loaded_strip(context, first_end, 1.0, overlap), _loaded_strip(context, second_end, -1.0, overlap)
-    load_a, load_b = _strip_force(context, first_end, second_end, a), _strip_force(context, second_end, first_end, b)
+    load_a, load_b = _strip_load(context, first_end, second_end, a), _strip_load(context, second_end, first_end, b)
     end_force_a, end_force_b = (
-        load_a.force - 0.5 * load_a.inner + 0.5 * load_b.inner,
-        load_b.force - 0.5 * load_b.inner + 0.5 * load_a.inner,
+        load_a.force - 0.5 * load_a.inner_moment + 0.5 * load_b.inner_moment,
+        load_b.force - 0.5 * load_b.inner_moment + 0.5 * load_a.inner_moment,
     )
-    return _contact_force(context, first_end, a, load_a, end_force_a), _contact_force(
+    return _strip_contact_force(context, first_end, a, load_a, end_force_a), _strip_contact_force(
         context, second_end, b, load_b, end_force_b
     )

@@ -1,6 +1,6 @@
 """Distribution of a wall's force along the length: a strip from each end to the middle, each with its own normal.
 
-The depth decreases linearly along a strip, from `depth` at its end to `inner` in the middle of the length;
+The depth decreases linearly along a strip, from `depth` at its end to `inner_depth` in the middle of the length;
 the rate is also linear.  The force per length is that of the joint's law at the slice's depth and rate, over the
 length.  With the fraction s of the strip from its end, and the roots x = sqrt(depth) a and b where the pressed part
 begins and ends,
@@ -10,7 +10,7 @@ begins and ends,
 there is no cancellation for a parallel journal, a = b.  In u a Hertzian force is a polynomial, also with a loss
 linear in the rate, so Gauss's rule is exact; it equals the closed form for a power n of the depth,
 
-    (depth^(n + 1) - inner^(n + 1)) / ((n + 1) (depth - inner)).
+    (depth^(n + 1) - inner_depth^(n + 1)) / ((n + 1) (depth - inner_depth)).
 """
 
 from typing import NamedTuple
@@ -55,12 +55,12 @@ class StripLoad(NamedTuple):
     elastic_inner: float  # N
 
 
-def gauss(count: int) -> tuple[tuple[float, float], ...]:
+def gauss_on_unit_interval(count: int) -> tuple[tuple[float, float], ...]:
     """Return (node, weight) of the Gauss-Legendre rule on (0, 1)."""
     return tuple((float(0.5 * x + 0.5), float(0.5 * w)) for x, w in zip(*gauss_rule(count), strict=True))
 
 
-FEW_NODES, MANY_NODES = gauss(5), gauss(16)
+FEW_NODES, MANY_NODES = gauss_on_unit_interval(5), gauss_on_unit_interval(16)
 
 
 @family
@@ -69,12 +69,12 @@ def nodes_of(quadrature):
 
 
 @nodes_of.member(FewNodes)
-def _nodes_of_few(quadrature):
+def _nodes_of_few_nodes(quadrature):
     return FEW_NODES
 
 
 @nodes_of.member(ManyNodes)
-def _nodes_of_many(quadrature):
+def _nodes_of_many_nodes(quadrature):
     return MANY_NODES
 
 
@@ -98,8 +98,8 @@ def pressed_part(strip, is_one_sided):
         return PressedRange(strip.root, zero, zero, depth / (depth - inner_depth))
     root = math.sqrt(inner_depth)
     if depth <= 0.0:
-        pressed_range = inner_depth / (inner_depth - depth)
-        return PressedRange(zero, root, 1.0 - pressed_range, pressed_range)
+        length_fraction = inner_depth / (inner_depth - depth)
+        return PressedRange(zero, root, 1.0 - length_fraction, length_fraction)
     if strip.root < 0.0 and is_one_sided:
         return PressedRange(strip.root, -root, zero, unit)
     return PressedRange(max(strip.root, MIN_ROOT_RATIO * root), root, zero, unit)

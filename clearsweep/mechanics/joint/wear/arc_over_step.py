@@ -137,13 +137,13 @@ def evaluate_arc(joint, workspace, step_length, low, high):
 
     step_length : s over kappa
     """
-    arc_middle, half_width, pressure = 0.5 * (low + high), 0.5 * (high - low), joint.wear.pressure
-    on_bearing, on_journal = (
+    span_middle, half_width, pressure = 0.5 * (low + high), 0.5 * (high - low), joint.wear.pressure
+    bearing_factor, journal_factor = (
         step_length * half_width / joint.bearing_radius,
         step_length * half_width / joint.journal_radius,
     )
     for i in lane_range(POINTS):
-        x = arc_middle + half_width * NODES[i]
+        x = span_middle + half_width * NODES[i]
         sliding = sliding_contact_at(joint, workspace, x)
         bearing_rate, journal_rate = wear_rate(joint.wear, sliding)
         weight = WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, x), 0.0)
@@ -152,7 +152,7 @@ def evaluate_arc(joint, workspace, step_length, low, high):
             workspace,
             FIRST_BODY,
             i,
-            on_bearing * weight * bearing_rate,
+            bearing_factor * weight * bearing_rate,
             evaluate_polynomial(workspace, ON_BEARING, x),
             half_angle,
         )
@@ -161,7 +161,7 @@ def evaluate_arc(joint, workspace, step_length, low, high):
             workspace,
             FIRST_BODY + BODY_SIZE,
             i,
-            on_journal * weight * journal_rate,
+            journal_factor * weight * journal_rate,
             evaluate_polynomial(workspace, ON_JOURNAL, x),
             half_angle,
         )
@@ -207,10 +207,10 @@ def _default_fit_arc(pressure, workspace):
 @inlined
 def is_monotonic(workspace, row):
     """Return whether a row is monotonic."""
-    grows = 0
+    growth_count = 0
     for i in range(1, POINTS):
-        grows += workspace[row * POINTS + i] > workspace[row * POINTS + i - 1]
-    return grows in (0, POINTS - 1)
+        growth_count += workspace[row * POINTS + i] > workspace[row * POINTS + i - 1]
+    return growth_count in (0, POINTS - 1)
 
 
 @kernel

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ....contracts.case import Joint
 from ....contracts.catalogue import Law
-from ..recipe import compiled_term, register
+from ..recipe import compile_law, register
 from .contract import MAX_BINS, wear_rate
 
 
@@ -23,8 +23,8 @@ class Archard(NamedTuple):
 
 @wear_rate.member(Archard)
 def _wear_rate_archard(law, sliding):
-    pressed_speed = sliding.pressure_sum * sliding.sliding_speed
-    return law.bearing_coefficient * pressed_speed, law.journal_coefficient * pressed_speed
+    pressure_times_speed = sliding.pressure_sum * sliding.sliding_speed
+    return law.bearing_coefficient * pressure_times_speed, law.journal_coefficient * pressure_times_speed
 
 
 class Energy(NamedTuple):
@@ -47,8 +47,8 @@ class RunningIn(NamedTuple):
     """k = steady + (initial - steady) exp(-s / distance), s the sliding distance in contact."""
 
     law: tuple  # with coefficients of 1
-    bearing: tuple  # steady, initial: m^2/N or m^3/J
-    journal: tuple
+    bearing_coefficients: tuple  # steady, initial: m^2/N or m^3/J
+    journal_coefficients: tuple
     distance: float  # m
     bins: float  # of each body
     length: float  # m, of the joint along its pin
@@ -58,24 +58,24 @@ class RunningIn(NamedTuple):
 
 @wear_rate.member(RunningIn)
 def _wear_rate_running_in(law, sliding):
-    bearing, journal = wear_rate(law.law, sliding)
-    fresh = math.exp(-sliding.sliding_distance / law.distance)
-    (steady, initial), (steady_journal, initial_journal) = law.bearing, law.journal
+    bearing_rate, journal_rate = wear_rate(law.law, sliding)
+    fresh_fraction = math.exp(-sliding.sliding_distance / law.distance)
+    (steady, initial), (steady_journal, initial_journal) = law.bearing_coefficients, law.journal_coefficients
     return (
-        (steady + (initial - steady) * fresh) * bearing,
-        (steady_journal + (initial_journal - steady_journal) * fresh) * journal,
+        (steady + (initial - steady) * fresh_fraction) * bearing_rate,
+        (steady_journal + (initial_journal - steady_journal) * fresh_fraction) * journal_rate,
     )
 
 
-def _make_wear_law(form, joint: Joint):
+def _make_wear_law(law_type, joint: Joint):
     """Return the compiled wear law `form` of a joint, within RunningIn if the coefficient changes during running-in."""
     wear = joint.wear
-    pressure, bins = compiled_term("pressure", wear.pressure, joint), float(min(wear.bins, MAX_BINS))
-    common = bins, joint.length, pressure, wear.values.get("pv_limit", math.inf)
+    pressure, bins = compile_law("pressure", wear.pressure, joint), float(min(wear.bins, MAX_BINS))
+    common_fields = bins, joint.length, pressure, wear.values.get("pv_limit", math.inf)
     bearing, journal = wear.coefficients().values()
     if wear.running_in is None:
-        return form(*bearing, *journal, *common)
-    return RunningIn(form(1.0, 1.0, *common), bearing, journal, wear.running_in["distance"], *common)
+        return law_type(*bearing, *journal, *common_fields)
+    return RunningIn(law_type(1.0, 1.0, *common_fields), bearing, journal, wear.running_in["distance"], *common_fields)
 
 
 register(

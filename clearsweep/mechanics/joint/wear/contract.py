@@ -21,7 +21,7 @@ RESOLVED_WIDTH = 5.0  # bins: a narrower arc counts as unresolved
 #: each class of width; from class to class the width decreases by a factor of root two.
 ARC_COUNT, NARROW_COUNT, SLIDING_DISTANCE, PRESSURE_MAX, PRESSURE_TIME, PV_MAX, PV_BEYOND, FIRST_CLASS = range(8)
 CLASSES = 48
-ACCOUNT = FIRST_CLASS + CLASSES
+ACCOUNT_SIZE = FIRST_CLASS + CLASSES
 
 
 class Worn(NamedTuple):
@@ -67,12 +67,12 @@ def _default_contact_angle(joint, gap):
 
 
 @family
-def local_clearance(joint, on_bearing, on_journal):
+def local_clearance(joint, bearing_angle, journal_angle):
     """Return the difference (m) of the radii of curvature of the surfaces at the contact; angles : rad, body frames."""
 
 
 @local_clearance.member(None)
-def _default_local_clearance(joint, on_bearing, on_journal):
+def _default_local_clearance(joint, bearing_angle, journal_angle):
     return joint.clearance
 
 

@@ -37,7 +37,7 @@ from .contract import SlidingContact, middle_arc, pressure_on, update_wear_over_
 from .shape import wear_depth_at, wear_integral_at
 
 
-class Arc(NamedTuple):
+class OverlapArc(NamedTuple):
     """Overlap of worn surfaces: its position and depth; angles from the deepest point."""
 
     x: float  # m, coefficient of cos psi in f
@@ -66,16 +66,18 @@ def arc_at(joint, workspace, fraction):
         evaluate_polynomial(workspace, DEEPEST, fraction),
     )
     surfaces = surfaces_of(joint)
-    depth_b, slope_b, curvature_b, _ = wear_depth_at(surfaces.bearing, -body_angles[0])
-    depth_j, slope_j, curvature_j, _ = wear_depth_at(surfaces.journal, -body_angles[1])
-    x, y = depth + joint.clearance + (depth_b + depth_j), slope_b + slope_j
+    bearing_wear, bearing_slope, bearing_curvature, _ = wear_depth_at(surfaces.bearing, -body_angles[0])
+    journal_wear, journal_slope, journal_curvature, _ = wear_depth_at(surfaces.journal, -body_angles[1])
+    x, y = depth + joint.clearance + (bearing_wear + journal_wear), bearing_slope + journal_slope
     if depth <= 0.0:
-        return Arc(x, y, body_angles, 0.0, 0.0, 0.0, 0.0)
-    guess = math.sqrt(2.0 * depth / max(x + curvature_b + curvature_j, depth + MIN_RADIUS_DIFFERENCE * joint.clearance))
+        return OverlapArc(x, y, body_angles, 0.0, 0.0, 0.0, 0.0)
+    guess = math.sqrt(
+        2.0 * depth / max(x + bearing_curvature + journal_curvature, depth + MIN_RADIUS_DIFFERENCE * joint.clearance)
+    )
     low, high = arc_ends(surfaces, x, y, body_angles, (0.0, guess))
-    arc = Arc(x, y, body_angles, -low, high, depth, 0.0)
+    arc = OverlapArc(x, y, body_angles, -low, high, depth, 0.0)
     overlap_integral = max(overlap_antiderivative(joint, arc, high) - overlap_antiderivative(joint, arc, -low), 0.0)
-    return Arc(x, y, body_angles, -low, high, depth, overlap_integral)
+    return OverlapArc(x, y, body_angles, -low, high, depth, overlap_integral)
 
 
 @kernel
@@ -116,12 +118,12 @@ def sliding_contact_on(joint, workspace, arc, fraction):
 def update_wear_under_arc(joint, arc, body, area_over_radius, bins):
     """Add the wear of a body under an Arc to its bins.
 
-    body : 0 bearing, 1 journal; area : worn cross-section over the radius of the body (m rad)
+    body : 0 bearing, 1 journal; area_over_radius : worn cross-section over the radius of the body (m rad)
     """
     width, bins_per_radian, worn_so_far = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
     start_angle, stop_angle = arc.start_angle - arc.body_angles[body], arc.stop_angle - arc.body_angles[body]
     first_bin, last_bin = math.floor(start_angle / width), math.floor(stop_angle / width)
-    at_start, wear_per_overlap = (
+    integral_at_start, wear_per_overlap = (
         overlap_antiderivative(joint, arc, arc.start_angle),
         area_over_radius / arc.overlap_integral,
     )
@@ -130,7 +132,7 @@ def update_wear_under_arc(joint, arc, body, area_over_radius, bins):
         cumulative = area_over_radius
         if edge_index <= last_bin:
             cumulative = (
-                overlap_antiderivative(joint, arc, edge_index * width + arc.body_angles[body]) - at_start
+                overlap_antiderivative(joint, arc, edge_index * width + arc.body_angles[body]) - integral_at_start
             ) * wear_per_overlap
             cumulative = min(max(cumulative, worn_so_far), area_over_radius)
         bins.depths[bins.start + bin_index] += (cumulative - worn_so_far) * bins_per_radian

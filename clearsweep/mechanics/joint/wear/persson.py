@@ -19,8 +19,8 @@ from ..recipe import register
 from .contract import cumulative_pressure, half_arc, peak_over_mean, pressure_integral_over_load, smooth_range
 from .pressure import MODULUS, modulus_of
 
-LIMIT = 2.0 * math.atan(math.sqrt(MAX_B2))  # rad: half of the arc at an infinite load
-HALFWAY = 2.0  # E* c: load mapped to half of the interval of `_arc`, chosen for the closest fit
+MAX_HALF_ANGLE = 2.0 * math.atan(math.sqrt(MAX_B2))  # rad: half of the arc at an infinite load
+HALFWAY_LOAD = 2.0  # E* c: load mapped to half of the interval of `_half_angle_over_root`, chosen for the closest fit
 _NODES, _WEIGHTS = portable.gauss_rule(40)
 
 
@@ -50,27 +50,27 @@ def _pressure_beyond(x, half_angle):
     return 0.5 * (quarter - low) * np.sum(_WEIGHTS * values)
 
 
-def _over_squared_half_angles(values):
+def _by_squared_half_angle(function):
     """Return a function of squared half-angles (array, in units of LIMIT squared) from one of a single half-angle."""
-    return lambda squares: np.array([values(LIMIT * math.sqrt(max(square, 1e-9))) for square in squares])
+    return lambda squares: np.array([function(MAX_HALF_ANGLE * math.sqrt(max(square, 1e-9))) for square in squares])
 
 
-def _arc(z):
+def _half_angle_over_root(z):
     """Return the half-angle (rad) over the root of z at a load q (in units of E* c), with z = q / (q + HALFWAY)."""
     z = np.clip(z, 1e-12, 1.0 - 1e-12)
-    return half_angle_at_load(HALFWAY * z / (1.0 - z)) / np.sqrt(z)
+    return half_angle_at_load(HALFWAY_LOAD * z / (1.0 - z)) / np.sqrt(z)
 
 
 def _tail_fractions(edge_distances, squares):
     """Return the load fractions beyond 1 - d, divided by d^(3/2), for all edge distances d and squared half-angles."""
-    halves = LIMIT * np.sqrt(squares)
+    half_angles = MAX_HALF_ANGLE * np.sqrt(squares)
     return np.array(
         [
             [
                 _pressure_beyond(1.0 - edge_distance, half_angle)
                 / (2.0 * _pressure_beyond(0.0, half_angle))
                 / edge_distance**1.5
-                for half_angle in halves
+                for half_angle in half_angles
             ]
             for edge_distance in edge_distances
         ]
@@ -84,57 +84,61 @@ def _tail_coefficients(degree, square_degree):
     return (rows @ exact(_tail_fractions(edge_distances, squares)) @ columns.transposed).rounded()
 
 
-ARC = polynomial_through(_arc, 14)  # by powers of z, to 2e-11
-SUM = polynomial_through(
-    _over_squared_half_angles(lambda half_angle: 2.0 * _pressure_beyond(0.0, half_angle)), 8
+ARC_COEFFICIENTS = polynomial_through(_half_angle_over_root, 14)  # by powers of z, to 2e-11
+INTEGRAL_COEFFICIENTS = polynomial_through(
+    _by_squared_half_angle(lambda half_angle: 2.0 * _pressure_beyond(0.0, half_angle)), 8
 )  # by powers of the squared half-angle, to 1e-13
-PEAK = polynomial_through(
-    _over_squared_half_angles(
+PEAK_COEFFICIENTS = polynomial_through(
+    _by_squared_half_angle(
         lambda half_angle: pressure_over_load(0.0, half_angle) * half_angle / _pressure_beyond(0.0, half_angle)
     ),
     10,
 )  # to 2e-12
-TAIL = _tail_coefficients(8, 7)  # (9, 8), to 1e-9
+TAIL_COEFFICIENTS = _tail_coefficients(8, 7)  # (9, 8), to 1e-9
 
 
 @half_arc.member(Persson)
 def _half_arc_persson(pressure, joint, radius, sliding):
     q = sliding.line_load / (pressure.modulus * sliding.clearance)
-    z, total = q / (q + HALFWAY), 0.0
-    for i in range(ARC.size - 1, -1, -1):
-        total = total * z + ARC[i]
+    z, total = q / (q + HALFWAY_LOAD), 0.0
+    for i in range(ARC_COEFFICIENTS.size - 1, -1, -1):
+        total = total * z + ARC_COEFFICIENTS[i]
     return total * math.sqrt(z)
 
 
 @cumulative_pressure.member(Persson)
 def _cumulative_pressure_persson(pressure, x, half_angle):
-    edge_distance, square, tail = max(1.0 - abs(x), 0.0), half_angle * half_angle * (1.0 / (LIMIT * LIMIT)), 0.0
-    for i in range(TAIL.shape[0] - 1, -1, -1):
+    edge_distance, square, tail = (
+        max(1.0 - abs(x), 0.0),
+        half_angle * half_angle * (1.0 / (MAX_HALF_ANGLE * MAX_HALF_ANGLE)),
+        0.0,
+    )
+    for i in range(TAIL_COEFFICIENTS.shape[0] - 1, -1, -1):
         column = 0.0
-        for k in range(TAIL.shape[1] - 1, -1, -1):
-            column = column * square + TAIL[i, k]
+        for k in range(TAIL_COEFFICIENTS.shape[1] - 1, -1, -1):
+            column = column * square + TAIL_COEFFICIENTS[i, k]
         tail = tail * edge_distance + column
     return 0.5 + math.copysign(0.5 - tail * edge_distance * math.sqrt(edge_distance), x)
 
 
 @smooth_range.member(Persson)
-def _smooth_within_persson(pressure):
+def _smooth_range_persson(pressure):
     return 0.95  # at the ends it varies as the power 3/2
 
 
 @pressure_integral_over_load.member(Persson)
-def _sum_over_load_persson(pressure, half_angle):
-    square, total = half_angle * half_angle * (1.0 / (LIMIT * LIMIT)), 0.0
-    for i in range(SUM.size - 1, -1, -1):
-        total = total * square + SUM[i]
+def _pressure_integral_over_load_persson(pressure, half_angle):
+    square, total = half_angle * half_angle * (1.0 / (MAX_HALF_ANGLE * MAX_HALF_ANGLE)), 0.0
+    for i in range(INTEGRAL_COEFFICIENTS.size - 1, -1, -1):
+        total = total * square + INTEGRAL_COEFFICIENTS[i]
     return total
 
 
 @peak_over_mean.member(Persson)
 def _peak_over_mean_persson(pressure, half_angle):
-    square, total = half_angle * half_angle * (1.0 / (LIMIT * LIMIT)), 0.0
-    for i in range(PEAK.size - 1, -1, -1):
-        total = total * square + PEAK[i]
+    square, total = half_angle * half_angle * (1.0 / (MAX_HALF_ANGLE * MAX_HALF_ANGLE)), 0.0
+    for i in range(PEAK_COEFFICIENTS.size - 1, -1, -1):
+        total = total * square + PEAK_COEFFICIENTS[i]
     return total
 
 

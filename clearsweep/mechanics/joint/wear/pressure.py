@@ -34,26 +34,26 @@ def _tail_fraction(edge_distance):
     return (0.5 - (x * np.sqrt(1.0 - x * x) + portable.asin(x)) / math.pi) / portable.power(edge_distance, 1.5)
 
 
-#: Its coefficients by powers of `rest`, to 1e-9: avoids an arcsine in the most frequent evaluation.
-TAIL = portable.polynomial_through(_tail_fraction, 9)
+#: Its coefficients by powers of the edge distance, to 1e-9: avoids an arcsine in the most frequent evaluation.
+TAIL_COEFFICIENTS = portable.polynomial_through(_tail_fraction, 9)
 
 
 @cumulative_pressure.member(HertzLine)
 def _cumulative_pressure_hertz_line(pressure, x, half_angle):
     edge_distance = max(1.0 - abs(x), 0.0)
     tail = 0.0
-    for i in range(TAIL.size - 1, -1, -1):
-        tail = tail * edge_distance + TAIL[i]
+    for i in range(TAIL_COEFFICIENTS.size - 1, -1, -1):
+        tail = tail * edge_distance + TAIL_COEFFICIENTS[i]
     return 0.5 + math.copysign(0.5 - tail * edge_distance * math.sqrt(edge_distance), x)
 
 
 @smooth_range.member(HertzLine)
-def _smooth_within_hertz_line(pressure):
+def _smooth_range_hertz_line(pressure):
     return 0.95  # at the ends it varies as the power 3/2
 
 
 @pressure_integral_over_load.member(HertzLine)
-def _sum_over_load_hertz_line(pressure, half_angle):
+def _pressure_integral_over_load_hertz_line(pressure, half_angle):
     return 1.0  # half-spaces: all pressure has the direction of the load
 
 
@@ -105,10 +105,10 @@ def _arctangent(square):
 
 
 #: Its coefficients by powers of the square, 0 to 1, to 1e-11: a library function takes one number per call.
-ARCTANGENT = portable.polynomial_through(_arctangent, 14)
+ARCTANGENT_COEFFICIENTS = portable.polynomial_through(_arctangent, 14)
 
 
-class Mean(NamedTuple):
+class UniformPressure(NamedTuple):
     """Uniform over the arc in which rigid circles overlap: cos theta0 = c / (c + pen)."""
 
 
@@ -116,38 +116,38 @@ class Winkler(NamedTuple):
     """Proportional to the overlap of rigid circles, over the same arc: p varies as cos phi - cos theta0."""
 
 
-@half_arc.member(Mean)
+@half_arc.member(UniformPressure)
 @half_arc.member(Winkler)
-def _half_arc_mean_or_winkler(pressure, joint, radius, sliding):
+def _half_arc_of_rigid_circles(pressure, joint, radius, sliding):
     pen = max(sliding.depth, 0.0)
     square = pen / (
         2.0 * sliding.clearance + pen
     )  # of the tangent of half of it: the arc's cosine, without cancellation
     total = 0.0
-    for i in range(ARCTANGENT.size - 1, -1, -1):
-        total = total * square + ARCTANGENT[i]
+    for i in range(ARCTANGENT_COEFFICIENTS.size - 1, -1, -1):
+        total = total * square + ARCTANGENT_COEFFICIENTS[i]
     return 2.0 * total * math.sqrt(square)
 
 
-@cumulative_pressure.member(Mean)
-def _cumulative_pressure_mean(pressure, x, half_angle):
+@cumulative_pressure.member(UniformPressure)
+def _cumulative_pressure_uniform(pressure, x, half_angle):
     return min(max(0.5 + 0.5 * x, 0.0), 1.0)
 
 
-@smooth_range.member(Mean)
+@smooth_range.member(UniformPressure)
 @smooth_range.member(Winkler)
-def _smooth_within_mean_or_winkler(pressure):
+def _smooth_range_uniform_or_winkler(pressure):
     return 1.0
 
 
-@pressure_integral_over_load.member(Mean)
-def _sum_over_load_mean(pressure, half_angle):
+@pressure_integral_over_load.member(UniformPressure)
+def _pressure_integral_over_load_uniform(pressure, half_angle):
     """Return theta0 / sin(theta0), from the balance of forces, integral p cos(psi) R dpsi = f."""
     return half_angle / math.sin(half_angle) if half_angle > 1e-3 else 1.0 + half_angle * half_angle / 6.0
 
 
-@peak_over_mean.member(Mean)
-def _peak_over_mean_mean(pressure, half_angle):
+@peak_over_mean.member(UniformPressure)
+def _peak_over_mean_uniform(pressure, half_angle):
     return 1.0
 
 
@@ -161,8 +161,8 @@ register(
         notes="The default where neither `material` nor `pressure_modulus` is given.  Needs no modulus: the arc "
         "follows only from the penetration.",
     ),
-    (Mean,),
-    lambda joint: Mean(),
+    (UniformPressure,),
+    lambda joint: UniformPressure(),
 )
 
 
@@ -189,7 +189,7 @@ def _cumulative_pressure_winkler(pressure, x, half_angle):
 
 
 @pressure_integral_over_load.member(Winkler)
-def _sum_over_load_winkler(pressure, half_angle):
+def _pressure_integral_over_load_winkler(pressure, half_angle):
     """Return 2 (sin t - t cos t) / (t - sin t cos t), from the balance of forces."""
     return (
         4.0

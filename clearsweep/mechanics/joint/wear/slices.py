@@ -50,7 +50,7 @@ from .step import (
 from .wall_strips import (
     DepthProfile,
     carries_load,
-    depth_at_end,
+    depth_at_start,
     largest_depth_along,
     load_fraction,
     loads_along,
@@ -81,15 +81,17 @@ def _record_through_or_flanged(joint, gap, body_angles, j, instant):
 @kernel
 def _record_wall(joint, gap, body_angles, contact, instant):
     """Record the position of a contact at one of the ENDS: its number, its end."""
-    step, i, (c, end) = instant.step, instant.number, contact
+    step, i, (j, end) = instant.step, instant.number, contact
     point = wall_point(joint.end_type, joint, gap, end)
     transverse = plus_scaled(point.normal, -dot(point.normal, gap.axis), gap.axis)
-    step.positions[c, 0, i] = math.atan2(dot(transverse, cross(gap.axis, body_angles)), dot(transverse, body_angles))
-    step.positions[c, 1, i] = math.atan2(point.normal.y, point.normal.x)
-    placement = strip_position(joint.end_type, joint, gap, point, end)
-    step.axial[c, LEAN, i], step.axial[c, REACH, i] = placement.lean, bearing_length(joint.end_type, joint, gap).half
-    step.axial[c, BEARING_START, i], step.axial[c, JOURNAL_START, i] = placement.on_bearing, placement.on_journal
-    step.axial[c, FACING, i] = placement.facing
+    step.positions[j, 0, i] = math.atan2(dot(transverse, cross(gap.axis, body_angles)), dot(transverse, body_angles))
+    step.positions[j, 1, i] = math.atan2(point.normal.y, point.normal.x)
+    strip_start = strip_position(joint.end_type, joint, gap, point, end)
+    overlap = bearing_length(joint.end_type, joint, gap)
+    step.axial[j, LEAN, i], step.axial[j, REACH, i] = strip_start.lean, overlap.half_length
+    step.axial[j, BEARING_START, i] = strip_start.bearing_start
+    step.axial[j, JOURNAL_START, i] = strip_start.journal_start
+    step.axial[j, FACING, i] = strip_start.facing
 
 
 # ---------------------------------------------------------------------------------------------- slices
@@ -104,7 +106,7 @@ class Slice(NamedTuple):
     begin: float  # m, from its near end to the part that carries load
 
 
-class Strips(NamedTuple):
+class StripHistory(NamedTuple):
     """The strip of a contact at equidistant times of a step."""
 
     reach: float  # m, the largest
@@ -113,39 +115,39 @@ class Strips(NamedTuple):
 
 
 @kernel
-def _strip_at(joint, strips, i):
+def _strip_at(joint, history, i):
     """Return the DepthProfile of a strip and its depth (m) at equidistant time number `i`."""
-    return DepthProfile(strips.values[REACH, i], strips.values[LEAN, i]), depth_at_end(
-        joint.walls, strips.step_values[DEPTH_ROW, i]
+    return DepthProfile(history.values[REACH, i], history.values[LEAN, i]), depth_at_start(
+        joint.walls, history.step_values[DEPTH_ROW, i]
     )
 
 
 @kernel
-def slice_of(joint, strips, low, high):
+def slice_of(joint, history, low, high):
     """Return the Slice between two distances (m) along the strip of a contact; beyond its reach there is no load.
 
     Its depth is relative to the strip's largest one.  That is above 0 under load; the depth at the strip's
     begin is 0 at every onset and separation of an end.
     """
-    step_values, work_sum, weight_sum = strips.step_values, 0.0, 0.0
+    step_values, work_sum, weight_sum = history.step_values, 0.0, 0.0
     load_fraction_sum = length_sum = depth_sum = begin_sum = 0.0
     for i in rolled_range(PARTS + 1):
         weight = 0.5 if i in (0, PARTS) else 1.0  # the trapezoidal rule
         weight *= max(step_values[KAPPA_ROW, i] * step_values[FORCE_ROW, i] * abs(step_values[SLIP_ROW, i]), 0.0)
         if weight <= 0.0:
             continue
-        strip, depth_at = _strip_at(joint, strips, i)
-        near_end, far_end, largest_depth = min(low, strip.reach), min(high, strip.reach), strips.values[MAX_DEPTH, i]
-        fraction = load_fraction(joint.walls, joint, strip, depth_at, (near_end, far_end))
-        loaded_start, loaded_end = pressed_range(strip, depth_at)
+        strip, start_depth = _strip_at(joint, history, i)
+        near_end, far_end, largest_depth = min(low, strip.reach), min(high, strip.reach), history.values[MAX_DEPTH, i]
+        fraction = load_fraction(joint.walls, joint, strip, start_depth, (near_end, far_end))
+        loaded_start, loaded_end = pressed_range(strip, start_depth)
         loaded_start, loaded_end = max(loaded_start, near_end), min(loaded_end, far_end)
         load_fraction_sum += weight * fraction
         work_sum += weight
         if loaded_end > loaded_start:
             length_sum += weight * fraction * (loaded_end - loaded_start)
             begin_sum += weight * fraction * (loaded_start - low)
-            mean = depth_at - 0.5 * strip.lean * (loaded_start + loaded_end)
-            depth_sum += weight * fraction * mean / largest_depth
+            mean_depth = start_depth - 0.5 * strip.lean * (loaded_start + loaded_end)
+            depth_sum += weight * fraction * mean_depth / largest_depth
             weight_sum += weight * fraction
     if weight_sum <= 0.0:
         return Slice(0.0, 0.0, 0.0, 0.0)
@@ -153,13 +155,13 @@ def slice_of(joint, strips, low, high):
 
 
 @kernel
-def accumulate_strip_pressure(joint, step, strips, account):
+def accumulate_strip_pressure(joint, step, history, account):
     """Record pressure and pressure times sliding speed of a wall contact at equidistant points of the step."""
-    law, step_values = joint.wear, strips.step_values
+    law, step_values = joint.wear, history.step_values
     for i in rolled_range(PARTS + 1):
-        strip, depth_at = _strip_at(joint, strips, i)
+        strip, start_depth = _strip_at(joint, history, i)
         load, slip = max(step_values[FORCE_ROW, i], 0.0), step_values[SLIP_ROW, i]
-        loads = loads_along(joint.walls, joint, strip, depth_at, load)
+        loads = loads_along(joint.walls, joint, strip, start_depth, load)
         if loads.max_depth <= 0.0:
             continue
         mean_sliding = sliding_contact_of(
@@ -226,28 +228,28 @@ def _bin_position(distance, half_length, bins_per_length):
 
 
 @family
-def update_wall_wear(law, joint, wall, c, shared):
-    """Add the wear of contact `c`, at one of the walls, of a joint with this wear law; shared : Step and Worn."""
+def update_wall_wear(law, joint, wall, j, step_and_totals):
+    """Add the wear of a contact at one of the walls; law : of the joint; step_and_totals : Step and WearTotals."""
 
 
 @update_wall_wear.member(NoWear)
-def _update_wall_wear_no_wear(law, joint, wall, c, shared):
+def _update_wall_wear_no_wear(law, joint, wall, j, step_and_totals):
     pass
 
 
 @kernel
-def fit_strip(joint, c, step):
-    """Write the profiles of the angles of contact `c` to `step.workspace`; return its Strips."""
-    axial, strip_values, strips = step.axial[c], step.strip, Strips(0.0, step.strip, step.step_values[c])
+def fit_strip(joint, j, step):
+    """Write the profiles of a contact's angles to `step.workspace`; return its StripHistory."""
+    axial, strip_values, history = step.axial[j], step.strip, StripHistory(0.0, step.strip, step.step_values[j])
     for body in range(2):
-        angles = step.positions[c, body]
+        angles = step.positions[j, body]
         unwrap_angles(angles)
         for end in range(2):
             slope = 0.0
             for i in rolled_range(QUARTER_POINTS + 2):
                 slope += END_SLOPES[end, i] * angles[i]
-            step.positions[c, SLOPES + body, end * (QUARTER_POINTS + 1)] = slope
-    fit_positions(step.workspace, step.positions[c])
+            step.positions[j, SLOPES + body, end * (QUARTER_POINTS + 1)] = slope
+    fit_positions(step.workspace, step.positions[j])
     max_reach = 0.0
     for i in rolled_range(PARTS + 1):
         strip_values[LEAN, i] = strip_values[REACH, i] = 0.0
@@ -256,35 +258,35 @@ def fit_strip(joint, c, step):
             strip_values[REACH, i] += FROM_QUARTERS[i, k] * axial[REACH, k]
         strip_values[REACH, i] = max(strip_values[REACH, i], 0.0)
         max_reach = max(max_reach, strip_values[REACH, i])
-        strip, depth_at = _strip_at(joint, strips, i)
-        strip_values[MAX_DEPTH, i] = largest_depth_along(strip, depth_at)
-    return Strips(max_reach, strip_values, step.step_values[c])
+        strip, start_depth = _strip_at(joint, history, i)
+        strip_values[MAX_DEPTH, i] = largest_depth_along(strip, start_depth)
+    return StripHistory(max_reach, strip_values, step.step_values[j])
 
 
 @kernel
-def fit_depth(strips, workspace, factor):
+def fit_depth(history, workspace, factor):
     """Write the coefficients of the strip's largest depth, times a `factor`, to `workspace`."""
     for i in rolled_range(POINTS):
         total = 0.0
         for k in rolled_range(PARTS + 1):
-            total += FIT[k, i] * strips.values[MAX_DEPTH, k]
+            total += FIT[k, i] * history.values[MAX_DEPTH, k]
         workspace[DEPTH_ROW * POINTS + i] = factor * total
 
 
 @kernel
-def write_slices(joint, strips, step):
+def write_slices(joint, history, step):
     """Write the Slices of a strip to `step.wear_buffer`, after the bins; return the largest load per length (1/m)."""
     slice_count = int(joint.wear_rows)
-    slices_offset, slice_length, largest = 2 * step.wear_buffer.size // 3, 2.0 * strips.reach / slice_count, 0.0
+    slices_offset, slice_length, max_line_load = 2 * step.wear_buffer.size // 3, 2.0 * history.reach / slice_count, 0.0
     for k in range((slice_count + 1) // 2):
         low = k * slice_length
-        strip_slice = slice_of(joint, strips, low, min(low + slice_length, strips.reach))
+        strip_slice = slice_of(joint, history, low, min(low + slice_length, history.reach))
         if strip_slice.load_fraction > 0.0:
-            largest = max(largest, strip_slice.load_fraction / strip_slice.loaded_length)
+            max_line_load = max(max_line_load, strip_slice.load_fraction / strip_slice.loaded_length)
         offset = slices_offset + k * len(strip_slice)
         for i in range(len(strip_slice)):
             step.wear_buffer[offset + i] = strip_slice[i]
-    return largest
+    return max_line_load
 
 
 @kernel
@@ -299,7 +301,7 @@ def slice_at(step, k):
     )
 
 
-class Group(NamedTuple):
+class SliceGroup(NamedTuple):
     """Slices that are processed together, because their loads per length are similar."""
 
     begin: int
@@ -308,18 +310,18 @@ class Group(NamedTuple):
 
 
 @kernel
-def group_from(step, begin, slices, largest):
-    """Return the Group that begins with slice `begin` of `slices`; largest : 1/m, result of `write_slices`."""
+def group_from(step, begin, slice_count, max_line_load):
+    """Return the SliceGroup from slice `begin` on; max_line_load : 1/m, the result of `write_slices`."""
     load_fraction_sum = length_sum = depth_sum = first_line_load = 0.0
     end = begin
-    while end < slices:
+    while end < slice_count:
         strip_slice = slice_at(step, end)
         if strip_slice.load_fraction <= 0.0:
             break
         line_load = strip_slice.load_fraction / strip_slice.loaded_length
         if end == begin:
             first_line_load = line_load
-        if abs(line_load - first_line_load) > LOAD_TOLERANCE * largest:
+        if abs(line_load - first_line_load) > LOAD_TOLERANCE * max_line_load:
             break
         load_fraction_sum, length_sum, depth_sum = (
             load_fraction_sum + strip_slice.load_fraction,
@@ -327,7 +329,7 @@ def group_from(step, begin, slices, largest):
             depth_sum + strip_slice.load_fraction * strip_slice.depth,
         )
         end += 1
-    return Group(
+    return SliceGroup(
         begin,
         max(end, begin + 1),
         Slice(load_fraction_sum, length_sum, depth_sum / load_fraction_sum if load_fraction_sum > 0.0 else 0.0, 0.0),
@@ -335,30 +337,28 @@ def group_from(step, begin, slices, largest):
 
 
 @kernel
-def update_group_wear(joint, end, c, shared, strips, group):
-    """Add the wear of a Group of slices of the Strips of contact `c` at one of the ENDS."""
-    step, worn = shared
+def update_group_wear(joint, end, j, step_and_totals, history, group):
+    """Add the wear of a SliceGroup of a StripHistory of a contact at one of the ENDS."""
+    step, totals = step_and_totals
     workspace, count, bin_count, group_slice = (
         step.workspace,
         int(joint.wear.bins),
         int(joint.wear_rows),
         group.total_slice,
     )
-    fit_profiles(step.workspace, step.step_values[c], group_slice.loaded_length / group_slice.load_fraction)
-    fit_depth(strips, workspace, group_slice.depth)
-    group_bins = Bins(step.wear_buffer, 0, count), Bins(step.wear_buffer, worn.stride, count)
-    update_worn_profile(joint, workspace, step.step_values[c], step.length, group_bins)
-    accumulate_arc_width(joint, step, worn.account[c], group_slice.loaded_length / joint.wear.length)
-    axial, bins_offset = (
-        step.axial[c, :, QUARTER_POINTS // 2 + 1],
-        2 * (c if end == ENDS[0] else c - 1) * worn.stride,
-    )
-    slice_length = 2.0 * strips.reach / bin_count
+    fit_profiles(step.workspace, step.step_values[j], group_slice.loaded_length / group_slice.load_fraction)
+    fit_depth(history, workspace, group_slice.depth)
+    group_bins = Bins(step.wear_buffer, 0, count), Bins(step.wear_buffer, totals.stride, count)
+    update_worn_profile(joint, workspace, step.step_values[j], step.length, group_bins)
+    accumulate_arc_width(joint, step, totals.account[j], group_slice.loaded_length / joint.wear.length)
+    axial = step.axial[j, :, QUARTER_POINTS // 2 + 1]
+    bins_offset = 2 * (j if end == ENDS[0] else j - 1) * totals.stride
+    slice_length = 2.0 * history.reach / bin_count
     for body in range(2):
-        half_length = joint.half_length if body == 0 else joint.half_journal
+        half_length = joint.half_length if body == 0 else joint.journal_half_length
         direction = -end * (axial[FACING] if body == 0 else 1.0)
-        depths = step.wear_buffer[body * worn.stride : body * worn.stride + count]
-        bins = Bins(worn.depths, bins_offset + body * worn.stride, count)
+        depths = step.wear_buffer[body * totals.stride : body * totals.stride + count]
+        bins = Bins(totals.depths, bins_offset + body * totals.stride, count)
         for k in range(group.begin, group.end):
             strip_slice = slice_at(step, k)
             near_end = axial[BEARING_START + body] + direction * (k * slice_length + strip_slice.begin)
@@ -376,25 +376,25 @@ def update_group_wear(joint, end, c, shared, strips, group):
 
 
 @update_wall_wear.member(None)
-def _default_update_wall_wear(law, joint, wall, c, shared):
-    step, worn = shared
-    strips = fit_strip(joint, c, step)
-    fit_profiles(step.workspace, step.step_values[c], 1.0)
-    accumulate_distance(step, c, worn.account[c])
-    if touches(step.mode[c]):  # the mean pressure is over the times in contact
-        accumulate_strip_pressure(joint, step, strips, worn.account[c])
-    largest = write_slices(joint, strips, step)
-    begin, slices = 0, (int(joint.wear_rows) + 1) // 2
-    while begin < slices:
-        group = group_from(step, begin, slices, largest)
+def _default_update_wall_wear(law, joint, wall, j, step_and_totals):
+    step, totals = step_and_totals
+    history = fit_strip(joint, j, step)
+    fit_profiles(step.workspace, step.step_values[j], 1.0)
+    accumulate_distance(step, j, totals.account[j])
+    if touches(step.mode[j]):  # the mean pressure is over the times in contact
+        accumulate_strip_pressure(joint, step, history, totals.account[j])
+    max_line_load = write_slices(joint, history, step)
+    begin, slice_count = 0, (int(joint.wear_rows) + 1) // 2
+    while begin < slice_count:
+        group = group_from(step, begin, slice_count, max_line_load)
         if group.total_slice.load_fraction > 0.0:
-            update_group_wear(joint, ENDS[wall], c, shared, strips, group)
+            update_group_wear(joint, ENDS[wall], j, step_and_totals, history, group)
         begin = group.end
 
 
 @update_joint_wear.member(Through)
 @update_joint_wear.member(Flanged)
-def _update_joint_wear_through_or_flanged(joint, j, shared):
+def _update_joint_wear_through_or_flanged(joint, j, step_and_totals):
     for wall in range(len(ENDS)):
-        if carries_load(joint.walls, shared[0], j, wall):
-            update_wall_wear(joint.wear, joint, wall, j + wall, shared)
+        if carries_load(joint.walls, step_and_totals[0], j, wall):
+            update_wall_wear(joint.wear, joint, wall, j + wall, step_and_totals)

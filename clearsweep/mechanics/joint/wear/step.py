@@ -66,7 +66,7 @@ SLOPES = POSITIONS  # of these profiles, per fraction of the step; `record` writ
 LEAN, REACH, BEARING_START, JOURNAL_START, FACING, AXIAL_ROWS = range(6)
 #: Of the strip of one contact at equidistant times: LEAN and REACH, as at the quarters, and its largest depth (m).
 MAX_DEPTH, STRIP_ROWS = REACH + 1, REACH + 2
-RECORDED = (POSITIONS + SLOPES + AXIAL_ROWS) * STATE_POINTS  # numbers stored per contact
+RECORDED_SIZE = (POSITIONS + SLOPES + AXIAL_ROWS) * STATE_POINTS  # numbers stored per contact
 _QUARTERS = np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
 #: (ANGLES, POINTS): the coefficients of an angle's profile from its values at the quarters and its end slopes.
 FROM_ANGLES = np.zeros((ANGLES, POINTS))
@@ -88,7 +88,7 @@ class Step(NamedTuple):
     wear_buffer: np.ndarray  # (3 stride,) bins (m) of both bodies, at 0 between the contacts; slices of one contact
 
 
-class Worn(NamedTuple):
+class WearTotals(NamedTuple):
     """Wear of all joints, to which each step adds; the depths of a joint are at its first contact."""
 
     depths: np.ndarray  # (2 contacts stride,) m, the bins of bearing and journal
@@ -117,12 +117,16 @@ def _default_record(joint, gap, body_angles, j, instant):
         return
     side = joint.side
     angle, angle_rate, depth, depth_rate = contact_angle(joint, gap)
-    proximal, distal = body_angles
-    bearing, journal = (proximal, distal) if side > 0.0 else (distal, proximal)
-    step.positions[j, 0, i], step.positions[j, 1, i], step.positions[j, 2, i] = angle - bearing, angle - journal, depth
-    on_proximal, on_distal = angle_rate - gap.spin_proximal, angle_rate - gap.spin_distal
-    step.positions[j, SLOPES, i] = on_proximal if side > 0.0 else on_distal
-    step.positions[j, SLOPES + 1, i] = on_distal if side > 0.0 else on_proximal
+    proximal_angle, distal_angle = body_angles
+    bearing_angle, journal_angle = (proximal_angle, distal_angle) if side > 0.0 else (distal_angle, proximal_angle)
+    step.positions[j, 0, i], step.positions[j, 1, i], step.positions[j, 2, i] = (
+        angle - bearing_angle,
+        angle - journal_angle,
+        depth,
+    )
+    proximal_rate, distal_rate = angle_rate - gap.spin_proximal, angle_rate - gap.spin_distal
+    step.positions[j, SLOPES, i] = proximal_rate if side > 0.0 else distal_rate
+    step.positions[j, SLOPES + 1, i] = distal_rate if side > 0.0 else proximal_rate
     step.positions[j, SLOPES + 2, i] = depth_rate
 
 
@@ -134,7 +138,7 @@ class JointCursor(NamedTuple):
 
 
 @kernel
-def _after(cursor, joint):
+def _cursor_after(cursor, joint):
     return JointCursor(cursor.number + 1, after_joint(cursor.offsets, joint))
 
 
@@ -143,7 +147,7 @@ def _record_joint(joint, gap, cursor, instant):
     record(joint, gap, instant.body_angles[cursor.number], cursor.offsets.contact, instant)
 
 
-record_positions = map_joints(_record_joint, _after)
+record_positions = map_joints(_record_joint, _cursor_after)
 
 
 @kernel
@@ -237,16 +241,16 @@ def accumulate_pressure(joint, step, j, account):
                 joint, step, j, batch_start + i
             )
     mean_time, beyond_time = account[PRESSURE_TIME], account[PV_BEYOND]
-    largest, largest_pv = account[PRESSURE_MAX], account[PV_MAX]
+    max_pressure, max_pv = account[PRESSURE_MAX], account[PV_MAX]
     for i in rolled_range(PARTS + 1):
         mean_pressure, peak = workspace[means_offset + i], workspace[peaks_offset + i]
         slip, weight = abs(step_values[SLIP_ROW, i]), (0.5 if i in (0, PARTS) else 1.0) / PARTS
         time = weight * step.length * step_values[KAPPA_ROW, i]
         mean_time += mean_pressure * time
-        largest, largest_pv = max(largest, peak), max(largest_pv, peak * slip)
+        max_pressure, max_pv = max(max_pressure, peak), max(max_pv, peak * slip)
         beyond_time += time if peak * slip > joint.wear.pv_limit else 0.0
     account[PRESSURE_TIME], account[PV_BEYOND] = mean_time, beyond_time
-    account[PRESSURE_MAX], account[PV_MAX] = largest, largest_pv
+    account[PRESSURE_MAX], account[PV_MAX] = max_pressure, max_pv
 
 
 @middle_arc.member(None)
@@ -268,45 +272,45 @@ def accumulate_arc_width(joint, step, account, length_fraction):
 
 
 @family
-def update_contact_wear(law, joint, j, shared):
-    """Add the wear of contact `j` of a joint with this wear law, over a Step, to Worn; shared : both."""
+def update_contact_wear(law, joint, j, step_and_totals):
+    """Add the wear of contact `j` of a joint with this wear law, over a Step; step_and_totals : Step and WearTotals."""
 
 
 @update_contact_wear.member(NoWear)
-def _update_contact_wear_no_wear(law, joint, j, shared):
+def _update_contact_wear_no_wear(law, joint, j, step_and_totals):
     pass
 
 
 @update_contact_wear.member(None)
-def _default_update_contact_wear(law, joint, j, shared):
-    step, worn = shared
+def _default_update_contact_wear(law, joint, j, step_and_totals):
+    step, totals = step_and_totals
     fit_profiles(step.workspace, step.step_values[j], law.length)
     for body in range(2):
         unwrap_angles(step.positions[j, body])
     write_end_slopes(step, j)
     fit_positions(step.workspace, step.positions[j])
-    accumulate_distance(step, j, worn.account[j])
-    accumulate_pressure(joint, step, j, worn.account[j])
-    count, bins_offset = int(law.bins), 2 * j * worn.stride
-    bins = Bins(worn.depths, bins_offset, count), Bins(worn.depths, bins_offset + worn.stride, count)
+    accumulate_distance(step, j, totals.account[j])
+    accumulate_pressure(joint, step, j, totals.account[j])
+    count, bins_offset = int(law.bins), 2 * j * totals.stride
+    bins = Bins(totals.depths, bins_offset, count), Bins(totals.depths, bins_offset + totals.stride, count)
     update_worn_profile(joint, step.workspace, step.step_values[j], step.length, bins)
-    accumulate_arc_width(joint, step, worn.account[j], 1.0)
+    accumulate_arc_width(joint, step, totals.account[j], 1.0)
 
 
 @family
-def update_joint_wear(joint, j, shared):
-    """Add the wear of a joint, whose first contact is `j`, over a Step, to Worn; shared : both."""
+def update_joint_wear(joint, j, step_and_totals):
+    """Add the wear of a joint, whose first contact is `j`, over a Step; step_and_totals : Step and WearTotals."""
 
 
 @update_joint_wear.member(None)
-def _default_update_joint_wear(joint, j, shared):
-    if touches(shared[0].mode[j]):
-        update_contact_wear(joint.wear, joint, j, shared)
+def _default_update_joint_wear(joint, j, step_and_totals):
+    if touches(step_and_totals[0].mode[j]):
+        update_contact_wear(joint.wear, joint, j, step_and_totals)
 
 
 @kernel
-def _update_wear(joint, _, offsets, shared):
-    update_joint_wear(joint, offsets.contact, shared)
+def _update_wear(joint, _, offsets, step_and_totals):
+    update_joint_wear(joint, offsets.contact, step_and_totals)
 
 
 update_wear_of_joints = map_joints(_update_wear, after_joint)

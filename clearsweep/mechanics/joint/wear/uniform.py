@@ -38,7 +38,7 @@ from .arc_over_step import (
     write_wear_before_passed_edges,
 )
 from .binning import BinCursor, update_bins_inside_arc
-from .pressure import Mean
+from .pressure import UniformPressure
 
 #: Rows of the antiderivatives over the time x, each over x: of rate / 2, rate (m - m0) / (2 h), rate / (2 h).
 HALF_RATE, MOMENT, PER_ARC = RATE, TERM, TERM + 1
@@ -58,8 +58,8 @@ def _per_arc(workspace, i):
     return 0.5 * workspace[AREA * POINTS + i] * min(workspace[PER_HALF * POINTS + i], MAX_PER_HALF)
 
 
-@fit_arc.member(Mean)
-def _fit_arc_mean(pressure, workspace):
+@fit_arc.member(UniformPressure)
+def _fit_arc_uniform(pressure, workspace):
     origin = _origin(workspace)
     for i in lane_range(POINTS):  # the rows of an end are free until `write_passing_times`
         half_rate, per_arc = 0.5 * workspace[AREA * POINTS + i], _per_arc(workspace, i)
@@ -86,8 +86,8 @@ def _load_integral(workspace, end, angle, x):
     return x * (evaluate_polynomial(workspace, HALF_RATE, x) + end * moment)
 
 
-@write_wear_before_passed_edges.member(Mean)
-def _write_wear_before_passed_edges_mean(pressure, workspace, end, edge, width):
+@write_wear_before_passed_edges.member(UniformPressure)
+def _write_wear_before_passed_edges_uniform(pressure, workspace, end, edge, width):
     end_time, first_angle = inside_time(workspace, end), edge - _origin(workspace)
     total_area = row_sum(workspace, AREA) if end > 0.0 else 0.0
     for k in lane_range(POINTS):
@@ -98,8 +98,8 @@ def _write_wear_before_passed_edges_mean(pressure, workspace, end, edge, width):
         workspace[WORN * POINTS + k] = total_area - end * (end_time * wear_inside)
 
 
-@wear_before_edge_in_span.member(Mean)
-def _wear_before_edge_in_span_mean(pressure, workspace, edge, region, span):
+@wear_before_edge_in_span.member(UniformPressure)
+def _wear_before_edge_in_span_uniform(pressure, workspace, edge, region, span):
     low, high = span
     if region < 0 or high <= low:
         return 0.0
@@ -122,8 +122,8 @@ def _wear_before_inner_edge(workspace, edge):
     return 0.5 * row_sum(workspace, AREA) + row_sum(workspace, TIME_PER_ANGLE), row_sum(workspace, END)
 
 
-@update_bins_inside_arc.member(Mean)
-def _update_bins_inside_arc_mean(pressure, workspace, bins, span, cursor):
+@update_bins_inside_arc.member(UniformPressure)
+def _update_bins_inside_arc_uniform(pressure, workspace, bins, span, cursor):
     """Every bin between two edges within the arc receives the same depth."""
     count, width, total = span[1] - span[0] - 1, 2.0 * math.pi / bins.count, row_sum(workspace, AREA)
     if count < 0:

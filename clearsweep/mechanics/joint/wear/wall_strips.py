@@ -56,17 +56,17 @@ def foundation_load_fraction(strip, depth, low, high):
 
 
 @family
-def depth_at_end(walls, depth):
+def depth_at_start(walls, depth):
     """Return the depth (m) at the start of a strip from the depth of its contact."""
 
 
-@depth_at_end.member(EndContacts)
-def _depth_at_end_end_contacts(walls, depth):
+@depth_at_start.member(EndContacts)
+def _depth_at_start_end_contacts(walls, depth):
     return max(depth, 0.0)
 
 
-@depth_at_end.member(Spread)
-def _depth_at_end_spread(walls, depth):
+@depth_at_start.member(Spread)
+def _depth_at_start_spread(walls, depth):
     return depth
 
 
@@ -76,12 +76,12 @@ def load_fraction(walls, joint, strip, depth, interval):
 
 
 @load_fraction.member(EndContacts)
-def _load_share_end_contacts(walls, joint, strip, depth, interval):
+def _load_fraction_end_contacts(walls, joint, strip, depth, interval):
     return foundation_load_fraction(strip, depth, interval[0], interval[1])
 
 
 @load_fraction.member(Spread)
-def _load_share_spread(walls, joint, strip, depth, interval):
+def _load_fraction_spread(walls, joint, strip, depth, interval):
     low, high = interval
     total = _elastic_load(joint, strip, depth, 0.0, strip.reach)
     if total <= 0.0:
@@ -92,8 +92,8 @@ def _load_share_spread(walls, joint, strip, depth, interval):
 @kernel
 def _elastic_load(joint, strip, depth, low, high):
     """Return the integral (N m) of the elastic force of the whole joint between two distances (m) along a strip."""
-    end_type = depth - strip.lean * low, depth - strip.lean * high
-    return (high - low) * mean_elastic(joint.elastic, joint.walls.rule, end_type)
+    end_depths = depth - strip.lean * low, depth - strip.lean * high
+    return (high - low) * mean_elastic(joint.elastic, joint.walls.rule, end_depths)
 
 
 class LoadDistribution(NamedTuple):
@@ -146,12 +146,12 @@ def carries_load(walls, step, j, wall):
 
 
 @carries_load.member(EndContacts)
-def _bears_end_contacts(walls, step, j, wall):
+def _carries_load_end_contacts(walls, step, j, wall):
     return touches(step.mode[j + wall])
 
 
 @carries_load.member(Spread)
-def _bears_spread(walls, step, j, wall):
+def _carries_load_spread(walls, step, j, wall):
     if touches(step.mode[j + wall]):
         return True
     largest_force = 0.0
@@ -167,8 +167,8 @@ class StripPosition(NamedTuple):
     """Position of a strip."""
 
     lean: float  # 1, decrease of depth per length
-    on_bearing: float  # m, position of its start along the bearing, from the bearing's middle
-    on_journal: float  # m, position of its start along the journal, from the journal's middle
+    bearing_start: float  # m, position of its start along the bearing, from the bearing's middle
+    journal_start: float  # m, position of its start along the journal, from the journal's middle
     facing: float  # 1 where both axes point the same way, else -1
 
 
@@ -178,13 +178,13 @@ def strip_position(end_type, joint, gap, point, end):
 
 
 @strip_position.member(InBore)
-def _placed_in_bore(end_type, joint, gap, point, end):
+def _strip_position_in_bore(end_type, joint, gap, point, end):
     facing = math.copysign(1.0, gap.axis.z)
-    return StripPosition(end * point.normal.z, dot(point.position, gap.axis), end * joint.half_journal, facing)
+    return StripPosition(end * point.normal.z, dot(point.position, gap.axis), end * joint.journal_half_length, facing)
 
 
 @strip_position.member(AtEdges)
-def _placed_at_edges(end_type, joint, gap, point, end):
+def _strip_position_at_edges(end_type, joint, gap, point, end):
     facing = math.copysign(1.0, gap.axis.z)
     outward = end * facing
     return StripPosition(
@@ -193,7 +193,7 @@ def _placed_at_edges(end_type, joint, gap, point, end):
 
 
 @strip_position.member(Overlapping)
-def _placed_overlapping(end_type, joint, gap, point, end):
+def _strip_position_overlapping(end_type, joint, gap, point, end):
     if is_past_edge(joint, gap, end):
         return strip_position(AtEdges(), joint, gap, point, end)
     return strip_position(InBore(), joint, gap, point, end)

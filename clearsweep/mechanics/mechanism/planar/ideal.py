@@ -24,7 +24,7 @@ from ....contracts.machine import (
     Stretch,
     TabledPush,
 )
-from ...joint.friction.contract import friction_force, settled
+from ...joint.friction.contract import friction_force, without_history
 from ...trace import portable
 from ..contract import IdealMotion
 from .closure import STATIONS, Closure
@@ -333,7 +333,7 @@ class Ideal:
 def _without_history(machine: Machine) -> Machine:
     """Return a machine whose bristles are bent as after long sliding, since a crank angle has no earlier motion."""
     loads = (
-        load._replace(friction=settled(load.friction)) if isinstance(load, Rubbing | Braking) else load
+        load._replace(friction=without_history(load.friction)) if isinstance(load, Rubbing | Braking) else load
         for load in machine.loads
     )
     return machine._replace(loads=tuple(loads))

@@ -143,8 +143,8 @@ class Dynamics(PosedTreeCode):
             frame = self.frame(journal)
             force = self.call("to_fixed_frame", frame, f"loads[{j}].force")
             for body, point, joint_force, couple in (
-                (journal, "at_journal", force, "on_journal"),
-                (bearing, "at_bearing", -force, "on_bearing"),
+                (journal, "at_journal", force, "journal_moment"),
+                (bearing, "at_bearing", -force, "bearing_moment"),
             ):
                 if body:
                     self.force[body].append(joint_force)

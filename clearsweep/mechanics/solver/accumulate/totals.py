@@ -59,7 +59,7 @@ class ContactTotals(Fields):
     force_square: float  # N^2 s
     contact_time: float  # s
     force_max: float  # N
-    force_max_to_target: float  # N, its value when a free crank reaches the awaited speed
+    force_max_to_target: float  # N, its value when a free crank reaches its target speed
     load_max: float  # N^2, square of the resultant of normal and friction force, where there is friction
     depth_max: float  # m
     onset_max: float  # m/s
@@ -110,7 +110,7 @@ class Totals(NamedTuple):
 
 
 class Accumulators(NamedTuple):
-    """Arrays of the assessment and accumulation of a step, see `integration.Work`, Totals and Turns."""
+    """Arrays of the assessment and accumulation of a step, see `integration.Work`, Totals and RevolutionMarks."""
 
     y: tuple
     mode: tuple
@@ -151,7 +151,7 @@ def accumulate_step(accumulators, time):
         if in_window and touches(accumulators.mode[j]):
             accumulators.joint[j].contact_time += duration
         if acts(accumulators.mode[j]):
-            add_contact(accumulators, j, in_window, duration)
+            add_contact_maxima(accumulators, j, in_window, duration)
         else:
             contact_step = accumulators.contact_steps[j]
             contact_step.highest_force = contact_step.highest_depth = contact_step.highest_load = NO_PEAK
@@ -159,7 +159,7 @@ def accumulate_step(accumulators, time):
                 accumulators.joint[j].depth_max = max(
                     accumulators.joint[j].depth_max, accumulators.o[column_of(j, DEPTH), END]
                 )
-    add_motion(accumulators, in_window)
+    add_motion_maxima(accumulators, in_window)
 
 
 @inlined
@@ -203,7 +203,7 @@ def add_powers(accumulators, in_window):
 
 
 @inlined
-def add_contact(accumulators, j, in_window, duration):
+def add_contact_maxima(accumulators, j, in_window, duration):
     """Add the largest force (N) and depth (m) of acting contact `j`, and the profile of its force."""
     o, step = accumulators.o, accumulators.step
     figures, contact_step = accumulators.joint[j], accumulators.contact_steps[j]
@@ -262,7 +262,7 @@ def add_force_profile(accumulators, j, duration):
 
 
 @inlined
-def add_motion(accumulators, in_window):
+def add_motion_maxima(accumulators, in_window):
     """Add the largest slider acceleration (m/s^2), torque (N m) and slider error (m)."""
     o, mechanism, step = accumulators.o, accumulators.mechanism, accumulators.step
     largest, sign = max(abs(o[ERROR, START]), abs(o[ERROR, END])), math.copysign(1.0, o[ERROR, END])

@@ -37,11 +37,11 @@ def evaluate_dense_states(pointer, dense_states):
 @kernel
 def node_of_maximum(o, column, sign):
     """Return the node of the stage with the largest value of an observable times `sign`."""
-    best = 0
+    highest_node = 0
     for m in range(1, NODES.size):
-        if sign * o[column, NODES[m]] > sign * o[column, NODES[best]]:
-            best = m
-    return best
+        if sign * o[column, NODES[m]] > sign * o[column, NODES[highest_node]]:
+            highest_node = m
+    return highest_node
 
 
 @kernel
@@ -185,12 +185,12 @@ def split_peaks(pointer, i, x):
         mark_row = SCRATCH
     for j in range(work.mode.size):
         column, step_peak = column_of(j, NORMAL), revolutions.step_peak[j]
-        at_mark = work.o[column, mark_row] if step_peak > 0.0 else 0.0
-        peak_after = max(at_mark, work.o[column, END]) if step_peak > 0.0 else 0.0
-        peak_before = at_mark
+        force_at_mark = work.o[column, mark_row] if step_peak > 0.0 else 0.0
+        peak_after = max(force_at_mark, work.o[column, END]) if step_peak > 0.0 else 0.0
+        peak_before = force_at_mark
         if step_peak > peak_after:
-            rises = x < 1.0 and observable_at(pointer, min(x + PROBE_DISTANCE, 1.0), column) > at_mark
-            peak_before, peak_after = (at_mark, step_peak) if rises else (step_peak, peak_after)
+            is_rising = x < 1.0 and observable_at(pointer, min(x + PROBE_DISTANCE, 1.0), column) > force_at_mark
+            peak_before, peak_after = (force_at_mark, step_peak) if is_rising else (step_peak, peak_after)
             if x < 1.0:
                 evaluate_dense(pointer, x)
         revolutions.peaks[i, j] = max(revolutions.peak_since_mark[j], peak_before)

@@ -38,21 +38,21 @@ def zero_slip_kink(friction):
     return (0.0,)
 
 
-def _friction_force_by_value(law, normal, slip):
+def _friction_force_by_slip(law, normal, slip):
     return force_in_piece(law, piece_at(kinks(law), slip), normal, slip)
 
 
-def piecewise(form, kink_speeds):
+def register_force_in_piece(law_type, kink_speeds):
     """Return the decorator that registers the `force_in_piece` of a type of law; kink_speeds : law -> its `kinks`."""
 
     def register(force_function):
-        kinks.member(form)(kink_speeds)
-        friction_force.member(form)(_friction_force_by_value)
-        return force_in_piece.member(form)(force_function)
+        kinks.member(law_type)(kink_speeds)
+        friction_force.member(law_type)(_friction_force_by_slip)
+        return force_in_piece.member(law_type)(force_function)
 
     return register
 
 
-def at_contact(friction):
+def as_contact_friction(friction):
     """Return a compiled friction law in the form used by a contact, which stores the piece that applies."""
     return PiecewiseFriction(friction) if type(friction) in force_in_piece.members else friction
