@@ -176,7 +176,7 @@ MUTATIONS = (
     Mutation(BLOCKS, "Blocks.record", "self.stride *= 2", "self.stride += 2", MEANS),
     # where events are
     Mutation(EVENTS, "fit_gap", "depth * (depth + 2.0 * size)", "depth", SEARCH),
-    Mutation(EVENTS, "find_onset", "if start_depth >= 0.0 and work", "if begin >= 1e9 and work", SEARCH),
+    Mutation(EVENTS, "find_onset", "if start_depth >= 0.0 and work", "if start_depth >= 1e9 and work", SEARCH),
     Mutation(EVENTS, "refine_onset", "x - correction", "x + correction", SEARCH),
     Mutation(EVENTS, "ROUGH_ERROR", "1e-3", "1e3", SEARCH),
     Mutation(EVENTS, "find_separation", "negate(work.polynomials)", "None", ENDS),

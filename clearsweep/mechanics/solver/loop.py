@@ -144,7 +144,7 @@ def next_boundary(pointer):
 
 @kernel
 def next_stop(pointer, position):
-    """Return the end of the next step (s; rad of a free crank): the first knot beyond `position`, or `next_boundary`."""
+    """Return the end of the next step (s, or rad): the first knot beyond `position`, or `next_boundary`."""
     boundary = next_boundary(pointer)
     for knot in pointer[0].knots:
         if knot > position:
